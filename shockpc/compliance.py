@@ -99,8 +99,9 @@ class CompliantLanding:
             np.concatenate([e, np.ones(added)]),
             self.number,
             np.concatenate([rows.normal, np.zeros(added, dtype=bool)]),
+            np.concatenate([np.where(rows.normal, landing.scene.contact_damping or 0.0, 0.0), np.zeros(added)]),
         )
-        self._velocity = velocity
+        self._velocity, self._normal = velocity, elements.normal
         try:
             self.motion = simulate_landing(M, elements, velocity, until)
         except (ArithmeticError, np.linalg.LinAlgError) as refusal:
@@ -169,11 +170,7 @@ class CompliantLanding:
     @functools.cached_property
     def forces(self) -> tuple[Array, Array]:
         """Peak force (c,) of each contact, tangential parts included [N], and when (c,) it is reached [s]."""
-        return self._force_peaks(self.number >= 0)
-
-    def _force_peaks(self, counted: np.ndarray) -> tuple[Array, Array]:
-        """Peak (c,) of the force of each contact along the elements that are counted (r,), and when (c,) it is reached."""
-        selected = np.stack([np.diag(1.0 * (counted & (self.number == c))) for c in range(len(self.landing.contacts))])
+        selected = np.stack([np.diag(1.0 * (self.number == c)) for c in range(len(self.landing.contacts))])
         return self._peak(np.zeros((*selected.shape[:2], self.full.shape[1])), selected)
 
     @functools.cached_property
@@ -182,25 +179,25 @@ class CompliantLanding:
         opened = {int(self.number[event.element]): event.time for event in self.motion.events if event.kind == "opens"}
         return np.array([opened.get(c, 0.0) for c in range(len(self.landing.contacts))])
 
+    @property
+    def restitution(self) -> Array:
+        """Restitution (c,) of each contact along its normal, with the scene's damping [1]."""
+        return np.asarray(self.motion.elements.restitution[self._normal])
+
     @functools.cached_property
     def compressed(self) -> float:
         """Time at which the last contact ends its first compression [s]."""
-        first = self.motion.first("unloads")[self.motion.elements.normal]
+        first = self.motion.first("unloads")[self._normal]
         return float(first[np.isfinite(first)].max())
 
     def impact_at(self, time: float) -> DoubleImpact:
         """The jumps from the impact until a time [s], for the scene's own strike alone; without impulses."""
         if time not in self._impacts:
-            self._impacts[time] = self._impact_at(time)
+            delta, equation = np.full((1, len(self._rows.basis), 4), np.nan), self._rows.equation
+            delta[0, :, 3] = self._rows.basis @ self.motion.at(np.array([time])).jump[0, : self._free.shape[1]]
+            solution = _solution(delta, np.full((1, len(equation.J_c[0]), 4), np.nan))
+            self._impacts[time] = DoubleImpact(self.landing, equation, solution, jumps_of(self.landing, equation.full(delta)))
         return self._impacts[time]
-
-    def _impact_at(self, time: float) -> DoubleImpact:
-        """As `impact_at`."""
-        delta = np.full((1, len(self._rows.basis), 4), np.nan)
-        delta[0, :, 3] = self._rows.basis @ self.motion.at(np.array([time])).jump[0, : self._free.shape[1]]
-        equation = self._rows.equation
-        impulse = np.full((1, len(equation.J_c[0]), 4), np.nan)
-        return DoubleImpact(self.landing, equation, _solution(delta, impulse), jumps_of(self.landing, equation.full(delta)))
 
     @functools.cached_property
     def difference(self) -> float:
@@ -222,13 +219,15 @@ class CompliantLanding:
     @functools.cached_property
     def _compression(self) -> Array:
         """Largest compression (c,) of each contact along its normal [m]."""
-        stiffness = self.motion.elements.stiffness[self.motion.elements.normal]
-        order = np.argsort(self.number[self.motion.elements.normal])
-        return np.asarray(self._force_peaks(self.motion.elements.normal)[0] / stiffness[order])
+        motion = self.motion
+        # It is largest where the normal is unloaded, or at the end.
+        turns = [event.time for event in motion.events if event.kind == "unloads" and self._normal[event.element]]
+        force = motion.at(np.array([*turns, motion.duration])).force.max(axis=0)
+        return np.asarray((force / motion.elements.stiffness)[self._normal])
 
     def warnings(self) -> Iterator[Diagnostic]:
         """Warnings where what the model leaves out counts: gravity, the change of geometry, and contacts that open often."""
-        rows = self.motion.elements.rows[self.motion.elements.normal]
+        rows = self.motion.elements.rows[self._normal]
         duration = float(self.duration.max()) if self.motion.separated else self.motion.duration
         approach = float(-(rows @ self._velocity).min())
         if (gravity := GRAVITY * duration) > GRAVITY_SHARE * approach:
@@ -259,11 +258,9 @@ class CompliantLanding:
     @functools.cached_property
     def force_shares(self) -> Array:
         """Share (c, m) of each mode in the normal force of each contact: its amplitude, of the sum of all [1]."""
-        motion, first = self.motion, self.motion.segments[0]
-        amplitude = np.abs((first.forces @ first.U) * np.hypot(first.zeta, first.upsilon))[motion.elements.normal]
-        order = np.argsort(self.number[motion.elements.normal])
-        total = amplitude[order].sum(axis=1, keepdims=True)
-        return np.asarray(amplitude[order] / np.where(total > 0.0, total, 1.0))
+        amplitude = self.motion.modes.force[self._normal]
+        total = amplitude.sum(axis=1, keepdims=True)
+        return np.asarray(amplitude / np.where(total > 0.0, total, 1.0))
 
 
 def _solution(delta: Array, impulse: Array) -> Solution:

@@ -238,8 +238,9 @@ def pulse_of(scene: Scene) -> Pulse | None:
 def _check_ground(scene: Scene, robot: Robot, blocks: tuple[Block, ...]) -> None:
     """Refuse a friction or a contact stiffness that has no meaning for the scene."""
     mu, k = scene.friction, scene.contact_stiffness
-    if k is None and scene.tangential_stiffness is not None:
-        raise SceneError("a stiffness along the ground is given without that along the normal; give contact_stiffness too")
+    for value, what in ((scene.tangential_stiffness, "a stiffness along the ground"), (scene.contact_damping, "a contact damping")):
+        if k is None and value is not None:
+            raise SceneError(f"{what} is given without the stiffness along the normal; give contact_stiffness too")
     if mu is None and k is None:
         return
     if mu is not None and k is not None:
@@ -250,6 +251,11 @@ def _check_ground(scene: Scene, robot: Robot, blocks: tuple[Block, ...]) -> None
     for one in (k, scene.tangential_stiffness):
         if one is not None and not one > 0.0:
             raise SceneError(f"a contact stiffness of {one:g} N/m has to be above zero")
+    if scene.contact_damping is not None:
+        if not scene.contact_damping > 0.0:
+            raise SceneError(f"a contact damping of {scene.contact_damping:g} N s/m has to be above zero; leave it out for none")
+        if any(contact.restitution for contact in scene.contact):
+            raise SceneError("a contact damping and a restitution are two ways to say one thing; keep one of them")
     for contact, block in zip(scene.contact, blocks, strict=True):
         if contact.kind == "flat":
             raise SceneError(

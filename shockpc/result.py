@@ -128,19 +128,21 @@ class JointLoad(NamedTuple):
 
 
 class Bracket(NamedTuple):
-    """The same landing with three models of the joints; shock at one place [1].
+    """The same landing with other models of the joints; shock at one place [1].
 
     Attributes:
         place: a body (its centre of mass), or a sensor.
         free: no reflected inertia; None if massless bodies then make it unsolvable.
         as_modelled: as the scene says.
         locked: every joint holds; None if there is no verdict then, because the contact cannot move as the impact asks.
+        springs_free: every joint holds but those with a spring, which yield; None without springs, or if there is no verdict.
     """
 
     place: str
     free: float | None
     as_modelled: float
     locked: float | None
+    springs_free: float | None
 
 
 class ShockMaps(NamedTuple):
@@ -246,7 +248,7 @@ class ShockProfile:
         if not moving:
             return out
         where = [places[k] for k in moving]
-        if wanted.key in ("shock_free", "shock_locked"):
+        if wanted.key in ("shock_free", "shock_locked", "shock_springs_free"):
             other = self.proof_with(wanted.key.removeprefix("shock_"))
             shock = quantity("point", "shock")
             out[moving] = np.nan if other is None else other.read(lambda impact: evaluate(shock, impact, where))[0, 0]
@@ -258,15 +260,20 @@ class ShockProfile:
         return out
 
     def proof_with(self, name: str) -> Proof | None:
-        """The proof of the same landing with "free" or "locked" joints; None where that has no verdict."""
+        """The proof of the same landing with "free" or "locked" joints, or with "springs_free" and all other joints locked.
+
+        Returns: None where that has no verdict, or the landing no springs.
+        """
         return self._other_joints[name]
 
     @cached_property
     def _other_joints(self) -> dict[str, Proof | None]:
-        proofs: dict[str, Proof | None] = {}
-        for name, locked in (("free", np.zeros_like(self.robot.actuated_dofs)), ("locked", self.robot.actuated_dofs)):
-            if self.landing.joint_model.name == name:
-                proofs[name] = self.proof
+        joints, model = self.robot.actuated_dofs, self.landing.joint_model
+        proofs: dict[str, Proof | None] = {"springs_free": None}
+        models = {"free": np.zeros_like(joints), "locked": joints}
+        for name, locked in (models | ({"springs_free": joints & ~model.springs} if model.springs.any() else {})).items():
+            if model.name == name or not (locked.any() or name == "free"):
+                proofs[name] = self.proof if model.name == name else proofs["free"]
                 continue
             state = dynamics(self.robot, self.landing.q[None])
             changed = replace(self.landing, joint_model=without_springs(np.zeros(len(locked)), locked, name), state=state)
@@ -488,10 +495,10 @@ class ShockProfile:
 
     @cached_property
     def bracket(self) -> tuple[Bracket, ...]:
-        """Shock with free, modelled and locked joints: at the heaviest body's centre of mass and at every sensor and point."""
-        places = self._bracketed
-        free, here, locked = (self.values(quantity("point", key), places) for key in ("shock_free", "shock", "shock_locked"))
-        return tuple(Bracket(place.name, _number(free[k]), float(here[k]), _number(locked[k])) for k, place in enumerate(places))
+        """Shock with other models of the joints: at the heaviest body's centre of mass and at every sensor and point."""
+        places, keys = self._bracketed, ("shock_free", "shock", "shock_locked", "shock_springs_free")
+        rows = zip(places, *(self.values(quantity("point", key), places).tolist() for key in keys), strict=True)
+        return tuple(Bracket(place.name, _number(free), here, *map(_number, others)) for place, free, here, *others in rows)
 
     @cached_property
     def spring_time(self) -> float:

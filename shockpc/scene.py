@@ -192,6 +192,7 @@ class Scene(Record):
             then [1].
         contact_stiffness: stiffness of every contact, for forces, accelerations and their times [N/m].
         tangential_stiffness: its stiffness along the ground; by default the same [N/m].
+        contact_damping: of a viscous damper along the normal beside that stiffness; it gives each contact a restitution [N s/m].
 
     Raises:
         SceneError: a path holds a NUL character.
@@ -217,6 +218,7 @@ class Scene(Record):
     friction: float | None = None
     contact_stiffness: float | None = None
     tangential_stiffness: float | None = None
+    contact_damping: float | None = None
 
     if TYPE_CHECKING:  # what is accepted; the fields above are what is held
 
@@ -243,6 +245,7 @@ class Scene(Record):
             friction: float | None = None,
             contact_stiffness: float | None = None,
             tangential_stiffness: float | None = None,
+            contact_damping: float | None = None,
         ) -> None: ...
 
     def __post_init__(self) -> None:

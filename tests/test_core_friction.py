@@ -138,6 +138,45 @@ def test_kane_double_pendulum_gains_energy_and_reverses_slip():
         assert not solution.gains_energy
 
 
+def routh(A, velocity, mu):
+    """What the slip does in a plane without restitution when friction acts against the slip of each instant, and the impulse."""
+    B, v = A[np.ix_([0, 2], [0, 2])], velocity[[0, 2]]
+    path = np.array([-mu * np.sign(v[0]), 1.0])
+    rate = B @ path
+    stops = -v[0] / rate[0] if rate[0] * v[0] < 0.0 else np.inf
+    if 0.0 < -v[1] / rate[1] <= stops:
+        return "slides on", -v[1] / rate[1] * path
+    needed, slide = -B[0, 1] / B[0, 0], stops * path
+    path = np.array([np.clip(needed, -mu, mu), 1.0])
+    return "sticks" if abs(needed) <= mu else "reverses", slide - (v + stops * rate)[1] / (B @ path)[1] * path
+
+
+def test_slip_that_stops_or_reverses_during_the_impact():
+    """Routh's method in closed form (Wang and Mason 1992): the same where slip goes on or stops.
+
+    Where it reverses, the final slip has the same direction or none, is slower, and more energy is lost.
+    """
+    rng, kinds = np.random.default_rng(0), []
+    for _ in range(300):
+        X, mu = rng.normal(size=(3, 4)), rng.uniform()
+        X[1] = 0.0
+        A, velocity = X @ X.T, np.array([rng.normal(), 0.0, -abs(rng.normal())])
+        (solution,) = one(A, velocity, mu)
+        kind, impulse = routh(A, velocity, mu)
+        kinds.append(kind)
+        followed = np.array([impulse[0], 0.0, impulse[1]])
+        if kind != "reverses":
+            np.testing.assert_allclose(solution.impulse[0], followed, atol=1e-9 * impulse[1])
+            continue
+        after, ours = (velocity + A @ followed)[0], solution.velocity[0, 0]
+        assert solution.state == ("sticks",) or ours * after > 0.0
+        assert abs(ours) < abs(after)
+        assert velocity[0] * after < 0.0
+        assert solution.energy < followed @ (velocity + A @ followed / 2.0) < 0.0
+        assert solution.impulse[0, 2] > impulse[1]
+    assert min(kinds.count(kind) for kind in ("slides on", "sticks", "reverses")) >= 10
+
+
 @pytest.mark.parametrize("seed", range(30))
 def test_without_restitution_no_energy_is_gained(seed):
     A, velocity, mu, _ = random_contacts(seed, 1, n=3)

@@ -71,7 +71,7 @@ RECORDS = {
     "placement": "position:vector rotation:matrix",
     "strike": "direction:vector shock:float",
     "point": f"frame:str body:str delta_v:vector shock:float {STRIKES} peak_g:float? position:vector shock_free:float? "
-    "shock_locked:float?",
+    "shock_locked:float? shock_springs_free:float?",
     "contact": FOOT,
     "health": "rank:int rows:int error_bound:float? body_error_bounds:float?* double_error:float data_sensitivity:float? bits:int "
     "warnings:warning*",
@@ -80,7 +80,7 @@ RECORDS = {
     "total": "impulse:vector moment:vector",
     "energy": "lost:float? share:float?",
     "joint": "joint:str force:vector moment:vector along:float? delta_qd:float? joint_impulse:float joint_moment:float",
-    "row": "place:str free:float? as_modelled:float locked:float?",
+    "row": "place:str free:float? as_modelled:float locked:float? springs_free:float?",
     "assembly": "gap:float turn:float left:float retried:bool moved:step*",
     "step": "joint:str by:float",
     "sliding": "coefficient:float unchanged:bool solutions:int residual:float energy_lost:float contacts:slip* "
@@ -91,7 +91,7 @@ RECORDS = {
     "loaded": "joint:str delta_qd:float? along:float?",
     "springs": "contact_stiffness:float difference:float contacts:pressed* points:shaken* joints:turned* bodies:jolted* "
     "modes:mode* compression:float springs_count:float? spectra:dict",
-    "pressed": "frame:str duration:float peak_force:float peak_force_time:float",
+    "pressed": "frame:str duration:float peak_force:float peak_force_time:float restitution:float",
     "shaken": "frame:str peak_acceleration:float peak_acceleration_time:float shock_compressed:float delta_v_compressed:vector "
     "shock_separated:float delta_v_separated:vector",
     "turned": "joint:str peak_torque:float? torque_share:float? peak_joint_force:float peak_joint_moment:float "

@@ -9,7 +9,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from commands import good, run
-from robot_texts import joint, link, urdf
+from robot_texts import body, floating, joint, link, mjcf, urdf
 
 from shockpc import Contact, Joints, Point, Rotor, Scene, SceneError, SolveError, Strike, load_robot, resolve, shock_profile
 from shockpc.compliance import CompliantLanding
@@ -142,6 +142,39 @@ def test_a_point_mass_on_a_spring(capfd, here, e, periods):
     text = good(capfd, "analyze", *words)
     assert "impulse model: within 0.1 % of the finite-stiffness result" in text
     assert ("by construction" in text) == (e == 0.0)
+
+
+def test_a_damper_beside_the_spring(capfd, here):
+    """ζ = c / (2 √(k m)) makes e = exp(−2ζ acos ζ / √(1 − ζ²)); the same as that restitution."""
+    (here / "box.urdf").write_text(BOX)
+    words = ("box.urdf", "--contact", "box", "--contact-stiffness", K)
+    zeta = 300.0 / (2.0 * math.sqrt(K * 2.0))
+    e = math.exp(-2.0 * zeta * math.acos(zeta) / math.sqrt(1.0 - zeta**2))
+    found = document(capfd, *words, "--contact-damping", 300)["stiffness"]
+    (contact,) = found["contacts"]
+    assert contact["restitution"] == pytest.approx(e, rel=1e-12)
+    (same,) = document(capfd, *words, "--restitution", repr(e))["stiffness"]["contacts"]
+    assert contact.pop("frame") == same.pop("frame")
+    assert contact == pytest.approx(same, rel=1e-9)
+    text = good(capfd, "analyze", *words, "--contact-damping", 300)
+    assert f"the damping makes a restitution of {e:.3g} at box" in text
+    assert "contacts of 100000 N/m, 300 N s/m" in text
+
+
+def test_a_spring_that_is_loaded_at_touchdown(capfd, here):
+    """MJCF springref: what balances k (springref − q) before the impact still does, so the motion is that of a relaxed spring."""
+    slide = '<joint name="leg" type="slide" axis="0 0 1" stiffness="4000" springref="{}"/>'
+    motions, loads = [], []
+    for x in (0.01, 0.0):
+        (here / "hopper.xml").write_text(mjcf(floating(body("b", joints=slide.format(x)))))
+        profile = shock_profile(Scene(robot="hopper.xml", contact=(Contact(frame="base", directions=("z",)),), contact_stiffness=K))
+        motions.append(profile.stiffness.motion.at(np.linspace(0.0, profile.stiffness.motion.duration, 9)).force)
+        loads.append(
+            "leg is loaded by its spring with 40 N at touchdown"
+            in good(capfd, "analyze", "hopper.xml", "--contact", "base", "--slide")
+        )
+    np.testing.assert_array_equal(*motions)
+    assert loads == [True, False]
 
 
 @pytest.mark.parametrize(
@@ -328,6 +361,9 @@ def test_files_over_time(capfd, here):
         ({"friction": -0.1}, SceneError, "-0.1 is no coefficient"),
         ({"contact_stiffness": 0.0}, SceneError, "0 N/m has to be above zero"),
         ({"friction": 0.3, "contact_stiffness": K}, SceneError, "leave one of them out"),
+        ({"contact_damping": 1.0}, SceneError, "give contact_stiffness too"),
+        ({"contact_stiffness": K, "contact_damping": 0.0}, SceneError, "above zero; leave it out"),
+        ({"contact_stiffness": K, "contact_damping": 1.0, "contact": SLIDING}, SceneError, "two ways to say one thing"),
         ({"friction": 0.3, "contact": SLIDING}, SceneError, "slides without friction, and a friction is given"),
         ({"friction": 0.3, "contact": (Contact(frame="LF_FOOT", kind="flat"),)}, SceneError, "is flat, and friction is for"),
         ({"friction": 0.3, "contact": (*FOOT, Contact(frame="LF_FOOT", offset=(0.0, 0.0, 0.01)))},

@@ -80,6 +80,18 @@ def test_the_bracket_is_what_the_other_scenes_give():
     found = bracket["base"].free, bracket["base"].as_modelled, bracket["base"].locked
     assert found == pytest.approx([float(go2(joints).shock_com[0]) for joints in (FREE, geared(0.05), LOCKED)], rel=1e-10)
     assert "imu" in bracket
+    assert bracket["base"].springs_free is None
+
+
+def test_compliant_legs_with_locked_motors():
+    """Every other joint is locked; with a spring in every joint that is the landing with free joints."""
+    sprung = Joints(drives="none", stiffness={"*_calf_joint": 1e3})
+    trunk = go2(sprung).bracket[0]
+    expected = float(go2(Joints(drives="none", locked=("*_hip_joint", "*_thigh_joint"))).shock_com[0])
+    assert trunk.springs_free == pytest.approx(expected, rel=1e-10)
+    assert abs(trunk.springs_free - trunk.locked) > 1e-4
+    everywhere = go2(Joints(drives="none", stiffness={"*": 1e3})).bracket[0]
+    assert everywhere.springs_free == everywhere.free
 
 
 def test_drives_that_no_joint_has_are_not_named():

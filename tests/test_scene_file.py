@@ -341,7 +341,7 @@ def test_schema_knows_every_key(capfd, here):
     table = tomllib.loads(EVERY_KEY)
     closure = table["closure"][0]
     used = {
-        "Scene": {*table, "friction", "contact_stiffness", "tangential_stiffness"},
+        "Scene": {*table, "friction", "contact_stiffness", "tangential_stiffness", "contact_damping"},
         "Posture": {*table["posture"], "base_quaternion"},
         "Contact": {*table["contact"][0]},
     }

@@ -152,6 +152,27 @@ def test_damaged_part_is_computed_again(capfd, stick, tmp_path, format_, damage)
     assert files(out) == before
 
 
+@pytest.mark.parametrize("format_", ["csv", "parquet"])
+def test_landings_that_the_ground_does_not_allow_are_left_out(capfd, stick, tmp_path, format_):
+    """The other rows are those of the whole table; the summary counts what is left out, and --resume keeps the count."""
+    words = ("sweep", stick, "--contact", "foot", "--vary", "knee=-60:60:40", "--vary", "strike-angle=0:80:50", "--format", format_)
+    good(capfd, *words, "--out", tmp_path / "all", "--prove", 0)
+    out, read = tmp_path / "out", lambda folder: pyarrow.dataset.dataset(folder / "rows", format=format_).to_table()
+    text = good(capfd, *words, "--out", out, "--feasible", "--prove", 0)
+    every = read(tmp_path / "all")
+    allowed = [k for k, value in enumerate(every["feasible@stick"].to_pylist()) if value == 1.0]
+    assert read(out).drop_columns("row") == every.take(allowed)
+    assert read(out)["row"].to_pylist() == allowed
+    assert 0 < len(allowed) < 2000
+    left = 2000 - len(allowed)
+    assert f"does not allow {left} of 2000 landings: {left} because a contact would have to be pulled; they are left out" in text
+    before = files(out)
+    for path in ((out / "rows" / f"part-00000.{format_}"), (out / "checksums" / "part-00000.sha256")):
+        path.write_bytes(path.read_bytes()[:-3] + b"1\n")
+        assert good(capfd, *words, "--out", out, "--feasible", "--prove", 0, "--resume") == text
+        assert files(out) == before
+
+
 @pytest.mark.parametrize("jobs", [1, 2])
 def test_interrupt_keeps_finished_parts(stick, tmp_path, jobs):
     """Ctrl-C ends with code 130 and one message; what was finished remains, and nothing half written does."""

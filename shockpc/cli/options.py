@@ -150,6 +150,12 @@ class SceneOptions(NamedTuple):
         "K or KN:KT",
         stiffness,
     )
+    contact_damping: float | None = _in_results(
+        "Damping of these contacts along the normal [N s/m], in place of --restitution: taken as the restitution of the mode that "
+        "carries the contact's force.",
+        "C",
+        finite,
+    )
 
 
 class RunOptions(NamedTuple):

@@ -60,6 +60,7 @@ def scenes_from(
         range_g=options.range_g,
         friction=options.friction,
         contact_stiffness=options.contact_stiffness and options.contact_stiffness[0],
+        contact_damping=options.contact_damping,
         point=scene.point + tuple(point for text in options.at for point in points_at(loaded, text)),
     )
     if options.contact_stiffness is not None:

@@ -47,8 +47,8 @@ def sweep(
     greatest: bool = _in_computed("Also the greatest shock over the geometry of each --body."),
     quantity: tuple[str, ...] = QUANTITY,
     feasible: bool = _in_computed(
-        "Leave out the numbers of landings that flat ground does not allow: it would pull a contact, meets another link first, or "
-        "gives too little friction."
+        "Keep only the landings that flat ground allows, which pulls no contact and meets no other link first; with --friction "
+        "contacts slide and open instead. The summary counts the others; what could not be computed stays, with its message."
     ),
     prove: int = _in_computed("Random landings that are compared with a proof; 100 by default.", "N", default=100),
     out: Path = in_run("Folder of the rows, the summary and the figure.", "DIR", out_folder),
@@ -90,7 +90,7 @@ def sweep(
     )
     parts = Parts(made, out, format_)
     with written_parts(parts, executor(run.jobs, run.cluster, print_error if run.wait else None), run.resume, "rows"):
-        summary = summarise(made, parts.column)
+        summary = summarise(made, parts.column, parts.refused())
         report = sweep_report(summary)
         write_report(report, out)
         sys.stdout.write(report.text("table"))

@@ -120,6 +120,8 @@ def _first_sign(sigma: Array, signals: Signals) -> Array:
         if order == 0:
             value, size = value + signals.constant, size + np.abs(signals.constant)
         sign = np.where((sign == 0.0) & (np.abs(value) > NEGLIGIBLE * size), np.sign(value), sign)
+        if sign.all():
+            break
         cosine, sine = sigma * sine, -sigma * cosine
     return np.where(sign == 0.0, 1.0, sign)
 

@@ -6,7 +6,9 @@ each contact, with restitution e along the normal (Newton) and friction µ,
     w = v_n⁺ − e max(−v_n⁻, 0) ≥ 0,    λ_n ≥ 0,    w λ_n = 0
     |λ_t| ≤ µ λ_n,    and λ_t = −µ λ_n v_t⁺ / |v_t⁺| where it slides at the end
 
-The direction of friction is that of the *final* slip; slip that stops or reverses during the impact is not followed. For one
+The direction of friction is that of the *final* slip; slip that stops or reverses during the impact is not followed. Without
+restitution the result in a plane is that of Routh's method, which follows it (Wang and Mason 1992, J. Appl. Mech. 59:635), unless
+slip reverses: then the normal impulse and the loss of energy are larger here, and less slip or none is left. For one
 contact it is a root of a quartic, and all roots are examined (Bonnefon and Daviet 2011, "Quartic formulation of Coulomb 3D
 frictional contact", INRIA RT-0400). Several contacts are solved together, by Newton's method (Alart and Curnier 1991, Comput.
 Methods Appl. Mech. Eng. 92:353) and block Gauss-Seidel sweeps, from several starts; they may have solutions that were not found.

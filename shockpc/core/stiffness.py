@@ -1,6 +1,7 @@
 """A landing on contacts and springs of finite stiffness: forces, accelerations and their times, in closed form.
 
-The geometry is frozen, and gravity and motor torques are left out: during a contact of milliseconds they change little. What
+The geometry is frozen, and gravity, motor torques and the springs' loads at touchdown, which balance one another before it, are
+left out: during a contact of milliseconds they change little. What
 remains is a linear system, excited by the velocity before impact,
 
     M ẍ + Σ_i B_iᵀ κ_i (B_i x − a_i) = 0,    x(0) = 0,    ẋ(0) = q̇⁻
@@ -12,12 +13,14 @@ is without force at B_i x = a_i. With M = LLᵀ, u = Lᵀẋ and z_i = √κ_i (
     ż = F u,    u̇ = −Fᵀ z,    F = diag(√κ) B L⁻ᵀ = U diag(σ) Vᵀ
 
 The singular values σ are the natural frequencies, and (Uᵀz, Vᵀu) rotate by the angles σt. Velocities that no spring resists are
-orthogonal to V and stay as they are. F Fᵀ is the Delassus matrix of step 1, scaled by the stiffness.
+orthogonal to V and stay as they are; u is the part along the rows of all elements. F Fᵀ is the Delassus matrix of step 1, scaled by
+the stiffness.
 
 Restitution is hysteresis (Walton and Braun 1986, J. Rheol. 30:949): an element is loaded with the stiffness k and, after its
 largest force, unloaded with k / e², which returns the share e² of its energy. A single row then returns −e times its velocity,
 exactly and for every mass, and its largest force does not depend on e. A viscous damper instead starts with a step of the force,
-does not reach e = 0, and gives each effective mass another e. With e = 0 a row is held at rest until its force has fallen to zero
+does not reach e = 0, and gives each effective mass another e: it counts as the e that it gives the mode that carries its element
+(`damper_restitution`). With e = 0 a row is held at rest until its force has fallen to zero
 (with a small e > 0, a contact on which the robot presses hops instead, and is loaded anew); where all rows have e = 0, the final
 velocity is the one of Eq. 4 for every stiffness, unless a row is released while another one is loaded. Rows are separate elements:
 tangents with e < 1 or of two stiffnesses make the result depend on their axes.
@@ -28,6 +31,7 @@ closes where it opened, with all springs at rest.
 Between these events the solution is exact; they are found in order (`crossing`).
 """
 
+from collections.abc import Iterator
 from typing import NamedTuple
 
 import numpy as np
@@ -41,6 +45,9 @@ UNLOADS, RELOADS, REVERSES, SLIPS, OPENS, CLOSES = range(6)
 
 EVENTS = "unloads", "reloads", "reverses", "slips", "opens", "closes"
 """What can happen to an element; a normal that unloads is at the end of its compression."""
+
+WATCHED = np.array([0, 1, 1, 1, 1, 2])
+"""What tells of each: the rate (0), the force (1) or the gap (2) of an element."""
 
 NEGLIGIBLE = 1e-11
 """Share of the motion that excites the elements, below which what moves or presses counts as rounding."""
@@ -67,6 +74,7 @@ class Elements(NamedTuple):
         restitution: (r,) e from 0 to 1; 1 for a spring without loss.
         contact: (r,) number of the contact that a row belongs to, −1 for a spring between bodies.
         normal: (r,) whether a row is the normal of its contact, along which the ground pushes. Each contact has one.
+        damping: (r,) c of a viscous damper beside the spring, which replaces e [N s/m, N m s/rad]; zero for none.
     """
 
     rows: Array
@@ -74,6 +82,7 @@ class Elements(NamedTuple):
     restitution: Array
     contact: np.ndarray
     normal: np.ndarray
+    damping: Array | float = 0.0
 
 
 class Event(NamedTuple):
@@ -91,11 +100,13 @@ class Modes(NamedTuple):
         frequency: (m,) natural frequencies [Hz], descending.
         energy: (m,) kinetic energy before impact in each mode [J]. Its sum is the energy that the elements can take up.
         participation: (r, m) share of the elastic energy of each mode that is in each element [1].
+        force: (r, m) amplitude of the force of each element in each mode [N, N m].
     """
 
     frequency: Array
     energy: Array
     participation: Array
+    force: Array
 
 
 class History(NamedTuple):
@@ -122,15 +133,15 @@ class Segment(NamedTuple):
         length: time until the second [s].
         sigma: (m,) natural frequencies [rad/s].
         U: (p, m) modes in z.
-        V: (n, m) modes in u.
+        V: (d, m) modes in u.
         zeta: (m,) Uᵀz at the start.
         upsilon: (m,) Vᵀu at the start.
         rest: (p,) part of z that stays constant.
-        drift: (n,) part of u that stays constant.
-        F: (p, n) with u̇ = −Fᵀz.
+        drift: (d,) part of u that stays constant.
+        F: (p, d) with u̇ = −Fᵀz.
         forces: (r, p) with the forces of all elements = forces · z.
-        jump: (n,) u(start) − u(0).
-        displacement: (n,) Lᵀx(start).
+        jump: (d,) u(start) − u(0).
+        displacement: (d,) ∫u dt until the start.
     """
 
     start: float
@@ -153,12 +164,12 @@ class Segment(NamedTuple):
         return np.asarray(self.rest + (np.cos(angle) * self.zeta + np.sin(angle) * self.upsilon) @ self.U.T)
 
     def jump_after(self, t: Array) -> Array:
-        """The change of u (..., n) since impact at times t (...) after the start."""
+        """The change of u (..., d) since impact at times t (...) after the start."""
         angle = t[..., None] * self.sigma
         return np.asarray(self.jump - (np.sin(angle) * self.zeta + 2.0 * np.sin(angle / 2.0) ** 2 * self.upsilon) @ self.V.T)
 
     def displacement_after(self, t: Array) -> Array:
-        """Lᵀx (..., n) at times t (...) after the start."""
+        """∫u dt (..., d) at times t (...) after the start."""
         t = t[..., None]
         half = t * self.sigma / 2.0
         modal = t * (np.sinc(2.0 / np.pi * half) * self.upsilon - np.sin(half) * np.sinc(half / np.pi) * self.zeta)
@@ -169,11 +180,12 @@ class Motion(NamedTuple):
     """A landing, solved.
 
     Attributes:
-        elements: the springs that it was computed for.
+        elements: the springs that it was computed for, dampers as restitution.
         segments: in order; the motion ends with the last.
         events: in order.
         separated: whether all contacts are open at the end.
-        to_velocity: (n, n) L⁻ᵀ, from u to ẋ.
+        to_velocity: (n, d) from u to ẋ.
+        constant: (n,) part of ẋ that no element resists [rad/s, m/s].
     """
 
     elements: Elements
@@ -181,6 +193,7 @@ class Motion(NamedTuple):
     events: tuple[Event, ...]
     separated: bool
     to_velocity: Array
+    constant: Array
 
     @property
     def duration(self) -> float:
@@ -198,22 +211,23 @@ class Motion(NamedTuple):
         first = self.segments[0]
         participation = np.zeros((len(self.elements.rows), len(first.sigma)))
         participation[np.any(first.forces != 0.0, axis=1)] = first.U**2
-        return Modes(first.sigma / (2.0 * np.pi), first.upsilon**2 / 2.0, participation)
+        return Modes(first.sigma / (2.0 * np.pi), first.upsilon**2 / 2.0, participation, _amplitudes(first))
 
     def at(self, times: Array) -> History:
         """The motion at times (T,) from 0 to the duration [s]; at an event, just before it."""
         times = np.asarray(times, dtype=float)
         ends = np.array([segment.start + segment.length for segment in self.segments])
         which = np.minimum(np.searchsorted(ends, times), len(ends) - 1)
-        (r, n), T = self.elements.rows.shape, len(times)
-        force, displacement, jump, acceleration = (np.empty((T, columns)) for columns in (r, n, n, n))
+        (r, d), T = (len(self.elements.rows), self.to_velocity.shape[1]), len(times)
+        force, displacement, jump, acceleration = (np.empty((T, columns)) for columns in (r, d, d, d))
         for k in np.unique(which):
             now, segment = which == k, self.segments[k]
             t = times[now] - segment.start
             z = segment.deflection_after(t)
             force[now], acceleration[now] = z @ segment.forces.T, -z @ segment.F
             displacement[now], jump[now] = segment.displacement_after(t), segment.jump_after(t)
-        return History(force, *(values @ self.to_velocity.T for values in (displacement, jump, acceleration)))
+        displacement, jump, acceleration = (values @ self.to_velocity.T for values in (displacement, jump, acceleration))
+        return History(force, displacement + np.outer(times, self.constant), jump, acceleration)
 
     def peak(self, outputs: Array, forces: Array | None = None) -> tuple[Array, Array]:
         """The largest lengths of vectors that are linear in accelerations and forces, G ẍ + P f, and when they are reached.
@@ -228,35 +242,35 @@ class Motion(NamedTuple):
         Raises:
             ArithmeticError: the frequencies lie too far apart to sample the motion.
         """
-        m, k, n = outputs.shape
-        G = outputs.reshape(m * k, n) @ self.to_velocity
-        P = np.zeros((m * k, len(self.elements.rows))) if forces is None else forces.reshape(m * k, -1)
-        largest, when = np.full(m, -1.0), np.zeros(m)
+        G = outputs @ self.to_velocity
+        largest, when = np.full(len(G), -1.0), np.zeros(len(G))
         for segment in self.segments:
-            output = P @ segment.forces - G @ segment.F.T
-            constant, modal = (output @ segment.rest).reshape(m, k), (output @ segment.U).reshape(m, k, -1)
-            cosine, sine = modal * segment.zeta, modal * segment.upsilon
-            amplitude = np.abs(cosine) + np.abs(sine)
-            rate = float(rate_of_change(segment.sigma, amplitude.reshape(m * k, -1), np.abs(constant).ravel()).max(initial=0.0))
+            output = -G @ segment.F.T + (0.0 if forces is None else forces @ segment.forces)
+            constant, modal = output @ segment.rest, output @ segment.U
+            waves = np.concatenate([modal * segment.zeta, modal * segment.upsilon], axis=2)
+            amplitude = np.abs(modal) * (np.abs(segment.zeta) + np.abs(segment.upsilon))
+            own = np.flatnonzero(np.linalg.norm(np.abs(constant) + amplitude.sum(axis=2), axis=1) > largest)
+            if not len(own):
+                continue
+            constant, waves, amplitude = constant[own], waves[own], amplitude[own]
+            rate = float(rate_of_change(segment.sigma, amplitude, np.abs(constant)).max())
             t = _samples(segment.length, 0.2 / max(rate, 1e-300))
             angle = np.outer(t, segment.sigma)
-            waves = np.concatenate([cosine, sine], axis=2).reshape(m * k, -1)
-            value = constant.ravel() + np.hstack([np.cos(angle), np.sin(angle)]) @ waves.T
-            square = (value * value).reshape(len(t), m, k).sum(axis=2)
+            value = constant + np.moveaxis(waves @ np.concatenate([np.cos(angle), np.sin(angle)], axis=1).T, -1, 0)
+            square = (value * value).sum(axis=2)
             # A sample at the end of a segment may exceed those of the next, whose maximum lies between its samples: refine each.
-            border = np.full((1, m), -1.0)
+            border = np.full((1, len(own)), -1.0)
             local = (square > np.concatenate([border, square[:-1]])) & (square >= np.concatenate([square[1:], border]))
-            highest = np.argsort(np.where(local, -square, 1.0), axis=0)[:MOST_MAXIMA]
-            height = np.take_along_axis(np.where(local, square, -1.0), highest, axis=0)
-            rank, mine = np.nonzero(height >= NEAR_MAXIMUM * np.maximum(square.max(axis=0), largest * np.abs(largest)))
-            start = t[highest[rank, mine]]
-            low, high = np.maximum(start - t[1], 0.0), np.minimum(start + t[1], segment.length)
-            length, at = _refined(segment.sigma, constant[mine], cosine[mine], sine[mine], start, low, high)
-            refined, times = np.full((2, *height.shape), -1.0)
-            refined[rank, mine], times[rank, mine] = length, segment.start + at
-            best = refined.argmax(axis=0), np.arange(m)
-            when = np.where(refined[best] > largest, times[best], when)
-            largest = np.maximum(refined[best], largest)
+            local &= square >= NEAR_MAXIMUM * np.maximum(square.max(axis=0), largest[own] * np.abs(largest[own]))
+            rank, mine = np.nonzero(local)
+            if len(rank) > MOST_MAXIMA * len(own):
+                highest = np.sort(np.where(local, square, -1.0), axis=0)[-MOST_MAXIMA:][0]
+                rank, mine = np.nonzero(local & (square >= highest))
+            low, high = np.maximum(t[rank] - t[1], 0.0), np.minimum(t[rank] + t[1], segment.length)
+            length, at = _refined(segment.sigma, constant[mine], waves[mine], t[rank], low, high)
+            for i, value_there, time in zip(own[mine].tolist(), length.tolist(), (segment.start + at).tolist(), strict=True):
+                if value_there > largest[i]:
+                    largest[i], when[i] = value_there, time
         return largest, when
 
 
@@ -278,6 +292,17 @@ def attach_rotors(M: Array, rows: Array, velocity: Array, joints: Array, inertia
     return full, np.pad(rows, ((0, 0), (0, s))), np.hstack([joints, -np.eye(s)]), np.append(velocity, joints @ velocity)
 
 
+def damper_restitution(ratio: Array) -> Array:
+    """The restitution of a mass on a spring and a viscous damper, until their force falls to zero: they do not pull.
+
+    e = exp(−2ζ acos ζ / √(1 − ζ²)), beyond ζ = 1 with acosh ζ and √(ζ² − 1) (Schwager and Pöschel 2007, Granular Matter 9:465).
+    Args: ratio ζ = c / (2 √(k m)) of the damping to the critical one.
+    """
+    size = np.abs(np.sqrt((1.0 - ratio) * (1.0 + ratio) + 0.0j))
+    angle = np.abs(np.arccos(ratio + 0.0j))
+    return np.asarray(np.exp(-2.0 * ratio * np.where(size > 0.0, angle / np.where(size > 0.0, size, 1.0), 1.0)))
+
+
 def simulate_landing(M: Array, elements: Elements, velocity: Array, until: float | None = None) -> Motion:
     """Solve a landing with frozen geometry on elements of finite stiffness.
 
@@ -295,26 +320,25 @@ def simulate_landing(M: Array, elements: Elements, velocity: Array, until: float
             there are too many of them.
     """
     _check(M, elements, velocity, until)
-    to_velocity = _inverse_factor(M)
-    W = elements.rows @ to_velocity
-    state = _State(elements, W, np.asarray(np.linalg.solve(to_velocity, velocity), dtype=float))
+    factor = _inverse_factor(M)
+    state = _State(elements, factor, velocity)
     if state.separated:
         raise ValueError("no contact approaches the ground")
+    if np.any(elements.damping):
+        elements = elements._replace(restitution=state.damped())
+        state = _State(elements, factor, velocity)
     segments: list[Segment] = []
     events: list[Event] = []
     time, simultaneous = 0.0, 0
     while not (until is None and state.separated):
-        watched = state.watch()
-        hit, simultaneous = watched.fallen, simultaneous + 1
-        if hit is None:
-            segment, signals = state.segment(time, watched)
-            length, hit = first_crossing(segment.sigma, signals, np.inf if until is None else until - time)
-            segments.append(segment._replace(length=length))
-            state.advance(segments[-1])
-            time, simultaneous = time + length, 0
+        segment, hit = state.step(time, np.inf if until is None else until - time)
+        simultaneous += 1
+        if segment is not None:
+            segments.append(segment)
+            time, simultaneous = time + segment.length, 0
         if hit is None:
             break
-        if len(events) == MOST_EVENTS or simultaneous > 4 * len(W):
+        if len(events) == MOST_EVENTS or simultaneous > 4 * len(elements.rows):
             remedies = (
                 ["take springs of joints that are stiffer than the contacts as rigid"] if np.any(elements.contact < 0) else []
             )
@@ -322,17 +346,18 @@ def simulate_landing(M: Array, elements: Elements, velocity: Array, until: float
             remedies += ["end the motion earlier"] if until is not None else []
             text = f"elements change {len(events)} times in {time:.3g} s, too often to follow them; "
             raise ArithmeticError(text + ", or ".join(remedies))
-        element = int(watched.element[hit])
-        events.append(Event(time, element, EVENTS[state.switch(element, int(watched.kind[hit]))]))
-    return Motion(elements, tuple(segments), tuple(events), state.separated, to_velocity)
+        events.append(Event(time, hit[0], EVENTS[state.switch(*hit)]))
+    return Motion(elements, tuple(segments), tuple(events), state.separated, state.to_velocity, state.constant)
 
 
 def _check(M: Array, elements: Elements, velocity: Array, until: float | None) -> None:
     """Raise ValueError for arguments that have no meaning."""
-    if not all(np.isfinite(values).all() for values in (M, velocity, elements.rows, elements.stiffness)):
-        raise ValueError("inertia, velocity, rows and stiffness must be finite")
+    if not all(np.isfinite(values).all() for values in (M, velocity, *elements)):
+        raise ValueError("inertia, velocity and elements must be finite")
     if not np.all(elements.stiffness > 0.0):
         raise ValueError(f"each stiffness must be above zero, not {elements.stiffness.min():g}")
+    if not np.all(np.asarray(elements.damping) >= 0.0):
+        raise ValueError(f"each damping must be zero or above, not {np.min(elements.damping):g}")
     if not np.all((elements.restitution >= 0.0) & (elements.restitution <= 1.0)):
         raise ValueError(f"each restitution must lie in [0, 1], not {elements.restitution.tolist()}")
     if sorted(elements.contact[elements.normal]) != np.unique(elements.contact[elements.contact >= 0]).tolist():
@@ -355,118 +380,113 @@ def _inverse_factor(M: Array) -> Array:
     raise ArithmeticError("the inertia is not positive definite in double precision; give moving bodies mass, or lock their joints")
 
 
-class _Watched(NamedTuple):
-    """Springs and quantities that change an element when they fall below −tolerance: constant + of_z z + of_u u + of_path ∫u dt.
-
-    Attributes:
-        F: (p, n) of the p elements that are springs.
-        z: (p,) their scaled deflections.
-        to_all: (r, p) scaled forces of all elements, over z.
-        element: (s,) element that changes.
-        kind: (s,) how, as an index of `EVENTS`.
-        either: (s,) whether the quantity may have either sign at first, and counts with that sign.
-        tolerance, constant: (s,).
-        of_z: (s, p).
-        of_u, of_path: (s, n).
-        fallen: which has fallen already, if any.
-    """
-
-    F: Array
-    z: Array
-    to_all: Array
-    element: np.ndarray
-    kind: np.ndarray
-    either: np.ndarray
-    tolerance: Array
-    constant: Array
-    of_z: Array
-    of_u: Array
-    of_path: Array
-    fallen: int | None
-
-
 class _State:
-    """The state of elements and motion at an event.
+    """The state of elements and motion at an event, in the d coordinates of u along the rows of the elements.
 
     Attributes:
+        W: (r, d) velocity along each element for unit u.
+        to_velocity, constant: as in `Motion`.
         mode: (r,) OPEN, LOADING or UNLOADING.
         slope: (r,) √κ.
         z: (r,) √κ (B x − a), zero where an element is open.
         peak: (r,) z at the start of unloading.
         gap: (r,) B x since the contact opened [m].
-        jump: (n,) u − u(0).
-        displacement: (n,) Lᵀx.
-        noise: size of z and u that counts as rounding; zero before the first segment.
-        fastest: largest natural frequency at first [rad/s].
+        u, jump: (d,) at the impact, and the change since then.
+        displacement: (d,) ∫u dt.
+        noise: size of z and u that counts as rounding.
+        fastest: largest natural frequency of a single element [rad/s].
     """
 
-    def __init__(self, elements: Elements, W: Array, u: Array):
-        self.elements, self.W, self.u = elements, W, u
+    def __init__(self, elements: Elements, factor: Array, velocity: Array):
+        Q, R = np.linalg.qr((elements.rows @ factor).T)
+        self.elements, self.W, self.to_velocity, self.u = elements, R.T, factor @ Q, Q.T @ np.linalg.solve(factor, velocity)
+        self.constant = velocity - self.to_velocity @ self.u
         self.normal, self.rigid = elements.normal.tolist(), elements.restitution == 0.0
         self.lossy = elements.normal | (elements.restitution < 1.0)
-        self.length = np.linalg.norm(W, axis=1)
+        self.length = np.linalg.norm(self.W, axis=1)
         self.slope = np.sqrt(elements.stiffness)
-        self.z, self.peak, self.gap = np.zeros((3, len(W)))
-        self.jump, self.displacement = np.zeros((2, len(u)))
-        closing = elements.contact[elements.normal & (W @ u < -1e-13 * self.length * np.linalg.norm(u))]
+        self.z, self.peak, self.gap = np.zeros((3, len(self.W)))
+        self.jump, self.displacement = np.zeros((2, len(self.u)))
+        self.noise = NEGLIGIBLE * float(np.linalg.norm(self.u))
+        self.fastest = float((self.slope * self.length).max())
+        closing = elements.contact[elements.normal & (self.W @ self.u < -1e-13 * self.length * np.linalg.norm(self.u))]
         self.mode = np.where((elements.contact < 0) | np.any(elements.contact == closing[:, None], axis=0), LOADING, OPEN)
-        self.noise, self.fastest = 0.0, 0.0
 
     @property
     def separated(self) -> bool:
         """Whether all contacts are open."""
         return bool(np.all(self.mode[self.elements.contact >= 0] == OPEN))
 
-    def watch(self) -> "_Watched":
-        """What can change next: the rate of what is loaded, the force of what is unloaded and the gap of open contacts."""
+    def damped(self) -> Array:
+        """The restitution (r,) with the dampers: for the mode with the largest force of an element, or for an open one alone."""
+        elements = self.elements
+        segment, _ = self.step(0.0, np.inf)
+        assert segment is not None
+        force = _amplitudes(segment)
+        own = np.where(force.any(axis=1), segment.sigma[force.argmax(axis=1)], self.slope * self.length)
+        e = damper_restitution(elements.damping * own / (2.0 * elements.stiffness))
+        return np.where(np.asarray(elements.damping) > 0.0, e, elements.restitution)
+
+    def step(self, time: float, horizon: float) -> tuple[Segment | None, tuple[int, int] | None]:
+        """Go to the next event, at most by a horizon [s]; the segment until then, if any, and the element and what happens to it.
+
+        Watched are the rate of what is loaded, the force of what is unloaded and the gap of open contacts: an element changes when
+        its number falls below −tolerance.
+        """
         held = np.flatnonzero((self.mode == UNLOADING) & self.rigid)
         sprung = np.flatnonzero((self.mode == LOADING) | ((self.mode == UNLOADING) & ~self.rigid))
         F = self.slope[sprung, None] * self.W[sprung]
+        # The scaled forces of all elements are to_all · z.
         to_all = np.zeros((len(self.W), len(sprung)))
         to_all[sprung, np.arange(len(sprung))] = 1.0
         if len(held):
             F, to_all[held] = self._hold(F, held)
-        u, z, noise, watched = self.u + self.jump, self.z[sprung], self.noise, []
+        element, kind, either, tolerance, offset, sign = (np.array(column) for column in zip(*self._watched(), strict=True))
+        row = element + len(self.W) * WATCHED[kind]
+        u, z = self.u + self.jump, self.z[sprung]
+        start = offset + tolerance + sign * np.concatenate([self.W @ u, to_all @ z, self.gap])[row]
+        start[either] = np.inf
+        if start.min() < 0.0:
+            hit = int(start.argmin())
+            return None, (int(element[hit]), int(kind[hit]))
+        U, sigma, V = _graded_svd(F)
+        sigma[sigma < DEPENDENT * (np.linalg.norm(F, axis=1) @ np.abs(U))] = 0.0
+        zeta, upsilon = U.T @ z, V.T @ u
+        rest, drift = z - U @ zeta, u - V @ upsilon
+        of_z, of_u, still, along = to_all @ U, self.W @ V, sigma == 0.0, self.W @ drift
+        path, none = np.where(still, 0.0, of_u / np.where(still, 1.0, sigma)), np.zeros(2 * len(along))
+        constant = np.concatenate([along, to_all @ rest, self.gap - path @ zeta])
+        linear = np.concatenate([none, along + (of_u * still) @ upsilon])
+        cosine = np.concatenate([of_u * upsilon, of_z * zeta, path * zeta])
+        sine = np.concatenate([-of_u * zeta, of_z * upsilon, path * upsilon])
+        turned = (sign[:, None] * waves[row] for waves in (cosine, sine))
+        signals = Signals(either, tolerance, offset + sign * constant[row], sign * linear[row], *turned)
+        length, first = first_crossing(sigma, signals, horizon)
+        forces = -self.slope[:, None] * to_all
+        segment = Segment(time, length, sigma, U, V, zeta, upsilon, rest, drift, F, forces, self.jump, self.displacement)
+        end = np.asarray(length)
+        displacement = segment.displacement_after(end)
+        self.gap = self.gap + self.W @ (displacement - self.displacement)
+        self.jump, self.displacement = segment.jump_after(end), displacement
+        self.z = to_all @ segment.deflection_after(end)
+        return segment, None if first is None else (int(element[first]), int(kind[first]))
+
+    def _watched(self) -> Iterator[tuple[int, int, bool, float, float, float]]:
+        """What can change: element, event, whether its number counts with the sign that it has first, tolerance, constant, sign."""
         # Numbers of Python, because those of NumPy take ten times as long one by one.
-        deflection, peak, gap, rigid = self.z.tolist(), self.peak.tolist(), self.gap.tolist(), self.rigid.tolist()
+        deflection, peak, rigid, noise = self.z.tolist(), self.peak.tolist(), self.rigid.tolist(), self.noise
         for i, (mode, normal, length) in enumerate(zip(self.mode.tolist(), self.normal, self.length.tolist(), strict=True)):
             if mode == LOADING and self.lossy[i]:
                 # A contact is loaded against its normal; an element without force, in the direction in which it moves first.
                 either = not normal and deflection[i] == 0.0
-                watched.append((i, UNLOADS, either, noise * length, 0.0, -1.0 if normal or deflection[i] < 0.0 else 1.0))
+                yield i, UNLOADS, either, noise * length, 0.0, -1.0 if normal or deflection[i] < 0.0 else 1.0
             elif mode == UNLOADING:
                 loaded = -1.0 if normal or peak[i] < 0.0 else 1.0
                 # What is held by no force is released.
-                watched.append((i, OPENS if normal else REVERSES, False, -noise if rigid[i] else noise, 0.0, loaded))
-                watched.append((i, RELOADS, False, noise, abs(peak[i]), -loaded))
+                yield i, OPENS if normal else REVERSES, False, -noise if rigid[i] else noise, 0.0, loaded
+                yield i, RELOADS, False, noise, abs(peak[i]), -loaded
             elif mode == OPEN and normal:
-                watched.append((i, CLOSES, False, noise * length / (self.fastest or 1.0), gap[i], 1.0))
-        table = np.array(watched, dtype=float).reshape(-1, 6)
-        element, kind, either = table[:, 0].astype(int), table[:, 1].astype(int), table[:, 2] > 0.0
-        tolerance, constant, sign, column = table[:, 3], table[:, 4], table[:, 5:], kind[:, None]
-        along = sign * self.W[element]
-        of_u, of_path = along * (column == UNLOADS), along * (column == CLOSES)
-        of_z = sign * to_all[element] * ((column != UNLOADS) & (column != CLOSES))
-        start = np.where(either, np.inf, constant + tolerance + of_z @ z + of_u @ u)
-        fallen = int(start.argmin()) if start.min(initial=np.inf) < 0.0 else None
-        return _Watched(F, z, to_all, element, kind, either, tolerance, constant, of_z, of_u, of_path, fallen)
-
-    def segment(self, time: float, watched: "_Watched") -> tuple[Segment, Signals]:
-        """The motion from here on, of length zero, and what is watched as signals."""
-        F, z, u = watched.F, watched.z, self.u + self.jump
-        U, sigma, V = _graded_svd(F)
-        sigma[sigma < DEPENDENT * (np.linalg.norm(F, axis=1) @ np.abs(U))] = 0.0
-        zeta, upsilon = U.T @ z, V.T @ u
-        if not self.noise:
-            self.noise, self.fastest = NEGLIGIBLE * float(np.linalg.norm(upsilon)), float(sigma[0])
-        rest, drift, forces = z - U @ zeta, u - V @ upsilon, -self.slope[:, None] * watched.to_all
-        segment = Segment(time, 0.0, sigma, U, V, zeta, upsilon, rest, drift, F, forces, self.jump, self.displacement)
-        of_z, of_u, path, still = watched.of_z @ U, watched.of_u @ V, watched.of_path @ V, sigma == 0.0
-        linear = watched.of_path @ drift + (path * still) @ upsilon
-        path = np.where(still, 0.0, path / np.where(still, 1.0, sigma))
-        constant = watched.constant + watched.of_z @ rest + watched.of_u @ drift - path @ zeta
-        cosine, sine = of_z * zeta + of_u * upsilon + path * zeta, of_z * upsilon - of_u * zeta + path * upsilon
-        return segment, Signals(watched.either, watched.tolerance, constant, linear, cosine, sine)
+                yield i, CLOSES, False, noise * length / self.fastest, 0.0, 1.0
 
     def _hold(self, F: Array, held: np.ndarray) -> tuple[Array, Array]:
         """Keep rows at rest: F without their directions, and what takes the place of their z (h, p), over z.
@@ -479,14 +499,6 @@ class _State:
         self.jump = self.jump - Q @ (Q.T @ (self.u + self.jump))
         along = F @ Q
         return F - along @ Q.T, -(P @ along.T) / (self.slope[held] * self.length[held])[:, None]
-
-    def advance(self, segment: Segment) -> None:
-        """Go to the end of a segment."""
-        t = np.asarray(segment.length)
-        displacement = segment.displacement_after(t)
-        self.gap = self.gap + self.W @ (displacement - self.displacement)
-        self.jump, self.displacement = segment.jump_after(t), displacement
-        self.z = -(segment.forces @ segment.deflection_after(t)) / self.slope
 
     def switch(self, i: int, kind: int) -> int:
         """Let an event happen to element i; what it is in full."""
@@ -507,6 +519,11 @@ class _State:
         return kind
 
 
+def _amplitudes(segment: Segment) -> Array:
+    """The amplitude (r, m) of the force of each element in each mode of a segment [N, N m]."""
+    return np.abs((segment.forces @ segment.U) * np.hypot(segment.zeta, segment.upsilon))
+
+
 def _graded_svd(F: Array) -> tuple[Array, Array, Array]:
     """F = U diag(σ) Vᵀ for a matrix whose rows differ by orders of magnitude.
 
@@ -523,23 +540,28 @@ def _graded_svd(F: Array) -> tuple[Array, Array, Array]:
     return Bt.T[np.argsort(order)], sigma, Q @ A
 
 
-def _refined(sigma: Array, constant: Array, cosine: Array, sine: Array, t: Array, low: Array, high: Array) -> tuple[Array, Array]:
-    """The largest length (m,) of vectors constant + Σ cosine cos σt + sine sin σt near times t (m,), and its time, between bounds.
+def _refined(sigma: Array, constant: Array, waves: Array, t: Array, low: Array, high: Array) -> tuple[Array, Array]:
+    """The largest length (m,) of vectors near times t (m,), and its time, between bounds.
 
-    Newton's method on half the derivative of the squared length.
+    The vectors are constant (m, k) + waves (m, k, 2j) · (cos σt, sin σt). Newton's method on half the derivative of the squared
+    length.
     """
     length, best = np.full(len(t), -1.0), t
+    twice = np.concatenate([sigma, sigma])
     for _ in range(8):
-        angle = (t[:, None] * sigma)[..., None]
-        c, s = np.cos(angle), np.sin(angle)
-        value, out_of_phase = constant + (cosine @ c + sine @ s)[..., 0], sigma * sine
-        rate = (out_of_phase @ c - (sigma * cosine) @ s)[..., 0]
-        curve = -((sigma**2 * cosine) @ c + (sigma**2 * sine) @ s)[..., 0]
+        angle = t[:, None] * sigma
+        cos, sin = np.cos(angle), np.sin(angle)
+        there, ahead = np.concatenate([cos, sin], axis=1)[..., None], np.concatenate([-sin, cos], axis=1)[..., None]
+        wave, value = waves @ (twice[:, None] ** 2 * there), constant + (waves @ there)[..., 0]
+        rate, curve = (waves @ (twice[:, None] * ahead))[..., 0], -wave[..., 0]
         found = np.sqrt((value * value).sum(axis=1))
         length, best = np.where(found > length, found, length), np.where(found > length, t, best)
         slope, bend = (value * rate).sum(axis=1), (rate * rate + value * curve).sum(axis=1)
         # Where the square is not concave, go to the bound that lies uphill.
-        t = np.clip(t + np.where(bend < 0.0, -slope / np.where(bend < 0.0, bend, -1.0), np.sign(slope) * (high - low)), low, high)
+        last, step = t, np.where(bend < 0.0, -slope / np.where(bend < 0.0, bend, -1.0), np.sign(slope) * (high - low))
+        t = np.clip(t + step, low, high)
+        if np.all(np.abs(t - last) <= 1e-9 * (high - low)):
+            break
     return length, best
 
 

@@ -69,8 +69,7 @@ class JointModel(NamedTuple):
         armature: (nv,) reflected inertia that counts in the impulse [kg m², kg]; zero on the base and behind springs.
         locked: (nv,) which joint velocities stay as they are.
         name: "free", "geared", "locked", or "mixed".
-        stiffness: (nv,) of the spring of the joint itself, which is without force where the joint is at touchdown [N m/rad, N/m];
-            zero without a spring.
+        stiffness: (nv,) of the spring of the joint itself [N m/rad, N/m]; zero without a spring.
         drive_stiffness: (nv,) of the spring between the joint and its rotor [N m/rad, N/m]; infinite where they are rigidly joined.
         rotor: (nv,) reflected inertia behind that spring [kg m², kg]; zero where there is none or it is not known.
         drives: where the drives are from, such as "drives of go2, derived"; empty if no joint has them.
@@ -90,6 +89,10 @@ class JointModel(NamedTuple):
     def springs(self) -> np.ndarray:
         """Which joint velocities (nv,) have a spring, of their own or before their rotor."""
         return np.asarray((self.stiffness > 0.0) | np.isfinite(self.drive_stiffness))
+
+    def deflection(self, robot: Robot, q: Array) -> Array:
+        """By how much (nv,) springs of joints are deflected in a configuration (nq,), as far as the robot's file says [rad, m]."""
+        return np.where(self.stiffness > 0.0, robot.deflection(q), 0.0)
 
 
 def joint_model(robot: Robot, joints: Joints) -> JointModel:

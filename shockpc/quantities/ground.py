@@ -160,6 +160,8 @@ GROUND = (
     _stiff("peak_torque", "joint", "peak torque along the joint's axis", "N m, N", _along, "the joint has more than one axis"),
     _stiff("torque_share", "joint", "peak torque, of the effort limit", "1", _share,
         "the joint has more than one axis, or the file gives no effort limit"),
+    _stiff("restitution", "contact", "restitution, with the contact's damping", "1",
+        lambda found, impact, places: found.restitution[_numbers(places)]),
     _stiff("stiffness_difference", "robot", "difference from the impulse model", "1",
         lambda found, impact, places: np.array([found.difference])),
     _stiff("compression", "robot", "time at which the contacts are compressed", "s",

@@ -76,4 +76,6 @@ POINTS = (
     Quantity("shock_free", "point", "shock with free joints", "1", "greater", missing="not solvable with free joints", posed=True),
     Quantity("shock_locked", "point", "shock with locked joints", "1", "greater", missing="not solvable with locked joints",
         posed=True),
+    Quantity("shock_springs_free", "point", "shock with locked joints but those with springs", "1", "greater",
+        missing="no joint has a spring, or not solvable", posed=True),
 )  # fmt: skip

@@ -10,7 +10,7 @@ from shockpc.impact import Impact
 from shockpc.model.motion import approach_speeds
 from shockpc.model.rows import block_point
 from shockpc.plausibility import Levels, levels, on_ground
-from shockpc.quantities.contacts import friction_needed, pull
+from shockpc.quantities.contacts import pull
 from shockpc.quantities.quantity import Places, Quantity
 
 DRIVEN = "a motor holds the rate of a joint and does work"
@@ -87,14 +87,15 @@ def _depth(impact: Impact, places: Places) -> Array:
 
 
 def _feasible(impact: Impact, places: Places) -> Array:
-    """Whether (N, S, 1) the ground pulls nothing, no other link is below it, and the friction of the scene is enough; 0 or 1."""
+    """Whether (N, S, 1) the ground pulls nothing and no other link is below it; 0 or 1.
+
+    With the scene's friction nothing is pulled: a contact that would be opens, and one that needs more friction slides.
+    """
     del places
     landing = impact.landing
-    refused = (pull(impact, landing.contact_places) > 0.0).any(axis=-1)
+    refused = (pull(impact, landing.contact_places) > 0.0).any(axis=-1) & (landing.scene.friction is None)
     if landing.base != "fixed" and (here := _levels(impact)) is not None:
         refused = refused | here.below[:, None]
-    if landing.scene.friction is not None:
-        refused = refused | (friction_needed(impact, landing.contact_places).astype(float) > landing.scene.friction).any(axis=-1)
     return np.asarray(_one(np.where(refused, 0.0, 1.0)))
 
 

@@ -91,8 +91,9 @@ def build_mjcf(source: RobotSource, bodies: RobotBodies) -> Robot:
     if floats and any(-1 in loop.bodies for loop in loops):  # where they meet
         start[:7] = m.qpos0[order][:7]
     springs, gear_ratios = _springs_and_ratios(m, joints)
-    start = read_only(start)
-    return replace(robot, start=start, loops=loops, mimics=_mimics(m, equalities), springs=springs, gear_ratios=gear_ratios)
+    start, relaxed = read_only(start), read_only(np.array(m.qpos_spring[order])) if springs else None
+    mimics = _mimics(m, equalities)
+    return replace(robot, start=start, loops=loops, mimics=mimics, springs=springs, relaxed=relaxed, gear_ratios=gear_ratios)
 
 
 def qpos_order(robot: Robot) -> tuple[np.ndarray, int]:

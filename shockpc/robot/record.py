@@ -224,6 +224,7 @@ class Robot:
         notes: warnings of the file's reader, without the file's name.
         change_warnings: of what was changed after it was loaded.
         springs: stiffness of the joints that the file gives a spring of their own [N m/rad, N/m].
+        relaxed: (nq,) configuration in which these springs are without force; None where the file gives none.
         gear_ratios: by joint, where the file gives a ratio without the inertia of the rotor [1].
         default_drives: of a robot of the catalogue whose file gives no reflected inertia; None where none are known.
     """
@@ -237,6 +238,7 @@ class Robot:
     notes: tuple[str, ...]
     change_warnings: tuple[Diagnostic, ...] = ()
     springs: Mapping[str, float] = field(default_factory=dict)
+    relaxed: Array | None = None
     gear_ratios: Mapping[str, float] = field(default_factory=dict)
     default_drives: Drives | None = None
 
@@ -247,6 +249,14 @@ class Robot:
     def name(self) -> str:
         """As the file says."""
         return self.source.robot_name
+
+    def deflection(self, q: Array) -> Array:
+        """By how much (nv,) the springs of the file are deflected in a configuration (nq,) [rad, m]; zero where it has none."""
+        out = np.zeros(self.model.nv)
+        if self.relaxed is not None:
+            for v in (self.joint(name).v for name in self.springs):
+                out[v] = pin.difference(self.model, self.relaxed, q)[v]
+        return out
 
     @property
     def label(self) -> str:

@@ -139,7 +139,7 @@ def _stiffness(profile: ShockProfile) -> dict[str, Any] | None:
     return {
         "contact_stiffness": profile.scene.contact_stiffness,
         "difference": stiffness.difference,
-        "contacts": _columns(profile, "contact", "duration", "peak_force", "peak_force_time"),
+        "contacts": _columns(profile, "contact", "duration", "peak_force", "peak_force_time", "restitution"),
         "points": _columns(
             profile, "point", "peak_acceleration", "peak_acceleration_time", "shock_compressed", "delta_v_compressed",
             "shock_separated", "delta_v_separated",

@@ -121,6 +121,13 @@ def _drive_texts(profile: ShockProfile) -> list[str]:
     if sprung := [joint.name for joint in single if model.springs[joint.v].any()]:
         when = f"; they count after {1e3 * profile.spring_time:.2g} ms" if math.isfinite(profile.spring_time) else ""
         texts.append(f"springs at {few(sprung, 2, what=' joints')} are free in the impact{when}")
+    load = model.stiffness * model.deflection(robot, profile.landing.q)
+    if loaded := {name: torque for name in sprung if (torque := float(np.abs(load[robot.joint(name).v]).max())) > 0.0}:
+        most = max(loaded, key=lambda name: loaded[name])
+        size = f"{loaded[most]:.3g} {'N' if robot.joint(most).unit == 'm' else 'N m'}"
+        texts.append(
+            f"{most} is loaded by its spring with {size} at touchdown, left out as gravity and the motors that balance it are"
+        )
     return texts
 
 

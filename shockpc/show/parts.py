@@ -99,15 +99,30 @@ class Parts:
         Raises:
             OutputError: a part is not as it was written.
         """
-        for k, (a, b) in enumerate(self.sweep.parts):
+        for k in range(len(self.sweep.parts)):
             path = _part(self._rows, self.format, k)
             try:
                 values = self._read(path, name)
             except (OSError, ValueError, LookupError, TypeError, NotImplementedError):
-                values = np.zeros(0)
-            if len(values) != (b - a) * self.sweep.strikes:
-                raise OutputError(f'"{path}" is damaged; delete it, and run the same command with --resume')
+                values = None
+            if values is None or len(values) != self._counts(path)[0]:
+                raise _damaged(path)
             yield values
+
+    def refused(self) -> Iterator[tuple[int, ...]]:
+        """Of each part of a sweep the numbers of rows that flat ground does not allow, as in `Chunk`.
+
+        Raises:
+            OutputError: a part is not as it was written.
+        """
+        return (self._counts(_part(self._rows, self.format, k))[1:] for k in range(len(self.sweep.parts)))
+
+    def _counts(self, part: Path) -> tuple[int, ...]:
+        """The number of rows of a part, and the numbers of those that flat ground does not allow."""
+        try:
+            return tuple(map(int, _checksum(part).read_text(encoding="ascii").split()[1:]))
+        except (OSError, ValueError):
+            raise _damaged(part) from None
 
     def _read(self, path: Path, name: str) -> Any:
         if self.format == "parquet":
@@ -147,25 +162,30 @@ def _part(rows: Path, format_: Format, k: int) -> Path:
 
 
 def _checksum(part: Path) -> Path:
-    """The file with the checksum of a part, in a folder of their own beside that of the parts."""
+    """The file with the checksum and the counts of a part, in a folder of their own beside that of the parts."""
     return part.parent.parent / "checksums" / f"{part.stem}.sha256"
 
 
-def _digest(content: bytes, mark: bytes) -> str:
-    """SHA-256 of a part and of what its sweep is, so that one of another sweep does not pass."""
-    return hashlib.sha256(mark + content).hexdigest() + "\n"
+def _damaged(part: Path) -> OutputError:
+    return OutputError(f'"{part}" is damaged; delete it, and run the same command with --resume')
+
+
+def _digest(content: bytes, mark: bytes, counts: str) -> str:
+    """SHA-256 of a part, its counts and what its sweep is, so that one of another sweep does not pass; then the counts."""
+    return f"{hashlib.sha256(mark + counts.encode() + content).hexdigest()} {counts}\n"
 
 
 def _complete(part: Path, mark: bytes) -> bool:
     """Whether a part is there, as it was written for this sweep: its columns, its rows and every byte."""
     try:
-        return _checksum(part).read_text(encoding="ascii") == _digest(part.read_bytes(), mark)
+        noted = _checksum(part).read_text(encoding="ascii")
+        return noted == _digest(part.read_bytes(), mark, noted.partition(" ")[2].rstrip())
     except (OSError, ValueError):
         return False
 
 
 def _save(rows: Path, format_: Format, description: str, mark: bytes, made: Sweep | Landings, k: int) -> int:
-    """Compute one part and write it, in whatever process this is; the number of its rows."""
+    """Compute one part and write it, in whatever process this is; the number of its rows, of those left out too."""
     chunk = made.chunk(k)
     n = len(chunk.columns["proven"])
     messages = [chunk.messages.get(i) for i in range(n)]
@@ -174,9 +194,10 @@ def _save(rows: Path, format_: Format, description: str, mark: bytes, made: Swee
     )
     part = _part(rows, format_, k)
     # A part that has its name has its checksum, whenever the process is killed.
-    write_file(_checksum(part), _digest(content, mark), flush=True)
+    write_file(_checksum(part), _digest(content, mark, " ".join(map(str, (n, *chunk.refused)))), flush=True)
     write_file(part, content, flush=True)
-    return n
+    a, b = made.parts[k]
+    return (b - a) * made.strikes
 
 
 def _parquet(chunk: Chunk, messages: list[str | None], description: str) -> bytes:

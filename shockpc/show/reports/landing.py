@@ -238,12 +238,22 @@ def _points_sheet(profile: ShockProfile) -> Sheet:
 
 def _bracket_sheet(profile: ShockProfile) -> Sheet:
     """The same landing with free joints, with the joints as modelled, and with locked joints."""
-    header = ("shock at", "joints free [-]", "as modelled [-]", "joints locked [-]")
-    notes = ["–: not solvable with that joint model"] * any(None in row for row in profile.bracket)
+    sprung = profile.landing.joint_model.springs.any()
+    header = (
+        "shock at",
+        "joints free [-]",
+        "as modelled [-]",
+        "joints locked [-]",
+        *(["locked, springs free [-]"] if sprung else []),
+    )
+    rows = [row[: len(header)] for row in profile.bracket]
+    notes = ["–: not solvable with that joint model"] * any(None in row for row in rows)
     notes += ["free: no rotor, or each behind a soft spring; locked: gears and motors that do not yield during the impact"]
-    if profile.landing.joint_model.springs.any():
-        notes += ["locked is no bound here, because springs yield"]
-    return Sheet("effect of the joint model", header, profile.bracket, notes)
+    if len(header) > 4:
+        notes += [
+            "joints with springs yield in the impact, whatever their motors do, so the last column counts, not that before it"
+        ]
+    return Sheet("effect of the joint model", header, rows, notes)
 
 
 def _loads_sheet(profile: ShockProfile, most: int | None) -> Sheet:
@@ -335,8 +345,11 @@ def _time_pictures(profile: ShockProfile, spectrum: bool) -> list[Picture]:
 
 
 def _stiffness(profile: ShockProfile) -> str:
-    k, tangential = profile.scene.contact_stiffness, profile.scene.tangential_stiffness
-    return f"{k:g} N/m" + ("" if tangential is None else f" ({tangential:g} N/m along the ground)")
+    scene = profile.scene
+    along = "" if scene.tangential_stiffness is None else f" ({scene.tangential_stiffness:g} N/m along the ground)"
+    return f"{scene.contact_stiffness:g} N/m{along}" + (
+        "" if scene.contact_damping is None else f", {scene.contact_damping:g} N s/m"
+    )
 
 
 def _ground_lines(profile: ShockProfile) -> list[str]:
@@ -347,6 +360,9 @@ def _ground_lines(profile: ShockProfile) -> list[str]:
         how = f"jumps of the bodies at the end of contact, {_stiffness(profile)}, relative to the largest"
         if stiffness.agrees_by_construction and percent < 1.0:
             how += "; with restitution 0 they agree by construction, which is no evidence for the impulse model"
+        if profile.scene.contact_damping is not None:
+            made = ", ".join(f"{e:.3g} at {c.frame}" for e, c in zip(stiffness.restitution, profile.contacts, strict=True))
+            how += f"; the damping makes a restitution of {made}, which the impulse model has with --restitution alone"
         return [f"impulse model: {within} ({how})"]
     if (sliding := profile.friction) is None:
         return []

@@ -66,13 +66,14 @@ def _warnings(found: JointLimits) -> list[str]:
         )
     if found.profile.scene.friction is not None:
         warnings.append(
-            "warning: the friction counts in the column feasible alone; the number bounded is that of contacts that stick"
+            "warning: the friction counts in the column feasible alone, as contacts slide and open with it; the number bounded "
+            "is that of contacts that stick"
         )
     own, every = (int((~found.scan.feasible(*strikes)).sum()) for strikes in (found.limits[0].strikes, found.strikes))
     if own or every:
         warnings.append(
             f"warning: flat ground does not allow {own} of {n} postures at the scene's strike, and {every} at some strike of the "
-            "range: it would have to pull a contact, meets another link first, or needs more friction than given; column feasible"
+            "range: it would have to pull a contact, or meets another link first; column feasible"
         )
     return warnings
 

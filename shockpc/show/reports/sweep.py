@@ -106,7 +106,7 @@ def _lines(summary: SweepSummary) -> Iterator[str]:
             yield f"least severe that flat ground allows: {_varied(summary.sweep, one.best_row)}"
     refused, *counts = summary.refused
     if refused:
-        causes = ("a contact would have to be pulled", "a contact needs more friction", "another link is below the ground")
+        causes = ("a contact would have to be pulled", "another link is below the ground")
         listed = ", ".join(f"{number} because {cause}" for number, cause in zip(counts, causes, strict=True) if number)
         left = "they are left out" if summary.sweep.feasible else "--feasible leaves them out"
         yield f"warning: flat ground does not allow {refused} of {summary.sweep.rows} landings: {listed}; {left}"

@@ -49,13 +49,16 @@ class Chunk(NamedTuple):
         first: number of the first row in the sweep.
         columns: (n,) by heading: what was varied, then what was computed; NaN where a thing does not exist. "proven" tells which
             rows hold proven numbers; "double_error" is how far double precision was off where it was compared with a proof,
-            relative to the most severe shock of the same point.
+            relative to the most severe shock of the same point. "row" is the number of the row, if some are left out.
         messages: why a row could not be computed, by its index in the chunk.
+        refused: of a sweep, numbers of rows that flat ground does not allow, left out or not: those in which it would pull a
+            contact, and the others, in which another link is below it.
     """
 
     first: int
     columns: dict[str, Any]
     messages: dict[int, str]
+    refused: tuple[int, ...] = ()
 
 
 @dataclass(frozen=True, eq=False)
@@ -67,7 +70,7 @@ class Sweep:
         robot: its robot.
         variations: what differs between rows.
         computed: the computed columns.
-        feasible: whether rows that flat ground does not allow keep the numbers of `GROUND` alone.
+        feasible: whether rows that flat ground does not allow are left out.
         sample: number of random rows; None for the full grid.
         lhs: whether they are a Latin hypercube.
         seed: of the random numbers.
@@ -159,7 +162,8 @@ class Sweep:
     @property
     def headings(self) -> tuple[str, ...]:
         """The headings of all columns, without the message."""
-        return (*(variation.column for variation in self.variations), *self._names, "condition", "proven", "double_error")
+        varied = [variation.column for variation in self.variations]
+        return (*(["row"] if self.feasible else []), *varied, *self._names, "condition", "proven", "double_error")
 
     @property
     def feasible_column(self) -> Column:
@@ -169,6 +173,12 @@ class Sweep:
     @functools.cached_property
     def _names(self) -> tuple[str, ...]:
         return tuple(column.name for column in self.computed)
+
+    @property
+    def _pulls(self) -> list[str]:
+        """The columns that tell whether the ground would have to pull; with friction a contact opens instead."""
+        opens = self.scene.friction is not None or any(one.kind == "friction" for one in self.variations)
+        return [column.name for column in self.computed if column.selection.name == "pull" and not opens]
 
     def chunk(self, k: int) -> Chunk:
         """Compute a part."""
@@ -218,17 +228,22 @@ class Sweep:
                     messages.setdefault(int(own[i]) * S + s, text)
         flat = {name: x.ravel() for name, x in computed.items()}
         compared = self._checked[(self._checked >= a * S) & (self._checked < b * S)] - a * S
+        if self.feasible:
+            compared = compared[flat[self.feasible_column.name][compared] != 0.0]
 
         def profile(i: int) -> ShockProfile:
             return shock_profile(*self._case(_picked(values, *divmod(i, S))))
 
         proven, error = prove_rows(prove.ravel(), compared.tolist(), profile, self.computed, flat, messages)
+        refused = flat[self.feasible_column.name] == 0.0
+        pulled = refused & np.any([flat[name] > 0.0 for name in self._pulls], axis=0)
+        counts = int(pulled.sum()), int((refused & ~pulled).sum())
+        whole = varied_columns | flat | {"proven": proven, "double_error": error}
         if self.feasible:
-            refused = flat[self.feasible_column.name] == 0.0
-            for column in self.computed:
-                if column.selection.name not in GROUND:
-                    flat[column.name][refused] = np.nan
-        return Chunk(a * S, varied_columns | flat | {"proven": proven, "double_error": error}, dict(sorted(messages.items())))
+            kept = np.flatnonzero(~refused)
+            whole = {"row": a * S + kept} | {name: x[kept] for name, x in whole.items()}
+            messages = {int(np.searchsorted(kept, i)): text for i, text in messages.items()}
+        return Chunk(a * S, whole, dict(sorted(messages.items())), counts)
 
     @functools.cached_property
     def _checked(self) -> np.ndarray:

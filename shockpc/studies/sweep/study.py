@@ -48,7 +48,7 @@ def sweep(
         bodies: names or globs of bodies; the base by default, if there are no points either.
         greatest: whether to add the greatest shock over the geometry of the bodies.
         quantities: further columns, QUANTITY or QUANTITY@PLACES, as `selected` takes it.
-        feasible: whether rows that flat ground does not allow keep no numbers but those that tell why.
+        feasible: whether rows that flat ground does not allow are left out. Rows that could not be computed are not.
         sample: number of random rows instead of the full grid. If neither a joint nor what the robot and the ground are is varied,
             all joints are, within their limits.
         lhs: whether the sample is a Latin hypercube.

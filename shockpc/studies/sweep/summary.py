@@ -1,8 +1,8 @@
 """A sweep in a few numbers: ranges and percentiles, what they depend on, and how far double precision was off."""
 
-import functools
+import itertools
 from collections import Counter
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterable, Iterator
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -61,14 +61,12 @@ class Refused(NamedTuple):
 
     Attributes:
         rows: all of them.
-        pulled: a contact would have to be pulled.
-        slipping: a contact needs more friction than the scene gives.
+        pulled: a contact would have to be pulled; none with friction, where it opens.
         below: another link is below the ground.
     """
 
     rows: int
     pulled: int
-    slipping: int
     below: int
 
 
@@ -83,7 +81,7 @@ class SweepSummary(NamedTuple):
         ranked: number of rows of which they are.
         messages: why rows could not be computed, with the number of such rows, most frequent first.
         failed: number of rows that could not be computed.
-        refused: number of rows that flat ground does not allow.
+        refused: numbers of rows that flat ground does not allow, left out or not.
         proven: number of rows that needed a proof and have one.
         compared: number of other rows that were proven as well.
         largest_error: how far double precision was off there at most, relative to the most severe shock of the same point.
@@ -107,12 +105,13 @@ class SweepSummary(NamedTuple):
         return float(2.0 / max(self.ranked, 1) ** 0.5)
 
 
-def summarise(sweep: Sweep, read: Callable[[str], Iterator[Any]]) -> SweepSummary:
+def summarise(sweep: Sweep, read: Callable[[str], Iterator[Any]], refused: Iterable[tuple[int, ...]]) -> SweepSummary:
     """Summarise a sweep.
 
     Args:
         sweep: the sweep.
         read: heading of a column, or "message" → its parts in order, (n,) each.
+        refused: of each part the numbers of rows that flat ground does not allow, as in `Chunk`.
     """
     messages: Counter[str] = Counter()
     for part in read("message"):
@@ -123,29 +122,20 @@ def summarise(sweep: Sweep, read: Callable[[str], Iterator[Any]]) -> SweepSummar
         proven += int(np.sum(flags))
         others = errors[~flags & ~np.isnan(errors)]
         compared, largest = compared + len(others), max(largest, float(np.max(others, initial=0.0)))
-    feasible = _whole(sweep.rows, read(sweep.feasible_column.name))
-    no, causes = feasible == 0.0, []
-    friction: Any = np.inf if sweep.scene.friction is None else sweep.scene.friction
-    for variation in sweep.variations:
-        if variation.kind == "friction":
-            friction = _whole(sweep.rows, read(variation.column))
-    for key, limit in (("pull", 0.0), ("friction_needed", friction)):
-        own = [column for column in sweep.computed if column.selection.name == key]
-        causes.append(no & functools.reduce(np.logical_or, (_whole(sweep.rows, read(column.name)) > limit for column in own)))
-    pulled, slipping = causes
-    counts = [int(np.sum(rows)) for rows in (no, pulled, slipping & ~pulled, no & ~pulled & ~slipping)]
+    feasible = _whole(sweep, read, sweep.feasible_column.name)
+    pulled, below = (sum(counts) for counts in zip(*refused, strict=True))
     drawn = sweep.sample is None and len(sweep.variations) <= 2
     columns = [column for column in sweep.computed if column.shock or column.asked]
     varied = tuple(variation for variation in sweep.variations if sweep.sample is not None and variation.kind != "contact")
     step = -(-sweep.rows // RANKED)
-    drivers = [_whole(sweep.rows, read(variation.column))[::step].copy() for variation in varied]
+    drivers = [_whole(sweep, read, variation.column)[::step].copy() for variation in varied]
     extents, effects = [], []
     for column in columns:
-        values = _whole(sweep.rows, read(column.name))
+        values = _whole(sweep, read, column.name)
         effects.append(values[::step].copy() if varied else values[:0])
         extents.append(_extent(column, values, drawn, feasible == 1.0))
     correlations = np.array([[_correlation(x, y) for y in effects] for x in drivers]).reshape(len(drivers), len(effects))
-    ranked = len(drivers[0]) if drivers else 0
+    ranked = int(np.sum(~np.isnan(drivers[0]))) if drivers else 0
     return SweepSummary(
         sweep,
         tuple(extents),
@@ -154,18 +144,18 @@ def summarise(sweep: Sweep, read: Callable[[str], Iterator[Any]]) -> SweepSummar
         ranked,
         tuple(messages.most_common()),
         sum(messages.values()),
-        Refused(*counts),
+        Refused(pulled + below, pulled, below),
         proven,
         compared,
         largest,
     )
 
 
-def _whole(rows: int, parts: Iterator[Array]) -> Array:
-    values = np.empty(rows)
-    end = 0
-    for part in parts:
-        values[end : end + len(part)] = part
+def _whole(sweep: Sweep, read: Callable[[str], Iterator[Array]], name: str) -> Array:
+    """A column (rows,) of all parts; NaN in rows that are left out."""
+    values, end = np.full(sweep.rows, np.nan), 0
+    for part, own in zip(read(name), read("row") if sweep.feasible else itertools.repeat(None), strict=False):
+        values[slice(end, end + len(part)) if own is None else own.astype(int)] = part
         end += len(part)
     return values
 
