@@ -25,7 +25,7 @@ from shockpc.places import Kind, Place, body_places, joint_places, point_places
 from shockpc.printed import listed
 from shockpc.robot.catalogue import closing_scene
 from shockpc.robot.record import Loop, Robot
-from shockpc.scene import Scene, check_scene, plane_of, with_paths
+from shockpc.scene import Scene, check_scene, plane_of, with_paths, with_plane
 from shockpc.trace import Trace
 
 
@@ -214,7 +214,7 @@ def _complete(scene: Scene, robot: Robot) -> Scene:
         strike = replace(strike, speed=speed, strike_angle_deg=strike.strike_angle_deg or 0.0)
     scene = with_paths(scene, lambda path: str(Path(path).expanduser().resolve()))
     posture = replace(scene.posture, reference=reference_name(robot, scene.posture.reference))
-    return replace(scene, robot=robot.label, base=scene.base or robot.usual_base, strike=strike, posture=posture)
+    return with_plane(replace(scene, robot=robot.label, base=scene.base or robot.usual_base, strike=strike, posture=posture))
 
 
 def pulse_of(scene: Scene) -> Pulse | None:

@@ -9,7 +9,7 @@ import dataclasses
 import math
 import os
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal, TypeVar
 
@@ -173,7 +173,9 @@ class Scene(Record):
         robot: a name that `shockpc robots` lists, or the path of a URDF, xacro or MJCF file.
         base: free; planar (moves and rotates in the plane only); fixed. By default free, or fixed where an MJCF file fixes it
             or the root link is called world. With free and planar the one top-level body of such a file gets a free joint.
-        plane: xz (sagittal), yz (frontal), xy (horizontal), or the normal of another plane.
+        plane: in which CoPc and RoPc are given and figures are drawn, and in which the strike angle is measured: xz (sagittal), yz
+            (frontal), xy (horizontal), or the normal of another plane; auto is xz, or yz if more than half of the velocity is
+            sideways.
         srdf: file of reference postures; by default the one beside the robot.
         packages: folders of packages, for `package://` and `$(find …)`.
         xacro: arguments of a xacro file.
@@ -200,7 +202,7 @@ class Scene(Record):
 
     robot: str
     base: Base | None = None
-    plane: Literal["xz", "yz", "xy"] | tuple[float, float, float] = "xz"
+    plane: Literal["auto", "xz", "yz", "xy"] | tuple[float, float, float] = "auto"
     srdf: str | None = None
     packages: Mapping[str, str] = field(default_factory=dict)
     xacro: Mapping[str, str] = field(default_factory=dict)
@@ -227,7 +229,7 @@ class Scene(Record):
             *,
             robot: str | os.PathLike[str],
             base: Base | None = None,
-            plane: Literal["xz", "yz", "xy"] | Sequence[float] = "xz",
+            plane: Literal["auto", "xz", "yz", "xy"] | Sequence[float] = "auto",
             srdf: str | os.PathLike[str] | None = None,
             packages: Mapping[str, str] = ...,
             xacro: Mapping[str, str] = ...,
@@ -270,16 +272,29 @@ class Scene(Record):
 S = TypeVar("S", bound=Scene)
 
 
+def with_plane(scene: S) -> S:
+    """The scene with its own plane, or that in which its strike happens.
+
+    Raises:
+        SceneError: as for `Strike.vector`.
+    """
+    if scene.plane != "auto":
+        return scene
+    velocity = scene.strike.vector(plane_from(PLANES["xz"]))
+    return replace(scene, plane="yz" if abs(velocity[1]) > 0.5 * np.linalg.norm(velocity) else "xz")
+
+
 def plane_of(scene: Scene) -> Plane:
     """The plane of a scene as unit vectors.
 
     Raises:
         SceneError: the normal has length zero.
     """
+    plane = with_plane(scene).plane
     try:
-        return plane_from(PLANES[scene.plane] if isinstance(scene.plane, str) else scene.plane)
+        return plane_from(PLANES[plane] if isinstance(plane, str) else plane)
     except ValueError as refusal:
-        raise SceneError(f"plane: {refusal}; valid are xz, yz, xy or a normal such as 0,-1,0") from None
+        raise SceneError(f"plane: {refusal}; valid are auto, xz, yz, xy or a normal such as 0,-1,0") from None
 
 
 def check_scene(scene: Scene) -> Scene:

@@ -14,7 +14,6 @@ import shapely
 from commands import python
 from hypothesis import given
 from hypothesis import strategies as st
-from matplotlib import style
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.patches import Rectangle
 from matplotlib.text import Text
@@ -29,7 +28,7 @@ from shockpc.robot.meshes import Mesh
 from shockpc.show.figure.landing import draw_landing
 from shockpc.show.figure.picture import layers
 from shockpc.show.figure.silhouette import silhouette, to_plane
-from shockpc.show.figure.style import BANDS, EDGES, STYLE, band, render
+from shockpc.show.figure.style import BANDS, EDGES, band, render, settings
 from shockpc.show.figure.view import Field, field_of, view_of
 from shockpc.show.reports.paper import paper_picture
 
@@ -255,6 +254,7 @@ def test_every_eye_can_order_the_bands(blindness):
 # The whole figure
 
 
+BAR = "normalised shock |Δv| / v_in [-]; grey: 1.0 when rounded"
 WRITTEN = {
     "anymal_b: shock of landing on LF_FOOT": {},
     "posture standing; base planar; strike 2 m/s, 30 deg from the vertical; contact slides; restitution 0.5": {
@@ -282,12 +282,11 @@ def test_the_figure_states_what_was_computed(sentence):
     figure, up = draw_landing(profile), "y [m]" if "plane" in scene else "z [m]"
     written = set(words(figure))
     assert any(sentence in text for text in written)
-    assert {"imu_link", "LF_SHANK", "CoPc x", up, "RoPc [m]", "shock [-]", f"{profile.points[0].shock:.2f}"} <= written
+    assert {"imu_link", "LF_SHANK", "CoPc x", up, "RoPc [m]", "shock [-]", BAR, f"{profile.points[0].shock:.2f}"} <= written
     assert ("peak [g]" in written) == ("pulse" in scene)
     assert ("velocity of the contact before the impact" in written) == ("plane" not in scene)
-    picture, bar = figure.axes[1:3]
+    picture = figure.axes[1]
     assert (picture.get_xlabel(), picture.get_ylabel()) == ("x [m]", up)
-    assert bar.get_xlabel() == "normalised shock |Δv| / v_in [-]; grey: 1.0 when rounded"
 
 
 def test_every_contact_has_an_arrow_of_its_own_velocity():
@@ -364,7 +363,7 @@ def test_a_body_without_shapes_is_the_box_of_its_inertia(tmp_path, monkeypatch, 
     assert ("meshes that are missing or cannot be read: trunk.stl" in written) == bool(shapes)
     if not shapes:
         monkeypatch.setattr(shockpc.show.figure.view, "inertia_box", lambda _: None)
-        with style.context(STYLE, after_reset=True):
+        with settings():
             figure = draw_landing(shock_profile(scene, load_robot(scene.robot)))  # not the one whose silhouettes are kept
             assert "no body of this robot has a shape, or an inertia that a body can have" in words(figure)
             assert outside(figure) == []
@@ -376,6 +375,30 @@ def test_a_box_of_inertia_that_is_larger_than_the_robot_is_an_outline(tmp_path):
     (tmp_path / "bare.urdf").write_text(BARE.format("").replace('<link name="empty"/>', ball))
     scene = Scene(robot=str(tmp_path / "bare.urdf"), contact="trunk", joints=Joints(armature={"j": 0.01}))
     assert [(drawn.box, drawn.outlined) for drawn in sorted(view_of(shock_profile(scene)).drawn)] == [(True, True), (False, False)]
+
+
+@pytest.mark.parametrize("inertia", [1e-4, 1.0])
+def test_without_shapes_a_box_is_compared_with_the_places_of_the_robot(tmp_path, inertia):
+    """A hand at the end of an arm of 0.4 m, with the inertia of a cube of 6 m, is an outline and does not shrink the picture."""
+    moments = " ".join(f'{name}="{inertia * (name[1] == name[2])}"' for name in ("ixx", "iyy", "izz", "ixy", "ixz", "iyz"))
+    hand = f'<inertial><mass value="0.1"/><inertia {moments}/></inertial>'
+    text = BARE.format("").replace('<link name="empty"/>', f'<link name="empty">{hand}</link>')
+    (tmp_path / "bare.urdf").write_text(text.replace('<axis xyz="0 1 0"/>', '<axis xyz="0 1 0"/><origin xyz="0.4 0 0"/>'))
+    view = view_of(shock_profile(Scene(robot=str(tmp_path / "bare.urdf"), contact="empty")))
+    assert {drawn.body: drawn.outlined for drawn in view.drawn} == {0: False, 1: inertia > 0.1}
+    assert view.size < 1.0
+
+
+def test_a_fall_to_the_side_is_in_the_frontal_plane(anymal):
+    """Numbers and picture are those of --plane yz; a plane that is given is kept."""
+    scene = Scene(robot="anymal_b", contact="LF_FOOT", strike=Strike(velocity=(0.0, -0.8, -0.6)))
+    profile, frontal, sagittal = (shock_profile(replace(scene, plane=plane)) for plane in ("auto", "yz", "xz"))
+    assert profile.scene.plane == "yz"
+    assert np.array_equal(profile.ropc, frontal.ropc)
+    assert not np.allclose(profile.ropc, sagittal.ropc)
+    assert draw_landing(profile).axes[1].get_xlabel() == "y [m]"
+    assert any(text.endswith("plane yz (frontal)") for text in words(draw_landing(profile)))
+    assert draw_landing(sagittal).axes[1].get_xlabel() == "x [m]"
 
 
 def test_the_figure_has_the_warnings_and_names_colours_beyond_the_table(tmp_path):
@@ -390,7 +413,7 @@ def test_the_figure_has_the_warnings_and_names_colours_beyond_the_table(tmp_path
     greatest = trunk.field.at(np.array([[x, z] for x in (-0.5, 0.5) for z in (-0.5, 0.5)])).max()
     written = " ".join(words(draw_landing(profile)))
     assert greatest > 1.5 * profile.shock_max[0]
-    assert f"up to {greatest:.2f} on 1." in written
+    assert f"reach {greatest:.2f} on 1;" in written
     assert "CoPc in world axes" in written
     assert f"warning: {profile.health.warnings[0]}"[:40] in written
 
@@ -417,7 +440,7 @@ def outside(figure):
 )
 def test_no_letter_leaves_the_page_or_covers_a_number(robot, frames, angle, plane):
     """Robots of every shape, in every plane; no label is written over the number of a body."""
-    with style.context(STYLE, after_reset=True):
+    with settings():
         figure = draw_landing(landing(robot, *frames, angle=angle, plane=plane))
         assert outside(figure) == []
         texts = figure.axes[1].texts
@@ -485,7 +508,7 @@ def paper_figure(number):
 @pytest.mark.parametrize("number", [1, 2, 3, 5])
 def test_labels_of_a_paper_figure_keep_apart(number):
     """No label lies on another or on the number of a body, and no text leaves the page."""
-    with style.context(STYLE, after_reset=True):
+    with settings():
         drawing, _, panels = paper_figure(number)
         assert outside(drawing) == []
         for axes in panels:

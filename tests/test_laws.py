@@ -100,7 +100,7 @@ def test_turning_everything_turns_the_answer(landing, seed):
     assume((R @ landing.strike)[2] < -0.05)
     assume(all(np.abs(np.asarray(hit.directions)[:, 2]).max() > 0.05 for hit in turned))
     file = trees.written(landing.mechanism)
-    robot, scene = trees.robot_from(file.text), trees.scene_of(landing, file)
+    robot, scene = trees.robot_from(file.text), replace(trees.scene_of(landing, file), plane="xz")
     posture = replace(
         file.posture,
         base_position=tuple((R @ file.posture.base_position).tolist()),

@@ -128,7 +128,10 @@ class SceneOptions(NamedTuple):
     armature: tuple[Setting, ...] = _in_joints("Reflected inertia of joints [kg m²; kg if prismatic].", "JOINT=INERTIA", setting)
     lock: tuple[str, ...] = _in_joints("Locked joints, which keep the rate that they have.", "JOINT")
     plane: str | Vector | None = _in_results(
-        "Plane of CoPc and RoPc: xz (sagittal, default), yz, xy, or a normal NX,NY,NZ.", "PLANE", plane
+        "Plane of CoPc, RoPc and figures: xz (sagittal), yz (frontal), xy, or a normal NX,NY,NZ; by default auto: xz, or yz where "
+        "more than half of the velocity is sideways.",
+        "PLANE",
+        plane,
     )
     v_in: Literal["contact", "com"] | None = _in_results(
         "The speed that shock is relative to: of the contact (default) or of the centre of mass."

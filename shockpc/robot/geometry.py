@@ -41,6 +41,12 @@ _SIZES = {"box": 3, "sphere": 1, "cylinder": 2, "capsule": 2, "ellipsoid": 3}
 _MJCF_PRIMITIVES = {2: "sphere", 3: "capsule", 4: "ellipsoid", 5: "cylinder", 6: "box"}  # mjtGeom
 _MJCF_MESH = 7
 
+_BINARY = np.array(list(itertools.product([0.0, 1.0], repeat=3)))[:, ::-1]
+"""How often the edges to corners 1, 2 and 4 of a box are in corner k."""
+_SIDES = [[0, 1, 3, 2], [4, 6, 7, 5], [0, 4, 5, 1], [2, 3, 7, 6], [0, 2, 6, 4], [1, 5, 7, 3]]
+_BOX = np.array([side[:1] + side[k : k + 2] for side in _SIDES for k in (1, 2)])
+"""Triangles of a box."""
+
 _Y_TO_Z = np.array([[1.0, 0.0, 0.0], [0.0, 0.0, -1.0], [0.0, 1.0, 0.0]])
 
 LARGEST = 1e6
@@ -328,6 +334,12 @@ def facets(shape: Shape) -> list[Array]:
     if shape.mesh is not None:
         return list(shape.mesh.vertices[shape.mesh.triangles])
     points = _corners(shape)
+    if not shape.rounding.any() and len(points) == 8:
+        edges = points[[1, 2, 4]] - points[0]
+        shortest, *_, longest = sorted(np.linalg.norm(edges, axis=1))
+        # A box needs no library, whose import takes as long as reading the meshes of a robot.
+        if shortest > 1e-6 * longest and np.abs(points[0] + _BINARY @ edges - points).max() <= 1e-12 * longest:
+            return list(points[_BOX])
     found = hull(points)
     return [points] if found is None else list(points[found.simplices])
 

@@ -174,9 +174,16 @@ def _collada_shape(data: bytes) -> tuple[bytes, float, bool]:
         element[:] = [child for child in element if child.tag not in _NO_SHAPE]
     positions = {item.get("source", "")[1:] for item in root.iterfind(".//vertices/input[@semantic='POSITION']")}
     for source in root.iter("source"):
-        # pycollada would make zeros of them.
-        if source.get("id") in positions and "nan" in source.findtext("float_array", "").lower():
+        numbers = source.find("float_array")
+        if numbers is None:
+            continue
+        if source.get("id") not in positions:
+            numbers.text = ""  # normals and the like, half of the file
+        elif "nan" in (numbers.text or "").lower():  # pycollada would make zeros of them
             raise ValueError("it has vertices that are not finite numbers")
+    for item in root.iter("input"):
+        if item.get("semantic") not in ("POSITION", "VERTEX"):
+            item.set("semantic", "COLOR")  # whose indices count, and whose values are not looked at
     _refuse_growth(root)
     unit = root.find("asset/unit")
     y_up = root.findtext("asset/up_axis", "").strip() == "Y_UP"

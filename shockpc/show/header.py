@@ -46,7 +46,7 @@ def header_lines(profile: ShockProfile) -> list[tuple[str, str]]:
         "contact": "; ".join(_contact_text(profile, i) for i in range(len(profile.contacts))),
         "strike": f"{strike_text(profile)}: velocity ({vector_text(profile.strike)}) m/s{normalised}",
         "joint model": "; ".join([joint_model_text(profile), *_drive_texts(profile)]),
-        "plane": PLANES[scene.plane] if isinstance(scene.plane, str) else f"normal ({vector_text(profile.plane.normal)})",
+        "plane": plane_text(profile),
     }
     return [(name, printable(text)) for name, text in lines.items()]
 
@@ -77,6 +77,17 @@ def shared_warnings(landings: Mapping[str, ShockProfile], without: str = "") -> 
     return lines
 
 
+def plane_text(profile: ShockProfile) -> str:
+    """The plane of CoPc and RoPc, and whether more than half of a given velocity is out of the sagittal plane."""
+    plane, velocity = profile.scene.plane, np.array(profile.scene.strike.velocity or (0.0, 0.0, -1.0))
+    if not isinstance(plane, str):
+        return f"normal ({vector_text(profile.plane.normal)})"
+    if plane == "xy" or not abs(velocity[1]) > 0.5 * (speed := float(np.linalg.norm(velocity))):
+        return PLANES[plane]
+    share = f"{PLANES[plane]}; {100.0 * abs(velocity[1]) / speed:.0f} % of the velocity is out of the sagittal plane"
+    return f"{share}, which --plane xz selects" if plane == "yz" else share
+
+
 def base_text(robot: Robot, base: Base) -> str:
     """How the base moves, why, and what changes it."""
     if base != "fixed" or not robot.free_base:
@@ -101,7 +112,7 @@ def _drive_texts(profile: ShockProfile) -> list[str]:
         behind = "" if motor.stiffness is None else f", behind a spring of {motor.stiffness:g} N m/rad"
         texts.append(f"rotor of {printable(name)}: {motor.inertia:g} kg m², {ratio}{behind}")
     texts += [f"locked: {', '.join(joints.locked)}"] if joints.locked else []
-    if model.drives and joints.drives is None:
+    if model.drives and joints.drives is None and model.armature.any():
         texts.append("--drives none for free joints")
     single = [joint for joint in robot.single_joints if joint.kind != "free"]
     ratios = {robot.gear_ratios[joint.name]: joint.name for joint in single if abs(robot.gear_ratios.get(joint.name, 1.0)) != 1.0}

@@ -1,6 +1,5 @@
 """A landing in the plane: each body is coloured by the shock at each of its points."""
 
-import math
 
 import numpy as np
 import shapely
@@ -13,7 +12,7 @@ from shockpc.show.figure.page import LEFT, Page, Rows, short
 from shockpc.show.figure.picture import draw_bodies, draw_marks, letter
 from shockpc.show.figure.style import band
 from shockpc.show.figure.view import View, Window, view_of, windows_of
-from shockpc.show.header import count, joint_model_text, posture_text, strike_text
+from shockpc.show.header import count, joint_model_text, plane_text, posture_text, strike_text
 
 FOOT = 0.8
 """Room for coordinates and the colour bar [inches]."""
@@ -54,6 +53,7 @@ def _heading(profile: ShockProfile) -> tuple[str, str, str]:
     robot = printable(profile.robot.source.name or profile.robot.name, 40)
     scene = profile.scene
     words = [f"posture {posture_text(profile)}", f"base {scene.base or 'free'}", f"strike {strike_text(profile)}"]
+    words += [f"plane {plane_text(profile).partition(';')[0]}"] * (scene.plane != "xz")
     words += ["contact slides"] * any(not contact.sticks for contact in scene.contact)
     words += [f"restitution {e:g}" for e in [max(contact.restitution for contact in scene.contact)] if e]
     return f"{robot}: shock of landing on {contacts}", "; ".join(words), f"joint model: {joint_model_text(profile)}"
@@ -65,7 +65,7 @@ def _body_rows(profile: ShockProfile, view: View) -> Rows:
     rows: Rows = [("", "body", f"CoPc {axes[0]}", f"{axes[1]} [m]", "RoPc [m]", "shock [-]")]
     for i, number in view.numbers.items():
         low, high = profile.shock_min[i], profile.shock_max[i]
-        shock = f"{short(low)}–{short(high)}" if np.isfinite(high) else short(profile.shock_com[i])
+        shock = f"{short(low)}–{short(high)}" if np.isfinite(high) else f"{short(profile.shock_com[i])} CoM"
         centre = map(short, view.centres[i]) if i in view.centres else ("none", "")
         rows.append((str(number), printable(profile.bodies[i], 16), *centre, short(profile.ropc[i]), shock))
     return rows
@@ -91,15 +91,16 @@ def _notes(profile: ShockProfile, view: View) -> list[str]:
         )
     more = {}
     for drawn in view.drawn:
-        i, table = drawn.body, float(profile.shock_max[drawn.body])
-        if i in view.numbers and math.isfinite(table) and not drawn.outlined and not drawn.region.is_empty:
+        i = drawn.body
+        if i in view.numbers and not drawn.outlined and not drawn.region.is_empty:
             shock = float(drawn.field.at(shapely.get_coordinates(drawn.region)).max())
-            if band(shock) > band(table):
+            if band(shock) > band(float(np.fmax(profile.shock_max[i], profile.shock_com[i]))):
                 more[view.numbers[i]] = shock
     if more:
         listed = ", ".join(f"{short(shock)} on {number}" for number, shock in more.items())
         notes.append(
-            f"colours are those of the visible shapes, which differ from the collision geometry of the table: up to {listed}."
+            f"colours are on the visible shapes and reach {listed}; the table is over the collision geometry, or at the CoM of a "
+            "body without it."
         )
     unseen = [printable(profile.bodies[drawn.body], 20) for drawn in view.drawn if drawn.region.is_empty]
     if unseen:

@@ -6,9 +6,9 @@ import textwrap
 from collections.abc import Sequence
 from typing import Any
 
-import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
+from matplotlib.patches import Rectangle
 from matplotlib.ticker import MaxNLocator
 
 from shockpc.show.figure.style import BANDS, EDGES, INK, SHOCK
@@ -122,11 +122,13 @@ class Page:
         text: str = f"{SHOCK}; grey: 1.0 when rounded",
     ) -> None:
         """Show colours between levels, one more than colours, under the pictures; the text stands under the bar."""
-        axes, n = self.axes(x, self.low + 0.14, width, 0.14), len(colours)
-        axes.barh(np.zeros(n), np.ones(n), left=np.arange(n), color=colours, edgecolor=INK, linewidth=0.5)
-        axes.set(xlim=(0, n), ylim=(-0.4, 0.4), yticks=[], xlabel=text)
-        axes.set_xticks(range(n + 1), ["∞" if math.isinf(level) else f"{round(level, 12):g}" for level in levels])
-        axes.tick_params(length=0.0)
+        y, step = self.low + 0.14, width / len(colours)
+        for k, colour in enumerate(colours):
+            place = (x + k * step, y)
+            self._axes.add_artist(Rectangle(place, step, 0.12, facecolor=colour, edgecolor=INK, linewidth=0.5))
+        for k, level in enumerate(levels):
+            self.write(x + k * step, y - 0.05, "∞" if math.isinf(level) else f"{round(level, 12):g}", 7.0, ha="center")
+        self.write(x + width / 2.0, y - 0.2, text, ha="center")
 
     def key(self, place: tuple[float, float] | None = None, columns: int = 1) -> None:
         """Explain the signs of the pictures down from a place [inches], by default the end of the column."""

@@ -63,7 +63,7 @@ def draw_bodies(axes: Axes, view: View, fine: float = 4000.0) -> None:
         label = BOXED if drawn.box else OUTLINED if drawn.outlined else None
         edge = outlined(axes, drawn.region, view.size / fine, zorder=zorder + 0.005, label=label, **style)
         for k, patch in [] if drawn.outlined else layers(drawn.region, drawn.field):
-            axes.add_patch(patch).set(facecolor=faded(BANDS[k], 0.6 * fade), zorder=zorder, clip_path=edge)
+            axes.add_artist(patch).set(facecolor=faded(BANDS[k], 0.6 * fade), zorder=zorder, clip_path=edge)
     if all(drawn.region.is_empty for drawn in view.drawn):
         nothing = "no body of this robot has a shape, or an inertia that a body can have"
         axes.text(0.5, 0.9, nothing, ha="center", transform=axes.transAxes)
@@ -96,7 +96,7 @@ def outlined(axes: Axes, region: Region, detail: float, **style: Any) -> PathPat
     rings = shapely.get_rings(shapely.get_parts(shapely.simplify(region, detail)))
     path = Path.make_compound_path(*(Path(ring.coords, closed=True) for ring in rings))
     patch = PathPatch(path, facecolor="none", joinstyle="round", **style)
-    axes.add_patch(patch)
+    axes.add_artist(patch)
     return patch
 
 
@@ -145,7 +145,7 @@ def draw_velocities(axes: Axes, view: View, window: Window, scale: float = 1.0) 
         look: dict[str, Any] = {"shrinkA": 0, "shrinkB": 0, "facecolor": INK, "edgecolor": PAPER, "linewidth": scale, "zorder": 7}
         look |= {"arrowstyle": "simple,head_length=8.5,head_width=10.0,tail_width=3.0"}
         tip = place + window.arrow * velocity
-        axes.add_patch(FancyArrowPatch(place, tip, mutation_scale=scale * min(1.0, 0.5 + speed), **look))
+        axes.add_artist(FancyArrowPatch(place, tip, mutation_scale=scale * min(1.0, 0.5 + speed), **look))
 
 
 def _tags(view: View, labels: "Labels") -> None:
@@ -175,7 +175,8 @@ class Labels:
 
     def tag(self, region: Region, text: str) -> None:
         """Write a number in a ring: at the centroid of a region, in the middle of its widest part, or beside what is too thin."""
-        free = max(shapely.get_parts(shapely.difference(region, self._taken)), key=lambda part: float(part.area), default=None)
+        free = shapely.difference(shapely.intersection(region, self._window), self._taken)
+        free = max(shapely.get_parts(free), key=lambda part: float(part.area), default=None)
         if free is None or free.geom_type != "Polygon" or free.is_empty:
             return
         widest = shapely.maximum_inscribed_circle(free)

@@ -6,7 +6,7 @@ contoured; that works for any set of triangles and costs a few milliseconds.
 """
 
 from collections.abc import Sequence
-from typing import Any, TypeAlias
+from typing import Any, NamedTuple, TypeAlias
 
 import contourpy
 import numpy as np
@@ -44,23 +44,52 @@ def projection(shape: Shape, plane: Plane) -> Region:
     return shapely.MultiPoint((to_plane(shape.points, plane)[:, None] + rim).reshape(-1, 2)).convex_hull
 
 
-def silhouette(shapes: Sequence[Shape], plane: Plane, resolution: float) -> Region:
+class Edges(NamedTuple):
+    """The edges of a mesh.
+
+    Attributes:
+        low, high: (k,) vertices at their ends, the lower index first.
+        edge: (3 m,) that of each side of the triangles: of all first sides, all second sides and all third sides.
+        sense: (3 m,) 1 for a side that runs from low to high, else −1.
+    """
+
+    low: NDArray[np.int64]
+    high: NDArray[np.int64]
+    edge: NDArray[np.int64]
+    sense: Array
+
+    @classmethod
+    def of(cls, triangles: NDArray[np.int64], count: int) -> "Edges":
+        """The edges of triangles (m, 3) between so many vertices."""
+        start, end = triangles.T.ravel(), np.roll(triangles, -1, axis=1).T.ravel()
+        edges, edge = np.unique(np.minimum(start, end) * count + np.maximum(start, end), return_inverse=True)
+        return cls(*np.divmod(edges, count), edge, np.where(start < end, 1.0, -1.0))
+
+
+def silhouette(shapes: Sequence[Shape], plane: Plane, resolution: float, edges: dict[int, Edges] | None = None) -> Region:
     """The union of the projections of shapes on a plane; empty if there are none.
 
-    The resolution is the largest distance of the outline from the true one [m].
+    Args:
+        shapes: with meshes or without.
+        plane: onto which they are projected.
+        resolution: largest distance of the outline from the true one [m].
+        edges: those of meshes by the identity of their triangles, which shapes at several places share; new ones are added.
     """
-    parts = []
+    parts, edges = [], {} if edges is None else edges
     for shape in shapes:
         if shape.mesh is None:
             parts.append(projection(shape, plane))
-        else:
-            parts.append(_projection(to_plane(shape.mesh.vertices, plane), shape.mesh.triangles, 0.7 * resolution))
+            continue
+        vertices, triangles, _ = shape.mesh
+        if id(triangles) not in edges:
+            edges[id(triangles)] = Edges.of(triangles, len(vertices))
+        parts.append(_projection(to_plane(vertices, plane), triangles, edges[id(triangles)], 0.7 * resolution))
     # A plate seen from its edge has no area, so it gets a width.
     parts = [part if part.area > resolution**2 else part.buffer(resolution) for part in parts if not part.is_empty]
     return shapely.union_all(parts).simplify(resolution / 2.0)
 
 
-def _projection(vertices: Array, triangles: NDArray[np.int64], pixel: float) -> Region:
+def _projection(vertices: Array, triangles: NDArray[np.int64], edges: Edges, pixel: float) -> Region:
     """The union of triangles (m, 3) between vertices (n, 2) [m], contoured around the cells [m] whose centres they cover.
 
     Along the centre line of every row each triangle covers one interval: its edges add one at the start and subtract one at the
@@ -74,14 +103,11 @@ def _projection(vertices: Array, triangles: NDArray[np.int64], pixel: float) -> 
     row = np.ceil(y).astype(np.int64)
     a, b, c = triangles.T
     turn = np.sign((x[b] - x[a]) * (y[c] - y[a]) - (x[c] - x[a]) * (y[b] - y[a]))
-    start, end, turn = np.concatenate([a, b, c]), np.concatenate([b, c, a]), np.tile(turn, 3)
-    crosses = (row[start] != row[end]) & (turn != 0.0)
-    start, end, turn = start[crosses], end[crosses], turn[crosses]
     # The contributions of two neighbours to their common edge cancel: only folds and rims remain, few of a fine mesh.
-    edges, which = np.unique(np.minimum(start, end) * len(x) + np.maximum(start, end), return_inverse=True)
-    change = np.bincount(which, weights=np.where(row[end] < row[start], turn, -turn), minlength=len(edges))
-    edges, change = edges[change != 0.0], change[change != 0.0]
-    start, end = edges // len(x), edges % len(x)
+    change = np.bincount(edges.edge, weights=np.tile(turn, 3) * edges.sense, minlength=len(edges.low))
+    change *= np.sign(row[edges.low] - row[edges.high])
+    (kept,) = np.nonzero(change)
+    start, end, change = edges.low[kept], edges.high[kept], change[kept]
 
     first, count = np.minimum(row[start], row[end]), np.abs(row[end] - row[start])
     slope = (x[end] - x[start]) / (y[end] - y[start])

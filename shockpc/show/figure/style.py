@@ -10,8 +10,10 @@ import io
 import math
 import warnings
 from collections.abc import Callable
+from contextlib import AbstractContextManager
+from typing import Any
 
-from matplotlib import style
+from matplotlib import rc_context, rcParamsDefault
 from matplotlib.colors import to_rgb
 from matplotlib.figure import Figure
 
@@ -30,7 +32,7 @@ INK, PAPER = "#1a1a1a", "#ffffff"
 SHOCK = "normalised shock |Δv| / v_in [-]"
 """Label of bars and axes."""
 
-DPI = 160
+DPI = 120
 """Of the PNG."""
 
 STYLE = {
@@ -85,10 +87,16 @@ def new_chart(width: float, height: float, title: str) -> Figure:
     return figure
 
 
+def settings() -> AbstractContextManager[None]:
+    """A context with matplotlib's default settings and the changes in `STYLE`."""
+    defaults: dict[Any, Any] = {key: value for key, value in rcParamsDefault.items() if "backend" not in key}
+    return rc_context(defaults | STYLE)
+
+
 def render(name: str, draw: Callable[[], Figure]) -> dict[str, bytes]:
     """Draw a figure in matplotlib's default settings and return its files, <name>.svg and <name>.png: the same bytes every time."""
     svg, png = io.BytesIO(), io.BytesIO()
-    with style.context(STYLE, after_reset=True), warnings.catch_warnings():
+    with settings(), warnings.catch_warnings():
         # A letter that the font lacks is a box in the PNG; in the SVG the viewer's font has it.
         warnings.filterwarnings("ignore", message="Glyph ")
         figure = draw()

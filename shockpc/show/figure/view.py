@@ -13,13 +13,20 @@ from shockpc.model.closure import all_loops
 from shockpc.result import ShockProfile
 from shockpc.robot.geometry import Shape, drawn_outline, inertia_box, outline
 from shockpc.robot.record import Robot
-from shockpc.show.figure.silhouette import Region, silhouette, surface, to_plane
+from shockpc.show.figure.silhouette import Edges, Region, silhouette, surface, to_plane
 
 FEW = 6
 """A robot with up to this many bodies has all of them numbered."""
 
-RESOLUTION = 1e-3
+LARGEST_BOX = 1.5
+"""Largest box of an inertia that is filled, relative to the extent of joints, centres of mass and contacts if there is no shape."""
+
+RESOLUTION = 1.5e-3
 """Largest distance of a silhouette from the true one, as a share of the robot's size in the figure."""
+
+
+FITTED = 5000
+"""Points of a body, about, to which the surface through its middle is fitted."""
 
 
 class Field(NamedTuple):
@@ -65,7 +72,7 @@ class View(NamedTuple):
         numbers: those of bodies and of their CoPc by index: all of a small robot; else those between contacts and base, and the
             heaviest.
         names: of the directions to the right and up.
-        low, high: (2,) lower left and upper right corner of all bodies.
+        low, high: (2,) lower left and upper right corner of all bodies but boxes larger than the robot.
         contacts: (n, 2) contact points.
         velocities: (n, 2) of these before the impact, relative to the speed of the fastest [1].
         joints: (n, 2) joints between bodies, and those that close loops.
@@ -98,9 +105,6 @@ def view_of(profile: ShockProfile) -> View:
     regions, world, boxed = _silhouettes(
         robot, profile.rotation.tobytes(), profile.position.tobytes(), tuple(plane.normal.tolist())
     )
-    corners = to_plane(np.concatenate(world), plane)
-    low, high = corners.min(axis=0), corners.max(axis=0)
-    size = float((high - low).max())
     struck = _struck(profile)
     limb = struck - {0}
     for i, parent in enumerate(robot.parents):
@@ -108,13 +112,21 @@ def view_of(profile: ShockProfile) -> View:
             limb.add(i)
     directions = [f"along ({', '.join(f'{x + 0.0:.3g}' for x in e)})" for e in (plane.e1, plane.e2)]
     depth = np.array([(h.min() + h.max()) / 2.0 for h in (points @ plane.normal for points in world)])
-    shaped = [region for region, box in zip(regions, boxed, strict=True) if not box and not region.is_empty]
-    largest = max(_extent_of(shapely.union_all(shaped)), 1e-6) if shaped else math.inf
+    coms = profile.position + (profile.rotation @ robot.coms[..., None])[..., 0]
+    places = to_plane(np.vstack([profile.position, coms, *(contact.point for contact in profile.contacts)]), plane)
+    shaped = shapely.union_all([region for region, box in zip(regions, boxed, strict=True) if not box])
+    largest = _extent_of(shaped) or LARGEST_BOX * float(np.ptp(places, axis=0).max()) or math.inf
+    too_large = [box and _extent_of(region) > largest for region, box in zip(regions, boxed, strict=True)]
+    if all(larger or region.is_empty for larger, region in zip(too_large, regions, strict=True)):
+        too_large = [False] * len(regions)  # nothing else is left to draw
+    corners = np.vstack([to_plane(own, plane) for own, larger in zip(world, too_large, strict=True) if not larger])
+    low, high = corners.min(axis=0), corners.max(axis=0)
+    size = float((high - low).max())
     drawn = []
     for i in map(int, np.argsort(depth, kind="stable")):
         behind = shapely.union_all([regions[k] for k in limb if depth[k] < depth[i] - RESOLUTION * size])
         outlined = i not in limb | {0} and shapely.intersection(behind, regions[i]).area > 0.1 * regions[i].area
-        outlined |= boxed[i] and _extent_of(regions[i]) > largest
+        outlined |= too_large[i]
         far = i not in limb | {0} and bool(depth[i] < depth[0] - 0.02 * size)
         drawn.append(Drawn(i, regions[i], field_of(profile, i, world[i]), outlined, far, boxed[i]))
     approach = np.stack([contact.approach for contact in profile.contacts]) / float(np.linalg.norm(profile.strike))
@@ -165,7 +177,7 @@ def field_of(profile: ShockProfile, body: int, points: Array) -> Field:
 
     Least squares of the depth; a slope that the points determine poorly, such as across a thin rod, stays near zero.
     """
-    plane = profile.plane
+    plane, points = profile.plane, points[:: 1 + len(points) // FITTED]
     u, h = to_plane(points, plane), points @ plane.normal
     off, deep = u - u.mean(axis=0), h - h.mean()
     spread = off.T @ off
@@ -202,7 +214,8 @@ def _silhouettes(
     size = max(float(np.ptp(to_plane(np.concatenate(world), plane), axis=0).max()), 1e-6)
     # Holes and gaps that are too fine to be seen are closed.
     fine = 2.0 * RESOLUTION * size
-    regions = [silhouette(own, plane, RESOLUTION * size) for own in shapes]
+    edges: dict[int, Edges] = {}
+    regions = [silhouette(own, plane, RESOLUTION * size, edges) for own in shapes]
     closed = [region.buffer(fine, join_style="mitre").buffer(-fine, join_style="mitre").simplify(fine / 4.0) for region in regions]
     return tuple(closed), world, tuple(boxed for _, boxed in own_shapes)
 

@@ -45,7 +45,7 @@ def surfaces(bodies: Sequence[Sequence[Shape]], most: int) -> list[Surface]:
     for divide in (False, True):
         found = [_divided(one, LONGEST * size) if divide else one for one in found]
         while (count := sum(_count(one, cell) for one in found)) > most:
-            cell *= max(1.05, (count / most) ** 0.5)
+            cell *= max(1.1, (count / most) ** 0.5)
         found = [_clustered(one, cell) for one in found]
     return found
 

@@ -250,6 +250,7 @@ def _landing(name: str, profile: ShockProfile, geometry: int) -> dict[str, Any]:
     own = landing.before.velocity
     forward = plane.forward - landing.up * (plane.forward @ landing.up)
     forward /= np.linalg.norm(forward)
+    left = np.cross(landing.up, forward)
 
     def columns(values: Array) -> Any:
         """M and a, so that the values are M s + a for the velocity s of the base."""
@@ -268,8 +269,8 @@ def _landing(name: str, profile: ShockProfile, geometry: int) -> dict[str, Any]:
     ]
     centre = profile.scene.v_in == "com"
     points = [
-        {"letter": letter(k), "name": printable(place.name), "body": place.body, "r": place.r.tolist(), "axes": place.axes.tolist(),
-         "position": point.position.tolist()}
+        {"letter": letter(k), "name": printable(place.name), "body": place.body, "r": place.r.tolist(),
+         "axes": place.axes.T.tolist(), "position": point.position.tolist()}
         for k, (place, point) in enumerate(zip(landing.points, profile.points, strict=True))
     ]  # fmt: skip
     return {
@@ -283,12 +284,13 @@ def _landing(name: str, profile: ShockProfile, geometry: int) -> dict[str, Any]:
         "models": {
             key: proof and {"jumps": columns(proof.jumps), "left": columns(speeds_left(proof))} for key, proof in proofs.items()
         },
-        "velocity": own.tolist(),
+        "strike": _controls(own, forward, left, landing.up),
         "reference": [_motion(velocity, own) for velocity in profile.reference_velocities] if centre else contacts,
         "up": landing.up.tolist(),
         "forward": forward.tolist(),
-        "left": np.cross(landing.up, forward).tolist(),
+        "left": left.tolist(),
         "normal": plane.normal.tolist(),
+        "normals": (plane.normal @ profile.rotation).tolist(),
         "e1": plane.e1.tolist(),
         "e2": plane.e2.tolist(),
         "contacts": contacts,
@@ -300,31 +302,40 @@ def _landing(name: str, profile: ShockProfile, geometry: int) -> dict[str, Any]:
     }
 
 
+def _controls(velocity: Array, forward: Array, left: Array, up: Array) -> tuple[float, float, float]:
+    """Angle and heading [deg] and speed [m/s] that the page's controls have for a velocity of the base."""
+    x, y, z = float(velocity @ forward), float(velocity @ left), float(velocity @ up)
+    speed, level = math.hypot(x, y, z), math.hypot(x, y)
+    angle, heading = math.atan2(level, -z), math.atan2(y, x) if level > 1e-9 * speed else 0.0
+    if x < -1e-9 * speed:  # backward, at a negative angle
+        angle, heading = -angle, math.atan2(-y, -x)
+    return round(math.degrees(angle), 9), round(math.degrees(heading), 9), round(speed, 9)
+
+
 def _motion(velocity: Array, base: Array | None) -> dict[str, Any]:
     """A velocity as that of the base and a constant; None for one that does not follow the base."""
     return {"follows": base is not None, "extra": (velocity - (0.0 if base is None else base)).tolist()}
 
 
-def _histories(profile: ShockProfile) -> list[dict[str, Any]] | None:
-    """Forces of the contacts and accelerations of the points over time; None without a contact stiffness."""
-    if (found := profile.stiffness) is None:
-        return None
-    times = np.linspace(0.0, found.motion.duration, SAMPLES)
-    points = [place for place in profile.landing.points if place.body >= 0]
-    names = [place.name for place in profile.places("contact")]
-    along = found.motion.at(times).force
-    force = np.stack([np.linalg.norm(along[:, found.number == c], axis=1) for c in range(len(names))])
-    acceleration = np.linalg.norm(found.history(point_velocity, points, times), axis=2).T if points else np.zeros((0, SAMPLES))
-    charts = (
-        ("force of a contact [N]", names, force),
-        ("acceleration of a point [g]", [one.name for one in points], acceleration / GRAVITY),
-    )
+def _histories(profile: ShockProfile) -> list[dict[str, Any]]:
+    """Forces of the contacts and accelerations of the points over time; nothing without a contact stiffness."""
+    if (compliant := profile.stiffness) is None:
+        return []
+    times = np.linspace(0.0, compliant.motion.duration, SAMPLES)
+    contacts, points = profile.places("contact"), [place for place in profile.landing.points if place.body >= 0]
+    rows = compliant.motion.at(times).force
+    forces = np.stack([np.linalg.norm(rows[:, compliant.number == c], axis=1) for c in range(len(contacts))])
+    charts = [("force of a contact [N]", contacts, forces)]
+    if points:
+        accelerations = np.linalg.norm(compliant.history(point_velocity, points, times), axis=2).T / GRAVITY
+        charts.append(("acceleration of a point [g]", tuple(points), accelerations))
     return [
         {
             "title": title,
             "time": (1e3 * times).tolist(),
-            "lines": [{"name": printable(name), "values": values.tolist()} for name, values in zip(of, lines, strict=True)],
+            "lines": [
+                {"name": printable(place.name), "values": curve.tolist()} for place, curve in zip(places, curves, strict=True)
+            ],
         }
-        for title, of, lines in charts
-        if of
+        for title, places, curves in charts
     ]
