@@ -5,6 +5,7 @@ from collections.abc import Sequence
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
+from matplotlib.ticker import NullFormatter
 
 from shockpc.compliance import DAMPING, SPECTRUM, CompliantLanding
 from shockpc.core.spatial import Array
@@ -21,12 +22,15 @@ CURVES_SHOWN = 6
 SAMPLES = 600
 """Times of a curve."""
 
+DECADE = 12.0
+"""Ratio of the limits of a logarithmic axis up to which the numbers between powers of ten are written."""
+
 
 def draw_time(profile: ShockProfile) -> Figure:
     """Draw forces of the contacts, accelerations of points and torques along the axes of joints."""
-    found = _compliant(profile)
+    compliant = _compliant(profile)
     figure = new_chart(7.2, 5.4, f"{printable(profile.robot.name)} landing on {printable(contact_name(profile), 60)}, over time")
-    motion, places = found.motion, profile.places("contact")
+    motion, places = compliant.motion, profile.places("contact")
     ends = sorted({0.0, motion.duration, *(event.time for event in motion.events)})
     t = np.unique(
         np.concatenate([np.linspace(0.0, motion.duration, SAMPLES), ends, np.nextafter(ends, np.inf)]).clip(0.0, ends[-1])
@@ -36,7 +40,7 @@ def draw_time(profile: ShockProfile) -> Figure:
     force = motion.at(t).force
     if motion.separated:
         force[-1] = 0.0
-    size = [np.linalg.norm(force[:, found.number == c], axis=1) for c in range(len(profile.landing.contacts))]
+    size = [np.linalg.norm(force[:, compliant.number == c], axis=1) for c in range(len(profile.landing.contacts))]
     normal = force[:, motion.elements.normal]
     panels: list[tuple[str, list[str], Array]] = [("force [N]", [place.name for place in places], np.array(size))]
     points = [place for place in profile.places("point") if place.body >= 0]
@@ -45,7 +49,7 @@ def draw_time(profile: ShockProfile) -> Figure:
         ("torque [N m, N]", ALONG, profile.places("joint"), 1.0),
     ):
         assert entry.compute is not None
-        values = found.history(entry.compute, where, t) / scale if where else np.zeros((len(t), 0, 1))
+        values = compliant.history(entry.compute, where, t) / scale if where else np.zeros((len(t), 0, 1))
         values = np.linalg.norm(values, axis=2) if values.shape[2] > 1 else values[..., 0]
         if entry is ALONG:
             peaks = profile.value("peak_torque", "joint")
@@ -58,7 +62,7 @@ def draw_time(profile: ShockProfile) -> Figure:
         axes.set_ylabel(title)
     for k in range(normal.shape[1]):
         rows[0].plot(1e3 * t, normal[:, k], color=CURVES[k % len(CURVES)], linewidth=0.8, linestyle=(0, (4, 2)))
-    rows[0].axvline(1e3 * found.compressed, color=INK, linewidth=0.6, linestyle=":")
+    rows[0].axvline(1e3 * compliant.compressed, color=INK, linewidth=0.6, linestyle=":")
     rows[-1].set_xlabel("time after touchdown [ms]")
     rows[-1].set_xlim(0.0, 1e3 * motion.duration)
     words = "dashed: along the normal; dotted: end of compression; frozen geometry, no gravity, double precision, not proven"
@@ -68,28 +72,32 @@ def draw_time(profile: ShockProfile) -> Figure:
 
 def draw_spectrum(profile: ShockProfile) -> Figure:
     """Draw the shock response spectrum of each point, without damping and with 5 %."""
-    found, points = _compliant(profile), [place for place in profile.places("point") if place.body >= 0]
-    figure = new_chart(7.2, 3.8, f"Shock response spectrum, {printable(profile.robot.name)} landing on {contact_name(profile)}")
-    axes = figure.add_subplot(xscale="log", yscale="log", xlabel="natural frequency [Hz]", ylabel="largest along an axis [g]")
+    compliant, points = _compliant(profile), [place for place in profile.places("point") if place.body >= 0]
+    names = f"{printable(profile.robot.name)} landing on {printable(contact_name(profile), 60)}"
+    figure = new_chart(7.2, 3.8, f"Shock response spectrum, {names}")
+    axes = figure.add_subplot(
+        xscale="log", yscale="log", xlabel="natural frequency [Hz]", ylabel="largest response along an axis [g]"
+    )
     assert DELTA_V.compute is not None
     for line, damping in zip(("solid", "dashed"), DAMPING, strict=True):
-        response = found.spectrum(DELTA_V.compute, points, damping) / GRAVITY
+        response = compliant.spectrum(DELTA_V.compute, points, damping) / GRAVITY
         for k, place in enumerate(points[: len(CURVES)]):
             label = f"{printable(place.name, 40)}, damping {100.0 * damping:g} %"
             axes.plot(SPECTRUM, response[:, k], color=CURVES[k], linestyle=line, linewidth=1.1, label=label)
-    axes.grid(True)
+    axes.margins(x=0.0)
+    axes.grid(True, which="both")
     axes.xaxis.set_major_formatter("{x:g}")
     axes.yaxis.set_major_formatter("{x:g}")
-    axes.yaxis.set_minor_formatter("{x:g}")
+    low, high = axes.get_ylim()
+    axes.yaxis.set_minor_formatter("{x:g}" if high < DECADE * low else NullFormatter())
     figure.legend(loc="outside right upper", fontsize=7.0)
     return figure
 
 
 def _compliant(profile: ShockProfile) -> CompliantLanding:
     """The landing on contacts of finite stiffness."""
-    found = profile.stiffness
-    assert found is not None
-    return found
+    assert profile.stiffness is not None
+    return profile.stiffness
 
 
 def _plot(axes: Axes, t: Array, names: Sequence[str], curves: Array) -> None:
