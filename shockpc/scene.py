@@ -272,7 +272,7 @@ class Scene(Record):
 S = TypeVar("S", bound=Scene)
 
 
-def with_plane(scene: S) -> S:
+def with_plane(scene: Scene) -> Scene:
     """The scene with its own plane, or that in which its strike happens.
 
     Raises:

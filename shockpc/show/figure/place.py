@@ -14,7 +14,7 @@ from shockpc.printed import printable
 from shockpc.robot.geometry import Shape
 from shockpc.show.figure.page import LEFT, Page, Rows, short
 from shockpc.show.figure.picture import GOLD, SIGNS, Labels, letter, outlined, sign
-from shockpc.show.figure.silhouette import projection, silhouette, surface, to_plane
+from shockpc.show.figure.silhouette import Edges, projection, silhouette, surface, to_plane
 from shockpc.show.figure.style import BANDS, INK
 from shockpc.show.figure.view import Window, body_shapes
 from shockpc.show.header import count, joint_model_text, posture_text
@@ -58,12 +58,12 @@ def draw_place(study: PlaceStudy) -> Figure:
     low, high = low - PAD * inch, high + PAD * inch
     width, depth, height = (high - low) / inch
     page = Page(LEFT + width + GAP + depth, FOOT + height + GAP + depth, _heading(study), [_rows(study)], _notes(study, len(copc)))
-    views, seen = [], [study.fields.at(marks)]
+    views, seen, edges = [], [study.fields.at(marks)], dict[int, Edges]()
     lines = np.linspace(low, high, CELLS + 1)
     for pair in VIEWS.values():
         e1, e2 = np.eye(3)[list(pair)]
         plane = Plane(np.cross(e1, e2), e1, e2)
-        region = silhouette(shapes, plane, inch * ROOM / 4000.0)
+        region = silhouette(shapes, plane, inch * ROOM / 4000.0, edges)
         coordinates = [lines[:, k] if k in pair else study.places[0].position[k : k + 1] for k in range(3)]
         points = np.stack(np.meshgrid(*coordinates, indexing="ij"), axis=-1).reshape(-1, 3)
         values = study.fields.at(points)

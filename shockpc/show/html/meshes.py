@@ -76,9 +76,8 @@ def _joined(parts: Iterable[Surface]) -> Surface:
 
 def _cells(surface: Surface, cell: float) -> np.ndarray:
     """The number (n,) of the cell of each vertex."""
-    place = np.floor((surface.vertices - surface.vertices.min(axis=0, initial=0.0)) / cell).astype(np.int64)
-    width = place.max(axis=0, initial=0) + 1
-    return np.asarray((place[:, 0] * width[1] + place[:, 1]) * width[2] + place[:, 2])
+    x, y, z = np.floor(surface.vertices.T / cell).astype(np.int64)
+    return np.asarray((x << 42) + (y << 21) + z)
 
 
 def _count(surface: Surface, cell: float) -> int:
@@ -120,8 +119,8 @@ def _divided(surface: Surface, longest: float) -> Surface:
     """The surface with edges halved until none is longer than a limit [m]; both triangles at an edge are divided there."""
     vertices, triangles = surface
     while len(triangles):
-        ends = np.sort(np.stack([triangles, np.roll(triangles, -1, axis=1)], axis=-1), axis=-1)
-        edges, index = np.unique(ends @ [len(vertices), 1], return_inverse=True)
+        ends = triangles, np.roll(triangles, -1, axis=1)
+        edges, index = np.unique(np.minimum(*ends) * len(vertices) + np.maximum(*ends), return_inverse=True)
         low, high = np.divmod(edges, len(vertices))
         long = np.linalg.norm(vertices[low] - vertices[high], axis=1) > longest
         if not long.any():
