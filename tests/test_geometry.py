@@ -138,11 +138,11 @@ def stl(path, triangles):
 
 
 def collada(*parts, unit="1", steps=""):
-    """A COLLADA text; every part is (vertices, faces) in one geometry, all in one node."""
+    """A COLLADA text; every part is (vertices, faces) in one geometry, all in one node, with normals that do not exist."""
     geometry, params = "", "".join(f'<param name="{axis}" type="float"/>' for axis in "XYZ")
     for k, (vertices, faces) in enumerate(parts):
         numbers, length = " ".join(map(str, np.ravel(vertices))), np.size(vertices)
-        index = " ".join(f"{i} 0" for i in np.ravel(faces))
+        index = " ".join(f"{i} 99" for i in np.ravel(faces))
         geometry += (
             f'<geometry id="g{k}"><mesh><source id="s{k}"><float_array id="a{k}" count="{length}">{numbers}</float_array>'
             f'<technique_common><accessor source="#a{k}" count="{len(vertices)}" stride="3">{params}</accessor></technique_common>'

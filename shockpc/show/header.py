@@ -120,7 +120,7 @@ def _drive_texts(profile: ShockProfile) -> list[str]:
         listed_ratios = few([f"{name} {ratio:g}" for ratio, name in ratios.items()], 2)
         texts.append(f"the file gives gear ratios without the inertia of a rotor ({listed_ratios}), which --rotor takes")
     if unknown := [joint.name for joint in single if model.unknown[joint.v].any()]:
-        whose = "drives unknown" if len(unknown) == len(single) else f"drives of {few(unknown, 2, what=' joints')} unknown"
+        subject = "drives unknown" if len(unknown) == len(single) else f"drives of {few(unknown, 2, what=' joints')} unknown"
         trunk = profile.bracket[0]
         times = (trunk.locked or 0.0) / trunk.as_modelled if trunk.as_modelled else math.inf
         more = (
@@ -128,7 +128,7 @@ def _drive_texts(profile: ShockProfile) -> list[str]:
             if math.isfinite(times) and times > 1
             else ""
         )
-        texts.append(f"{whose}{more}")
+        texts.append(f"{subject}{more}")
     if sprung := [joint.name for joint in single if model.springs[joint.v].any()]:
         when = f"; they count after {1e3 * profile.spring_time:.2g} ms" if math.isfinite(profile.spring_time) else ""
         texts.append(f"springs at {few(sprung, 2, what=' joints')} are free in the impact{when}")

@@ -60,10 +60,10 @@ class Parts:
                     f'"{self.folder}" holds a {noun} already; continue it with --resume, or name another folder with --out'
                 )
             try:
-                found = json.loads(read_file(path, "file", OutputError, output=True))
+                recorded = json.loads(read_file(path, "file", OutputError, output=True))
             except (OutputError, ValueError, RecursionError):
-                found = {}
-            different = [key for key, value in description.items() if not isinstance(found, dict) or found.get(key) != value]
+                recorded = {}
+            different = [key for key, value in description.items() if not isinstance(recorded, dict) or recorded.get(key) != value]
             if different:
                 raise OutputError(
                     f'"{self.folder}" holds another {noun}, which differs in: {", ".join(different)}; it cannot be continued with '
@@ -142,7 +142,7 @@ class Parts:
         """All that the rows depend on, for their files and to recognise the same sweep again; as JSON holds it."""
         made = self.sweep
         versions = {"pinocchio": PINOCCHIO, "numpy": np.__version__, "python": platform.python_version()}
-        found = {
+        content = {
             "schema": f"shockpc.{made.noun}/1",
             "scene": scene_table(made.scene),
             "robot": {"name": made.robot.name, "sha256": hashlib.sha256(made.robot.source.xml.encode()).hexdigest()},
@@ -153,7 +153,7 @@ class Parts:
             "format": self.format,
             "versions": {"shockpc": shockpc.__version__, **versions},
         }
-        description: dict[str, Any] = json.loads(json.dumps(found))
+        description: dict[str, Any] = json.loads(json.dumps(content))
         return description
 
 

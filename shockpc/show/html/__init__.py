@@ -8,6 +8,6 @@ INSTALL = 'report.html is not written, because it needs Plotly; install it with:
 
 def plotly() -> Path | None:
     """The file of Plotly's script, which is not imported; None if it is not installed."""
-    found = importlib.util.find_spec("plotly")
-    script = None if found is None or found.origin is None else Path(found.origin).parent / "package_data" / "plotly.min.js"
+    spec = importlib.util.find_spec("plotly")
+    script = None if spec is None or spec.origin is None else Path(spec.origin).parent / "package_data" / "plotly.min.js"
     return script if script is not None and script.is_file() else None

@@ -39,15 +39,15 @@ def surfaces(bodies: Sequence[Sequence[Shape]], most: int) -> list[Surface]:
         bodies: the shapes of each body.
         most: number of triangles of all bodies together, about.
     """
-    found = [_joined(_triangles(shape) for shape in own) for own in bodies]
-    size = max((float(np.ptp(one.vertices, axis=0).max()) for one in found if len(one.vertices)), default=1.0) or 1.0
+    meshes = [_joined(map(_triangles, shapes)) for shapes in bodies]
+    size = max((float(np.ptp(mesh.vertices, axis=0).max()) for mesh in meshes if len(mesh.vertices)), default=1.0) or 1.0
     cell = FINEST * size
     for divide in (False, True):
-        found = [_divided(one, LONGEST * size) if divide else one for one in found]
-        while (count := sum(_count(one, cell) for one in found)) > most:
+        meshes = [_divided(mesh, LONGEST * size) if divide else mesh for mesh in meshes]
+        while (count := sum(_count(mesh, cell) for mesh in meshes)) > most:
             cell *= max(1.1, (count / most) ** 0.5)
-        found = [_clustered(one, cell) for one in found]
-    return found
+        meshes = [_clustered(mesh, cell) for mesh in meshes]
+    return meshes
 
 
 def _triangles(shape: Shape) -> Surface:

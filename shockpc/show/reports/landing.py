@@ -325,10 +325,12 @@ def _stiffness_sheets(profile: ShockProfile, most: int | None) -> list[Sheet]:
     ] + rows("point", "shock_compressed", "shock_separated", "shock")
     heads = ["shock at", "end of compression [-]", "end of contact [-]", "impulse model [-]"]
     sheets.append(Sheet("velocity jumps on these contacts", heads, shocks))
-    found = profile.stiffness
-    modes = found.motion.modes
+    compliant = profile.stiffness
+    modes = compliant.motion.modes
     heads = ["frequency [Hz]", "kinetic energy before [J]", *(f"of the force of {p.name} [%]" for p in profile.places("contact"))]
-    carried = [(float(f), float(e), *(100.0 * found.force_shares[:, k])) for k, (f, e) in enumerate(zip(*modes[:2], strict=True))]
+    carried = [
+        (float(f), float(e), *(100.0 * compliant.force_shares[:, k])) for k, (f, e) in enumerate(zip(*modes[:2], strict=True))
+    ]
     sheets.append(Sheet("modes, and the normal force that they carry", heads, carried[:most]))
     return sheets
 
