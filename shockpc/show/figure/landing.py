@@ -1,6 +1,5 @@
 """A landing in the plane: each body is coloured by the shock at each of its points."""
 
-
 import numpy as np
 import shapely
 from matplotlib.figure import Figure
