@@ -203,7 +203,9 @@ def test_one_design_is_no_comparison(dog):
 
 def test_a_refusal_names_the_design(dog):
     """Two scenes of one robot cannot be told apart by the robot's name."""
-    across = dataclasses.replace(dog.scene, strike=Strike(velocity=(0.0, 1.0, -1.0)), base="planar", joints=Joints(model="locked"))
+    across = dataclasses.replace(
+        dog.scene, strike=Strike(velocity=(0.0, 1.0, -1.0)), base="planar", plane="xz", joints=Joints(model="locked")
+    )
     with pytest.raises(SolveError, match=r"^across: no verdict: contact .* cannot be stopped"):
         compare([dog, Design("across", across, dog.robot)])
 
