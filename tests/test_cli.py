@@ -343,6 +343,8 @@ def test_examples_of_the_help_run(capfd, here, command):
         '[[budget]]\nat = "trunk_imu"\nmetric = "shock"\nmax = 9\n'
     )
     (here / "log.csv").write_text("LF_KFE,vz\n-0.8,-1\n")
+    (here / "scenes").mkdir()
+    (here / "scenes" / "jump.toml").write_text('robot = "anymal_b"\n[[contact]]\nframe = "LF_FOOT"\n')
     examples = re.findall(r"^ +shockpc (.*)$", good(capfd, command, "--help").partition("Examples:")[2], re.MULTILINE)
     assert 1 <= len(examples) <= 3
     for example in examples:
