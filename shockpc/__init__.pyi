@@ -25,12 +25,14 @@ from .quantities.table import select as select
 from .result import Bracket as Bracket
 from .result import ContactImpulse as ContactImpulse
 from .result import JointLoad as JointLoad
+from .result import PartMargin as PartMargin
 from .result import PointShock as PointShock
 from .result import ShockMaps as ShockMaps
 from .result import ShockProfile as ShockProfile
 from .result import StanceImpulse as StanceImpulse
 from .robot.load import load_robot as load_robot
 from .robot.record import Robot as Robot
+from .scene import Part as Part
 from .scene import Point as Point
 from .scene import Scene as Scene
 from .scene import Strike as Strike

@@ -7,8 +7,8 @@ class Diagnostic(NamedTuple):
     """A warning; `str` gives its text.
 
     Attributes:
-        kind: what it is about: "robot", "scene", "limits", "height", "posture", "unit", "geometry", "data", "contact", "sensor" or
-            "energy".
+        kind: what it is about: "robot", "scene", "limits", "height", "posture", "unit", "geometry", "data", "contact", "sensor",
+            "part" or "energy".
         subject: name of the body, joint, contact or sensor concerned; empty if it is the whole landing.
         value: the number that gave rise to it, if there is one, in SI units.
         text: what was found, and its consequence.

@@ -21,8 +21,9 @@ from shockpc.model.joint_model import JointModel, joint_model
 from shockpc.model.motion import Motion, approach_speeds, twist_before
 from shockpc.model.posture import configuration, held_joints, outside_limits, reference_name, settable_joints
 from shockpc.model.rows import Block, Equation, block_point, row_jacobian, slices_of
-from shockpc.places import Kind, Place, body_places, joint_places, point_places
+from shockpc.places import Kind, Place, body_places, joint_places, part_places, point_places
 from shockpc.printed import listed
+from shockpc.ratings import check_parts, strength, torque_limits
 from shockpc.robot.catalogue import closing_scene
 from shockpc.robot.record import Loop, Robot
 from shockpc.scene import Scene, check_scene, plane_of, with_paths, with_plane
@@ -168,6 +169,11 @@ class PosedLanding(Landing):
         return point_places(self.robot, self.scene.point)
 
     @functools.cached_property
+    def parts(self) -> tuple[Place, ...]:
+        """The scene's parts that are at a point."""
+        return part_places(self.robot, self.scene.part)
+
+    @functools.cached_property
     def contact_places(self) -> tuple[Place, ...]:
         """The contacts, then the standing feet; a frame with several has numbers after its name."""
         frames = [block.frame for block in (*self.contacts, *self.stance)]
@@ -188,6 +194,8 @@ class PosedLanding(Landing):
                 return joint_places(self.robot)
             case "contact":
                 return self.contact_places
+            case "part":
+                return self.parts
 
     @functools.cached_property
     def fastest_approach(self) -> float:
@@ -344,6 +352,10 @@ def landing_of(scene: Scene, robot: Robot) -> PosedLanding:
         raise SceneError(
             "a contact stiffness needs joints that are at rest where they are locked; free them, or leave their rates out"
         )
+    check_parts(scene.part)
+    torque_limits(robot, scene.part)
+    for place in landing.parts:
+        strength(scene.part[place.number])
     _refuse_twice(landing.blocks)
     return landing
 

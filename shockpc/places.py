@@ -1,15 +1,17 @@
-"""Places of a landing that numbers belong to: the robot, its bodies, points on them, joints and contacts."""
+"""Places of a landing that numbers belong to: the robot, its bodies, points on them, parts, joints and contacts."""
 
 from typing import Literal, NamedTuple
 
 import numpy as np
 
 from shockpc.core.spatial import Array, read_only
+from shockpc.errors import SceneError
+from shockpc.printed import printable
 from shockpc.robot.landmarks import sensors
 from shockpc.robot.record import Robot
-from shockpc.scene import Point
+from shockpc.scene import Part, Point, point_at
 
-Kind = Literal["robot", "body", "point", "joint", "contact"]
+Kind = Literal["robot", "body", "point", "joint", "contact", "part"]
 
 
 class Place(NamedTuple):
@@ -21,7 +23,8 @@ class Place(NamedTuple):
         r: (3,) the point in the body's frame [m].
         axes: (3, 3) axes of the point's frame, in the body's frame.
         centre: whether the point is the body's centre of mass, wherever it is of the robot that is computed.
-        number: of a contact among the landing's contacts and standing feet; of a joint, where its velocities begin in q̇.
+        number: of a contact among the landing's contacts and standing feet; of a joint, where its velocities begin in q̇; of a part
+            among those of the scene.
     """
 
     name: str
@@ -56,6 +59,25 @@ def point_places(robot: Robot, points: tuple[Point, ...]) -> tuple[Place, ...]:
     """
     named = [point_place(robot, point) for point in (*(Point(frame=name) for name in sensors(robot)), *points)]
     return tuple({place.name: place for place in named}.values())
+
+
+def part_places(robot: Robot, parts: tuple[Part, ...]) -> tuple[Place, ...]:
+    """The parts that are at a point of a body.
+
+    Raises:
+        UnknownName: the robot has no frame of that name.
+        SceneError: the point is not a single one, or fixed to the world.
+    """
+    places = [
+        point_place(robot, point_at(robot, part.at))._replace(name=part.name, number=k)
+        for k, part in enumerate(parts)
+        if part.at is not None
+    ]
+    if fixed := [place.name for place in places if place.body < 0]:
+        raise SceneError(
+            f'part "{printable(fixed[0])}" is fixed to the world, so no impact moves it; name a frame on a moving link'
+        )
+    return tuple(places)
 
 
 def joint_places(robot: Robot) -> tuple[Place, ...]:

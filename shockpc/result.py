@@ -24,6 +24,7 @@ from shockpc.places import Kind, Place, body_places, point_place
 from shockpc.plausibility import gained, implausible, pulled, saturated, slipping
 from shockpc.quantities.quantity import Quantity, evaluate
 from shockpc.quantities.table import Selection, quantity
+from shockpc.ratings import Strength, strength, torque_limits
 from shockpc.robot.geometry import body_outline
 from shockpc.robot.record import Robot
 from shockpc.scene import Scene, point_at
@@ -62,6 +63,34 @@ class PointShock(NamedTuple):
     shock: float
     directions: ExtremeDirections
     peak_g: float | None
+
+
+class PartMargin(NamedTuple):
+    """How far a part is from what it withstands.
+
+    Attributes:
+        part: its name.
+        body: the body it is fixed to.
+        strength: its damage boundary.
+        delta_v: (3,) jump of its velocity, in the axes of its frame [m/s].
+        shock: |Δv| / v_in [1].
+        velocity_margin: critical velocity change, of |Δv| [1].
+        peak_g: peak acceleration, in multiples of gravity; None without a pulse or a contact stiffness.
+        acceleration_margin: critical acceleration, of that peak [1]; None where one of the two is not known.
+        part_margin: by how much the speed of the strike may rise before the part may be damaged [1].
+        governed_by: which of the two margins that is.
+    """
+
+    part: str
+    body: str
+    strength: Strength
+    delta_v: Array
+    shock: float
+    velocity_margin: float
+    peak_g: float | None
+    acceleration_margin: float | None
+    part_margin: float
+    governed_by: str
 
 
 class ContactImpulse(NamedTuple):
@@ -452,6 +481,20 @@ class ShockProfile:
         return self._records(PointShock, "point", frame=[p.name for p in self.landing.points], body=named, directions=each)
 
     @cached_property
+    def parts(self) -> tuple[PartMargin, ...]:
+        """Margins of the scene's parts."""
+        places = self.landing.parts
+        by_velocity = self.value("part_margin", "part") == self.value("velocity_margin", "part")
+        return self._records(
+            PartMargin,
+            "part",
+            part=[place.name for place in places],
+            body=[self.bodies[place.body] for place in places],
+            strength=[strength(self.scene.part[place.number]) for place in places],
+            governed_by=["velocity change" if flag else "acceleration" for flag in by_velocity],
+        )
+
+    @cached_property
     def contacts(self) -> tuple[ContactImpulse, ...]:
         """Impulses, friction and effective masses of the contacts."""
         frames = [block.frame for block in (*self.landing.contacts, *self.landing.stance)]
@@ -550,6 +593,7 @@ class ShockProfile:
                 *gained(robot, self.energy_lost, self.v_in * float(np.linalg.norm(self.total_impulse))),
                 *self._beyond_the_impulse(),
                 *saturated(landing, {point.frame: point.peak_g for point in self.points}),
+                *self._overloaded(),
                 *(Diagnostic("geometry", robot, None, text) for text in body_outline(self.robot).warnings),
             )
             return Health(
@@ -566,7 +610,7 @@ class ShockProfile:
     def _beyond_the_impulse(self) -> Iterator[Diagnostic]:
         """Warnings where springs in joints, or a finite stiffness of the contacts, make another result than the impulse model."""
         if self.stiffness is not None:
-            places = self._bracketed
+            places = [*self._bracketed, *self.landing.parts]
             impulse, finite = (self.values(quantity("point", key), places) for key in ("shock", "shock_separated"))
             differs = np.abs(finite - impulse)
             for k in np.flatnonzero((differs > DIFFERS * np.minimum(impulse, finite)) & (differs > LEAST_DIFFERENCE)).tolist():
@@ -581,6 +625,33 @@ class ShockProfile:
             from shockpc.springs import early_springs
 
             yield from early_springs(self.spring_time, None if self.stiffness is None else self.stiffness.motion.duration)
+
+    def _overloaded(self) -> Iterator[Diagnostic]:
+        """Warnings of parts with a margin below 1, and of rated joints beyond their torque or its duration."""
+        for one in self.parts:
+            if one.part_margin < 1.0:
+                text = f"{one.part} may be damaged: its margin by {one.governed_by} is {one.part_margin:.3g}, below 1"
+                yield Diagnostic("part", one.part, one.part_margin, text)
+        rated = {name for part in self.scene.part if part.joint is not None for name in self.robot.match_joints(part.joint)}
+        shares, durations = self.value("joint_torque_share", "joint").tolist(), torque_limits(self.robot, self.scene.part)[1]
+        length = self.impact_length
+        for place, share in zip(self.places("joint"), shares, strict=True):
+            if place.name in rated and share > 1.0:
+                text = f"{place.name} carries {share:.3g} times its momentary torque"
+                yield Diagnostic("part", place.name, share, text)
+            if length is not None and length > durations[place.number]:
+                text = (
+                    f"the impact lasts {1e3 * length:.3g} ms, and the momentary torque of {place.name} is for "
+                    f"{1e3 * durations[place.number]:.3g} ms; give the torque that it withstands for longer"
+                )
+                yield Diagnostic("part", place.name, length, text)
+
+    @property
+    def impact_length(self) -> float | None:
+        """How long the impact lasts, by a contact stiffness or the pulse of the scene [s]; None where neither is given."""
+        if self.stiffness is not None:
+            return float(self.stiffness.duration.max())
+        return None if self.landing.pulse is None else self.landing.pulse.length
 
     @property
     def _bracketed(self) -> list[Place]:

@@ -166,6 +166,31 @@ def point_at(robot: Robot, text: str) -> Point:
 
 
 @dataclass(frozen=True, kw_only=True, eq=False, repr=False)
+class Part(Record):
+    """A part of the robot and what it withstands: a component at a point, or the gears of joints.
+
+    Attributes:
+        name: by which results refer to it.
+        at: FRAME or FRAME:x,y,z, where it is mounted.
+        rating: a pulse that it survives: shape, peak and length, such as "half-sine 1500 g 0.5 ms".
+        critical_velocity_change: below which no short pulse damages it, whatever its acceleration [m/s].
+        natural_frequency: of the part on its mounting [Hz].
+        joint: name or glob of joints, in place of `at`.
+        momentary_torque: that the gears of these joints withstand; by default the effort limit of the robot's file [N m, N].
+        torque_duration: for which they do [s].
+    """
+
+    name: str
+    at: str | None = None
+    rating: str | None = None
+    critical_velocity_change: float | None = None
+    natural_frequency: float | None = None
+    joint: str | None = None
+    momentary_torque: float | None = None
+    torque_duration: float | None = None
+
+
+@dataclass(frozen=True, kw_only=True, eq=False, repr=False)
 class Scene(Record):
     """One landing of one robot.
 
@@ -187,6 +212,7 @@ class Scene(Record):
         assemble: patterns of the joints that may move to close the loops; by default all joints that the posture does not set.
         joints: joint model (free, geared or locked).
         point: points at which the shock is computed, in addition to the robot's sensors.
+        part: parts and what they withstand.
         v_in: speed that normalises shock: of the contact, or of the robot's centre of mass.
         pulse: shape and duration of the pulse for peak accelerations, such as "half-sine:5ms".
         range_g: measuring range of the sensors, with which peak accelerations are compared [g].
@@ -214,6 +240,7 @@ class Scene(Record):
     assemble: tuple[str, ...] = ()
     joints: Joints = field(default_factory=Joints)
     point: tuple[Point, ...] = ()
+    part: tuple[Part, ...] = ()
     v_in: Literal["contact", "com"] = "contact"
     pulse: str | None = None
     range_g: float | None = None
@@ -241,6 +268,7 @@ class Scene(Record):
             assemble: Sequence[str] = (),
             joints: Joints = ...,
             point: Sequence[Point] = (),
+            part: Sequence[Part] = (),
             v_in: Literal["contact", "com"] = "contact",
             pulse: str | None = None,
             range_g: float | None = None,

@@ -100,7 +100,13 @@ def in_document(document, outcome):
     """The number of an outcome in the document of `analyze`; None where there is none, or no such place."""
     kind, key = outcome["metric"].split(".")
     place = outcome["at"]
-    lists = {"body": document["bodies"], "point": document["points"], "joint": document["joints"], "robot": [document]}
+    lists = {
+        "body": document["bodies"],
+        "point": document["points"],
+        "joint": document["joints"],
+        "part": document["parts"],
+        "robot": [document],
+    }
     name = {"point": "frame", "contact": "frame"}.get(kind, kind)
     records = [one for one in lists.get(kind, document["contacts"] + document["stance"]) if kind == "robot" or one[name] == place]
     if not records:
@@ -115,6 +121,7 @@ def in_document(document, outcome):
 
 def test_every_quantity_is_that_of_an_analysis(capfd, here):
     """Each number of the table at each place is that of the document of the same landing; a missing one has a reason."""
+    (here / "landing.toml").write_text(SCENE + '[[part]]\nname = "IMU"\nat = "imu_link"\nrating = "half-sine 1500 g 0.5 ms"\n')
     write(here, CASE, *every_quantity())
     analysis = json.loads(good(capfd, "analyze", "landing.toml", "--format", "json"))
     outcomes = document(capfd, code=3)["outcomes"]

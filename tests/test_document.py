@@ -10,7 +10,7 @@ from commands import ROBOTS, python
 from pydantic import TypeAdapter
 
 import shockpc
-from shockpc import Closure, Contact, Joints, Place, Point, Posture, Scene, Strike, shock_profile
+from shockpc import Closure, Contact, Joints, Part, Place, Point, Posture, Scene, Strike, shock_profile
 from shockpc.diagnostic import Diagnostic
 from shockpc.model.dynamics import PINOCCHIO
 from shockpc.quantities.ground import GROUND
@@ -42,6 +42,10 @@ SCENES = {
         range_g=16.0,
         v_in="com",
         stance=("rh_foot",),
+        part=(
+            Part(name="camera", at="trunk:0,0,0.1", rating="half-sine 1500 g 0.5 ms", natural_frequency=300.0),
+            Part(name="gear", joint="*_hip", momentary_torque=20.0),
+        ),
     ),
     "talos on its soles": Scene(
         robot="talos", contact=(Contact(frame="left_sole_link", kind="flat"), Contact(frame="right_sole_link")), plane="yz"
@@ -62,7 +66,11 @@ FOOT = (
 RECORDS = {
     "document": "schema:str shockpc:str pinocchio:str robot:robot scene:dict v_in:float bodies:body* points:point* "
     "contacts:contact* joint_model:str health:health stance:foot* total:total energy:energy joints:joint* bracket:row* "
-    "assembly:assembly? loads_unique:bool depth:float? feasible:float friction:sliding? stiffness:springs? drives:drives",
+    "assembly:assembly? loads_unique:bool depth:float? feasible:float friction:sliding? stiffness:springs? drives:drives "
+    "parts:part*",
+    "part": "part:str body:str critical:critical delta_v:vector shock:float velocity_margin:float? peak_g:float? "
+    "acceleration_margin:float? part_margin:float? governed_by:str",
+    "critical": "velocity_change:float acceleration:float? both:bool basis:str",
     "drives": "source:str? unknown:str* springs:str* spring_time:float?",
     "robot": "name:str file:str mass:float n_bodies:int nv:int",
     "body": "body:str links:str* placement:placement delta_omega:vector delta_v:vector copc:vector? copc_world:vector? ropc:float? "
@@ -79,7 +87,8 @@ RECORDS = {
     "foot": FOOT,
     "total": "impulse:vector moment:vector",
     "energy": "lost:float? share:float?",
-    "joint": "joint:str force:vector moment:vector along:float? delta_qd:float? joint_impulse:float joint_moment:float",
+    "joint": "joint:str force:vector moment:vector along:float? delta_qd:float? joint_impulse:float joint_moment:float "
+    "joint_torque_share:float?",
     "row": "place:str free:float? as_modelled:float locked:float? springs_free:float?",
     "assembly": "gap:float turn:float left:float retried:bool moved:step*",
     "step": "joint:str by:float",
@@ -94,8 +103,7 @@ RECORDS = {
     "pressed": "frame:str duration:float peak_force:float peak_force_time:float restitution:float",
     "shaken": "frame:str peak_acceleration:float peak_acceleration_time:float shock_compressed:float delta_v_compressed:vector "
     "shock_separated:float delta_v_separated:vector",
-    "turned": "joint:str peak_torque:float? torque_share:float? peak_joint_force:float peak_joint_moment:float "
-    "delta_qd_separated:float?",
+    "turned": "joint:str peak_torque:float? peak_joint_force:float peak_joint_moment:float delta_qd_separated:float?",
     "jolted": "body:str shock_com_compressed:float shock_com_separated:float",
     "mode": "frequency:float energy:float force_share:dict contacts_share:float",
 }
@@ -163,6 +171,7 @@ def test_document_is_the_table(profile):
         "body": read["bodies"],
         "point": read["points"],
         "joint": read["joints"],
+        "part": read["parts"],
     }
     rows["contact"] = [*read["contacts"], *read["stance"]]
     for quantity in (entry for entry in QUANTITIES if entry not in GROUND):

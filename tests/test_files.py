@@ -179,7 +179,17 @@ def rows(path: Path) -> list[list[str]]:
     return list(csv.reader(io.StringIO(path.read_text(encoding="utf-8"))))
 
 
-FILES = {"profile.json", "bodies.csv", "points.csv", "contacts.csv", "report.html", "report.md", "shock.svg", "shock.png"}
+FILES = {
+    "profile.json",
+    "bodies.csv",
+    "points.csv",
+    "contacts.csv",
+    "joints.csv",
+    "report.html",
+    "report.md",
+    "shock.svg",
+    "shock.png",
+}
 
 
 def test_folder_of_a_landing(tmp_path, profile):

@@ -18,7 +18,21 @@ from hypothesis import given
 from hypothesis import strategies as st
 from robot_texts import refused
 
-from shockpc import Closure, Contact, Joints, Place, Point, Posture, Rotor, Scene, SceneError, Strike, read_scene, shock_profile
+from shockpc import (
+    Closure,
+    Contact,
+    Joints,
+    Part,
+    Place,
+    Point,
+    Posture,
+    Rotor,
+    Scene,
+    SceneError,
+    Strike,
+    read_scene,
+    shock_profile,
+)
 from shockpc.scene import check_scene, scene_schema, scene_table, scene_text
 
 EVERY_KEY = """\
@@ -77,6 +91,20 @@ frame = "trunk_imu"
 offset = [0.01, 0, 0]
 [[point]]
 frame = "trunk"
+[[part]]
+name = "IMU"
+at = "trunk_imu:0,0,0.01"
+rating = "half-sine 1500 g 0.5 ms"
+natural_frequency = 300
+[[part]]
+name = "camera"
+at = "rf_foot"
+critical_velocity_change = 2
+[[part]]
+name = "gear"
+joint = "rf_hip"
+momentary_torque = 20
+torque_duration = 0.003
 """
 
 
@@ -126,6 +154,10 @@ CHANGES = {
     'restitution_along = "directions"': "",
     'frame = "trunk_imu"': 'frame = "lf_leg"',
     'frame = "trunk"\n': 'frame = "rf_leg"\n',
+    'name = "IMU"': 'name = "front IMU"',
+    'name = "camera"': 'name = "other camera"',
+    'name = "gear"\njoint = "rf_hip"': 'name = "gear"\njoint = "lf_hip"',
+    'at = "rf_foot"': 'at = "lf_foot"',
 }
 """A change to every line of EVERY_KEY without a number."""
 
@@ -330,7 +362,7 @@ def test_schema_knows_every_key(capfd, here):
     schema = json.loads(good(capfd, "schema"))
     assert schema == scene_schema()
     assert schema["title"] == "shockpc scene"
-    records = {kind.__name__: kind for kind in (Scene, Posture, Strike, Contact, Point, Joints, Rotor, Closure, Place)}
+    records = {kind.__name__: kind for kind in (Scene, Posture, Strike, Contact, Point, Part, Joints, Rotor, Closure, Place)}
     for name, record in records.items():
         part = schema if name == "Scene" else schema["$defs"][name]
         assert list(part["properties"]) == [field.name for field in dataclasses.fields(record)]
@@ -348,6 +380,7 @@ def test_schema_knows_every_key(capfd, here):
     used |= {
         "Strike": {*table["strike"], "velocity", "drop_height", "forward_speed"},
         "Point": {*table["point"][0]},
+        "Part": {key for part in table["part"] for key in part},
         "Joints": {*table["joints"]},
     }
     used |= {"Rotor": {*table["joints"]["rotor"]["lf_hip"]}, "Closure": {*closure}, "Place": {*closure["a"]}}

@@ -137,6 +137,11 @@ class SceneOptions(NamedTuple):
         "The speed that shock is relative to: of the contact (default) or of the centre of mass."
     )
     at: tuple[str, ...] = _in_results("Points whose shock is computed besides the sensors', offset in the frame [m].", FRAME)
+    part: tuple[tuple[str, str], ...] = _in_results(
+        "A part at a point and a pulse that it survives, such as imu_link='half-sine 1500 g 0.5 ms'; a scene takes more.",
+        f"{FRAME}=RATING",
+        definition,
+    )
     pulse: str | None = _in_results(
         "Also give peak accelerations, for example half-sine:5ms; shapes are half-sine, saw-tooth, haversine and rectangle.",
         "SHAPE:LENGTH",

@@ -12,7 +12,7 @@ from shockpc.model.joint_model import Joints, Rotor
 from shockpc.model.posture import Posture
 from shockpc.robot.landmarks import each_foot, feet
 from shockpc.robot.record import Robot
-from shockpc.scene import Scene, Strike, check_scene, plane_of, points_at, read_scene, robot_of
+from shockpc.scene import Part, Scene, Strike, check_scene, plane_of, points_at, read_scene, robot_of
 from shockpc.trace import Trace
 
 T = TypeVar("T")
@@ -61,6 +61,7 @@ def scenes_from(
         friction=options.friction,
         contact_stiffness=options.contact_stiffness and options.contact_stiffness[0],
         contact_damping=options.contact_damping,
+        part=scene.part + tuple(Part(name=at, at=at, rating=rating) for at, rating in options.part),
         point=scene.point + tuple(point for text in options.at for point in points_at(loaded, text)),
     )
     if options.contact_stiffness is not None:

@@ -24,6 +24,11 @@ def peak_acceleration(delta_v: float, pulse: Pulse) -> float:
     return SHAPES[pulse.shape] * delta_v / pulse.length
 
 
+def velocity_change(peak: float, pulse: Pulse) -> float:
+    """Velocity change [m/s] of a pulse with a peak acceleration [m/s²]: 2AT/π for a half-sine of peak A and length T."""
+    return peak * pulse.length / SHAPES[pulse.shape]
+
+
 def pulse_from(text: str) -> Pulse:
     """A pulse from its text, such as "half-sine:5ms".
 

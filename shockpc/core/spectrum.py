@@ -1,5 +1,6 @@
 """Shock response spectrum: the largest acceleration of oscillators whose base moves with a given acceleration (ISO 18431-4)."""
 
+import functools
 from itertools import pairwise
 
 import numpy as np
@@ -8,6 +9,27 @@ from shockpc.core.spatial import Array
 
 SAMPLES_A_PERIOD = 20.0
 """Least number of samples in a period of an oscillator; between them a maximum exceeds the largest sample by less than 1.3 %."""
+
+
+LONG = 20.0
+"""Periods of an oscillator that a pulse lasts, from which on its response is taken as that of a slow one."""
+
+
+@functools.lru_cache(maxsize=64)
+def amplification(shape: str, periods: float) -> float:
+    """Largest acceleration of an undamped oscillator for a single pulse of its base, relative to the peak of the pulse [1].
+
+    Args:
+        shape: one of `pulse.SHAPES`; the saw-tooth has its peak at the end.
+        periods: of the oscillator that the pulse lasts, f T. Above 20 the value is that for long pulses, at most
+            3 % low: 1, or 2 for a rectangle.
+    """
+    if periods > LONG:
+        return 2.0 if shape == "rectangle" else 1.0
+    n = max(400, int(5.0 * SAMPLES_A_PERIOD * periods))
+    t = np.linspace(0.0, 1.0, n + 1)
+    waves = {"half-sine": np.sin(np.pi * t), "saw-tooth": t, "haversine": np.sin(np.pi * t) ** 2, "rectangle": np.ones(n + 1)}
+    return float(shock_response(waves[shape][:, None], 1.0 / n, np.array([periods]), 0.0)[0, 0])
 
 
 def shock_response(acceleration: Array, step: float, frequencies: Array, damping: float = 0.05) -> Array:

@@ -35,9 +35,6 @@ FORCE, MOMENT, ALONG = JOINTS[:3]
 ROUNDING = 1e-10
 """Share of the largest peak through a joint below which a torque is rounding."""
 
-UNLIMITED = 1e300
-"""Effort from which a limit of a file is none [N m, N]."""
-
 SLIDING: dict[Kind, Sequence[str]] = {
     "point": ("shock", "delta_v", "peak_g"),
     "body": ("shock_com", "delta_omega", "delta_v", "copc", "ropc"),
@@ -127,13 +124,6 @@ def _along(found: "CompliantLanding", impact: Impact, places: Places) -> Array:
     return np.where(along <= ROUNDING * np.max(whole, initial=0.0), 0.0, along)
 
 
-def _share(found: "CompliantLanding", impact: Impact, places: Places) -> Array:
-    """The same, of the effort limit of the robot's file."""
-    limit = np.array([impact.landing.robot.model.upperEffortLimit[number] for number in _numbers(places)])
-    known = (limit > 0.0) & (limit < UNLIMITED)
-    return np.where(known, _along(found, impact, places) / np.where(known, limit, 1.0), np.nan)
-
-
 def _numbers(places: Places) -> list[int]:
     return [place.number for place in places]
 
@@ -158,8 +148,6 @@ GROUND = (
     _stiff("peak_joint_force", "joint", "peak force through the joint", "N", _peak(FORCE)),
     _stiff("peak_joint_moment", "joint", "peak moment through the joint", "N m", _peak(MOMENT)),
     _stiff("peak_torque", "joint", "peak torque along the joint's axis", "N m, N", _along, "the joint has more than one axis"),
-    _stiff("torque_share", "joint", "peak torque, of the effort limit", "1", _share,
-        "the joint has more than one axis, or the file gives no effort limit"),
     _stiff("restitution", "contact", "restitution, with the contact's damping", "1",
         lambda found, impact, places: found.restitution[_numbers(places)]),
     _stiff("stiffness_difference", "robot", "difference from the impulse model", "1",

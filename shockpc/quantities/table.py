@@ -12,11 +12,12 @@ from shockpc.quantities.bodies import BODIES
 from shockpc.quantities.contacts import CONTACTS
 from shockpc.quantities.ground import GROUND
 from shockpc.quantities.joints import JOINTS
+from shockpc.quantities.parts import PARTS
 from shockpc.quantities.points import POINTS
 from shockpc.quantities.quantity import Quantity
 from shockpc.quantities.robot import ROBOT
 
-QUANTITIES: tuple[Quantity, ...] = (*POINTS, *BODIES, *JOINTS, *CONTACTS, *ROBOT, *GROUND)
+QUANTITIES: tuple[Quantity, ...] = (*POINTS, *BODIES, *JOINTS, *CONTACTS, *ROBOT, *GROUND, *PARTS)
 """All quantities. Of those that share a key the first is meant unless the kind is named."""
 
 AXES = "xyz"

@@ -80,6 +80,10 @@ def document(profile: ShockProfile) -> dict[str, Any]:
         "friction": _friction(profile),
         "stiffness": _stiffness(profile),
         "drives": _drives(profile),
+        "parts": [
+            {"part": one.part, "body": one.body, "critical": one.strength} | quantities | {"governed_by": one.governed_by}
+            for one, quantities in zip(profile.parts, _selected(profile, "part"), strict=True)
+        ],
     }
     return headed("profile", content)
 
@@ -145,7 +149,7 @@ def _stiffness(profile: ShockProfile) -> dict[str, Any] | None:
             "shock_separated", "delta_v_separated",
         ),
         "joints": _columns(
-            profile, "joint", "peak_torque", "torque_share", "peak_joint_force", "peak_joint_moment", "delta_qd_separated"
+            profile, "joint", "peak_torque", "peak_joint_force", "peak_joint_moment", "delta_qd_separated"
         ),
         "bodies": _columns(profile, "body", "shock_com_compressed", "shock_com_separated"),
         "modes": [

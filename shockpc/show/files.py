@@ -14,7 +14,7 @@ MANIFEST = ".shockpc-files"
 """In a folder of results: SHA-256 and path of each file that the last run wrote there, as `sha256sum --check` reads them."""
 
 _RESULT = (
-    "(.+/)?(batch|bench|bodies|cases|check|claims|compare|contacts|correlations|error-against-run-time|figure[0-9]+|junit|landings?|limits|paper|places?|points|postures|"
+    "(.+/)?(batch|bench|bodies|cases|check|claims|compare|contacts|correlations|damage|error-against-run-time|figure[0-9]+|joints|junit|landings?|limits|paper|parts|places?|points|postures|"
     r"profile|quantities|report|robots?|sensitivity|sheet|shock|spectrum|summary|sweep|time)\.(csv|html|json|md|png|svg|xml)"
 )
 """Names of results; a file of another name is never removed."""

@@ -102,6 +102,8 @@ def places_at(landing: PosedLanding, quantity: Quantity, pattern: str | None = N
     robot, kind, places = landing.robot, quantity.of, landing.places(quantity.of)
     if quantity.key == "peak_g" and landing.pulse is None:
         raise StudyError('peak_g needs the duration of the impact, and the scene has none; give it a pulse = "half-sine:5ms"')
+    if kind == "part" and not places:
+        raise StudyError(f"{quantity.key} is of parts, and the scene has none at a frame; describe them by [[part]]")
     if quantity.missing == STANDS:
         places = places[: len(landing.contacts)]
     if pattern is None:
@@ -145,7 +147,7 @@ def column(profile: ShockProfile, text: str, allowed: Callable[[Quantity], bool]
 def _refused(quantity: Quantity) -> str:
     """Why a study of one number does not take a quantity."""
     if quantity.unproven:
-        return "it is of friction or of finite stiffness, which is computed in one posture at a time and in double precision alone"
+        return "it depends on friction or finite stiffness, and is computed in one posture at a time, in double precision alone"
     if quantity.posed or quantity.compute is None:
         return "it is computed in one posture at a time"
     return (

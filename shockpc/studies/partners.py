@@ -9,7 +9,7 @@ from shockpc.places import Kind
 from shockpc.result import ShockProfile
 from shockpc.robot.names import matches
 
-KINDS: tuple[Kind, ...] = ("body", "point", "joint")
+KINDS: tuple[Kind, ...] = ("body", "point", "joint", "part")
 """Places that have partners; contacts are partners in their order."""
 
 Partners: TypeAlias = Mapping[Kind, Mapping[str, str]]

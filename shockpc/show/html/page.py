@@ -36,6 +36,9 @@ MOST_TRIANGLES, MOST_LANDINGS, SAMPLES = 90_000, 40, 400
 LIMIT = 2.5
 """Shock at the end of the scale of colours; the last band is open."""
 
+ON_SCREEN = ("damage", "spectrum")
+"""Figures of a landing that the page has in no other form."""
+
 POLICY = "default-src 'none'; script-src 'unsafe-inline' 'unsafe-eval'; style-src 'unsafe-inline'; img-src data: blob:"
 """What a page may load: nothing."""
 
@@ -102,10 +105,10 @@ def _below(folder: str, body: Sequence[Block], report: Report, files: Mapping[st
     """Figures, tables and lines. Args: folder, of the report's files."""
     parts = [f"<h2>Results{' for the strike of the scene' if report.landings or folder else ''}</h2>"]
     # The picture in three dimensions takes the place of a landing's own figure, which only paper shows.
-    kind = "paper" if report.name == "profile" else "figure"
     for block in body[len(_above(body)) :]:
         if isinstance(block, Picture):
             source = base64.b64encode(_encoded(files[f"{folder}{block.name}.svg"])).decode()
+            kind = "paper" if report.name == "profile" and block.name not in ON_SCREEN else "figure"
             parts.append(f'<img class="{kind}" alt="{_text(block.caption)}" src="data:image/svg+xml;base64,{source}">')
         else:
             parts.append(_block(block))

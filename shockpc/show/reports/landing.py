@@ -9,6 +9,7 @@ import numpy as np
 from shockpc.core.directions import ExtremeDirections
 from shockpc.places import Kind
 from shockpc.printed import few
+from shockpc.quantities.table import Selection, quantities_of
 from shockpc.result import ShockProfile
 from shockpc.show.document import document
 from shockpc.show.header import contact_name, count, header_lines, proof_text, shown_as, vector_text, warning_lines
@@ -33,8 +34,8 @@ NO_MITIGATION = "no impact mitigation factor (it requires a free base, no stance
 def landing_report(profile: ShockProfile, bodies: Sequence[int] | None = None, spectrum: bool = False) -> Report:
     """Everything of one landing; of the bodies only those that are given by their indices, save in the document.
 
-    The files are profile.json, bodies.csv, points.csv, contacts.csv, report.md, shock.svg and shock.png; with a contact stiffness
-    also time.svg, and on request spectrum.svg, the shock response spectrum.
+    The files are profile.json, bodies.csv, points.csv, contacts.csv, joints.csv, report.md, shock.svg and shock.png; with parts
+    also parts.csv and damage.svg, with a contact stiffness time.svg, and on request spectrum.svg, the shock response spectrum.
     """
     return Report(
         name="profile",
@@ -44,6 +45,7 @@ def landing_report(profile: ShockProfile, bodies: Sequence[int] | None = None, s
             Lines(header_lines(profile)),
             Picture("shock", f"shock profile of {profile.robot.name}", "landing:draw_landing", (profile,)),
             *_tables(profile, bodies, None if full else 6),
+            *_damage_picture([profile]),
             *_time_pictures(profile, spectrum),
         ],
         closing=[
@@ -57,6 +59,8 @@ def landing_report(profile: ShockProfile, bodies: Sequence[int] | None = None, s
             "bodies": lambda: _every_body(profile, bodies),
             "points": lambda: _points_sheet(profile),
             "contacts": lambda: contacts_sheet(profile),
+            **({"joints": lambda: _joints_sheet(profile)} if profile.loads else {}),
+            **({"parts": lambda: _parts_sheet(profile)} if profile.parts else {}),
         },
         document=lambda: document(profile),
         landings={contact_name(profile): profile},
@@ -81,7 +85,7 @@ def landings_report(
     return Report(
         name="summary",
         page="summary",
-        body=lambda _: [sheet()],
+        body=lambda _: [sheet(), *_damage_picture(profiles)],
         sheets={"summary": sheet},
         document=dict,
         landings=dict(zip(names, profiles, strict=True)),
@@ -212,6 +216,7 @@ def _tables(profile: ShockProfile, bodies: Sequence[int] | None, most: int | Non
     return [
         bodies_sheet(profile, bodies),
         *([_points_sheet(profile)] if profile.points else []),
+        *([_parts_sheet(profile)] if profile.parts else []),
         contacts_sheet(profile),
         *([_bracket_sheet(profile)] if profile.robot.joint_names else []),
         directions_sheet(profile, most),
@@ -236,6 +241,51 @@ def _points_sheet(profile: ShockProfile) -> Sheet:
     return Sheet(title, header, rows)
 
 
+def _parts_sheet(profile: ShockProfile) -> Sheet:
+    """One row for each part: margins by velocity change and by acceleration, and which of them counts."""
+    peaks = profile.impact_length is not None
+    heads = ["part", "|Δv| [m/s]", "critical [m/s]", "margin [-]"]
+    heads += ["peak [g]", "critical [g]", "margin by peak [-]", "governing [-]", "by"] * peaks
+    rows: list[Row] = []
+    for one in profile.parts:
+        by_velocity = (one.part, math.hypot(*one.delta_v), one.strength.velocity_change, one.velocity_margin)
+        by_peak = (one.peak_g, one.strength.acceleration, one.acceleration_margin, one.part_margin, one.governed_by)
+        rows.append((*by_velocity, *by_peak[: len(heads) - 4]))
+    bases: dict[str, list[str]] = {}
+    for one in profile.parts:
+        bases.setdefault(one.strength.basis, []).append(one.part)
+    notes = [f"critical values of {few(names, 6)}: {basis}" for basis, names in bases.items()]
+    notes += [] if peaks else ["margins by velocity change alone, because a peak needs a pulse or a contact stiffness"]
+    title = "parts (margin: factor on the speed of the strike below which the part survives)"
+    return Sheet(title, heads, rows, notes)
+
+
+def _damage_picture(profiles: Sequence[ShockProfile]) -> list[Picture]:
+    """The damage boundaries of the parts with the landings on them; nothing without parts."""
+    if not any(profile.parts for profile in profiles):
+        return []
+    return [Picture("damage", f"damage boundary of parts of {profiles[0].robot.name}", "damage:draw_damage", (profiles,))]
+
+
+def _torque_note(profile: ShockProfile) -> str:
+    """What the torque of a joint is, of which its share is."""
+    if profile.landing.pulse is not None:
+        return f"of the torque limit: peak of a torque that has the pulse {profile.scene.pulse} and the impulse along the axis"
+    return "of the torque limit: impulse along the axis over the duration for which the joint withstands its torque, a mean"
+
+
+def _joints_sheet(profile: ShockProfile) -> Sheet:
+    """Every quantity of the joints that this landing has, a row for each joint; of a vector its length."""
+    columns: dict[str, list[float]] = {}
+    for entry in quantities_of("joint"):
+        values = profile.numbers(Selection(entry.key, entry), profile.places("joint"))
+        if not np.isnan(values).all():
+            columns[f"{entry.key} [{entry.unit.replace('1', '-')}]"] = values.tolist()
+    names = [(contact_name(profile), place.name) for place in profile.places("joint")]
+    rows = [(*name, *row) for name, row in zip(names, zip(*columns.values(), strict=True), strict=True)]
+    return Sheet("", ("contact", "joint", *columns), rows)
+
+
 def _bracket_sheet(profile: ShockProfile) -> Sheet:
     """The same landing with free joints, with the joints as modelled, and with locked joints."""
     sprung = profile.landing.joint_model.springs.any()
@@ -258,11 +308,12 @@ def _bracket_sheet(profile: ShockProfile) -> Sheet:
 
 def _loads_sheet(profile: ShockProfile, most: int | None) -> Sheet:
     """Impulse through every joint, or through those with the greatest force."""
-    forces = [math.hypot(*load.force) for load in profile.loads]
+    forces, shares = [math.hypot(*load.force) for load in profile.loads], profile.value("joint_torque_share", "joint").tolist()
+    shown = profile.stiffness is None and not np.isnan(shares).all()
     rows, notes = largest(
         [
-            (load.joint, force, math.hypot(*load.moment), None if load.along is None else abs(load.along))
-            for load, force in zip(profile.loads, forces, strict=True)
+            (load.joint, force, math.hypot(*load.moment), None if load.along is None else abs(load.along), *[share] * shown)
+            for load, force, share in zip(profile.loads, forces, shares, strict=True)
         ],
         most,
         "joint",
@@ -270,7 +321,9 @@ def _loads_sheet(profile: ShockProfile, most: int | None) -> Sheet:
     )
     if profile.health.rank < profile.health.rows:
         notes += ("contact or closure rows are redundant: these are the joint loads of least norm",)
-    header = ("joint", "force [N s]", "moment [N m s]", "along the axis [N m s, N s]")
+    if shown:
+        notes += (_torque_note(profile),)
+    header = ("joint", "force [N s]", "moment [N m s]", "along the axis [N m s, N s]", *["of the torque limit [-]"] * shown)
     return Sheet("impulse through the joints", header, rows, notes)
 
 
@@ -308,9 +361,9 @@ def _stiffness_sheets(profile: ShockProfile, most: int | None) -> list[Sheet]:
         sheets.append(Sheet("peak accelerations on these contacts", ("point", "peak [g]", "at [ms]"), points))
     if profile.places("joint"):
         torque, force = profile.value("peak_torque", "joint"), profile.value("peak_joint_force", "joint")
-        keys = ["peak_joint_force", "peak_joint_moment", "peak_torque", "torque_share"]
-        heads = ["force [N]", "moment [N m]", "along the axis [N m, N]", "of the effort limit [-]"]
-        if np.isnan(profile.value("torque_share", "joint")).all():
+        keys = ["peak_joint_force", "peak_joint_moment", "peak_torque", "joint_torque_share"]
+        heads = ["force [N]", "moment [N m]", "along the axis [N m, N]", "of the torque limit [-]"]
+        if np.isnan(profile.value("joint_torque_share", "joint")).all():
             keys, heads = keys[:3], heads[:3]
         order = np.where(torque > 0.0, 1e6 * torque, force)
         joints, notes = largest(rows("joint", *keys), most, "joint", order.tolist())

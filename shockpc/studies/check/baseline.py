@@ -31,7 +31,7 @@ FILES = ("robot", "srdf", "packages")
 _ARRAY = re.compile(r'\[\n([^][{}"]*)\]')
 """An array of numbers; no text in JSON holds a line break."""
 
-READ_OUT = ("point", "range_g")
+READ_OUT = ("point", "part", "range_g")
 """Keys of a scene that change no value of another place."""
 
 

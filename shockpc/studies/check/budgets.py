@@ -14,7 +14,7 @@ from shockpc.model import CHECKED
 from shockpc.paths import read_file, usable_path
 from shockpc.printed import printable
 from shockpc.quantities.table import Selection, select, selections
-from shockpc.scene import Scene, read_scene, record_schema, scene_from, scene_table
+from shockpc.scene import Part, Scene, read_scene, record_schema, scene_from, scene_table
 from shockpc.studies.columns import percentile
 from shockpc.toml import checked, reading, unknown_key
 
@@ -218,13 +218,13 @@ def budgets_schema() -> dict[str, Any]:
     """The JSON Schema of a file of budgets, for editors; it lists the metrics."""
     case, budget = record_schema(Case), record_schema(Budget)
     budget["properties"]["metric"] = {"enum": list(selections())}
-    kinds = {"case": case | {"required": ["name"]}, "budget": budget}
+    kinds = {"case": case | {"required": ["name"]}, "budget": budget, "part": {"$ref": "#/$defs/Part"}}
     return {
         "title": "shockpc budgets",
         "$defs": case.pop("$defs"),
         "type": "object",
         "properties": {name: {"type": "array", "items": kind} for name, kind in kinds.items()},
-        "required": list(kinds),
+        "required": ["case", "budget"],
         "additionalProperties": False,
     }
 
@@ -241,9 +241,13 @@ def read_budgets(path: Path) -> Budgets:
         if nested:
             table = _table(_table(table.get("tool", {}), "tool").get("shockpc"), "[tool.shockpc]")
             prefix = "tool.shockpc."
-        faults = [unknown_key(f"{prefix}{key}", key, ("case", "budget")) for key in table if key not in ("case", "budget")]
+        keys = ("case", "budget", "part")
+        faults = [unknown_key(f"{prefix}{key}", key, keys) for key in table if key not in keys]
+        parts = checked(table.get("part", []), tuple[Part, ...], f"{prefix}part", faults)
+        parts = () if faults else parts
         entries = {key: _entries(table.get(key, []), f"{prefix}{key}", faults) for key in ("case", "budget")}
-        cases = [_case(entry, path.resolve().parent, f"{prefix}case[{k}]", faults) for k, entry in enumerate(entries["case"])]
+        folder = path.resolve().parent
+        cases = [_case(entry, parts, folder, f"{prefix}case[{k}]", faults) for k, entry in enumerate(entries["case"])]
         budgets = [_budget(entry, f"{prefix}budget[{k}]", faults) for k, entry in enumerate(entries["budget"])]
         if faults:
             raise StudyError("; ".join(faults))
@@ -259,14 +263,16 @@ def read_budgets(path: Path) -> Budgets:
         return Budgets(path, tuple(case for case in cases if case is not None), known, lines if len(lines) == len(known) else ())
 
 
-def _case(entry: Mapping[str, Any], folder: Path, key: str, faults: list[str]) -> Case | None:
-    """A case; its keys replace those of the scene's file."""
+def _case(entry: Mapping[str, Any], parts: tuple[Part, ...], folder: Path, key: str, faults: list[str]) -> Case | None:
+    """A case; its keys replace those of the scene's file, and the parts of all cases are added to its own."""
     if "scene" not in entry and "robot" not in entry:
         faults.append(f"{key} has neither a scene nor a robot; give the path of a scene file, or a robot and its contact")
         return None
     try:
         if isinstance(file := entry.get("scene"), str):
             entry = _replaced(scene_table(read_scene(folder / usable_path(file))), entry)
+        if parts and isinstance(own := entry.get("part", []), list):
+            entry = {**entry, "part": [*own, *parts]}
         return scene_from(Case, entry, folder, key)
     except (SceneError, StudyError, ValueError) as refusal:
         faults.append(str(refusal) if isinstance(refusal, SceneError) else f"{key}: {refusal}")

@@ -1,0 +1,61 @@
+"""The damage boundary of parts, peak acceleration over velocity change, with the landings that they go through."""
+
+import math
+from collections.abc import Sequence
+from typing import Any
+
+from matplotlib.figure import Figure
+
+from shockpc.printed import printable
+from shockpc.result import ShockProfile
+from shockpc.show.figure.style import CURVES, INK, PAPER, new_chart
+from shockpc.show.header import contact_name
+
+MARKS = ("o", "s", "^", "D", "v", "P", "X", "*")
+"""One for each landing."""
+
+
+def draw_damage(profiles: Sequence[ShockProfile]) -> Figure:
+    """Draw each part's boundary in a colour, and the velocity change and the peak that it has in each landing as a mark.
+
+    Where only a survived pulse is known, its bounds are dashed. A landing without a known peak is a line at its velocity change.
+    """
+    figure = new_chart(6.6, 4.0, f"Damage boundary of parts of {printable(profiles[0].robot.name, 60)}")
+    axes = figure.add_subplot(xscale="log", yscale="log", xlabel="velocity change [m/s]", ylabel="peak acceleration [g]")
+    axes.grid(True)
+    parts = profiles[0].parts
+    x = [v for p in profiles for one in p.parts for v in (math.hypot(*one.delta_v), one.strength.velocity_change)]
+    y = [a for p in profiles for one in p.parts for a in (one.peak_g, one.strength.acceleration)]
+    (left, right), (low, high) = _window(x, (0.1, 10.0)), _window(y, (10.0, 1000.0))
+    axes.set(xlim=(left, right), ylim=(low, high))
+    for k, one in enumerate(parts):
+        colour, name = CURVES[k % len(CURVES)], printable(one.part, 32)
+        v, a = one.strength.velocity_change, one.strength.acceleration
+        if one.strength.both:
+            axes.plot([v, v, left], [low, a, a], color=colour, linestyle=(0, (5, 2)), label=name)
+        else:
+            corner = low / 2.0 if math.isnan(a) else a
+            axes.plot([v, v, right], [high, corner, corner], color=colour, label=name)
+            axes.fill_between([v, right], corner, high, color=colour, alpha=0.08, linewidth=0.0)
+    for m, profile in enumerate(profiles):
+        mark: dict[str, Any] = {"marker": MARKS[m % len(MARKS)], "linestyle": "none", "markeredgecolor": PAPER, "markersize": 6.5}
+        axes.plot([], [], color=INK, label=f"landing on {printable(contact_name(profile), 32)}", **mark)
+        for k, one in enumerate(profile.parts):
+            dv, colour = math.hypot(*one.delta_v), CURVES[k % len(CURVES)]
+            if one.peak_g is None:
+                axes.axvline(dv, color=colour, linewidth=0.8, linestyle=":")
+            axes.plot([dv], [low * 1.12 if one.peak_g is None else one.peak_g], color=colour, clip_on=False, zorder=5, **mark)
+    axes.xaxis.set_major_formatter("{x:g}")
+    axes.yaxis.set_major_formatter("{x:g}")
+    figure.legend(loc="outside right upper")
+    words = "solid: damage is possible in the shaded area; dashed: no damage to the left and below (a survived pulse, lower bounds)"
+    if profiles[0].impact_length is None:
+        words += "\ndotted: velocity change of a landing whose peak is not known without a pulse or a contact stiffness"
+    figure.supxlabel(words, fontsize=7.0, x=0.02, ha="left")
+    return figure
+
+
+def _window(values: Sequence[float | None], usual: tuple[float, float]) -> tuple[float, float]:
+    """Limits of a logarithmic axis around the values above zero, a factor of 3 wider; without any, the usual ones."""
+    known = [value for value in values if value is not None and 0.0 < value < math.inf]
+    return (min(known) / 3.0, max(known) * 3.0) if known else usual
