@@ -166,9 +166,9 @@ class Sweep:
         return (*(["row"] if self.feasible else []), *varied, *self._names, "condition", "proven", "double_error")
 
     @property
-    def feasible_column(self) -> Column:
-        """The column that tells whether flat ground allows the landing."""
-        return next(column for column in self.computed if column.selection.name == "feasible")
+    def feasible_column(self) -> str:
+        """The name of the column that tells whether flat ground allows the landing; empty where that is not computed."""
+        return next((column.name for column in self.computed if column.selection.name == "feasible"), "")
 
     @functools.cached_property
     def _names(self) -> tuple[str, ...]:
@@ -228,14 +228,14 @@ class Sweep:
                     messages.setdefault(int(own[i]) * S + s, text)
         flat = {name: x.ravel() for name, x in computed.items()}
         compared = self._checked[(self._checked >= a * S) & (self._checked < b * S)] - a * S
+        refused = flat[self.feasible_column] == 0.0 if self.feasible_column else np.zeros(m * S, dtype=bool)
         if self.feasible:
-            compared = compared[flat[self.feasible_column.name][compared] != 0.0]
+            compared = compared[~refused[compared]]
 
         def profile(i: int) -> ShockProfile:
             return shock_profile(*self._case(_picked(values, *divmod(i, S))))
 
         proven, error = prove_rows(prove.ravel(), compared.tolist(), profile, self.computed, flat, messages)
-        refused = flat[self.feasible_column.name] == 0.0
         pulled = refused & np.any([flat[name] > 0.0 for name in self._pulls], axis=0)
         counts = int(pulled.sum()), int((refused & ~pulled).sum())
         whole = varied_columns | flat | {"proven": proven, "double_error": error}

@@ -122,7 +122,7 @@ def summarise(sweep: Sweep, read: Callable[[str], Iterator[Any]], refused: Itera
         proven += int(np.sum(flags))
         others = errors[~flags & ~np.isnan(errors)]
         compared, largest = compared + len(others), max(largest, float(np.max(others, initial=0.0)))
-    feasible = _whole(sweep, read, sweep.feasible_column.name)
+    feasible = _whole(sweep, read, sweep.feasible_column)
     pulled, below = (sum(counts) for counts in zip(*refused, strict=True))
     drawn = sweep.sample is None and len(sweep.variations) <= 2
     columns = [column for column in sweep.computed if column.shock or column.asked]
