@@ -202,7 +202,15 @@ def test_bench_of_one_s_own_robot(capfd, tmp_path):
     """`shockpc bench robot --contact foot` prints a row for each method, and writes the table and the chart if asked to."""
     out = good(capfd, "bench", "solo12", "--contact", "FL_FOOT", "--out", tmp_path)
     assert {line.split("  ")[0] for line in out.splitlines()} >= {*DIRECT, *MUJOCO, "shockpc, all quantities"}
-    files = {"landing.csv", "landing.md", "landing.json", "report.html", "error-against-run-time.svg", "error-against-run-time.png", MANIFEST}
+    files = {
+        "landing.csv",
+        "landing.md",
+        "landing.json",
+        "report.html",
+        "error-against-run-time.svg",
+        "error-against-run-time.png",
+        MANIFEST,
+    }
     assert {path.name for path in tmp_path.iterdir()} == files
 
 
