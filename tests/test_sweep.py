@@ -389,7 +389,7 @@ def test_a_change_of_a_link_changes_that_link_alone():
         ({"contact": ""}, {}, ShockError, ""),
         ({"mass:base": "±40%"}, {"sample": 9}, StudyError, "not above zero"),
         ({"armature:*": "0.5x:2x"}, {"sample": 9}, StudyError, "the drives have springs, which are not multiplied"),
-        ({"speed": "±0.1"}, {"sample": 9}, StudyError, "Give the mean too"),
+        ({"speed": "±0.1"}, {"sample": 9}, StudyError, "give it too"),
         ({"speed": "±5%"}, {"sample": 9}, StudyError, "a factor such as"),
         ({"speed": "1±0"}, {"sample": 9}, StudyError, "no standard deviation"),
         ({"com-x:LF_HIP": "0:1:log"}, {"sample": 9}, StudyError, "no logarithm"),

@@ -228,19 +228,20 @@ class Sweep:
                     messages.setdefault(int(own[i]) * S + s, text)
         flat = {name: x.ravel() for name, x in computed.items()}
         compared = self._checked[(self._checked >= a * S) & (self._checked < b * S)] - a * S
-        refused = flat[self.feasible_column] == 0.0 if self.feasible_column else np.zeros(m * S, dtype=bool)
+        feasible = flat.get(self.feasible_column, np.ones(m * S))
         if self.feasible:
-            compared = compared[~refused[compared]]
+            compared = compared[feasible[compared] != 0.0]
 
         def profile(i: int) -> ShockProfile:
             return shock_profile(*self._case(_picked(values, *divmod(i, S))))
 
         proven, error = prove_rows(prove.ravel(), compared.tolist(), profile, self.computed, flat, messages)
-        pulled = refused & np.any([flat[name] > 0.0 for name in self._pulls], axis=0)
-        counts = int(pulled.sum()), int((refused & ~pulled).sum())
+        infeasible = feasible == 0.0
+        pulled = infeasible & np.any([flat[name] > 0.0 for name in self._pulls], axis=0)
+        counts = int(pulled.sum()), int((infeasible & ~pulled).sum())
         whole = varied_columns | flat | {"proven": proven, "double_error": error}
         if self.feasible:
-            kept = np.flatnonzero(~refused)
+            kept = np.flatnonzero(~infeasible)
             whole = {"row": a * S + kept} | {name: x[kept] for name, x in whole.items()}
             messages = {int(np.searchsorted(kept, i)): text for i, text in messages.items()}
         return Chunk(a * S, whole, dict(sorted(messages.items())), counts)
