@@ -235,7 +235,7 @@ def test_a_number_that_is_zero():
         ("shok@trunk_imu", UnknownName, 'no quantity "shok".*nearest: "shock"'),
         ("feasible", StudyError, "whether flat ground allows the landing is computed in double precision"),
         ("delta_qd", StudyError, "delta_qd needs a place; write delta_qd@JOINT"),
-        ("peak_force@lf_foot", StudyError, "peak_force .* cannot be used here: it is of friction or of finite stiffness"),
+        ("peak_force@lf_foot", StudyError, "peak_force .* cannot be used here: it depends on friction or finite stiffness"),
         ("shock@world", UnknownName, 'no frame "world"'),
         ("shock_max@base_link", StudyError, "greatest shock over the body is computed in double precision"),
         ("peak_g@trunk_imu", StudyError, "peak_g needs the duration of the impact"),

@@ -147,7 +147,7 @@ def column(profile: ShockProfile, text: str, allowed: Callable[[Quantity], bool]
 def _refused(quantity: Quantity) -> str:
     """Why a study of one number does not take a quantity."""
     if quantity.unproven:
-        return "it depends on friction or finite stiffness, and is computed in one posture at a time, in double precision alone"
+        return "it depends on friction or finite stiffness, and is computed for one posture at a time, in double precision alone"
     if quantity.posed or quantity.compute is None:
         return "it is computed in one posture at a time"
     return (
