@@ -95,7 +95,7 @@ def _notes(batch: Batch) -> Iterable[str]:
     yield "joints: " + "; ".join(
         f"{model}{f', {drives}' if drives else ''}: {', '.join(of)}" for (model, drives), of in models.items()
     )
-    if any(row.drives and row.scene.joints.drives is None for row in rows):
+    if any(row.drives and row.joint_model != "free" and row.scene.joints.drives is None for row in rows):
         yield "--drives none for free joints"
     if any(sum(map(is_imu, row.sensors)) > 1 for row in rows):
         yield "of several IMUs the one with the greatest shock; CSV and JSON hold all"
