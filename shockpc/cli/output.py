@@ -17,6 +17,9 @@ from shockpc.show.html import INSTALL, plotly
 if TYPE_CHECKING:
     from shockpc.show.reports.report import Report
 
+RUN = {"--out": True, "--jobs": True, "--cluster": True, "--resume": False, "--wait": False}
+"""Options that say how results are computed and where they are written, which do not change them; and whether a value follows."""
+
 
 def scene_files(scenes: list[Scene], path: Path, force: bool) -> list[Path]:
     """The files that --save-scene writes: the file itself for one landing, else a file each, named after the contact.
@@ -43,9 +46,21 @@ def emit(report: "Report", output: OutputOptions) -> None:
 
 def write_report(report: "Report", folder: Path) -> None:
     """Write the files of a report; a line on standard error says what report.html would need."""
-    import shlex
-
     with ShownTrace().stage("figures and files"):
-        write_folder(folder, report.files(shlex.join(command)))
+        write_folder(folder, report.files(_command()))
     if report.landings and plotly() is None:
         print_error(INSTALL)
+
+
+def _command() -> str:
+    """The command line of the results, the same after an interruption."""
+    import shlex
+
+    words, kept = iter(command), list[str]()
+    for word in words:
+        name, equals, _ = word.partition("=")
+        if name not in RUN:
+            kept.append(word)
+        elif RUN[name] and not equals:
+            next(words)
+    return shlex.join(kept)
