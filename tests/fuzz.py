@@ -275,11 +275,11 @@ def main() -> int:
     options.add_argument("--workers", type=int, default=os.cpu_count(), help="processes [one for each core]")
     options.add_argument("--keep", type=Path, metavar="FOLDER", help="write the files of the first case there, and run nothing")
     given = options.parse_args()
+    prepare()
     if given.keep:
         case(given.first).write(given.keep)
         print(f"cd {given.keep}; shockpc", *map(repr, case(given.first).words))
         return 0
-    prepare()
     ended, violated, start = collections.Counter(), 0, time.monotonic()
     signal_of_parent = signal.signal(signal.SIGINT, signal.SIG_IGN)  # inherited: only this process answers Ctrl-C
     with multiprocessing.get_context("fork").Pool(given.workers, _drop_privileges) as pool:

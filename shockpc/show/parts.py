@@ -126,7 +126,8 @@ class Parts:
 
     def _read(self, path: Path, name: str) -> Any:
         if self.format == "parquet":
-            return _arrow().parquet.read_table(path, columns=[name])[name].to_numpy()
+            with path.open("rb") as content:  # a path with a colon would be read as an address
+                return _arrow().parquet.read_table(content, columns=[name])[name].to_numpy()
         place = (*self.sweep.headings, "message").index(name)  # the file may hold the heading escaped
         with path.open(encoding="utf-8", newline="") as file:
             cells = [line[place] for line in csv.reader(file)][1:]

@@ -91,5 +91,6 @@ def _read_parquet(path: Path) -> dict[str, np.ndarray]:
         raise StudyError(
             'Parquet files need the package "pyarrow"; install it with: pip install pyarrow, or give a CSV or NPZ file'
         ) from None
-    table = pyarrow.parquet.read_table(path)
+    with path.open("rb") as content:  # a path with a colon would be read as an address
+        table = pyarrow.parquet.read_table(content)
     return {name: np.asarray(table[name].to_numpy()) for name in table.column_names}
