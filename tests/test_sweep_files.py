@@ -101,6 +101,16 @@ def test_csv_holds_the_same_numbers_as_parquet(capfd, stick, tmp_path):
     assert (tmp_path / "csv" / "summary.csv").read_bytes() == (tmp_path / "parquet" / "summary.csv").read_bytes()
 
 
+def test_shock_is_the_same_at_every_speed(capfd, stick, tmp_path):
+    """It is relative to the strike; the summary says so, and names the quantities that are not."""
+    words = ("--contact", "foot", "--vary", "speed=1:3:2", "--at", "body", "--quantity", "delta_v@body", "--out", tmp_path / "out")
+    text = good(capfd, "sweep", stick, *words)
+    rows = pyarrow.dataset.dataset(tmp_path / "out" / "rows").to_table().to_pydict()
+    assert rows["shock@body"][1] == pytest.approx(rows["shock@body"][0], rel=1e-14)
+    assert rows["delta_v@body"][1] == pytest.approx(3.0 * rows["delta_v@body"][0], rel=1e-14)
+    assert "shock is relative to the strike, and the same at every speed; --quantity delta_v@body gives m/s" in text
+
+
 def test_most_severe_row_is_pasted_into_analyze(capfd, stick, tmp_path):
     """The options in the summary reproduce the greatest shock in the table."""
     text = good(capfd, "sweep", stick, *SMALL, "--out", tmp_path / "out")

@@ -104,6 +104,10 @@ def _lines(summary: SweepSummary) -> Iterator[str]:
             yield f"{what} for {one.column.name}: {_varied(summary.sweep, _most_severe(one))}"
         if one.best_row >= 0 and one.column.selection.quantity.worse != "neither":
             yield f"least severe that flat ground allows: {_varied(summary.sweep, one.best_row)}"
+    relative = [one.column.place.name for one in summary.extents if one.column.shock]
+    if relative and any(varied.kind == "speed" for varied in summary.sweep.variations):
+        asked = f"--quantity delta_v@{relative[0]} gives m/s, and peak_g@{relative[0]} with --pulse g"
+        yield f"shock is relative to the strike, and the same at every speed; {asked}"
     refused, *counts = summary.refused
     if refused:
         causes = ("a contact would have to be pulled", "another link is below the ground")
