@@ -143,6 +143,30 @@ def friction_of(landing: PosedLanding) -> FrictionResult:
     return FrictionResult(best.state, velocity, len(found), best.residual, -best.energy, None if as_proven else impact)
 
 
+def gains_with_friction(impact: DoubleImpact) -> np.ndarray:
+    """Whether (N, S) the scene's friction with the contacts' restitution is refused, as by `friction_of`, for a gain of energy.
+
+    A contact gives λ_n (−(1 − e) |v_n⁻| − µ (|v_t⁺| + d·v_t⁻)) / 2 of it, with the direction d of the slip, so that only landings
+    with (1 − e) |v_n⁻| < µ |v_t⁻| at a contact are solved. Without restitution none gains: λᵀ v⁺ ≤ 0.
+    """
+    landing, state, H, velocity = impact.landing, impact.state, impact.state.H, impact.base_velocities
+    refused, mu = np.zeros(velocity.shape[:2], dtype=bool), landing.scene.friction
+    e, normals = (np.array(values) for values in zip(*((c.restitution, c.normal) for c in landing.contacts), strict=True))
+    if mu is None or not e.any():
+        return refused
+    along = np.sum(impact.approach * normals, axis=-1)
+    across = np.linalg.norm(impact.approach - along[..., None] * normals, axis=-1)
+    for i, s in np.argwhere(((1.0 - e) * np.abs(along) < mu * across).any(axis=-1)).tolist():
+        row, before = slice(i, i + 1), landing.before._replace(velocity=velocity[i, s])
+        moving = landing.motions(row) if landing.before.velocity.ndim > 1 else replace(landing, before=before)
+        own = {part: getattr(state, part)[row] for part in ("J", "rotation", "position", "origin")}
+        try:
+            friction_of(replace(moving, state=state._replace(inertia=H[row], **own)))
+        except (SceneError, SolveError):
+            refused[i, s] = True
+    return refused
+
+
 def jumps_of(landing: PosedLanding, delta_qd: Array) -> Array:
     """Jumps (1, nb, 6, k) of the bodies, body axes, for jumps (1, nv, k) of the joint velocities."""
     robot, state = landing.robot, landing.state

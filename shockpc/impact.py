@@ -101,6 +101,12 @@ class Impact:
         return velocity if self._strikes is None else velocity + self._strike_change[:, :, None]
 
     @property
+    def base_velocities(self) -> Array:
+        """(N, S, 3) velocities of the base before the impact, world axes [m/s]."""
+        own = self.landing.before.velocity
+        return np.broadcast_to(own, (len(self.state.J), 3))[:, None] if self._strikes is None else self._strikes
+
+    @property
     def _strike_change(self) -> Array:
         """(N, S, 3) by how much the velocity of the base differs from the landing's own [m/s]."""
         return np.zeros(3) if self._strikes is None else self._strikes - self.landing.before.velocity[..., None, :]

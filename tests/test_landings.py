@@ -13,7 +13,7 @@ from robot_texts import body, floating, mjcf
 from scipy.spatial.transform import Rotation
 from trees import known_robot, robot_from
 
-from shockpc import Contact, Joints, Scene, StudyError, UnknownName, load_robot, read_scene, resolve, shock_profile
+from shockpc import Contact, Joints, Scene, SolveError, StudyError, UnknownName, load_robot, read_scene, resolve, shock_profile
 from shockpc.bench.measured import measured_landings
 from shockpc.landing import landing_of
 from shockpc.model.motion import Motion
@@ -223,6 +223,20 @@ def test_friction_of_each_row():
     assert [results.study.case(i).friction for i in range(6)] == friction["friction"].tolist()
     with pytest.raises(StudyError, match="row 1, column friction: -1 is no coefficient of friction"):
         study(table() | {"friction": np.array([0.1, -1.0, 0.1, 0.1, 0.1, 0.1])})
+
+
+def test_rows_that_gain_energy_with_friction_are_refused():
+    """Slip that reverses with a high restitution: the rows and the single analyses refuse the same landings."""
+    scene = replace(SCENE, contact=(Contact(frame="LF_FOOT", restitution=0.9),), friction=0.8)
+    results = compute(study(table(12) | {"vx": np.linspace(-2.0, 2.0, 12)}, scene, ("feasible",)))
+    refused = {}
+    for row in range(12):
+        try:
+            results.study.profile(row)
+        except SolveError as refusal:
+            refused[row] = str(refusal)
+    assert refused == results.messages
+    assert 0 < len(refused) < 12
 
 
 def test_contacts_of_rows_are_like_those_of_the_scene():

@@ -421,6 +421,20 @@ def test_values_that_differ_by_rounding_alone_are_counted(values):
     assert extent.span[0] <= min(values) <= max(values) <= extent.span[1]
 
 
+@pytest.mark.parametrize(
+    ("feet", "mu", "e", "along", "seed"), [("LF_FOOT", 0.3, 0.7, "normal", 0), ("LF_FOOT+RH_FOOT", 0.8, 0.9, "directions", 2)]
+)
+def test_landings_that_gain_energy_with_friction_are_refused_in_a_sweep_too(anymal, feet, mu, e, along, seed):
+    """Rows are refused where the single analysis is, in posture, attitude and strike at random; of the others the numbers agree."""
+    contacts = tuple(Contact(frame=foot, restitution=e, restitution_along=along) for foot in feet.split("+"))
+    scene, vary = Scene(robot="anymal_b", contact=contacts, friction=mu), {"base-pitch": "-30:30", "strike-angle": "-60:60"}
+    vary |= {"*_HFE": "-40:60", "*_KFE": "-120:-20"}
+    made = sweep(scene, vary, robot=anymal, at=["imu_link"], sample=60, seed=seed, prove=0)
+    assert 0 < check(made) < 60
+    _, messages = table(made)
+    assert all("would gain" in text for text in messages.values())
+
+
 @pytest.mark.parametrize("friction", [None, 0.5])
 def test_rows_that_level_ground_does_not_allow(anymal, friction):
     """Those of which the single analysis warns: of a link below the ground, and, where friction lets it not open, of a pull."""

@@ -6,7 +6,7 @@ from typing import Any
 import numpy as np
 
 from shockpc.core.spatial import Array
-from shockpc.impact import Impact
+from shockpc.impact import DoubleImpact, Impact
 from shockpc.model.motion import approach_speeds
 from shockpc.model.rows import block_point
 from shockpc.plausibility import Levels, levels, on_ground
@@ -89,14 +89,18 @@ def _depth(impact: Impact, places: Places) -> Array:
 def _feasible(impact: Impact, places: Places) -> Array:
     """Whether (N, S, 1) the ground pulls nothing and no other link is below it; 0 or 1.
 
-    With the scene's friction nothing is pulled: a contact that would be opens, and one that needs more friction slides.
+    With the scene's friction nothing is pulled: a contact that would be opens, and one that needs more friction slides. In doubles
+    NaN where the impact would then gain energy, which the analysis of the landing refuses.
     """
+    from shockpc.ground import gains_with_friction
+
     del places
     landing = impact.landing
     refused = (pull(impact, landing.contact_places) > 0.0).any(axis=-1) & (landing.scene.friction is None)
     if landing.base != "fixed" and (here := _levels(impact)) is not None:
         refused = refused | here.below[:, None]
-    return np.asarray(_one(np.where(refused, 0.0, 1.0)))
+    gains = isinstance(impact, DoubleImpact) and gains_with_friction(impact)
+    return np.asarray(_one(np.where(gains, np.nan, np.where(refused, 0.0, 1.0))))
 
 
 ROBOT = (
@@ -112,7 +116,8 @@ ROBOT = (
         UNKNOWN),
     Quantity("depth", "robot", "depth of other geometry below the contacts", "m", "greater", _depth,
         missing="the robot has no geometry, or no contact is on flat ground"),
-    Quantity("feasible", "robot", "whether flat ground allows the landing", "1", "less", _feasible),
+    Quantity("feasible", "robot", "whether flat ground allows the landing", "1", "less", _feasible,
+        missing="with friction and restitution the impact would gain energy"),
     Quantity("rank", "robot", "independent contact and closure rows", "1", posed=True),
     Quantity("rows", "robot", "contact and closure rows", "1", posed=True),
     Quantity("error_bound", "robot", "proven error of the jumps, for the robot as loaded", "1", "greater", posed=True),

@@ -225,16 +225,17 @@ def columns(
         wanted: the columns.
         design: the inertias in each posture; the landing's own by default.
 
-    Returns: columns (m, S) by name; the condition (m,) of each posture, and whether (m,) it needs a proof; and which contacts
-        (m, S, c) do not approach the ground.
+    Returns: columns (m, S) by name; the condition (m,) of each posture; which rows (m, S) need a proof, those too that friction may
+        refuse; and which contacts (m, S, c) do not approach the ground.
     """
-    parts = []
+    parts, feasible = [], [column.name for column in wanted if column.selection.quantity.key == "feasible"]
     for k in range(0, len(Q), BLOCK):
         rows = slice(k, k + BLOCK)
         own = landing.motions(rows) if strikes is None else landing
         block = postures(own, Q[rows], wanted, None if design is None else design.rows(rows))
         values, parting = block.values(None if strikes is None else strikes[rows], wanted)
-        parts.append((values, block.condition, block.prove, parting))
+        prove = block.prove[:, None] | np.any([np.isnan(values[name]) for name in feasible], axis=0)
+        parts.append((values, block.condition, np.broadcast_to(prove, parting.shape[:2]), parting))
     computed = {name: np.concatenate([values[name] for values, *_ in parts]) for name in parts[0][0]}
     condition, prove, parting = (np.concatenate(of_all) for of_all in list(zip(*parts, strict=True))[1:])
     return computed, condition, prove, parting

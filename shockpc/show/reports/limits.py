@@ -73,7 +73,7 @@ def _warnings(found: JointLimits) -> list[str]:
     if own or every:
         warnings.append(
             f"warning: flat ground does not allow {own} of {n} postures at the scene's strike, and {every} at some strike of the "
-            "range: it would have to pull a contact, or meets another link first; column feasible"
+            "range: a contact would have to be pulled, another link is met first, or friction would make energy; column feasible"
         )
     return warnings
 

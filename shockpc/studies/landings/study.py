@@ -170,7 +170,7 @@ class Landings:
             for name, value in values.items():
                 computed[name][own] = value[:, 0]
             computed["condition"][own] = condition
-            prove[own] |= unsafe
+            prove[own] |= unsafe[:, 0]
             for i, _, text in not_approaching(landing, parting):
                 messages.setdefault(int(own[i]), text)
 

@@ -223,7 +223,7 @@ class Sweep:
                 part, condition, unsafe, parting = columns(landing, Q, strikes, self.computed, design)
                 for name, x in (part | {"condition": condition[:, None]}).items():
                     computed[name][own] = x
-                prove[own] = unsafe[:, None] | posed
+                prove[own] = unsafe | posed
                 for i, s, text in not_approaching(landing, parting):
                     messages.setdefault(int(own[i]) * S + s, text)
         flat = {name: x.ravel() for name, x in computed.items()}
