@@ -91,7 +91,7 @@ class CompliantLanding:
             M, B, gears, velocity = attach_rotors(M, B, velocity, self._free[geared], model.rotor[geared])
             B = np.concatenate([B, gears])
         added = len(self._joints)
-        self.full = np.pad(self._free, ((0, 0), (0, len(geared))))
+        self.full = np.hstack([self._free, np.zeros((len(self._free), len(geared)))])
         self.number = np.concatenate([number, np.full(added, -1)])
         elements = Elements(
             B,
@@ -127,13 +127,13 @@ class CompliantLanding:
         return _Columns(rows.landing, equation, _solution(delta, impulse), jumps)
 
     def maps(self, compute: Compute, places: Sequence[Place]) -> tuple[Array, Array]:
-        """What gives a quantity at n places of accelerations (n, k, coordinates), and of forces (n, k, elements)."""
+        """What gives a quantity, n vectors, of accelerations (n, k, coordinates), and of forces (n, k, elements)."""
         values = np.moveaxis(np.asarray(compute(self._columns, places), dtype=float)[0], 0, -1)
-        values = values.reshape(len(places), -1, values.shape[-1])
+        values = values.reshape(len(values), -1, values.shape[-1])
         return values[..., : self.full.shape[1]], values[..., self.full.shape[1] :]
 
     def peaks(self, compute: Compute, places: Sequence[Place]) -> tuple[Array, Array]:
-        """The largest length (n,) of a quantity that is linear in jumps and impulses, at n places, and when (n,) it is reached."""
+        """The largest lengths (n,) of a quantity, n vectors linear in jumps and impulses, and when (n,) each is reached."""
         key = compute, tuple((place.name, place.body, place.number, place.r.tobytes()) for place in places)
         if key not in self._peaks:
             self._peaks[key] = self._peak(*self.maps(compute, places))

@@ -8,6 +8,7 @@ import tempfile
 import time
 from collections.abc import Callable
 from concurrent.futures import Executor
+from dataclasses import replace
 from functools import partial
 from pathlib import Path
 from statistics import median
@@ -29,7 +30,10 @@ from shockpc.core.spatial import Array
 from shockpc.executor import processes
 from shockpc.landing import PosedLanding
 from shockpc.model.dynamics import dynamics
+from shockpc.robot.record import Robot
+from shockpc.scene import Scene
 from shockpc.show.parts import Parts
+from shockpc.show.reports.landing import landing_report
 from shockpc.show.tables import Cell, Sheet
 from shockpc.studies.sweep.rows import Sweep
 from shockpc.studies.sweep.study import sweep
@@ -76,10 +80,28 @@ def _package(budget: float) -> Sheet:
         add(f"shock_profile with all derived numbers, {name}", whole)
     resolved = resolve(anymal[1], anymal[0])
     add("steps 1-3 in double precision, ANYmal B, one foot", partial(_double_percussion, resolved), "0.25 ms")
+    for what, scene in (
+        ("finite stiffness", replace(anymal[1], contact_stiffness=1e5)),
+        ("friction", replace(anymal[1], friction=0.6)),
+    ):
+        rows.append((f"{what} adds, ANYmal B, one foot", f"{1e3 * _added(anymal[0], anymal[1], scene, budget):.3g}", "1 ms", None))
     times = np.median([[_process_time(arguments) for arguments in COMMANDS.values()] for _ in range(5)], axis=0)
     for what, aim, seconds in zip(COMMANDS, (None, "1.6 × import", "1300 ms"), times, strict=True):
         rows.append((what, f"{1e3 * seconds:.3g}", aim, f"{seconds / times[0]:.2f}"))
     return Sheet("run time of the package", ("what", "median [ms]", "target", "× import"), rows)
+
+
+def _added(robot: Robot, scene: Scene, changed: Scene, budget: float) -> float:
+    """How much more processor time an analysis with its text takes if the scene is changed; alternating runs [s]."""
+    differences: list[float] = []
+
+    def seconds(scene: Scene) -> float:
+        start = time.thread_time()
+        landing_report(shock_profile(scene, robot)).text("table")
+        return time.thread_time() - start
+
+    timed(lambda: differences.append(seconds(changed) - seconds(scene)), 10.0 * budget)
+    return median(differences)
 
 
 def _double_percussion(resolved: PosedLanding) -> Array:

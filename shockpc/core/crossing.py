@@ -58,18 +58,19 @@ def first_crossing(sigma: Array, signals: Signals, horizon: float) -> tuple[floa
         return 0.0, int(np.argmin(constant + cosine.sum(axis=1)))
 
     def search(a: float, b: float, count: int, depth: int) -> tuple[float, int] | None:
-        t = np.append(a + (b - a) / count * np.arange(count), b)
+        t = a + (b - a) / count * np.arange(count + 1.0)
+        t[-1] = b
         angle = t[:, None] * sigma
         value = constant + t[:, None] * linear + np.cos(angle) @ cosine.T + np.sin(angle) @ sine.T
         # Between two samples a signal lies above the parabola through them that curves by the bound.
         change, curve = value[1:] - value[:-1], np.maximum(bound * ((b - a) / count) ** 2 / 2.0, 1e-300)
         dips = (np.abs(change) < curve) & (value[:-1] < (curve - change) ** 2 / (4.0 * curve))
         crosses = value[1:] < 0.0
-        for k in np.flatnonzero((dips | crosses).any(axis=1)).tolist():
+        for k in np.nonzero((dips | crosses).any(axis=1))[0].tolist():
             if depth and dips[k].any() and (event := search(t[k], t[k + 1], 16, depth - 1)):
                 return event
             if crosses[k].any():
-                return min((root(i, t[k], t[k + 1], *value[k : k + 2, i]), i) for i in np.flatnonzero(crosses[k]).tolist())
+                return min((root(i, t[k], t[k + 1], *value[k : k + 2, i]), i) for i in np.nonzero(crosses[k])[0].tolist())
         return None
 
     def root(i: int, a: float, b: float, above: float, below: float) -> float:

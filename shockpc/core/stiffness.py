@@ -172,7 +172,7 @@ class Segment(NamedTuple):
         """∫u dt (..., d) at times t (...) after the start."""
         t = t[..., None]
         half = t * self.sigma / 2.0
-        modal = t * (np.sinc(2.0 / np.pi * half) * self.upsilon - np.sin(half) * np.sinc(half / np.pi) * self.zeta)
+        modal = t * np.sinc(half / np.pi) * (np.cos(half) * self.upsilon - np.sin(half) * self.zeta)
         return np.asarray(self.displacement + t * self.drift + modal @ self.V.T)
 
 
@@ -236,32 +236,32 @@ class Motion(NamedTuple):
             outputs: (m, k, n) G; for the acceleration of a point its Jacobian.
             forces: (m, k, r) P, zero by default.
 
-        Returns: (m,) lengths and (m,) times [s]. Each oscillation is sampled thirty times, and the largest local maxima of the
-            samples are refined to rounding.
+        Returns: (m,) lengths, NaN where G is, and (m,) times [s]. Each oscillation is sampled thirty times, and the largest local
+            maxima of the samples are refined to rounding.
 
         Raises:
             ArithmeticError: the frequencies lie too far apart to sample the motion.
         """
         G = outputs @ self.to_velocity
-        largest, when = np.full(len(G), -1.0), np.zeros(len(G))
+        largest, when = np.where(np.isnan(G).any(axis=(1, 2)), np.nan, -1.0), np.zeros(len(G))
         for segment in self.segments:
             output = -G @ segment.F.T + (0.0 if forces is None else forces @ segment.forces)
             constant, modal = output @ segment.rest, output @ segment.U
             waves = np.concatenate([modal * segment.zeta, modal * segment.upsilon], axis=2)
             amplitude = np.abs(modal) * (np.abs(segment.zeta) + np.abs(segment.upsilon))
-            own = np.flatnonzero(np.linalg.norm(np.abs(constant) + amplitude.sum(axis=2), axis=1) > largest)
+            own = np.flatnonzero(_lengths(np.abs(constant) + amplitude.sum(axis=2)) > largest)
             if not len(own):
                 continue
             constant, waves, amplitude = constant[own], waves[own], amplitude[own]
             rate = float(rate_of_change(segment.sigma, amplitude, np.abs(constant)).max())
             t = _samples(segment.length, 0.2 / max(rate, 1e-300))
-            angle = np.outer(t, segment.sigma)
-            value = constant + np.moveaxis(waves @ np.concatenate([np.cos(angle), np.sin(angle)], axis=1).T, -1, 0)
-            square = (value * value).sum(axis=2)
+            angle = t[:, None] * segment.sigma
+            value = np.concatenate([np.cos(angle), np.sin(angle)], axis=1) @ waves.reshape(constant.size, -1).T + constant.ravel()
+            square = np.einsum("tik,tik->ti", *[value.reshape(len(t), *constant.shape)] * 2)
             # A sample at the end of a segment may exceed those of the next, whose maximum lies between its samples: refine each.
-            border = np.full((1, len(own)), -1.0)
-            local = (square > np.concatenate([border, square[:-1]])) & (square >= np.concatenate([square[1:], border]))
-            local &= square >= NEAR_MAXIMUM * np.maximum(square.max(axis=0), largest[own] * np.abs(largest[own]))
+            local = square >= NEAR_MAXIMUM * np.maximum(square.max(axis=0), largest[own] * np.abs(largest[own]))
+            local[1:] &= square[1:] > square[:-1]
+            local[:-1] &= square[:-1] >= square[1:]
             rank, mine = np.nonzero(local)
             if len(rank) > MOST_MAXIMA * len(own):
                 highest = np.sort(np.where(local, square, -1.0), axis=0)[-MOST_MAXIMA:][0]
@@ -320,13 +320,13 @@ def simulate_landing(M: Array, elements: Elements, velocity: Array, until: float
             there are too many of them.
     """
     _check(M, elements, velocity, until)
-    factor = _inverse_factor(M)
-    state = _State(elements, factor, velocity)
+    factors = _factors(M)
+    state = _State(elements, *factors, velocity)
     if state.separated:
         raise ValueError("no contact approaches the ground")
     if np.any(elements.damping):
         elements = elements._replace(restitution=state.damped())
-        state = _State(elements, factor, velocity)
+        state = _State(elements, *factors, velocity)
     segments: list[Segment] = []
     events: list[Event] = []
     time, simultaneous = 0.0, 0
@@ -360,14 +360,14 @@ def _check(M: Array, elements: Elements, velocity: Array, until: float | None) -
         raise ValueError(f"each damping must be zero or above, not {np.min(elements.damping):g}")
     if not np.all((elements.restitution >= 0.0) & (elements.restitution <= 1.0)):
         raise ValueError(f"each restitution must lie in [0, 1], not {elements.restitution.tolist()}")
-    if sorted(elements.contact[elements.normal]) != np.unique(elements.contact[elements.contact >= 0]).tolist():
+    if sorted(elements.contact[elements.normal].tolist()) != sorted({*elements.contact.tolist()} - {-1}):
         raise ValueError("each contact needs exactly one row that is its normal")
     if until is not None and not 0.0 < until < np.inf:
         raise ValueError(f"the end of the motion must be finite and above 0 s, not {until:g} s")
 
 
-def _inverse_factor(M: Array) -> Array:
-    """L⁻ᵀ for M = LLᵀ, from M scaled to a unit diagonal."""
+def _factors(M: Array) -> tuple[Array, Array]:
+    """Lᵀ and L⁻ᵀ for M = LLᵀ, from M scaled to a unit diagonal."""
     diagonal = np.diagonal(M)
     if np.all(diagonal > 0.0):
         size = np.sqrt(diagonal)
@@ -376,7 +376,7 @@ def _inverse_factor(M: Array) -> Array:
         except np.linalg.LinAlgError:
             L = np.zeros_like(M)
         if np.diagonal(L).min() > SMALLEST_PIVOT:
-            return np.asarray(np.linalg.inv(L).T / size[:, None])
+            return np.asarray(L.T * size), np.asarray(np.linalg.inv(L).T / size[:, None])
     raise ArithmeticError("the inertia is not positive definite in double precision; give moving bodies mass, or lock their joints")
 
 
@@ -397,25 +397,26 @@ class _State:
         fastest: largest natural frequency of a single element [rad/s].
     """
 
-    def __init__(self, elements: Elements, factor: Array, velocity: Array):
-        Q, R = np.linalg.qr((elements.rows @ factor).T)
-        self.elements, self.W, self.to_velocity, self.u = elements, R.T, factor @ Q, Q.T @ np.linalg.solve(factor, velocity)
+    def __init__(self, elements: Elements, factor: Array, inverse: Array, velocity: Array):
+        Q, R = np.linalg.qr((elements.rows @ inverse).T)
+        self.elements, self.W, self.to_velocity, self.u = elements, R.T, inverse @ Q, Q.T @ (factor @ velocity)
         self.constant = velocity - self.to_velocity @ self.u
         self.normal, self.rigid = elements.normal.tolist(), elements.restitution == 0.0
         self.lossy = elements.normal | (elements.restitution < 1.0)
-        self.length = np.linalg.norm(self.W, axis=1)
+        self.length = _lengths(self.W)
         self.slope = np.sqrt(elements.stiffness)
         self.z, self.peak, self.gap = np.zeros((3, len(self.W)))
         self.jump, self.displacement = np.zeros((2, len(self.u)))
-        self.noise = NEGLIGIBLE * float(np.linalg.norm(self.u))
+        speed = float(np.linalg.norm(self.u))
+        self.noise = NEGLIGIBLE * speed
         self.fastest = float((self.slope * self.length).max())
-        closing = elements.contact[elements.normal & (self.W @ self.u < -1e-13 * self.length * np.linalg.norm(self.u))]
+        closing = elements.contact[elements.normal & (self.W @ self.u < -1e-13 * self.length * speed)]
         self.mode = np.where((elements.contact < 0) | np.any(elements.contact == closing[:, None], axis=0), LOADING, OPEN)
 
     @property
     def separated(self) -> bool:
         """Whether all contacts are open."""
-        return bool(np.all(self.mode[self.elements.contact >= 0] == OPEN))
+        return not (self.mode[self.elements.contact >= 0] != OPEN).any()
 
     def damped(self) -> Array:
         """The restitution (r,) with the dampers: for the mode with the largest force of an element, or for an open one alone."""
@@ -433,8 +434,8 @@ class _State:
         Watched are the rate of what is loaded, the force of what is unloaded and the gap of open contacts: an element changes when
         its number falls below −tolerance.
         """
-        held = np.flatnonzero((self.mode == UNLOADING) & self.rigid)
-        sprung = np.flatnonzero((self.mode == LOADING) | ((self.mode == UNLOADING) & ~self.rigid))
+        rigid = (self.mode == UNLOADING) & self.rigid
+        held, sprung = rigid.nonzero()[0], ((self.mode != OPEN) & ~rigid).nonzero()[0]
         F = self.slope[sprung, None] * self.W[sprung]
         # The scaled forces of all elements are to_all · z.
         to_all = np.zeros((len(self.W), len(sprung)))
@@ -450,7 +451,7 @@ class _State:
             hit = int(start.argmin())
             return None, (int(element[hit]), int(kind[hit]))
         U, sigma, V = _graded_svd(F)
-        sigma[sigma < DEPENDENT * (np.linalg.norm(F, axis=1) @ np.abs(U))] = 0.0
+        sigma[sigma < DEPENDENT * (_lengths(F) @ np.abs(U))] = 0.0
         zeta, upsilon = U.T @ z, V.T @ u
         rest, drift = z - U @ zeta, u - V @ upsilon
         of_z, of_u, still, along = to_all @ U, self.W @ V, sigma == 0.0, self.W @ drift
@@ -493,6 +494,8 @@ class _State:
 
         From H u̇ = 0 with u̇ = −Fᵀz − Hᵀm follows m = −(H Hᵀ)⁻¹ H Fᵀ z; of dependent rows each takes the least share.
         """
+        if not len(F):
+            return F, np.zeros((len(held), 0))
         Q, s, Pt = np.linalg.svd((self.W[held] / self.length[held, None]).T, full_matrices=False)
         independent = s > 1e-9 * s[0]
         Q, P = Q[:, independent], Pt[independent].T / s[independent]
@@ -519,6 +522,11 @@ class _State:
         return kind
 
 
+def _lengths(vectors: Array) -> Array:
+    """The lengths (m,) of vectors (m, k)."""
+    return np.asarray(np.sqrt((vectors * vectors).sum(axis=1)))
+
+
 def _amplitudes(segment: Segment) -> Array:
     """The amplitude (r, m) of the force of each element in each mode of a segment [N, N m]."""
     return np.abs((segment.forces @ segment.U) * np.hypot(segment.zeta, segment.upsilon))
@@ -530,7 +538,7 @@ def _graded_svd(F: Array) -> tuple[Array, Array, Array]:
     The rows are sorted by length and reduced by a QR factorisation first. Each singular value then keeps its own digits, instead of
     those of the largest (Drmač and Veselić 2008, SIAM J. Matrix Anal. Appl. 29:1322).
     """
-    length = np.linalg.norm(F, axis=1)
+    length = _lengths(F)
     if length.max(initial=0.0) <= 1e3 * length.min(initial=np.inf):
         U, sigma, Vt = np.linalg.svd(F, full_matrices=False)
         return U, sigma, Vt.T
@@ -554,7 +562,7 @@ def _refined(sigma: Array, constant: Array, waves: Array, t: Array, low: Array, 
         there, ahead = np.concatenate([cos, sin], axis=1)[..., None], np.concatenate([-sin, cos], axis=1)[..., None]
         wave, value = waves @ (twice[:, None] ** 2 * there), constant + (waves @ there)[..., 0]
         rate, curve = (waves @ (twice[:, None] * ahead))[..., 0], -wave[..., 0]
-        found = np.sqrt((value * value).sum(axis=1))
+        found = _lengths(value)
         length, best = np.where(found > length, found, length), np.where(found > length, t, best)
         slope, bend = (value * rate).sum(axis=1), (rate * rate + value * curve).sum(axis=1)
         # Where the square is not concave, go to the bound that lies uphill.
@@ -571,4 +579,5 @@ def _samples(length: float, step: float) -> Array:
         raise ArithmeticError(
             f"the fastest mode oscillates more than {MOST_SAMPLES // 30} times in {length:.3g} s; take the stiffest as rigid"
         )
-    return np.linspace(0.0, length, int(length / step) + 2)
+    count = int(length / step) + 1
+    return np.asarray(np.arange(count + 1.0) * (length / count))

@@ -12,7 +12,7 @@ from shockpc.places import Kind
 from shockpc.quantities.bodies import BODIES
 from shockpc.quantities.contacts import CONTACTS
 from shockpc.quantities.joints import JOINTS
-from shockpc.quantities.points import POINTS
+from shockpc.quantities.points import POINTS, point_velocity
 from shockpc.quantities.quantity import Places, Quantity
 from shockpc.quantities.robot import ROBOT
 from shockpc.scene import GRAVITY
@@ -98,13 +98,6 @@ def _stiff(
     return _where_given(Quantity(key, of, title, unit, worse, missing=missing), "contact_stiffness", values)
 
 
-def _peak(entry: Quantity, scale: float = 1.0, part: int = 0) -> "Callable[[CompliantLanding, Impact, Places], Array]":
-    """The peak, or with part 1 its time, of what a quantity gives of accelerations and forces."""
-    compute = entry.compute
-    assert compute is not None
-    return lambda compliant, impact, places: compliant.peaks(compute, places)[part] / (1.0 if part else scale)
-
-
 def _after(entry: Quantity, when: str, title: str, time: "Callable[[CompliantLanding], float]") -> Quantity:
     """A quantity of the jumps from the impact until a time of a landing on contacts of finite stiffness."""
 
@@ -118,10 +111,17 @@ def _after(entry: Quantity, when: str, title: str, time: "Callable[[CompliantLan
     return _where_given(entry._replace(key=f"{entry.key}_{when}", title=f"{entry.title}, {title}"), "contact_stiffness", values)
 
 
-def _along(found: "CompliantLanding", impact: Impact, places: Places) -> Array:
-    """Peak torque (n,) along the joints' axes; zero where it is the rounding of the moment through the joint."""
-    along, *whole = (_peak(entry)(found, impact, places) for entry in (ALONG, MOMENT, FORCE))
-    return np.where(along <= ROUNDING * np.max(whole, initial=0.0), 0.0, along)
+def _wrench(impact: Impact, places: Places) -> Array:
+    """Forces, moments, and the parts along the axes (N, S, 3 n, 3) that n joints carry, one after the other."""
+    force, moment, along = (np.asarray(entry.compute(impact, places)) for entry in (FORCE, MOMENT, ALONG) if entry.compute)
+    return np.concatenate([force, moment, along[..., None] * np.array([1.0, 0.0, 0.0])], axis=2)
+
+
+def _joint_peaks(found: "CompliantLanding", places: Places) -> Array:
+    """Peak forces, moments and torques along the axes (3, n) of joints; a torque is zero where it is rounding."""
+    force, moment, along = found.peaks(_wrench, places)[0].reshape(3, -1)
+    least = ROUNDING * max(force.max(initial=0.0), moment.max(initial=0.0))
+    return np.array([force, moment, np.where(along <= least, 0.0, along)])
 
 
 def _numbers(places: Places) -> list[int]:
@@ -138,16 +138,21 @@ GROUND = (
         lambda found, places: np.array([found.solutions])),
     _sliding("friction_residual", "robot", "residual of the laws of friction", "1",
         lambda found, places: np.array([found.residual])),
-    _stiff("peak_acceleration", "point", "peak acceleration on contacts of finite stiffness", "g", _peak(DELTA_V, GRAVITY)),
-    _stiff("peak_acceleration_time", "point", "time of the peak acceleration", "s", _peak(DELTA_V, part=1)),
+    _stiff("peak_acceleration", "point", "peak acceleration on contacts of finite stiffness", "g",
+        lambda found, impact, places: found.peaks(point_velocity, places)[0] / GRAVITY),
+    _stiff("peak_acceleration_time", "point", "time of the peak acceleration", "s",
+        lambda found, impact, places: found.peaks(point_velocity, places)[1]),
     _stiff("duration", "contact", "duration of the contact", "s",
         lambda found, impact, places: found.duration[_numbers(places)]),
     _stiff("peak_force", "contact", "peak force", "N", lambda found, impact, places: found.forces[0][_numbers(places)]),
     _stiff("peak_force_time", "contact", "time of the peak force", "s",
         lambda found, impact, places: found.forces[1][_numbers(places)]),
-    _stiff("peak_joint_force", "joint", "peak force through the joint", "N", _peak(FORCE)),
-    _stiff("peak_joint_moment", "joint", "peak moment through the joint", "N m", _peak(MOMENT)),
-    _stiff("peak_torque", "joint", "peak torque along the joint's axis", "N m, N", _along, "the joint has more than one axis"),
+    _stiff("peak_joint_force", "joint", "peak force through the joint", "N",
+        lambda found, impact, places: _joint_peaks(found, places)[0]),
+    _stiff("peak_joint_moment", "joint", "peak moment through the joint", "N m",
+        lambda found, impact, places: _joint_peaks(found, places)[1]),
+    _stiff("peak_torque", "joint", "peak torque along the joint's axis", "N m, N",
+        lambda found, impact, places: _joint_peaks(found, places)[2], "the joint has more than one axis"),
     _stiff("restitution", "contact", "restitution, with the contact's damping", "1",
         lambda found, impact, places: found.restitution[_numbers(places)]),
     _stiff("stiffness_difference", "robot", "difference from the impulse model", "1",

@@ -8,7 +8,7 @@ from shockpc.core.percussion import norm
 from shockpc.core.pulse import peak_acceleration
 from shockpc.core.spatial import Array
 from shockpc.impact import Impact
-from shockpc.quantities.ground import ALONG, DELTA_V, GROUND
+from shockpc.quantities.ground import ALONG, GROUND
 from shockpc.quantities.joints import AXES, REDUNDANT
 from shockpc.quantities.points import POINTS, point_velocity
 from shockpc.quantities.quantity import Places, Quantity, largest_jump
@@ -47,8 +47,7 @@ def _peak(impact: Impact, places: Places) -> Array:
     if landing.scene.contact_stiffness is not None:
         from shockpc.compliance import compliant_landing
 
-        assert DELTA_V.compute is not None
-        return compliant_landing(landing).peaks(DELTA_V.compute, places)[0][None, None] / GRAVITY
+        return compliant_landing(landing).peaks(point_velocity, places)[0][None, None] / GRAVITY
     speed = _speed(impact, places)
     return speed * (np.nan if landing.pulse is None else peak_acceleration(1.0, landing.pulse) / GRAVITY)
 
