@@ -624,7 +624,8 @@ class ShockProfile:
         if math.isfinite(self.spring_time):
             from shockpc.springs import early_springs
 
-            yield from early_springs(self.spring_time, None if self.stiffness is None else self.stiffness.motion.duration)
+            duration = None if self.stiffness is None else self.stiffness.motion.duration
+            yield from early_springs(self.landing, self.spring_time, duration)
 
     def _overloaded(self) -> Iterator[Diagnostic]:
         """Warnings of parts with a margin below 1, and of rated joints beyond their torque or its duration."""

@@ -11,6 +11,7 @@ import numpy as np
 from shockpc.core.spatial import Array
 from shockpc.diagnostic import Diagnostic
 from shockpc.landing import PosedLanding
+from shockpc.printed import few
 
 TAKES_PART = 0.1
 """Share of the elastic energy of a mode in a spring from which on the spring takes part in it."""
@@ -19,19 +20,29 @@ STIFF_CONTACT = 1e-3
 """Duration of a stiff contact [s], within which a spring acts as rigid where it counts."""
 
 
-def early_springs(time: float, duration: float | None) -> Iterator[Diagnostic]:
-    """A warning where springs count within the contact, while the impulse model leaves them out.
+def early_springs(landing: PosedLanding, time: float, duration: float | None) -> Iterator[Diagnostic]:
+    """A warning where springs count within the contact, while the impulse model, or also finite stiffness, leaves them out.
 
     Args:
+        landing: gives the springs.
         time: from which on the first spring counts [s].
         duration: of the contact [s]; None where the landing gives no stiffness of the contacts.
     """
-    if time < (STIFF_CONTACT if duration is None else duration):
+    model, count = landing.joint_model, f"{1e3 * time:.2g} ms"
+    held = np.isfinite(model.drive_stiffness) & (model.rotor == 0.0)
+    if duration is not None and held.any():
+        names = few([joint.name for joint in landing.robot.single_joints if held[joint.v].any()], 2, what=" joints")
+        text = (
+            f"springs at {names} are left out on contacts of finite stiffness, because the inertia of the rotors behind them is "
+            f"unknown; they count after {count}, from when on forces and durations differ; give the rotors with --rotor"
+        )
+        yield Diagnostic("contact", "springs", time, text)
+    elif time < (STIFF_CONTACT if duration is None else duration):
         within = (
             f"the {1e3 * STIFF_CONTACT:g} ms of a stiff contact" if duration is None else f"the {1e3 * duration:.3g} ms of contact"
         )
         remedy = "a rotor behind such a spring acts as rigid: leave the stiffness out, lock the joint, or give --contact-stiffness"
-        text = f"springs of joints count after {1e3 * time:.2g} ms, within {within}, but the impulse model leaves them free; " + (
+        text = f"springs of joints count after {count}, within {within}, but the impulse model leaves them free; " + (
             remedy if duration is None else "see the jumps at the end of contact"
         )
         yield Diagnostic("contact", "springs", time, text)

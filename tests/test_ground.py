@@ -328,6 +328,16 @@ def test_a_headline_that_finite_stiffness_contradicts():
     assert not any("shock at" in text for text in contact_warnings(contact_stiffness=1e6))
 
 
+def test_springs_before_unknown_rotors_are_left_out_with_a_warning(capfd):
+    """With a rotor of 0.25 kg m² at the joint, ANYmal's foot stays on the ground nine times as long."""
+    words = ("analyze", "anymal_b", "--contact", "LF_FOOT", "--contact-stiffness", K)
+    left_out = "springs at LF_HAA, LF_HFE and 10 more joints are left out on contacts of finite stiffness"
+    assert left_out in (out := good(capfd, *words))
+    assert "see the jumps at the end of contact" not in out
+    assert left_out not in good(capfd, *words, "--rotor", "*=1e-4:50:180.9")
+    assert left_out not in good(capfd, *words, "--drives", "none")
+
+
 def test_many_changes_of_the_contacts_are_a_warning():
     """Joint springs of 2e9 N m/rad open and close the contact hundreds of times; without them it opens once."""
     many = contact_warnings(contact_stiffness=K, joints=Joints(stiffness={"*": 2e9}))
