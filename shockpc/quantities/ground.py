@@ -1,7 +1,7 @@
 """What follows from a coefficient of friction, or from a finite stiffness of the contacts; in double precision, without a proof."""
 
 from collections.abc import Callable, Sequence
-from typing import TYPE_CHECKING, Any, Literal
+from typing import TYPE_CHECKING, Any, Literal, TypeAlias
 
 import numpy as np
 
@@ -45,15 +45,33 @@ SLIDING: dict[Kind, Sequence[str]] = {
 """Quantities that exist for an impact with friction, which is not linear in the strike."""
 
 
-def _where_given(
-    entry: Quantity, key: Literal["friction", "contact_stiffness"], read: Callable[[PosedLanding, Impact, Places], Any]
-) -> Quantity:
-    """A quantity that exists where the scene gives a key. Args: read, its values as those of `Quantity.compute`."""
+Key: TypeAlias = Literal["friction", "contact_stiffness"]
+
+
+def _solved(landing: PosedLanding, key: Key) -> Any:
+    """The landing with friction, or on contacts of finite stiffness; what solves it is imported where a scene gives the key."""
+    if key == "friction":
+        from shockpc.ground import friction_of
+
+        return friction_of(landing)
+    from shockpc.compliance import compliant_landing
+
+    return compliant_landing(landing)
+
+
+def _where_given(entry: Quantity, key: Key, read: Callable[[Any, Impact, Places], Any]) -> Quantity:
+    """A quantity that exists where the scene gives a key.
+
+    Args:
+        entry: the quantity.
+        key: of the scene.
+        read: its values as those of `Quantity.compute`, of the landing with friction or on contacts of finite stiffness.
+    """
 
     def compute(impact: Impact, places: Places) -> Array:
         if getattr(impact.landing.scene, key) is None:
             return np.full((1, 1, len(places), 3) if entry.vector else (1, 1, len(places)), np.nan)
-        return np.asarray(read(impact.landing, impact, places))
+        return np.asarray(read(_solved(impact.landing, key), impact, places))
 
     missing = "; or ".join(filter(None, [f"the scene gives no {key.replace('_', ' ')}", entry.missing]))
     return entry._replace(compute=compute, missing=missing, posed=True, unproven=True)
@@ -61,59 +79,37 @@ def _where_given(
 
 def _with_friction(entry: Quantity) -> Quantity:
     """A quantity of the impact with friction; as proven where all contacts stick."""
-
-    def read(landing: PosedLanding, impact: Impact, places: Places) -> Any:
-        from shockpc.ground import friction_of
-
-        assert entry.compute is not None
-        return entry.compute(friction_of(landing).impact or impact, places)
-
-    return _where_given(entry._replace(key=f"{entry.key}_friction", title=f"{entry.title}, with friction"), "friction", read)
+    named = entry._replace(key=f"{entry.key}_friction", title=f"{entry.title}, with friction")
+    return _where_given(named, "friction", lambda friction, impact, places: entry.formula(friction.impact or impact, places))
 
 
 def _sliding(
     key: str, of: Kind, title: str, unit: str, read: "Callable[[FrictionResult, Places], Any]", vector: bool = False
 ) -> Quantity:
     """A quantity that only an impact with friction has; read gives its values (n,) or (n, 3)."""
-
-    def values(landing: PosedLanding, impact: Impact, places: Places) -> Array:
-        from shockpc.ground import friction_of
-
-        return np.asarray(read(friction_of(landing), places), dtype=float)[None, None]
-
-    return _where_given(Quantity(key, of, title, unit, "greater", vector=vector), "friction", values)
+    entry = Quantity(key, of, title, unit, "greater", vector=vector)
+    return _where_given(entry, "friction", lambda friction, _, places: np.array(read(friction, places), dtype=float)[None, None])
 
 
 def _stiff(
-    key: str, of: Kind, title: str, unit: str, read: "Callable[[CompliantLanding, Impact, Places], Array]", missing: str = ""
+    key: str, of: Kind, title: str, unit: str, read: "Callable[[CompliantLanding, Places], Array]", missing: str = ""
 ) -> Quantity:
     """A quantity of a landing on contacts of finite stiffness; read gives its values (n,)."""
-
-    def values(landing: PosedLanding, impact: Impact, places: Places) -> Array:
-        from shockpc.compliance import compliant_landing
-
-        return np.asarray(read(compliant_landing(landing), impact, places))[None, None]
-
-    worse: Literal["greater", "neither"] = "neither" if unit == "s" else "greater"
-    return _where_given(Quantity(key, of, title, unit, worse, missing=missing), "contact_stiffness", values)
+    entry = Quantity(key, of, title, unit, "neither" if unit == "s" else "greater", missing=missing)
+    return _where_given(entry, "contact_stiffness", lambda compliant, _, places: read(compliant, places)[None, None])
 
 
 def _after(entry: Quantity, when: str, title: str, time: "Callable[[CompliantLanding], float]") -> Quantity:
     """A quantity of the jumps from the impact until a time of a landing on contacts of finite stiffness."""
-
-    def values(landing: PosedLanding, impact: Impact, places: Places) -> Any:
-        from shockpc.compliance import compliant_landing
-
-        compliant = compliant_landing(landing)
-        assert entry.compute is not None
-        return entry.compute(compliant.impact_at(time(compliant)), places)
-
-    return _where_given(entry._replace(key=f"{entry.key}_{when}", title=f"{entry.title}, {title}"), "contact_stiffness", values)
+    named = entry._replace(key=f"{entry.key}_{when}", title=f"{entry.title}, {title}")
+    return _where_given(
+        named, "contact_stiffness", lambda compliant, _, places: entry.formula(compliant.impact_at(time(compliant)), places)
+    )
 
 
 def _wrench(impact: Impact, places: Places) -> Array:
     """Forces, moments, and the parts along the axes (N, S, 3 n, 3) that n joints carry, one after the other."""
-    force, moment, along = (np.asarray(entry.compute(impact, places)) for entry in (FORCE, MOMENT, ALONG) if entry.compute)
+    force, moment, along = (np.asarray(entry.formula(impact, places)) for entry in (FORCE, MOMENT, ALONG))
     return np.concatenate([force, moment, along[..., None] * np.array([1.0, 0.0, 0.0])], axis=2)
 
 
@@ -139,26 +135,26 @@ GROUND = (
     _sliding("friction_residual", "robot", "residual of the laws of friction", "1",
         lambda found, places: np.array([found.residual])),
     _stiff("peak_acceleration", "point", "peak acceleration on contacts of finite stiffness", "g",
-        lambda found, impact, places: found.peaks(point_velocity, places)[0] / GRAVITY),
+        lambda found, places: found.peaks(point_velocity, places)[0] / GRAVITY),
     _stiff("peak_acceleration_time", "point", "time of the peak acceleration", "s",
-        lambda found, impact, places: found.peaks(point_velocity, places)[1]),
+        lambda found, places: found.peaks(point_velocity, places)[1]),
     _stiff("duration", "contact", "duration of the contact", "s",
-        lambda found, impact, places: found.duration[_numbers(places)]),
-    _stiff("peak_force", "contact", "peak force", "N", lambda found, impact, places: found.forces[0][_numbers(places)]),
+        lambda found, places: found.duration[_numbers(places)]),
+    _stiff("peak_force", "contact", "peak force", "N", lambda found, places: found.forces[0][_numbers(places)]),
     _stiff("peak_force_time", "contact", "time of the peak force", "s",
-        lambda found, impact, places: found.forces[1][_numbers(places)]),
+        lambda found, places: found.forces[1][_numbers(places)]),
     _stiff("peak_joint_force", "joint", "peak force through the joint", "N",
-        lambda found, impact, places: _joint_peaks(found, places)[0]),
+        lambda found, places: _joint_peaks(found, places)[0]),
     _stiff("peak_joint_moment", "joint", "peak moment through the joint", "N m",
-        lambda found, impact, places: _joint_peaks(found, places)[1]),
+        lambda found, places: _joint_peaks(found, places)[1]),
     _stiff("peak_torque", "joint", "peak torque along the joint's axis", "N m, N",
-        lambda found, impact, places: _joint_peaks(found, places)[2], "the joint has more than one axis"),
+        lambda found, places: _joint_peaks(found, places)[2], "the joint has more than one axis"),
     _stiff("restitution", "contact", "restitution, with the contact's damping", "1",
-        lambda found, impact, places: found.restitution[_numbers(places)]),
+        lambda found, places: found.restitution[_numbers(places)]),
     _stiff("stiffness_difference", "robot", "difference from the impulse model", "1",
-        lambda found, impact, places: np.array([found.difference])),
+        lambda found, places: np.array([found.difference])),
     _stiff("compression", "robot", "time at which the contacts are compressed", "s",
-        lambda found, impact, places: np.array([found.compressed])),
+        lambda found, places: np.array([found.compressed])),
     *(_after(entry, "compressed", "at the end of compression", lambda found: found.compressed) for entry in JUMPS),
     *(_after(entry, "separated", "at the end of contact", lambda found: found.motion.duration) for entry in JUMPS),
 )  # fmt: skip

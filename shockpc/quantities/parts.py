@@ -71,13 +71,11 @@ def _torque_share(impact: Impact, places: Places) -> Any:
     """
     landing, numbers = impact.landing, [place.number for place in places]
     limit, duration = (values[numbers] for values in torque_limits(landing.robot, landing.scene.part))
-    assert ALONG.compute is not None
-    assert PEAK_TORQUE.compute is not None
     if landing.scene.contact_stiffness is not None:
-        return PEAK_TORQUE.compute(impact, places) / limit
+        return PEAK_TORQUE.formula(impact, places) / limit
     if not impact.unique.all():
         return np.full((*impact.v_in.shape, len(places)), np.nan)
-    impulse = np.abs(impact.rounded(ALONG.compute(impact, places), lambda values: ALONG.size(impact, values)))
+    impulse = np.abs(impact.rounded(ALONG.formula(impact, places), lambda values: ALONG.size(impact, values)))
     return impulse * (1.0 / duration if landing.pulse is None else peak_acceleration(1.0, landing.pulse)) / limit
 
 

@@ -47,6 +47,12 @@ class Quantity(NamedTuple):
     signed: bool = False
 
     @property
+    def formula(self) -> Callable[[Impact, Places], Any]:
+        """The formula of a quantity that has one."""
+        assert self.compute is not None
+        return self.compute
+
+    @property
     def note(self) -> str:
         """What else a user has to know of it."""
         remarks = {
@@ -67,8 +73,7 @@ def evaluate(quantity: Quantity, impact: Impact, places: Places) -> Array:
     Raises:
         PrecisionError: the impact is in balls, and they are too wide.
     """
-    assert quantity.compute is not None
-    return impact.rounded(quantity.compute(impact, places), lambda values: quantity.size(impact, values))
+    return impact.rounded(quantity.formula(impact, places), lambda values: quantity.size(impact, values))
 
 
 def largest_jump(impact: Impact, values: Array) -> float:
