@@ -371,11 +371,8 @@ def following(scene: Scene, near: PosedLanding) -> Scene:
     robot, posture = near.robot, scene.posture
     held = held_joints(robot, posture, scene.assemble)
     q = follow(robot, near.q, configuration(robot, posture), near.loops, near.plane, held)
-    movable = [joint for joint in robot.single_joints[robot.free_base :] if joint.axis is not None and not held[joint.v].any()]
-    followers = {mimic.joint for mimic in robot.mimics}
-    found = {joint.name: joint.value(q) for joint in movable if joint.name not in followers}
-    turned = {joint.name: joint.kind != "prismatic" for joint in movable}
-    given = {name: math.degrees(value) if turned[name] else value for name, value in found.items()}
+    values = [(joint, joint.value(q)) for joint in robot.independent_joints if not held[joint.v].any()]
+    given = {joint.name: value if joint.kind == "prismatic" else math.degrees(value) for joint, value in values}
     others = {name: value for name, value in posture.joints_deg.items() if name not in given}
     return replace(scene, posture=replace(posture, joints_deg={**others, **given}), assemble=tuple(given))
 

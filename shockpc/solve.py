@@ -174,12 +174,9 @@ def _refuse_singular(landing: PosedLanding, equation: Equation, proof: Proof) ->
     times, body = greatest_motion(landing, proof.jumps[..., 3], length)
     if times <= UNPHYSICAL:
         return
-    rates, followers = np.abs(proof.delta_qd[:, 3]), {mimic.joint for mimic in robot.mimics}
-    fast = [
-        joint
-        for joint in sorted(robot.single_joints[robot.free_base :], key=lambda joint: -float(rates[joint.v].max()))
-        if joint.axis is not None and joint.name not in followers and rates[joint.v] > 0.01 * rates.max()
-    ]
+    rates = np.abs(proof.delta_qd[:, 3])
+    moving = sorted(robot.independent_joints, key=lambda joint: -float(rates[joint.v].max()))
+    fast = [joint for joint in moving if rates[joint.v] > 0.01 * rates.max()]
     values = [(joint, joint.value(landing.q)) for joint in fast]
     at = [f'"{joint.name}" at ' + (f"{x:.3g} m" if joint.unit == "m" else f"{math.degrees(x):.3g} deg") for joint, x in values]
     block, axis = _direction(equation, int(np.argmax(np.abs(proof.impulse[:, 3]))))

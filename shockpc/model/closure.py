@@ -355,8 +355,7 @@ def _apart(state: Dynamics, loop: Loop) -> tuple[float, float]:
 
 def _movable(robot: Robot, held: np.ndarray) -> list[str]:
     """The joints that may move by themselves: neither held nor following another."""
-    followers = {mimic.joint for mimic in robot.mimics}
-    return [n for n in robot.joint_names if n not in followers and not held[robot.joint(n).v].any()]
+    return [n for n in robot.joint_names if n not in robot.followers and not held[robot.joint(n).v].any()]
 
 
 def _moved(robot: Robot, before: Array, after: Array) -> tuple[tuple[str, float, str], ...]:

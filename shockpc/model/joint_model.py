@@ -166,9 +166,7 @@ def joint_model(robot: Robot, joints: Joints) -> JointModel:
             "give armature (reflected) or rotor (inertia and gear_ratio) for the joints that have a gearbox"
         )
     rotor[locked], drive_stiffness[locked], stiffness[locked] = 0.0, np.inf, 0.0
-    unknown = robot.actuated_dofs & ~known & ~locked
-    for mimic in robot.mimics:
-        unknown[robot.joint(mimic.joint).v] = False
+    unknown = robot.actuated_dofs & ~known & ~locked & ~robot.velocities(robot.followers)
     label = drives.label if (by_default & ~locked).any() else ""
     name = _named(armature[robot.actuated_dofs], locked[robot.actuated_dofs])
     return JointModel(armature, locked, name, stiffness, drive_stiffness, rotor, label, unknown)

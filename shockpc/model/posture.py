@@ -261,9 +261,7 @@ def held_joints(robot: Robot, posture: Posture, movable: tuple[str, ...]) -> np.
     if robot.free_base:
         held[:6] = True
     named = {name for pattern in movable or (*posture.joints, *posture.joints_deg) for name in robot.match_joints(pattern)}
-    for name in robot.joint_names:
-        if (name in named) != bool(movable):
-            held[robot.joint(name).v] = True
+    held |= robot.velocities(name for name in robot.joint_names if (name in named) != bool(movable))
     return held
 
 

@@ -48,14 +48,14 @@ def bent_legs(robot: Robot) -> Array | None:
 
 def _turns(robot: Robot, data: pin.Data, foot: str) -> Iterator[tuple[Joint, float]]:
     """The joints of a leg that turn, and by how much [rad]; none of a leg that is bent already, or has no knee."""
-    frame, followers = robot.frames[foot], {mimic.joint for mimic in robot.mimics}
+    frame = robot.frames[foot]
     body = robot.bodies[frame.body]
     end = data.oMi[body.joint].act(body.offset + body.rotation @ frame.offset)
     leg: list[tuple[Joint, Array, Array]] = []  # joints, their axes and places, from the trunk
     number = frame.body
     while number >= 0:
         joint, place = robot.joints[number], data.oMi[robot.bodies[number].joint]
-        if joint.axis is not None and joint.kind in ("revolute", "continuous") and joint.name not in followers:
+        if joint.axis is not None and joint.kind in ("revolute", "continuous") and joint.name not in robot.followers:
             leg.insert(0, (joint, place.rotation @ joint.axis, np.array(place.translation)))
         number = robot.parents[number]
     for k, (knee, axis, at) in enumerate(leg):

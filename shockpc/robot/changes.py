@@ -173,15 +173,14 @@ def varied_bodies(robot: Robot, changes: Iterable[tuple[Property, str, Array, bo
 
 def _change_armature(robot: Robot, model: pin.Model, change: Change) -> Drives | None:
     """Change the reflected inertia of some joints. Returns: the default drives; a joint that is given a number has none of them."""
-    chosen = np.concatenate([np.arange(model.nv)[robot.joint(name).v] for name in robot.match_joints(change.pattern)])
-    drives = robot.default_drives
+    chosen, drives = robot.velocities(robot.match_joints(change.pattern)), robot.default_drives
     if drives is not None:
-        factor, own = (change.number if change.factor else 0.0), np.isin(np.arange(model.nv), chosen)
+        factor = change.number if change.factor else 0.0
         drives = drives._replace(
-            known=drives.known & (change.factor | ~own),
-            armature=np.where(own, factor * drives.armature, drives.armature),
-            rotor=np.where(own, factor * drives.rotor, drives.rotor),
-            drive_stiffness=np.where(own & (not change.factor), np.inf, drives.drive_stiffness),
+            known=drives.known & (change.factor | ~chosen),
+            armature=np.where(chosen, factor * drives.armature, drives.armature),
+            rotor=np.where(chosen, factor * drives.rotor, drives.rotor),
+            drive_stiffness=np.where(chosen & (not change.factor), np.inf, drives.drive_stiffness),
         )
         freeze(drives)
     given = model.armature[chosen].any() or (drives is not None and (drives.armature + drives.rotor)[chosen].any())

@@ -349,6 +349,23 @@ class Robot:
         raise self.unknown("joint", name, (joint.name for joint in self.single_joints))
 
     @cached_property
+    def followers(self) -> frozenset[str]:
+        """Names of the joints that follow others."""
+        return frozenset(mimic.joint for mimic in self.mimics)
+
+    @cached_property
+    def independent_joints(self) -> tuple[Joint, ...]:
+        """The joints of one coordinate that follow no other."""
+        return tuple(joint for joint in self.single_joints if joint.axis is not None and joint.name not in self.followers)
+
+    def velocities(self, names: Iterable[str]) -> np.ndarray:
+        """Which joint velocities (nv,) are of the joints of these exact names."""
+        chosen = np.zeros(self.model.nv, dtype=bool)
+        for name in names:
+            chosen[self.joint(name).v] = True
+        return chosen
+
+    @cached_property
     def actuated_dofs(self) -> np.ndarray:
         """Which joint velocities (nv,) are of joints that a drive may move or hold: all but those of floating joints."""
         driven = np.repeat([joint.kind != "free" for joint in self.joints], [joint.v.stop - joint.v.start for joint in self.joints])
@@ -396,6 +413,14 @@ class Robot:
     def parents(self) -> tuple[int, ...]:
         """Index of the body that carries each body's joint; −1 for the world."""
         return tuple(joint.parent for joint in self.joints)
+
+    def limb(self, body: int) -> list[int]:
+        """The bodies from one to the base, which is not among them."""
+        limb: list[int] = []
+        while body > 0:
+            limb.append(body)
+            body = self.parents[body]
+        return limb
 
     @cached_property
     def supports(self) -> np.ndarray:

@@ -15,7 +15,7 @@ from shockpc.robot.changes import Change, changed
 from shockpc.robot.record import Robot
 from shockpc.scene import Scene
 from shockpc.studies.columns import selected
-from shockpc.studies.partners import KINDS, Partners, matching, partners, struck
+from shockpc.studies.partners import KINDS, Partners, matching, partners
 
 STANDARD = ("shock", "shock_com", "shock_max", "ropc", "mass_sticking", "mass_frictionless", "joint_impulse", "joint_moment")
 """Quantities that are always compared."""
@@ -204,8 +204,8 @@ def _differences(profiles: Sequence[ShockProfile], matched: Sequence[Partners], 
         selection.scalar(profile.values(selection.quantity, own)).tolist()
         for profile, own in zip(profiles, zip(*rows, strict=True), strict=False)
     ]
-    limb = dict.fromkeys(name for contact in profiles[0].scene.contact for name in struck(profiles[0], contact.frame))
-    order = [profiles[0].bodies.index(name) for name in limb]
+    robot = profiles[0].robot
+    order = list(dict.fromkeys(i for contact in profiles[0].scene.contact for i in robot.limb(robot.frame(contact.frame).body)))
     differences = []
     for places, values in zip(rows, zip(*numbers, strict=True), strict=True):
         body = places[0].body

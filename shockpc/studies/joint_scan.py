@@ -59,11 +59,8 @@ class JointScan:
         self._speed = float(np.linalg.norm(velocity - self._out_of_plane))
         posture, moved = landing.scene.posture, {joint.name for joint in joints}
         self._held = held_joints(landing.robot, posture, landing.scene.assemble)
-        for mimic in landing.robot.mimics:
-            if not moved.isdisjoint(mimic.leaders):
-                self._held[landing.robot.joint(mimic.joint).v] = True
-        for joint in joints:
-            self._held[joint.v] = True
+        led = [mimic.joint for mimic in landing.robot.mimics if not moved.isdisjoint(mimic.leaders)]
+        self._held |= landing.robot.velocities([*moved, *led])
         found, open_ = self._postures(values, fine)
         self.values, self._Q = np.array(list(found)), np.stack(list(found.values()))
         blocks = list(self._blocks(self._Q))

@@ -218,9 +218,8 @@ def _rates(landing: PosedLanding, column: int) -> tuple[Array, str]:
         return rates, "the loops tie the joints that move before the impact, and how fast they move depends on the posture"
     K = row_jacobian(state, [closure_block(loop) for loop in landing.loops])[0]
     held = held_joints(robot, landing.scene.posture, landing.scene.assemble)
+    held |= robot.velocities(robot.followers)
     held[column] = True
-    for mimic in robot.mimics:
-        held[robot.joint(mimic.joint).v] = True
     if not held.all():
         others = free_columns(robot, "fixed", landing.plane, rotation, held)
         if others is not None:
@@ -232,9 +231,8 @@ def _rates(landing: PosedLanding, column: int) -> tuple[Array, str]:
 
 def _coordinates(robot: Robot) -> Iterator[tuple[Joint, str, str, int]]:
     """The velocities of the joints that follow no other: joint, which of its velocities, unit of the coordinate, column."""
-    followers = {mimic.joint for mimic in robot.mimics}
     for joint in robot.single_joints[robot.free_base :]:
-        if joint.name not in followers:
+        if joint.name not in robot.followers:
             for axis, unit, column in zip(*AXES.get(joint.kind, ONE), range(joint.v.start, joint.v.stop), strict=True):
                 yield joint, axis, joint.unit if joint.axis is not None else unit, column
 

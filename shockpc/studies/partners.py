@@ -38,7 +38,10 @@ def partners(first: ShockProfile, other: ShockProfile, pairs: Sequence[tuple[str
         _add(by_kind[kind], ((place.name, place.name) for place in first.places(kind) if place.name in theirs))
     _add(by_kind["body"], [(design.bodies[int(np.argmax(design.robot.masses))] for design in (first, other))])
     for contact, partner in zip(first.scene.contact, other.scene.contact, strict=False):
-        limbs = struck(first, contact.frame), struck(other, partner.frame)
+        limbs = [
+            [design.bodies[i] for i in design.robot.limb(design.robot.frame(end.frame).body)]
+            for design, end in ((first, contact), (other, partner))
+        ]
         if len(limbs[0]) == len(limbs[1]):
             _add(by_kind["body"], zip(*limbs, strict=True))
     if len(by_kind["body"]) < len(first.bodies):
@@ -52,16 +55,6 @@ def partners(first: ShockProfile, other: ShockProfile, pairs: Sequence[tuple[str
             if len(mine) == len(theirs_) and (kind == "joint" or len(mine) == 1):
                 _add(by_kind[kind], zip(mine, theirs_, strict=True))
     return by_kind
-
-
-def struck(profile: ShockProfile, frame: str) -> list[str]:
-    """The bodies from a contact to the base, which is not among them."""
-    robot, limb = profile.robot, list[str]()
-    i = robot.frame(frame).body
-    while i > 0:
-        limb.append(robot.bodies[i].name)
-        i = robot.parents[i]
-    return limb
 
 
 def _add(known: dict[str, str], pairs: Iterable[Iterable[str]]) -> None:

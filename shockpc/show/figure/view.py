@@ -163,13 +163,8 @@ def numbered(profile: ShockProfile) -> Sequence[int]:
 
 def _struck(profile: ShockProfile) -> set[int]:
     """The bodies between contacts and base."""
-    robot, struck = profile.robot, {0}
-    for contact in profile.scene.contact:
-        i = robot.frame(contact.frame).body
-        while i > 0:
-            struck.add(i)
-            i = robot.parents[i]
-    return struck
+    robot = profile.robot
+    return {0, *(i for contact in profile.scene.contact for i in robot.limb(robot.frame(contact.frame).body))}
 
 
 def field_of(profile: ShockProfile, body: int, points: Array) -> Field:

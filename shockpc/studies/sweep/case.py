@@ -103,9 +103,7 @@ def armature_set(scene: Scene, robot: Robot, varied: Variation) -> np.ndarray:
         model = joint_model(robot, scene.joints)
         if model.springs.any():
             raise StudyError(f"{varied.subject}: the drives have springs, which are not multiplied; give values in {REFLECTED}")
-        chosen = np.zeros(robot.model.nv, dtype=bool)
-        for name in robot.match_joints(varied.target):
-            chosen[robot.joint(name).v] = True
+        chosen = robot.velocities(robot.match_joints(varied.target))
         chosen &= (model.armature > 0.0) & ~model.locked
         if not chosen.any():
             raise StudyError(f"{varied.subject}: these joints have no reflected inertia to multiply; give values in {REFLECTED}")

@@ -72,7 +72,7 @@ def sweep(
         if sample < 1:
             raise StudyError(f"a sample of {sample} rows is empty; give a number above zero")
         if not held and not any(varied.kind == "joint" or varied.uncertain for varied in variations):
-            variations += _all_joints(robot)
+            variations += [variation(robot, f"joint:{joint.name}") for joint in robot.independent_joints]
     elif lhs:
         raise StudyError("a Latin hypercube is a sample; give its number of rows with --sample")
     if not variations:
@@ -125,13 +125,6 @@ def _columns(
         columns += [Column(selection, place, asked=text in quantities) for place in chosen]
     # A further quantity replaces a column of the same name.
     return tuple({column.name: column for column in columns}.values())
-
-
-def _all_joints(robot: Robot) -> list[Variation]:
-    """Every joint of one coordinate that does not follow another."""
-    followers = {mimic.joint for mimic in robot.mimics}
-    free = [joint.name for joint in robot.single_joints if joint.axis is not None and joint.name not in followers]
-    return [variation(robot, f"joint:{name}") for name in free]
 
 
 def _complete(robot: Robot, varied: Variation, sample: bool) -> Variation:
