@@ -115,6 +115,7 @@ def test_arrays_of_ros_and_recorded_messages():
         ({"before_LF_KFE": np.full(6, 500.0)}, "row 0, column before_LF_KFE: 500 looks like degrees"),
         ({"pitch": np.full(6, 15.0)}, "row 0, column pitch: 15 looks like degrees"),
         ({"vz": np.array([1, 2, 3, np.nan, 5, 6])}, "row 3, column vz: nan is not a finite number"),
+        ({"after_LF_KFE": np.array([1, 2, 1e308, 4, 5, 6])}, "row 2, column after_LF_KFE: 1e.308 is beyond"),
         ({"q_LF_KNEE": np.zeros(6)}, r'no joint "LF_KNEE" in robot "anymal"; nearest: .*LF_KFE'),
         ({"after_LF_HIP": np.zeros(6)}, 'no joint "LF_HIP"'),
         ({"LF_KFE": np.zeros(6)}, 'two columns of the table mean joint "LF_KFE"'),

@@ -265,6 +265,11 @@ def test_loops_are_closed_in_every_row():
     check(made)
 
 
+def test_plane_is_checked_before_anything_is_computed(anymal):
+    with pytest.raises(ShockError, match='plane has to be "auto", "xz", "yz" or "xy" or a list of 3 numbers'):
+        sweep(replace(ANYMAL, plane="sagittal"), robot=anymal, vary={"speed": [1.0]})
+
+
 def test_strikes_that_leave_the_ground_are_rows_with_a_message(anymal):
     made = sweep(ANYMAL, robot=anymal, vary={"strike-angle": [0, 60, 100]})
     columns, messages = table(made)

@@ -23,6 +23,7 @@ from shockpc.printed import listed
 from shockpc.robot.mjcf import qpos_order, qvel_order
 from shockpc.robot.record import Robot
 from shockpc.scene import Scene, Strike
+from shockpc.toml import LARGEST
 
 DEG = np.pi / 180.0
 
@@ -258,6 +259,8 @@ def _finite(name: str, values: np.ndarray, known: bool = True) -> Array:
         raise StudyError(f"column {name} has to hold numbers") from None
     if known and (wrong := np.flatnonzero(~np.isfinite(numbers))).size:
         raise _in_rows(wrong, f"column {name}: {numbers[wrong[0]]} is not a finite number; leave the row out")
+    if (wrong := np.flatnonzero(np.abs(numbers) > LARGEST)).size:
+        raise _in_rows(wrong, f"column {name}: {numbers[wrong[0]]:g} is beyond {LARGEST:g}, whatever the unit; leave the row out")
     return numbers
 
 

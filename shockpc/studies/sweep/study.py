@@ -9,7 +9,7 @@ from shockpc.errors import StudyError
 from shockpc.places import Place, body_places
 from shockpc.quantities.table import select
 from shockpc.robot.record import Robot
-from shockpc.scene import Point, Scene, plane_of, robot_of
+from shockpc.scene import Point, Scene, check_scene, plane_of, robot_of
 from shockpc.studies.columns import Column, selected
 from shockpc.studies.question import moving_point
 from shockpc.studies.sweep.case import applied, armature_set
@@ -83,7 +83,7 @@ def sweep(
     if scene.posture.base_quaternion is not None and any(varied.kind.startswith("base-") for varied in variations):
         raise StudyError("the base's attitude is varied, but the scene gives it as a quaternion; give base_rpy_deg instead")
     points = tuple(Point(frame=point) if isinstance(point, str) else point for point in at)
-    scene = replace(scene, point=points)
+    scene = check_scene(replace(scene, point=points))
     study = Sweep(scene, robot, tuple(variations), (), feasible, sample, lhs, seed, prove)
     if study.rows > MOST_ROWS:
         raise StudyError(
