@@ -12,11 +12,12 @@ from trees import known_robot
 
 from shockpc.errors import SolveError, StudyError
 from shockpc.model.contact import Contact
+from shockpc.model.joint_model import Joints
 from shockpc.model.posture import Posture
 from shockpc.paper.landings import scene
 from shockpc.profile import shock_profile
 from shockpc.quantities.table import select
-from shockpc.scene import Point, Scene, Strike, robot_of
+from shockpc.scene import Part, Point, Scene, Strike, robot_of
 from shockpc.studies.limits import limits
 from shockpc.studies.place.study import place
 from shockpc.studies.sensitivity import sensitivity
@@ -57,7 +58,7 @@ def test_intervals_against_a_dense_sweep(bound):
         clear = np.abs(shock - bound) > 1e-9
         below = np.array([inside(one.allowed, value) for value in dense.scan.values])
         np.testing.assert_array_equal(below[clear], (shock <= bound)[clear])
-        assert one.least <= shock.min() + 1e-9
+        assert one.best <= shock.min() + 1e-9
 
 
 def test_ends_are_where_the_analysis_meets_the_bound():
@@ -78,7 +79,7 @@ def test_ends_are_where_the_analysis_meets_the_bound():
 def test_interval_between_two_samples_is_found():
     """A minimum that dips below the bound between samples 20° apart, as a scan of 0.1° sees it."""
     fine = hyq(0.01, strikes=(0.0, 0.0))
-    for bound in (fine.limits[0].least * 1.001, fine.limits[0].least * 1.1):
+    for bound in (fine.limits[0].best * 1.001, fine.limits[0].best * 1.1):
         coarse = hyq(bound, strikes=(0.0, 0.0), step=math.radians(20.0)).limits[0].allowed
         expected = hyq(bound, strikes=(0.0, 0.0)).limits[0].allowed
         np.testing.assert_allclose([one[:2] for one in coarse], [one[:2] for one in expected], atol=1e-5)
@@ -237,23 +238,38 @@ def test_the_strike_of_the_scene_is_that_of_an_analysis(strike):
     assert found.limits[0].strikes == (found.own[1], found.own[1])
 
 
+PARTS = dataclasses.replace(
+    HYQ, joints=Joints(armature={"*": 0.02}), part=(Part(name="IMU", at="trunk_imu", rating="half-sine 50 g 11 ms"),)
+)
+PULSE, STIFF = {"pulse": "half-sine:5ms"}, {"contact_stiffness": 1e5}
+
+
 @pytest.mark.parametrize(
-    ("target", "bound"),
+    ("base", "target", "bound"),
     [
-        ("friction_needed@lf_foot", 0.4),
-        ("peak_g@trunk_imu", 5.0),
-        ("joint_moment@lf_hfe_joint", 0.05),
-        ("delta_qd@lf_kfe_joint", 8.0),
-        ("delta_v.x@trunk_imu", 0.02),
+        (HYQ, "friction_needed@lf_foot", {"max": 0.4}),
+        (dataclasses.replace(HYQ, **PULSE), "peak_g@trunk_imu", {"max": 5.0}),
+        (HYQ, "joint_moment@lf_hfe_joint", {"max": 0.05}),
+        (HYQ, "delta_qd@lf_kfe_joint", {"max": 8.0}),
+        (HYQ, "delta_v.x@trunk_imu", {"max": 0.02}),
+        (dataclasses.replace(PARTS, **PULSE), "part_margin@IMU", {"min": 10.0}),
+        (dataclasses.replace(PARTS, **PULSE), "joint_torque_share@lf_kfe_joint", {"max": 0.02}),
+        (dataclasses.replace(PARTS, **STIFF), "joint_torque_share@lf_kfe_joint", {"max": 0.15}),
+        (HYQ, "effective_mass@lf_foot", {"max": 2.0}),
+        (HYQ, "mitigation@lf_foot", {"min": 0.84}),
     ],
 )
-def test_a_bound_on_any_quantity_ends_where_the_analysis_meets_it(target, bound):
-    """The number at the ends of the intervals is the bound, in its own unit, at every strike angle."""
-    base, key = dataclasses.replace(HYQ, pulse="half-sine:5ms"), target.partition("@")[0]
-    found = limits(base, "lf_kfe_joint", target, bound, joint_range=SPAN, step=math.radians(2.0), robot=known_robot("hyq"))
+def test_a_bound_on_any_quantity_ends_where_the_analysis_meets_it(base, target, bound):
+    """The number at the ends of the intervals is the bound, in its own unit, at every strike angle; inside it keeps it."""
+    (value,), key, below = bound.values(), target.partition("@")[0], "min" in bound
+    span = {"joint_range": SPAN, "step": math.radians(2.0), "robot": known_robot("hyq")}
+    found = limits(base, "lf_kfe_joint", target, **bound, **span)
+    for numbers, one in ((found.scan.own, found.limits[0]), (found.worst[0], found.limits[-1])):
+        allowed = [inside(one.allowed, joint) for joint in found.scan.values]
+        np.testing.assert_array_equal(allowed, numbers >= value if below else numbers <= value)
     ends = [
         (one.strikes[0], end)
-        for one in found.limits[:-1]
+        for one in found.limits[:-1] or found.limits
         for part in one.allowed
         for end, kind in ((part.low, part.low_end), (part.high, part.high_end))
         if kind == "bound"
@@ -264,7 +280,32 @@ def test_a_bound_on_any_quantity_ends_where_the_analysis_meets_it(target, bound)
         strike = Strike(strike_angle_deg=math.degrees(angle))
         profile = shock_profile(dataclasses.replace(base, posture=posture, strike=strike), known_robot("hyq"))
         number = profile.numbers(select(key), [found.target.place])[0]
-        assert abs(number) == pytest.approx(bound, rel=1e-4)
+        assert abs(number) == pytest.approx(value, rel=1e-4)
+
+
+@pytest.mark.parametrize(
+    ("target", "bound", "text"),
+    [
+        ("mitigation@lf_foot", {"max": 0.9}, "the less value of mitigation@lf_foot is the worse one; bound it by min"),
+        ("shock@trunk_imu", {"min": 0.1}, "the greater value of shock@trunk_imu is the worse one; bound it by max"),
+        ("shock@trunk_imu", {}, "one bound is needed"),
+    ],
+)
+def test_a_bound_is_on_the_side_that_is_worse(target, bound, text):
+    with pytest.raises(StudyError, match=text):
+        limits(HYQ, "lf_kfe_joint", target, **bound, robot=known_robot("hyq"))
+
+
+def test_the_least_margin_allowed_on_the_command_line(capfd, tmp_path):
+    """The words are of the side of the bound, and the map is drawn."""
+    part = ("--part", "trunk_imu=half-sine 50 g 11 ms", "--quantity", "part_margin", "--min", 1e4, "--step", 2, "--out", tmp_path)
+    text = good(capfd, "limits", "hyq", "--contact", "lf_foot", "--joint", "lf_kfe_joint", *part)
+    assert "values of lf_kfe_joint that keep part_margin@trunk_imu at or above 10000" in text
+    assert "the greatest is" in text
+    document = json.loads((tmp_path / "limits.json").read_text())
+    assert (document["max"], document["min"]) == (None, 1e4)
+    assert {"greatest", "greatest_at"} < set(document["limits"][0])
+    assert (tmp_path / "limits.svg").exists()
 
 
 def test_no_value_allowed_is_an_answer(capfd):

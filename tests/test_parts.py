@@ -15,6 +15,7 @@ from test_ground import BOX, COLUMN
 
 from shockpc import (
     Contact,
+    Joints,
     Part,
     Posture,
     Scene,
@@ -306,7 +307,8 @@ def test_budgets_of_parts(capfd, here):
 def test_margins_are_columns_of_studies(here):
     """A sweep over speed, and a comparison: the margin by velocity change falls as the speed rises."""
     part = Part(name="IMU", at="imu_link", rating=RATING)
-    scene = Scene(robot="stick.urdf", contact="foot", part=(part,), pulse="half-sine:5ms")
+    geared = Joints(armature={"*": 0.01})
+    scene = Scene(robot="stick.urdf", contact="foot", part=(part,), pulse="half-sine:5ms", joints=geared)
     columns = ("velocity_margin@IMU", "part_margin@IMU", "joint_torque_share@knee")
     values = sweep(scene, {"speed": "1,2"}, quantities=columns).chunk(0).columns
     profile = shock_profile(scene)

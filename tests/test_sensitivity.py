@@ -20,7 +20,7 @@ from shockpc.model.contact import Contact
 from shockpc.model.joint_model import Joints
 from shockpc.profile import profile_of, shock_profile
 from shockpc.robot.changes import Change, changed, links_with_mass
-from shockpc.scene import Point, Scene, Strike
+from shockpc.scene import Part, Point, Scene, Strike
 from shockpc.studies.columns import proven_columns
 from shockpc.studies.sensitivity import sensitivity
 from shockpc.studies.sweep.case import applied
@@ -47,6 +47,8 @@ def lowest():
 
 
 GEARED = Joints(armature={"*": 0.02}, locked=("lh_*",))
+PART = (Part(name="IMU", at="trunk_imu:0.1,0,0", rating="half-sine 50 g 11 ms"),)
+GEAR = (Part(name="gear", joint="lf_kfe_joint", momentary_torque=40.0, torque_duration=0.01),)
 IMU = "shock@trunk_imu:0.1,-0.05,0.02"
 LANDINGS = {
     IMU: lambda: hyq(strike=Strike(strike_angle_deg=30.0)),
@@ -63,6 +65,8 @@ LANDINGS = {
     "shock@upper_leg": lambda: leg("contact"),
     "delta_omega@upper_leg": lambda: leg("com"),
     "shock@imu_link": lowest,
+    "part_margin@IMU": lambda: hyq(pulse="half-sine:5ms", part=PART),
+    "joint_torque_share@lf_kfe_joint": lambda: hyq(joints=GEARED, part=GEAR),
     "copc.x@lf_upperleg": lambda: hyq(strike=Strike(strike_angle_deg=30.0)),
 }
 

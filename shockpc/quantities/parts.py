@@ -23,44 +23,48 @@ def _strengths(impact: Impact, places: Places) -> list[Strength]:
     return [strength(impact.landing.scene.part[place.number]) for place in places]
 
 
-def _speed(impact: Impact, places: Places) -> Array:
-    """|Δv| (N, S, n) of the parts in doubles [m/s]."""
-    return impact.rounded(norm(point_velocity(impact, places)), lambda values: largest_jump(impact, values))
-
-
-def _margin(critical: list[float], values: Array) -> Array:
-    """Critical values over actual ones; infinite where there is no load, NaN where one of the two is not known."""
-    with np.errstate(divide="ignore"):
-        return np.asarray(np.array(critical) / values)
+def _quotient(impact: Impact, critical: list[float], values: Any, size: float) -> Any:
+    """Critical values over actual ones (N, S, n); infinite where there is no load, NaN where one of the two is not known."""
+    numbers, known = impact.rounded(values, lambda _: size), np.isfinite(np.array(critical))
+    loaded = known & ~np.isnan(numbers) & (numbers != 0.0)
+    quotient = impact.exact(np.where(known, critical, 0.0)) / np.where(loaded, values, 1.0)
+    return np.where(loaded, quotient, np.where(known & (numbers == 0.0), np.inf, np.nan))
 
 
 def _velocity_margin(impact: Impact, places: Places) -> Any:
-    """Critical velocity changes over |Δv| (N, S, n), in the arithmetic of the impact; infinite where a part does not move."""
-    speed, still = norm(point_velocity(impact, places)), _speed(impact, places) == 0.0
-    critical = impact.exact(np.array([one.velocity_change for one in _strengths(impact, places)]))
-    return np.where(still, np.inf, critical / np.where(still, 1.0, speed))
+    """Critical velocity changes over |Δv| (N, S, n); infinite where a part does not move."""
+    critical, speed = [one.velocity_change for one in _strengths(impact, places)], norm(point_velocity(impact, places))
+    return _quotient(impact, critical, speed, largest_jump(impact, speed))
 
 
-def _peak(impact: Impact, places: Places) -> Array:
-    """Peak accelerations (N, S, n) for the pulse of the scene, or on its contact stiffness [g]."""
+def _peak(impact: Impact, places: Places) -> Any:
+    """Peak accelerations (N, S, n) for the pulse of the scene, or on its contact stiffness in doubles [g]."""
     landing = impact.landing
     if landing.scene.contact_stiffness is not None:
         from shockpc.compliance import compliant_landing
 
         return compliant_landing(landing).peaks(point_velocity, places)[0][None, None] / GRAVITY
-    speed = _speed(impact, places)
-    return speed * (np.nan if landing.pulse is None else peak_acceleration(1.0, landing.pulse) / GRAVITY)
+    speed = norm(point_velocity(impact, places))
+    return np.full(speed.shape, np.nan) if landing.pulse is None else peak_acceleration(speed, landing.pulse) / GRAVITY
 
 
-def _acceleration_margin(impact: Impact, places: Places) -> Array:
-    return _margin([one.acceleration for one in _strengths(impact, places)], _peak(impact, places))
+def _largest_peak(impact: Impact, values: Array) -> float:
+    """The largest component of a jump of a body as a peak [g]."""
+    pulse = impact.landing.pulse
+    return 0.0 if pulse is None else peak_acceleration(largest_jump(impact, values), pulse) / GRAVITY
 
 
-def _part_margin(impact: Impact, places: Places) -> Array:
-    velocity = impact.rounded(_velocity_margin(impact, places), lambda values: 0.0)
-    acceleration = _acceleration_margin(impact, places)
-    both = [one.both for one in _strengths(impact, places)]
-    return np.where(both, np.fmin(velocity, acceleration), np.fmax(velocity, acceleration))
+def _acceleration_margin(impact: Impact, places: Places) -> Any:
+    peak = _peak(impact, places)
+    return _quotient(impact, [one.acceleration for one in _strengths(impact, places)], peak, _largest_peak(impact, peak))
+
+
+def _part_margin(impact: Impact, places: Places) -> Any:
+    margins = [_velocity_margin(impact, places), _acceleration_margin(impact, places)]
+    velocity, acceleration = (impact.rounded(margin, lambda _: 0.0) for margin in margins)
+    less = np.isnan(acceleration) | (velocity <= acceleration)
+    both = np.array([one.both for one in _strengths(impact, places)])
+    return np.where(np.where(both, less, np.isnan(acceleration) | (velocity >= acceleration)), *margins)
 
 
 def _torque_share(impact: Impact, places: Places) -> Any:
@@ -69,25 +73,36 @@ def _torque_share(impact: Impact, places: Places) -> Any:
     The torque is the peak on contacts of finite stiffness; else the impulse along the axis gives the peak of a pulse as the scene
     has it, or the mean over the duration that a part gives.
     """
-    landing, numbers = impact.landing, [place.number for place in places]
-    limit, duration = (values[numbers] for values in torque_limits(landing.robot, landing.scene.part))
-    if landing.scene.contact_stiffness is not None:
+    limit = torque_limits(impact.landing.robot, impact.landing.scene.part)[0][[place.number for place in places]]
+    if impact.landing.scene.contact_stiffness is not None:
         return PEAK_TORQUE.formula(impact, places) / limit
-    if not impact.unique.all():
-        return np.full((*impact.v_in.shape, len(places)), np.nan)
-    impulse = np.abs(impact.rounded(ALONG.formula(impact, places), lambda values: ALONG.size(impact, values)))
-    return impulse * (1.0 / duration if landing.pulse is None else peak_acceleration(1.0, landing.pulse)) / limit
+    impulse, shares = ALONG.formula(impact, places), _shares(impact, places)
+    numbers = impact.rounded(impulse, lambda values: ALONG.size(impact, values))
+    known = impact.unique[:, None].all(axis=-1, keepdims=True) & ~np.isnan(numbers) & ~np.isnan(shares)
+    share = np.where(known, np.where(numbers < 0.0, -impulse, impulse), 0.0) * impact.exact(np.nan_to_num(shares))
+    return np.where(known, share, np.nan)
+
+
+def _shares(impact: Impact, places: Places) -> Array:
+    """Shares (n,) of the momentary torque for an impulse of 1 along the axis [1/(N m s), 1/(N s)]; NaN where not known."""
+    numbers, pulse = [place.number for place in places], impact.landing.pulse
+    limit, duration = (values[numbers] for values in torque_limits(impact.landing.robot, impact.landing.scene.part))
+    return np.asarray((1.0 / duration if pulse is None else peak_acceleration(1.0, pulse)) / limit)
+
+
+def _share_size(impact: Impact, values: Array) -> float:
+    return float(ALONG.size(impact, values) * np.nan_to_num(_shares(impact, impact.joints)).max(initial=0.0))
 
 
 PARTS = (
     *(entry._replace(of="part") for entry in POINTS if entry.key in ("delta_v", "shock")),
     Quantity("velocity_margin", "part", "critical velocity change, of that of the part", "1", "less", _velocity_margin),
-    Quantity("peak_g", "part", "peak acceleration", "g", "greater", _peak, missing=NO_PULSE, posed=True, unproven=True),
+    Quantity("peak_g", "part", "peak acceleration", "g", "greater", _peak, _largest_peak, NO_PULSE, stiff=True),
     Quantity("acceleration_margin", "part", "critical acceleration, of the peak at the part", "1", "less", _acceleration_margin,
-        missing=f"{NO_PULSE}, or the part no critical acceleration", posed=True, unproven=True),
-    Quantity("part_margin", "part", "margin of the part, by velocity change or acceleration", "1", "less", _part_margin, posed=True,
-        unproven=True),
+        missing=f"{NO_PULSE}, or the part no critical acceleration", stiff=True),
+    Quantity("part_margin", "part", "margin of the part, by velocity change or acceleration", "1", "less", _part_margin,
+        stiff=True),
     Quantity("joint_torque_share", "joint", "torque along the axis, of the momentary torque or the effort limit", "1", "greater",
-        _torque_share, missing=f"{AXES}; no torque or effort limit is known; {NO_PULSE}, nor a part the duration of the torque; or "
-        f"{REDUNDANT}", posed=True, unproven=True),
+        _torque_share, _share_size, f"{AXES}; no torque or effort limit is known; {NO_PULSE}, nor a part the duration of the "
+        f"torque; or {REDUNDANT}", stiff=True),
 )  # fmt: skip

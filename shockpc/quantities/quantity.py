@@ -8,6 +8,7 @@ import numpy as np
 from shockpc.core.spatial import Array
 from shockpc.impact import Impact
 from shockpc.places import Kind, Place
+from shockpc.scene import Scene
 
 Places: TypeAlias = Sequence[Place]
 
@@ -27,6 +28,7 @@ class Quantity(NamedTuple):
         missing: why a value may be missing.
         vector: whether a value is a vector (3,), which counts by its length where one number is needed.
         posed: whether it is computed in one posture at a time, with a proof, because double precision cannot decide it.
+        stiff: whether it is posed and unproven where the contacts have a finite stiffness.
         unproven: whether it is computed in one posture at a time, but in double precision.
         shared: whether it is one of many where contact or closure rows are redundant: that of the impulses of least norm.
         signed: whether a value, or a component of a vector, may be negative; then "greater" means farther from zero.
@@ -42,9 +44,14 @@ class Quantity(NamedTuple):
     missing: str = ""
     vector: bool = False
     posed: bool = False
+    stiff: bool = False
     unproven: bool = False
     shared: bool = False
     signed: bool = False
+
+    def alone(self, scene: Scene) -> bool:
+        """Whether it is computed in one posture at a time, for a landing of a scene."""
+        return self.posed or (self.stiff and scene.contact_stiffness is not None)
 
     @property
     def formula(self) -> Callable[[Impact, Places], Any]:
@@ -60,6 +67,7 @@ class Quantity(NamedTuple):
             "of either sign": self.signed,
             "computed with a proof": self.posed and not self.unproven,
             "in double precision, not proven": self.unproven,
+            "in double precision, not proven, with a contact stiffness": self.stiff,
             "of least norm where rows are redundant": self.shared,
         }
         return "; ".join(

@@ -150,11 +150,7 @@ def _refused(quantity: Quantity) -> str:
         return "it depends on friction or finite stiffness, and is computed for one posture at a time, in double precision alone"
     if quantity.posed or quantity.compute is None:
         return "it is computed in one posture at a time"
-    return (
-        "neither of its directions is worse"
-        if quantity.worse == "neither"
-        else f"the {quantity.worse} value of it is the worse one"
-    )
+    return "neither of its directions is worse"
 
 
 class Postures(NamedTuple):
@@ -162,6 +158,7 @@ class Postures(NamedTuple):
 
     Attributes:
         landing: of which these are postures.
+        Q: (m, nq) configurations.
         equation: Eq. 4.
         solution: of that.
         jumps: (m, n, 6, k) of bodies, body axes.
@@ -172,6 +169,7 @@ class Postures(NamedTuple):
     """
 
     landing: PosedLanding
+    Q: Array
     equation: Equation
     solution: Solution
     jumps: Array
@@ -209,7 +207,7 @@ def postures(landing: PosedLanding, Q: Array, wanted: Sequence[Column], design: 
     equation, solution, jumps = impact_jumps(landing, state, own, carriers)
     condition, prove = needs_proof(landing, equation, solution)
     jumps = in_body_axes(jumps, state.rotation if carriers is None else state.rotation[:, carriers])
-    return Postures(landing, equation, solution, jumps, carriers, condition, prove, design)
+    return Postures(landing, Q, equation, solution, jumps, carriers, condition, prove, design)
 
 
 def columns(
@@ -250,7 +248,7 @@ def values_of(impact: DoubleImpact, wanted: Sequence[Column], shape: tuple[int, 
             computed |= {column.name: np.full(shape, np.nan) for column in own}
             own = [column for column in own if column.exists(impact.landing)]
             places = list({column.place.name: column.place for column in own}.values())
-            if not places or entry.posed or entry.compute is None:
+            if not places or entry.alone(impact.landing.scene) or entry.compute is None:
                 continue
             values, index = evaluate(entry, impact, places), {place.name: k for k, place in enumerate(places)}
             for column in own:

@@ -1,8 +1,10 @@
 """A landing with a joint at many values: a number in each posture, for every strike angle."""
 
+import contextlib
 import itertools
 from collections.abc import Callable, Iterator
-from typing import TypeAlias
+from dataclasses import replace
+from typing import NamedTuple, TypeAlias
 
 import numpy as np
 
@@ -27,6 +29,33 @@ STEPS = 3
 """Of regula falsi, which leave less than 1e-6 rad of the 0.04 rad between two strike angles."""
 
 
+class Bound(NamedTuple):
+    """A bound on a number; of one that may be negative on its magnitude.
+
+    Attributes:
+        value: the bound, above zero.
+        below: whether it is the least value allowed, and not the greatest.
+    """
+
+    value: float
+    below: bool
+
+    @property
+    def sign(self) -> float:
+        """1 where greater numbers are worse, −1 where less are."""
+        return -1.0 if self.below else 1.0
+
+    def excess(self, numbers: Array) -> Array:
+        """By how much numbers exceed the bound, relative to it or to them; beyond any bound where there is no number."""
+        with np.errstate(divide="ignore"):
+            ratio = np.divide(self.value, numbers) if self.below else np.divide(numbers, self.value)
+        return np.nan_to_num(ratio - 1.0, nan=UNPHYSICAL, posinf=UNPHYSICAL)
+
+    def number(self, excess: float) -> float:
+        """The number with an excess."""
+        return self.value / (1.0 + excess) if self.below else self.value * (1.0 + excess)
+
+
 class JointScan:
     """A landing with some joints at other values, the same for all of them.
 
@@ -35,6 +64,7 @@ class JointScan:
     Args:
         landing: in the scene's posture.
         target: the number; of one that may be negative the magnitude.
+        bound: of the number.
         feasible: the column that tells whether flat ground allows a landing.
         joints: that are moved.
         values: to which they are moved, ascending [rad, m].
@@ -51,9 +81,16 @@ class JointScan:
     """
 
     def __init__(
-        self, landing: PosedLanding, target: Column, feasible: Column, joints: tuple[Joint, ...], values: Array, fine: float
+        self,
+        landing: PosedLanding,
+        target: Column,
+        bound: Bound,
+        feasible: Column,
+        joints: tuple[Joint, ...],
+        values: Array,
+        fine: float,
     ) -> None:
-        self._landing, self._target, self._feasible, self._joints = landing, target, feasible, joints
+        self._landing, self._target, self._bound, self._feasible, self._joints = landing, target, bound, feasible, joints
         velocity, normal = landing.before.velocity, landing.plane.normal
         self._out_of_plane = (velocity @ normal) * normal
         self._speed = float(np.linalg.norm(velocity - self._out_of_plane))
@@ -84,8 +121,8 @@ class JointScan:
         angles = np.broadcast_to(_range(low, high), (len(self._Q), len(_range(low, high))))
         return np.asarray((self._each(self._Q, self._at(angles, self._feasible)) == 1.0).all(axis=1))
 
-    def greatest(self, low: float, high: float, value: float | None = None) -> tuple[Array, Array]:
-        """The greatest number (n,) over a range of strike angles [rad], NaN without a result, and the strike angle (n,) of it.
+    def worst(self, low: float, high: float, value: float | None = None) -> tuple[Array, Array]:
+        """The worst number (n,) over a range of strike angles [rad], NaN without a result, and the strike angle (n,) of it.
 
         Args:
             low: least strike angle.
@@ -102,29 +139,29 @@ class JointScan:
             numbers = self._numbers(block, angles, self._target)
             missing = np.isnan(numbers).any(axis=1)
             for _ in range(ROUNDS if high > low else 0):
-                best = np.argmax(np.nan_to_num(numbers, nan=-np.inf), axis=1)
+                best = self._worst(numbers)
                 before, after = (angles[row, np.clip(best + by, 0, angles.shape[1] - 1)] for by in (-1, 1))
                 angles = np.linspace(before, after, AGAIN, axis=1)
                 numbers = self._numbers(block, angles, self._target)
-            best = np.argmax(np.nan_to_num(numbers, nan=-np.inf), axis=1)
+            best = self._worst(numbers)
             return np.stack([np.where(missing, np.nan, numbers[row, best]), angles[row, best]], axis=1)
 
         found = self._each(Q, search)
         return found[:, 0], found[:, 1]
 
-    def kept(self, bound: float, low: float, high: float) -> list[list[tuple[float, float]]]:
-        """For every posture the intervals of strike angles at which the number is at most a bound [rad].
+    def kept(self, low: float, high: float) -> list[list[tuple[float, float]]]:
+        """For every posture the intervals of strike angles at which the number keeps the bound [rad].
 
         An interval that lies between two of `ANGLES` strike angles is not seen.
         """
         angles = _range(low, high)
-        beyond = excess(self.over(angles), bound)
+        beyond = self._bound.excess(self.over(angles))
         inside = beyond <= 0.0
         k, j = np.nonzero(inside[:, 1:] != inside[:, :-1])
         ends, sides = [angles[j], angles[j + 1]], [beyond[k, j], beyond[k, j + 1]]
         for _ in range(STEPS if len(k) else 0):
             middle = ends[0] - sides[0] * (ends[1] - ends[0]) / (sides[1] - sides[0])
-            there = excess(self._each(self._Q[k], self._at(middle[:, None]))[:, 0], bound)
+            there = self._bound.excess(self._each(self._Q[k], self._at(middle[:, None]))[:, 0])
             same = (there <= 0.0) == (sides[0] <= 0.0)
             for side, replaced in enumerate((same, ~same)):
                 ends[side], sides[side] = np.where(replaced, middle, ends[side]), np.where(replaced, there, sides[side])
@@ -217,8 +254,18 @@ class JointScan:
         forward, up = self._landing.plane.forward, np.array([0.0, 0.0, 1.0])
         in_plane = self._speed * (np.sin(angles)[..., None] * forward - np.cos(angles)[..., None] * up)
         values, parting = block.values(in_plane + self._out_of_plane, [target])
-        numbers = np.abs(values[target.name]) if target.selection.signed else values[target.name]
-        return np.where(parting.any(axis=-1), np.nan, numbers)
+        numbers, leaves = values[target.name], parting.any(axis=-1)
+        if target.selection.quantity.alone(self._landing.scene):
+            for i, s in np.argwhere(~leaves).tolist():
+                before = self._landing.before._replace(velocity=in_plane[i, s] + self._out_of_plane)
+                with contextlib.suppress(ShockError):  # there is no verdict, and no number
+                    profile = profile_of(replace(self._landing.at(block.Q[i]), before=before))
+                    numbers[i, s] = profile.numbers(target.selection, [target.place])[0]
+        return np.where(leaves, np.nan, np.abs(numbers) if target.selection.signed else numbers)
+
+    def _worst(self, numbers: Array) -> np.ndarray:
+        """Indices (n,) of the worst among numbers (n, S)."""
+        return np.asarray(np.argmax(np.nan_to_num(self._bound.sign * numbers, nan=-np.inf), axis=1))
 
     def _proven(self, q: Array) -> Postures:
         """One posture with the jumps and impulses of the proof.
@@ -237,11 +284,6 @@ class JointScan:
 
 def _range(low: float, high: float) -> Array:
     return np.linspace(low, high, ANGLES) if high > low else np.array([low])
-
-
-def excess(numbers: Array, bound: float) -> Array:
-    """By how much numbers exceed a bound, relative to it; beyond any bound where there is no number."""
-    return np.nan_to_num(numbers / bound - 1.0, nan=UNPHYSICAL, posinf=UNPHYSICAL)
 
 
 def _ranges(values: Array, refused: dict[int, str]) -> Iterator[tuple[float, float, str]]:

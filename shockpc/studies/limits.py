@@ -24,8 +24,8 @@ from shockpc.result import ShockProfile
 from shockpc.robot.record import Joint, Robot
 from shockpc.scene import Point, Scene
 from shockpc.studies.columns import Column, column
-from shockpc.studies.joint_scan import JointScan, excess
-from shockpc.studies.question import refuse_ground
+from shockpc.studies.joint_scan import Bound, JointScan
+from shockpc.studies.question import refuse_ground, strike_angle
 from shockpc.toml import LARGEST
 from shockpc.trace import Trace
 
@@ -71,17 +71,17 @@ class StrikeLimits(NamedTuple):
 
     Attributes:
         strikes: least and greatest strike angle, equal for a single one [rad].
-        allowed: values of the joint for which the number is at most the bound for each of these strikes, ascending.
+        allowed: values of the joint for which the number keeps the bound for each of these strikes, ascending.
         feasible: values of the scan, from the first to the last of each run, for which flat ground allows all of these landings.
-        least: least number over the joint's values, of the worst of these strikes [its unit]; NaN if there is none at any value.
-        least_at: where that is [rad, m].
+        best: best number over the joint's values, of the worst of these strikes [its unit]; NaN if there is none at any value.
+        best_at: where that is [rad, m].
     """
 
     strikes: tuple[float, float]
     allowed: tuple[Interval, ...]
     feasible: tuple[tuple[float, float], ...]
-    least: float
-    least_at: float
+    best: float
+    best_at: float
 
 
 @dataclass(frozen=True, eq=False)
@@ -93,7 +93,7 @@ class JointLimits:
         target: the number.
         joints: the joints that are moved, all to the same value.
         unit: of that value, "rad" or "m".
-        max: the bound; of a number that may be negative on its magnitude [the number's unit].
+        bound: of the number, in its unit.
         range: least and greatest value looked at [rad, m].
         file_limits: those of the robot's file; infinite where it gives none [rad, m].
         own: the value and the strike angle of the scene [rad, m; rad].
@@ -107,7 +107,7 @@ class JointLimits:
     target: Column
     joints: tuple[str, ...]
     unit: str
-    max: float
+    bound: Bound
     range: tuple[float, float]
     file_limits: tuple[float, float]
     own: tuple[float, float]
@@ -118,28 +118,29 @@ class JointLimits:
 
     @functools.cached_property
     def worst(self) -> tuple[Array, Array]:
-        """The greatest number (n,) of every posture over the range of strike angles, and the strike angle (n,) of it [rad]."""
-        return self.scan.greatest(*self.strikes)
+        """The worst number (n,) of every posture over the range of strike angles, and the strike angle (n,) of it [rad]."""
+        return self.scan.worst(*self.strikes)
 
     @functools.cached_property
     def allowed_strikes(self) -> list[list[tuple[float, float]]]:
         """The strike angles of the range that keep the bound in each posture of the scan, as intervals [rad]."""
-        return self.scan.kept(self.max, *self.strikes)
+        return self.scan.kept(*self.strikes)
 
 
 def limits(
     scene: Scene,
     joint: str,
     target: str | Point,
-    max: float,
+    max: float | None = None,
     *,
+    min: float | None = None,
     joint_range: tuple[float, float] | None = None,
     strikes: tuple[float, float] | None = None,
     step: float | None = None,
     robot: Robot | None = None,
     trace: Trace | None = None,
 ) -> JointLimits:
-    """Find the values of a joint that keep a number below a bound.
+    """Find the values of a joint that keep a number at or below a bound, or at or above one.
 
     The strike angle turns the part of the velocity that is in the plane; the part out of it, and what else moves before the impact,
     stays as it is.
@@ -148,10 +149,12 @@ def limits(
         scene: the landing; the joint's own value is not used, except that loops are followed from it.
         joint: name or glob; joints that it matches all have the same value.
         target: QUANTITY@PLACE, or QUANTITY of the robot as a whole; a point means the shock there.
-        max: the bound, in the unit of the number.
+        max: the greatest value allowed, in the unit of the number; of one that may be negative of its magnitude.
+        min: the least value allowed, instead: of a number of which less is worse.
         joint_range: least and greatest value [rad, m]; by default the limits in the file, or a whole turn.
-        strikes: least and greatest strike angle [rad]; by default −30° to 75°.
-        step: largest distance between two postures of the scan [rad, m]; by default 0.1° or 0.1 mm.
+        strikes: least and greatest strike angle [rad]; by default −30° to 75°, or that of the scene alone if the
+            number is computed in one posture at a time, with a proof of each.
+        step: largest distance between two postures of the scan [rad, m]; by default 0.1° or 0.1 mm, or 20 times that then.
         robot: the scene's robot, if it is loaded already.
         trace: collects what each stage cost.
 
@@ -162,13 +165,21 @@ def limits(
         ShockError: the landing cannot be computed.
     """
     trace = trace or Trace()
-    if not 0.0 < max <= LARGEST:
-        raise StudyError(f"a bound of {max:g} is not valid; give one above zero, such as 0.1, and at most {LARGEST:g}")
-    refuse_ground(scene, friction=False)  # what is feasible depends on the friction
+    given = [Bound(value, below) for value, below in ((max, False), (min, True)) if value is not None]
+    if len(given) != 1:
+        raise StudyError("one bound is needed: max for the greatest value that is allowed, or min for the least")
+    bound = given[0]
+    if not 0.0 < bound.value <= LARGEST:
+        raise StudyError(f"a bound of {bound.value:g} is not valid; give one above zero, such as 0.1, and at most {LARGEST:g}")
     profile = shock_profile(scene, robot, trace)
     landing, robot = profile.landing, profile.robot
     text = f"shock@{target.label}" if isinstance(target, Point) else target
-    asked = column(profile, text, lambda entry: entry.compute is not None and not entry.posed and entry.worse != "less")
+    asked = column(profile, text, lambda entry: entry.compute is not None and entry.key != "feasible")
+    entry = asked.selection.quantity
+    if entry.worse == ("greater" if bound.below else "less"):
+        raise StudyError(f"the {entry.worse} value of {asked.name} is the worse one; bound it by {'max' if bound.below else 'min'}")
+    if not (alone := entry.alone(profile.scene)):
+        refuse_ground(scene, friction=False)  # what is feasible depends on the friction
     joints = settable_joints(robot, joint, StudyError)
     names, unit = tuple(one.name for one in joints), joints[0].unit
     if any(one.unit != unit for one in joints):
@@ -177,12 +188,13 @@ def limits(
         raise StudyError("how fast joints of a loop move depends on the posture; leave the joint velocities out")
     file_limits = _file_limits(joints)
     low, high = _range(joint, file_limits, joint_range, unit)
-    angles = _strike_range(landing.plane, strikes)
+    own = strike_angle(landing)
+    angles = _strike_range(landing.plane, (own, own) if alone and strikes is None else strikes)
     if not np.linalg.norm(landing.before.velocity @ np.stack([landing.plane.forward, [0.0, 0.0, 1.0]], axis=1)) > 0.0:
         raise StudyError(
             "the robot's velocity has no part in the plane that a strike angle could turn; give another plane or velocity"
         )
-    step = STEP[unit] if step is None else step
+    step = STEP[unit] * (20 if alone else 1) if step is None else step
     if not step > 0.0 or (high - low) / step > MOST:
         raise StudyError(
             f"a step of {_value(step, unit)} from {_value(low, unit)} to {_value(high, unit)} is not possible; "
@@ -191,31 +203,32 @@ def limits(
     with trace.stage("scan of the joint"):
         values = np.linspace(low, high, math.ceil((high - low) / step - 1e-9) + 1)
         feasible = Column(select("feasible"), profile.places("robot")[0])
-        scan = JointScan(landing, asked, feasible, joints, values, 0.1 * STEP[unit])
+        scan = JointScan(landing, asked, bound, feasible, joints, values, 0.1 * STEP[unit])
         if scan.unreachable and np.isnan(scan.own).all():
             raise SolveError(f"no posture from {_value(low, unit)} to {_value(high, unit)} has a result: {scan.unreachable[0][2]}")
     ends: tuple[End, End] = ("range" if scan.values[0] <= low else "loop", "range" if scan.values[-1] >= high else "loop")
     with trace.stage("roots"):
-        rows = tuple(_limits(scan, strike, max, ends, FINE[unit]) for strike in _targets(scan.own_angle, angles))
+        rows = tuple(_limits(scan, strike, bound, ends, FINE[unit]) for strike in _targets(scan.own_angle, angles))
     here = (joints[0].value(landing.q), scan.own_angle)
-    return JointLimits(profile, asked, names, unit, max, (low, high), file_limits, here, angles, step, scan, rows)
+    return JointLimits(profile, asked, names, unit, bound, (low, high), file_limits, here, angles, step, scan, rows)
 
 
 def _file_limits(joints: Sequence[Joint]) -> tuple[float, float]:
     return max(joint.limits[0] for joint in joints), min(joint.limits[1] for joint in joints)
 
 
-def _limits(scan: JointScan, strikes: tuple[float, float], bound: float, ends: tuple[End, End], fine: float) -> StrikeLimits:
+def _limits(scan: JointScan, strikes: tuple[float, float], bound: Bound, ends: tuple[End, End], fine: float) -> StrikeLimits:
     """The intervals of the joint that keep the bound at some strikes."""
 
     def over(value: float) -> float:
-        return float(excess(scan.greatest(*strikes, value)[0], bound)[0])
+        return float(bound.excess(scan.worst(*strikes, value)[0])[0])
 
-    x, numbers = scan.values.tolist(), scan.greatest(*strikes)[0]
-    g, k = excess(numbers, bound).tolist(), int(np.argmin(np.nan_to_num(numbers, nan=np.inf)))
-    least_at, least = _extremum(over, x[k - 1], x[k + 1], 1.0, fine) if 0 < k < len(x) - 1 else (x[k], g[k])
+    x, numbers = scan.values.tolist(), scan.worst(*strikes)[0]
+    g = bound.excess(numbers).tolist()
+    k = int(np.argmin(g))
+    best_at, best = _extremum(over, x[k - 1], x[k + 1], 1.0, fine) if 0 < k < len(x) - 1 else (x[k], g[k])
     if np.isnan(numbers[k]):
-        least_at = least = math.nan
+        best_at = best = math.nan
     points = sorted({**dict(zip(x, g, strict=True)), **dict(_between(over, x, g, fine))}.items())
     edges: list[tuple[float, End]] = [(points[0][0], ends[0])] if points[0][1] <= 0.0 else []
     for (a, g_a), (b, g_b) in itertools.pairwise(points):
@@ -225,7 +238,7 @@ def _limits(scan: JointScan, strikes: tuple[float, float], bound: float, ends: t
     allowed = [Interval(a, b, low, high) for (a, low), (b, high) in zip(edges[::2], edges[1::2], strict=True)]
     runs = itertools.groupby(zip(scan.feasible(*strikes).tolist(), x, strict=True), key=lambda one: one[0])
     lengths = [[value for _, value in run] for holds, run in runs if holds]
-    return StrikeLimits(strikes, tuple(allowed), tuple((run[0], run[-1]) for run in lengths), (1.0 + least) * bound, least_at)
+    return StrikeLimits(strikes, tuple(allowed), tuple((run[0], run[-1]) for run in lengths), bound.number(best), best_at)
 
 
 def _between(over: Callable[[float], float], x: list[float], g: list[float], fine: float) -> Iterator[tuple[float, float]]:

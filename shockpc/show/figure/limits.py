@@ -13,8 +13,11 @@ from shockpc.studies.limits import JointLimits
 SHARES = (0.0, 0.1, 0.25, 0.5, 0.75, 1.0, 1.5, 2.0, 4.0)
 """Limits of the bands as multiples of the bound; the last band is open."""
 
+LEAST = (0.0, *(1.0 / share for share in SHARES[:0:-1]))
+"""The same where the bound is the least value allowed."""
+
 COLOURS = (*BANDS[:5], *BANDS[6:])
-"""Five blues below the bound, four reds above it."""
+"""Five blues for what is allowed, four reds beyond the bound."""
 
 ALLOWED = "#2f7d4f"
 
@@ -35,9 +38,10 @@ def draw_limits(found: JointLimits) -> Figure:
     strikes = np.linspace(low, high, SAMPLES[1]) if high > low else np.array([low - 0.02, low + 0.02])
     x, y = scale * found.scan.values[chosen], np.degrees(strikes)
     numbers = found.scan.over(strikes)[chosen].T
-    levels = [share * found.max for share in SHARES]
-    drawn = axes.contourf(x, y, numbers, levels=levels, colors=COLOURS, extend="max", antialiased=False)
-    axes.contour(x, y, numbers, levels=[found.max], colors=INK, linewidths=1.6)
+    below, bound = found.bound.below, found.bound.value
+    levels = [bound * share for share in (LEAST if below else SHARES)]
+    drawn = axes.contourf(x, y, numbers, levels=levels, colors=COLOURS[:: -1 if below else 1], extend="max", antialiased=False)
+    axes.contour(x, y, numbers, levels=[bound], colors=INK, linewidths=1.6)
     greatest = np.degrees(found.worst[1][chosen])
     axes.plot(x, np.where(np.abs(np.diff(greatest, append=greatest[-1])) > 5.0, np.nan, greatest), ":", color=INK, linewidth=1.1)
     axes.plot([scale * found.own[0]], [math.degrees(found.own[1])], "o", markersize=5.0, color=PAPER, markeredgecolor=INK)

@@ -120,7 +120,7 @@ def _summary_text(check: Check) -> str:
     text += f", {skipped} skipped" if (skipped := check.count("skipped")) else ""
     text += f"; jumps {proof_text(check.error_bound)}" if check.error_bound else ""
     quantities = (outcome.budget.selection for outcome in check.outcomes)
-    unproven = dict.fromkeys(selection.name for selection in quantities if selection.quantity.unproven)
+    unproven = dict.fromkeys(selection.name for selection in quantities if (entry := selection.quantity).unproven or entry.stiff)
     return text + (f"; in double precision, not proven: {', '.join(unproven)}" if unproven else "")
 
 

@@ -43,13 +43,11 @@ def _none_allowed(found: JointLimits) -> list[str]:
     """That no value keeps the bound, where that is the answer."""
     if any(one.allowed for one in found.limits):
         return []
-    rows = [one for one in found.limits if not math.isnan(one.least)]
-    best = min(rows, key=lambda one: one.least, default=None)
-    text = (
-        f"no value of {'+'.join(found.joints)} keeps {found.target.name} at or below {_bound(found)} at any of these strike angles"
-    )
+    rows = [one for one in found.limits if not math.isnan(one.best)]
+    best = min(rows, key=lambda one: found.bound.sign * one.best, default=None)
+    text = f"no value of {'+'.join(found.joints)} keeps {found.target.name} {_bound(found)} at any of these strike angles"
     if best is not None:
-        text += f"; the least is {best.least:.3g} at {_number(found, best.least_at):.2f} {_unit(found)}"
+        text += f"; the {_best(found)} is {best.best:.3g} at {_number(found, best.best_at):.2f} {_unit(found)}"
     return [f"{text}; allow more, or give another range with --range"]
 
 
@@ -69,6 +67,11 @@ def _warnings(found: JointLimits) -> list[str]:
             "warning: the friction counts in the column feasible alone, as contacts slide and open with it; the number bounded "
             "is that of contacts that stick"
         )
+    if found.target.selection.quantity.alone(found.profile.scene):
+        warnings.append(
+            f"note: {found.target.name} is computed in one posture and for one strike at a time, which takes long; "
+            "--step, --range and --strikes say how many of them"
+        )
     own, every = (int((~found.scan.feasible(*strikes)).sum()) for strikes in (found.limits[0].strikes, found.strikes))
     if own or every:
         warnings.append(
@@ -80,7 +83,8 @@ def _warnings(found: JointLimits) -> list[str]:
 
 def _document(found: JointLimits) -> dict[str, Any]:
     """The document, schema `shockpc.limits/1`: angles in degrees, positions in metres."""
-    greatest, at = found.worst
+    worst, at = found.worst
+    best_word, worst_word = _best(found), _worst(found)
 
     def value(number: float) -> float:
         return _degrees(number) if found.unit == "rad" else round(number, 9) + 0.0
@@ -91,7 +95,8 @@ def _document(found: JointLimits) -> dict[str, Any]:
         "target_unit": found.target.selection.quantity.unit,
         "joints": found.joints,
         "unit": "deg" if found.unit == "rad" else "m",
-        "max": found.max,
+        "max": None if found.bound.below else found.bound.value,
+        "min": found.bound.value if found.bound.below else None,
         "warnings": found.profile.health.warnings,
         "range": tuple(map(value, found.range)),
         "file_limits": tuple(map(value, found.file_limits)),
@@ -102,16 +107,16 @@ def _document(found: JointLimits) -> dict[str, Any]:
                 "strike_angles_deg": tuple(map(_degrees, one.strikes)),
                 "allowed": tuple(i._replace(low=value(i.low), high=value(i.high)) for i in one.allowed),
                 "feasible": [tuple(map(value, run)) for run in one.feasible],
-                "least": one.least,
-                "least_at": value(one.least_at),
+                best_word: one.best,
+                f"{best_word}_at": value(one.best_at),
             }
             for one in found.limits
         ],
         "postures": [
             {
                 "value": value(float(found.scan.values[k])),
-                "greatest": greatest[k],
-                "greatest_at_strike_angle_deg": _degrees(at[k]),
+                worst_word: worst[k],
+                f"{worst_word}_at_strike_angle_deg": _degrees(at[k]),
                 "allowed_strike_angles_deg": [tuple(map(_degrees, part)) for part in found.allowed_strikes[k]],
             }
             for k in range(0, len(found.scan.values), _every(found, RECORDS))
@@ -129,13 +134,19 @@ def _allowed(found: JointLimits) -> Sheet:
         feasible = (
             ", ".join(f"{_text(_number(found, low))} … {_text(_number(found, high))}" for low, high in one.feasible) or "none"
         )
-        at = None if math.isnan(one.least) else _text(_number(found, one.least_at))
-        rows.append((_strikes(found, one), allowed, feasible, one.least, at))
+        at = None if math.isnan(one.best) else _text(_number(found, one.best_at))
+        rows.append((_strikes(found, one), allowed, feasible, one.best, at))
     ends = {end for one in found.limits for interval in one.allowed for end in interval[2:]}
     name, unit = found.target.selection.name, _unit(found)
     return Sheet(
-        f"values of {'+'.join(found.joints)} that keep {found.target.name} at or below {_bound(found)}",
-        ("strike angle [deg]", f"allowed [{unit}]", f"feasible [{unit}]", f"least {name} [{found.target.unit}]", f"at [{unit}]"),
+        f"values of {'+'.join(found.joints)} that keep {found.target.name} {_bound(found)}",
+        (
+            "strike angle [deg]",
+            f"allowed [{unit}]",
+            f"feasible [{unit}]",
+            f"{_best(found)} {name} [{found.target.unit}]",
+            f"at [{unit}]",
+        ),
         rows,
         [f"{MARKS[end]} {words}" for end, words in ENDS.items() if end in ends],
     )
@@ -143,16 +154,16 @@ def _allowed(found: JointLimits) -> Sheet:
 
 def _postures(found: JointLimits, most: int | None = None) -> Sheet:
     """For every posture the worst strike, and the strikes that keep the bound. Args: most, number of rows, about."""
-    greatest, at = found.worst
+    worst, at = found.worst
     every = 1 if most is None else _every(found, most)
     rows: list[Row] = []
     for k in range(0, len(found.scan.values), every):
         allowed = ", ".join(f"{math.degrees(a):.1f} … {math.degrees(b):.1f}" for a, b in found.allowed_strikes[k]) or "none"
         value = _text(_number(found, float(found.scan.values[k])))
-        rows.append((value, found.scan.own[k], greatest[k], f"{math.degrees(at[k]):.1f}", allowed))
+        rows.append((value, found.scan.own[k], worst[k], f"{math.degrees(at[k]):.1f}", allowed))
     low, high = map(math.degrees, found.strikes)
     header = (
-        f"joint [{_unit(found)}]", f"at the scene's strike [{found.target.unit}]", f"greatest [{found.target.unit}]",
+        f"joint [{_unit(found)}]", f"at the scene's strike [{found.target.unit}]", f"{_worst(found)} [{found.target.unit}]",
         "at strike angle [deg]", "strike angles allowed [deg]",
     )  # fmt: skip
     notes = () if every == 1 else (f"every {every}th posture of the scan; --out writes all",)
@@ -199,7 +210,16 @@ def _text(value: float, whole: Callable[[float], int] = round) -> str:
 
 
 def _bound(found: JointLimits) -> str:
-    return f"{found.max:g} {found.target.unit}".removesuffix(" -")
+    side = "above" if found.bound.below else "below"
+    return f"at or {side} {found.bound.value:g} {found.target.unit}".removesuffix(" -")
+
+
+def _best(found: JointLimits) -> str:
+    return "greatest" if found.bound.below else "least"
+
+
+def _worst(found: JointLimits) -> str:
+    return "least" if found.bound.below else "greatest"
 
 
 def _unit(found: JointLimits) -> str:

@@ -141,8 +141,7 @@ class Landings:
     def _chunk(self, a: int, b: int) -> Chunk:
         n, table = b - a, self.table
         computed = {name: np.full(n, np.nan) for name in self.numbers if name != "proven"}
-        posed = any(column.selection.quantity.posed for column in self.computed)
-        prove, messages = np.full(n, posed), {i - a: text for i, text in table.messages.items() if a <= i < b}
+        prove, messages = np.zeros(n, dtype=bool), {i - a: text for i, text in table.messages.items() if a <= i < b}
         known = np.array([i for i in range(n) if i not in messages], dtype=int)
         friction = np.nan_to_num(table.friction[a:b] if self._by_friction else np.zeros(n), nan=-1.0)[known]
         _, first, group = np.unique(np.stack([table.scene[a:b][known], friction]), axis=1, return_index=True, return_inverse=True)
@@ -170,7 +169,7 @@ class Landings:
             for name, value in values.items():
                 computed[name][own] = value[:, 0]
             computed["condition"][own] = condition
-            prove[own] |= unsafe[:, 0]
+            prove[own] = unsafe[:, 0] | any(column.selection.quantity.alone(landing.scene) for column in self.computed)
             for i, _, text in not_approaching(landing, parting):
                 messages.setdefault(int(own[i]), text)
 

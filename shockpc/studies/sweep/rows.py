@@ -209,7 +209,6 @@ class Sweep:
             variation.column: np.broadcast_to(values[variation], (m, S)).ravel() for variation in self.variations
         }
         computed = {name: np.full((m, S), np.nan) for name in (*self._names, "condition")}
-        posed = any(column.selection.quantity.posed for column in self.computed)
         prove, messages = np.zeros((m, S), dtype=bool), dict[int, str]()
         for chosen, landing in self._landings(values, m):
             if isinstance(landing, ShockError):
@@ -223,7 +222,7 @@ class Sweep:
                 part, condition, unsafe, parting = columns(landing, Q, strikes, self.computed, design)
                 for name, x in (part | {"condition": condition[:, None]}).items():
                     computed[name][own] = x
-                prove[own] = unsafe | posed
+                prove[own] = unsafe | any(column.selection.quantity.alone(landing.scene) for column in self.computed)
                 for i, s, text in not_approaching(landing, parting):
                     messages.setdefault(int(own[i]) * S + s, text)
         flat = {name: x.ravel() for name, x in computed.items()}
