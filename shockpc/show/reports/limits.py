@@ -69,7 +69,7 @@ def _warnings(found: JointLimits) -> list[str]:
         )
     if found.target.selection.quantity.alone(found.profile.scene):
         warnings.append(
-            f"note: {found.target.name} is computed in one posture and for one strike at a time, which takes long; "
+            f"warning: {found.target.name} is computed in one posture and for one strike at a time, which takes long; "
             "--step, --range and --strikes say how many of them"
         )
     own, every = (int((~found.scan.feasible(*strikes)).sum()) for strikes in (found.limits[0].strikes, found.strikes))
