@@ -1,13 +1,14 @@
 """The scene in words, the same in tables and figures: robot, posture, base, contacts, strike, joint model and plane."""
 
 import math
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from typing import TYPE_CHECKING
 
 import numpy as np
 
 from shockpc.model.columns import Base
 from shockpc.printed import few, printable
+from shockpc.quantities.quantity import Quantity
 from shockpc.result import ShockProfile
 from shockpc.robot.landmarks import BENT
 from shockpc.robot.record import WORLD, Robot
@@ -210,6 +211,13 @@ def proven_text(number: int, columns: "Iterable[Column]") -> str:
     unproven = [column.name for column in columns if (entry := column.selection.quantity).unproven or entry.stiff]
     but = f"; in double precision, not proven: {few(unproven, 4)}" if unproven else ""
     return f"proven (ill-conditioned, redundant, or with a quantity that needs it): {count(number, 'landing')}{but}"
+
+
+def without_value(columns: Iterable[tuple[str, Quantity]]) -> Iterator[str]:
+    """Why columns, of a name and a quantity, have no value in any landing."""
+    for name, quantity in columns:
+        if quantity.missing:
+            yield f"{name} has no value: {quantity.missing}"
 
 
 def warning_lines(profile: ShockProfile) -> list[str]:

@@ -8,7 +8,7 @@ import numpy as np
 
 from shockpc.printed import alike, few
 from shockpc.result import ShockProfile
-from shockpc.show.header import JOINT_MODELS, count, proven_text, shown_as
+from shockpc.show.header import JOINT_MODELS, count, proven_text, shown_as, without_value
 from shockpc.show.reports.report import Block, Picture, Report
 from shockpc.show.tables import Lines, Row, Sheet
 from shockpc.studies.columns import Column
@@ -146,6 +146,9 @@ def _closing(results: Results, comparison: Comparison | None) -> Iterator[str]:
     if study.closes and not np.isnan(columns[CLOSED_BY]).all():
         by, rates = (float(np.nanmax(columns[name])) for name in (CLOSED_BY, RATES_BY))
         yield f"loops: closing them changes positions of the table by at most {by:.2g} rad (m), rates by {rates:.2g} rad/s (m/s)"
+    if len(results.messages) < study.rows:
+        empty = [column for column in study.computed if np.isnan(columns[column.name]).all()]
+        yield from without_value((column.name, column.selection.quantity) for column in empty)
     proven = int(np.sum(columns["proven"]))
     if proven:
         yield proven_text(proven, study.computed)

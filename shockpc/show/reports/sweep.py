@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from shockpc.show.document import record
-from shockpc.show.header import proven_text
+from shockpc.show.header import proven_text, without_value
 from shockpc.show.reports.report import Picture, Report
 from shockpc.show.tables import Lines, Row, Sheet, largest
 from shockpc.studies.sweep.rows import Sweep
@@ -104,6 +104,10 @@ def _lines(summary: SweepSummary) -> Iterator[str]:
             yield f"{what} for {one.column.name}: {_varied(summary.sweep, _most_severe(one))}"
         if one.best_row >= 0 and one.column.selection.quantity.worse != "neither":
             yield f"least severe that flat ground allows: {_varied(summary.sweep, one.best_row)}"
+    if summary.failed < summary.sweep.rows:
+        yield from without_value(
+            (one.column.name, one.column.selection.quantity) for one in summary.extents if one.greatest_row < 0
+        )
     relative = [one.column.place.name for one in summary.extents if one.column.shock]
     if relative and any(varied.kind == "speed" for varied in summary.sweep.variations):
         asked = f"--quantity delta_v@{relative[0]} gives m/s, and peak_g@{relative[0]} with --pulse g"
