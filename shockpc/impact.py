@@ -50,6 +50,11 @@ class Impact:
     _strikes: Array | None = None
     """(N, S, 3) velocities of the base before the impact [m/s]; None for the landing's own alone."""
 
+    @functools.cached_property
+    def remembered(self) -> dict[Any, Any]:
+        """What several quantities share, by formula and places; kept by `once`."""
+        return {}
+
     def exact(self, values: Array) -> Any:
         """Doubles as numbers of this impact's arithmetic, in which their products are not rounded."""
         return values

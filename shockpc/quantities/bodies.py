@@ -11,7 +11,7 @@ from shockpc.core.spatial import Array, velocity_at
 from shockpc.impact import Impact
 from shockpc.places import Place
 from shockpc.quantities.points import POINTS, point_velocity, shock, world_position
-from shockpc.quantities.quantity import Places, Quantity, largest_jump, largest_shock, reach
+from shockpc.quantities.quantity import Places, Quantity, largest_jump, largest_shock, once, reach
 from shockpc.robot.geometry import body_outline
 from shockpc.robot.record import Robot
 
@@ -38,12 +38,14 @@ def _normal(impact: Impact, places: Places) -> Any:
     return np.sum(rotation * impact.exact(impact.landing.plane.normal)[:, None], axis=-2)[:, None]
 
 
+@once
 def translations(impact: Impact, places: Places) -> tuple[Any, Any]:
     """Which bodies (N, S, n) do not rotate in the plane, and which do not rotate at all, by more than the rounding of files."""
     omega, v, normal = (part.astype(float) for part in (*_split(impact, places), _normal(impact, places)))
     return translation(omega, v, normal, impact.v_in.astype(float)[..., None], impact.landing.length, ROUNDED)
 
 
+@once
 def _percussion(impact: Impact, places: Places) -> Percussion:
     """Centre, radius and pitch; NaN or infinite where a body does not rotate."""
     translates, still = translations(impact, places)
@@ -53,11 +55,10 @@ def _percussion(impact: Impact, places: Places) -> Percussion:
 
 
 def _copc_world(impact: Impact, places: Places) -> Any:
-    bodies, (translates, still) = [place.body for place in places], translations(impact, places)
-    copc = percussion(*_split(impact, places), _normal(impact, places), impact.v_in[..., None], translates, still).copc
+    bodies, copc = [place.body for place in places], _percussion(impact, places).copc
     turned = (impact.orientations(bodies)[:, None] @ copc[..., None])[..., 0]
     world = turned + (impact.state.position[:, bodies] + impact.exact(impact.state.origin)[:, None])[:, None]
-    return np.where(translates[..., None], np.nan, world)
+    return np.where(translations(impact, places)[0][..., None], np.nan, world)
 
 
 def _off_plane(impact: Impact, places: Places) -> Any:
@@ -68,6 +69,7 @@ def _off_plane(impact: Impact, places: Places) -> Any:
     return off_plane_share(omega, v_com, _normal(impact, places), gyration, at_rest)
 
 
+@once
 def _extremes(impact: Impact, places: Places) -> Array:
     """Least and greatest shock (2, N, S, n) over the bodies' geometry, from the rounded jumps; NaN without geometry."""
     jumps, v_in, pieces = impact.own_jumps.astype(float), impact.v_in.astype(float), body_outline(impact.landing.robot).pieces

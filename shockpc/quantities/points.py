@@ -10,7 +10,7 @@ from shockpc.core.percussion import norm
 from shockpc.core.pulse import peak_acceleration
 from shockpc.core.spatial import Array, jump_at, velocity_at
 from shockpc.impact import Impact
-from shockpc.quantities.quantity import Places, Quantity, largest_jump, largest_shock, reach
+from shockpc.quantities.quantity import Places, Quantity, largest_jump, largest_shock, once, reach
 from shockpc.scene import GRAVITY
 
 
@@ -47,6 +47,7 @@ def world_position(impact: Impact, places: Places) -> Any:
     return (impact.points([place.body for place in places], _r(impact, places)) + origin)[:, None]
 
 
+@once
 def directions(impact: Impact, places: Places) -> ExtremeDirections:
     """The extreme impact directions (N, 1, n, ...) of points, in double precision: right to 1e-15 of the largest shock."""
     jumps = impact.maps_of([place.body for place in places])

@@ -1,16 +1,18 @@
 """What a quantity is, and how it is evaluated on an impact."""
 
+import functools
 from collections.abc import Callable, Sequence
-from typing import Any, Literal, NamedTuple, TypeAlias
+from typing import Any, Literal, NamedTuple, TypeAlias, TypeVar, cast
 
 import numpy as np
 
-from shockpc.core.spatial import Array
+from shockpc.core.spatial import Array, freeze
 from shockpc.impact import Impact
 from shockpc.places import Kind, Place
 from shockpc.scene import Scene
 
 Places: TypeAlias = Sequence[Place]
+T = TypeVar("T")
 
 
 class Quantity(NamedTuple):
@@ -73,6 +75,22 @@ class Quantity(NamedTuple):
         return "; ".join(
             [*(text for text, holds in remarks.items() if holds), *([f"no value: {self.missing}"] if self.missing else [])]
         )
+
+
+def once(compute: Callable[[Impact, Places], T]) -> Callable[[Impact, Places], T]:
+    """A formula that several quantities share, computed once for an impact and places; its arrays cannot be written to."""
+
+    @functools.wraps(compute)
+    def remembered(impact: Impact, places: Places) -> T:
+        key = compute, *map(id, places)
+        if key not in impact.remembered:
+            values = compute(impact, places)
+            freeze(values)
+            # The places are kept too, so that no others can have their ids.
+            impact.remembered[key] = values, tuple(places)
+        return cast(T, impact.remembered[key][0])
+
+    return remembered
 
 
 def evaluate(quantity: Quantity, impact: Impact, places: Places) -> Array:

@@ -41,8 +41,8 @@ TYPES = {"translates": bool}
 """Of what is not a length, a ratio or another measure."""
 
 
-def document(profile: ShockProfile) -> dict[str, Any]:
-    """The document of one profile: every quantity at every place; positions in metres, world or body axes as the table says."""
+def content(profile: ShockProfile) -> dict[str, Any]:
+    """The document of a profile without its head: every quantity at every place; positions in metres, axes as the table says."""
     robot, assembly = profile.robot, profile.assembly
     (whole,) = _selected(profile, "robot")
     size = {"name": robot.name, "file": robot.label, "mass": whole.pop("mass"), "n_bodies": len(robot.bodies), "nv": robot.model.nv}
@@ -51,7 +51,7 @@ def document(profile: ShockProfile) -> dict[str, Any]:
     named = [{"body": body.name, "links": body.links} for body in robot.bodies]
     carriers = ["world" if place.body < 0 else robot.bodies[place.body].name for place in profile.places("point")]
     feet = [{"frame": place.name} | contact for place, contact in zip(profile.places("contact"), contacts, strict=True)]
-    content = {
+    return {
         "robot": size,
         "scene": profile.scene,
         "v_in": whole.pop("v_in"),
@@ -85,7 +85,6 @@ def document(profile: ShockProfile) -> dict[str, Any]:
             for one, quantities in zip(profile.parts, _selected(profile, "part"), strict=True)
         ],
     }
-    return headed("profile", content)
 
 
 def _selected(profile: ShockProfile, kind: Kind) -> list[dict[str, Any]]:

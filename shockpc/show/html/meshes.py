@@ -96,14 +96,12 @@ def _clustered(surface: Surface, cell: float) -> Surface:
     count = int(index.max(initial=-1)) + 1
     means = np.stack([np.bincount(index, x, count) for x in surface.vertices.T], axis=1) / np.bincount(index)[:, None]
     normals = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
-    A, b = np.zeros((count, 3, 3)), np.zeros((count, 3))
-    for k in range(3):
-        height = np.sum(normals * (corners[:, k] - means[triangles[:, k]]), axis=1)
-        for i in range(3):
-            b[:, i] += np.bincount(triangles[:, k], normals[:, i] * height, count)
-            for j in range(i + 1):
-                A[:, i, j] += np.bincount(triangles[:, k], normals[:, i] * normals[:, j], count)
-    A += np.tril(A, -1).swapaxes(1, 2)
+    height = np.einsum("ti,tki->tk", normals, corners - means[triangles]).ravel()
+    # Of each corner of each triangle, contiguous, so that the sums are fast.
+    cells, (x, y, z) = triangles.ravel(), np.repeat(normals.T, 3, axis=1)
+    b = np.stack([np.bincount(cells, part * height, count) for part in (x, y, z)], axis=1)
+    sums = (np.bincount(cells, product, count) for product in (x * x, x * y, x * z, y * y, y * z, z * z))
+    A = np.stack(list(sums), axis=1, dtype=float)[:, [0, 1, 2, 1, 3, 4, 2, 4, 5]].reshape(-1, 3, 3)
     trace = np.trace(A, axis1=1, axis2=2)[:, None, None]
     A += np.where(trace > 0.0, FLAT * trace, 1.0) * np.eye(3)
     merged = means + np.clip(np.linalg.solve(A, b[..., None])[..., 0], -cell, cell)
@@ -111,36 +109,38 @@ def _clustered(surface: Surface, cell: float) -> Surface:
     triangles = triangles[(a != b) & (b != c) & (c != a)]
     low, middle, high = np.sort(triangles, axis=1).T
     _, first = np.unique((low * count + middle) * count + high, return_index=True)
-    used, index = np.unique(triangles[first], return_inverse=True)
-    return Surface(merged[used], index.reshape(-1, 3))
+    used = np.zeros(count, dtype=bool)
+    used[triangles[first]] = True
+    return Surface(merged[used], (np.cumsum(used) - 1)[triangles[first]])
 
 
 def _divided(surface: Surface, longest: float) -> Surface:
     """The surface with edges halved until none is longer than a limit [m]; both triangles at an edge are divided there."""
     vertices, triangles = surface
+    short = []
     while len(triangles):
         ends = triangles, np.roll(triangles, -1, axis=1)
-        edges, index = np.unique(np.minimum(*ends) * len(vertices) + np.maximum(*ends), return_inverse=True)
-        low, high = np.divmod(edges, len(vertices))
-        long = np.linalg.norm(vertices[low] - vertices[high], axis=1) > longest
-        if not long.any():
-            break
-        middle = (len(vertices) + np.cumsum(long) - 1)[index].reshape(-1, 3)
-        vertices = np.concatenate([vertices, (vertices[low[long]] + vertices[high[long]]) / 2.0])
-        divide = long[index].reshape(-1, 3)
+        divide = np.linalg.norm(vertices[ends[0]] - vertices[ends[1]], axis=2) > longest
         number = divide.sum(axis=1)
+        short.append(triangles[number == 0])
+        low, high = (each[divide] for each in (np.minimum(*ends), np.maximum(*ends)))
+        edges, index = np.unique(low * len(vertices) + high, return_inverse=True)
+        low, high = np.divmod(edges, len(vertices))
+        middle = np.zeros_like(triangles)
+        middle[divide] = len(vertices) + index
+        vertices = np.concatenate([vertices, (vertices[low] + vertices[high]) / 2.0])
+        triangles, middle, divide, number = (part[number > 0] for part in (triangles, middle, divide, number))
         # Corners in an order in which the edges to divide come first.
         first = np.where(number == 1, divide.argmax(axis=1), (divide.argmin(axis=1) + 1) % 3)
         order = (first[:, None] + np.arange(3)) % 3
         corners = np.concatenate([np.take_along_axis(part, order, axis=1) for part in (triangles, middle)], axis=1)
-        triangles = np.concatenate([corners[number == n][:, parts].reshape(-1, 3) for n, parts in enumerate(_PARTS)])
-    return Surface(vertices, triangles)
+        triangles = np.concatenate([corners[number == n][:, parts].reshape(-1, 3) for n, parts in _PARTS.items()])
+    return Surface(vertices, np.concatenate([*short, triangles]))
 
 
-_PARTS = (
-    [[0, 1, 2]],
-    [[0, 3, 2], [3, 1, 2]],
-    [[3, 1, 4], [0, 3, 4], [0, 4, 2]],
-    [[0, 3, 5], [3, 1, 4], [5, 4, 2], [3, 4, 5]],
-)
-"""The parts of a triangle with corners 0, 1, 2 of which none, one, two or three edges are divided at 3 (of 0 and 1), 4 and 5."""
+_PARTS = {
+    1: [[0, 3, 2], [3, 1, 2]],
+    2: [[3, 1, 4], [0, 3, 4], [0, 4, 2]],
+    3: [[0, 3, 5], [3, 1, 4], [5, 4, 2], [3, 4, 5]],
+}
+"""The parts of a triangle with corners 0, 1, 2 of which so many edges are divided: at 3 (of 0 and 1), 4 and 5."""

@@ -11,7 +11,7 @@ from shockpc.places import Kind
 from shockpc.printed import few
 from shockpc.quantities.table import Selection, quantities_of
 from shockpc.result import ShockProfile
-from shockpc.show.document import document
+from shockpc.show.document import content
 from shockpc.show.header import contact_name, count, header_lines, proof_text, shown_as, vector_text, warning_lines
 from shockpc.show.reports.report import Picture, Report
 from shockpc.show.tables import Lines, Row, Sheet, largest, rounded
@@ -62,7 +62,7 @@ def landing_report(profile: ShockProfile, bodies: Sequence[int] | None = None, s
             **({"joints": lambda: _joints_sheet(profile)} if profile.loads else {}),
             **({"parts": lambda: _parts_sheet(profile)} if profile.parts else {}),
         },
-        document=lambda: document(profile),
+        document=lambda: content(profile),
         landings={contact_name(profile): profile},
     )
 
