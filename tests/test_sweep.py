@@ -174,6 +174,20 @@ def test_inertias_of_rows_equal_the_single_analysis_of_the_changed_robot(robot, 
         assert check(made) == 5
 
 
+def test_lengths_of_rows_equal_the_single_analysis_of_the_changed_robot(anymal):
+    """With masses and a contact that vary as well; the place of a joint is its distance from the one before, times the factor."""
+    vary = {"place:*_KFE": "0.8x,1.3x", "mass:base": "0.9x,1.2x", "strike-angle": "0,30", "contact": "LF_FOOT,RH_FOOT"}
+    made = sweep(ANYMAL, vary, robot=anymal, at=["imu_link"], bodies=["LF_SHANK"])
+    assert check(made) == made.rows == 16
+    _, longer = made.case(15)
+    number = anymal.model.getJointId("LF_KFE")
+    placed = [robot.model.jointPlacements[number].translation for robot in (anymal, longer)]
+    np.testing.assert_allclose(placed[1], 1.3 * placed[0], rtol=1e-14)
+    for values, text in (("0,0,-0.3", "varied by factors"), ("0.8x:1.2x", "drawn from by --sample")):
+        with pytest.raises(StudyError, match=text):
+            sweep(ANYMAL, {"place:LF_KFE": values}, robot=anymal)
+
+
 def test_a_mass_that_no_body_has_is_the_message_of_its_row(anymal):
     _, messages = table(made := sweep(ANYMAL, robot=anymal, vary={"mass:LF_SHANK": [0.5, 1e30]}))
     assert list(messages) == [1]

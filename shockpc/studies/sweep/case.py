@@ -63,7 +63,9 @@ def applied(scene: Scene, robot: Robot, varied: Variation, value: Any) -> tuple[
         return replace(scene, contact_stiffness=float(value)), robot
     if varied.kind == "armature":
         return replace(scene, joints=_with_armature(scene, robot, varied, float(value))), robot
-    return scene, changed(robot, [Change(cast(Property, varied.kind), varied.target, float(value), varied.factor)])
+    # Joints that do not move keep their place, and the points on what they carry.
+    patterns = robot.match_joints(varied.target) if varied.kind == "place" else (varied.target,)
+    return scene, changed(robot, [Change(cast(Property, varied.kind), name, float(value), varied.factor) for name in patterns])
 
 
 def scene_grid(name: str, scene: Scene, robot: Robot, vary: Iterable[tuple[str, Any]]) -> dict[str, Scene]:
@@ -81,7 +83,7 @@ def scene_grid(name: str, scene: Scene, robot: Robot, vary: Iterable[tuple[str, 
     scenes = {name: scene}
     for subject, values in vary:
         varied = variation(robot, subject, values)
-        if varied.kind in OF_A_LINK:
+        if varied.kind in (*OF_A_LINK, "place"):
             raise StudyError(f"{subject}: the robot is the same in all of these landings; compare robots with shockpc compare")
         if not varied.values:
             raise StudyError(f"{subject} needs values: a:b:n (n values from a to b) or a,b,c")

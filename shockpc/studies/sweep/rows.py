@@ -315,7 +315,7 @@ class Sweep:
             return None, {}
         x = {variation: values[variation][own, 0].astype(float) for variation in varied}
         bodies = varied_bodies(
-            self.robot,
+            landing.robot,
             [
                 (cast(Property, variation.kind), variation.target, x[variation], variation.factor)
                 for variation in varied

@@ -1,4 +1,4 @@
-"""What a sweep varies, as text and as records: joints, base attitude, strike, contact, inertia of links, armature."""
+"""What a sweep varies, as text and as records: joints, base attitude, strike, contact, inertia and length of links, armature."""
 
 import math
 from collections.abc import Iterable
@@ -20,7 +20,12 @@ OFFSET = {"offset-x": "m", "offset-y": "m", "offset-z": "m"}
 OF_A_LINK = {"mass": "kg", "com-x": "m", "com-y": "m", "com-z": "m", "inertia": "-"}
 GROUND = {"friction": "-", "contact-stiffness": "N/m"}
 INERTIAL = (*OF_A_LINK, "armature")
-WORDS = (*STRIKE, *ATTITUDE, *OFFSET, *GROUND, "contact", *(f"{kind}:LINK" for kind in OF_A_LINK), "armature:JOINT")
+OF_A_JOINT = ("armature", "place")
+WORDS = (
+    *(*STRIKE, *ATTITUDE, *OFFSET, *GROUND, "contact"),
+    *(f"{kind}:LINK" for kind in OF_A_LINK),
+    *(f"{kind}:JOINT" for kind in OF_A_JOINT),
+)
 FORM = (
     "a:b:n (n values from a to b), a,b,c (these values) or, with --sample, a:b (any value between), a:b:log (log-uniform) or m±s "
     "(normal, cut off at 3 s; also typed m+-s)"
@@ -92,7 +97,7 @@ class Variation:
     @property
     def uncertain(self) -> bool:
         """Whether it is of the robot or of the ground, rather than of how the robot lands."""
-        return self.kind in INERTIAL or self.kind in GROUND
+        return self.kind in (*INERTIAL, *GROUND, "place")
 
     def joints(self, robot: Robot) -> tuple[Joint, ...]:
         """The joints that a joint's variation sets: what follows another joint is not among them."""
@@ -105,8 +110,8 @@ def variation(robot: Robot, subject: str, values: "str | float | Iterable[float 
     Args:
         robot: the robot.
         subject: "*_KFE", "joint:speed", "strike-angle", "speed", "base-pitch", "contact", "offset-x", "friction", "mass:LINK",
-            "com-z:LINK", "inertia:LINK", "armature:JOINTS" and so on; a name that is none of these words is a joint, or a pattern
-            of joints.
+            "com-z:LINK", "inertia:LINK", "armature:JOINTS", "place:JOINTS" and so on; a name that is none of these words is a
+            joint, or a pattern of joints.
         values: numbers or names; or a text: "a:b:n" for n values from a to b, "a,b,c" for these, "a:b" for a range to draw from,
             uniformly or, of factors of armature and with ":log" after it, uniformly in the logarithm; "m±s" to draw from a normal
             distribution of mean m and standard deviation s, of a centre of mass also "±s"; an x after each number, or "±5%", makes
@@ -124,15 +129,19 @@ def variation(robot: Robot, subject: str, values: "str | float | Iterable[float 
         raise StudyError(f"{subject}: no values are given; valid are {FORM}")
     unit = {**STRIKE, **ATTITUDE, **OFFSET, **GROUND, **OF_A_LINK}.get(kind, "")
     least = min(numbers + (span or ()), default=0.0)
-    if factor and kind not in ("mass", "inertia", "armature"):
+    if factor and kind not in ("mass", "inertia", "armature", "place"):
         raise StudyError(
-            f"{subject}: a factor such as 0.8x or ±5% applies to mass:LINK, inertia:LINK and armature:JOINT only; give values in "
-            f"{unit or 'SI units'}"
+            f"{subject}: a factor such as 0.8x or ±5% applies to mass:LINK, inertia:LINK, armature:JOINT and place:JOINT only; "
+            f"give values in {unit or 'SI units'}"
         )
     if law == "normal" and isinstance(values, str) and values.startswith(("±", "+-")) and not (factor or kind.startswith("com")):
         raise StudyError(f"{subject}: {values} has no mean; give it too, such as 1{values}")
     if kind == "inertia" and not factor:
         raise StudyError(f"{subject}: the moments of inertia are varied by factors; give them with an x, such as 0.5x:2x:4")
+    if kind == "place":
+        robot.match_joints(target)
+        if not factor:
+            raise StudyError(f"{subject}: places, and so lengths, are varied by factors; give them with an x, such as 0.8x:1.2x:5")
     if kind in OF_A_LINK:
         links_with_mass(robot, target)
         if kind in ("mass", "inertia") and not least > 0.0:
@@ -156,8 +165,8 @@ def each_of(robot: Robot, varied: Variation) -> tuple[Variation, ...]:
     if varied.kind == "joint":
         own = (replace(varied, subject=joint.name, target=joint.name) for joint in varied.joints(robot))
         return tuple(_within_limits(robot, each) for each in own)
-    if varied.kind in INERTIAL:
-        names = robot.match_joints(varied.target) if varied.kind == "armature" else links_with_mass(robot, varied.target)
+    if varied.kind in INERTIAL or varied.kind == "place":
+        names = robot.match_joints(varied.target) if varied.kind in OF_A_JOINT else links_with_mass(robot, varied.target)
         return tuple(replace(varied, subject=f"{varied.kind}:{name}", target=name) for name in names)
     return (varied,)
 
@@ -166,16 +175,16 @@ def _kind(robot: Robot, subject: str) -> tuple[str, str]:
     word, colon, target = subject.partition(":")
     if word == "joint" and colon:
         return "joint", target
-    if colon and word in INERTIAL:
+    if colon and (word in INERTIAL or word == "place"):
         if not target:
-            raise StudyError(f"{subject} names nothing; write {word}:{'JOINT' if word == 'armature' else 'LINK'}")
+            raise StudyError(f"{subject} names nothing; write {word}:{'JOINT' if word in OF_A_JOINT else 'LINK'}")
         return word, target
     if subject in STRIKE or subject in ATTITUDE or subject in OFFSET or subject in GROUND or subject == "contact":
         if subject in ATTITUDE and not robot.free_base:
             raise StudyError(f'{subject}: the base of robot "{robot.name}" is fixed in its file, so it cannot be turned')
         return subject, ""
-    if subject in INERTIAL:
-        kind = "JOINT" if subject == "armature" else "LINK"
+    if subject in INERTIAL or subject == "place":
+        kind = "JOINT" if subject in OF_A_JOINT else "LINK"
         raise StudyError(f"{subject} names no {kind.lower()}; write {subject}:{kind}=VALUES")
     robot.match("joint or quantity", subject, robot.joint_names, WORDS)
     return "joint", subject
