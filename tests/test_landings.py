@@ -13,7 +13,19 @@ from robot_texts import body, floating, mjcf
 from scipy.spatial.transform import Rotation
 from trees import known_robot, robot_from
 
-from shockpc import Contact, Joints, Scene, SolveError, StudyError, UnknownName, load_robot, read_scene, resolve, shock_profile
+from shockpc import (
+    Contact,
+    Joints,
+    Part,
+    Scene,
+    SolveError,
+    StudyError,
+    UnknownName,
+    load_robot,
+    read_scene,
+    resolve,
+    shock_profile,
+)
 from shockpc.bench.measured import measured_landings
 from shockpc.landing import landing_of
 from shockpc.model.motion import Motion
@@ -192,7 +204,8 @@ def equal_to_single_landings(results, robot):
     for i in sorted(set(range(results.study.rows)) - results.messages.keys()):
         profile = shock_profile(results.study.case(i), robot)
         for column in results.study.computed:
-            (value,) = profile.numbers(column.selection, [column.place])
+            place = column.at(profile.landing)
+            value = np.nan if place is None else profile.numbers(column.selection, [place])[0]
             assert results.columns[column.name][i] == pytest.approx(value, rel=1e-9, abs=1e-12, nan_ok=True)
 
 
@@ -262,6 +275,32 @@ def test_scenes_are_rows_of_the_landings_that_they_share():
     assert dict(results.messages) == {8: "no scene"}
     equal_to_single_landings(results, robot)
     assert [results.study.case(i) for i in range(8)] == [resolve(scene, robot).scene for scene in scenes.values()]
+
+
+def test_pulses_stiffnesses_and_parts_of_some_scenes(capfd, tmp_path):
+    """Whichever scene comes first, rows without them have an empty cell; the others what their own analysis has."""
+    robot, base, rating = known_robot("anymal_b"), study(table(1)).case(0), "half-sine 50 g 11 ms"
+    camera, imu = Part(name="camera", at="base", rating=rating), Part(name="IMU", at="imu_link", rating=rating)
+    scenes = {
+        "plain": base,
+        "pulse": replace(base, pulse="half-sine:5ms", part=(imu,)),
+        "stiff": replace(base, contact_stiffness=1e5, part=(camera, imu)),
+    }
+    wanted = ("peak_g@imu_link", "peak_force", "part_margin@IMU", "part_margin@camera", "part.peak_g@IMU")
+    for names in (list(scenes), list(scenes)[::-1]):
+        results = compute(landings(rows_of_scenes({name: scenes[name] for name in names}, robot), robot, wanted, prove=0))
+        equal_to_single_landings(results, robot)
+        empty = {key: {names[i] for i in np.flatnonzero(np.isnan(x))} for key, x in results.columns.items() if "@" in key}
+        assert empty == {
+            "peak_g@imu_link": {"plain", "stiff"}, "peak_force@LF_FOOT": {"plain", "pulse"}, "part_margin@IMU": {"plain"},
+            "part_margin@camera": {"plain", "pulse"}, "part.peak_g@IMU": {"plain"},
+        }  # fmt: skip
+    for name, scene in scenes.items():
+        (tmp_path / f"{name}.toml").write_text(scene_text(scene, tmp_path))
+    outcome = run(capfd, "landings", tmp_path, "--quantity", "peak_g@imu_link")
+    assert "no peak_g@imu_link in 2 landings: the scene gives no pulse" in outcome.out
+    with pytest.raises(StudyError, match="peak_g needs the duration of the impact"):
+        landings(rows_of_scenes({"plain": base}, robot), robot, ("peak_g@imu_link",))
 
 
 # Measured against predicted

@@ -70,11 +70,14 @@ class Column(NamedTuple):
         """Whether it is a shock of the row's own strike."""
         return self.selection.quantity.key in SHOCKS
 
-    def exists(self, landing: PosedLanding) -> bool:
-        """Whether a landing has the place; it may have fewer contacts than others."""
-        if self.selection.quantity.of != "contact" or self.place.number < len(landing.contacts):
-            return True
-        return self.place.name in [place.name for place in landing.contact_places[self.place.number :][:1]]
+    def at(self, landing: PosedLanding) -> Place | None:
+        """The place in a landing, which may have fewer contacts than others, or other parts; None where it has none."""
+        kind, number = self.selection.quantity.of, self.place.number
+        if kind == "part":
+            return next((place for place in landing.parts if place.name == self.place.name), None)
+        if kind != "contact" or number < len(landing.contacts):
+            return self.place
+        return next((self.place for place in landing.contact_places[number : number + 1] if place.name == self.place.name), None)
 
 
 def selected(
@@ -246,12 +249,12 @@ def values_of(impact: DoubleImpact, wanted: Sequence[Column], shape: tuple[int, 
         for entry in dict.fromkeys(column.selection.quantity for column in wanted):
             own = [column for column in wanted if column.selection.quantity is entry]
             computed |= {column.name: np.full(shape, np.nan) for column in own}
-            own = [column for column in own if column.exists(impact.landing)]
-            places = list({column.place.name: column.place for column in own}.values())
+            known = {column.place.name: place for column in own if (place := column.at(impact.landing)) is not None}
+            places = list(known.values())
             if not places or entry.alone(impact.landing.scene) or entry.compute is None:
                 continue
             values, index = evaluate(entry, impact, places), {place.name: k for k, place in enumerate(places)}
-            for column in own:
+            for column in (column for column in own if column.place.name in known):
                 computed[column.name] = np.broadcast_to(column.selection.scalar(values[:, :, index[column.place.name]]), shape)
     return computed
 
@@ -260,9 +263,9 @@ def proven_columns(profile: ShockProfile, wanted: Sequence[Column]) -> dict[str,
     """The same columns of one landing, proven; NaN where redundant rows leave a number undetermined."""
     computed = {column.name: np.nan for column in wanted}
     for selection in dict.fromkeys(column.selection for column in wanted):
-        own = [column for column in wanted if column.selection == selection and column.exists(profile.landing)]
-        numbers = profile.numbers(selection, [column.place for column in own]).tolist()
-        computed |= dict(zip((column.name for column in own), numbers, strict=True))
+        of_it = [column for column in wanted if column.selection == selection]
+        places = {column.name: place for column in of_it if (place := column.at(profile.landing)) is not None}
+        computed |= dict(zip(places, profile.numbers(selection, list(places.values())).tolist(), strict=True))
     return computed
 
 

@@ -158,6 +158,11 @@ def _closing(results: Results, comparison: Comparison | None) -> Iterator[str]:
             f"double precision, compared with a proof in {count(compared.size, 'other landing')}: off by at most "
             f"{compared.max():.0e} of the point's most severe shock"
         )
+    computed = np.array([i not in results.messages for i in range(study.rows)])
+    for column in study.computed:
+        if missing := int(np.sum(np.isnan(columns[column.name]) & computed)):
+            why = column.selection.quantity.missing or "it does not exist there"
+            yield f"no {column.name} in {count(missing, 'landing')}: {why}"
     failures = [text for _, _, text in comparison.failures] if comparison else []
     for what, texts in (("computed", list(results.messages.values())), ("predicted", failures)):
         if texts:

@@ -25,7 +25,7 @@ from shockpc.model.posture import Posture, held_joints
 from shockpc.places import Place, point_places
 from shockpc.printed import listed
 from shockpc.profile import profile_of
-from shockpc.quantities.table import select
+from shockpc.quantities.table import Selection, select
 from shockpc.result import ShockProfile
 from shockpc.robot.record import Robot
 from shockpc.scene import Scene, Strike
@@ -336,14 +336,13 @@ def landings(
         ShockError: a name is not known, or a scene cannot be resolved.
     """
     study = Landings(robot, table, (), prove)
-    landing = study.first
     points = {place.name: place for scene in table.scenes for place in point_places(robot, scene.point) if place.body >= 0}
     usual = [f"{key}@{name}" for name in points for key in ("delta_v", "shock")]
     usual = usual or [f"{key}@{robot.bodies[0].name}" for key in ("delta_v_com", "shock_com")]
     contacts = {tuple(contact.frame for contact in scene.contact) for scene in table.scenes}
     computed: list[Column] = []
     for text in dict.fromkeys([*(quantities or usual), *([ranked_by] if ranked_by else [])]):
-        selection, places = selected(landing, text)
+        selection, places = _places(study, text)
         if len(contacts) > 1 and selection.quantity.of == "contact":
             if "@" in text:
                 raise StudyError(f'the contact varies, so "{text}" cannot name one; leave the @ and what follows out')
@@ -352,6 +351,24 @@ def landings(
             raise StudyError(f'"{text}": there is no such place; links of the robot: {listed(robot.links, 6)}')
         computed += [Column(selection, place, asked=True) for place in places]
     return replace(study, computed=tuple({column.name: column for column in computed}.values()))
+
+
+def _places(study: Landings, text: str) -> tuple[Selection, tuple[Place, ...]]:
+    """What QUANTITY[@PLACES] means in all landings of a table, of which only some may have a pulse or parts.
+
+    Raises:
+        ShockError: it means nothing in any of them.
+    """
+    places: dict[str, Place] = {}
+    refusals = []
+    for landing in study.resolved:
+        try:
+            places |= {place.name: place for place in selected(landing, text)[1] if place.name not in places}
+        except (StudyError, UnknownName) as refusal:
+            refusals.append(refusal)
+    if refusals and not places:
+        raise refusals[0]
+    return select(text.partition("@")[0]), tuple(places.values())
 
 
 class Results(NamedTuple):
