@@ -9,7 +9,7 @@ import functools
 import math
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
-from typing import Any, NamedTuple, cast
+from typing import Any, cast
 
 import numpy as np
 
@@ -39,8 +39,19 @@ Key = tuple[Kind, str, str]
 """What a parameter is called: kind, axis and name."""
 
 
-class _Change(NamedTuple):
-    """A change of one parameter, or of several together; attributes as in `Effect`."""
+@dataclass(frozen=True, eq=False)
+class Change:
+    """A change of one parameter, or of several together.
+
+    Attributes:
+        kind: of the parameters.
+        axis: which component of them, such as "x" or "xy"; empty if there is one.
+        name: body or joint, or the pattern of several; empty for the strike.
+        value: present value [unit]; NaN where it is not one value.
+        unit: SI unit; "1" for a share of the present values, or of their sizes.
+        step: how large the change is [unit].
+        parts: how much each parameter changes by a unit.
+    """
 
     kind: Kind
     axis: str
@@ -52,17 +63,10 @@ class _Change(NamedTuple):
 
 
 @dataclass(frozen=True, eq=False)
-class Effect:
-    """What a change of one parameter, or of several together, does; derivatives that do not exist are NaN.
+class Effect(Change):
+    """What a change does; derivatives that do not exist are NaN.
 
     Attributes:
-        kind: of the parameters.
-        axis: which component of them, such as "x" or "xy"; empty if there is one.
-        name: body or joint, or the pattern of several; empty for the strike.
-        value: present value [unit]; NaN where it is not one value.
-        unit: SI unit; "1" for a share of the present values, or of their sizes.
-        step: how large the change is [unit].
-        parts: how much each parameter changes by a unit.
         derivatives: (L,) of the number in each landing [its unit/unit].
         percussion: (4,) of the CoPc in body coordinates and of the RoPc, in the first landing [m/unit].
         reason: why there are no derivatives; empty if there are.
@@ -70,13 +74,6 @@ class Effect:
         down: change by the opposite step [its unit].
     """
 
-    kind: Kind
-    axis: str
-    name: str
-    value: float
-    unit: str
-    step: float
-    parts: Mapping[Key, float]
     derivatives: Array
     percussion: Array
     reason: str
@@ -200,27 +197,27 @@ def _worst(target: Column, values: Array) -> int:
     return int(values.argmin() if target.selection.quantity.worse == "less" else values.argmax())
 
 
-def _changes(robot: Robot, every: Mapping[Key, Parameter], groups: Sequence[str], share: float) -> list[_Change]:
+def _changes(robot: Robot, every: Mapping[Key, Parameter], groups: Sequence[str], share: float) -> list[Change]:
     """Every parameter by a share of its size; those of a group together, each away from zero."""
     owner: dict[str, str] = {}
     for pattern in groups:
         for name in robot.match("body or joint", pattern, dict.fromkeys([*robot.links, *robot.joint_names])):
             frame = robot.frames.get(name)
             owner.setdefault(name if name in robot.joint_names or frame is None else robot.bodies[frame.body].name, pattern)
-    changes: dict[Key, _Change] = {}
+    changes: dict[Key, Change] = {}
     for (kind, axis, name), one in every.items():
         if name not in owner:
-            changes[one[:3]] = _Change(*one[:3], one.value, one.unit, share * one.size, {one[:3]: 1.0})
+            changes[one[:3]] = Change(*one[:3], one.value, one.unit, share * one.size, {one[:3]: 1.0})
             continue
         key: Key = (kind, axis, owner[name])
         parts = {**(changes[key].parts if key in changes else {}), one[:3]: math.copysign(one.size, one.value or 1.0)}
-        changes[key] = _Change(*key, math.nan, "1", share, parts)
+        changes[key] = Change(*key, math.nan, "1", share, parts)
     return list(changes.values())
 
 
 def _varied(
     robot: Robot, every: Mapping[Key, Parameter], known: Sequence[dict[Key, Parameter]], subject: str, values: Any, share: float
-) -> _Change:
+) -> Change:
     """A subject as `sweep` varies it, by a share of its range.
 
     Raises:
@@ -236,7 +233,7 @@ def _varied(
         for of_landing in known:
             of_landing |= parts
         (kind, axis, _), own = next(iter(parts.items()))
-        return _Change(kind, axis, one.target, math.nan, own.unit, share * width, dict.fromkeys(parts, 1.0))
+        return Change(kind, axis, one.target, math.nan, own.unit, share * width, dict.fromkeys(parts, 1.0))
     kinds: dict[str, Kind] = {"joint": "angle", "armature": "armature", "strike-angle": "strike"}
     if one.kind not in kinds:
         raise StudyError(
@@ -251,11 +248,11 @@ def _varied(
     (first, *others) = (every[key] for key in weights)
     size = math.radians(1.0) if one.unit == "deg" else 1.0
     unit = "1" if one.factor else first.unit
-    return _Change(kind, "", one.target, math.nan if others else first.value, unit, share * width * size, weights)
+    return Change(kind, "", one.target, math.nan if others else first.value, unit, share * width * size, weights)
 
 
 def _effect(
-    change: _Change,
+    change: Change,
     known: Sequence[Mapping[Key, Parameter]],
     rows: Sequence[Mapping[Key, Array]],
     target: Column,
@@ -274,7 +271,8 @@ def _effect(
         k = _worst(target, values + step * own)
         return float(step * own.mean() if mean else values[k] - now + step * own[k])
 
-    return Effect(*change, read_only(own), read_only(by[0, 1:]), reason, effect(change.step), effect(-change.step))
+    up, down = effect(change.step), effect(-change.step)
+    return Effect(**vars(change), derivatives=read_only(own), percussion=read_only(by[0, 1:]), reason=reason, up=up, down=down)
 
 
 def _derivatives(

@@ -198,7 +198,7 @@ class Landings:
         """
         robot, table, blocks = self.robot, self.table, [closure_block(loop) for loop in landing.loops]
         others = held_joints(robot, Posture(), landing.scene.assemble)
-        given, followers = (self._held(names) for names in (table.joints, [mimic.joint for mimic in robot.mimics]))
+        given, followers = robot.velocities(table.joints), robot.velocities(robot.followers)
         try:
             closed = follow(robot, landing.q, q, landing.loops, landing.plane, others | given)
         except SceneError:
@@ -215,19 +215,12 @@ class Landings:
                 "is taken for a measuring error; correct the table, or leave columns out with --map COLUMN="
             )
         # What is locked in the impact may have moved before it, and keeps its rate.
-        state, known = dynamics(robot, closed[None]), self._held(table.rates)
+        state, known = dynamics(robot, closed[None]), robot.velocities(table.rates)
         try:
             moving = with_loops(robot, state, blocks, rates, others | followers | known, landing.plane)
         except SceneError:
             moving = with_loops(robot, state, blocks, rates, others | followers, landing.plane)
         return closed, moving, by, float(np.abs((moving - rates)[known]).max(initial=0.0))
-
-    def _held(self, names: Sequence[str]) -> np.ndarray:
-        """Which joint velocities (nv,) are of some joints."""
-        held = np.zeros(self.robot.model.nv, dtype=bool)
-        for name in names:
-            held[self.robot.joint(name).v] = True
-        return held
 
     def profile(self, row: int) -> ShockProfile:
         """The landing of one row, with a proof.
@@ -302,18 +295,16 @@ class Landings:
         if self.table.own:
             return replace(landing, scene=self.table.own[row] or landing.scene)
         robot, q, before, scene = self.robot, landing.q, landing.before, landing.scene
-        followers = {mimic.joint for mimic in robot.mimics}
-        names = [name for name in robot.joint_names if robot.joint(name).axis is not None and name not in followers]
-        kept = [name for name in names if not landing.loops or name in self.table.joints]
-        moving = [name for name in names if before.joint_rates[robot.joint(name).v].any()]
-        posture = replace(scene.posture, joints={name: robot.joint(name).value(q) for name in kept}, joints_deg={})
+        kept = [joint for joint in robot.independent_joints if not landing.loops or joint.name in self.table.joints]
+        moving = [joint for joint in robot.independent_joints if before.joint_rates[joint.v].any()]
+        posture = replace(scene.posture, joints={joint.name: joint.value(q) for joint in kept}, joints_deg={})
         if robot.free_base:
             position, quaternion = tuple(q[:3].tolist()), tuple(q[3:7].tolist())
             posture = replace(posture, base_rpy_deg=None, base_position=position, base_quaternion=quaternion)
         strike = Strike(
             velocity=tuple(before.velocity.tolist()),
             angular_velocity=tuple(before.omega.tolist()) if before.omega.any() else None,
-            joint_velocities={name: float(before.joint_rates[robot.joint(name).v][0]) for name in moving},
+            joint_velocities={joint.name: float(before.joint_rates[joint.v][0]) for joint in moving},
         )
         velocities = (None if block.velocity is None else tuple(block.velocity.tolist()) for block in landing.contacts)
         contact = tuple(replace(c, velocity=velocity) for c, velocity in zip(scene.contact, velocities, strict=True))

@@ -526,8 +526,7 @@ class _Reader:
         return Measured(name, time, group, key, unit, values - start)
 
     def _origins(self) -> tuple[tuple[str, ...], tuple[str, ...]]:
-        followers = {mimic.joint for mimic in self.robot.mimics}
-        joints = [name for name in self.robot.joint_names if name not in followers]
+        joints = [name for name in self.robot.joint_names if name not in self.robot.followers]
         parts = {"contacts": "contact" in self.columns}
         if self.robot.free_base:
             parts |= {
