@@ -141,20 +141,14 @@ def varied_bodies(robot: Robot, changes: Iterable[tuple[Property, str, Array, bo
     Returns: masses (N, nb) [kg], centres of mass (N, nb, 3) in the bodies' frames [m], and inertias (N, nb, 3, 3) about them, axes
         of the frames [kg m²].
     """
-    parts: dict[str, list[Array]] = {}
+    parts: dict[str, tuple[Array, Array, Array]] = {}
     n = 1
     for what, pattern, values, factor in changes:
         n, x = len(values), np.asarray(values, dtype=float)
         for link in links_with_mass(robot, pattern):
             own = _frame(robot.model, link).inertia
-            part = parts.setdefault(link, [np.full(n, own.mass), np.tile(own.lever, (n, 1)), np.tile(own.inertia, (n, 1, 1))])
-            if what == "mass":
-                ratio = x if factor else x / part[0]
-                part[0], part[2] = part[0] * ratio, part[2] * ratio[:, None, None]
-            elif what == "inertia":
-                part[2] = part[2] * x[:, None, None]
-            else:
-                part[1] = part[1] + x[:, None] * np.eye(3)["xyz".index(what[-1])]
+            part = parts.get(link, (np.full(n, own.mass), np.tile(own.lever, (n, 1)), np.tile(own.inertia, (n, 1, 1))))
+            parts[link] = _changed_inertia(what, x, factor, *part)
     mass, com, inertia = (np.repeat(part[None], n, axis=0).astype(float) for part in (robot.masses, robot.coms, robot.inertias))
     for i in sorted({robot.frames[link].body for link in parts}):
         body, held = robot.bodies[i], list[tuple[Array, Array, Array]]()
@@ -162,7 +156,7 @@ def varied_bodies(robot: Robot, changes: Iterable[tuple[Property, str, Array, bo
             link = frame.type == pin.FrameType.BODY
             if frame.parentJoint == body.joint and (link or frame.inertia.mass):
                 own, place = frame.inertia, pin.SE3(body.rotation, body.offset).actInv(frame.placement)
-                m, c, moment = parts.get(frame.name if link else "", [np.array([own.mass]), own.lever[None], own.inertia[None]])
+                m, c, moment = parts.get(frame.name if link else "", (np.array([own.mass]), own.lever[None], own.inertia[None]))
                 held.append((m, c @ place.rotation.T + place.translation, place.rotation @ moment @ place.rotation.T))
         mass[:, i] = sum(m for m, _, _ in held)
         com[:, i] = sum(m[:, None] * c for m, c, _ in held) / mass[:, i, None]
@@ -194,16 +188,22 @@ def _change_armature(robot: Robot, model: pin.Model, change: Change) -> Drives |
     return drives
 
 
+def _changed_inertia(
+    what: Property, x: Array, factor: bool, mass: Array, lever: Array, inertia: Array
+) -> tuple[Array, Array, Array]:
+    """Mass (...), lever (..., 3) and inertia (..., 3, 3) of a link after a change by values x (...), as in `Change`."""
+    if what.startswith("com"):
+        return mass, lever + x[..., None] * np.eye(3)["xyz".index(what[-1])], inertia
+    ratio = x if factor else x / mass
+    return mass * ratio if what == "mass" else mass, lever, inertia * ratio[..., None, None]
+
+
 def _change_link(model: pin.Model, link: str, change: Change) -> None:
     frame = _frame(model, link)
     inertia = frame.inertia.copy()
-    if change.what == "mass":
-        factor = change.number if change.factor else change.number / inertia.mass
-        inertia.mass, inertia.inertia = inertia.mass * factor, inertia.inertia * factor
-    elif change.what == "inertia":
-        inertia.inertia = inertia.inertia * change.number
-    else:
-        inertia.lever = inertia.lever + change.number * np.eye(3)["xyz".index(change.what[-1])]
+    parts = np.array(inertia.mass), inertia.lever, inertia.inertia
+    mass, inertia.lever, inertia.inertia = _changed_inertia(change.what, np.array(change.number), change.factor, *parts)
+    inertia.mass = float(mass)
     frame.inertia = inertia
     _sum_inertias(model, frame.parentJoint)
 
