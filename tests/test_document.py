@@ -15,7 +15,7 @@ from shockpc.diagnostic import Diagnostic
 from shockpc.model.dynamics import PINOCCHIO
 from shockpc.quantities.ground import GROUND
 from shockpc.quantities.table import QUANTITIES
-from shockpc.show.document import PATHS, content, headed, json_text
+from shockpc.show.document import PATHS, document, json_text
 
 DOG = {"robot": str(ROBOTS / "dog" / "dog.urdf.xacro"), "packages": {"dog_description": str(ROBOTS / "dog")}}
 FEET = tuple(Contact(frame=f"{name}_foot") for name in ("lf", "rf", "lh", "rh"))
@@ -110,10 +110,6 @@ RECORDS = {
 """The keys of every record in their order, and what they hold; ? may be null, * is a list."""
 LISTS = {"vector": "float", "matrix": "vector"}
 """What is a list of three."""
-
-
-def document(profile):
-    return headed("profile", content(profile))
 
 
 def misfits(kind: str, value: object, place: str = "document") -> list[str]:

@@ -41,6 +41,11 @@ TYPES = {"translates": bool}
 """Of what is not a length, a ratio or another measure."""
 
 
+def document(profile: ShockProfile) -> dict[str, Any]:
+    """The document of one profile, as it is printed and written."""
+    return headed("profile", content(profile))
+
+
 def content(profile: ShockProfile) -> dict[str, Any]:
     """The document of a profile without its head: every quantity at every place; positions in metres, axes as the table says."""
     robot, assembly = profile.robot, profile.assembly
