@@ -215,6 +215,17 @@ def colours(page):
     return matplotlib.image.imread(io.BytesIO(base64.b64decode(picture)))[..., :3].reshape(-1, 3)
 
 
+def compare_impulses(page, profile):
+    """The tables of contacts and joints against an analysis with this strike and these joints."""
+    size = np.linalg.norm(profile.total_impulse)
+    for contact in (*profile.contacts, *profile.stance):
+        row = [*contact.impulse, np.nan if contact.friction_needed is None else contact.friction_needed]
+        np.testing.assert_allclose(cells(page, "contact-rows")[contact.frame], row, rtol=1e-9, atol=1e-11 * size)
+    for load in profile.loads:
+        row = [load.along, np.linalg.norm(load.force), np.linalg.norm(load.moment)]
+        np.testing.assert_allclose(cells(page, "joint-rows")[load.joint], row, rtol=1e-9, atol=1e-11 * size)
+
+
 @BROWSER
 def test_browser_follows_the_controls(moving, here, tmp_path_factory):
     """Angle, heading, speed and joint model give the numbers of an analysis with them; a leaving contact gives none."""
@@ -235,8 +246,10 @@ def test_browser_follows_the_controls(moving, here, tmp_path_factory):
             spin = np.linalg.norm(other.delta_omega[k])
             expected = [other.shock_com[k], spin, *other.copc[k], other.ropc[k]]
             np.testing.assert_allclose([values[0], *values[3:]], expected, rtol=1e-9, atol=1e-15)
+        compare_impulses(page, other)
         for model in ("free", "locked"):
             page.evaluate(SET % ("model", model))
+            compare_impulses(page, shock_profile(replace(other.scene, joints=Joints(model=model)), other.robot))
             (expected,) = other.value(f"shock_{model}", "point")
             np.testing.assert_allclose(cells(page, "point-rows")["imu_link"][0], expected, rtol=1e-9)
         page.evaluate(SET % ("angle", 120))

@@ -14,11 +14,17 @@ from typing import Any
 
 import numpy as np
 
+from shockpc.core.impulse import Solution
 from shockpc.core.pulse import peak_acceleration
 from shockpc.core.spatial import Array
+from shockpc.exact.proof import Proof
+from shockpc.impact import DoubleImpact
+from shockpc.places import Kind
 from shockpc.printed import printable
 from shockpc.quantities.bodies import ROUNDED
 from shockpc.quantities.points import point_velocity
+from shockpc.quantities.quantity import evaluate
+from shockpc.quantities.table import quantity
 from shockpc.result import ShockProfile
 from shockpc.robot.record import Robot
 from shockpc.scene import GRAVITY, scene_text
@@ -190,12 +196,16 @@ def _view(shown: Mapping[str, ShockProfile], every: int) -> str:
     points = ["", "sensor or point", "shock [-]", "Δv x [m/s]", "Δv y [m/s]", "Δv z [m/s]", *(["peak [g]"] if peak else [])]
     bodies = ["", "body", "shock at CoM [-]", "least drawn [-]", "greatest drawn [-]", "|Δω| [rad/s]"]
     bodies += ["CoPc x [m]", "CoPc y [m]", "CoPc z [m]", "RoPc [m]"]
+    contacts = ["", "contact or standing foot", "x [N s]", "y [N s]", "z [N s]", "friction to stick [-]"]
+    joints = ["", "joint", "along the axis [N m s, N s]", "force [N s]", "moment [N m s]"]
     live = [
         f'<div class="scroll"><table id="{key}"><caption>{title}</caption>{_head(header, [k > 1 for k in range(len(header))])}'
         "<tbody></tbody></table></div>"
         for key, title, header in (
             ("point-rows", "sensors and points, for this strike (Δv in the frame's own axes)", points),
             ("body-rows", "bodies, for this strike (CoPc in body coordinates)", bodies),
+            ("contact-rows", "impulses of the ground on the robot, for this strike (world axes)", contacts),
+            ("joint-rows", "impulses through the joints, for this strike", joints),
         )
     ]
     nonlinear = any(profile.scene.friction is not None for profile in shown.values())
@@ -208,7 +218,7 @@ def _view(shown: Mapping[str, ShockProfile], every: int) -> str:
         f'<label for="model">joints</label><select id="model" class="wide">{models}</select>'
         f'<span>show</span><span class="wide">{switches}</span>'
         '<span></span><button id="reset" class="wide" type="button">back to the scene\'s own strike</button></div>'
-        f'<p id="state"></p>{note}{left}{live[0]}</div><div class="wide">{live[1]}</div></main>'
+        f'<p id="state"></p>{note}{left}{live[0]}</div><div class="wide">{"".join(live[1:])}</div></main>'
     )
 
 
@@ -285,8 +295,14 @@ def _landing(name: str, profile: ShockProfile, geometry: int) -> dict[str, Any]:
         "rotation": profile.rotation.tolist(),
         "position": profile.position.tolist(),
         "models": {
-            key: proof and {"jumps": columns(proof.jumps), "left": columns(speeds_left(proof))} for key, proof in proofs.items()
+            key: proof and {"jumps": columns(proof.jumps), "left": columns(speeds_left(proof)), **_impulses(proof)}
+            for key, proof in proofs.items()
         },
+        "joints": [printable(place.name) for place in profile.places("joint")],
+        "grounds": [
+            {"name": printable(place.name), "normal": landing.blocks[place.number].normal.tolist()}
+            for place in profile.places("contact")
+        ],
         "strike": _controls(own, forward, left, landing.up),
         "reference": [_motion(velocity, own) for velocity in profile.reference_velocities] if centre else contacts,
         "up": landing.up.tolist(),
@@ -302,6 +318,33 @@ def _landing(name: str, profile: ShockProfile, geometry: int) -> dict[str, Any]:
         "length": landing.length,
         "rounded": ROUNDED,
         "histories": _histories(profile),
+    }
+
+
+def _impulses(proof: Proof) -> dict[str, Any]:
+    """Impulses of contacts and standing feet, and through the joints, as (n, 4) that the velocity s of the base and 1 multiply."""
+    landing, choice = proof.landing, proof.choice
+    equation = landing.equation(landing.state)._replace(G=None)
+    solution = Solution(
+        proof.delta_qd[None], proof.impulse[None], np.ones((1, len(proof.impulse))), np.array([len(choice.rows)]), np.ones(1),
+        {0: choice}, {0: proof.impulse[choice.rows]},
+    )  # fmt: skip
+    strikes = np.concatenate([np.eye(3), np.zeros((1, 3))])
+    impact = DoubleImpact(landing, equation, solution, proof.jumps[None], strikes=strikes[None])
+
+    def rows(kind: Kind, *keys: str) -> list[Any]:
+        values = (evaluate(quantity(kind, key), impact, landing.places(kind))[0] for key in keys)
+        parts = np.concatenate([part.reshape(*part.shape[:2], -1) for part in values], axis=-1)
+        parts[:3] -= parts[3]
+        # Undetermined, or of a joint of several axes, is null; twelve digits keep the page small.
+        return [
+            [None if np.isnan(row).any() else [float(f"{x:.12g}") for x in row] for row in own] for own in parts.transpose(1, 2, 0)
+        ]
+
+    joints = [[None] * 7 for _ in landing.places("joint")]
+    return {
+        "contacts": rows("contact", "impulse"),
+        "loads": rows("joint", "along", "force", "moment") if choice.unique.all() else joints,
     }
 
 

@@ -39,7 +39,7 @@
     byId("landing").value = number;
     for (const option of byId("model").options) option.disabled = !landing.models[option.value];
     for (const part of document.querySelectorAll("[data-landing]")) part.hidden = part.dataset.landing !== String(number);
-    for (const name of ["body-rows", "point-rows"]) byId(name).tBodies[0].replaceChildren();
+    for (const name of ["body-rows", "point-rows", "contact-rows", "joint-rows"]) byId(name).tBodies[0].replaceChildren();
     reset();
   }
 
@@ -79,7 +79,8 @@
       const delta = point.body < 0 ? [0, 0, 0] : times(point.axes, velocityAt(jumps[point.body], point.r));
       return { delta, shock: norm(delta) / v_in, peak: norm(delta) * landing.peak };
     });
-    return { s, refusal, v_in, fastest, jumps, shock, bodies, points };
+    const impulses = (parts) => parts.map((rows) => rows.map((row) => (refusal || !row ? NaN : along(row))));
+    return { s, refusal, v_in, fastest, jumps, shock, bodies, points, contacts: impulses(model.contacts), loads: impulses(model.loads) };
   }
 
   // Tables
@@ -163,6 +164,11 @@
       ...(landing.peak === null ? [] : [point.peak])]));
     fill(byId("body-rows"), bodies.map((body, k) => [String(landing.numbered.indexOf(k) + 1 || ""), landing.bodies[k], body.com,
       body.least, body.greatest, body.spin, ...(body.copc ?? [NaN, NaN, NaN]), body.ropc]));
+    fill(byId("contact-rows"), landing.grounds.map(({ name, normal }, k) => {
+      const impulse = result.contacts[k], up = dot(impulse, normal);
+      return ["", name, ...impulse, up > 0 ? norm(sum(impulse, normal, -up)) / up : NaN];
+    }));
+    fill(byId("joint-rows"), result.loads.map((load, k) => ["", landing.joints[k], load[0], norm(load.slice(1, 4)), norm(load.slice(4))]));
     const axis = (name) => ({ title: { text: `${name} [m]` }, backgroundcolor: "#fff", gridcolor: "#ddd", zerolinecolor: "#ccc",
       showspikes: false });
     const vector = (v) => named(["x", "y", "z"], v), camera = { eye: vector(eye()), up: vector(landing.e2), center: vector([0, 0, 0]),
