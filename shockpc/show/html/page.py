@@ -36,7 +36,7 @@ from shockpc.show.reports.report import Block, Picture, Report
 from shockpc.show.tables import Cell, Lines, Sheet, rounded
 from shockpc.solve import speeds_left
 
-MOST_TRIANGLES, MOST_LANDINGS, SAMPLES = 90_000, 40, 400
+MOST_TRIANGLES, MOST_BODIES, SAMPLES = 90_000, 500, 400
 """Limits of a page, which keep it below 8 MB; times at which a history is drawn."""
 
 LIMIT = 2.5
@@ -59,12 +59,13 @@ def page(report: Report, files: Mapping[str, str | bytes], library: Path | None,
     """The page as text, complete in itself.
 
     Args:
-        report: of landings; of more than `MOST_LANDINGS` the first are shown.
+        report: of landings; with more than `MOST_BODIES` in all the first are shown.
         files: of the report by path; its figures are part of the page.
         library: the script of Plotly; None for a report that shows no landing.
         command: the command line, or nothing.
     """
-    shown = {} if library is None else dict(list(report.landings.items())[:MOST_LANDINGS])
+    most = MOST_BODIES // max((len(profile.bodies) for profile in report.landings.values()), default=1)
+    shown = {} if library is None else dict(list(report.landings.items())[: max(most, 1)])
     here = Path(__file__).parent
     title = _text(report.title or next((f"Shock of {profile.robot.name}" for profile in shown.values()), report.name))
     parts = [(name, report.parts[name]) for name in shown if name in report.parts]
@@ -73,7 +74,7 @@ def page(report: Report, files: Mapping[str, str | bytes], library: Path | None,
     blocks.append(("", None, list(report.body(True)), report))
     scripts = [f"<script>\n{(here / 'tables.js').read_text('utf-8')}</script>"]
     if library is not None:
-        data = json.dumps(_data(shown), allow_nan=False).replace("<", "\\u003c")
+        data = json.dumps(_data(shown), allow_nan=False, separators=(",", ":")).replace("<", "\\u003c")
         scripts += [
             f"<script>{library.read_text('utf-8')}</script>",
             f'<script type="application/json" id="data">{data}</script>',
@@ -336,10 +337,10 @@ def _impulses(proof: Proof) -> dict[str, Any]:
         values = (evaluate(quantity(kind, key), impact, landing.places(kind))[0] for key in keys)
         parts = np.concatenate([part.reshape(*part.shape[:2], -1) for part in values], axis=-1)
         parts[:3] -= parts[3]
-        # Undetermined, or of a joint of several axes, is null; twelve digits keep the page small.
-        return [
-            [None if np.isnan(row).any() else [float(f"{x:.12g}") for x in row] for row in own] for own in parts.transpose(1, 2, 0)
-        ]
+        # Undetermined, or of a joint of several axes, is null; what is rounding is zero, and ten digits keep the page small.
+        least = 1e-12 * np.nanmax(np.abs(parts), initial=0.0)
+        numbers = np.where(np.abs(parts) < least, 0.0, parts).transpose(1, 2, 0)
+        return [[None if np.isnan(row).any() else [float(f"{x:.10g}") for x in row] for row in own] for own in numbers]
 
     joints = [[None] * 7 for _ in landing.places("joint")]
     return {
