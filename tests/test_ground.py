@@ -144,6 +144,15 @@ def test_a_point_mass_on_a_spring(capfd, here, e, periods):
     assert ("by construction" in text) == (e == 0.0)
 
 
+def test_two_laws_of_restitution_differ_at_every_stiffness(capfd):
+    """The difference from the impulse model does not shrink on stiffer contacts, and the line says why."""
+    words = ("go2", "--contact", "FL_foot", "--restitution", 0.5, "--contact-stiffness")
+    soft, stiff = (document(capfd, *words, k)["stiffness"]["difference"] for k in (1e6, 1e10))
+    assert soft == pytest.approx(stiff, rel=1e-3)
+    assert stiff > 0.01
+    assert "part of the difference is between two laws of restitution" in good(capfd, "analyze", *words, 1e8)
+
+
 def test_a_damper_beside_the_spring(capfd, here):
     """ζ = c / (2 √(k m)) makes e = exp(−2ζ acos ζ / √(1 − ζ²)); the same as that restitution."""
     (here / "box.urdf").write_text(BOX)

@@ -141,6 +141,13 @@ def test_columns_that_cannot_be_right_are_refused(change, message):
         rows_of(table() | change, resolve(SCENE, known_robot("anymal_b")))
 
 
+def test_a_row_that_is_refused_is_named():
+    columns = table() | {"name": np.array(list("abcdef")), "vz": np.array([1, 2, 3, np.nan, 5, 6])}
+    with pytest.raises(StudyError, match='landing "d", row 3, column vz') as refused:
+        rows_of(columns, resolve(SCENE, known_robot("anymal_b")))
+    assert refused.value.rows == (3,)
+
+
 def test_columns_by_other_names():
     """A joint is renamed in all of its columns; what gets no name is left out; a name that fits no column is refused."""
     landing, columns = resolve(SCENE, known_robot("anymal_b")), table()

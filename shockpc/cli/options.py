@@ -39,8 +39,8 @@ QUANTITY = group("What is computed")(
 )
 
 JOINT_MODELS = (
-    "All joints turn freely (free), resist by their reflected inertia (geared) or are locked; or they are as modelled, with "
-    "springs that do not yield (rigid)."
+    "All joints turn freely (free) except where --armature, --rotor or --drives FILE gives them an inertia, resist by their "
+    "reflected inertia (geared) or are locked; or they are as modelled, with springs that do not yield (rigid)."
 )
 
 TARGET = group("Question")(

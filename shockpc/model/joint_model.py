@@ -43,8 +43,9 @@ class Joints(Record):
     """The drives as a scene states them; patterns are joint names or globs, of which later ones go over earlier ones.
 
     Attributes:
-        model: all joints free (whatever the file says), geared, or locked; by default as the file and the drives say, and rigid the
-            same with springs that do not yield: a joint with its own spring is locked, a rotor behind one is joined to its joint.
+        model: all joints free (whatever the file says, except where drives, armature or rotor give an inertia), geared, or locked;
+            by default as the file and the drives say, and rigid the same with springs that do not yield: a joint with its own
+            spring is locked, a rotor behind one is joined to its joint.
         drives: a file of drives in the form of robots/drives.toml, which replace those of the robot's file; or "none". By default
             the published and derived drives of a robot of the catalogue whose file gives no reflected inertia.
         armature: reflected inertia by pattern [kg m²; kg for a prismatic joint].

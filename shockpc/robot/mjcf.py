@@ -104,7 +104,8 @@ def qpos_order(robot: Robot) -> tuple[np.ndarray, int]:
     """
     if robot.source.kind != "mjcf":
         raise RobotError(
-            f'robot "{robot.name}" is not of an MJCF, so the order of a qpos is not known; give the joints by name: '
+            f'robot "{robot.name}" is not of an MJCF, so the order of a qpos is not known; give the joints by name, as columns of '
+            "a table (q_knee, x, y, z, qw, qx, qy, qz) or in Python: "
             'configuration(robot, joints={"knee": 0.3}, base=qpos[:7], quaternion="wxyz")'
         )
     m = compiled(robot.source).model

@@ -220,6 +220,13 @@ def without_value(columns: Iterable[tuple[str, Quantity]]) -> Iterator[str]:
             yield f"{name} has no value: {quantity.missing}"
 
 
+LEFT_OUT = (
+    "on contacts of finite stiffness gravity, the change of geometry and springs before rotors of unknown inertia are left out; "
+    "shockpc analyze says where that counts in a landing"
+)
+"""Said of many landings, for which the warnings of each are not computed."""
+
+
 def warning_lines(profile: ShockProfile) -> list[str]:
     """The warnings of a landing."""
     return [f"warning: {warning}" for warning in profile.health.warnings]

@@ -415,6 +415,8 @@ def _ground_lines(profile: ShockProfile) -> list[str]:
         how = f"jumps of the bodies at the end of contact, {_stiffness(profile)}, relative to the largest"
         if stiffness.agrees_by_construction and percent < 1.0:
             how += "; with restitution 0 they agree by construction, which is no evidence for the impulse model"
+        elif percent >= 1.0 and np.any(stiffness.restitution > 0.0):
+            how += "; part of the difference is between two laws of restitution, and remains on stiffer contacts"
         if profile.scene.contact_damping is not None:
             made = ", ".join(f"{e:.3g} at {c.frame}" for e, c in zip(stiffness.restitution, profile.contacts, strict=True))
             how += f"; the damping makes a restitution of {made}, which the impulse model has with --restitution alone"

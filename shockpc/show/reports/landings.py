@@ -8,7 +8,7 @@ import numpy as np
 
 from shockpc.printed import alike, few
 from shockpc.result import ShockProfile
-from shockpc.show.header import JOINT_MODELS, count, proven_text, shown_as, without_value
+from shockpc.show.header import JOINT_MODELS, LEFT_OUT, count, proven_text, shown_as, without_value
 from shockpc.show.reports.report import Block, Picture, Report
 from shockpc.show.tables import Lines, Row, Sheet
 from shockpc.studies.columns import Column
@@ -149,6 +149,8 @@ def _closing(results: Results, comparison: Comparison | None) -> Iterator[str]:
     if len(results.messages) < study.rows:
         empty = [column for column in study.computed if np.isnan(columns[column.name]).all()]
         yield from without_value((column.name, column.selection.quantity) for column in empty)
+    if any(landing.scene.contact_stiffness is not None for landing in study.resolved):
+        yield LEFT_OUT
     proven = int(np.sum(columns["proven"]))
     if proven:
         yield proven_text(proven, study.computed)

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from shockpc.show.document import record
-from shockpc.show.header import proven_text, without_value
+from shockpc.show.header import LEFT_OUT, proven_text, without_value
 from shockpc.show.reports.report import Picture, Report
 from shockpc.show.tables import Lines, Row, Sheet, largest
 from shockpc.studies.sweep.rows import Sweep
@@ -119,6 +119,9 @@ def _lines(summary: SweepSummary) -> Iterator[str]:
         left = "they are left out" if summary.sweep.feasible else "--feasible leaves them out"
         yield f"warning: flat ground does not allow {refused} of {summary.sweep.rows} landings: {listed}; {left}"
     yield from (f"warning: {warning}" for warning in summary.sweep.case(0)[1].change_warnings)
+    sweep = summary.sweep
+    if sweep.scene.contact_stiffness is not None or any(varied.kind == "contact-stiffness" for varied in sweep.variations):
+        yield LEFT_OUT
     if summary.failed:
         yield f"not computed: {summary.failed} of {summary.sweep.rows} landings"
         yield from (f"  {count} x {text}" for text, count in summary.messages[:MESSAGES])

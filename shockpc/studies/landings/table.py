@@ -185,9 +185,16 @@ def rows_of(columns: Mapping[str, np.ndarray], landing: PosedLanding, rename: Ma
 
     Raises:
         UnknownName: a column names no joint of the robot; the text names the nearest.
-        StudyError: a number is not finite, a quaternion's length is not 1, angles look like degrees; with the row.
+        StudyError: a number is not finite, a quaternion's length is not 1, angles look like degrees; with the row, from 0, and the
+            name of the landing.
     """
-    return _Reader(landing, _renamed(_expanded(columns, landing.robot), rename or {})).rows()
+    columns = _renamed(_expanded(columns, landing.robot), rename or {})
+    try:
+        return _Reader(landing, columns).rows()
+    except StudyError as refusal:
+        if not refusal.rows or "name" not in columns:
+            raise
+        raise StudyError(f'landing "{columns["name"][refusal.rows[0]]}", {refusal}', **refusal.data) from None
 
 
 def _renamed(columns: dict[str, np.ndarray], rename: Mapping[str, str]) -> dict[str, np.ndarray]:
