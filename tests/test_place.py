@@ -8,7 +8,7 @@ import re
 import clarabel
 import numpy as np
 import pytest
-from commands import good, run
+from commands import STICK, good, run
 from scipy.spatial.transform import Rotation
 
 import shockpc
@@ -386,6 +386,14 @@ def test_document_and_files(capfd, tmp_path):
     assert json.loads((tmp_path / "place.json").read_text()) == document
     svg = (tmp_path / "place.svg").read_text()
     assert all(word in svg for word in ("imu_link", "sensor 1", "CoPc of a landing", "the better one"))
+
+
+def test_a_body_without_a_shape_is_drawn(capfd, tmp_path):
+    """It has no geometry, and an inertia that no box has."""
+    (tmp_path / "stick.urdf").write_text(STICK.replace('ixx="0.02"', 'ixx="20"'))
+    words = ("place", tmp_path / "stick.urdf", "--contact", "foot", "--body", "body", "--within=-0.1:0.1,-0.1:0.1,0:0.1")
+    assert "the best place" in good(capfd, *words, "--out", tmp_path / "out")
+    assert (tmp_path / "out" / "place.png").exists()
 
 
 def test_scene_files_postures_and_weights_on_the_command_line(capfd, tmp_path):

@@ -165,7 +165,8 @@ class Labels:
 
     def __init__(self, axes: Axes, window: Window, bodies: Region):
         """Args: axes; window: what they show; bodies: all silhouettes together."""
-        self._axes, self._inch, self._bodies, self._edges = axes, window.inch, bodies, bodies.boundary
+        self._axes, self._inch, self._bodies = axes, window.inch, bodies
+        self._edges: Region = bodies if bodies.is_empty else bodies.boundary
         self._window: Region = shapely.box(*window.low, *window.high)
         self._taken: Region = shapely.Polygon()
 
