@@ -17,7 +17,9 @@ from shockpc import (
     Contact,
     Joints,
     Part,
+    Posture,
     Scene,
+    SceneError,
     SolveError,
     StudyError,
     UnknownName,
@@ -105,6 +107,28 @@ def test_arrays_of_mujoco():
     np.testing.assert_allclose(arrays.Q, expected.Q, atol=1e-15)
     for one, other in zip(arrays.before, expected.before, strict=True):
         np.testing.assert_allclose(one, other, atol=1e-15)
+
+
+def test_a_scene_holds_the_rotation_of_a_ball_joint(tmp_path):
+    """The scene of a row has it as its own key, written and read; the rates of such a joint it cannot hold."""
+    robot = robot_from(mjcf(floating(body("leg", joints='<joint name="hip" type="ball"/>'))), ".xml")
+    scene = Scene(robot="m.xml", contact=(Contact(frame="leg", offset=(0.1, 0.0, -0.3)),))
+    turned = Rotation.from_euler("xyz", [0.3, -0.2, 0.5]).as_quat()
+    qpos, qvel = np.array([[0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, *np.roll(turned, 1)]]), np.array([[0.1, 0.0, -1.0, *np.zeros(6)]])
+    made = landings(rows_of({"qpos": qpos, "qvel": qvel}, landing_of(scene, robot)), robot)
+    case = made.case(0)
+    np.testing.assert_allclose(case.posture.joint_quaternions["hip"], turned, atol=1e-15)
+    (tmp_path / "row.toml").write_text(scene_text(case, tmp_path))
+    again, expected = shock_profile(replace(read_scene(tmp_path / "row.toml"), robot="m.xml"), robot), made.profile(0)
+    np.testing.assert_allclose(again.q, expected.q, atol=1e-15)
+    np.testing.assert_allclose(again.delta_v, expected.delta_v, atol=1e-12)
+    assert not np.allclose(again.delta_v, shock_profile(replace(case, posture=Posture()), robot).delta_v, atol=1e-3)
+    with pytest.raises(SceneError, match=r'joint "hip" \(ball\) has length 2'):
+        shock_profile(replace(case, posture=Posture(joint_quaternions={"hip": (0.0, 0.0, 0.0, 2.0)})), robot)
+    qvel[0, 7] = 0.2
+    spinning = landings(rows_of({"qpos": qpos, "qvel": qvel}, landing_of(scene, robot)), robot)
+    with pytest.raises(StudyError, match='joint "hip" has 3 degrees of freedom, whose rates a scene cannot hold'):
+        spinning.case(0)
 
 
 def test_arrays_of_ros_and_recorded_messages():

@@ -374,7 +374,7 @@ def test_schema_knows_every_key(capfd, here):
     closure = table["closure"][0]
     used = {
         "Scene": {*table, "friction", "contact_stiffness", "tangential_stiffness", "contact_damping"},
-        "Posture": {*table["posture"], "base_quaternion"},
+        "Posture": {*table["posture"], "base_quaternion", "joint_quaternions"},
         "Contact": {*table["contact"][0]},
     }
     used |= {

@@ -32,6 +32,7 @@ class Posture(Record):
         base_quaternion: the same as a quaternion x, y, z, w.
         joints: joint values by name or glob [rad; m for a prismatic joint].
         joints_deg: joint values by name or glob [deg; m for a prismatic joint].
+        joint_quaternions: rotations of ball joints by name, as quaternions x, y, z, w.
     """
 
     reference: str | None = None
@@ -40,6 +41,7 @@ class Posture(Record):
     base_quaternion: tuple[float, float, float, float] | None = None
     joints: Mapping[str, float] = field(default_factory=dict)
     joints_deg: Mapping[str, float] = field(default_factory=dict)
+    joint_quaternions: Mapping[str, tuple[float, float, float, float]] = field(default_factory=dict)
 
 
 def reference_name(robot: Robot, wanted: str | None) -> str:
@@ -99,6 +101,8 @@ def configuration(
         for pattern, value in values.items():
             for joint in settable_joints(robot, pattern):
                 joint.set(value if joint.kind == "prismatic" else value * unit, q)
+    for ball, turned in posture.joint_quaternions.items():
+        _set_several(robot.joint(ball), turned, "xyzw", q)
     for pattern, given in (joints or {}).items():
         if np.ndim(given):
             _set_several(robot.joint(pattern), given, quaternion, q)
@@ -260,7 +264,8 @@ def held_joints(robot: Robot, posture: Posture, movable: tuple[str, ...]) -> np.
     held = np.zeros(robot.model.nv, dtype=bool)
     if robot.free_base:
         held[:6] = True
-    named = {name for pattern in movable or (*posture.joints, *posture.joints_deg) for name in robot.match_joints(pattern)}
+    given = movable or (*posture.joints, *posture.joints_deg, *posture.joint_quaternions)
+    named = {name for pattern in given for name in robot.match_joints(pattern)}
     held |= robot.velocities(name for name in robot.joint_names if (name in named) != bool(movable))
     return held
 

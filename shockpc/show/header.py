@@ -149,6 +149,7 @@ def posture_text(profile: ShockProfile) -> str:
     bent = " (neutral, with straight legs bent by 30 deg at the knees, as no standing posture is known)"
     words = [printable(str(posture.reference)) + bent * (posture.reference == BENT)]
     words += _settings(profile.robot, posture.joints, ("rad", "m")) + _settings(profile.robot, posture.joints_deg, ("deg", "m"))
+    words += [f"{printable(name)} at quaternion ({vector_text(turned)})" for name, turned in posture.joint_quaternions.items()]
     if posture.base_rpy_deg:
         words.append("base at roll {:g}, pitch {:g}, yaw {:g} deg".format(*posture.base_rpy_deg))
     if posture.base_quaternion:

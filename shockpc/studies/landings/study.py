@@ -283,10 +283,11 @@ class Landings:
         landing = self.landing(row)
         if not self.table.own:
             for joint in self.robot.single_joints[self.robot.free_base :]:
-                if joint.axis is None and not np.array_equal(landing.q[joint.q], self.first.q[joint.q]):
+                moved = joint.kind != "ball" and not np.array_equal(landing.q[joint.q], self.first.q[joint.q])
+                if joint.axis is None and (moved or landing.before.joint_rates[joint.v].any()):
                     raise StudyError(
-                        f'joint "{joint.name}" has {joint.v.stop - joint.v.start} degrees of freedom, whose position a scene '
-                        "cannot hold; analyze the landing in Python, with configuration()"
+                        f'joint "{joint.name}" has {joint.v.stop - joint.v.start} degrees of freedom, whose '
+                        f"{'position' if moved else 'rates'} a scene cannot hold; analyze the landing in Python, as profile(row)"
                     )
         return landing.scene
 
@@ -297,7 +298,13 @@ class Landings:
         robot, q, before, scene = self.robot, landing.q, landing.before, landing.scene
         kept = [joint for joint in robot.independent_joints if not landing.loops or joint.name in self.table.joints]
         moving = [joint for joint in robot.independent_joints if before.joint_rates[joint.v].any()]
-        posture = replace(scene.posture, joints={joint.name: joint.value(q) for joint in kept}, joints_deg={})
+        balls = [joint for joint in robot.single_joints if joint.kind == "ball" and joint.name in self.table.joints]
+        posture = replace(
+            scene.posture,
+            joints={joint.name: joint.value(q) for joint in kept},
+            joints_deg={},
+            joint_quaternions={**scene.posture.joint_quaternions, **{ball.name: tuple(q[ball.q].tolist()) for ball in balls}},
+        )
         if robot.free_base:
             position, quaternion = tuple(q[:3].tolist()), tuple(q[3:7].tolist())
             posture = replace(posture, base_rpy_deg=None, base_position=position, base_quaternion=quaternion)
