@@ -116,6 +116,11 @@ def test_rows_of_a_scene_have_its_name(capfd, tmp_path):
     assert {(row["scene"], row["robot"]) for row in rows} == {(str(tmp_path / "drop.toml"), "solo12"), ("", "bolt")}
 
 
+def test_a_quantity_without_a_value_says_why(capfd):
+    text = good(capfd, "batch", "solo12", "--contact", "FL_FOOT", "--quantity", "peak_force")
+    assert "(peak_force has no value: the scene gives no contact stiffness)" in text
+
+
 def test_rows_do_not_depend_on_where_they_are_computed(dogs):
     with executor(2) as pool:
         found = batch(DOGS, executor=pool)

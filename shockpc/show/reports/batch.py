@@ -6,7 +6,7 @@ from typing import Any
 
 from shockpc.quantities.table import select
 from shockpc.robot.landmarks import BENT, is_imu
-from shockpc.show.header import count, proof_text
+from shockpc.show.header import count, proof_text, without_value
 from shockpc.show.reports.report import Picture, Report
 from shockpc.show.tables import Lines, Row, Sheet
 from shockpc.studies.batch import Batch, BatchRow
@@ -87,6 +87,8 @@ def _notes(batch: Batch) -> Iterable[str]:
     if rows:
         bound = max(row.values["error_bound"] or 0.0 for row in rows)
         yield f"jumps {proof_text(bound)}; shockpc quantities lists what the columns mean"
+        empty = [name for name in batch.columns if all(row.values[name] is None for row in rows)]
+        yield from without_value((name, select(name.partition("@")[0]).quantity) for name in empty)
     models: dict[tuple[str, str], list[str]] = {}
     for row in rows:
         drives = row.drives.replace(f"drives of {row.robot}, ", "drives ") or NO_DRIVES.get(row.joint_model, "")
