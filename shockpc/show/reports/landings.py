@@ -162,7 +162,7 @@ def _closing(results: Results, comparison: Comparison | None) -> Iterator[str]:
         )
     computed = np.array([i not in results.messages for i in range(study.rows)])
     for column in study.computed:
-        if missing := int(np.sum(np.isnan(columns[column.name]) & computed)):
+        if 0 < (missing := int(np.sum(np.isnan(columns[column.name]) & computed))) < np.sum(computed):
             why = column.selection.quantity.missing or "it does not exist there"
             yield f"no {column.name} in {count(missing, 'landing')}: {why}"
     failures = [text for _, _, text in comparison.failures] if comparison else []
