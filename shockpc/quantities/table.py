@@ -1,6 +1,7 @@
 """The table of all quantities, and how a text names one: KEY, KIND.KEY, and KEY.x for a component of a vector."""
 
-from collections.abc import Callable
+import functools
+from collections.abc import Mapping
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -61,26 +62,23 @@ def quantity(kind: Kind, key: str) -> Quantity:
     return next(quantity for quantity in QUANTITIES if quantity.of == kind and quantity.key == key)
 
 
-def select(text: str, allowed: Callable[[Quantity], bool] = lambda quantity: True) -> Selection:
+def select(text: str) -> Selection:
     """The selection that a text means: KEY, or KIND.KEY where several kinds have it; .x, .y or .z after it for a component.
-
-    Args:
-        text: the text.
-        allowed: which quantities make sense here.
 
     Raises:
         UnknownName: there is none; the text names the nearest, and the command that lists all.
     """
-    names = selections(allowed)
+    names = selections()
     if text not in names:
         raise UnknownName("quantity", text, names, "the table of quantities", "shockpc quantities")
     return names[text]
 
 
-def selections(allowed: Callable[[Quantity], bool] = lambda quantity: True) -> dict[str, Selection]:
-    """All selections of the quantities that make sense, by the texts that mean them."""
+@functools.cache
+def selections() -> Mapping[str, Selection]:
+    """All selections of the quantities, by the texts that mean them."""
     names: dict[str, Selection] = {}
-    for entry in filter(allowed, QUANTITIES):
+    for entry in QUANTITIES:
         parts = [("", None), *((f".{axis}", k) for k, axis in enumerate(AXES) if entry.vector)]
         for suffix, axis in parts:
             for name in (f"{entry.key}{suffix}", f"{entry.of}.{entry.key}{suffix}"):

@@ -80,16 +80,14 @@ class Column(NamedTuple):
         return next((self.place for place in landing.contact_places[number : number + 1] if place.name == self.place.name), None)
 
 
-def selected(
-    landing: PosedLanding, text: str, allowed: Callable[[Quantity], bool] = lambda quantity: True
-) -> tuple[Selection, tuple[Place, ...]]:
+def selected(landing: PosedLanding, text: str) -> tuple[Selection, tuple[Place, ...]]:
     """What QUANTITY[@PLACES] means: a selection, and the places, by default all of its kind.
 
     Raises:
         ShockError: as for `select` and `places_at`.
     """
     key, _, pattern = text.partition("@")
-    selection = select(key, allowed)
+    selection = select(key)
     return selection, places_at(landing, selection.quantity, pattern or None)
 
 

@@ -300,8 +300,7 @@ def _value(profile: ShockProfile, asked: Column) -> tuple[float, float]:
         raise StudyError(f"there is no {asked.title} in this landing: {entry.missing or 'it is infinite'}")
 
     def natural_size(impact: BallImpact) -> float:
-        assert entry.compute is not None
-        values = entry.compute(impact, [asked.place])
+        values = entry.formula(impact, [asked.place])
         if values.dtype != object:
             raise StudyError(f"{entry.title} is computed in double precision, so it has no derivative; choose another quantity")
         return float(np.max(entry.size(impact, values.astype(float))))
@@ -319,8 +318,7 @@ def _outputs(asked: Column, impact: BallImpact) -> Balls:
     """The number, CoPc (3,) and RoPc of the body that it belongs to; NaN without one."""
 
     def values(entry: Quantity, place: Place) -> Balls:
-        assert entry.compute is not None
-        return np.asarray(entry.compute(impact, [place])[0, 0])
+        return np.asarray(entry.formula(impact, [place])[0, 0])
 
     parts = [asked.selection.scalar(values(asked.selection.quantity, asked.place)), np.full(4, np.nan)]
     if asked.place.body >= 0:
