@@ -13,6 +13,7 @@ joint placements, axes, armature), q and the scene's rows are taken as exact. Nu
 package does not use.
 """
 
+import heapq
 from collections.abc import Callable
 from typing import Any, NamedTuple
 
@@ -359,8 +360,12 @@ def solved(rows, right):
         for c in row:
             where[c].add(r)
     left, order = set(range(len(rows))), []
+    shortest = [(len(row), r) for r, row in enumerate(rows)]
+    heapq.heapify(shortest)
     while left:
-        r = min(left, key=lambda k: len(rows[k]))
+        length, r = heapq.heappop(shortest)
+        if r not in left or length != len(rows[r]):  # it was solved, or has changed since
+            continue
         size = {c: abs(float(value.mid() if isinstance(value, flint.arb) else value)) for c, value in rows[r].items()}
         c = min((c for c in size if size[c] >= 0.01 * max(size.values())), key=lambda k: len(where[k]), default=-1)
         if c < 0 or not abs(rows[r][c]) > 0:
@@ -376,6 +381,7 @@ def solved(rows, right):
                     where[k].add(other)
                     rows[other][k] = rows[other][k] - factor * value if k in rows[other] else -factor * value
             right[other] = right[other] - right[r] * factor
+            heapq.heappush(shortest, (len(rows[other]), other))
     solution = np.empty_like(right)
     for r, c in reversed(order):
         rest = sum((solution[k] * value for k, value in rows[r].items() if k != c), 0 * right[r])
