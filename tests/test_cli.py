@@ -33,8 +33,8 @@ FEET = ("lf_foot", "lh_foot", "rf_foot", "rh_foot")
 @pytest.fixture(autouse=True)
 def _no_figures(monkeypatch):
     """Drawing them takes longer than all else, in pages as well; other tests look at them."""
-    monkeypatch.setattr(shockpc.show.figure.style, "render", lambda name, draw: {f"{name}.svg": b"", f"{name}.png": b""})
-    monkeypatch.setattr(shockpc.show.reports.report, "plotly", lambda: None)
+    monkeypatch.setattr("shockpc.show.figure.style.render", lambda name, draw: {f"{name}.svg": b"", f"{name}.png": b""})
+    monkeypatch.setattr("shockpc.show.reports.report.plotly", lambda: None)
 
 
 def document(capfd, *words):
