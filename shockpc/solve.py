@@ -4,7 +4,7 @@ import math
 
 import numpy as np
 
-from shockpc.core.impulse import RowChoice, Solution, choose_rows, weakest_columns
+from shockpc.core.impulse import TOLERANCE, UNCERTAIN, RowChoice, Solution, choose_rows, weakest_columns
 from shockpc.core.spatial import Array, velocity_at
 from shockpc.errors import SolveError
 from shockpc.exact.balls import SingularError
@@ -114,10 +114,12 @@ def _refuse_contradiction(landing: PosedLanding, equation: Equation, proof: Proo
     delta_qd = proof.delta_qd[:, 3]
     left = row_jacobian(state, blocks)[0] @ delta_qd + equation.b[0, :, 3]
     # The independent rows are met to the last digit of the proof. In the others a share of each term is rounding: that of double
-    # precision here, and that with which they were found dependent, in units of the inertia.
+    # precision here, and that with which they were found dependent, in units of the inertia. That of a file's digits counts only
+    # where rows of loops differ by it.
+    tolerance = equation.tolerance if proof.choice.apart else min(equation.tolerance, UNCERTAIN[1] * TOLERANCE)
     size = np.sqrt(np.abs(np.diagonal(state.H[0])))
     terms = np.linalg.norm(row_terms(state, blocks)[0] / np.where(size > 0.0, size, 1.0), axis=1)
-    rounding = equation.tolerance * len(b) * terms * np.linalg.norm(size * delta_qd)
+    rounding = tolerance * len(b) * terms * np.linalg.norm(size * delta_qd)
     excess = np.abs(left) - CONTRADICTION * np.abs(b).max() - rounding
     excess[proof.choice.rows] = 0.0
     worst = int(np.argmax(excess))

@@ -241,7 +241,8 @@ def _violations(made: Case, outcome: Outcome, folder: Path) -> list[str]:
     seen = [path.name for path in (folder / "outside").iterdir() if path.stat().st_atime > 1]
     # Documents hold names as they are.
     text = out + err if not {"json", "csv"} & set(words) else "".join(sign for sign in out + err if ord(sign) < 0x7F)
-    documents = {"stdout.json": outcome.out} if code == 0 and "json" in words and "--help" not in words else {}
+    last = re.findall(r"--format (\S+)", " ".join(words))[-1:]  # of several formats the last one is printed
+    documents = {"stdout.json": outcome.out} if code == 0 and last == ["json"] and "--help" not in words else {}
     holds = {
         f"exit code {code}": code in (0, 2, 3) or (code == 1 and words[0] == "check"),
         f"files after a failure: {[*outcome.files]}": checks or not (failed and outcome.files),

@@ -34,6 +34,12 @@ def test_two_libraries_of_long_numbers_agree(number):
             assert abs(ball - flint.arb(mpmath.nstr(value, DIGITS))) < size * flint.arb("1e-50")
 
 
+def test_contacts_that_contradict_one_another_are_refused_beside_a_loop():
+    """Two points of one body at different heights that rebound: the digits of the loop are no excuse for what is left, 1.6e-5."""
+    found = check(4011753)
+    assert "cannot be stopped" in found.message
+
+
 def solved(robot, scene):
     """The independent solution of a scene, and its profile."""
     profile = shock_profile(scene, robot)
