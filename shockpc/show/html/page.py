@@ -335,7 +335,7 @@ def _impulses(proof: Proof) -> dict[str, Any]:
 
     def rows(kind: Kind, *keys: str) -> list[Any]:
         values = (evaluate(quantity(kind, key), impact, landing.places(kind))[0] for key in keys)
-        parts = np.concatenate([part.reshape(*part.shape[:2], -1) for part in values], axis=-1)
+        parts = np.concatenate([part.reshape(*part.shape[:2], math.prod(part.shape[2:])) for part in values], axis=-1)
         parts[:3] -= parts[3]
         # Undetermined, or of a joint of several axes, is null; what is rounding is zero, and ten digits keep the page small.
         least = 1e-12 * np.nanmax(np.abs(parts), initial=0.0)
