@@ -500,6 +500,16 @@ def test_rows_in_parts_are_continued(here, capfd):
     assert "differs in: table" in outcome.err
 
 
+def test_a_joint_model_that_is_refused_leaves_no_files(here, capfd):
+    """Of several joint models one may contradict the options; that is said before the rows are written."""
+    written(here / "log.csv", measured(table(), known_robot("anymal_b"), 0.1))
+    words = ("--contact", "LF_FOOT", "--armature", "*_KFE=0.1", "--joints", "geared,locked", "--rows", "csv", "--out", here / "out")
+    outcome = run(capfd, "landings", here / "log.csv", "anymal_b", *words)
+    assert outcome.code == 2
+    assert "is locked" in outcome.err
+    assert not (here / "out").exists()
+
+
 @pytest.mark.parametrize(
     ("text", "message"),
     [

@@ -95,6 +95,13 @@ def landings(
     if command_ is not None:
         sys.stdout.write(scene_text(study.case(study.row_named(command_)), Path.cwd()))
         return 0
+    # Before anything is written, because one of several joint models may be refused.
+    comparison = None
+    if rows_in_table.measured:
+        compared: dict[str, Scene] = {
+            model: dataclasses.replace(scene, joints=dataclasses.replace(scene.joints, model=model)) for model in models
+        }
+        comparison = compare_measured(columns, compared or {study.first.joint_model.name: scene}, loaded, renames)
     ranked = None if rank is None else study.column(rank)
     workers = executor(run.jobs, run.cluster, print_error if run.wait else None)
     if output.out is not None and rows:
@@ -104,12 +111,6 @@ def landings(
     else:
         with workers as pool:
             results = compute(study, pool, progress("landings computed", study.rows))
-    comparison = None
-    if rows_in_table.measured:
-        compared: dict[str, Scene] = {
-            model: dataclasses.replace(scene, joints=dataclasses.replace(scene.joints, model=model)) for model in models
-        }
-        comparison = compare_measured(columns, compared or {study.first.joint_model.name: scene}, loaded, renames)
     worst = {}
     for i in results.worst(SHOWN, ranked) if output.out is not None else ():
         name = str(rows_in_table.names[i])
