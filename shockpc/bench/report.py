@@ -44,10 +44,10 @@ REFERENCE = (
 )
 
 LIMITS = (
-    "bodies are rigid and the impact takes no time; a real one takes milliseconds",
-    "contacts stick or slide along given directions; whether friction suffices is reported, not enforced",
-    "a drive is free, has a reflected inertia, or is locked; gearboxes that slip are not modelled",
-    "all contacts come to rest together, in all directions; restitution is Newton's, for each contact",
+    "bodies are rigid; without a contact stiffness the impact takes no time, and a real one takes milliseconds",
+    "without a coefficient of friction contacts stick, or slide along given directions; whether friction suffices is reported",
+    "a drive is free, has a reflected inertia, with or without a spring, or is locked; gearboxes that slip are not modelled",
+    "all contacts come to rest together; restitution is Newton's, for each contact",
     "masses and placements are taken as exact; their own uncertainty is usually the larger error by far",
     "impulses of contacts whose rows are dependent are not unique, and are not given",
 )
