@@ -1,13 +1,15 @@
 """Random landings, printed numbers against an independent solution: the error is never above the reported bound."""
 
 from typing import NamedTuple
+from unittest import mock
 
 import flint
 import numpy as np
 from maximal import DIGITS, maximal_jumps
 from random_landings import random_landing
 
-from shockpc import SceneError, SolveError, shock_profile
+from shockpc import SceneError, ShockProfile, SolveError, shock_maps, shock_profile
+from shockpc.profile import ILL_CONDITIONED
 
 MET = 1e-9
 """Speed of a row that was left out as dependent, after the impact, over the largest speed to be undone."""
@@ -35,15 +37,20 @@ class Checked(NamedTuple):
 
 def check(number: int) -> Checked:
     """Draw a landing, analyse it, and solve it independently."""
+    return checked(number)[0]
+
+
+def checked(number: int) -> tuple[Checked, ShockProfile | None]:
+    """What came of a landing, and its profile; None if it is refused."""
     robot, scene = random_landing(number)
     try:
         profile = shock_profile(scene, robot)
     except SceneError as refusal:
-        return Checked(number, str(refusal), 0.0, 0.0)
+        return Checked(number, str(refusal), 0.0, 0.0), None
     except SolveError as failure:  # every body has a mass and every set of rows an independent part
-        return Checked(number, str(failure), 0.0 if str(failure).startswith("no verdict") else np.inf, 0.0)
+        return Checked(number, str(failure), 0.0 if str(failure).startswith("no verdict") else np.inf, 0.0), None
     exact = maximal_jumps(profile.landing, profile.choice.rows)
-    return Checked(number, "", excess(profile, exact), float(exact.missed.max(initial=0.0)))
+    return Checked(number, "", excess(profile, exact), float(exact.missed.max(initial=0.0))), profile
 
 
 def excess(profile, exact) -> float:
@@ -76,3 +83,26 @@ def difference(exact, values) -> tuple[np.ndarray, np.ndarray]:
     with flint.ctx.workdps(DIGITS):
         off = exact - np.vectorize(flint.arb, otypes=[object])(values)
         return np.vectorize(lambda ball: float(ball.abs_lower()))(off), np.vectorize(float)(exact)
+
+
+def assert_maps_are_those_of_the_proof(profile):
+    """The largest error of both ways to solve with H: as a matrix, and along the tree, as for many postures of large robots."""
+    with mock.patch("shockpc.model.dynamics.MANY", 0):
+        along_the_tree = shock_maps(profile.landing, profile.q[None])
+    return max(error_of_maps(profile, found) for found in (shock_maps(profile.landing, profile.q[None]), along_the_tree))
+
+
+def error_of_maps(profile, found):
+    """Maps in double precision: within 1e-9 of each body's motion unless flagged; flagged are dependent rows and ill conditions."""
+    exact = (profile.rotation[:, None] @ profile.maps.reshape(-1, 2, 3, 3)).reshape(-1, 6, 3)
+    weight = np.repeat([profile.robot.rotation_lengths, np.ones(len(exact))], 3, axis=0).T[..., None]
+    size, off = (np.linalg.norm(weight * part, axis=(1, 2)) for part in (exact, found.maps[0] - exact))
+    moves = size > 1e-13 * size.max()
+    error = float(np.max(off[moves] / size[moves], initial=0.0))
+    assert found.prove[0] or not (found.rank[0] < len(profile.proof.impulse) or found.condition[0] > ILL_CONDITIONED)
+    assert found.rank[0] == len(profile.choice.rows)
+    if not found.prove[0]:
+        assert error <= 1e-9
+        # Bodies that hardly move lose more digits than the fastest.
+        assert np.max(off) <= 1e-12 * max(1.0, found.condition[0] / 1e2) * size.max()
+    return error

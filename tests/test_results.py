@@ -1,19 +1,16 @@
 """What is derived from a solution: loads, energy, effective masses, extreme directions, pulses, and the normalising speed."""
 
-import contextlib
 import dataclasses
 import math
 
 import dense
 import numpy as np
 import pytest
-from random_landings import random_landing
 from robot_texts import INERTIA, LIMIT, joint, link, urdf
 from trees import known_robot, robot_from
 
-from shockpc import Contact, Joints, Point, Posture, Scene, SceneError, SolveError, Strike, shock_profile
+from shockpc import Contact, Joints, Point, Posture, Scene, SceneError, Strike, shock_profile
 from shockpc.core.pulse import SHAPES, peak_acceleration, pulse_from
-from shockpc.landing import contact_velocity
 from shockpc.paper.landings import land, scene
 from shockpc.scene import GRAVITY, robot_of
 
@@ -33,76 +30,7 @@ def struck(name, *feet, **changes):
     return shock_profile(Scene(**({"robot": name, "contact": contact} | changes)), known_robot(name))
 
 
-# Energy, momentum, and impulses through the joints
-
-
-@pytest.mark.parametrize("block", range(8))
-def test_energy_momentum_and_loads_of_random_landings(block):
-    """Contacts approach as the whole motion makes them; what is lost is the drop of ½ q̇ᵀ (H + armature) q̇.
-
-    What the ground gives is the jump of the momentum, of all bodies and of those behind each joint.
-    """
-    checked = 0
-    for number in range(25 * block, 25 * block + 25):
-        robot, scene = random_landing(number)
-        with contextlib.suppress(SceneError, SolveError):
-            profile = shock_profile(scene, robot)
-            if scene.base == "free":
-                assert_balances(profile)
-                checked += 1
-            if profile.health.rank == profile.health.rows and not scene.closure:
-                assert_loads(profile)
-    assert checked > 5
-
-
-def assert_balances(profile):
-    before, R = profile.landing.before, profile.rotation[0]
-    qd = np.array(before.joint_rates)
-    qd[:6] = [*(R.T @ before.velocity), *(R.T @ before.omega)]
-    for contact, given, block in zip(profile.contacts, profile.scene.contact, profile.landing.blocks, strict=False):
-        J = dense.point_rows(profile.robot.model, profile.q, given.frame, given.offset)
-        for approach in (contact.approach, contact_velocity(profile.landing, profile.landing.state, block)[0]):
-            np.testing.assert_allclose(approach, J @ qd, rtol=0, atol=1e-12 * (1.0 + np.abs(J) @ np.abs(qd)).max())
-    H = dense.inertia(profile.robot.model, profile.q) + np.diag(profile.landing.joint_model.armature)
-    start, end = (0.5 * v @ H @ v for v in (qd, qd + profile.delta_qd))
-    if not profile.stance:  # which the motion before the impact would move
-        assert profile.energy_lost == pytest.approx(start - end, abs=1e-9 * max(start, end))
-        gains = any(warning.kind == "energy" for warning in profile.health.warnings)
-        assert profile.energy_lost < 0.0 if gains else profile.energy_lost >= -1e-12 * max(start, end)
-        # Along all rows, one coefficient of restitution never makes energy.
-        assert not gains or any(contact.restitution_along == "normal" for contact in profile.scene.contact)
-        assert profile.energy_share == pytest.approx(profile.energy_lost / start, rel=1e-9)
-    linear, angular = dense.momentum(profile, about=dense.centre_of_mass(profile))
-    size = sum(body.mass for body in profile.robot.bodies) * (
-        1.0 + np.abs(profile.delta_v).max() + np.abs(profile.delta_omega).max()
-    )
-    np.testing.assert_allclose(profile.total_impulse, linear, rtol=0, atol=1e-11 * size)
-    np.testing.assert_allclose(profile.total_moment, angular, rtol=0, atol=1e-10 * size)
-
-
-def assert_loads(profile):
-    robot, none = profile.robot, np.zeros(3)
-    ground = [(robot.frame(foot.frame).body, foot.point, foot.impulse, none) for foot in profile.stance]
-    for placed, one in zip(profile.landing.contacts, profile.contacts, strict=True):
-        ground.append((placed.body, one.point, one.impulse, none if one.moment is None else one.moment))
-    size = sum(np.linalg.norm(impulse) + np.linalg.norm(moment) for _, _, impulse, moment in ground)
-    for load in profile.loads:
-        k, joint = next((k, joint) for k, joint in enumerate(robot.joints) if load.joint in joint.name.split("+"))
-        behind, about = robot.supports[:, joint.v].any(axis=1), profile.position[k]
-        force, moment = dense.momentum(profile, np.flatnonzero(behind), about)
-        for body, point, impulse, own in ground:
-            force = force - behind[body] * impulse
-            moment = moment - behind[body] * (np.cross(point - about, impulse) + own)
-        np.testing.assert_allclose(load.force, force, rtol=0, atol=1e-9 * size)
-        np.testing.assert_allclose(load.moment, moment, rtol=0, atol=1e-9 * size)
-        if joint.kind in ("revolute", "continuous"):
-            assert load.along == pytest.approx(load.moment @ profile.rotation[k] @ joint.axis, abs=1e-9 * size)
-        if load.along is not None and not any(joint.name in (mimic.joint, *mimic.leaders) for mimic in robot.mimics):
-            # A free joint carries nothing along its axis, a geared one −a Δq̇, and a locked one does not move.
-            model, rate = profile.landing.joint_model, load.delta_qd
-            own = robot.joint(load.joint).v
-            carried = load.along == pytest.approx(-model.armature[own].item() * rate, abs=1e-9 * size)
-            assert rate == 0.0 if model.locked[own] else carried
+# Impulses through the joints
 
 
 def test_loads_of_a_loop_are_those_of_the_cut_closed_again():

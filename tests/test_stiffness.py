@@ -88,17 +88,13 @@ def test_two_masses_and_a_rotor_behind_a_spring():
 @pytest.mark.parametrize("ratio", [1e-3, 0.05, 0.6, 1.0 - 1e-9, 1.0, 1.0 + 1e-9, 2.0, 30.0])
 def test_a_damper_returns_what_its_mass_has_when_the_force_is_zero(ratio):
     """Integrated in time, m ẍ = −k x − c ẋ from x = 0; and a damper on each of two contacts under one mass is one of 2c and 2k."""
-    ended = lambda t, y: y[0] + 2.0 * ratio * y[1] + (t == 0.0)  # noqa: E731
-    ended.terminal, ended.direction = True, 1.0
-    motion = solve_ivp(
-        lambda t, y: [y[1], -y[0] - 2.0 * ratio * y[1]],
-        (0.0, 1e4),
-        [0.0, -1.0],
-        events=ended,
-        rtol=1e-11,
-        atol=1e-14,
-        method="Radau",
-    )
+
+    def force(t, y):
+        return y[0] + 2.0 * ratio * y[1] + (t == 0.0)
+
+    force.terminal, force.direction = True, 1.0
+    exact = {"events": force, "rtol": 1e-11, "atol": 1e-14, "method": "Radau"}
+    motion = solve_ivp(lambda t, y: [y[1], -y[0] - 2.0 * ratio * y[1]], (0.0, 1e4), [0.0, -1.0], **exact)
     expected = motion.y_events[0][0][1]
     assert damper_restitution(np.array(ratio)) == pytest.approx(expected, rel=1e-5, abs=1e-9)
     m, k, v = 3.0, 2e4, 0.7

@@ -22,7 +22,7 @@ from shockpc.robot.changes import changed, links_with_mass, read_changes
 from shockpc.studies.columns import Column, proven_columns
 from shockpc.studies.sweep.rows import Sweep
 from shockpc.studies.sweep.study import sweep
-from shockpc.studies.sweep.summary import PERCENTILES, _extent, summarise
+from shockpc.studies.sweep.summary import PERCENTILES, SweepSummary, _extent, summarise
 
 ANYMAL = Scene(robot="anymal_b", contact=(Contact(frame="LF_FOOT"),))
 
@@ -41,6 +41,13 @@ def table(made: Sweep) -> tuple[dict, dict]:
     parts = chunks(made)
     columns = {name: np.concatenate([part.columns[name] for part in parts]) for name in parts[0].columns}
     return columns, {part.first + i: text for part in parts for i, text in part.messages.items()}
+
+
+def summary_of(made: Sweep) -> SweepSummary:
+    """The summary of a sweep whose rows are held in memory."""
+    columns, messages = table(made)
+    columns["message"] = np.array([messages.get(i) for i in range(len(columns["proven"]))], dtype=object)
+    return summarise(made, lambda name: iter([columns[name]]), [part.refused for part in chunks(made)])
 
 
 def check(made: Sweep, rows=None, tolerance=1e-12) -> int:
@@ -235,9 +242,7 @@ def test_summary_of_a_sample_holds_percentiles_and_rank_correlations(anymal):
     made = sweep(ANYMAL, robot=anymal, vary=vary, sample=400, quantities=["mass"], at=["imu_link"], prove=0)
     columns, messages = table(made)
     assert messages
-    texts = np.array([messages.get(i) for i in range(made.rows)], dtype=object)
-    counts = [part.refused for part in chunks(made)]
-    summary = summarise(made, lambda name: iter([texts if name == "message" else columns[name]]), counts)
+    summary = summary_of(made)
     shock = columns["shock@imu_link"]
     known = ~np.isnan(shock)
     assert summary.extents[0].percentiles == tuple(np.sort(shock[known])[math.ceil(known.sum() * p / 100) - 1] for p in PERCENTILES)
@@ -477,9 +482,7 @@ def test_rows_that_level_ground_does_not_allow(anymal, friction):
         kept, _ = table(one)
         for name in columns:
             np.testing.assert_array_equal(kept[name], columns[name][allowed | (not feasible)])
-        counts = [part.refused for part in chunks(one)]
-        n = len(kept["proven"])
-        summary = summarise(one, lambda name: iter([kept.get(name, np.full(n, None))]), counts)  # noqa: B023
+        summary = summary_of(one)
         assert summary.refused == (np.sum(~allowed), np.sum(pulled), np.sum(below & ~pulled))
         (extent,) = summary.extents
         assert shock[extent.best_row] == shock[allowed].min() > shock.min()

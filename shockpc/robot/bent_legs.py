@@ -35,26 +35,25 @@ def bent_legs(robot: Robot) -> Array | None:
     """
     if robot.loops:
         return None
-    data, q = robot.model.createData(), np.array(robot.start)
-    pin.forwardKinematics(robot.model, data, robot.start)
+    placed, q = robot.joint_placements(robot.start), np.array(robot.start)
     for foot in each_foot(robot):
         if any(is_foot(name) or re.search(LEG_END, name) for name in (foot, *robot.bodies[robot.frames[foot].body].links)):
-            for joint, turn in _turns(robot, data, foot):
+            for joint, turn in _turns(robot, placed, foot):
                 joint.set(joint.value(robot.start) + turn, q)
     robot.set_followers(q)
     # Limbs that a scene of the catalogue joins to one another cannot bend alone.
     return None if (q == robot.start).all() or closing_scene(robot.source.path) else q
 
 
-def _turns(robot: Robot, data: pin.Data, foot: str) -> Iterator[tuple[Joint, float]]:
+def _turns(robot: Robot, placed: list[pin.SE3], foot: str) -> Iterator[tuple[Joint, float]]:
     """The joints of a leg that turn, and by how much [rad]; none of a leg that is bent already, or has no knee."""
     frame = robot.frames[foot]
     body = robot.bodies[frame.body]
-    end = data.oMi[body.joint].act(body.offset + body.rotation @ frame.offset)
+    end = placed[body.joint].act(body.offset + body.rotation @ frame.offset)
     leg: list[tuple[Joint, Array, Array]] = []  # joints, their axes and places, from the trunk
     number = frame.body
     while number >= 0:
-        joint, place = robot.joints[number], data.oMi[robot.bodies[number].joint]
+        joint, place = robot.joints[number], placed[robot.bodies[number].joint]
         if joint.axis is not None and joint.kind in ("revolute", "continuous") and joint.name not in robot.followers:
             leg.insert(0, (joint, place.rotation @ joint.axis, np.array(place.translation)))
         number = robot.parents[number]

@@ -47,14 +47,13 @@ def standing_posture(robot: Robot) -> str:
 @functools.lru_cache(maxsize=8)
 def _heights(robot: Robot) -> dict[str, float]:
     """Height of every link, site and geom that moves, in the standing posture [m]; empty where none is above another."""
-    data = robot.model.createData()
     q = pin.normalize(robot.model, np.array(robot.postures.get(standing_posture(robot), robot.start)))
-    pin.forwardKinematics(robot.model, data, q)
+    placed = robot.joint_placements(q)
     heights = {}
     for frame in robot.frames.values():
         if frame.kind != "joint" and frame.body >= 0:
             body = robot.bodies[frame.body]
-            place = data.oMi[body.joint] * pin.SE3(body.rotation, body.offset)
+            place = placed[body.joint] * pin.SE3(body.rotation, body.offset)
             heights[frame.name] = float(place.act(frame.offset)[2])
     return heights
 

@@ -466,6 +466,15 @@ class Robot:
             led = sum(multiplier * self.joint(leader).value(q) for leader, multiplier in mimic.leaders.items())
             self.joint(mimic.joint).set(led + mimic.offset, q)
 
+    def joint_placements(self, q: Array) -> list[pin.SE3]:
+        """Placements of Pinocchio's joints in the world, without `pin.Data`, whose size is as the cube of the number of joints."""
+        placed, model = [pin.SE3.Identity()], self.model
+        for joint, place, parent in list(zip(model.joints, model.jointPlacements, model.parents, strict=True))[1:]:
+            data = joint.createData()
+            joint.calc(data, q)
+            placed.append(placed[parent] * (place * data.M))
+        return placed
+
     def frame(self, name: str) -> Frame:
         """The frame of that exact name."""
         if name not in self.frames:
