@@ -181,6 +181,44 @@ def test_inertias_of_rows_equal_the_single_analysis_of_the_changed_robot(robot, 
         assert check(made) == 5
 
 
+SPRUNG = {"*_hip_joint": Rotor(inertia=1e-4, gear_ratio=6.0, stiffness=100.0)}
+
+
+def sprung(k: float = 1.0, **changes) -> Joints:
+    """Hips with springs before their rotors, of k times 100 N m/rad."""
+    return Joints(rotor={name: replace(motor, stiffness=100.0 * k) for name, motor in SPRUNG.items()}, **changes)
+
+
+@pytest.mark.parametrize(
+    ("joints", "vary", "same"),
+    [
+        (sprung(), {"joint-stiffness:*_hip_joint": "0.5x,2x"}, (sprung(0.5), sprung(2.0))),
+        (sprung(), {"joint-stiffness:*_hip_joint": "150"}, (sprung(1.5),)),
+        (sprung(), {"joint-stiffness:F[LR]_calf_joint": "50"}, (sprung(stiffness={"F[LR]_calf_joint": 50.0}),)),
+        (
+            sprung(stiffness={"*": 40.0, "FL_*": 30.0}),
+            {"joint-stiffness:*": "0.5x"},
+            (sprung(0.5, stiffness={"*": 20.0, "FL_*": 15.0}),),
+        ),
+        (
+            sprung(armature={"*": 0.01}),
+            {"armature:*": "3x"},
+            (Joints(armature={"*": 0.03}, rotor={"*_hip_joint": Rotor(inertia=3e-4, gear_ratio=6.0, stiffness=100.0)}),),
+        ),
+        (sprung(drives="none"), {"armature:*_calf_joint": "0"}, (sprung(drives="none"),)),
+        (sprung(model="rigid", stiffness={"FL_calf_joint": 9.0}), {"armature:RR_calf_joint": "1x"}, (
+            sprung(model="rigid", stiffness={"FL_calf_joint": 9.0}),)),
+    ],
+)  # fmt: skip
+def test_drives_of_rows_are_those_of_a_scene(joints, vary, same):
+    """On contacts of finite stiffness the springs count: the peaks are those of the scene with the drives written out."""
+    scene = Scene(robot="go2", contact=(Contact(frame="FL_foot"),), contact_stiffness=1e5, joints=joints)
+    go2, key = load_robot("go2"), "peak_acceleration"
+    made = sweep(scene, vary, robot=go2, quantities=[f"{key}@imu"], prove=0)
+    expected = [shock_profile(replace(scene, joints=other), go2).value(key, "point")[0] for other in same]
+    np.testing.assert_allclose(table(made)[0][f"{key}@imu"], expected, rtol=1e-9)
+
+
 def test_lengths_of_rows_equal_the_single_analysis_of_the_changed_robot(anymal):
     """With masses and a contact that vary as well; the place of a joint is its distance from the one before, times the factor."""
     vary = {"place:*_KFE": "0.8x,1.3x", "mass:base": "0.9x,1.2x", "strike-angle": "0,30", "contact": "LF_FOOT,RH_FOOT"}
@@ -217,13 +255,12 @@ def test_distributions_have_their_quantiles(anymal, text, quantiles):
     assert np.all((x >= edges[:-1] - 1e-12) & (x <= edges[1:] + 1e-12))
 
 
-def test_factors_of_armature_are_log_uniform_and_of_masses_uniform(anymal):
-    geared = replace(ANYMAL, joints=Joints(armature={"*": 0.05}))
-    made = sweep(geared, robot=anymal, vary={"armature:*": "0.5x:2x", "mass:LF_SHANK": "0.5x:2x"}, sample=4000, lhs=True, prove=0)
-    assert len(made.axes) == 2  # the posture is held
-    armature, mass = (made._values(0)[one] for one in made.axes)
-    assert np.median(armature) == pytest.approx(1.0, rel=1e-3)
-    assert np.median(mass) == pytest.approx(1.25, rel=1e-3)
+def test_factors_of_drives_are_log_uniform_and_of_masses_uniform(anymal):
+    geared = replace(ANYMAL, joints=Joints(armature={"*": 0.05}, stiffness={"LF_KFE": 50.0}))
+    vary = {"armature:*": "0.5x:2x", "joint-stiffness:*": "0.5x:2x", "mass:LF_SHANK": "0.5x:2x"}
+    made = sweep(geared, robot=anymal, vary=vary, sample=4000, lhs=True, prove=0)
+    medians = [np.median(made._values(0)[one]) for one in made.axes]
+    assert medians == pytest.approx([1.0, 1.0, 1.25], rel=1e-3)  # the posture is held
 
 
 @pytest.mark.parametrize("n", [1, 2, 60001, 200000])
@@ -412,7 +449,9 @@ def test_a_change_of_a_link_changes_that_link_alone():
         ({"armature:*": [-1]}, {}, StudyError, "below zero"),
         ({"contact": ""}, {}, ShockError, ""),
         ({"mass:base": "±40%"}, {"sample": 9}, StudyError, "not above zero"),
-        ({"armature:*": "0.5x:2x"}, {"sample": 9}, StudyError, "the drives have springs, which are not multiplied"),
+        ({"armature:*": "0.5x:2x"}, {"sample": 9}, StudyError, "no reflected inertia to multiply; give values in kg m²"),
+        ({"joint-stiffness:*": "0.5x:2x"}, {"sample": 9}, StudyError, "the rotor behind a spring is not known"),
+        ({"joint-stiffness:*": [0]}, {}, StudyError, "not above zero"),
         ({"speed": "±0.1"}, {"sample": 9}, StudyError, "give it too"),
         ({"speed": "±5%"}, {"sample": 9}, StudyError, "a factor such as"),
         ({"speed": "1±0"}, {"sample": 9}, StudyError, "no standard deviation"),

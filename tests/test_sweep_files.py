@@ -111,6 +111,16 @@ def test_shock_is_the_same_at_every_speed(capfd, stick, tmp_path):
     assert "shock is relative to the strike, and the same at every speed; --quantity delta_v@body gives m/s" in text
 
 
+def test_springs_that_count_nowhere_are_said(capfd, stick, tmp_path):
+    """An impulse does not depend on them; on contacts of finite stiffness the row is that of `--joint-stiffness`."""
+    words = ("--contact", "foot", "--vary", "joint-stiffness:knee=10,20", "--out")
+    none = "warning: nothing computed here depends on joint-stiffness:knee"
+    assert none in good(capfd, "sweep", stick, *words, tmp_path / "one")
+    text = good(capfd, "sweep", stick, *words, tmp_path / "two", "--contact-stiffness", 1e5, "--quantity", "peak_torque@knee")
+    assert none not in text
+    assert re.search(r"most severe for peak_torque@knee: --joint-stiffness knee=[12]0\.0$", text, re.MULTILINE)
+
+
 def test_most_severe_row_is_pasted_into_analyze(capfd, stick, tmp_path):
     """The options in the summary reproduce the greatest shock in the table."""
     text = good(capfd, "sweep", stick, *SMALL, "--out", tmp_path / "out")

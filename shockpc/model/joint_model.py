@@ -116,7 +116,7 @@ def joint_model(robot: Robot, joints: Joints) -> JointModel:
     if joints.model == "free" or joints.drives == "none" or robot.model.armature.any():
         known[:] = True
     locked = np.zeros(nv, dtype=bool)
-    given = {pattern: (inertia, np.inf) for pattern, inertia in joints.armature.items()}
+    given = [(pattern, inertia, np.inf) for pattern, inertia in joints.armature.items()]
     reflected = [set(_velocities(robot, pattern)) for pattern in joints.armature]
     for pattern, motor in joints.rotor.items():
         driven = set(_velocities(robot, pattern))
@@ -132,8 +132,8 @@ def joint_model(robot: Robot, joints: Joints) -> JointModel:
             if ratio is None:
                 message = f'the rotor of "{name}" has no gear ratio, and the file of the robot gives none; add it'
                 raise SceneError(message, joints=[name])
-            given[name] = (ratio**2 * motor.inertia, k)
-    for pattern, (inertia, k) in given.items():
+            given.append((name, ratio**2 * motor.inertia, k))
+    for pattern, inertia, k in given:
         if not 0.0 < inertia <= LARGEST:
             raise SceneError(
                 f'the reflected inertia of "{pattern}" is {inertia:g}; it has to be above zero and at most {LARGEST:g}; '
@@ -150,7 +150,7 @@ def joint_model(robot: Robot, joints: Joints) -> JointModel:
         locked[_velocities(robot, pattern)] = True
     if joints.model == "locked":
         locked |= robot.actuated_dofs
-    for pattern in (*given, *joints.stiffness):
+    for pattern in (*(pattern for pattern, *_ in given), *joints.stiffness):
         if locked[_velocities(robot, pattern)].all():
             raise SceneError(
                 f'"{pattern}" is locked, so a reflected inertia or a spring changes nothing there; leave out the lock, or the '

@@ -120,7 +120,12 @@ def _lines(summary: SweepSummary) -> Iterator[str]:
         yield f"warning: flat ground does not allow {refused} of {summary.sweep.rows} landings: {listed}; {left}"
     yield from (f"warning: {warning}" for warning in summary.sweep.case(0)[1].change_warnings)
     sweep = summary.sweep
-    if sweep.scene.contact_stiffness is not None or any(varied.kind == "contact-stiffness" for varied in sweep.variations):
+    stiff = sweep.scene.contact_stiffness is not None or any(varied.kind == "contact-stiffness" for varied in sweep.variations)
+    if not stiff or not any((entry := column.selection.quantity).unproven or entry.stiff for column in sweep.computed):
+        for varied in (varied for varied in sweep.variations if varied.kind.endswith("-stiffness")):
+            asked = "--quantity peak_acceleration or peak_force" + ("" if stiff else ", with --contact-stiffness,")
+            yield f"warning: nothing computed here depends on {varied.subject}; {asked} does"
+    if stiff:
         yield LEFT_OUT
     if summary.failed:
         yield f"not computed: {summary.failed} of {summary.sweep.rows} landings"
@@ -152,6 +157,8 @@ def _options(made: Sweep, row: int) -> tuple[str, str]:
             options.append(("--set", f"{one.target}={float(value)!r}"))
         elif one.kind == "armature" and value > 0.0 and not one.factor:
             options.append(("--armature", f"{one.target}={float(value)!r}"))
+        elif one.kind == "joint-stiffness" and not one.factor and scene.joints.rotor == made.scene.joints.rotor:
+            options.append(("--joint-stiffness", f"{one.target}={float(value)!r}"))
         elif one.kind in ("strike-angle", "speed", "friction", "contact-stiffness"):
             options.append((f"--{one.kind}", repr(float(value))))
         elif one.kind == "contact":

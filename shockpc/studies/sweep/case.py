@@ -1,21 +1,23 @@
 """One quantity of a landing set to a value: the scene and the robot that the single analysis takes."""
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import replace
-from typing import Any, Literal, cast
+from typing import Any, TypeVar, cast
 
 import numpy as np
 
 from shockpc.errors import StudyError
 from shockpc.model.contact import Contact
-from shockpc.model.joint_model import Joints, joint_model
+from shockpc.model.joint_model import JointModel, Joints, Rotor, joint_model
 from shockpc.robot.changes import Change, Property, changed
 from shockpc.robot.record import Robot
 from shockpc.scene import Scene
-from shockpc.studies.sweep.variation import ATTITUDE, OF_A_LINK, Variation, variation
+from shockpc.studies.sweep.variation import ATTITUDE, DRIVEN, OF_A_LINK, Variation, variation
 
-REFLECTED = "kg m² (kg if prismatic), such as 0.01:0.1"
-"""What a reflected inertia is given in."""
+LEAST = np.finfo(float).tiny
+"""A reflected inertia that acts as none [kg m², kg]."""
+
+T = TypeVar("T")
 
 
 def applied(scene: Scene, robot: Robot, varied: Variation, value: Any) -> tuple[Scene, Robot]:
@@ -63,6 +65,8 @@ def applied(scene: Scene, robot: Robot, varied: Variation, value: Any) -> tuple[
         return replace(scene, contact_stiffness=float(value)), robot
     if varied.kind == "armature":
         return replace(scene, joints=_with_armature(scene, robot, varied, float(value))), robot
+    if varied.kind == "joint-stiffness":
+        return replace(scene, joints=_with_stiffness(scene, robot, varied, float(value))), robot
     # Joints that do not move keep their place, and the points on what they carry.
     patterns = robot.match_joints(varied.target) if varied.kind == "place" else (varied.target,)
     return scene, changed(robot, [Change(cast(Property, varied.kind), name, float(value), varied.factor) for name in patterns])
@@ -102,31 +106,92 @@ def armature_set(scene: Scene, robot: Robot, varied: Variation) -> np.ndarray:
         ShockError: none has, because the joints are locked, or no inertia is there to be multiplied.
     """
     if varied.factor:
-        model = joint_model(robot, scene.joints)
-        if model.springs.any():
-            raise StudyError(f"{varied.subject}: the drives have springs, which are not multiplied; give values in {REFLECTED}")
-        chosen = robot.velocities(robot.match_joints(varied.target))
-        chosen &= (model.armature > 0.0) & ~model.locked
-        if not chosen.any():
-            raise StudyError(f"{varied.subject}: these joints have no reflected inertia to multiply; give values in {REFLECTED}")
-        return chosen
+        model = _given_drives(scene, robot)
+        return _multiplied(robot, varied, (model.armature + model.rotor > 0.0) & ~model.locked)
     low, high = (joint_model(robot, _armature_given(scene, varied.target, value)).armature for value in (1.0, 2.0))
     return np.asarray(low != high)
 
 
+def _given_drives(scene: Scene, robot: Robot) -> JointModel:
+    """The drives as they are given, whether or not their springs yield."""
+    joints = scene.joints
+    return joint_model(robot, replace(joints, model=None) if joints.model == "rigid" else joints)
+
+
+def _multiplied(robot: Robot, varied: Variation, there: np.ndarray) -> np.ndarray:
+    """The joint velocities (nv,) of a variation by factors that have something to multiply. Args: there (nv,), which have."""
+    chosen: np.ndarray = there & robot.velocities(robot.match_joints(varied.target))
+    if not chosen.any():
+        what, unit, prismatic = DRIVEN[varied.kind]
+        example = {"armature": "0.01:0.1", "joint-stiffness": "100:1000"}[varied.kind]
+        raise StudyError(
+            f"{varied.subject}: these joints have no {what} to multiply; give values in {unit} ({prismatic} if prismatic), such as "
+            f"{example}"
+        )
+    return chosen
+
+
 def _armature_given(scene: Scene, pattern: str, value: float) -> Joints:
     """The joint model with the reflected inertia of some joints replaced by one above zero."""
-    others = {name: x for name, x in scene.joints.armature.items() if name != pattern}
-    return replace(scene.joints, armature={**others, pattern: value})
+    return replace(scene.joints, armature=_set_last(scene.joints.armature, {pattern: value}))
+
+
+def _set_last(values: Mapping[str, T], given: Mapping[str, T]) -> dict[str, T]:
+    """Values by pattern with others after them, over which later ones go."""
+    return {name: value for name, value in values.items() if name not in given} | dict(given)
 
 
 def _with_armature(scene: Scene, robot: Robot, varied: Variation, value: float) -> Joints:
-    """The joint model with the reflected inertia of some joints replaced or multiplied; zero makes them free."""
-    if value > 0.0 and not varied.factor:
-        return _armature_given(scene, varied.target, value)
-    present = joint_model(robot, scene.joints)
-    armature = np.where(armature_set(scene, robot, varied), value * present.armature, present.armature)
-    kept = {name: float(armature[robot.joint(name).v.start]) for name in robot.joint_names}
-    kept = {name: x for name, x in kept.items() if x > 0.0 and not present.locked[robot.joint(name).v].any()}
-    model: Literal["free", "locked"] = "locked" if scene.joints.model == "locked" else "free"
-    return replace(scene.joints, model=model, drives="none", armature=kept, rotor={})
+    """The joint model with the reflected inertia of some joints, before a spring or not, replaced or multiplied."""
+    if not varied.factor:
+        return _armature_given(scene, varied.target, max(value, LEAST))
+    joints, model, chosen = scene.joints, _given_drives(scene, robot), armature_set(scene, robot, varied)
+    with_rotor = {name for pattern in joints.rotor for name in robot.match_joints(pattern)}
+    armature, rotor = dict[str, float](), dict[str, Rotor]()
+    for name, v in _first_velocities(robot, chosen):
+        inertia, k = max(value * float(model.armature[v] + model.rotor[v]), LEAST), float(model.drive_stiffness[v])
+        if np.isfinite(k) or name in with_rotor:
+            rotor[name] = Rotor(inertia=inertia, gear_ratio=1.0, stiffness=k if np.isfinite(k) else None)
+        else:
+            armature[name] = inertia
+    return replace(joints, armature=_set_last(joints.armature, armature), rotor=_set_last(joints.rotor, rotor))
+
+
+def _with_stiffness(scene: Scene, robot: Robot, varied: Variation, value: float) -> Joints:
+    """The joint model with the stiffness of the springs of some joints, of their own or before rotors, replaced or multiplied.
+
+    A joint without a spring gets one of its own.
+
+    Raises:
+        ShockError: there is no spring to multiply, a joint has two, its rotor is not known, or the joints are locked.
+    """
+    joints, model = scene.joints, _given_drives(scene, robot)
+    own, behind = model.stiffness > 0.0, np.isfinite(model.drive_stiffness)
+    chosen = ~model.locked & robot.actuated_dofs & robot.velocities(robot.match_joints(varied.target))
+    if varied.factor:
+        chosen = _multiplied(robot, varied, chosen & (own | behind))
+    faults = {
+        "these joints are locked, so a spring changes nothing there; vary others": not chosen.any(),
+        "the inertia of the rotor behind a spring is not known, so the spring counts nowhere; give it with --rotor": (
+            chosen & behind & (model.rotor == 0.0)
+        ).any(),
+        "a joint has a spring of its own and one before its rotor; give factors, such as 0.5x:2x, which multiply both": (
+            (chosen & own & behind).any() and not varied.factor
+        ),
+    }
+    for text, wrong in faults.items():
+        if wrong:
+            raise StudyError(f"{varied.subject}: {text}")
+    stiffness, rotor = dict[str, float](), dict[str, Rotor]()
+    for name, v in _first_velocities(robot, chosen):
+        if own[v] or not behind[v]:
+            stiffness[name] = value * float(model.stiffness[v] if varied.factor else 1.0)
+        if behind[v]:
+            k = value * float(model.drive_stiffness[v] if varied.factor else 1.0)
+            rotor[name] = Rotor(inertia=float(model.rotor[v]), gear_ratio=1.0, stiffness=k)
+    return replace(joints, stiffness=_set_last(joints.stiffness, stiffness), rotor=_set_last(joints.rotor, rotor))
+
+
+def _first_velocities(robot: Robot, chosen: np.ndarray) -> Iterator[tuple[str, int]]:
+    """The joints of which some velocities (nv,) are, each with the first of its own."""
+    return ((name, v) for name in robot.joint_names if chosen[v := robot.joint(name).v.start])

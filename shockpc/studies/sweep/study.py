@@ -95,6 +95,8 @@ def sweep(
             applied(scene, robot, varied, value)[0].strike.vector(plane)
         if varied.kind == "armature":
             armature_set(scene, robot, varied)
+        if varied.kind == "joint-stiffness":
+            applied(scene, robot, varied, 1.0)
     return replace(study, computed=_columns(study, points, bodies, greatest, quantities))
 
 

@@ -1,4 +1,4 @@
-"""What a sweep varies, as text and as records: joints, base attitude, strike, contact, inertia and length of links, armature."""
+"""What a sweep varies, as text and as records: joints, base attitude, strike, contact, inertia and length of links, drives."""
 
 import math
 from collections.abc import Iterable
@@ -20,7 +20,11 @@ OFFSET = {"offset-x": "m", "offset-y": "m", "offset-z": "m"}
 OF_A_LINK = {"mass": "kg", "com-x": "m", "com-y": "m", "com-z": "m", "inertia": "-"}
 GROUND = {"friction": "-", "contact-stiffness": "N/m"}
 INERTIAL = (*OF_A_LINK, "armature")
-OF_A_JOINT = ("armature", "place")
+OF_A_JOINT = ("armature", "joint-stiffness", "place")
+OF_A_PART = (*OF_A_LINK, *OF_A_JOINT)
+DRIVEN = {"armature": ("reflected inertia", "kg m²", "kg"), "joint-stiffness": ("stiffness", "N m/rad", "N/m")}
+"""What a drive has: its name, and its unit for revolute and for prismatic joints."""
+
 WORDS = (
     *(*STRIKE, *ATTITUDE, *OFFSET, *GROUND, "contact"),
     *(f"{kind}:LINK" for kind in OF_A_LINK),
@@ -46,13 +50,13 @@ class Variation:
 
     Attributes:
         subject: as it is typed, such as "*_KFE", "strike-angle" or "mass:base_link".
-        kind: "joint", "armature", "contact", or a word of the subject, such as "strike-angle" or "mass".
+        kind: "joint", "contact", or a word of the subject, such as "strike-angle", "mass" or "armature".
         target: what the kind applies to: a pattern of links or of joints; empty if it applies to the landing.
         unit: of the values.
         values: to be computed, or drawn from; numbers, or names of contacts.
         span: least and greatest value between which numbers are drawn; None if values are given.
         law: distribution of these numbers; a normal one has its mean in the middle of the span, which is six standard deviations.
-        factor: whether the values are factors of what the robot file says.
+        factor: whether the values are factors of what the landing has.
     """
 
     subject: str
@@ -92,12 +96,14 @@ class Variation:
     @property
     def stage(self) -> int:
         """What a change of it needs: 0 another landing, 1 another posture or inertia, 2 only another product with the maps."""
-        return 2 if self.kind in STRIKE else 1 if self.moves or self.kind in INERTIAL else 0
+        # Springs count on contacts of finite stiffness alone, which are computed one by one; which joints have one counts before.
+        alike = self.kind in INERTIAL or (self.kind == "joint-stiffness" and self.factor)
+        return 2 if self.kind in STRIKE else 1 if self.moves or alike else 0
 
     @property
     def uncertain(self) -> bool:
         """Whether it is of the robot or of the ground, rather than of how the robot lands."""
-        return self.kind in (*INERTIAL, *GROUND, "place")
+        return self.kind in (*OF_A_PART, *GROUND)
 
     def joints(self, robot: Robot) -> tuple[Joint, ...]:
         """The joints that a joint's variation sets: what follows another joint is not among them."""
@@ -110,12 +116,12 @@ def variation(robot: Robot, subject: str, values: "str | float | Iterable[float 
     Args:
         robot: the robot.
         subject: "*_KFE", "joint:speed", "strike-angle", "speed", "base-pitch", "contact", "offset-x", "friction", "mass:LINK",
-            "com-z:LINK", "inertia:LINK", "armature:JOINTS", "place:JOINTS" and so on; a name that is none of these words is a
-            joint, or a pattern of joints.
+            "com-z:LINK", "inertia:LINK", "armature:JOINTS", "joint-stiffness:JOINTS", "place:JOINTS" and so on; a name that is none
+            of these words is a joint, or a pattern of joints.
         values: numbers or names; or a text: "a:b:n" for n values from a to b, "a,b,c" for these, "a:b" for a range to draw from,
-            uniformly or, of factors of armature and with ":log" after it, uniformly in the logarithm; "m±s" to draw from a normal
-            distribution of mean m and standard deviation s, of a centre of mass also "±s"; an x after each number, or "±5%", makes
-            it a factor of what the landing has. None for the limits of a joint.
+            uniformly or, of factors of armature and stiffness and with ":log" after it, uniformly in the logarithm; "m±s" to draw
+            from a normal distribution of mean m and standard deviation s, of a centre of mass also "±s"; an x after each number, or
+            "±5%", makes it a factor of what the landing has. None for the limits of a joint.
 
     Raises:
         UnknownName: the robot has no such joint or link.
@@ -129,10 +135,10 @@ def variation(robot: Robot, subject: str, values: "str | float | Iterable[float 
         raise StudyError(f"{subject}: no values are given; valid are {FORM}")
     unit = {**STRIKE, **ATTITUDE, **OFFSET, **GROUND, **OF_A_LINK}.get(kind, "")
     least = min(numbers + (span or ()), default=0.0)
-    if factor and kind not in ("mass", "inertia", "armature", "place"):
+    if factor and kind not in ("mass", "inertia", *OF_A_JOINT):
         raise StudyError(
-            f"{subject}: a factor such as 0.8x or ±5% applies to mass:LINK, inertia:LINK, armature:JOINT and place:JOINT only; "
-            f"give values in {unit or 'SI units'}"
+            f"{subject}: a factor such as 0.8x or ±5% applies to mass:LINK, inertia:LINK, armature:JOINT, joint-stiffness:JOINT "
+            f"and place:JOINT only; give values in {unit or 'SI units'}"
         )
     if law == "normal" and isinstance(values, str) and values.startswith(("±", "+-")) and not (factor or kind.startswith("com")):
         raise StudyError(f"{subject}: {values} has no mean; give it too, such as 1{values}")
@@ -146,10 +152,11 @@ def variation(robot: Robot, subject: str, values: "str | float | Iterable[float 
         links_with_mass(robot, target)
         if kind in ("mass", "inertia") and not least > 0.0:
             raise StudyError(f"{subject}: {least:g} is not above zero, but a link has to keep some {kind}")
-    if kind == "armature":
-        unit = _unit(robot, subject, target, {"rad": "kg m²", "m": "kg"})
-        if least < 0.0:
-            raise StudyError(f"{subject}: a reflected inertia of {least:g} is below zero")
+    if kind in DRIVEN:
+        what, *units = DRIVEN[kind]
+        unit = _unit(robot, subject, target, dict(zip(("rad", "m"), units, strict=True)))
+        if least < 0.0 or (least == 0.0 and kind == "joint-stiffness"):
+            raise StudyError(f"{subject}: a {what} of {least:g} is {'below' if least < 0.0 else 'not above'} zero")
         if factor and law == "uniform" and span is not None:
             law = "log-uniform"
     if law == "log-uniform" and not least > 0.0:
@@ -165,7 +172,7 @@ def each_of(robot: Robot, varied: Variation) -> tuple[Variation, ...]:
     if varied.kind == "joint":
         own = (replace(varied, subject=joint.name, target=joint.name) for joint in varied.joints(robot))
         return tuple(_within_limits(robot, each) for each in own)
-    if varied.kind in INERTIAL or varied.kind == "place":
+    if varied.kind in OF_A_PART:
         names = robot.match_joints(varied.target) if varied.kind in OF_A_JOINT else links_with_mass(robot, varied.target)
         return tuple(replace(varied, subject=f"{varied.kind}:{name}", target=name) for name in names)
     return (varied,)
@@ -175,7 +182,7 @@ def _kind(robot: Robot, subject: str) -> tuple[str, str]:
     word, colon, target = subject.partition(":")
     if word == "joint" and colon:
         return "joint", target
-    if colon and (word in INERTIAL or word == "place"):
+    if colon and word in OF_A_PART:
         if not target:
             raise StudyError(f"{subject} names nothing; write {word}:{'JOINT' if word in OF_A_JOINT else 'LINK'}")
         return word, target
@@ -183,7 +190,7 @@ def _kind(robot: Robot, subject: str) -> tuple[str, str]:
         if subject in ATTITUDE and not robot.free_base:
             raise StudyError(f'{subject}: the base of robot "{robot.name}" is fixed in its file, so it cannot be turned')
         return subject, ""
-    if subject in INERTIAL or subject == "place":
+    if subject in OF_A_PART:
         kind = "JOINT" if subject in OF_A_JOINT else "LINK"
         raise StudyError(f"{subject} names no {kind.lower()}; write {subject}:{kind}=VALUES")
     robot.match("joint or quantity", subject, robot.joint_names, WORDS)
