@@ -8,7 +8,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from commands import run
+from commands import good, run
 from robot_texts import body, floating, mjcf
 from scipy.spatial.transform import Rotation
 from trees import known_robot, robot_from
@@ -255,9 +255,53 @@ def test_velocities_of_contacts_are_those_of_the_scene():
         (*(given[f"v{a}@LF_FOOT"][2] for a in "xyz"),),
         None,
     ]
-    with pytest.raises(StudyError, match="row 0, column vz@LF_FOOT: nan is not a finite number") as refused:
-        study(table() | given | {"contact": feet, "vz@LF_FOOT": np.full(6, np.nan)})
-    assert refused.value.rows == (0, 3)
+    with pytest.raises(StudyError, match=r"row 0: the velocity of contact .* not given in full"):
+        study(table() | given | {"vz@LF_FOOT": np.full(6, np.nan)})
+
+
+def test_a_contact_without_a_velocity_of_its_own_moves_with_the_robot(tmp_path):
+    """An empty cell is no velocity, in that row alone; where only some of the components are empty, that row is refused."""
+    given = {f"v{axis}@LF_FOOT": np.full(6, -1.0) for axis in "xyz"}
+    cells = {name: [str(x) for x in values.tolist()] for name, values in (table() | given).items()}
+    for name in given:
+        cells[name][1] = ""
+    cells["vz@LF_FOOT"][4] = ""
+    lines = [",".join(cells), *(",".join(row) for row in zip(*cells.values(), strict=True))]
+    (tmp_path / "log.csv").write_text("\n".join(lines))
+    quantities = ("delta_v@imu_link", "approach.x")
+    results = compute(study(read_table(tmp_path / "log.csv"), quantities=quantities))
+    assert {row: "not given in full" in text for row, text in results.messages.items()} == {4: True}
+    without, whole = (compute(study(columns, quantities=quantities)) for columns in (table(), table() | given))
+    expected = {name: np.where(np.arange(6) == 1, without.columns[name], whole.columns[name]) for name in without.columns}
+    for name in [column.name for column in without.study.computed]:
+        np.testing.assert_allclose(np.delete(results.columns[name], 4), np.delete(expected[name], 4), rtol=1e-12)
+
+
+def test_the_order_of_contacts_in_a_row_means_nothing():
+    """Rows of the same contacts are of one landing, whose columns have the contacts' names."""
+    rows = {name: values[[0, 0]] for name, values in table().items()} | {
+        "contact": np.array(["RH_FOOT+LF_FOOT", "LF_FOOT+RH_FOOT"])
+    }
+    results = compute(study(rows, quantities=("impulse.z",)))
+    assert len(results.study.table.scenes) == 1
+    for foot in ("LF_FOOT", "RH_FOOT"):
+        one, other = results.columns[f"impulse.z@{foot}"]
+        assert one == other > 0.0
+
+
+def test_contacts_of_a_table_keep_what_the_scene_says_of_them(here, capfd):
+    """The restitution of a scene's contact holds for the rows; a row without a contact has that of the scene."""
+    (here / "scene.toml").write_text('robot = "anymal_b"\n[[contact]]\nframe = "RF_FOOT"\nrestitution = 0.5\n')
+    written(here / "log.csv", {"vz": np.array([-1.0, -1.0]), "contact": np.array(["LF_FOOT", ""])})
+    words = ("--quantity", "delta_v@imu_link", "--format", "json")
+    rows = json.loads(good(capfd, "landings", "log.csv", "scene.toml", *words))["rows"]
+    for row, foot in zip(rows, ("LF_FOOT", "RF_FOOT"), strict=True):
+        analysis = ("analyze", "anymal_b", "--contact", foot, "--restitution", 0.5, "--velocity=0,0,-1", "--format", "json")
+        (point,) = [point for point in json.loads(good(capfd, *analysis))["points"] if point["frame"] == "imu_link"]
+        assert row["delta_v@imu_link"] == pytest.approx(np.linalg.norm(point["delta_v"]), rel=1e-12)
+    outcome = run(capfd, "landings", "log.csv", "anymal_b")
+    assert outcome.code == 2
+    assert "row 1 has no contact" in outcome.err
 
 
 def test_friction_of_each_row():

@@ -24,9 +24,9 @@ SHOWN = 8
         "A row is a touchdown (CSV, Parquet, NPZ; or a scene of a folder, named by its file). Columns: joint positions JOINT or "
         "q_JOINT and rates before_JOINT or qd_JOINT [rad, m]; the base's qw qx qy qz or roll pitch yaw, x y z, velocity vx vy vz "
         "and angular velocity wx wy wz in world axes, with _body in its own; contact (A+B), vx@FRAME vy@FRAME vz@FRAME of a "
-        "contact whose velocity is not that of the robot's motion, friction, name, time. _deg at the end of a name means degrees. "
-        "Arrays qpos and qvel are MuJoCo's, name, position and velocity ROS's. What is missing is the scene's. Columns "
-        "after_JOINT, after_vx and after_KEY@PLACE, or after6ms_… with a time, are compared with the prediction."
+        "contact whose velocity is not that of the robot's motion (empty where it is), friction, name, time. _deg at the end of a "
+        "name means degrees. Arrays qpos and qvel are MuJoCo's, name, position and velocity ROS's. What is missing is the scene's."
+        " Columns after_JOINT, after_vx and after_KEY@PLACE, or after6ms_… with a time, are compared with the prediction."
     ),
 )
 def landings(
@@ -57,7 +57,7 @@ def landings(
 
     from shockpc.cli.output import emit
     from shockpc.cli.progress import progress
-    from shockpc.cli.scenes import one_scene, scenes_in
+    from shockpc.cli.scenes import one_scene, scenes_in, with_contact
     from shockpc.cli.write_parts import written_parts
     from shockpc.errors import ShockError, SolveError, StudyError
     from shockpc.executor import executor
@@ -84,9 +84,8 @@ def landings(
         columns, renames = read_table(table), dict(map_)
         if robot is None:
             raise StudyError(f"a table needs a robot: shockpc landings {table} ROBOT --contact …")
-        if "contact" in columns and not options.contact:
-            # The rows have contacts of their own; the scene needs one until they are set.
-            options = options._replace(contact=(str(columns["contact"][0]),))
+        if "contact" in columns:
+            options = with_contact(robot, options, columns["contact"])
         loaded, scene = one_scene(robot, options)
         rows_in_table = rows_of(columns, landing_of(scene, loaded), renames)
     if len(models) > 1 and not rows_in_table.measured:

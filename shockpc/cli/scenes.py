@@ -95,6 +95,18 @@ def landings_from(names: Iterable[str], options: SceneOptions, trace: Trace | No
     return landings
 
 
+def with_contact(robot: str, options: SceneOptions, contacts: Iterable[object]) -> SceneOptions:
+    """Options with the first of the rows' own contacts until these are set, where neither options nor scene give one.
+
+    Raises:
+        ShockError: the scene cannot be read, or a row has no contact either.
+    """
+    names = [] if options.contact or _scene_of(robot).contact else [str(name) for name in contacts]
+    if "" in names:
+        raise SceneError(f"row {names.index('')} has no contact; name it there, or one for all rows without by --contact")
+    return options._replace(contact=(names[0],)) if names else options
+
+
 def file_names(scenes: list[Scene]) -> list[str]:
     """The landings' contacts as names of files, all different; none leads out of its folder, is hidden or is too long."""
     names: list[str] = []

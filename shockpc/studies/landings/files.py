@@ -59,9 +59,11 @@ def _read_csv(path: Path) -> dict[str, np.ndarray]:
             for i, row in enumerate(block):
                 if len(row) != len(header):
                     raise ValueError(f"row {count + i} has {len(row)} cells, and the header {len(header)}")
-            # The first row decides which columns hold texts.
-            texts = [column.dtype.kind == "U" for column in blocks[0]] if blocks else [_is_text(cell) for cell in block[0]]
-            columns = zip(header, texts, zip(*block, strict=True), strict=True)
+            cells = list(zip(*block, strict=True))
+            # The first cell that is not empty decides whether a column holds texts.
+            first = (next(filter(str.strip, column), "") for column in cells)
+            texts = [column.dtype.kind == "U" for column in blocks[0]] if blocks else list(map(_is_text, first))
+            columns = zip(header, texts, cells, strict=True)
             blocks.append([np.char.strip(cells) if text else _numbers(name, cells, count) for name, text, cells in columns])
             count += len(block)
     return {name: np.concatenate([columns[k] for columns in blocks]) for k, name in enumerate(header if blocks else ())}
@@ -76,12 +78,13 @@ def _is_text(cell: str) -> bool:
 
 
 def _numbers(name: str, cells: Sequence[str], first: int) -> np.ndarray:
-    """Cells as numbers. Args: first, number of their first row."""
+    """Cells as numbers, NaN where they are empty. Args: first, number of their first row."""
     try:
         return np.array(cells, dtype=float)
     except ValueError:
-        i = next(i for i, cell in enumerate(cells) if _is_text(cell) or not cell.strip())
-        raise ValueError(f'row {first + i}, column {name}: "{cells[i]}" is not a number') from None
+        if wrong := [i for i, cell in enumerate(cells) if _is_text(cell)]:
+            raise ValueError(f'row {first + wrong[0]}, column {name}: "{cells[wrong[0]]}" is not a number') from None
+        return np.array([cell if cell.strip() else "nan" for cell in cells], dtype=float)
 
 
 def _read_parquet(path: Path) -> dict[str, np.ndarray]:

@@ -1,9 +1,9 @@
 """Recorded landings as rows: configurations, motions before the impact, contacts, and what was measured; of a table or of scenes.
 
-A row is a touchdown. Columns are named: joint positions (JOINT or q_JOINT) and rates (before_JOINT or qd_JOINT), base attitude
-(qw … qz, or roll, pitch, yaw) and position (x, y, z), its velocity (vx …) and angular velocity (wx …) in world axes or, with _body,
-in those of the base; vx@FRAME … is the velocity of a contact; after_… is measured after the impact. Arrays qpos and qvel are
-MuJoCo's, the arrays name, position and velocity those of ROS's JointState.
+A row is a touchdown. Columns are named: joint positions (JOINT or q_JOINT) and rates (before_JOINT or qd_JOINT), base attitude (qw
+… qz, or roll, pitch, yaw) and position (x, y, z), its velocity (vx …) and angular velocity (wx …) in world axes or, with _body, in
+those of the base; vx@FRAME … is the velocity of a contact, where it is not empty; after_… is measured after the impact. Arrays qpos
+and qvel are MuJoCo's, the arrays name, position and velocity those of ROS's JointState.
 """
 
 import re
@@ -321,9 +321,10 @@ class _Reader:
                 led += multiplier * self.rates[:, robot.joint(leader).v.start]
             self.rates[:, robot.joint(mimic.joint).v] = led[:, None]
         before = Motion(velocity, omega, self.rates)
+        scenes, index, velocities, messages = self._scenes(friction)
         return Rows(
-            self._labels(), self.Q, before, *self._scenes(friction), friction, tuple(self.positions), tuple(self.moving),
-            *self._origins(), tuple(self._measured(*column, before) for column in self.after),
+            self._labels(), self.Q, before, scenes, index, velocities, friction, tuple(self.positions), tuple(self.moving),
+            *self._origins(), tuple(self._measured(*column, before) for column in self.after), messages=messages,
         )  # fmt: skip
 
     def _read(self, name: str, values: np.ndarray) -> None:
@@ -430,37 +431,49 @@ class _Reader:
         rows = [f"{name:g}" if isinstance(name, float) else str(name) for name in labels.pop("row").tolist()]
         return {"row": np.array(rows), **{key: x if x.dtype.kind in "fiu" else x.astype(str) for key, x in labels.items()}}
 
-    def _scenes(self, friction: Array) -> tuple[tuple[Scene, ...], np.ndarray, Array]:
-        """The scenes that differ in their contacts, which of them each row (n,) is of, and the velocities (n, c, 3) of contacts."""
+    def _scenes(self, friction: Array) -> tuple[tuple[Scene, ...], np.ndarray, Array, dict[int, str]]:
+        """The scenes that differ in their contacts, or in which of them have a velocity of their own.
+
+        Returns: the scenes, which of them each row (n,) is of, the velocities (n, c, 3) of contacts, and why rows are no landing.
+        """
         scene, index, texts = self.landing.scene, np.zeros(self.n, dtype=int), [""]
         if "contact" in self.columns:
             distinct, index = np.unique(self.columns["contact"].astype(str), return_inverse=True)
             texts = distinct.tolist()
         landings = [self._landing(text) if text else scene.contact for text in texts]
-        velocities = np.full((self.n, max(map(len, landings)), 3), np.nan)
-        for k, contacts in enumerate(landings):
+        # The same contacts in another order are the same landing.
+        first: dict[tuple[str, ...], int] = {}
+        index = np.array([first.setdefault(tuple(sorted(map(repr, own))), k) for k, own in enumerate(landings)])[index]
+        velocities, messages = np.full((self.n, max(map(len, landings)), 3), np.nan), dict[int, str]()
+        for k in first.values():
             own = np.flatnonzero(index == k)
-            for c, contact in enumerate(contacts):
+            for c, contact in enumerate(landings[k]):
                 velocities[own, c] = np.nan if contact.velocity is None else contact.velocity
-                given = {axis: values for (frame, axis), values in self.at_contact.items() if frame == contact.frame}
+                given = [self.at_contact[contact.frame, axis] for axis in range(3) if (contact.frame, axis) in self.at_contact]
                 if given and len(given) < 3:
                     raise StudyError(f'the velocity of contact "{contact.frame}" needs all of vx@, vy@ and vz@{contact.frame}')
-                for axis, values in given.items():
-                    if (wrong := own[~np.isfinite(values[own])]).size:
-                        text = f"column v{'xyz'[axis]}@{contact.frame}: {values[wrong[0]]} is not a finite number"
-                        raise _in_rows(wrong, f"{text}, and this contact strikes; leave the row out")
-                    velocities[own, c, axis] = values[own]
+                if given:
+                    of_rows = np.stack(given, axis=1)[own]
+                    known = ~np.isnan(of_rows)
+                    velocities[own, c] = np.where(known, of_rows, velocities[own, c])
+                    text = f'the velocity of contact "{contact.frame}" is not given in full: vx@, vy@ and vz@ are needed, or none'
+                    messages |= dict.fromkeys(own[known.any(axis=1) & ~known.all(axis=1)].tolist(), text)
+        if len(messages) == self.n:
+            raise _in_rows(np.arange(self.n), messages[0])
         if unused := {frame for frame, _ in self.at_contact} - {contact.frame for contacts in landings for contact in contacts}:
             raise StudyError(
                 f'the table gives the velocity of "{min(unused)}", which is no contact of any row; leave it out (--map)'
             )
+        moving = ~np.isnan(velocities).any(axis=2)
+        _, rows, group = np.unique(np.column_stack([index, moving]), axis=0, return_index=True, return_inverse=True)
         scenes = []
-        for k, contacts in enumerate(landings):
-            i = int(np.argmax(index == k))
-            own_velocity = (None if np.isnan(v).any() else tuple(v.tolist()) for v in velocities[i])
-            moving = (replace(contact, velocity=v) for contact, v in zip(contacts, own_velocity, strict=False))
-            scenes.append(replace(scene, contact=tuple(moving), friction=None if np.isnan(friction[i]) else float(friction[i])))
-        return tuple(scenes), index, velocities
+        for i in rows.tolist():
+            contacts = tuple(
+                replace(contact, velocity=tuple(velocities[i, c].tolist()) if moving[i, c] else None)
+                for c, contact in enumerate(landings[index[i]])
+            )
+            scenes.append(replace(scene, contact=contacts, friction=None if np.isnan(friction[i]) else float(friction[i])))
+        return tuple(scenes), group.ravel(), velocities, messages
 
     def _landing(self, text: str) -> tuple[Contact, ...]:
         """The contacts A+B of a row, each as the scene has it or, if it has not, as the first of the scene."""
