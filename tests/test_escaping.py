@@ -57,7 +57,6 @@ LAST = len(NAMES) - 1
 FRAME = json.dumps(called(LAST))
 LANDING = ("odd.urdf", "--contact", called(LAST))
 SENSORS = [word for k in (0, 1, 2, 5, 6, 14, 21) for word in ("--at", called(k, " imu"))]
-FORMATS = ("table", "markdown", "csv", "json")
 COMMANDS = {
     "analyze": (*LANDING, *SENSORS),
     "robots": ("odd.urdf",),
@@ -131,7 +130,7 @@ def read(path):
 
 @pytest.mark.parametrize(
     ("command", "format_"),
-    [(command, format_) for command in COMMANDS for format_ in (FORMATS if command not in ("robots", "sweep") else FORMATS[:1])],
+    [*((command, "table") for command in COMMANDS), *(("analyze", format_) for format_ in ("markdown", "csv", "json"))],
 )
 def test_names_of_a_robot(capfd, here, command, format_):
     """Whatever a robot's file calls its parts, every output is what its format says, on both streams and in every file."""
@@ -149,7 +148,7 @@ def test_names_of_a_robot(capfd, here, command, format_):
             SUFFIXES[path.suffix](text)
 
 
-@pytest.mark.parametrize("format_", ["text", "json", "junit", "markdown", "github"])
+@pytest.mark.parametrize("format_", ["text", "github"])
 def test_names_of_budgets(capfd, here, format_):
     """Cases, places and the file of budgets have such names."""
     cases = "".join(
@@ -161,7 +160,6 @@ def test_names_of_budgets(capfd, here, format_):
     assert outcome.code == 1, outcome.err
     check_text(outcome.out, format_ == "github")
     check_text(outcome.err)
-    CHECKS.get(format_, str)(outcome.out)
     for path in (here / "out").iterdir():
         check_text(read(path))
         SUFFIXES.get(path.suffix, str)(read(path))

@@ -112,19 +112,20 @@ def changed(robot: Robot, changes: Iterable[Change]) -> Robot:
         StudyError: a reflected inertia of zero is multiplied.
         RobotError: a body becomes too heavy or too light to compute with.
     """
+    model, warnings, drives = pin.Model(robot.model), robot.change_warnings, robot.default_drives
     for change in changes:
-        model, warnings, drives = pin.Model(robot.model), robot.change_warnings, robot.default_drives
         if change.what == "armature":
-            drives = _change_armature(robot, model, change)
+            drives = _change_armature(robot, model, drives, change)
         elif change.what == "place":
             for name in robot.match("joint", change.pattern, _joint_frames(robot)):
                 _change_place(robot, model, name, change)
+            robot, model = replace(robot, model=model), pin.Model(model)
         else:
-            links = links_with_mass(robot, change.pattern)
-            warnings += tuple(_small_parts(robot, change, links))
+            links = links_with_mass(robot, change.pattern, model)
+            warnings += tuple(_small_parts(robot, model, change, links))
             for link in links:
                 _change_link(model, link, change)
-        robot = replace(robot, model=model, change_warnings=warnings, default_drives=drives)
+    robot = replace(robot, model=model, change_warnings=warnings, default_drives=drives)
     for body in robot.bodies:
         for what, value, unit in (("mass", body.mass, "kg"), ("inertia", float(np.abs(body.inertia).max()), "kg m²")):
             refuse_number(f'{robot.source.path.name}: body "{body.name}"', what, value, unit)
@@ -165,9 +166,9 @@ def varied_bodies(robot: Robot, changes: Iterable[tuple[Property, str, Array, bo
     return mass, com, inertia
 
 
-def _change_armature(robot: Robot, model: pin.Model, change: Change) -> Drives | None:
+def _change_armature(robot: Robot, model: pin.Model, drives: Drives | None, change: Change) -> Drives | None:
     """Change the reflected inertia of some joints. Returns: the default drives; a joint that is given a number has none of them."""
-    chosen, drives = robot.velocities(robot.match_joints(change.pattern)), robot.default_drives
+    chosen = robot.velocities(robot.match_joints(change.pattern))
     if drives is not None:
         factor = change.number if change.factor else 0.0
         drives = drives._replace(
@@ -249,13 +250,18 @@ def _change_place(robot: Robot, model: pin.Model, name: str, change: Change) -> 
     _sum_inertias(model, index)
 
 
-def links_with_mass(robot: Robot, pattern: str) -> dict[str, float]:
+def links_with_mass(robot: Robot, pattern: str, model: pin.Model | None = None) -> dict[str, float]:
     """Mass [kg] of each link that a name or a glob means, without that of the links that are fixed to it.
+
+    Args:
+        robot: the robot.
+        pattern: name or glob.
+        model: its model, of which some links may have changed; that of the robot by default.
 
     Raises:
         UnknownName: no link that moves and has mass fits. The text names the main link of the body, if the name is of a part of it.
     """
-    masses = {link: mass for link in robot.links if (mass := _mass(robot, link)) > 0.0}
+    masses = {link: mass for link in robot.links if (mass := _mass(model or robot.model, link)) > 0.0}
     frame, hint = robot.frames.get(pattern), ""
     if frame is not None and frame.body >= 0 and pattern not in masses:
         hint = f'"{pattern}" has no mass of its own; the main link of its body is "{_main_link(robot, frame.body)}"'
@@ -263,11 +269,11 @@ def links_with_mass(robot: Robot, pattern: str) -> dict[str, float]:
     return {name: masses[name] for name in names}
 
 
-def _small_parts(robot: Robot, change: Change, links: Mapping[str, float]) -> Iterator[Diagnostic]:
+def _small_parts(robot: Robot, model: pin.Model, change: Change, links: Mapping[str, float]) -> Iterator[Diagnostic]:
     """A warning for each body of which the links hold next to no mass."""
     for i, body in enumerate(robot.bodies):
         own = [link for link in body.links if link in links]
-        share = sum(links[link] for link in own) / body.mass if own else 1.0
+        share = sum(links[link] for link in own) / model.inertias[body.joint].mass if own else 1.0
         if share < SMALL:
             main = _main_link(robot, i)
             yield Diagnostic(
@@ -275,16 +281,16 @@ def _small_parts(robot: Robot, change: Change, links: Mapping[str, float]) -> It
                 body.name,
                 share,
                 f"change {change.what}:{change.pattern}: {listed(own, 4)} has {100.0 * share:.1g} % of the mass of its body; "
-                f'to change the body, name its main link "{main}" ({_mass(robot, main):.4g} kg)',
+                f'to change the body, name its main link "{main}" ({_mass(model, main):.4g} kg)',
             )
 
 
 def _main_link(robot: Robot, body: int) -> str:
-    return max(robot.bodies[body].links, key=lambda link: _mass(robot, link))
+    return max(robot.bodies[body].links, key=lambda link: _mass(robot.model, link))
 
 
-def _mass(robot: Robot, link: str) -> float:
-    return float(_frame(robot.model, link).inertia.mass)
+def _mass(model: pin.Model, link: str) -> float:
+    return float(_frame(model, link).inertia.mass)
 
 
 def _frame(model: pin.Model, link: str) -> pin.Frame:

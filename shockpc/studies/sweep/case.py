@@ -67,9 +67,16 @@ def applied(scene: Scene, robot: Robot, varied: Variation, value: Any) -> tuple[
         return replace(scene, joints=_with_armature(scene, robot, varied, float(value))), robot
     if varied.kind == "joint-stiffness":
         return replace(scene, joints=_with_stiffness(scene, robot, varied, float(value))), robot
+    return scene, changed(robot, robot_changes(robot, varied, value))
+
+
+def robot_changes(robot: Robot, varied: Variation, value: Any) -> list[Change]:
+    """The changes of a robot that set a quantity, as in `applied`; none where it is one of the landing."""
+    if varied.kind not in (*OF_A_LINK, "place"):
+        return []
     # Joints that do not move keep their place, and the points on what they carry.
     patterns = robot.match_joints(varied.target) if varied.kind == "place" else (varied.target,)
-    return scene, changed(robot, [Change(cast(Property, varied.kind), name, float(value), varied.factor) for name in patterns])
+    return [Change(cast(Property, varied.kind), name, float(value), varied.factor) for name in patterns]
 
 
 def scene_grid(name: str, scene: Scene, robot: Robot, vary: Iterable[tuple[str, Any]]) -> dict[str, Scene]:

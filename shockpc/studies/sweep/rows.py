@@ -23,11 +23,11 @@ from shockpc.model.dynamics import Design
 from shockpc.model.posture import set_many
 from shockpc.profile import shock_profile
 from shockpc.result import ShockProfile
-from shockpc.robot.changes import Property, varied_bodies
+from shockpc.robot.changes import Change, Property, changed, varied_bodies
 from shockpc.robot.record import Robot
 from shockpc.scene import GRAVITY, Scene
 from shockpc.studies.columns import Column, columns, not_approaching, prove_rows
-from shockpc.studies.sweep.case import applied, armature_set
+from shockpc.studies.sweep.case import applied, armature_set, robot_changes
 from shockpc.studies.sweep.variation import ATTITUDE, INERTIAL, OF_A_LINK, Variation
 
 GROUND = ("friction_needed", "pull", "depth", "feasible")
@@ -352,9 +352,14 @@ class Sweep:
         return np.broadcast_to(velocity, (len(own), self.strikes, 3))
 
     def _case(self, choice: dict[Variation, Any]) -> tuple[Scene, Robot]:
-        scene, robot = self.scene, self.robot
+        scene, robot, changes = self.scene, self.robot, list[Change]()
         for variation, value in choice.items():
-            scene, robot = applied(scene, robot, variation, value)
+            if own := robot_changes(robot, variation, value):
+                changes += own
+            else:
+                scene, robot = applied(scene, robot, variation, value)
+        if changes:
+            robot = changed(robot, changes)  # at once, as each robot reads the places of its frames anew
         if any(variation.moves for variation in choice) and self.alone:
             scene = following(scene, self.first)
         return scene, robot
