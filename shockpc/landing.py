@@ -363,7 +363,7 @@ def landing_of(scene: Scene, robot: Robot) -> PosedLanding:
 def following(scene: Scene, near: PosedLanding) -> Scene:
     """A scene whose loops start closed, assembled in the same way as those of another landing of the robot.
 
-    The joints that close the loops are followed from there while the others move, and are set to where they come.
+    The joints that close the loops, ball joints too, are followed from there while the others move, and set to where they come.
 
     Raises:
         ShockError: as for `resolve`.
@@ -373,8 +373,11 @@ def following(scene: Scene, near: PosedLanding) -> Scene:
     q = follow(robot, near.q, configuration(robot, posture), near.loops, near.plane, held)
     values = [(joint, joint.value(q)) for joint in robot.independent_joints if not held[joint.v].any()]
     given = {joint.name: value if joint.kind == "prismatic" else math.degrees(value) for joint, value in values}
+    balls = [joint for joint in robot.single_joints if joint.kind == "ball" and not held[joint.v].any()]
+    turned = {ball.name: tuple(q[ball.q].tolist()) for ball in balls}
     others = {name: value for name, value in posture.joints_deg.items() if name not in given}
-    return replace(scene, posture=replace(posture, joints_deg={**others, **given}), assemble=tuple(given))
+    posture = replace(posture, joints_deg={**others, **given}, joint_quaternions={**posture.joint_quaternions, **turned})
+    return replace(scene, posture=posture, assemble=(*given, *turned))
 
 
 def contact_velocity(landing: Landing, state: Dynamics, block: Block) -> Array:

@@ -171,19 +171,20 @@ def test_a_damper_beside_the_spring(capfd, here):
 
 
 def test_a_spring_that_is_loaded_at_touchdown(capfd, here):
-    """MJCF springref: what balances k (springref − q) before the impact still does, so the motion is that of a relaxed spring."""
+    """MJCF springref: what balances k (springref − q) before the impact still does, so the motion is that of a relaxed spring.
+
+    A deflection that is rounding of a keyframe is no load.
+    """
     slide = '<joint name="leg" type="slide" axis="0 0 1" stiffness="4000" springref="{}"/>'
     motions, loads = [], []
-    for x in (0.01, 0.0):
+    for x in (0.01, 1e-7):
         (here / "hopper.xml").write_text(mjcf(floating(body("b", joints=slide.format(x)))))
         profile = shock_profile(Scene(robot="hopper.xml", contact=(Contact(frame="base", directions=("z",)),), contact_stiffness=K))
         motions.append(profile.stiffness.motion.at(np.linspace(0.0, profile.stiffness.motion.duration, 9)).force)
-        loads.append(
-            "leg is loaded by its spring with 40 N at touchdown"
-            in good(capfd, "analyze", "hopper.xml", "--contact", "base", "--slide")
-        )
+        text = good(capfd, "analyze", "hopper.xml", "--contact", "base", "--slide")
+        loads.append([note in text for note in ("leg is loaded by its spring with 40 N at touchdown", "is loaded by its spring")])
     np.testing.assert_array_equal(*motions)
-    assert loads == [True, False]
+    assert loads == [[True, True], [False, False]]
 
 
 @pytest.mark.parametrize(

@@ -4,6 +4,7 @@ import dataclasses
 import math
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import replace
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -14,7 +15,7 @@ from random_landings import random_landing
 from scipy.stats import norm, spearmanr
 from trees import robot_from
 
-from shockpc import Contact, Joints, Point, Rotor, Scene, ShockError, Strike, load_robot, resolve, shock_profile
+from shockpc import Contact, Joints, Point, Rotor, Scene, ShockError, Strike, load_robot, read_scene, resolve, shock_profile
 from shockpc.errors import StudyError, UnknownName
 from shockpc.places import Place
 from shockpc.quantities.table import select
@@ -319,6 +320,15 @@ def test_loops_are_closed_in_every_row():
     made = sweep(scene, robot=robot, vary={f"joint:{joint}": "-20:20:5"}, prove=0)
     assert made.alone
     check(made)
+
+
+def test_rods_on_ball_joints_turn_as_the_loops_need():
+    """Followed from the first posture or closed at once, Cassie's legs end in one configuration."""
+    scene = read_scene(Path(__file__).parents[1] / "robots" / "measured" / "cassie.toml")
+    joints = {"hip_pitch_right": 20.0, "knee_left": -70.0}
+    made = sweep(scene, {name: [value] for name, value in joints.items()}, prove=0)
+    followed, alone = resolve(*made.case(0)), resolve(replace(scene, posture=replace(scene.posture, joints_deg=joints)), made.robot)
+    np.testing.assert_allclose(followed.q, alone.q, atol=1e-10)
 
 
 def test_plane_is_checked_before_anything_is_computed(anymal):

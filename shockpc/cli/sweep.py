@@ -57,7 +57,7 @@ def sweep(
     run: RunOptions,
 ) -> int:
     from shockpc.cli.output import write_report
-    from shockpc.cli.scenes import scenes_from, with_contact
+    from shockpc.cli.scenes import scenes_from
     from shockpc.cli.write_parts import written_parts
     from shockpc.errors import SolveError, StudyError
     from shockpc.executor import executor
@@ -67,8 +67,9 @@ def sweep(
     from shockpc.studies.sweep.summary import summarise
 
     contacts = [values for name, values in vary if name == "contact" and values is not None]
-    if contacts:
-        options = with_contact(robot, options, contacts[0].split(","))
+    if contacts and not options.contact:
+        # The rows have contacts of their own, as --contact names them; the scene needs one until they are set.
+        options = options._replace(contact=(contacts[0].split(",")[0],))
     loaded, scenes = scenes_from(robot, options)
     if len(scenes) > 1 and not contacts:
         names = ",".join(contact.frame for scene in scenes for contact in scene.contact)

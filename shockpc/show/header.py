@@ -32,6 +32,9 @@ BASES = {
     "world": f'fixed to the world, because its root link is called "{WORLD}"; --base free releases it',
     "file": "fixed in the file; --base free releases it",
 }
+ROUNDED = 1e-6
+"""Deflection of a spring that postures with six decimals leave where it is relaxed [rad, m]."""
+
 PLANES = {"xz": "xz (sagittal)", "yz": "yz (frontal)", "xy": "xy (from above)"}
 
 
@@ -133,7 +136,8 @@ def _drive_texts(profile: ShockProfile) -> list[str]:
     if sprung := [joint.name for joint in single if model.springs[joint.v].any()]:
         when = f"; they count after {1e3 * profile.spring_time:.2g} ms" if math.isfinite(profile.spring_time) else ""
         texts.append(f"springs at {few(sprung, 2, what=' joints')} are free in the impact{when}")
-    load = model.stiffness * model.deflection(robot, profile.landing.q)
+    deflection = model.deflection(robot, profile.landing.q)
+    load = np.where(np.abs(deflection) > ROUNDED, model.stiffness * deflection, 0.0)
     if loaded := {name: torque for name in sprung if (torque := float(np.abs(load[robot.joint(name).v]).max())) > 0.0}:
         most = max(loaded, key=lambda name: loaded[name])
         size = f"{loaded[most]:.3g} {'N' if robot.joint(most).unit == 'm' else 'N m'}"

@@ -171,5 +171,7 @@ def _options(made: Sweep, row: int) -> tuple[str, str]:
             others.append(f"{one.subject} = {value:g}{' x' if one.factor else f' {one.unit}'}")
     if made.alone:  # where the joints are that close the loops, as they were followed
         options += [("--set", f"{name}={x!r}") for name in scene.assemble if (x := scene.posture.joints_deg.get(name)) is not None]
-        options += [("--assemble", name) for name in scene.assemble if name not in made.scene.assemble]
+        # No option takes the rotation of a ball joint, which follows from the other joints.
+        turned = [name for name in scene.assemble if name in scene.posture.joint_quaternions]
+        options += [("--assemble", name) for name in turned or (() if made.scene.assemble else scene.assemble)]
     return shlex.join(itertools.chain.from_iterable(dict.fromkeys(options))), ", ".join(others)
