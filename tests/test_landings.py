@@ -218,6 +218,19 @@ def test_loops_are_closed_by_the_least_change():
     assert followed.columns["shock_com@body"] == pytest.approx(np.full(3, found.columns["shock_com@body"][0]), rel=1e-9)
 
 
+def test_a_scene_holds_a_row_with_loops():
+    """Of Cassie's rods, on ball joints, the table gives neither positions nor rates; the scene has the numbers of its row."""
+    folder = Path(__file__).parents[1] / "robots" / "measured"
+    scene, columns = read_scene(folder / "cassie.toml"), read_table(folder / "cassie_landings.csv")
+    landing = landing_of(scene, known_robot(scene.robot))
+    rows = rows_of({name: x[:1] for name, x in columns.items()}, landing, {"second_foot_later_ms": "", "ankle_spring_joint_*": ""})
+    made = landings(rows, landing.robot, prove=0)
+    row, alone = made.profile(0), shock_profile(made.case(0), landing.robot)
+    np.testing.assert_allclose(alone.q, row.q, atol=1e-12)
+    np.testing.assert_allclose(alone.landing.before.joint_rates, row.landing.before.joint_rates, atol=1e-10)
+    np.testing.assert_allclose(alone.shock_com, row.shock_com, rtol=1e-10)
+
+
 def test_motions_of_many_postures_are_those_of_each():
     """Kinetic energy and velocities before the impact with a motion for every posture."""
     columns = table()

@@ -284,7 +284,9 @@ class Landings:
         if not self.table.own:
             for joint in self.robot.single_joints[self.robot.free_base :]:
                 moved = joint.kind != "ball" and not np.array_equal(landing.q[joint.q], self.first.q[joint.q])
-                if joint.axis is None and (moved or landing.before.joint_rates[joint.v].any()):
+                # Rates that the table does not give follow from the loops.
+                turns = joint.name in self.table.rates and landing.before.joint_rates[joint.v].any()
+                if joint.axis is None and (moved or turns):
                     raise StudyError(
                         f'joint "{joint.name}" has {joint.v.stop - joint.v.start} degrees of freedom, whose '
                         f"{'position' if moved else 'rates'} a scene cannot hold; analyze the landing in Python, as profile(row)"
@@ -292,16 +294,18 @@ class Landings:
         return landing.scene
 
     def _written(self, row: int, landing: PosedLanding) -> PosedLanding:
-        """A landing with the scene of its row; of a table with loops, the joints that it gives, from which the others follow."""
+        """A landing with the scene of its row, in which loops are closed already."""
         if self.table.own:
             return replace(landing, scene=self.table.own[row] or landing.scene)
         robot, q, before, scene = self.robot, landing.q, landing.before, landing.scene
-        kept = [joint for joint in robot.independent_joints if not landing.loops or joint.name in self.table.joints]
-        moving = [joint for joint in robot.independent_joints if before.joint_rates[joint.v].any()]
-        balls = [joint for joint in robot.single_joints if joint.kind == "ball" and joint.name in self.table.joints]
+        loops_move = bool(landing.loops) and before.joint_rates.any()
+        moving = [joint for joint in robot.independent_joints if loops_move or before.joint_rates[joint.v].any()]
+        balls = [
+            joint for joint in robot.single_joints if joint.kind == "ball" and (landing.loops or joint.name in self.table.joints)
+        ]
         posture = replace(
             scene.posture,
-            joints={joint.name: joint.value(q) for joint in kept},
+            joints={joint.name: joint.value(q) for joint in robot.independent_joints},
             joints_deg={},
             joint_quaternions={**scene.posture.joint_quaternions, **{ball.name: tuple(q[ball.q].tolist()) for ball in balls}},
         )
