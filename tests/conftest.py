@@ -11,7 +11,7 @@ from shockpc.paths import inputs
 
 COMMON = {"deadline": None, "database": None, "suppress_health_check": [HealthCheck.too_slow, HealthCheck.data_too_large]}
 
-settings.register_profile("fixed", derandomize=True, max_examples=30, **COMMON)
+settings.register_profile("fixed", derandomize=True, max_examples=20, **COMMON)
 settings.register_profile("explore", max_examples=200, **COMMON)
 settings.load_profile("fixed")
 

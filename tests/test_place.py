@@ -1,5 +1,6 @@
 """The place of least shock: cone programs against closed forms and fine grids, sensors against all partitions, the command."""
 
+import functools
 import itertools
 import json
 import math
@@ -176,8 +177,8 @@ def test_alternatives_are_the_best_places_of_a_fine_grid_at_the_distance(seed):
 @pytest.mark.parametrize("seed", range(4))
 @pytest.mark.parametrize(("count", "weighted"), [(2, False), (3, False), (2, True)])
 def test_several_sensors_are_the_best_of_all_partitions(seed, count, weighted):
-    """Seven landings on two or three sensors: every assignment is tried."""
-    found, cells = fields(seed, 7, weighted), [Cell(corners(*one)) for one in BOXES]
+    """Six landings on two or three sensors: every assignment is tried."""
+    found, cells = fields(seed, 6, weighted), [Cell(corners(*one)) for one in BOXES]
 
     def best(some):
         return next(best_places(some, cells))
@@ -185,8 +186,8 @@ def test_several_sensors_are_the_best_of_all_partitions(seed, count, weighted):
     group = best_group(found, count, best)
     known = {}
     values = []
-    for which in itertools.product(range(count), repeat=7):
-        parts = [tuple(k for k in range(7) if which[k] == sensor) for sensor in set(which)]
+    for which in itertools.product(range(count), repeat=6):
+        parts = [tuple(k for k in range(6) if which[k] == sensor) for sensor in set(which)]
         for part in parts:
             if part not in known:
                 known[part] = best(found.of(list(part))).value
@@ -236,6 +237,11 @@ def landings(robot="anymal_b", feet=("LF_FOOT", "RH_FOOT"), angles=(0.0, 45.0), 
     }
 
 
+@functools.cache
+def one_sensor():
+    return shockpc.place(landings())
+
+
 @pytest.fixture(scope="module")
 def study():
     return shockpc.place(landings(pulse="half-sine:5ms", range_g=2.0))
@@ -275,15 +281,15 @@ def test_margins_are_peaks_of_the_pulse_along_the_axes(study):
 
 def test_a_box_replaces_the_geometry_and_limits_the_surface():
     box_ = ((0.1, -0.05, 0.0), (0.2, 0.05, 0.1))
-    inside = shockpc.place(landings(), within=box_)
+    inside = shockpc.place(landings(), within=box_, alternatives=0)
     assert np.all(inside.places[0].position >= np.array(box_[0]) - 1e-8)
     assert np.all(inside.places[0].position <= np.array(box_[1]) + 1e-8)
     low, high = (-0.3, -0.3, 0.0), (0.3, 0.3, 0.3)
-    above = shockpc.place(landings(), within=(low, high), surface=True)
-    anywhere = shockpc.place(landings(), surface=True)
+    above = shockpc.place(landings(), within=(low, high), surface=True, alternatives=0)
+    anywhere = shockpc.place(landings(), surface=True, alternatives=0)
     assert above.places[0].position[2] >= -1e-8
     assert above.combined >= anywhere.combined - 1e-12
-    assert anywhere.combined >= shockpc.place(landings()).combined - 1e-12
+    assert anywhere.combined >= one_sensor().combined - 1e-12
 
 
 def test_a_surface_is_what_one_sees_or_says_how_far_it_is_from_that(capfd):
@@ -319,11 +325,11 @@ def test_weights_compare_places_by_the_mean():
     weighted = shockpc.place(landings(), weights={"LF_FOOT 0": 3.0})
     np.testing.assert_allclose(weighted.weights, [0.5, 1 / 6, 1 / 6, 1 / 6])
     assert weighted.combined == pytest.approx(weighted.places[0].shocks @ weighted.weights)
-    assert weighted.combined <= shockpc.place(landings()).places[0].shocks @ weighted.weights + 1e-12
+    assert weighted.combined <= one_sensor().places[0].shocks @ weighted.weights + 1e-12
 
 
 def test_two_sensors_see_no_more_than_one():
-    one, two = shockpc.place(landings()), shockpc.place(landings(), count=2)
+    one, two = one_sensor(), shockpc.place(landings(), count=2)
     assert two.combined <= one.combined
     least = np.min([place.shocks for place in two.places], axis=0)
     assert two.combined == least.max()

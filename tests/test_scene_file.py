@@ -13,7 +13,7 @@ from typing import Literal, get_args, get_origin, get_type_hints
 import jsonschema
 import numpy as np
 import pytest
-from commands import good, run
+from commands import dog_in, good
 from hypothesis import given
 from hypothesis import strategies as st
 from robot_texts import refused
@@ -29,11 +29,14 @@ from shockpc import (
     Rotor,
     Scene,
     SceneError,
+    ShockError,
     Strike,
     read_scene,
     shock_profile,
 )
 from shockpc.scene import check_scene, scene_schema, scene_table, scene_text
+from shockpc.show.document import document as document_of
+from shockpc.show.document import json_text
 
 EVERY_KEY = """\
 robot = "dog/dog.urdf.xacro"
@@ -166,25 +169,33 @@ DIGITS = {line: re.sub(r"\d(?=\D*$)", lambda digit: str((int(digit[0]) + 1) % 10
 """Every other line with its last digit changed."""
 
 
+@pytest.fixture(scope="module")
+def before(tmp_path_factory):
+    """A folder with the files of the scene and others, and the results of the scene there."""
+    folder = dog_in(tmp_path_factory.mktemp("before").resolve()).parent
+    (folder / "other.srdf").write_text((folder / "dog/dog.srdf").read_text().replace("0.3", "0.35"))
+    shutil.copytree(folder / "dog", folder / "cat")
+    (folder / "cat/leg.xacro").write_text((folder / "cat/leg.xacro").read_text().replace('mass value="0.5"', 'mass value="0.6"'))
+    found = results(write(folder, EVERY_KEY))
+    assert "bodies" in found
+    return folder, found
+
+
 @pytest.mark.parametrize("old", CHANGES | DIGITS)
-def test_every_key_counts(capfd, here, old):
+def test_every_key_counts(before, old):
     """A change to any line of the scene changes the numbers, or is refused."""
-    (here / "other.srdf").write_text((here / "dog/dog.srdf").read_text().replace("0.3", "0.35"))
-    shutil.copytree(here / "dog", here / "cat")
-    (here / "cat/leg.xacro").write_text((here / "cat/leg.xacro").read_text().replace('mass value="0.5"', 'mass value="0.6"'))
-    before = results(capfd, write(here, EVERY_KEY))
-    assert before[0].startswith("shock ")
+    folder, found = before
     assert EVERY_KEY.count(old) == 1
-    assert results(capfd, write(here, EVERY_KEY.replace(old, (CHANGES | DIGITS)[old]))) != before
+    assert results(write(folder, EVERY_KEY.replace(old, (CHANGES | DIGITS)[old]))) != found
 
 
-def results(capfd: pytest.CaptureFixture[str], path: Path) -> tuple[str, object]:
-    """The tables and the numbers of a scene, without the words of the scene itself; or the refusal, twice."""
-    tables = run(capfd, "analyze", path)
-    document = run(capfd, "analyze", path, "--format", "json")
-    if tables.code:
-        return tables.err, document.err
-    return tables.out, {key: part for key, part in json.loads(document.out).items() if key != "scene"}
+def results(path: Path) -> object:
+    """The document of a scene without the scene itself; or the refusal."""
+    try:
+        document = json.loads(json_text(document_of(shock_profile(read_scene(path)))))
+    except ShockError as refusal:
+        return str(refusal)
+    return {key: part for key, part in document.items() if key != "scene"}
 
 
 def write_scene(folder: Path, scene: Scene) -> Path:
