@@ -37,7 +37,9 @@ def printable(text: str, most: int | None = None) -> str:
 
 def message(text: str) -> str:
     """A message on one line of at most 2000 characters, in which quoted names of more than 160 are shortened to 80."""
-    return printable(re.sub('"([^"]{161,})"', lambda name: f'"{printable(name[1], 80)}"', text), 2000)
+    # All quoted names are matched, so that what stands between two of them is not taken for one.
+    quoted = re.sub('"([^"]*)"', lambda name: f'"{printable(name[1], 80)}"' if len(name[1]) > 160 else name[0], text)
+    return printable(quoted, 2000)
 
 
 def alike(texts: Iterable[str]) -> Counter[str]:

@@ -19,7 +19,7 @@ from trees import robot_from
 from shockpc import Contact, ContactImpulse, Joints, Point, Posture, Rotor, Scene, Strike, shock_profile
 from shockpc.core.directions import ExtremeDirections
 from shockpc.diagnostic import Diagnostic
-from shockpc.printed import alike, printable
+from shockpc.printed import alike, message, printable
 from shockpc.result import StanceImpulse
 from shockpc.show.header import header_lines
 from shockpc.show.reports.landing import accuracy_line, contacts_sheet, directions_sheet, landing_report, landings_report
@@ -209,6 +209,11 @@ def test_what_is_printed_cannot_control_a_terminal(text):
 def test_escapes_and_long_names(text, shown):
     """These are cut in the middle."""
     assert printable(text, 80) == shown
+
+
+def test_names_in_messages_are_shortened_and_nothing_between_them():
+    between = " and ".join(["what the message says"] * 20)
+    assert message(f'"a" {between} "{"b" * 161}"') == f'"a" {between} "{"b" * 40}…{"b" * 39}"'
 
 
 def test_names_cannot_break_a_table():

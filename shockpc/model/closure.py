@@ -208,7 +208,7 @@ def assemble(robot: Robot, q: Array, loops: tuple[Loop, ...], plane: Plane, held
     if closed is not None:
         state = dynamics(robot, closed[None])
         left = max(_apart(state, loop)[0] for loop in loops)
-        return Assembly(closed, first, turn, _moved(robot, q, closed), left if left > SEEN * _size(state) else 0.0, retried)
+        return Assembly(closed, first, turn, moved_joints(robot, q, closed), left if left > SEEN * _size(state) else 0.0, retried)
     raise linkage.refusal(q)
 
 
@@ -358,8 +358,8 @@ def _movable(robot: Robot, held: np.ndarray) -> list[str]:
     return [n for n in robot.joint_names if n not in robot.followers and not held[robot.joint(n).v].any()]
 
 
-def _moved(robot: Robot, before: Array, after: Array) -> tuple[tuple[str, float, str], ...]:
-    """The joints that moved by more than rounding, with sign and unit."""
+def moved_joints(robot: Robot, before: Array, after: Array) -> tuple[tuple[str, float, str], ...]:
+    """The joints that moved by more than rounding: name, by how much, a ball joint by its angle, and unit."""
     step = pin.difference(robot.model, before, after)
     parts = ((joint, step[joint.v]) for joint in map(robot.joint, robot.joint_names))
     moved = [(joint, float(part[0]) if len(part) == 1 else float(np.linalg.norm(part))) for joint, part in parts]

@@ -4,7 +4,6 @@ import contextlib
 import functools
 import hashlib
 import itertools
-import math
 import pickle
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from concurrent.futures import Executor
@@ -18,7 +17,7 @@ from shockpc.core.threads import one_thread
 from shockpc.errors import SceneError, ShockError, StudyError, UnknownName
 from shockpc.executor import in_order
 from shockpc.landing import PosedLanding, landing_of, with_loops
-from shockpc.model.closure import assemble, closure_block, follow
+from shockpc.model.closure import assemble, closure_block, follow, moved_joints
 from shockpc.model.dynamics import dynamics
 from shockpc.model.motion import Motion
 from shockpc.model.posture import Posture, held_joints
@@ -203,12 +202,7 @@ class Landings:
             closed = follow(robot, landing.q, q, landing.loops, landing.plane, others | given)
         except SceneError:
             closed = assemble(robot, q, landing.loops, landing.plane, others).q
-        changes = [
-            math.remainder(joint.value(closed) - joint.value(q), math.tau if joint.kind == "continuous" else math.inf)
-            for joint in map(robot.joint, table.joints)
-            if joint.axis is not None
-        ]
-        by = max(map(abs, changes), default=0.0)
+        by = max((abs(by) for name, by, _ in moved_joints(robot, q, closed) if name in table.joints), default=0.0)
         if by > OPEN:
             raise SceneError(
                 f"the loops are open: closing them changes a joint that the table gives by {by:.3g} rad (m), and at most {OPEN:g} "
