@@ -30,7 +30,7 @@ def test_the_first_of_several_roots(seed):
     sigma, cosine, sine = 10.0 ** rng.uniform(-1.0, 2.0, 4), rng.normal(size=(3, 4)), rng.normal(size=(3, 4))
     sums = signals(1.0 - cosine.sum(axis=1) + rng.uniform(0.0, 3.0, 3), cosine, sine, [0.0, 0.1, -0.1])
     time, index = first_crossing(sigma, sums, 3.0)
-    t = np.linspace(0.0, 3.0, 300001)
+    t = np.linspace(0.0, 3.0, 100001)
     angle = np.outer(t, sigma)
     values = sums.constant + np.outer(t, sums.linear) + np.cos(angle) @ cosine.T + np.sin(angle) @ sine.T
     below = np.flatnonzero(values.min(axis=1) < 0.0)

@@ -8,25 +8,8 @@ from dataclasses import replace
 import pytest
 
 import shockpc
-from shockpc import (
-    Closure,
-    Contact,
-    Joints,
-    OutputError,
-    Place,
-    Posture,
-    RobotError,
-    Rotor,
-    Scene,
-    SceneError,
-    ShockError,
-    SolveError,
-    Strike,
-    StudyError,
-    UnknownName,
-    errors,
-    shock_profile,
-)  # fmt: skip
+from shockpc import Closure, Contact, Joints, Place, Posture, Rotor, Scene, Strike, errors, shock_profile
+from shockpc.errors import OutputError, RobotError, SceneError, ShockError, SolveError, StudyError, UnknownName  # fmt: skip
 
 CLASSES = {name: kind for name, kind in vars(errors).items() if inspect.isclass(kind) and issubclass(kind, Exception)}
 

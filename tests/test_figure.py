@@ -447,6 +447,7 @@ def test_no_letter_leaves_the_page_or_covers_a_number(robot, frames, angle, plan
         rings = [text.get_window_extent() for text in texts if text.get_fontsize() == 6.5]
         labels = [text.get_window_extent() for text in texts if text.get_fontweight() == "bold"]
     assert rings
+    assert labels
     assert not any(ring.overlaps(label) for ring in rings for label in labels)
 
 

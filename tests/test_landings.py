@@ -13,22 +13,9 @@ from robot_texts import body, floating, mjcf
 from scipy.spatial.transform import Rotation
 from trees import known_robot, robot_from
 
-from shockpc import (
-    Contact,
-    Joints,
-    Part,
-    Posture,
-    Scene,
-    SceneError,
-    SolveError,
-    StudyError,
-    UnknownName,
-    load_robot,
-    read_scene,
-    resolve,
-    shock_profile,
-)
+from shockpc import Contact, Joints, Part, Posture, Scene, load_robot, read_scene, resolve, shock_profile
 from shockpc.bench.measured import measured_landings
+from shockpc.errors import SceneError, SolveError, StudyError, UnknownName
 from shockpc.landing import landing_of
 from shockpc.model.motion import Motion
 from shockpc.quantities.table import quantity

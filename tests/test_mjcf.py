@@ -12,21 +12,8 @@ import pinocchio as pin
 import pytest
 from robot_texts import BODY, HINGE, body, floating, loaded, mjcf, refusal, refused
 
-from shockpc import (
-    Contact,
-    Joints,
-    Posture,
-    Robot,
-    RobotError,
-    Scene,
-    SceneError,
-    SolveError,
-    Strike,
-    UnknownName,
-    configuration_from_mujoco,
-    load_robot,
-    shock_profile,
-)
+from shockpc import Contact, Joints, Posture, Robot, Scene, Strike, configuration_from_mujoco, load_robot, shock_profile
+from shockpc.errors import RobotError, SceneError, SolveError, UnknownName
 from shockpc.robot.mjcf_compiled import compiled
 from shockpc.scene import robot_of
 

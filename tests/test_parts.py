@@ -13,23 +13,10 @@ from hypothesis import strategies as st
 from test_escaping import NAMES, SUFFIXES, check_text, read
 from test_ground import BOX, COLUMN
 
-from shockpc import (
-    Contact,
-    Joints,
-    Part,
-    Posture,
-    Scene,
-    SceneError,
-    Strike,
-    UnknownName,
-    compare,
-    resolve,
-    sensitivity,
-    shock_profile,
-    sweep,
-)
+from shockpc import Contact, Joints, Part, Posture, Scene, Strike, compare, resolve, sensitivity, shock_profile, sweep
 from shockpc.core.pulse import SHAPES, Pulse, velocity_change
 from shockpc.core.spectrum import amplification
+from shockpc.errors import SceneError, UnknownName
 from shockpc.ratings import strength
 from shockpc.scene import GRAVITY
 from shockpc.show.files import MANIFEST
