@@ -9,7 +9,7 @@ import pytest
 
 import shockpc
 from shockpc import Closure, Contact, Joints, Place, Posture, Rotor, Scene, Strike, errors, shock_profile
-from shockpc.errors import OutputError, RobotError, SceneError, ShockError, SolveError, StudyError, UnknownName  # fmt: skip
+from shockpc.errors import OutputError, RobotError, SceneError, ShockError, SolveError, StudyError, UnknownName
 
 CLASSES = {name: kind for name, kind in vars(errors).items() if inspect.isclass(kind) and issubclass(kind, Exception)}
 

@@ -144,10 +144,18 @@ def test_rows_that_cannot_be_computed_have_a_message_and_end_with_code_3(capfd, 
     assert table["shock_com@body"][1] is None
 
 
-def test_killed_run_is_resumed_to_the_same_bytes(stick, tmp_path):
+@pytest.fixture(scope="module")
+def whole(tmp_path_factory):
+    """A robot, and the folder of an uninterrupted sweep in one process."""
+    folder = tmp_path_factory.mktemp("whole")
+    (folder / "stick.urdf").write_text(STICK)
+    assert done(command(folder / "stick.urdf", *MANY, "--out", folder / "out"))[0] == 0
+    return folder / "stick.urdf", folder / "out"
+
+
+def test_killed_run_is_resumed_to_the_same_bytes(whole, tmp_path):
     """Kill -9 in mid-run with two processes, then --resume with one: the files of an uninterrupted run, and no part twice."""
-    whole, killed = tmp_path / "whole", tmp_path / "killed"
-    assert done(command(stick, *MANY, "--out", whole))[0] == 0
+    (stick, whole), killed = whole, tmp_path / "killed"
     process = command(stick, *MANY, "--out", killed, "--jobs", 2)
     wait_for_parts(killed, 2, process)
     os.killpg(process.pid, signal.SIGKILL)
@@ -334,16 +342,15 @@ def test_cluster_without_workers_is_refused_or_waited_for(stick, tmp_path):
             assert done(process)[0] == 0
 
 
-def test_cluster_that_loses_a_worker_writes_the_same_bytes(stick, tmp_path):
+def test_cluster_that_loses_a_worker_writes_the_same_bytes(whole, tmp_path):
     """A scheduler and two workers on loopback, one of which is killed in mid-run, against one local process."""
     worker = ("worker", "--nthreads", 1, "--no-nanny", "--host", "127.0.0.1")
-    local, clustered = tmp_path / "local", tmp_path / "clustered"
+    (stick, local), clustered = whole, tmp_path / "clustered"
     with (
         dask("scheduler", "--host", "127.0.0.1", "--port", 0, folder=tmp_path),
         dask(*worker, folder=tmp_path) as first,
         dask(*worker, folder=tmp_path),
     ):
-        assert done(command(stick, *MANY, "--out", local))[0] == 0
         process = command(stick, *MANY, "--out", clustered, "--cluster", scheduler_address(tmp_path))
         wait_for_parts(clustered, 1, process)
         first.kill()
