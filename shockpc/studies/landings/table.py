@@ -465,7 +465,10 @@ class _Reader:
                 f'the table gives the velocity of "{min(unused)}", which is no contact of any row; leave it out (--map)'
             )
         moving = ~np.isnan(velocities).any(axis=2)
-        _, rows, group = np.unique(np.column_stack([index, moving]), axis=0, return_index=True, return_inverse=True)
+        code = index
+        for own_velocity in moving.T[moving.any(axis=0)]:
+            code = np.unique(2 * code + own_velocity, return_inverse=True)[1]
+        _, rows, group = np.unique(code, return_index=True, return_inverse=True)
         scenes = []
         for i in rows.tolist():
             contacts = tuple(
@@ -473,7 +476,7 @@ class _Reader:
                 for c, contact in enumerate(landings[index[i]])
             )
             scenes.append(replace(scene, contact=contacts, friction=None if np.isnan(friction[i]) else float(friction[i])))
-        return tuple(scenes), group.ravel(), velocities, messages
+        return tuple(scenes), group, velocities, messages
 
     def _landing(self, text: str) -> tuple[Contact, ...]:
         """The contacts A+B of a row, each as the scene has it or, if it has not, as the first of the scene."""
