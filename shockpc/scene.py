@@ -199,8 +199,8 @@ class Scene(Record):
         base: free; planar (moves and rotates in the plane only); fixed. By default free, or fixed where an MJCF file fixes it
             or the root link is called world. With free and planar the one top-level body of such a file gets a free joint.
         plane: in which CoPc and RoPc are given and figures are drawn, and in which the strike angle is measured: xz (sagittal), yz
-            (frontal), xy (horizontal), or the normal of another plane; auto is xz, or yz if more than half of the velocity is
-            sideways.
+            (frontal), xy (horizontal), or the normal of another plane; auto is xz, or yz where more than half of the motion before
+            the impact is sideways, as `with_plane` says.
         srdf: file of reference postures; by default the one beside the robot.
         packages: folders of packages, for `package://` and `$(find …)`.
         xacro: arguments of a xacro file.
@@ -297,19 +297,35 @@ class Scene(Record):
                 raise SceneError(f"{inline(path)} cannot be the path of a file: it holds a NUL character")
 
 
+ARM = 0.5
+"""Distance from the base at which a rotation counts as a velocity where the plane is chosen [m]."""
+
 S = TypeVar("S", bound=Scene)
 
 
 def with_plane(scene: Scene) -> Scene:
-    """The scene with its own plane, or that in which its strike happens.
+    """The scene with its own plane, or that in which its motion before the impact happens.
+
+    That is the frontal plane where more than half of the motion is sideways. The jumps do not decide: they turn with the foot that
+    is struck, the posture and the masses, so that two designs would be compared in different planes.
 
     Raises:
         SceneError: as for `Strike.vector`.
     """
-    if scene.plane != "auto":
-        return scene
-    velocity = scene.strike.vector(plane_from(PLANES["xz"]))
-    return replace(scene, plane="yz" if abs(velocity[1]) > 0.5 * np.linalg.norm(velocity) else "xz")
+    return scene if scene.plane != "auto" else replace(scene, plane="yz" if sideways(scene.strike) > 0.5 else "xz")
+
+
+def sideways(strike: Strike) -> float:
+    """Share of a motion before the impact that is in the frontal plane alone: along y, and about x as in a fall to the side [1].
+
+    A rotation counts as the velocity at `ARM` from the base; a strike angle is in the sagittal plane.
+
+    Raises:
+        SceneError: as for `Strike.vector`.
+    """
+    turning = ARM * np.array(strike.angular_velocity or (0.0, 0.0, 0.0))
+    motion = np.concatenate([strike.vector(plane_from(PLANES["xz"])), turning])
+    return float(np.hypot(motion[1], motion[3]) / (np.linalg.norm(motion) or 1.0))
 
 
 def plane_of(scene: Scene) -> Plane:

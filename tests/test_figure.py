@@ -25,6 +25,7 @@ from shockpc.core.spatial import plane_from
 from shockpc.paper.figures import FIGURES, paper_figures
 from shockpc.robot.geometry import Shape
 from shockpc.robot.meshes import Mesh
+from shockpc.scene import with_plane
 from shockpc.show.figure.landing import draw_landing
 from shockpc.show.figure.picture import layers
 from shockpc.show.figure.silhouette import silhouette, to_plane
@@ -399,6 +400,15 @@ def test_a_fall_to_the_side_is_in_the_frontal_plane(anymal):
     assert draw_landing(profile).axes[1].get_xlabel() == "y [m]"
     assert any(text.endswith("plane yz (frontal)") for text in words(draw_landing(profile)))
     assert draw_landing(sagittal).axes[1].get_xlabel() == "x [m]"
+
+
+@pytest.mark.parametrize(
+    ("omega", "plane"), [((3.0, 0.0, 0.0), "yz"), ((0.3, 0.0, 0.0), "xz"), ((0.0, 3.0, 0.0), "xz"), ((3.0, 3.0, 1.0), "yz")]
+)
+def test_a_body_that_tips_to_the_side_falls_in_the_frontal_plane(omega, plane):
+    """The base moves straight down, in both planes: the rotation decides, and a slow one does not."""
+    scene = with_plane(Scene(robot="any", strike=Strike(velocity=(0.0, 0.0, -1.0), angular_velocity=omega)))
+    assert scene.plane == plane
 
 
 def test_the_figure_has_the_warnings_and_names_colours_beyond_the_table(tmp_path):

@@ -152,7 +152,7 @@ def test_page_of_several_landings(moving):
     other = shock_profile(replace(MOVING, strike=Strike()), moving.robot)
     text = html_of(landings_report([moving, other], ["one", "two"]))
     data = data_of(text)
-    assert [one["name"] for one in data["landings"]] == ["one", "two"]
+    assert [one["layout"]["uirevision"] for one in data["landings"]] == ["one", "two"]
     assert len(data["geometries"]) == 1
     assert text.count("<section data-landing=0>") == text.count("<section data-landing=1>") == 3
 
@@ -291,11 +291,11 @@ def test_histories_reach_the_peaks_of_the_tables(moving):
     """The largest force and acceleration of the charts are those of the quantities, but for the samples."""
     profile = shock_profile(Scene(robot="stick.urdf", contact="foot", contact_stiffness=1e4))
     ((force, acceleration),) = [one["histories"] for one in data_of(html_of(landing_report(profile)))["landings"]]
-    ((name, forces),) = [(line["name"], line["values"]) for line in force["lines"]]
+    ((name, forces),) = [(line["name"], line["y"]) for line in force["data"]]
     assert name == "foot"
     np.testing.assert_allclose(max(forces), profile.value("peak_force", "contact"), rtol=1e-3)
-    np.testing.assert_allclose(max(acceleration["lines"][0]["values"]), profile.value("peak_acceleration", "point"), rtol=1e-3)
-    assert acceleration["time"][-1] == 1e3 * profile.stiffness.motion.duration
+    np.testing.assert_allclose(max(acceleration["data"][0]["y"]), profile.value("peak_acceleration", "point"), rtol=1e-3)
+    assert acceleration["data"][0]["x"][-1] == 1e3 * profile.stiffness.motion.duration
 
 
 def test_a_contact_with_its_own_velocity_does_not_follow_the_base(moving):

@@ -15,14 +15,15 @@ from test_closures import CASES
 from trees import known_robot, robot_from
 
 from shockpc.errors import StudyError, UnknownName
-from shockpc.exact.derivative import displaced
+from shockpc.exact.derivative import central_difference, displaced
 from shockpc.model.contact import Contact
 from shockpc.model.joint_model import Joints
 from shockpc.profile import profile_of, shock_profile
 from shockpc.robot.changes import Change, changed, links_with_mass
 from shockpc.scene import Part, Point, Scene, Strike
 from shockpc.studies.columns import proven_columns
-from shockpc.studies.sensitivity import sensitivity
+from shockpc.studies.parameters import parameters
+from shockpc.studies.sensitivity import _differences, sensitivity
 from shockpc.studies.sweep.case import applied
 from shockpc.studies.sweep.variation import variation
 
@@ -58,6 +59,8 @@ LANDINGS = {
     "shock_com@lf_upperleg": lambda: hyq(joints=GEARED, v_in="com"),
     "delta_qd@lf_kfe_joint": lambda: hyq(joints=GEARED),
     "joint_impulse@lf_kfe_joint": lambda: hyq(joints=GEARED),
+    "effective_mass@lf_foot": lambda: hyq(joints=GEARED),
+    "mitigation@lf_foot": hyq,
     "energy_lost": lambda: hyq(strike=Strike(strike_angle_deg=-20.0, angular_velocity=(0.1, 0.3, 0.2))),
     "energy_share": lambda: hyq(joints=GEARED, strike=Strike(joint_velocities={"lf_hfe_joint": 2.0})),
     "friction_needed@lf_foot": lambda: hyq(strike=Strike(strike_angle_deg=10.0)),
@@ -106,15 +109,10 @@ def slope(function, h):
     return (8.0 * (function(h) - function(-h)) - function(2.0 * h) + function(-2.0 * h)) / (12.0 * h)
 
 
-def numbers(profile, study):
-    """The target, CoPc and RoPc as proven."""
+def target_of(profile, study):
+    """The target as proven."""
     (value,) = proven_columns(profile, [study.target]).values()
-    body = study.target.place.body
-    return np.array([value, *(np.append(profile.copc[body], profile.ropc[body]) if body >= 0 else 4 * [np.nan])])
-
-
-def predicted(effect):
-    return np.array([effect.derivatives[0], *effect.percussion])
+    return value
 
 
 @pytest.mark.parametrize("target", LANDINGS)
@@ -122,17 +120,16 @@ def test_derivatives_against_landings_beside_the_given_one(target):
     """Some effects of each kind: differences of analyses of changed robots and scenes."""
     scene, robot = LANDINGS[target]()
     study = sensitivity(scene, target, robot)
-    here = numbers(study.profiles[0], study)
-    known = slice(5 if np.isfinite(study.ropc) else 1)
+    assert study.exact
+    here = target_of(study.profiles[0], study)
     kinds = {effect.kind for effect in study.ranked} - ({"armature"} if scene.joints is not GEARED else set())
     for kind in kinds:
         effects = [effect for effect in study.ranked if effect.kind == kind]
         for effect in (effects[0], effects[len(effects) // 2]):
             h = 1e-5 if effect.unit in ("rad", "1") else 1e-5 * max(abs(effect.value), effect.step)
-            computed = slope(lambda t, effect=effect: numbers(shock_profile(*beside(scene, robot, effect, t)), study)[known], h)
+            computed = slope(lambda t, effect=effect: target_of(shock_profile(*beside(scene, robot, effect, t)), study), h)
             # Analyses are proven to 1e-16 of the value, of which the difference is a small part.
-            pairs = predicted(effect)[known] * h, computed * h
-            np.testing.assert_allclose(*pairs, rtol=1e-8, atol=1e-14 * np.nanmax(np.abs(here[known])))
+            assert effect.derivatives[0] * h == pytest.approx(computed * h, rel=1e-8, abs=1e-14 * abs(here))
 
 
 @pytest.mark.parametrize("number", [10, 12, 17, 18, 23, 26, 63])
@@ -155,7 +152,7 @@ def test_joint_values_against_other_postures(number):
             rates[robot.joint(mimic.joint).v] = sum(by * rates[robot.joint(name).v] for name, by in mimic.leaders.items())
 
         def value(t, rates=rates):
-            return numbers(profile_of(landing.at(pin.integrate(robot.model, landing.q, t * rates))), study)[0]
+            return target_of(profile_of(landing.at(pin.integrate(robot.model, landing.q, t * rates))), study)
 
         assert effect.derivatives[0] == pytest.approx(slope(value, 1e-3), abs=1e-6 * study.value)
 
@@ -172,9 +169,9 @@ def test_joint_values_where_loops_are_closed_again(name, frame, joint):
     def values(t):
         joints = {**scene.posture.joints_deg, joint: math.degrees(effect.value + t)}
         posture = dataclasses.replace(scene.posture, joints={}, joints_deg=joints)
-        return numbers(shock_profile(dataclasses.replace(scene, posture=posture), robot), study)
+        return target_of(shock_profile(dataclasses.replace(scene, posture=posture), robot), study)
 
-    np.testing.assert_allclose(predicted(effect), slope(values, 1e-3), rtol=1e-7, atol=1e-7 * study.ropc)
+    assert effect.derivatives[0] == pytest.approx(slope(values, 1e-3), rel=1e-7, abs=1e-7 * study.value)
 
 
 def test_joint_that_a_loop_holds():
@@ -185,15 +182,15 @@ def test_joint_that_a_loop_holds():
     assert all(not effect.reason for effect in study.ranked)
 
 
-@pytest.mark.parametrize(("target", "degree"), [(IMU, 0), ("joint_impulse@lf_kfe_joint", 1), ("energy_lost", 1)])
+@pytest.mark.parametrize(("target", "degree"), [
+    (IMU, 0), ("ropc@trunk", 0), ("joint_impulse@lf_kfe_joint", 1), ("energy_lost", 1), ("effective_mass@lf_foot", 1),
+])  # fmt: skip
 def test_one_factor_on_all_inertia(target, degree):
     """Masses, inertias and armatures times one factor: Δq̇ is the same and impulses have that factor (Euler's theorem)."""
     scene, robot = hyq(joints=GEARED)
     study = sensitivity(scene, target, robot)
-    total = sum(predicted(effect) * effect.value for effect in study.effects if effect.kind in ("proportion", "armature"))
-    assert total[0] == pytest.approx(degree * study.value, abs=1e-13 * study.value)
-    if study.body is not None:
-        np.testing.assert_allclose(total[1:], 0.0, atol=1e-13 * study.ropc)
+    total = sum(effect.derivatives[0] * effect.value for effect in study.effects if effect.kind in ("proportion", "armature"))
+    assert total == pytest.approx(degree * study.value, abs=1e-13 * study.value)
 
 
 def test_displacement_of_joints_of_every_kind():
@@ -237,11 +234,15 @@ def test_a_number_that_is_zero():
     ("target", "error", "text"),
     [
         ("shok@trunk_imu", UnknownName, 'no quantity "shok".*nearest: "shock"'),
-        ("feasible", StudyError, "whether flat ground allows the landing is computed in double precision"),
+        ("feasible", StudyError, "whether flat ground allows the landing does not change to first order with any parameter"),
+        ("rank", StudyError, "cannot be used here: it is computed in one posture at a time"),
         ("delta_qd", StudyError, "delta_qd needs a place; write delta_qd@JOINT"),
-        ("peak_force@lf_foot", StudyError, "peak_force .* cannot be used here: it depends on friction or finite stiffness"),
+        (
+            "peak_force@lf_foot",
+            StudyError,
+            "there is no peak force at lf_foot in this landing: the scene gives no contact stiffness",
+        ),
         ("shock@world", UnknownName, 'no frame "world"'),
-        ("shock_max@base_link", StudyError, "greatest shock over the body is computed in double precision"),
         ("peak_g@trunk_imu", StudyError, "peak_g needs the duration of the impact"),
         ("along@lf_kfe", UnknownName, 'no joint "lf_kfe".*nearest: "lf_kfe_joint"'),
     ],
@@ -250,6 +251,48 @@ def test_targets_that_have_no_derivative(target, error, text):
     scene, robot = hyq()
     with pytest.raises(error, match=text):
         sensitivity(scene, target, robot)
+
+
+def test_peak_force_of_a_mass_on_a_spring():
+    """With v sqrt(k m) the derivative by the mass is v sqrt(k / m) / 2; a contact above which the mass is turns nothing."""
+    inertia = '<inertial pos="0 0 0" mass="2" diaginertia=".1 .2 .25"/><site name="foot" pos="0 0 -0.3"/>'
+    robot = robot_from(mjcf(f'<body name="a"><freejoint/>{inertia}</body>'), ".xml")
+    scene = Scene(robot="m", contact=Contact(frame="foot", directions=("z",)), strike=Strike(speed=3.0), contact_stiffness=5e4)
+    study = sensitivity(scene, "peak_force@foot", robot)
+    mass = changes(study)["mass", "", "a"]
+    assert not study.exact
+    assert study.value == pytest.approx(3.0 * math.sqrt(5e4 * 2.0), rel=1e-12)
+    assert mass.derivatives[0] == pytest.approx(3.0 * math.sqrt(5e4 / 2.0) / 2.0, rel=1e-8)
+    assert abs(mass.derivatives[0] - 3.0 * math.sqrt(5e4 / 2.0) / 2.0) <= mass.error <= 1e-4 * mass.derivatives[0]
+
+
+def test_differences_against_exact_derivatives():
+    """The same differences of a number that has exact derivatives, for every kind of parameter."""
+    scene, robot = hyq(joints=GEARED, strike=Strike(strike_angle_deg=30.0))
+    exact = sensitivity(scene, IMU, robot)
+    (profile,), target = exact.profiles, exact.target
+    known = {one[:3]: one for one in parameters(profile)}
+    for kind in ("mass", "proportion", "com", "inertia", "armature", "angle", "strike"):
+        effect = next(effect for effect in exact.ranked if effect.kind == kind)
+        key = (effect.kind, effect.axis, effect.name)
+        (slope,) = _differences(profile, {key: known[key]}, target).values()
+        assert slope.value == pytest.approx(effect.derivatives[0], rel=1e-6)
+        assert abs(slope.value - effect.derivatives[0]) <= slope.error + 1e-12 * exact.value
+
+
+def test_a_kink_has_no_derivative():
+    """A contact that is about to slip sticks on one side and slides on the other, so that both slopes have to be the same."""
+    assert central_difference(lambda t: abs(t) + 2.0 * t, 0.0, 1e-3) == pytest.approx((2.0, 2.0))
+    assert central_difference(lambda t: max(t - 4e-4, 0.0), 0.0, 1e-3)[1] > 0.1
+    scene, robot = hyq()
+    friction = shock_profile(scene, robot).contacts[0].friction_needed
+    for mu, exists in ((0.9 * friction, True), (friction, False)):
+        study = sensitivity(
+            dataclasses.replace(scene, friction=mu), "shock_friction@trunk_imu", robot, vary=[("lf_kfe_joint", "-70:-60")]
+        )
+        assert bool(study.ranked) == exists
+    assert "does not settle" in study.effects[0].reason
+    assert np.isnan(study.effects[0].derivatives).all()
 
 
 def test_joint_loads_of_redundant_contacts_are_refused():
@@ -323,7 +366,7 @@ def test_a_group_changes_by_one_factor():
     def value(t):
         # The feet are parts of the bodies.
         other = changed(robot, [Change("mass", links, 1.0 + t, True) for links in ("*_lowerleg", "*_foot")])
-        return numbers(shock_profile(scene, other), study)[0]
+        return target_of(shock_profile(scene, other), study)
 
     assert effects["proportion", "", "*_lowerleg"].derivatives[0] == pytest.approx(slope(value, 1e-3), rel=1e-7)
     alone = changes(sensitivity(scene, IMU, robot))
@@ -355,7 +398,7 @@ def test_ranges_as_a_sweep_varies_them(subject, values, step, low, high):
         low, high = (links_with_mass(robot, "lf_upperleg")["lf_upperleg"] + t for t in (-1e-3, 1e-3))
     elif subject == "lf_kfe_joint":
         low, high = (math.degrees(effect.value) + t for t in (-0.01, 0.01))
-    less, more = (numbers(shock_profile(*applied(scene, robot, one, value)), study)[0] for value in (low, high))
+    less, more = (target_of(shock_profile(*applied(scene, robot, one, value)), study) for value in (low, high))
     width = math.radians(high - low) if effect.unit == "rad" else high - low
     assert effect.derivatives[0] == pytest.approx((more - less) / width, rel=1e-4)
 

@@ -260,9 +260,9 @@ HEADERS = [
     *(
         ("plane", {"strike": Strike(velocity=velocity), **changes}, line)
         for velocity, changes, line in (
-            ((0.0, 0.8, -0.6), {}, "yz (frontal); 80 % of the velocity is out of the sagittal plane, which --plane xz selects"),
+            ((0.0, 0.8, -0.6), {}, "yz (frontal); 80 % of the motion is out of the sagittal plane, which --plane xz selects"),
             ((0.0, -0.49, -0.8717), {}, "xz (sagittal)"),
-            ((0.0, 0.8, -0.6), {"plane": "xz"}, "xz (sagittal); 80 % of the velocity is out of the sagittal plane"),
+            ((0.0, 0.8, -0.6), {"plane": "xz"}, "xz (sagittal); 80 % of the motion is out of the sagittal plane"),
         )
     ),
 ]  # fmt: skip

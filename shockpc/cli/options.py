@@ -129,7 +129,7 @@ class SceneOptions(NamedTuple):
     lock: tuple[str, ...] = _in_joints("Locked joints, which keep the rate that they have.", "JOINT")
     plane: str | Vector | None = _in_results(
         "Plane of CoPc, RoPc and figures: xz (sagittal), yz (frontal), xy, or a normal NX,NY,NZ; by default auto: xz, or yz where "
-        "more than half of the velocity is sideways.",
+        "more than half of the motion before the impact is sideways (velocity along y, rotation about x).",
         "PLANE",
         plane,
     )

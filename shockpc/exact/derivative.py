@@ -2,11 +2,11 @@
 
 With a step h the quotient (f(h) − f(0)) / h is off by h/2 of the second derivative. With h = 2^-100 that is 4e-31, and the digits
 that the difference loses are covered by the working precision, which is raised until the quotient is known to the last digit of a
-double.
+double. What is computed in double precision has central differences instead, with a stated error.
 """
 
 from collections.abc import Callable, Sequence
-from typing import TypeAlias
+from typing import Any, TypeAlias
 
 import numpy as np
 
@@ -23,31 +23,42 @@ Path: TypeAlias = Callable[[BallImpact, float], BallImpact]
 """From an impact, and by how much a parameter changes, to the impact with that change."""
 
 
-def derivatives(proof: Proof, paths: Sequence[Path], outputs: Callable[[BallImpact], Balls], size: Array) -> Array:
-    """The derivatives (p, n) of n results of an impact by p parameters, the doubles nearest to the exact ones.
+def derivatives(proof: Proof, paths: Sequence[Path], number: Callable[[BallImpact], Any], size: float) -> Array:
+    """The derivatives (p,) of a number of an impact by p parameters, the doubles nearest to the exact ones.
 
     Args:
         proof: of the impact.
         paths: how each parameter changes it.
-        outputs: the results (n,).
-        size: (n,) natural sizes of the results.
-
-    Returns: NaN where a result does not exist.
+        number: in ball arithmetic.
+        size: its natural size.
 
     Raises:
         SingularError: an impact beside the given one has no solution.
     """
 
     def quotients(impact: BallImpact) -> Array:
-        here = outputs(impact)
-        changes = np.zeros((len(paths), len(here)))
-        # Of what is infinite, such as the radius of percussion of a body that translates, the difference is NaN.
-        with np.errstate(invalid="ignore"):
-            for k, path in enumerate(paths):
-                changes[k] = to_double((outputs(path(impact, STEP)) - here) / STEP, size)
-        return changes
+        here = number(impact)
+        return to_double(np.array([(number(path(impact, STEP)) - here) / STEP for path in paths], dtype=object), size)
 
     return proof.read(quotients, BITS)
+
+
+def central_difference(function: Callable[[float], float], here: float, step: float) -> tuple[float, float]:
+    """The derivative of a function at zero by central differences, and their error.
+
+    Of two steps h and h/2 the differences D(h) and D(h/2) give (4 D(h/2) − D(h)) / 3, off by h⁴ (Richardson). The error is stated
+    as |D(h) − D(h/2)|, or as the part of the second differences that does not vanish with h, which is that of a kink, if that is
+    larger.
+
+    Args:
+        function: of the parameter.
+        here: its value at zero.
+        step: h; the function is evaluated there, at half of it, and at the opposite of both.
+    """
+    steps = np.array([step, step / 2.0])
+    after, before = np.array([[function(t) for t in signed] for signed in (steps, -steps)])
+    (whole, half), (bend, kink) = (after - before) / (2.0 * steps), (after - 2.0 * here + before) / steps
+    return float((4.0 * half - whole) / 3.0), float(max(abs(whole - half), abs(2.0 * kink - bend)))
 
 
 def displaced(robot: Robot, q: Array, rates: Array, t: float) -> Balls:

@@ -8,7 +8,7 @@ import numpy as np
 
 from shockpc.core.percussion import dot, norm
 from shockpc.core.spatial import Array
-from shockpc.exact.balls import BallMatrix, PrecisionError, balls, entries, matrix
+from shockpc.exact.balls import BallMatrix, Balls, PrecisionError, balls, entries, matrix
 from shockpc.exact.solution import BallImpact
 from shockpc.impact import Impact
 from shockpc.model.closure import closure_block
@@ -105,15 +105,15 @@ def _impulse_size(impact: Impact, values: Array) -> float:
     return float(np.abs(impact.along(impact.impulse).astype(float)).max(initial=0.0))
 
 
-def _resistance(part: str) -> Callable[[Impact, Places], Array]:
+def _resistance(part: str) -> Callable[[Impact, Places], Balls]:
     """The formula for effective masses, or mitigation factors (1, 1, n), of contacts in one posture; NaN of a standing foot."""
 
-    def compute(impact: Impact, places: Places) -> Array:
+    def compute(impact: Impact, places: Places) -> Balls:
         assert isinstance(impact, BallImpact)
         for k in range(len(impact.contacts)):
             impact.resistances.setdefault(k, _Resistance(impact, k))
         values = [getattr(impact.resistances[p.number], part) if p.number in impact.resistances else np.nan for p in places]
-        return np.array(values, dtype=float)[None, None]
+        return np.array(values, dtype=object)[None, None]
 
     return compute
 
@@ -152,16 +152,16 @@ class _Resistance:
         return self._mobility(NO_AXES)
 
     @functools.cached_property
-    def frictionless(self) -> float:
+    def frictionless(self) -> Any:
         """Effective mass if the contact slides [kg]; inf if it cannot give way."""
         A = self._mobility(np.array(across(self.n))) if self.flat else self.point_mobility
         along = balls(self.n) @ entries(A) @ balls(self.n)
         if not float(along) > STRUCTURAL * _largest(A):
             return np.inf
-        return float(self.impact.rounded(np.array(1 / along), lambda mass: 0.0))
+        return 1 / along
 
     @functools.cached_property
-    def sticking(self) -> float:
+    def sticking(self) -> Any:
         """Effective mass if the contact sticks [kg]; inf if it cannot give way."""
         A = self._mobility(np.array([*across(self.n), self.n])) if self.flat else self.point_mobility
         along = balls(self.n) @ entries(A) @ balls(self.n)
@@ -172,7 +172,7 @@ class _Resistance:
         impulse = (V.transpose() * A * V).solve(part)
         if max(abs(float(x)) for x in (column - A * V * impulse).entries()) > IMMOVABLE:
             return np.inf
-        return self.impact.rounded(entries(part.transpose() * impulse), lambda mass: 0.0).item()
+        return (part.transpose() * impulse)[0, 0]
 
     @functools.cached_property
     def mobility_by_joints(self) -> BallMatrix:
@@ -180,17 +180,17 @@ class _Resistance:
         return self.point_mobility - self.impact.rigid_mobility(self.point)
 
     @functools.cached_property
-    def mitigation_frictionless(self) -> float:
+    def mitigation_frictionless(self) -> Any:
         """Impact mitigation factor of the contact point if it slides [1]; NaN where it has no meaning."""
         if not self.impact.landing.floating:
             return np.nan
         by_joints, whole = (balls(self.n) @ entries(A) @ balls(self.n) for A in (self.mobility_by_joints, self.point_mobility))
         if not float(by_joints) > STRUCTURAL * _largest(self.point_mobility):
             return 0.0
-        return float(self.impact.rounded(np.array(by_joints / whole), lambda factor: 1.0))
+        return by_joints / whole
 
     @functools.cached_property
-    def mitigation(self) -> float:
+    def mitigation(self) -> Any:
         """Impact mitigation factor of the contact point if it sticks [1]; NaN where it has no meaning."""
         if not self.impact.landing.floating:
             return np.nan
@@ -202,11 +202,10 @@ class _Resistance:
             return 0.0
         # The determinant of A⁻¹ (A − A_L) over its range: a plane or a line where the joints move the point in that alone.
         columns = _part(by_joints, list(range(len(axes))), moved)
-        factor = (columns.transpose() * A.solve(columns)).det() / _part(by_joints, moved, moved).det()
-        return float(self.impact.rounded(np.array(factor), lambda factor: 1.0))
+        return (columns.transpose() * A.solve(columns)).det() / _part(by_joints, moved, moved).det()
 
     @property
-    def effective(self) -> float:
+    def effective(self) -> Any:
         """Effective mass of the contact as it is: sticking or sliding [kg]."""
         return self.sticking if self.contact.sticks else self.frictionless
 
@@ -253,9 +252,9 @@ CONTACTS = (
     Quantity("mass_frictionless", "contact", "effective mass if it slides", "kg", "greater", _resistance("frictionless"),
         missing=STANDS, posed=True),
     Quantity("mitigation", "contact", "impact mitigation factor if it sticks", "1", "less", _resistance("mitigation"),
-        missing=MITIGATION, posed=True),
+        lambda i, x: 1.0, MITIGATION, posed=True),
     Quantity("mitigation_frictionless", "contact", "impact mitigation factor if it slides", "1", "less",
-        _resistance("mitigation_frictionless"), missing=MITIGATION, posed=True),
+        _resistance("mitigation_frictionless"), lambda i, x: 1.0, MITIGATION, posed=True),
     Quantity("moment", "contact", "moment about the contact point, world axes", "N m s", "greater", _moment, _impulse_size,
         f"{REDUNDANT}; or it is a point", vector=True),
     Quantity("effective_mass", "contact", "effective mass", "kg", "greater", _resistance("effective"), missing=STANDS, posed=True),

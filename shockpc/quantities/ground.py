@@ -127,7 +127,7 @@ def _numbers(places: Places) -> list[int]:
 GROUND = (
     *(_with_friction(entry) for entry in (*POINTS, *BODIES, *JOINTS, *CONTACTS, *ROBOT) if entry.key in SLIDING[entry.of]),
     _sliding("slip", "contact", "velocity after the impact with friction, world axes", "m/s",
-        lambda found, places: found.velocity[_numbers(places)], vector=True),
+        lambda found, places: found.velocity[_numbers(places)], vector=True)._replace(size=lambda i, x: float(i.v_in.max())),
     _sliding("energy_lost_friction", "robot", "kinetic energy lost, with friction", "J",
         lambda found, places: np.array([found.energy_lost])),
     _sliding("friction_solutions", "robot", "solutions found with friction", "1",

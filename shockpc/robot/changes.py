@@ -166,6 +166,21 @@ def varied_bodies(robot: Robot, changes: Iterable[tuple[Property, str, Array, bo
     return mass, com, inertia
 
 
+def with_inertias(robot: Robot, mass: Array, lever: Array, inertia: Array) -> Robot:
+    """The robot with other inertias of its bodies.
+
+    Args:
+        robot: the robot.
+        mass: (nb,) [kg].
+        lever: (nb, 3) centres of mass in the frames of the joints [m].
+        inertia: (nb, 3, 3) about these, axes of the frames of the joints [kg m²].
+    """
+    model = pin.Model(robot.model)
+    for body, *own in zip(robot.bodies, mass, lever, inertia, strict=True):
+        model.inertias[body.joint] = pin.Inertia(*own)
+    return replace(robot, model=model)
+
+
 def _change_armature(robot: Robot, model: pin.Model, drives: Drives | None, change: Change) -> Drives | None:
     """Change the reflected inertia of some joints. Returns: the default drives; a joint that is given a number has none of them."""
     chosen = robot.velocities(robot.match_joints(change.pattern))

@@ -12,6 +12,7 @@ from shockpc.quantities.quantity import Quantity
 from shockpc.result import ShockProfile
 from shockpc.robot.landmarks import BENT
 from shockpc.robot.record import WORLD, Robot
+from shockpc.scene import sideways
 
 if TYPE_CHECKING:
     from shockpc.studies.columns import Column
@@ -82,14 +83,14 @@ def shared_warnings(landings: Mapping[str, ShockProfile], without: str = "") -> 
 
 
 def plane_text(profile: ShockProfile) -> str:
-    """The plane of CoPc and RoPc, and whether more than half of a given velocity is out of the sagittal plane."""
-    plane, velocity = profile.scene.plane, np.array(profile.scene.strike.velocity or (0.0, 0.0, -1.0))
+    """The plane of CoPc and RoPc, and whether more than half of the motion before the impact is out of the sagittal plane."""
+    plane, share = profile.scene.plane, sideways(profile.scene.strike)
     if not isinstance(plane, str):
         return f"normal ({vector_text(profile.plane.normal)})"
-    if plane == "xy" or not abs(velocity[1]) > 0.5 * (speed := float(np.linalg.norm(velocity))):
+    if plane == "xy" or not share > 0.5:
         return PLANES[plane]
-    share = f"{PLANES[plane]}; {100.0 * abs(velocity[1]) / speed:.0f} % of the velocity is out of the sagittal plane"
-    return f"{share}, which --plane xz selects" if plane == "yz" else share
+    text = f"{PLANES[plane]}; {100.0 * share:.0f} % of the motion is out of the sagittal plane"
+    return f"{text}, which --plane xz selects" if plane == "yz" else text
 
 
 def base_text(robot: Robot, base: Base) -> str:

@@ -19,10 +19,11 @@ from shockpc.model.closure import closure_block
 from shockpc.model.columns import free_columns
 from shockpc.model.contact import locate_lowest_point
 from shockpc.model.dynamics import Dynamics, dynamics
+from shockpc.model.motion import Motion
 from shockpc.model.posture import held_joints
 from shockpc.model.rows import row_jacobian
 from shockpc.result import ShockProfile
-from shockpc.robot.changes import Property, links_with_mass, varied_bodies
+from shockpc.robot.changes import Property, links_with_mass, varied_bodies, with_inertias
 from shockpc.robot.record import Joint, Robot
 from shockpc.studies.question import strike_angle
 
@@ -73,6 +74,20 @@ def parameters(profile: ShockProfile) -> list[Parameter]:
     return [*_inertial(landing.robot), *_armatures(landing), *_joint_values(profile), *_strike(landing)]
 
 
+def in_doubles(impact: BallImpact) -> PosedLanding:
+    """The landing, in double precision, of an impact that a path gives."""
+    landing, model = impact.landing, impact.landing.joint_model
+    carried = [[part.astype(float) for part in map(np.asarray, impact.carried(i))] for i in range(len(landing.robot.bodies))]
+    robot = with_inertias(landing.robot, *map(np.array, zip(*carried, strict=True)))
+    q, armature = landing.q.astype(float), model.armature.astype(float)
+    contacts = tuple(block._replace(point=block.point.astype(float)) for block in landing.contacts)
+    before = Motion(*(part.astype(float) for part in landing.before))
+    return replace(
+        landing, robot=robot, joint_model=model._replace(armature=armature), contacts=contacts, before=before, q=q,
+        state=dynamics(robot, q[None], armature),
+    )  # fmt: skip
+
+
 def link_parameters(robot: Robot, what: Property, pattern: str, factor: bool) -> Iterator[Parameter]:
     """Mass, inertia or centre of mass of all links that a pattern means, changed together as in `robot.changes.Change`.
 
@@ -96,7 +111,8 @@ def link_parameters(robot: Robot, what: Property, pattern: str, factor: bool) ->
         R = robot.bodies[i].rotation
         path = _inertial_path(i, mass[i], R @ com[i], R @ inertia[i] @ R.T)
         axis, name = what[-1] if moved else "", f"{pattern} on {robot.bodies[i].name}"
-        yield Parameter(kind, axis, name, math.nan, unit, math.nan, path)
+        size = 1.0 if factor else float(robot.gyration[i] if moved else robot.masses[i])
+        yield Parameter(kind, axis, name, math.nan, unit, size, path)
 
 
 def _inertial_path(body: int, *rates: Array | float) -> Path:

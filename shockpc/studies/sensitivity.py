@@ -1,39 +1,43 @@
 """What would change a number of some landings most: its derivatives by every mass, inertia, joint value and the strike.
 
 Each parameter is changed by 2^-100 in ball arithmetic, and the quantity is computed anew (`exact.derivative`): one way for every
-quantity of the table and every parameter, exact to the last digit of a double. Over several landings the number is the worst of
-them or their mean, and its change is that of the values to first order.
+quantity of the table and every parameter, exact to the last digit of a double. What is computed in double precision (extremes over
+geometry, friction, contacts of finite stiffness) has central differences of the same landing with the parameter varied, and their
+error. Over several landings the number is the worst of them or their mean, and its change is that of the values to first order.
 """
 
 import functools
 import math
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
-from typing import Any, cast
+from typing import Any, NamedTuple, cast
 
 import numpy as np
 
 from shockpc.core.spatial import Array, read_only
-from shockpc.errors import StudyError
-from shockpc.exact.balls import Balls
-from shockpc.exact.derivative import derivatives
+from shockpc.errors import ShockError, StudyError
+from shockpc.exact.derivative import central_difference, derivatives
 from shockpc.exact.solution import BallImpact
-from shockpc.places import Place, body_places
 from shockpc.profile import shock_profile
 from shockpc.quantities.quantity import Quantity
-from shockpc.quantities.table import quantity
 from shockpc.result import ShockProfile
 from shockpc.robot.changes import Property
 from shockpc.robot.record import Robot
 from shockpc.scene import Point, Scene
 from shockpc.studies.columns import Column, column
-from shockpc.studies.parameters import Kind, Parameter, link_parameters, parameters
+from shockpc.studies.parameters import Kind, Parameter, in_doubles, link_parameters, parameters
 from shockpc.studies.question import common_robot, refuse_ground
 from shockpc.studies.sweep.variation import OF_A_LINK, variation
 from shockpc.trace import Trace
 
 ZERO = 1e-12
 """Share of its natural size below which a number is zero but for rounding."""
+
+STEP = 2.0**-8
+"""Step of differences in double precision, as a share of the size of the parameter."""
+
+SETTLED, SMALL = 1e-3, 1e-4
+"""Largest error of such a difference with which it is a derivative, as a share of it, or of the number for a change by the size."""
 
 Key = tuple[Kind, str, str]
 """What a parameter is called: kind, axis and name."""
@@ -68,14 +72,14 @@ class Effect(Change):
 
     Attributes:
         derivatives: (L,) of the number in each landing [its unit/unit].
-        percussion: (4,) of the CoPc in body coordinates and of the RoPc, in the first landing [m/unit].
+        error: the largest of them, where they are differences; 0 of exact derivatives, which are known to the last digit.
         reason: why there are no derivatives; empty if there are.
         up: change of the target by the step [its unit].
         down: change by the opposite step [its unit].
     """
 
     derivatives: Array
-    percussion: Array
+    error: float
     reason: str
     up: float
     down: float
@@ -83,7 +87,7 @@ class Effect(Change):
 
 @dataclass(frozen=True, eq=False)
 class Sensitivity:
-    """What changes a number of some landings; of one landing also the CoPc and RoPc of the body that the number belongs to.
+    """What changes a number of some landings.
 
     Attributes:
         landings: names of the landings.
@@ -92,9 +96,7 @@ class Sensitivity:
         values: (L,) of it in each landing; of several landings the magnitudes [its unit].
         mean: whether the mean over the landings is the target, and not the worst of them.
         percent: steps as a share of the parameters' sizes, or of the ranges that are given [%].
-        body: the body that the number belongs to; None of contacts, of the robot as a whole, and of several landings.
-        copc: (3,) centre of percussion of the body, body coordinates [m]; NaN if it has none.
-        ropc: radius of percussion [m]; inf if it has none.
+        exact: whether the derivatives are exact, and not differences.
         effects: of every change: bodies first, then joints, then the strike.
     """
 
@@ -104,9 +106,7 @@ class Sensitivity:
     values: Array
     mean: bool
     percent: float
-    body: str | None
-    copc: Array
-    ropc: float
+    exact: bool
     effects: tuple[Effect, ...]
 
     @property
@@ -124,6 +124,11 @@ class Sensitivity:
         """The effects that exist, the step with the largest change of the target first."""
         known = (effect for effect in self.effects if not effect.reason)
         return tuple(sorted(known, key=lambda effect: -max(abs(effect.up), abs(effect.down))))
+
+    def digits(self, effects: Iterable[Effect]) -> int:
+        """Number of digits to which some derivatives are known at least, where they are differences."""
+        shares = [effect.error / largest for effect in effects if (largest := float(np.abs(effect.derivatives).max())) > 0.0]
+        return math.floor(-math.log10(max(*shares, 1e-15)))
 
     def worse(self, change: float) -> bool | None:
         """Whether a change of the target makes it worse; None if neither direction is worse."""
@@ -143,7 +148,7 @@ def sensitivity(
     percent: float = 1.0,
     trace: Trace | None = None,
 ) -> Sensitivity:
-    """The derivatives of a number of some landings; of one landing also those of the CoPc and RoPc of the body that it belongs to.
+    """The derivatives of a number of some landings: exact, or differences where the number is computed in double precision.
 
     Contact points stay where they are on their links; one that is the lowest point of a link moves as the link turns. Joints that
     follow others follow, and loops stay closed.
@@ -167,13 +172,15 @@ def sensitivity(
     scenes = {"": landings} if isinstance(landings, Scene) else landings
     if not 0.0 < percent <= 100.0:
         raise StudyError(f"a step of {percent:g} % is not valid; give one above zero and at most 100")
-    for scene in scenes.values():
-        refuse_ground(scene)
     robot = robot or common_robot(scenes)
     profiles = tuple(shock_profile(scene, robot, trace) for scene in scenes.values())
     text = f"shock@{target.label}" if isinstance(target, Point) else target
-    asked = [column(profile, text, lambda entry: entry.compute is not None and not entry.posed) for profile in profiles]
-    values, sizes = np.array([_value(*pair) for pair in zip(profiles, asked, strict=True)]).T
+    asked = [column(profile, text, lambda entry: entry.compute is not None) for profile in profiles]
+    entry = asked[0].selection.quantity
+    for scene in scenes.values():
+        if not _of_ground(entry, scene):
+            refuse_ground(scene)
+    values, sizes, exact = np.array([_value(*pair) for pair in zip(profiles, asked, strict=True)]).T
     known = [{one[:3]: one for one in parameters(profile)} for profile in profiles]
     every: dict[Key, Parameter] = {key: one for of_landing in reversed(known) for key, one in of_landing.items()}
     every = {key: every[key] for of_landing in known for key in of_landing}
@@ -182,14 +189,20 @@ def sensitivity(
     changes = [_varied(robot, every, known, *one, share) for one in chosen] or _changes(robot, every, groups, share)
     rows = []
     for profile, of_landing, own, size in zip(profiles, known, asked, sizes, strict=True):
-        with trace.stage("differences in ball arithmetic"):
-            rows.append(_derivatives(profile, of_landing, {key for one in changes for key in one.parts}, own, size))
+        with trace.stage("derivatives"):
+            wanted = {key: one for key, one in of_landing.items() if any(key in change.parts for change in changes)}
+            rows.append(_derivatives(profile, wanted, own, size) if exact.all() else _differences(profile, wanted, own))
     signs = np.sign(values) if len(values) > 1 and asked[0].selection.signed else np.ones(len(values))
-    effects = tuple(_effect(change, known, rows, asked[0], mean, signs, signs * values) for change in changes)
-    body = asked[0].place.body if len(profiles) == 1 else -1
-    copc, ropc = (profiles[0].copc[body], float(profiles[0].ropc[body])) if body >= 0 else (np.full(3, np.nan), np.nan)
-    carrier = robot.bodies[body].name if body >= 0 else None
-    return Sensitivity(tuple(scenes), profiles, asked[0], signs * values, mean, percent, carrier, read_only(copc), ropc, effects)
+    effects = tuple(_effect(change, rows, asked[0], mean, signs, signs * values) for change in changes)
+    existing = [effect.derivatives for effect in effects if not effect.reason]
+    if existing and not chosen and not np.any(existing):
+        raise StudyError(f"{asked[0].title} does not change to first order with any parameter here; choose another quantity")
+    return Sensitivity(tuple(scenes), profiles, asked[0], signs * values, mean, percent, bool(exact.all()), effects)
+
+
+def _of_ground(entry: Quantity, scene: Scene) -> bool:
+    """Whether a quantity depends on friction or on the stiffness of the contacts, if only beside this landing."""
+    return entry.unproven or (entry.stiff and scene.contact_stiffness is not None)
 
 
 def _worst(target: Column, values: Array) -> int:
@@ -252,76 +265,92 @@ def _varied(
 
 
 def _effect(
-    change: Change,
-    known: Sequence[Mapping[Key, Parameter]],
-    rows: Sequence[Mapping[Key, Array]],
-    target: Column,
-    mean: bool,
-    signs: Array,
-    values: Array,
+    change: Change, rows: Sequence[Mapping[Key, "_Slope"]], target: Column, mean: bool, signs: Array, values: Array
 ) -> Effect:
     """What a change does to the number in each landing, of which magnitudes count where the signs are not 1, and to the target."""
-    reasons = [of_landing[key].reason for of_landing in known for key in change.parts if key in of_landing]
-    by = np.array([sum((weight * row[key] for key, weight in change.parts.items() if key in row), np.zeros(5)) for row in rows])
-    reason = next(filter(None, reasons), "")
-    by = np.full_like(by, np.nan) if reason else by
-    own, now = signs * by[:, 0], values[_worst(target, values)]
+    parts = [[(weight, row[key]) for key, weight in change.parts.items() if key in row] for row in rows]
+    reason = next((slope.reason for of_landing in parts for _, slope in of_landing if slope.reason), "")
+    own = signs * [sum(weight * slope.value for weight, slope in of_landing) for of_landing in parts]
+    own = np.full_like(own, np.nan) if reason else own
+    error = max(sum(abs(weight) * slope.error for weight, slope in of_landing) for of_landing in parts)
+    now = values[_worst(target, values)]
 
     def effect(step: float) -> float:
         k = _worst(target, values + step * own)
         return float(step * own.mean() if mean else values[k] - now + step * own[k])
 
     up, down = effect(change.step), effect(-change.step)
-    return Effect(**vars(change), derivatives=read_only(own), percussion=read_only(by[0, 1:]), reason=reason, up=up, down=down)
+    return Effect(**vars(change), derivatives=read_only(own), error=error, reason=reason, up=up, down=down)
 
 
-def _derivatives(
-    profile: ShockProfile, known: Mapping[Key, Parameter], wanted: set[Key], asked: Column, size: float
-) -> dict[Key, Array]:
-    """The derivatives (5,) of the number, and of CoPc and RoPc of its body, by the parameters that are wanted."""
-    body = asked.place.body
-    copc, ropc = (np.linalg.norm(profile.copc[body]), float(profile.ropc[body])) if body >= 0 else (np.nan, np.nan)
-    sizes = np.array([size, *3 * [profile.landing.length + np.nan_to_num(copc)], ropc])
-    paths = {key: one.path for key, one in known.items() if key in wanted and one.path is not None}
-    return dict(
-        zip(paths, derivatives(profile.proof, list(paths.values()), functools.partial(_outputs, asked), sizes), strict=True)
-    )
+class _Slope(NamedTuple):
+    """A derivative of the number in a landing, its error, and why there is none."""
+
+    value: float
+    error: float = 0.0
+    reason: str = ""
 
 
-def _value(profile: ShockProfile, asked: Column) -> tuple[float, float]:
-    """The number, and its natural size.
+def _derivatives(profile: ShockProfile, wanted: Mapping[Key, Parameter], asked: Column, size: float) -> dict[Key, _Slope]:
+    """The exact derivatives of the number by the parameters that are wanted."""
+    paths = {key: one.path for key, one in wanted.items() if one.path is not None}
+    slopes = derivatives(profile.proof, list(paths.values()), functools.partial(_number, asked), size)
+    known = dict(zip(paths, map(_Slope, slopes.tolist()), strict=True))
+    return {key: known.get(key, _Slope(np.nan, reason=one.reason)) for key, one in wanted.items()}
+
+
+def _differences(profile: ShockProfile, wanted: Mapping[Key, Parameter], asked: Column) -> dict[Key, _Slope]:
+    """Differences of the number of the same landing with each parameter varied, in double precision."""
+    proof = profile.proof
+    here = float(proof.read(functools.partial(_number, asked)))
+
+    def slope(one: Parameter) -> _Slope:
+        if (path := one.path) is None:
+            return _Slope(np.nan, reason=one.reason)
+
+        def number(t: float) -> float:
+            return float(proof.read(lambda impact: _number(asked, BallImpact(in_doubles(path(impact, t)), impact.choice))))
+
+        step = one.size or 1.0
+        try:
+            value, error = central_difference(number, here, STEP * step)
+        except ShockError as refusal:
+            return _Slope(np.nan, reason=f"beside this value there is no such number: {refusal}")
+        if not error <= max(SETTLED * abs(value), SMALL * abs(here) / step):
+            reason = (
+                "the difference does not settle: the number has a kink or a jump near this value, such as where a contact opens"
+            )
+            return _Slope(np.nan, error, reason)
+        return _Slope(value, error)
+
+    return {key: slope(one) for key, one in wanted.items()}
+
+
+def _value(profile: ShockProfile, asked: Column) -> tuple[float, float, bool]:
+    """The number, its natural size, and whether it is computed in ball arithmetic.
 
     Raises:
-        StudyError: there is none, it is computed in double precision, or it is zero.
+        StudyError: there is none, or it is zero.
     """
     entry = asked.selection.quantity
     value = float(asked.selection.scalar(profile.values(entry, [asked.place]))[0])
     if not math.isfinite(value):
         raise StudyError(f"there is no {asked.title} in this landing: {entry.missing or 'it is infinite'}")
 
-    def natural_size(impact: BallImpact) -> float:
+    def natural_size(impact: BallImpact) -> tuple[float, bool]:
         values = entry.formula(impact, [asked.place])
-        if values.dtype != object:
-            raise StudyError(f"{entry.title} is computed in double precision, so it has no derivative; choose another quantity")
-        return float(np.max(entry.size(impact, values.astype(float))))
+        exact = values.dtype == object and not _of_ground(entry, profile.scene)
+        return float(np.max(entry.size(impact, values.astype(float)))), exact
 
-    size = max(profile.proof.read(natural_size), abs(value))
-    if abs(value) <= ZERO * size:
+    size, exact = profile.proof.read(natural_size)
+    if abs(value) <= ZERO * max(size, abs(value)):
         raise StudyError(
             f"{asked.title} is zero in this landing: a length has no derivative where it is zero, and changes cannot be relative "
             "to it; name another place, or change the strike"
         )
-    return value, size
+    return value, max(size, abs(value)), exact
 
 
-def _outputs(asked: Column, impact: BallImpact) -> Balls:
-    """The number, CoPc (3,) and RoPc of the body that it belongs to; NaN without one."""
-
-    def values(entry: Quantity, place: Place) -> Balls:
-        return np.asarray(entry.formula(impact, [place])[0, 0])
-
-    parts = [asked.selection.scalar(values(asked.selection.quantity, asked.place)), np.full(4, np.nan)]
-    if asked.place.body >= 0:
-        body = body_places(impact.landing.robot)[asked.place.body]
-        parts[1:] = [values(quantity("body", "copc"), body)[0], values(quantity("body", "ropc"), body)]
-    return np.concatenate(parts)
+def _number(asked: Column, impact: BallImpact) -> Any:
+    """The number of an impact."""
+    return asked.selection.scalar(np.asarray(asked.selection.quantity.formula(impact, [asked.place])[0, 0]))[0]

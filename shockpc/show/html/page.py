@@ -26,21 +26,18 @@ from shockpc.quantities.points import point_velocity
 from shockpc.quantities.quantity import evaluate
 from shockpc.quantities.table import quantity
 from shockpc.result import ShockProfile
-from shockpc.robot.record import Robot
 from shockpc.scene import GRAVITY, scene_text
-from shockpc.show.figure.picture import GOLD, letter
-from shockpc.show.figure.style import BANDS, CURVES, EDGES, INK, SHOCK
+from shockpc.show.figure.picture import letter
+from shockpc.show.figure.style import BANDS, EDGES, SHOCK
 from shockpc.show.figure.view import body_shapes, numbered
-from shockpc.show.html.meshes import surfaces
+from shockpc.show.html.charts import CONFIG, STYLES, history, picture, placed
+from shockpc.show.html.meshes import Surface, surfaces
 from shockpc.show.reports.report import Block, Picture, Report
 from shockpc.show.tables import Cell, Lines, Sheet, rounded
 from shockpc.solve import speeds_left
 
 MOST_TRIANGLES, MOST_BODIES, SAMPLES = 90_000, 500, 400
 """Limits of a page, which keep it below 8 MB; times at which a history is drawn."""
-
-LIMIT = 2.5
-"""Shock at the end of the scale of colours; the last band is open."""
 
 ON_SCREEN = ("damage", "spectrum")
 """Figures of a landing that the page has in no other form."""
@@ -225,28 +222,25 @@ def _view(shown: Mapping[str, ShockProfile], every: int) -> str:
 
 def _data(shown: Mapping[str, ShockProfile]) -> dict[str, Any]:
     """What the script needs."""
-    robots = list({id(profile.robot): profile.robot for profile in shown.values()}.values())
-    geometries: list[dict[str, Any]] = []
-    places = {}
-    for robot in robots:
-        geometry = _geometry(robot, MOST_TRIANGLES // len(robots))
-        places[id(robot)] = next((k for k, known in enumerate(geometries) if known == geometry), len(geometries))
-        geometries += [geometry] * (places[id(robot)] == len(geometries))
-    scale = [[edge / LIMIT, colour] for k, colour in enumerate(BANDS) for edge in (EDGES[k], min(EDGES[k + 1], LIMIT))]
+    robots = {id(profile.robot): profile.robot for profile in shown.values()}
+    drawn = {
+        key: surfaces([shapes for shapes, _ in body_shapes(one)], MOST_TRIANGLES // len(robots)) for key, one in robots.items()
+    }
+    geometries = {key: _geometry(parts) for key, parts in drawn.items()}
+    different = [one for k, one in enumerate(geometries.values()) if one not in list(geometries.values())[:k]]
     return {
-        "geometries": geometries,
-        "landings": [_landing(name, profile, places[id(profile.robot)]) for name, profile in shown.items()],
-        "limit": LIMIT,
-        "scale": scale,
-        "ink": INK,
-        "gold": GOLD,
-        "screw": CURVES[3],
+        "geometries": different,
+        "landings": [
+            _landing(name, profile, drawn[id(profile.robot)], different.index(geometries[id(profile.robot)]))
+            for name, profile in shown.items()
+        ],
+        "styles": STYLES,
+        "config": CONFIG,
     }
 
 
-def _geometry(robot: Robot, most: int) -> dict[str, Any]:
+def _geometry(parts: Sequence[Surface]) -> dict[str, Any]:
     """The surfaces of the bodies, in their frames: single precision and whole numbers, little-endian, in base 64."""
-    parts = surfaces([shapes for shapes, _ in body_shapes(robot)], most)
     starts = np.concatenate([[0], np.cumsum([len(part.vertices) for part in parts])])
     triangles = np.concatenate([part.triangles + start for part, start in zip(parts, starts, strict=False)])
     wide = bool(starts[-1] > 2**16)
@@ -258,7 +252,7 @@ def _geometry(robot: Robot, most: int) -> dict[str, Any]:
     }
 
 
-def _landing(name: str, profile: ShockProfile, geometry: int) -> dict[str, Any]:
+def _landing(name: str, profile: ShockProfile, drawn: Sequence[Surface], geometry: int) -> dict[str, Any]:
     """One landing: placements, maps from the velocity of the base to the jumps, and what shock is relative to."""
     landing, robot, plane = profile.landing, profile.robot, profile.plane
     own = landing.before.velocity
@@ -288,8 +282,13 @@ def _landing(name: str, profile: ShockProfile, geometry: int) -> dict[str, Any]:
         for k, (place, point) in enumerate(zip(landing.points, profile.points, strict=True))
     ]  # fmt: skip
     return {
-        "name": printable(name),
         "geometry": geometry,
+        **picture(
+            name,
+            placed(drawn, profile.rotation, profile.position),
+            profile.contacts[0].point,
+            (plane.normal, plane.e1, plane.e2),
+        ),
         "bodies": list(map(printable, profile.bodies)),
         "numbered": list(numbered(profile)),
         "com": robot.coms.tolist(),
@@ -309,10 +308,7 @@ def _landing(name: str, profile: ShockProfile, geometry: int) -> dict[str, Any]:
         "up": landing.up.tolist(),
         "forward": forward.tolist(),
         "left": left.tolist(),
-        "normal": plane.normal.tolist(),
         "normals": (plane.normal @ profile.rotation).tolist(),
-        "e1": plane.e1.tolist(),
-        "e2": plane.e2.tolist(),
         "contacts": contacts,
         "points": points,
         "peak": None if landing.pulse is None else peak_acceleration(1.0, landing.pulse) / GRAVITY,
@@ -377,12 +373,6 @@ def _histories(profile: ShockProfile) -> list[dict[str, Any]]:
         accelerations = np.linalg.norm(compliant.history(point_velocity, points, times), axis=2).T / GRAVITY
         charts.append(("acceleration of a point [g]", tuple(points), accelerations))
     return [
-        {
-            "title": title,
-            "time": (1e3 * times).tolist(),
-            "lines": [
-                {"name": printable(place.name), "values": curve.tolist()} for place, curve in zip(places, curves, strict=True)
-            ],
-        }
+        history(title, times, ((place.name, curve) for place, curve in zip(places, curves, strict=True)))
         for title, places, curves in charts
     ]

@@ -1,18 +1,17 @@
 // Recomputes a landing for another strike: the jump of each body is M s + a, with M (6 × 3) and a (6) from the analysis.
 "use strict";
 (() => {
-  const byId = (id) => document.getElementById(id);
-  const data = JSON.parse(byId("data").textContent), radians = Math.PI / 180, view = byId("view");
+  const byId = (id) => document.getElementById(id), data = JSON.parse(byId("data").textContent);
   const inputs = ["angle", "heading", "speed"], switches = ["bodies", "through", "marks", "axes"];
   let landing, geometry, result;
 
-  // Vectors
   const dot = (a, b) => a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
   const norm = (a) => Math.hypot(...a);
   const sum = (a, b, k = 1) => a.map((x, i) => x + k * b[i]);
   const scaled = (a, k) => a.map((x) => k * x);
   const cross = (a, b) => [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]];
   const times = (M, v) => M.map((row) => dot(row, v));
+  const columns = (points) => [0, 1, 2].map((k) => points.map((p) => p && p[k]));
   const inWorld = (body, r) => sum(landing.position[body], times(landing.rotation[body], r));
   const vertex = (n) => Array.from(geometry.vertices.subarray(3 * n, 3 * n + 3));
   const approach = (motion, s) => (motion.follows ? sum(s, motion.extra) : motion.extra);
@@ -31,15 +30,11 @@
   function choose(number) {
     landing = data.landings[number];
     geometry = data.geometries[landing.geometry];
-    const points = Array.from(geometry.body, (body, n) => inWorld(body, vertex(n)));
-    const bound = (extreme, from) => [...points, ...landing.position].reduce((a, p) => a.map((x, k) => extreme(x, p[k])), from);
-    const low = bound(Math.min, [Infinity, Infinity, Infinity]), high = bound(Math.max, [-Infinity, -Infinity, -Infinity]);
-    const sides = sum(high, low, -1);
-    Object.assign(landing, { world: columns(points), sides, top: high[2], middle: scaled(sum(low, high), 0.5), size: Math.max(...sides) });
+    landing.world = columns(Array.from(geometry.body, (body, n) => inWorld(body, vertex(n))));
     byId("landing").value = number;
     for (const option of byId("model").options) option.disabled = !landing.models[option.value];
     for (const part of document.querySelectorAll("[data-landing]")) part.hidden = part.dataset.landing !== String(number);
-    for (const name of ["body-rows", "point-rows", "contact-rows", "joint-rows"]) byId(name).tBodies[0].replaceChildren();
+    for (const table of document.querySelectorAll("main table")) table.tBodies[0].replaceChildren();
     reset();
   }
 
@@ -51,18 +46,18 @@
 
   // All numbers of the strike and the joint model that are set; without an impact they are NaN.
   function computed() {
-    const [theta, psi, speed] = inputs.map((name, k) => byId(name).valueAsNumber * (k < 2 ? radians : 1));
+    const [theta, psi, speed] = inputs.map((name, k) => byId(name).valueAsNumber * (k < 2 ? Math.PI / 180 : 1));
     const level = sum(scaled(landing.forward, Math.cos(psi)), landing.left, Math.sin(psi));
     const s = scaled(sum(scaled(level, Math.sin(theta)), landing.up, -Math.cos(theta)), speed);
     const model = landing.models[byId("model").value], along = (row) => dot(row, s) + row[3];
-    const speeds = landing.contacts.map((contact) => norm(approach(contact, s))), fastest = Math.max(...speeds);
-    const parting = landing.contacts.find((contact, k) => !(dot(approach(contact, s), contact.normal) < -1e-9 * speeds[k]));
+    const before = landing.contacts.map((contact) => approach(contact, s)), fastest = Math.max(...before.map(norm));
+    const parting = landing.contacts.find((contact, k) => !(dot(before[k], contact.normal) < -1e-9 * norm(before[k])));
     const refusal = parting ? `${parting.name} does not approach the ground: there is no impact` :
       model.left.every((row) => Math.abs(along(row)) <= 1e-6 * fastest) ? "" :
         "the mechanism or other contacts prevent that a contact is stopped for this strike: no verdict";
+    const values = (rows) => rows.map((row) => (refusal || !row ? NaN : along(row)));
     const v_in = refusal ? NaN : Math.max(...landing.reference.map((motion) => norm(approach(motion, s))));
-    const jumps = model.jumps.map((M) => M.map((row) => (refusal ? NaN : along(row)))).map((jump) =>
-      ({ omega: jump.slice(0, 3), v: jump.slice(3) }));
+    const jumps = model.jumps.map(values).map((jump) => ({ omega: jump.slice(0, 3), v: jump.slice(3) }));
     const shock = Float32Array.from(geometry.body, (body, n) => norm(velocityAt(jumps[body], vertex(n))) / v_in);
     const extreme = (body, choice) => shock.subarray(geometry.starts[body], geometry.starts[body + 1]).reduce((a, b) =>
       (Number.isNaN(a) ? b : choice(a, b)), NaN);
@@ -75,107 +70,78 @@
         ropc: Math.abs(turn) <= floor ? Infinity : v_in / Math.abs(turn),
         screw: spin > floor ? scaled(cross(jump.omega, jump.v), 1 / spin ** 2) : null };
     });
-    const points = landing.points.map((point) => {
-      const delta = point.body < 0 ? [0, 0, 0] : times(point.axes, velocityAt(jumps[point.body], point.r));
-      return { delta, shock: norm(delta) / v_in, peak: norm(delta) * landing.peak };
-    });
-    const impulses = (parts) => parts.map((rows) => rows.map((row) => (refusal || !row ? NaN : along(row))));
-    return { s, refusal, v_in, fastest, jumps, shock, bodies, points, contacts: impulses(model.contacts), loads: impulses(model.loads) };
+    const deltas = landing.points.map(({ body, axes, r }) => (body < 0 ? [0, 0, 0] : times(axes, velocityAt(jumps[body], r))));
+    return { refusal, v_in, jumps, shock, bodies, deltas, before: before.map((v) => scaled(v, 1 / fastest)),
+      contacts: model.contacts.map(values), loads: model.loads.map(values) };
   }
 
-  // Tables
   function rounded(x) {
-    if (Number.isNaN(x)) return "–";
-    if (!Number.isFinite(x)) return "inf";
+    if (!Number.isFinite(x)) return Number.isNaN(x) ? "–" : "inf";
     if (Math.abs(x) < 1e-12) return "0";
     const power = Number(x.toExponential(3).split("e")[1]);
     return Math.abs(power) <= 3 ? x.toFixed(Math.min(4, 3 - power)) : x.toExponential(2);
   }
 
+  // A table that is sorted stays so: each of its rows knows its number.
   function fill(table, rows) {
     const body = table.tBodies[0];
-    rows.slice(body.rows.length).forEach((cells) => {
-      const row = body.insertRow();
-      row.dataset.k = body.rows.length - 1;
-      cells.forEach((value) => { row.insertCell().className = typeof value === "number" ? "" : "name"; });
-    });
+    while (body.rows.length < rows.length) body.insertRow().dataset.k = body.rows.length - 1;
     for (const row of body.rows) {
       rows[row.dataset.k].forEach((value, k) => {
-        row.cells[k].textContent = typeof value === "number" ? rounded(value) : value;
-        if (typeof value === "number") row.cells[k].dataset.v = value;
+        const cell = row.cells[k] ?? row.insertCell(), numeric = typeof value === "number";
+        cell.className = numeric ? "" : "name";
+        cell.textContent = numeric ? rounded(value) : value;
+        if (numeric) cell.dataset.v = value;
       });
     }
   }
 
-  // The picture
-  const columns = (points) => [0, 1, 2].map((k) => points.map((p) => p && p[k]));
   const named = (names, values) => Object.fromEntries(names.map((name, k) => [name, values[k]]));
   const xyz = (points) => named(["x", "y", "z"], columns(points));
-  const scatter = (points, visible, more) => ({ type: "scatter3d", hoverinfo: "none", visible, ...xyz(points), ...more });
-  const lines = (pairs, visible, color, width) => scatter(pairs.flatMap(([a, b]) => [a, b, null]), visible, { mode: "lines", line:
-    { color, width } });
+  const lines = (pairs) => xyz(pairs.flatMap(([a, b]) => [a, b, null]));
 
   function traces() {
-    const { s, refusal, shock, bodies, jumps } = result, { ink, gold } = data, { size, middle, numbered, points } = landing;
+    const { refusal, shock, bodies, jumps, before } = result, { size, middle, numbered, points } = landing;
     const [solid, through, marks, axes] = switches.map((name) => byId(name).checked);
     const near = (p) => norm(sum(p, middle, -1)) < 1.1 * size, above = (p) => [p[0], p[1], landing.top + 0.06 * size];
-    const before = landing.contacts.map((contact) => scaled(approach(contact, s), 1 / result.fastest));
     const tail = (share) => landing.contacts.map((contact, k) => sum(contact.point, before[k], -share * size));
-    const places = points.map((point) => point.position), letters = points.map((point) => point.letter), starts = tail(0.36), ends = tail(0.12);
+    const places = points.map((point) => point.position), ends = tail(0.12);
     const centres = numbered.map((b, k) => [String(k + 1), bodies[b].copc && inWorld(b, bodies[b].copc)]).filter(([, p]) => p && near(p));
     const screws = numbered.filter((b) => bodies[b].screw).map((b) => {
       const axis = times(landing.rotation[b], scaled(jumps[b].omega, 1 / bodies[b].spin)), q = inWorld(b, bodies[b].screw);
       return [sum(q, axis, dot(axis, sum(inWorld(b, landing.com[b]), q, -1))), axis];
     }).filter(([p]) => near(p)).map(([p, axis]) => [sum(p, axis, -0.2 * size), sum(p, axis, 0.2 * size)]);
-    return [
-      { type: "mesh3d", ...named(["x", "y", "z"], landing.world), ...named(["i", "j", "k"], geometry.corners), visible: solid,
-        intensity: refusal ? shock.map(() => 0) : shock, cmin: 0, cmax: data.limit, colorscale: data.scale, showscale: false,
-        hoverinfo: "none", flatshading: true, opacity: refusal ? 0.1 : through ? 0.4 : 1,
-        // In the axes of the camera; what faces the viewer has the colours of the bands.
-        lighting: { ambient: 0.62, diffuse: 0.45, specular: 0.02, roughness: 0.9, facenormalsepsilon: 0 },
-        lightposition: { x: 2e4, y: 1e5, z: -1e4 } },
-      lines(starts.map((p, k) => [p, ends[k]]), marks, ink, 6),
-      { type: "cone", ...xyz(tail(0.06)), ...named(["u", "v", "w"], columns(before.map((v) => scaled(v, 1 / norm(v))))), anchor: "tip",
-        sizemode: "absolute", sizeref: 0.09 * size, showscale: false, colorscale: [[0, ink], [1, ink]], hoverinfo: "none", visible: marks },
-      lines(places.map((p) => [p, above(p)]), marks, gold, 4),
-      scatter(places, marks, { mode: "markers", marker: { symbol: "diamond", size: 5, color: gold, line: { color: ink, width: 1 } } }),
-      scatter(places.map(above), marks, { mode: "text", text: letters, textfont: { size: 15, color: ink } }),
-      scatter(centres.map(([, p]) => p), axes, { mode: "markers+text", text: centres.map(([text]) => text), textposition: "top center",
-        textfont: { color: ink }, marker: { symbol: "cross", size: 5, color: ink } }),
-      lines(screws, axes, data.screw, 4),
+    const drawn = [
+      { ...named(["x", "y", "z"], landing.world), ...named(["i", "j", "k"], geometry.corners), visible: solid,
+        intensity: refusal ? shock.map(() => 0) : shock, opacity: refusal ? 0.1 : through ? 0.4 : 1 },
+      { ...lines(tail(0.36).map((p, k) => [p, ends[k]])), visible: marks },
+      { ...xyz(tail(0.06)), ...named(["u", "v", "w"], columns(before.map((v) => scaled(v, 1 / norm(v))))), sizeref: 0.09 * size,
+        visible: marks },
+      { ...lines(places.map((p) => [p, above(p)])), visible: marks },
+      { ...xyz(places), visible: marks },
+      { ...xyz(places.map(above)), text: points.map(({ letter }) => letter), visible: marks },
+      { ...xyz(centres.map(([, p]) => p)), text: centres.map(([text]) => text), visible: axes },
+      { ...lines(screws), visible: axes },
     ];
-  }
-
-  // From the side of the first contact, at a distance that shows the whole robot.
-  function eye() {
-    const { normal, e1, e2, size, sides } = landing;
-    const side = dot(sum(landing.contacts[0].point, landing.middle, -1), normal) < 0 ? -1 : 1;
-    const way = sum(sum(scaled(normal, side), e1, 0.6), e2, 0.35);
-    return scaled(way, 0.74 * size / norm(way) / Math.cbrt(sides.reduce((a, b) => a * Math.max(b, 0.1 * size), 1)));
+    return drawn.map((places, k) => ({ ...data.styles[k], ...places }));
   }
 
   function update() {
     result = computed();
-    const { bodies, points, refusal, v_in } = result, model = byId("model").value;
+    const { bodies, deltas, refusal, v_in, contacts, loads } = result, model = byId("model").value;
     const joints = model === "as modelled" ? "joints as modelled" : `joints ${model}`;
     byId("state").textContent = refusal || `shock is relative to ${rounded(v_in)} m/s; ${joints}`;
     byId("state").classList.toggle("refused", Boolean(refusal));
-    fill(byId("point-rows"), points.map((point, k) => [landing.points[k].letter, landing.points[k].name, point.shock, ...point.delta,
-      ...(landing.peak === null ? [] : [point.peak])]));
+    fill(byId("point-rows"), deltas.map((delta, k) => [landing.points[k].letter, landing.points[k].name, norm(delta) / v_in, ...delta,
+      ...(landing.peak === null ? [] : [norm(delta) * landing.peak])]));
     fill(byId("body-rows"), bodies.map((body, k) => [String(landing.numbered.indexOf(k) + 1 || ""), landing.bodies[k], body.com,
       body.least, body.greatest, body.spin, ...(body.copc ?? [NaN, NaN, NaN]), body.ropc]));
     fill(byId("contact-rows"), landing.grounds.map(({ name, normal }, k) => {
-      const impulse = result.contacts[k], up = dot(impulse, normal);
-      return ["", name, ...impulse, up > 0 ? norm(sum(impulse, normal, -up)) / up : NaN];
+      const up = dot(contacts[k], normal);
+      return ["", name, ...contacts[k], up > 0 ? norm(sum(contacts[k], normal, -up)) / up : NaN];
     }));
-    fill(byId("joint-rows"), result.loads.map((load, k) => ["", landing.joints[k], load[0], norm(load.slice(1, 4)), norm(load.slice(4))]));
-    const axis = (name) => ({ title: { text: `${name} [m]` }, backgroundcolor: "#fff", gridcolor: "#ddd", zerolinecolor: "#ccc",
-      showspikes: false });
-    const vector = (v) => named(["x", "y", "z"], v), camera = { eye: vector(eye()), up: vector(landing.e2), center: vector([0, 0, 0]),
-      projection: { type: "orthographic" } };
-    Plotly.react(view, traces(), { scene: { aspectmode: "data", xaxis: axis("x"), yaxis: axis("y"), zaxis: axis("z"), camera },
-      showlegend: false, margin: { l: 0, r: 0, t: 0, b: 0 }, uirevision: landing.name, hovermode: "closest" },
-    { responsive: true, displaylogo: false, modeBarButtonsToRemove: ["resetCameraLastSave3d"] });
+    fill(byId("joint-rows"), loads.map((load, k) => ["", landing.joints[k], load[0], norm(load.slice(1, 4)), norm(load.slice(4))]));
+    Plotly.react("view", traces(), structuredClone(landing.layout), data.config);
   }
 
   function follow({ points: [{ curveNumber, pointNumber }] }) {
@@ -185,20 +151,12 @@
       `${rounded(delta / result.v_in)}, |Δv| ${rounded(delta)} m/s`;
   }
 
-  // A chart of histories for each landing on contacts of finite stiffness; names become texts that Plotly does not interpret.
-  const plain = (text) => text.replaceAll("&", "&amp;").replaceAll("<", "&lt;").replaceAll("$", "&#36;");
-  const title = (text) => ({ title: { text } });
-  data.landings.forEach(({ histories }, number) => histories.forEach(({ title: quantity, time, lines: curves }, k) => {
-    const drawn = curves.map(({ name, values }) => ({ x: time, y: values, name: plain(name), mode: "lines" }));
-    Plotly.newPlot(byId(`history-${number}-${k}`), drawn, { xaxis: title("time from the first contact [ms]"), yaxis: title(quantity),
-      showlegend: true, margin: { t: 16, r: 16 }, height: 300 }, { responsive: true, displaylogo: false });
+  data.landings.forEach(({ histories }, number) => histories.forEach((chart, k) => {
+    Plotly.newPlot(`history-${number}-${k}`, chart.data, chart.layout, data.config);
   }));
 
-  let waiting = false;
-  const soon = () => {
-    if (!waiting) requestAnimationFrame(() => { waiting = false; update(); });
-    waiting = true;
-  };
+  let waiting = 0;
+  const soon = () => { waiting ||= requestAnimationFrame(() => { waiting = 0; update(); }); };
   for (const name of inputs) {
     const [box, range] = [byId(name), byId(`${name}-range`)];
     range.addEventListener("input", () => { box.value = range.value; soon(); });
@@ -208,5 +166,5 @@
   byId("reset").addEventListener("click", reset);
   byId("landing").addEventListener("input", (event) => choose(Number(event.target.value)));
   choose(0);
-  view.on("plotly_hover", follow);
+  byId("view").on("plotly_hover", follow);
 })();

@@ -1,11 +1,13 @@
 """What changes a number of a landing, in a designer's units: one row for every parameter, the largest effect first."""
 
 import math
+from collections.abc import Sequence
 from typing import Any
 
+from shockpc.printed import listed
 from shockpc.result import ShockProfile
 from shockpc.show.document import record
-from shockpc.show.header import count, shared_lines, shared_warnings, shown_as, vector_text
+from shockpc.show.header import count, shared_lines, shared_warnings, shown_as
 from shockpc.show.reports.report import Picture, Report
 from shockpc.show.tables import Lines, Row, Sheet, largest
 from shockpc.studies.sensitivity import Effect, Sensitivity
@@ -26,8 +28,6 @@ def sensitivity_report(study: Sensitivity, most: int) -> Report:
     now = f"{study.target.title}: {study.value:.4g} {study.target.unit}".removesuffix(" -")
     if len(landings) > 1:
         now += f", {_over(study)}; the worst is {study.worst}"
-    if math.isfinite(study.ropc):
-        now += f"; CoPc of {study.body} at ({vector_text(study.copc)}) m, RoPc {study.ropc:.4g} m"
     return Report(
         name="sensitivity",
         title=f"What changes the {study.target.title}",
@@ -72,7 +72,7 @@ def _document(study: Sensitivity) -> dict[str, Any]:
         "unit": study.target.selection.quantity.unit,
         "worse": study.target.selection.quantity.worse,
         "over": "mean" if study.mean else "worst",
-        **record(study, "value", "percent", "body", "copc", "ropc"),
+        **record(study, "value", "percent", "exact"),
         "landings": [
             {"landing": name or None, "value": float(value), "warnings": profile.health.warnings, "scene": profile.scene}
             for name, value, profile in zip(study.landings, study.values, study.profiles, strict=True)
@@ -84,9 +84,7 @@ def _document(study: Sensitivity) -> dict[str, Any]:
                 "of": effect.name or None,
                 **record(effect, "value", "unit", "step"),
                 "parts": [{"of": name or None, "axis": axis or None, "weight": w} for (_, axis, name), w in effect.parts.items()],
-                **record(effect, "derivatives", "up", "down"),
-                "d_copc": effect.percussion[:3],
-                "d_ropc": effect.percussion[3],
+                **record(effect, "derivatives", "error", "up", "down"),
                 "reason": effect.reason or None,
             }
             for effect in study.effects
@@ -100,17 +98,16 @@ def _table(study: Sensitivity, most: int | None) -> Sheet:
     single = len(study.landings) == 1
     for effect in study.ranked:
         now = None if effect.unit == "1" or math.isnan(effect.value) else shown_as(effect.value, effect.unit, 4)
-        ropc, *copc = (float(x) * effect.step for x in (effect.percussion[3], *effect.percussion[:3]))
-        further = (100.0 * ropc / study.ropc, *(1e3 * x for x in copc)) if single else (100.0 * effect.down / study.value,)
-        changes = (effect.up, 100.0 * effect.up / study.value, *further)
+        changes = (effect.up, 100.0 * effect.up / study.value, *(() if single else (100.0 * effect.down / study.value,)))
         rows.append((change_words(effect), effect.name or None, now, step_words(effect), *changes))
     rows, left = largest(rows, most, "parameter")
     key, unit = study.target.selection.name, study.target.unit
-    further_heads = ("RoPc [%]", "CoPc x [mm]", "CoPc y [mm]", "CoPc z [mm]") if single else (f"{key}, opposite change [%]",)
-    header = ("parameter", "of", "now", "change", f"{key} [{unit}]", f"{key} [%]", *further_heads)
-    joints = "; ".join(
-        f'joint "{effect.name}" has no effect of its own: {effect.reason}' for effect in study.effects if effect.reason
-    )
+    opposite_head = () if single else (f"{key}, opposite change [%]",)
+    header = ("parameter", "of", "now", "change", f"{key} [{unit}]", f"{key} [%]", *opposite_head)
+    without: dict[str, list[str]] = {}
+    for effect in study.effects:
+        if effect.reason:
+            without.setdefault(effect.reason, []).append(f"{change_words(effect)} {effect.name}".strip())
     opposite = (
         "a change of the opposite sign has the opposite effect" if single or study.mean else "another landing may become the worst"
     )
@@ -119,19 +116,23 @@ def _table(study: Sensitivity, most: int | None) -> Sheet:
         "reflected inertia (without one: the inertia that the joint moves), of a radian, or of the robot's length",
         f"to first order: {opposite}; of a larger one the effect is not in proportion",
         *left,
-        *([joints] if joints else []),
+        *([] if study.exact else [_accuracy(study, study.ranked[: len(rows)])]),
+        *(f"{listed(names, 4)}: no derivative, because {reason}" for reason, names in without.items()),
     ]
-    where = f"{'' if study.body is None else f', and on RoPc and CoPc of {study.body}'}{'' if single else f', {_over(study)}'}"
-    return Sheet(f"effect on the {study.target.title}{where}", header, rows, notes)
+    return Sheet(f"effect on the {study.target.title}{'' if single else f', {_over(study)}'}", header, rows, notes)
+
+
+def _accuracy(study: Sensitivity, shown: Sequence[Effect]) -> str:
+    return (
+        f"the {study.target.selection.quantity.title} is computed in double precision: its derivatives are central differences, "
+        f"known to {count(study.digits(shown), 'digit')} at least"
+    )
 
 
 def _spreadsheet(study: Sensitivity) -> Sheet:
     rows: list[Row] = []
     for effect in study.ranked:
         what = (f"{effect.kind} {effect.axis}".strip(), effect.name or None, effect.value, effect.unit, effect.step)
-        rows.append(
-            (*what, effect.up, effect.down, *(effect.step * float(x) for x in (effect.percussion[3], *effect.percussion[:3])))
-        )
+        rows.append((*what, effect.up, effect.down, effect.step * effect.error))
     target = f"{study.target.selection.name} [{study.target.unit}]"
-    changes = (target, f"opposite {target}", "RoPc [m]", "CoPc x [m]", "CoPc y [m]", "CoPc z [m]")
-    return Sheet("", ("parameter", "of", "value", "unit", "step", *changes), rows)
+    return Sheet("", ("parameter", "of", "value", "unit", "step", target, f"opposite {target}", f"error {target}"), rows)
