@@ -285,6 +285,9 @@ def test_budgets_of_parts(capfd, here):
     assert status == {
         "camera": ("part_margin", "exceeded"), "IMU": ("part_margin", "passed"), "knee": ("joint_torque_share", "passed")
     }  # fmt: skip
+    for text, proven in ((case, True), (case.replace('pulse = "half-sine:5ms"', "contact_stiffness = 1e5"), False)):
+        (here / "budgets.toml").write_text(text + own + shared + budget)
+        assert ("not proven: part_margin, joint_torque_share" not in run(capfd, "check").out) == proven
     (here / "budgets.toml").write_text(case + '[[part]]\nname = 3\nrange = "1"\n' + budget)
     assert "part[0].name has to be text" in run(capfd, "check").err
     (here / "budgets.toml").write_text(case + budget)

@@ -55,6 +55,10 @@ class Quantity(NamedTuple):
         """Whether it is computed in one posture at a time, for a landing of a scene."""
         return self.posed or (self.stiff and scene.contact_stiffness is not None)
 
+    def of_ground(self, scene: Scene) -> bool:
+        """Whether it depends on the friction or on the contact stiffness of a scene: it is then computed in double precision."""
+        return self.unproven or (self.stiff and scene.contact_stiffness is not None)
+
     @property
     def formula(self) -> Callable[[Impact, Places], Any]:
         """The formula of a quantity that has one."""

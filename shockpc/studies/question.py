@@ -49,12 +49,13 @@ def strike_angle(landing: Landing) -> float:
     return float(np.arctan2(velocity @ landing.plane.forward, -velocity[2]))
 
 
-def refuse_ground(scene: Scene, *, friction: bool = True) -> None:
+def refuse_ground(scene: Scene, *, friction: bool = True, others: str = "use shockpc analyze, sweep, check or compare") -> None:
     """Refuse what a study of contacts that stick and are rigid would ignore.
 
     Args:
         scene: a landing of the study.
         friction: whether a coefficient of friction has no effect either.
+        others: what else can be done.
 
     Raises:
         StudyError: the scene gives a contact stiffness, or a friction.
@@ -64,5 +65,5 @@ def refuse_ground(scene: Scene, *, friction: bool = True) -> None:
     if ignored:
         raise StudyError(
             f"the scene gives a {' and a '.join(ignored)}, which would change nothing here: this study is of the impulse of "
-            "contacts that stick; leave it out, or use shockpc analyze, sweep, check or compare"
+            f"contacts that stick; leave it out, or {others}"
         )

@@ -19,7 +19,6 @@ from shockpc.errors import ShockError, StudyError
 from shockpc.exact.derivative import central_difference, derivatives
 from shockpc.exact.solution import BallImpact
 from shockpc.profile import shock_profile
-from shockpc.quantities.quantity import Quantity
 from shockpc.result import ShockProfile
 from shockpc.robot.changes import Property
 from shockpc.robot.record import Robot
@@ -178,8 +177,8 @@ def sensitivity(
     asked = [column(profile, text, lambda entry: entry.compute is not None) for profile in profiles]
     entry = asked[0].selection.quantity
     for scene in scenes.values():
-        if not _of_ground(entry, scene):
-            refuse_ground(scene)
+        if not entry.of_ground(scene):
+            refuse_ground(scene, others="name a quantity that depends on it, such as shock_friction or peak_force")
     values, sizes, exact = np.array([_value(*pair) for pair in zip(profiles, asked, strict=True)]).T
     known = [{one[:3]: one for one in parameters(profile)} for profile in profiles]
     every: dict[Key, Parameter] = {key: one for of_landing in reversed(known) for key, one in of_landing.items()}
@@ -198,11 +197,6 @@ def sensitivity(
     if existing and not chosen and not np.any(existing):
         raise StudyError(f"{asked[0].title} does not change to first order with any parameter here; choose another quantity")
     return Sensitivity(tuple(scenes), profiles, asked[0], signs * values, mean, percent, bool(exact.all()), effects)
-
-
-def _of_ground(entry: Quantity, scene: Scene) -> bool:
-    """Whether a quantity depends on friction or on the stiffness of the contacts, if only beside this landing."""
-    return entry.unproven or (entry.stiff and scene.contact_stiffness is not None)
 
 
 def _worst(target: Column, values: Array) -> int:
@@ -339,7 +333,7 @@ def _value(profile: ShockProfile, asked: Column) -> tuple[float, float, bool]:
 
     def natural_size(impact: BallImpact) -> tuple[float, bool]:
         values = entry.formula(impact, [asked.place])
-        exact = values.dtype == object and not _of_ground(entry, profile.scene)
+        exact = values.dtype == object and not entry.of_ground(profile.scene)
         return float(np.max(entry.size(impact, values.astype(float)))), exact
 
     size, exact = profile.proof.read(natural_size)

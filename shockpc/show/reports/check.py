@@ -31,7 +31,7 @@ def check_report(check: Check) -> Report:
     records = [_record(outcome) for outcome in check.outcomes]
     return Report(
         name="check",
-        title="Budgets",
+        title=f"Budgets: {check.count('passed')} passed, {check.count('exceeded')} exceeded",
         body=lambda full: [check_sheet(check, for_terminal=not full), *_commands(check)],
         sheets={"check": lambda: Sheet("", list(records[0]), [tuple(row.values()) for row in records])},
         document=lambda: {
@@ -119,8 +119,9 @@ def _summary_text(check: Check) -> str:
     text += f", {missing} not computed" if missing else ""
     text += f", {skipped} skipped" if (skipped := check.count("skipped")) else ""
     text += f"; jumps {proof_text(check.error_bound)}" if check.error_bound else ""
-    quantities = (outcome.budget.selection for outcome in check.outcomes)
-    unproven = dict.fromkeys(selection.name for selection in quantities if (entry := selection.quantity).unproven or entry.stiff)
+    scenes = {case: profile.scene for case, profile in check.profiles.items()}
+    computed = ((one.budget.selection, scenes[one.case]) for one in check.outcomes if one.case in scenes)
+    unproven = dict.fromkeys(selection.name for selection, scene in computed if selection.quantity.of_ground(scene))
     return text + (f"; in double precision, not proven: {', '.join(unproven)}" if unproven else "")
 
 
