@@ -720,8 +720,11 @@ def test_a_changed_gate_names_what_changed(capfd, here):
     outcome = run(capfd, "check", "--baseline", "base.json", "--format", "text", "--format", "junit=j.xml")
     assert outcome.code == 1
     told = "body mass 2 → 1.5 kg; foot place z -0.4 → -0.45 m; imu_link place x 0.02 → 0.5 m; imu_link rotated by 28.6 deg"
-    assert f"since the baseline: land: {told})" in outcome.out
-    assert f"since the baseline: {told}; shockpc analyze" in ET.parse(here / "j.xml").getroot().find(".//failure").text
+    assert f"(joint model of land: free)\n(since the baseline: land: {told})" in outcome.out
+    assert (
+        f"; joint model free; since the baseline: {told}; shockpc analyze"
+        in ET.parse(here / "j.xml").getroot().find(".//failure").text
+    )
     assert document(capfd, "--baseline", "base.json", code=1)["changes"] == {"land": told.split("; ")}
     (here / "stick.urdf").write_text(ROBOT.replace('lower="-2"', 'lower="-1"'))
     base = json.loads(text)

@@ -72,6 +72,8 @@ def check_sheet(check: Check, for_terminal: bool = True, most: int | None = None
     # A column without any entry tells nothing.
     kept = {head: cells for head, cells in columns.items() if head == "value" or any(cell is not None for cell in cells)}
     notes = [f"{_status(outcome)}: {place_text(outcome)}: {outcome.reason}" for outcome in shown if outcome.reason and for_terminal]
+    cases = dict.fromkeys(outcome.case for outcome in shown if outcome.reason)
+    notes += [f"joint model of {case}: {model}" for case in cases if (model := _joint_model(check, case))]
     if left := len(check.outcomes) - len(shown):
         notes.append(f"{count(left, 'row')} not shown")
     return Sheet(_summary_text(check), list(kept), list(zip(*kept.values(), strict=True)), [*notes, *check.notes])
@@ -83,11 +85,20 @@ def _commands(check: Check) -> list[Lines]:
     return [Lines(list(commands), "to compute these numbers anew", whole=True)] if commands else []
 
 
+def _joint_model(check: Check, case: str) -> str:
+    """What the joints of a case do, and where their drives are from; empty if it could not be computed."""
+    if case not in check.profiles:
+        return ""
+    model = check.profiles[case].landing.joint_model
+    return ": ".join(filter(None, (model.name, model.drives)))
+
+
 def _explained(check: Check, outcome: Outcome) -> str:
-    """Why a budget is not met, what changed, and how to compute the number anew, on one line."""
+    """Why a budget is not met, the joint model, what changed, and how to compute the number anew, on one line."""
     changes = few(check.changes.get(outcome.case, ()), MOST_CHANGES, "; ", " changes")
     since, again = f"; since the baseline: {changes}" if changes else "", f"; {outcome.command}" if outcome.command else ""
-    return printable(f"{place_text(outcome)}: {outcome.reason}{since}{again}")
+    joints = f"; joint model {model}" if (model := _joint_model(check, outcome.case)) else ""
+    return printable(f"{place_text(outcome)}: {outcome.reason}{joints}{since}{again}")
 
 
 def _record(outcome: Outcome) -> dict[str, Any]:
