@@ -7,6 +7,7 @@ from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
+import pyarrow.parquet
 import pytest
 from commands import good, run
 from robot_texts import body, floating, mjcf
@@ -275,6 +276,15 @@ def test_a_contact_without_a_velocity_of_its_own_moves_with_the_robot(tmp_path):
     expected = {name: np.where(np.arange(6) == 1, without.columns[name], whole.columns[name]) for name in without.columns}
     for name in [column.name for column in without.study.computed]:
         np.testing.assert_allclose(np.delete(results.columns[name], 4), np.delete(expected[name], 4), rtol=1e-12)
+
+
+def test_missing_values_of_parquet_are_empty_and_lists_are_rows(tmp_path):
+    columns = {"contact": ["LF_FOOT", None, "RH_FOOT"], "vx@LF_FOOT": [0.5, None, None], "qpos": [[1.0, 2.0]] * 3}
+    pyarrow.parquet.write_table(pyarrow.table(columns), tmp_path / "log.parquet")
+    columns = read_table(tmp_path / "log.parquet")
+    assert columns["contact"].tolist() == ["LF_FOOT", "", "RH_FOOT"]
+    assert np.isnan(columns["vx@LF_FOOT"]).tolist() == [False, True, True]
+    assert columns["qpos"].shape == (3, 2)
 
 
 def test_the_order_of_contacts_in_a_row_means_nothing():

@@ -85,7 +85,7 @@ def landings(
         if robot is None:
             raise StudyError(f"a table needs a robot: shockpc landings {table} ROBOT --contact …")
         if "contact" in columns:
-            options = with_contact(robot, options, columns["contact"])
+            options = with_contact(robot, options, columns["contact"].astype(str).ravel().tolist())
         loaded, scene = one_scene(robot, options)
         rows_in_table = rows_of(columns, landing_of(scene, loaded), renames)
     if len(models) > 1 and not rows_in_table.measured:

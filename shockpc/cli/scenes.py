@@ -95,16 +95,17 @@ def landings_from(names: Iterable[str], options: SceneOptions, trace: Trace | No
     return landings
 
 
-def with_contact(robot: str, options: SceneOptions, contacts: Iterable[object]) -> SceneOptions:
+def with_contact(robot: str, options: SceneOptions, contacts: list[str]) -> SceneOptions:
     """Options with the first of the rows' own contacts until these are set, where neither options nor scene give one.
 
     Raises:
         ShockError: the scene cannot be read, or a row has no contact either.
     """
-    names = [] if options.contact or _scene_of(robot).contact else [str(name) for name in contacts]
-    if "" in names:
-        raise SceneError(f"row {names.index('')} has no contact; name it there, or one for all rows without by --contact")
-    return options._replace(contact=(names[0],)) if names else options
+    if options.contact or _scene_of(robot).contact:
+        return options
+    if "" in contacts:
+        raise SceneError(f"row {contacts.index('')} has no contact; name it there, or one for all rows without by --contact")
+    return options._replace(contact=(contacts[0],))
 
 
 def file_names(scenes: list[Scene]) -> list[str]:

@@ -96,4 +96,8 @@ def _read_parquet(path: Path) -> dict[str, np.ndarray]:
         ) from None
     with path.open("rb") as content:  # a path with a colon would be read as an address
         table = pyarrow.parquet.read_table(content)
-    return {name: np.asarray(table[name].to_numpy()) for name in table.column_names}
+    columns = {name: np.asarray(table[name].to_numpy()) for name in table.column_names}
+    for name, values in columns.items():
+        if values.dtype.kind == "O":
+            columns[name] = np.array(["" if cell is None else cell for cell in values.tolist()], dtype=object)
+    return columns

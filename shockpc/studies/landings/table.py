@@ -329,7 +329,7 @@ class _Reader:
 
     def _read(self, name: str, values: np.ndarray) -> None:
         joints = self.robot.joint_names
-        if name in ("qpos", "qvel") and values.ndim == 2:
+        if name in ("qpos", "qvel") and name not in joints:
             self._mujoco(name, values)
             return
         if values.ndim != 1:
@@ -404,8 +404,8 @@ class _Reader:
     def _mujoco(self, name: str, values: Array) -> None:
         """Read all coordinates, or all velocities, in the layout of MuJoCo: a free base turns at a rate in its own axes."""
         order, size = qpos_order(self.robot) if name == "qpos" else qvel_order(self.robot)
-        if values.shape[1] != size:
-            raise StudyError(f"{name} has {values.shape[1]} columns, and those of the robot's file are {size}")
+        if values.ndim != 2 or values.shape[1] != size:
+            raise StudyError(f"{name} has shape {values.shape}, and a row of it has the {size} numbers of the robot's file")
         numbers = _finite(name, values.ravel()).reshape(values.shape)[:, order]
         joints = {joint.name for joint in self.robot.single_joints if joint.kind != "free"}
         if name == "qpos":
