@@ -493,7 +493,7 @@ GROWING = {
 @pytest.mark.parametrize("name", GROWING)
 def test_what_grows_without_end_is_refused(name: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch):
     """A small file that asks MuJoCo for much time or memory costs neither, but a message."""
-    monkeypatch.setattr("shockpc.robot.child.SECONDS", 2)
+    monkeypatch.setattr("shockpc.robot.child.SECONDS", 1)
     for k in range(12):
         text = GROWING["levels"].replace("level0", f"level{k + 1}") if k < 11 else f"<mujoco>{ONE}</mujoco>"
         (tmp_path / f"level{k}.xml").write_text(text)

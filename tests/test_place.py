@@ -337,6 +337,9 @@ def test_two_sensors_see_no_more_than_one():
     assert [two.places[k].shocks[n] for n, k in enumerate(two.assigned)] == list(least)
 
 
+ONE = landings(feet=("LF_FOOT",), angles=(45.0,))
+
+
 @pytest.mark.parametrize(
     ("more", "words"),
     [
@@ -349,12 +352,12 @@ def test_two_sensors_see_no_more_than_one():
         ({"alternatives": 100}, ["at most 20 alternatives"]),
         ({"apart": 1e-5}, ["0.001 m"]),
         ({"weights": {"LF": 1.0}}, ['"LF"', "LF_FOOT 45"]),
-        ({"weights": dict.fromkeys(landings(), 0.0)}, ["not all zero"]),
+        ({"weights": dict.fromkeys(ONE, 0.0)}, ["not all zero"]),
     ],
 )
 def test_what_cannot_be_placed_is_refused_with_what_would_be_valid(more, words):
     with pytest.raises(shockpc.ShockError) as refusal:
-        shockpc.place(landings(), **more)
+        shockpc.place(ONE, **more)
     assert all(word in str(refusal.value) for word in words), str(refusal.value)
 
 
@@ -442,11 +445,9 @@ def test_without_clarabel_the_command_says_what_to_install(monkeypatch, capfd):
 
 def test_more_sensors_than_landings_are_as_many_as_help():
     """One landing needs one sensor, which is its best place; with more, that of each landing alone, whatever the count."""
-    names = list(landings())
-    one = {names[0]: landings()[names[0]]}
-    alone = shockpc.place(one, alternatives=0)
+    alone = shockpc.place(ONE, alternatives=0)
     for count in (2, 3):
-        found = shockpc.place(one, count=count)
+        found = shockpc.place(ONE, count=count)
         assert (len(found.places), found.count) == (1, count)
         assert found.combined == pytest.approx(alone.combined, abs=1e-8)
         assert f"1 sensor of {count}: with more, the shock compared is not less" in place_report(found).text("table")

@@ -125,7 +125,7 @@ def test_derivatives_against_landings_beside_the_given_one(target):
     kinds = {effect.kind for effect in study.ranked} - ({"armature"} if scene.joints is not GEARED else set())
     for kind in kinds:
         effects = [effect for effect in study.ranked if effect.kind == kind]
-        for effect in (effects[0], effects[len(effects) // 2]):
+        for effect in (effects[k] for k in {0, len(effects) // 2}):
             h = 1e-5 if effect.unit in ("rad", "1") else 1e-5 * max(abs(effect.value), effect.step)
             computed = slope(lambda t, effect=effect: target_of(shock_profile(*beside(scene, robot, effect, t)), study), h)
             # Analyses are proven to 1e-16 of the value, of which the difference is a small part.
