@@ -71,7 +71,7 @@ class Effect(Change):
 
     Attributes:
         derivatives: (L,) of the number in each landing [its unit/unit].
-        error: the largest of them, where they are differences; 0 of exact derivatives, which are known to the last digit.
+        error: largest error of these, if they are differences; 0 of exact ones [its unit/unit].
         reason: why there are no derivatives; empty if there are.
         up: change of the target by the step [its unit].
         down: change by the opposite step [its unit].
