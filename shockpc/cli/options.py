@@ -121,7 +121,8 @@ class SceneOptions(NamedTuple):
         rotor,
     )
     joint_stiffness: tuple[Setting, ...] = _in_joints(
-        "Stiffness of a spring of the joint itself, such as in a compliant leg [N m/rad; N/m if prismatic].",
+        "Stiffness of a spring of the joint itself, such as in a compliant leg, instead of the stiffness in an MJCF; its load at "
+        "touchdown (springref) is stated and left out, as gravity and the motors that balance it are [N m/rad; N/m if prismatic].",
         "JOINT=STIFFNESS",
         setting,
     )
