@@ -1,8 +1,8 @@
 """A landing on contacts and springs of finite stiffness: forces, accelerations and their times, in double precision, not proven.
 
 The inertia and the rows of a landing go to the solver of `core.stiffness`, in the velocities with which its loops stay closed. Its
-motion is linear in accelerations and forces at each time: what is linear in the jumps and impulses of an impact (the velocity of a
-point, the wrench through a joint) is, of unit accelerations and unit forces, the matrix that gives the same of the motion.
+motion is linear in the forces of its elements at each time: what is linear in the jumps and impulses of an impact (the velocity of
+a point, the wrench through a joint) is, of the accelerations for unit forces, the matrix that gives the same of the motion.
 """
 
 import functools
@@ -11,7 +11,7 @@ from typing import Any
 
 import numpy as np
 
-from shockpc.core.impulse import Solution, solve_impact
+from shockpc.core.impulse import Solution
 from shockpc.core.spatial import Array, freeze
 from shockpc.core.spectrum import SAMPLES_A_PERIOD, shock_response
 from shockpc.core.stiffness import Elements, attach_rotors, simulate_landing
@@ -45,11 +45,11 @@ which on the model without gravity and with frozen geometry is doubtful."""
 
 
 class _Columns(DoubleImpact):
-    """Accelerations and forces as jumps and impulses, in a column each; a quantity has S values, one of each column."""
+    """Jumps and impulses in a column each; a quantity has S values, one of each column."""
 
     def along(self, columns: Any) -> Any:
         """Columns (N, ..., S) as (N, S, ...)."""
-        return np.moveaxis(columns, -1, 1)
+        return columns.transpose(0, columns.ndim - 1, *range(1, columns.ndim - 1))
 
 
 class CompliantLanding:
@@ -63,7 +63,6 @@ class CompliantLanding:
         landing: the landing.
         motion: until that time.
         number: (r,) contact of each element; −1 for a spring in a joint.
-        full: (nv, n) joint velocities for unit velocities of the coordinates of the motion.
 
     Raises:
         SolveError: the motion cannot be followed, or joints that are locked move before the impact.
@@ -76,13 +75,12 @@ class CompliantLanding:
         self._free = rows.basis if rows.equation.G is None else rows.equation.G[0] @ rows.basis
         before = landing.before.joint_rates.copy()
         before[:6] = np.linalg.solve(state.J[0, :, :6], np.concatenate([landing.before.omega, landing.before.velocity]))
-        velocity = np.linalg.lstsq(self._free, before, rcond=None)[0]
+        square = len(self._free) == self._free.shape[1]
+        velocity = before if square else np.linalg.lstsq(self._free, before, rcond=None)[0]
         if np.linalg.norm(self._free @ velocity - before) > LEAST_HELD * np.linalg.norm(before):
             raise SolveError("a contact stiffness needs joints that are at rest where they are locked, and loops that stay closed")
-        c, tangential = len(landing.contacts), landing.scene.tangential_stiffness or k
-        number = np.repeat(np.arange(c), [block.size for block in rows.landing.contacts])
-        stiffness, e = np.where(rows.normal, k, tangential), rows.restitution
-        model, M, B = landing.joint_model, rows.M, rows.J * rows.sign[:, None]
+        stiffness = np.where(rows.normal, k, landing.scene.tangential_stiffness or k)
+        model, M, B = landing.joint_model, rows.M, rows.J
         springs = np.flatnonzero(model.stiffness > 0.0)
         geared = np.flatnonzero(np.isfinite(model.drive_stiffness) & (model.rotor > 0.0))
         self._joints = np.concatenate([springs, geared])
@@ -91,12 +89,11 @@ class CompliantLanding:
             M, B, gears, velocity = attach_rotors(M, B, velocity, self._free[geared], model.rotor[geared])
             B = np.concatenate([B, gears])
         added = len(self._joints)
-        self.full = np.hstack([self._free, np.zeros((len(self._free), len(geared)))])
-        self.number = np.concatenate([number, np.full(added, -1)])
+        self.number = np.concatenate([rows.number, np.full(added, -1)])
         elements = Elements(
             B,
             np.concatenate([stiffness, model.stiffness[springs], model.drive_stiffness[geared]]),
-            np.concatenate([e, np.ones(added)]),
+            np.concatenate([rows.restitution, np.ones(added)]),
             self.number,
             np.concatenate([rows.normal, np.zeros(added, dtype=bool)]),
             np.concatenate([np.where(rows.normal, landing.scene.contact_damping or 0.0, 0.0), np.zeros(added)]),
@@ -109,41 +106,47 @@ class CompliantLanding:
         self._peaks: dict[Any, tuple[Array, Array]] = {}
         self._impacts: dict[float, DoubleImpact] = {}
 
+    def _impact(self, jumps: Array, impulse: Array | None = None) -> _Columns:
+        """An impact with jumps (n, S) of the coordinates, and impulses (nc, S) along all rows; none by default."""
+        equation, rows = self._rows.equation, self._rows
+        delta = (rows.basis @ jumps[: self._free.shape[1]])[None]
+        impulses = np.full((1, equation.J_c.shape[1], jumps.shape[1]), np.nan) if impulse is None else impulse[None]
+        # Of the solution of Eq. 4 only these are read.
+        solution = Solution(delta, impulses, np.ones(impulses.shape[:2]), np.array([0]), np.ones(1), {}, {})
+        return _Columns(self.landing, equation, solution, jumps_of(self.landing, equation.full(delta)))
+
     @functools.cached_property
-    def _columns(self) -> _Columns:
-        """Unit accelerations of the coordinates, then unit forces of the elements, with what holds the loops."""
-        rows, n, r = self._rows, self.full.shape[1], len(self.number)
-        equation, held, m = rows.equation, rows.n, self._free.shape[1]
-        G = np.eye(len(self.full)) if equation.G is None else equation.G[0]
-        delta = np.zeros((1, len(equation.H[0]), n + r))
-        delta[0, :, :m] = rows.basis
-        impulse = np.zeros((1, len(equation.J_c[0]), n + r))
-        impulse[0, :held, n : n + held] = np.diag(rows.sign)
-        if len(equation.J_c[0]) > held:
-            along = np.concatenate([equation.J_c[0, :held] * rows.sign[:, None], G[self._joints]])
-            missing = equation.H[0] @ delta[0] - np.pad(along.T, ((0, 0), (n, 0)))
-            impulse[0, held:] = np.linalg.lstsq(equation.J_c[0, held:].T, missing, rcond=1e-10)[0]
-        jumps = jumps_of(self.landing, equation.full(delta))
-        return _Columns(rows.landing, equation, _solution(delta, impulse), jumps)
+    def _unit(self) -> _Columns:
+        """The accelerations for unit forces of the elements as jumps, with what holds the loops: all is linear in these forces."""
+        rows, equation, (n, held), response = self._rows, self._rows.equation, self._rows.turn.shape, self.motion.response
+        impulse = np.zeros((len(equation.J_c[0]), len(self.number)))
+        impulse[:held, :n] = rows.turn.T
+        if len(impulse) > held:
+            G = np.eye(len(self._free)) if equation.G is None else equation.G[0]
+            along = np.concatenate([rows.turn @ equation.J_c[0, :held], G[self._joints]])
+            missing = equation.H[0] @ (rows.basis @ response[: self._free.shape[1]]) - along.T
+            impulse[held:] = np.linalg.lstsq(equation.J_c[0, held:].T, missing, rcond=1e-10)[0]
+        return self._impact(response, impulse)
 
-    def maps(self, compute: Compute, places: Sequence[Place]) -> tuple[Array, Array]:
-        """What gives a quantity, n vectors, of accelerations (n, k, coordinates), and of forces (n, k, elements)."""
-        values = np.moveaxis(np.asarray(compute(self._columns, places), dtype=float)[0], 0, -1)
-        values = values.reshape(len(values), -1, values.shape[-1])
-        return values[..., : self.full.shape[1]], values[..., self.full.shape[1] :]
+    def readout(self, compute: Compute, places: Sequence[Place]) -> Array:
+        """What gives a quantity, n vectors linear in jumps and impulses, of the forces of the elements (n, k, r)."""
+        values = np.asarray(compute(self._unit, places), dtype=float)[0]
+        return np.ascontiguousarray(values.reshape(*values.shape[:2], -1).transpose(1, 2, 0))
 
-    def peaks(self, compute: Compute, places: Sequence[Place]) -> tuple[Array, Array]:
+    def peaks(self, compute: Compute, places: Sequence[Place] = ()) -> tuple[Array, Array]:
         """The largest lengths (n,) of a quantity, n vectors linear in jumps and impulses, and when (n,) each is reached."""
         key = compute, tuple((place.name, place.body, place.number, place.r.tobytes()) for place in places)
         if key not in self._peaks:
-            self._peaks[key] = self._peak(*self.maps(compute, places))
+            try:
+                self._peaks[key] = self.motion.peak(self.readout(compute, places))
+            except ArithmeticError as refusal:
+                raise SolveError(f"no verdict for contacts of {self.landing.scene.contact_stiffness:g} N/m: {refusal}") from None
+            freeze(self._peaks[key])
         return self._peaks[key]
 
     def history(self, compute: Compute, places: Sequence[Place], times: Array) -> Array:
         """The same quantity (T, n, k) at times (T,)."""
-        moving, forced = self.maps(compute, places)
-        found = self.motion.at(times)
-        return np.asarray(np.einsum("nki,ti->tnk", moving, found.acceleration) + np.einsum("nkr,tr->tnk", forced, found.force))
+        return np.asarray(np.einsum("nkr,tr->tnk", self.readout(compute, places), self.motion.at(times).force))
 
     def spectrum(self, compute: Compute, places: Sequence[Place], damping: float) -> Array:
         """Largest acceleration (f, n) of oscillators of the frequencies `SPECTRUM` at n points, in the axis in which it is largest.
@@ -157,21 +160,6 @@ class CompliantLanding:
         history = self.history(compute, places, times).reshape(count + 1, -1)
         response = shock_response(history, float(times[1]), np.array(SPECTRUM), damping)
         return np.asarray(response.reshape(len(SPECTRUM), len(places), -1).max(axis=2))
-
-    def _peak(self, moving: Array, forced: Array) -> tuple[Array, Array]:
-        """As `Motion.peak`."""
-        try:
-            value, when = self.motion.peak(moving, forced)
-        except ArithmeticError as refusal:
-            raise SolveError(f"no verdict for contacts of {self.landing.scene.contact_stiffness:g} N/m: {refusal}") from None
-        freeze(value, when)
-        return value, when
-
-    @functools.cached_property
-    def forces(self) -> tuple[Array, Array]:
-        """Peak force (c,) of each contact, tangential parts included [N], and when (c,) it is reached [s]."""
-        selected = np.stack([np.diag(1.0 * (self.number == c)) for c in range(len(self.landing.contacts))])
-        return self._peak(np.zeros((*selected.shape[:2], self.full.shape[1])), selected)
 
     @functools.cached_property
     def duration(self) -> Array:
@@ -193,21 +181,23 @@ class CompliantLanding:
     def impact_at(self, time: float) -> DoubleImpact:
         """The jumps from the impact until a time [s], for the scene's own strike alone; without impulses."""
         if time not in self._impacts:
-            delta, equation = np.full((1, len(self._rows.basis), 4), np.nan), self._rows.equation
-            delta[0, :, 3] = self._rows.basis @ self.motion.at(np.array([time])).jump[0, : self._free.shape[1]]
-            solution = _solution(delta, np.full((1, len(equation.J_c[0]), 4), np.nan))
-            self._impacts[time] = DoubleImpact(self.landing, equation, solution, jumps_of(self.landing, equation.full(delta)))
+            self._impacts[time] = self._impact(self.motion.at(np.array([time])).jump.T)
         return self._impacts[time]
+
+    @functools.cached_property
+    def ends(self) -> DoubleImpact:
+        """The jumps until the end of compression, until the end, and in the impulse model, as three strikes; without impulses."""
+        rows, to_velocity, normal = self._rows, self.motion.to_velocity, self.number >= 0
+        held = self.motion.elements.rows[normal]
+        speeds = (1.0 + rows.restitution) * (held @ self._velocity)
+        impulsive = to_velocity @ np.linalg.lstsq(held @ to_velocity, -speeds, rcond=1e-9)[0]
+        return self._impact(np.column_stack([*self.motion.at(np.array([self.compressed, self.motion.duration])).jump, impulsive]))
 
     @functools.cached_property
     def difference(self) -> float:
         """Largest difference between the jumps of a body at the end and in the impulse model, relative to its largest jump [1]."""
-        equation = self._rows.equation
-        plain = solve_impact(equation.inertia, equation.J_c, equation.b, equation.terms)
-        impulsive = jumps_of(self.landing, equation.full(plain.delta_qd))[0, ..., 3]
-        own = self.impact_at(self.motion.duration).jumps[0, ..., 3]
-        lengths = self.landing.robot.rotation_lengths
-        difference, size = size_of(np.stack([own - impulsive, impulsive], axis=-1), lengths).T
+        _, own, impulsive = np.moveaxis(self.ends.jumps[0], -1, 0)
+        difference, size = size_of(np.stack([own - impulsive, impulsive], axis=-1), self.landing.robot.rotation_lengths).T
         return float(difference.max() / size.max())
 
     @property
@@ -261,11 +251,6 @@ class CompliantLanding:
         amplitude = self.motion.modes.force[self._normal]
         total = amplitude.sum(axis=1, keepdims=True)
         return np.asarray(amplitude / np.where(total > 0.0, total, 1.0))
-
-
-def _solution(delta: Array, impulse: Array) -> Solution:
-    """Jumps (1, ny, k) and impulses (1, nc, k) as a solution of Eq. 4, of which only these are read."""
-    return Solution(delta, impulse, np.ones(impulse.shape[:2]), np.array([0]), np.ones(1), {}, {})
 
 
 @functools.lru_cache(maxsize=4)

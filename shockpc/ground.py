@@ -18,7 +18,7 @@ from shockpc.errors import SceneError, SolveError
 from shockpc.impact import DoubleImpact
 from shockpc.landing import PosedLanding
 from shockpc.model.contact import across
-from shockpc.model.rows import Block, Equation
+from shockpc.model.rows import Equation, slices_of
 from shockpc.solve import independent_rows
 
 
@@ -43,53 +43,49 @@ class FrictionResult(NamedTuple):
 
 
 class ContactRows(NamedTuple):
-    """Rows of the contacts in coordinates with which loops stay closed.
+    """Rows of the contacts in coordinates with which loops stay closed: along two tangents of the ground and its normal.
 
     Attributes:
-        landing: with these rows.
-        equation: Eq. 4 of it.
-        n: number of rows that are not of loops.
-        restitution: (n,) e of each row: of a contact that sticks, with restitution along the normal, zero along the tangents.
+        equation: Eq. 4 of the landing.
+        turn: (n, m) these rows, of those of the equation that are not of loops.
+        axes: (n, 3) along which they are, world axes.
+        number: (n,) contact or standing foot of each row.
         normal: (n,) whether a row is along the normal of its contact.
-        sign: (n,) −1 where a row is along the opposite of that, else 1.
+        restitution: (n,) e of each row: of a contact that sticks, with restitution along the normal, zero along the tangents.
         basis: (ny, m) the free velocities for unit coordinates.
         M: (m, m) inertia.
         J: (n, m) speeds along the rows.
     """
 
-    landing: PosedLanding
     equation: Equation
-    n: int
-    restitution: Array
+    turn: Array
+    axes: Array
+    number: np.ndarray
     normal: np.ndarray
-    sign: Array
+    restitution: Array
     basis: Array
     M: Array
     J: Array
 
 
 def contact_rows(landing: PosedLanding) -> ContactRows:
-    """The rows, those of contacts that stick along two tangents of the ground and its normal."""
-
-    def turned(block: Block) -> Block:
-        sticks = np.linalg.matrix_rank(block.forces) == 3
-        return block._replace(forces=np.array([*across(block.normal), block.normal])) if sticks else block
-
-    landing = replace(landing, contacts=tuple(map(turned, landing.contacts)), stance=tuple(map(turned, landing.stance)))
+    """The rows of contacts and standing feet; of those that slide the normal alone."""
     equation = landing.equation(landing.state)
     held = [block for block in landing.blocks if block.kind != "closure"]
-    along = np.concatenate([block.forces @ block.normal for block in held])
-    normal = np.abs(along) > 1.0 - 1e-9
-    restitution = np.concatenate([np.full(len(block.forces), block.restitution) for block in held])
-    every = np.repeat([block.rebound is None for block in held], [block.size for block in held])
-    restitution = np.where(normal | every, restitution, 0.0)
-    n, H = len(restitution), equation.H[0]
-    basis = np.eye(len(H))
+    axes = [np.array([*across(block.normal), block.normal])[0 if block.size > 1 else 2 :] for block in held]
+    number = np.repeat(np.arange(len(held)), [len(own) for own in axes])
+    normal = np.append(number[1:] != number[:-1], True)
+    e, every = (np.array(values)[number] for values in zip(*((b.restitution, b.rebound is None) for b in held), strict=True))
+    turn = np.zeros((len(number), sum(block.size for block in held)))
+    for k, (block, rows) in enumerate(zip(held, slices_of(held), strict=True)):
+        turn[number == k, rows] = np.linalg.lstsq(block.forces.T, axes[k].T, rcond=None)[0].T
+    basis, H = np.eye(equation.H.shape[1]), equation.H[0]
     if loops := landing.blocks[len(held) :]:
-        K = equation.J_c[0, n:][independent_rows(landing, loops)]
+        K = equation.J_c[0, turn.shape[1] :][independent_rows(landing, loops)]
         basis = np.linalg.qr(K.T, mode="complete")[0][:, len(K) :]
-    sign = np.where(normal, np.sign(along), 1.0)
-    return ContactRows(landing, equation, n, restitution, normal, sign, basis, basis.T @ H @ basis, equation.J_c[0, :n] @ basis)
+    J = turn @ equation.J_c[0, : turn.shape[1]] @ basis
+    restitution = np.where(normal | every, e, 0.0)
+    return ContactRows(equation, turn, np.concatenate(axes), number, normal, restitution, basis, basis.T @ H @ basis, J)
 
 
 @functools.lru_cache(maxsize=4)
@@ -101,13 +97,13 @@ def friction_of(landing: PosedLanding) -> FrictionResult:
         SolveError: no solution was found, or each gains kinetic energy.
     """
     rows, mu = contact_rows(landing), landing.scene.friction
-    equation, n = rows.equation, rows.n
+    equation, n = rows.equation, rows.turn.shape[1]
     plain = solve_impact(equation.inertia, equation.J_c, equation.b, equation.terms)
     if plain.choices and not plain.choices[0].unique[:n].all():
         raise SceneError(
             "friction is solved for contacts whose impulses are determined, but here rows are redundant; leave a contact out"
         )
-    before = (equation.b[0, :n, 3] / (1.0 + rows.restitution)).reshape(-1, 3)
+    before = (rows.turn @ equation.b[0, :n, 3] / (1.0 + rows.restitution)).reshape(-1, 3)
     e = rows.restitution[2::3]
     assert mu is not None
     try:
@@ -126,7 +122,7 @@ def friction_of(landing: PosedLanding) -> FrictionResult:
         )
     moved = rows.basis @ (by_impulse @ best.impulse.ravel())
     impulse = np.full((1, len(equation.J_c[0]), 4), np.nan)
-    impulse[0, :n, 3] = best.impulse.ravel()
+    impulse[0, :n, 3] = rows.turn.T @ best.impulse.ravel()
     closing = equation.H[0] @ moved - equation.J_c[0, :n].T @ impulse[0, :n, 3]
     impulse[0, n:, 3] = np.linalg.lstsq(equation.J_c[0, n:].T, closing, rcond=1e-10)[0]
     # What is linear in the strike does not exist: friction is not.
@@ -137,8 +133,7 @@ def friction_of(landing: PosedLanding) -> FrictionResult:
     impact = DoubleImpact(landing, equation, Solution(delta, impulse, plain.scale, plain.rank, plain.condition, {}, {}), jumps)
     tangential = np.abs(before[:, :2]).max(axis=1) > 1e-12 * np.abs(before).max()
     as_proven = set(best.state) == {"sticks"} and not np.any(tangential & (rows.restitution[::3] > 0.0))
-    axes = np.stack([block.forces for block in (*rows.landing.contacts, *rows.landing.stance)])
-    velocity = (best.velocity[:, None] @ axes)[:, 0]
+    velocity = (best.velocity[:, None] @ rows.axes.reshape(-1, 3, 3))[:, 0]
     freeze(velocity, impact.delta_qd)
     return FrictionResult(best.state, velocity, len(found), best.residual, -best.energy, None if as_proven else impact)
 

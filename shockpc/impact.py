@@ -12,7 +12,7 @@ import numpy as np
 
 from shockpc.core.impulse import Solution
 from shockpc.core.percussion import larger, norm
-from shockpc.core.spatial import Array, cross_matrix, velocity_at
+from shockpc.core.spatial import Array, cross, cross_matrix, velocity_at
 from shockpc.landing import PosedLanding
 from shockpc.model.dynamics import Design, Dynamics
 from shockpc.model.motion import twist_before
@@ -200,7 +200,7 @@ class Impact:
         robot = self.landing.robot
         parents, R = robot.parents, self.state.rotation[:, None]
         omega, v = ((R @ part[..., None])[..., 0] for part in np.split(self.own_jumps, 2, axis=-1))
-        twists = np.concatenate([omega, v - np.cross(omega, self.state.position[:, None])], axis=-1)
+        twists = np.concatenate([omega, v - cross(omega, self.state.position[:, None])], axis=-1)
         loads = (self.inertias[:, None] @ twists[..., None])[..., 0]
         impulse = self.along(self.impulse)
         for block, rows in zip(self.blocks, slices_of(self.blocks), strict=True):
@@ -227,7 +227,7 @@ class Impact:
             parts, n = block_axes(self.state, block)[:, None] * impulse[..., rows, None], len(block.forces)
             pushed = parts[..., :n, :].sum(axis=-2)
             force, moment = force + pushed, moment + parts[..., n:, :].sum(axis=-2)
-            moment = moment + np.cross((block_point(self.state, block) - self.com)[:, None], pushed)
+            moment = moment + cross((block_point(self.state, block) - self.com)[:, None], pushed)
         return force, moment
 
     @functools.cached_property

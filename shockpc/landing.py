@@ -10,7 +10,7 @@ from typing import Self
 import numpy as np
 
 from shockpc.core.pulse import Pulse, pulse_from
-from shockpc.core.spatial import Array, Plane, freeze
+from shockpc.core.spatial import Array, Plane, freeze, velocity_at
 from shockpc.diagnostic import Diagnostic
 from shockpc.errors import SceneError
 from shockpc.model.closure import Assembly, all_loops, assemble, closure_block, follow
@@ -155,6 +155,14 @@ class PosedLanding(Landing):
     def __post_init__(self) -> None:
         """Let nobody write to its arrays."""
         freeze(*vars(self).values())
+
+    def equation(self, state: Dynamics, own: bool = True) -> Equation:
+        """As for any landing; that of its own posture is computed once."""
+        return self._equation if own and state is self.state else super().equation(state, own)
+
+    @functools.cached_property
+    def _equation(self) -> Equation:
+        return super().equation(self.state)
 
     @functools.cached_property
     def blocks(self) -> tuple[Block, ...]:
@@ -385,7 +393,7 @@ def contact_velocity(landing: Landing, state: Dynamics, block: Block) -> Array:
     if block.velocity is not None:
         return np.broadcast_to(block.velocity, (len(state.J), 3))
     twist = twist_before(state, landing.before, block.body)
-    return np.asarray(twist[:, 3:] + np.cross(twist[:, :3], block_point(state, block)))
+    return np.asarray(velocity_at(twist[:, :3], twist[:, 3:], block_point(state, block)))
 
 
 def _rotation(scene: Scene, plane: Plane) -> Array:

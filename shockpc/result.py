@@ -539,7 +539,7 @@ class ShockProfile:
     @cached_property
     def bracket(self) -> tuple[Bracket, ...]:
         """Shock with other models of the joints: at the heaviest body's centre of mass and at every sensor and point."""
-        places, keys = self._bracketed, ("shock_free", "shock", "shock_locked", "shock_springs_free")
+        places, keys = self.bracketed, ("shock_free", "shock", "shock_locked", "shock_springs_free")
         rows = zip(places, *(self.values(quantity("point", key), places).tolist() for key in keys), strict=True)
         return tuple(Bracket(place.name, _number(free), here, *map(_number, others)) for place, free, here, *others in rows)
 
@@ -610,7 +610,7 @@ class ShockProfile:
     def _beyond_the_impulse(self) -> Iterator[Diagnostic]:
         """Warnings where springs in joints, or a finite stiffness of the contacts, make another result than the impulse model."""
         if self.stiffness is not None:
-            places = [*self._bracketed, *self.landing.parts]
+            places = [*self.bracketed, *self.landing.parts]
             impulse, finite = (self.values(quantity("point", key), places) for key in ("shock", "shock_separated"))
             differs = np.abs(finite - impulse)
             for k in np.flatnonzero((differs > DIFFERS * np.minimum(impulse, finite)) & (differs > LEAST_DIFFERENCE)).tolist():
@@ -655,7 +655,7 @@ class ShockProfile:
         return None if self.landing.pulse is None else self.landing.pulse.length
 
     @property
-    def _bracketed(self) -> list[Place]:
+    def bracketed(self) -> list[Place]:
         """The heaviest body's centre of mass, every sensor and every point."""
         heaviest = body_places(self.robot)[int(np.argmax(self.robot.masses))]
         return [heaviest, *(place for place in self.landing.points if place.body >= 0)]

@@ -10,7 +10,7 @@ def signals(constant, cosine, sine, linear=0.0, either=False):
     """Signals without tolerance."""
     s = len(cosine)
     full = [np.broadcast_to(np.asarray(value, dtype=float), s) for value in (0.0, constant, linear)]
-    return Signals(np.full(s, either), *full, np.asarray(cosine, dtype=float), np.asarray(sine, dtype=float))
+    return Signals(np.full(s, either), *full, np.asarray(cosine) - 1j * np.asarray(sine))
 
 
 @pytest.mark.parametrize("dip", [1e-3, 1e-8])

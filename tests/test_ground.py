@@ -212,6 +212,23 @@ def test_a_column_of_two_masses(capfd, here, words, mass, share):
     assert joint["joint_torque_share"] == pytest.approx(force / mass * share / 50.0, rel=1e-9)
 
 
+@pytest.mark.parametrize("kind", ["ball", "planar"])
+def test_a_joint_of_several_axes_has_a_peak_force_but_no_torque_along_an_axis(here, kind):
+    """It carries what moves the upper mass, (m₂ / (m₁ + m₂)) √(K (m₁ + m₂)); a ball joint has no moment."""
+    foot, upper = ('<inertial pos="0 0 {}" mass="{}" diaginertia=".1 .1 .1"/>'.format(*one) for one in ((0, 0.5), (0.2, 3)))
+    carried = body("body", upper, '<joint name="slide" type="ball"/>', 'pos="0 0 .1"')
+    ball = f'<body name="foot"><freejoint/>{foot}{carried}</body>'
+    text = mjcf(ball) if kind == "ball" else COLUMN.replace("prismatic", "planar")
+    (here / "column.xml").write_text(text)
+    (here / "column.urdf").write_text(text)
+    contact = Contact(frame="foot", directions=("z",), restitution=1.0)
+    profile = shock_profile(Scene(robot=f"column.{'xml' if kind == 'ball' else 'urdf'}", contact=(contact,), contact_stiffness=K))
+    for key in ("peak_torque", "joint_torque_share", "along"):
+        np.testing.assert_array_equal(profile.value(key, "joint"), [np.nan])
+    assert profile.value("peak_joint_force", "joint") == pytest.approx(math.sqrt(K * 3.5) * 3.0 / 3.5, rel=1e-9)
+    assert profile.value("peak_joint_moment", "joint") == pytest.approx(0.0, abs=1e-8)
+
+
 @pytest.mark.parametrize("joints", [Joints(), Joints(armature={"*": 0.02}), Joints(locked=("*_HFE",), armature={"*_KFE": 0.1})])
 def test_one_direction_is_the_impulse_times_a_half_sine(joints):
     """ANYmal B: T = π √(m_eff / k), and π / (2T) of each impulse and jump; whatever the stiffness."""
@@ -298,7 +315,8 @@ def test_a_rotor_behind_a_spring_is_free_or_rigid_at_the_ends():
     rotor = np.where(moving, 0.01, 0.0)
     for spring, same, tolerance in ((1e-9, free, 1e-9), (1e12, geared, 1e-6)):
         found = with_drives(free, drive_stiffness=np.where(moving, spring, np.inf), rotor=rotor)
-        np.testing.assert_allclose(found.forces[0], same.value("peak_force", "contact"), rtol=tolerance)
+        force = found.peaks(quantity("contact", "impulse").formula, found.landing.contact_places)[0]
+        np.testing.assert_allclose(force, same.value("peak_force", "contact"), rtol=tolerance)
         np.testing.assert_allclose(found.duration, same.value("duration", "contact"), rtol=tolerance)
 
 

@@ -5,11 +5,13 @@ stays positive there is no root; elsewhere the samples are refined. No root is p
 of its amplitude.
 """
 
-from typing import NamedTuple
+from typing import Any, NamedTuple, TypeAlias
 
 import numpy as np
 
 from shockpc.core.spatial import Array
+
+ComplexArray: TypeAlias = np.ndarray[Any, np.dtype[np.complex128]]
 
 MOST_SAMPLES = 2**18
 """Bound of the number of samples, from which the frequencies lie too far apart."""
@@ -19,21 +21,20 @@ NEGLIGIBLE = 1e-11
 
 
 class Signals(NamedTuple):
-    """Signals s, constant + linear t + Σ_j (cosine_j cos σ_j t + sine_j sin σ_j t), whose fall below −tolerance is sought.
+    """Signals s, constant + linear t + Re Σ_j wave_j exp(iσ_j t), whose fall below −tolerance is sought.
 
     Attributes:
         either: (s,) whether the signal may have either sign at first, and counts with that sign.
         tolerance: (s,) what counts as zero; negative where a signal must stay above it.
         constant, linear: (s,) coefficients.
-        cosine, sine: (s, m) coefficients.
+        wave: (s, m) complex coefficients.
     """
 
     either: np.ndarray
     tolerance: Array
     constant: Array
     linear: Array
-    cosine: Array
-    sine: Array
+    wave: ComplexArray
 
 
 def first_crossing(sigma: Array, signals: Signals, horizon: float) -> tuple[float, int | None]:
@@ -49,19 +50,17 @@ def first_crossing(sigma: Array, signals: Signals, horizon: float) -> tuple[floa
     Raises:
         ArithmeticError: the horizon, or the first fall, is too many periods away.
     """
-    sign = _first_sign(sigma, signals)
-    cosine, sine = sign[:, None] * signals.cosine, sign[:, None] * signals.sine
-    constant, linear = sign * signals.constant + signals.tolerance, sign * signals.linear
-    amplitude = np.abs(cosine) + np.abs(sine)
-    bound = amplitude @ sigma**2
-    if len(sign) and (constant + cosine.sum(axis=1)).min() < 0.0:
-        return 0.0, int(np.argmin(constant + cosine.sum(axis=1)))
+    sign, turning = _first_sign(sigma, signals), 1j * sigma
+    wave, constant, linear = sign[:, None] * signals.wave, sign * signals.constant + signals.tolerance, sign * signals.linear
+    amplitude = np.abs(wave)
+    bound, start = amplitude @ sigma**2, constant + wave.real.sum(axis=1)
+    if len(sign) and start.min() < 0.0:
+        return 0.0, int(start.argmin())
 
     def search(a: float, b: float, count: int, depth: int) -> tuple[float, int] | None:
         t = a + (b - a) / count * np.arange(count + 1.0)
         t[-1] = b
-        angle = t[:, None] * sigma
-        value = constant + t[:, None] * linear + np.cos(angle) @ cosine.T + np.sin(angle) @ sine.T
+        value = constant + t[:, None] * linear + oscillations(t[:, None] * sigma, wave)
         # Between two samples a signal lies above the parabola through them that curves by the bound.
         change, curve = value[1:] - value[:-1], np.maximum(bound * ((b - a) / count) ** 2 / 2.0, 1e-300)
         dips = (np.abs(change) < curve) & (value[:-1] < (curve - change) ** 2 / (4.0 * curve))
@@ -75,11 +74,11 @@ def first_crossing(sigma: Array, signals: Signals, horizon: float) -> tuple[floa
 
     def root(i: int, a: float, b: float, above: float, below: float) -> float:
         t, last = a + (b - a) * max(above, 0.0) / (max(above, 0.0) - below), np.inf
+        level, rate, both = float(constant[i]), float(linear[i]), np.stack([wave[i], turning * wave[i]])
         for _ in range(100):
-            cos, sin = np.cos(sigma * t), np.sin(sigma * t)
-            value = constant[i] + linear[i] * t + cosine[i] @ cos + sine[i] @ sin
+            value, slope = (both @ np.exp(turning * t)).real.tolist()
+            value, slope = value + level + rate * t, slope + rate
             a, b = (t, b) if value > 0.0 else (a, t)
-            slope = linear[i] + (sine[i] * cos - cosine[i] * sin) @ sigma
             newton = t - value / slope if slope < 0.0 else a
             step = abs(newton - t)
             # Near the root a step that is not much smaller than the last one is rounding.
@@ -115,19 +114,24 @@ def _first_sign(sigma: Array, signals: Signals) -> Array:
     sign = np.where(signals.either, 0.0, 1.0)
     if not signals.either.any():
         return sign
-    cosine, sine = signals.cosine, signals.sine
+    wave = signals.wave
     for order in range(4):
-        value, size = cosine.sum(axis=1), np.abs(cosine).sum(axis=1)
+        value, size = wave.real.sum(axis=1), np.abs(wave.real).sum(axis=1)
         if order == 0:
             value, size = value + signals.constant, size + np.abs(signals.constant)
         sign = np.where((sign == 0.0) & (np.abs(value) > NEGLIGIBLE * size), np.sign(value), sign)
         if sign.all():
             break
-        cosine, sine = sigma * sine, -sigma * cosine
+        wave = 1j * sigma * wave
     return np.where(sign == 0.0, 1.0, sign)
 
 
-def rate_of_change(sigma: Array, amplitude: Array, constant: Array) -> Array:
+def oscillations(angle: Array, wave: ComplexArray) -> Array:
+    """Re Σ_j wave_j exp(i angle_j), (..., s), of angles (..., m) and waves (s, m)."""
+    return np.asarray(np.cos(angle) @ wave.real.T - np.sin(angle) @ wave.imag.T)
+
+
+def rate_of_change(sigma: Array, amplitude: Array, constant: Array | float = 0.0) -> Array:
     """The frequency (...) with which signals change [rad/s], from the bounds of |s̈| and |s|; amplitude (..., m)."""
     size = constant + amplitude.sum(axis=-1)
-    return np.asarray(np.sqrt(amplitude @ sigma**2 / np.where(size > 0.0, size, 1.0)))
+    return np.asarray(np.sqrt((amplitude * sigma**2).sum(axis=-1) / np.where(size > 0.0, size, 1.0)))

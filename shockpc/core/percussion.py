@@ -9,7 +9,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from shockpc.core.spatial import Array, velocity_at
+from shockpc.core.spatial import Array, cross, velocity_at
 
 
 class Percussion(NamedTuple):
@@ -82,7 +82,7 @@ def percussion(delta_omega: Any, delta_v: Any, normal: Any, v_in: Any, translate
     """
     turn = np.where(translates, 1, dot(delta_omega, normal))
     spin = np.where(still, 1, dot(delta_omega, delta_omega))
-    return Percussion(np.cross(normal, delta_v) / turn[..., None], v_in / np.abs(turn), dot(delta_omega, delta_v) / spin)
+    return Percussion(cross(normal, delta_v) / turn[..., None], v_in / np.abs(turn), dot(delta_omega, delta_v) / spin)
 
 
 def shock_at(delta_omega: Any, delta_v: Any, r: Any, v_in: Any) -> Any:

@@ -69,6 +69,15 @@ def cross_matrix(r: Array) -> Array:
     return out
 
 
+def cross(a: Any, b: Any) -> Any:
+    """The products a × b of vectors (..., 3), as `np.cross`, which takes several times as long for a few of them."""
+    (x, y, z), (u, v, w) = ((part[..., 0], part[..., 1], part[..., 2]) for part in (a, b))
+    first = y * w - z * v
+    out = np.empty((*np.shape(first), 3), dtype=np.asarray(first).dtype)
+    out[..., 0], out[..., 1], out[..., 2] = first, z * u - x * w, x * v - y * u
+    return out
+
+
 def velocity_at(omega: Any, v: Any, r: Any) -> Any:
     """Velocity of a point of a rigid body: v + ω × r (the shock paper, Eq. 10).
 
@@ -77,7 +86,7 @@ def velocity_at(omega: Any, v: Any, r: Any) -> Any:
         v: (..., 3) velocity of the origin [m/s].
         r: (..., 3) point from that origin, in the same axes [m].
     """
-    return v + np.cross(omega, r)
+    return v + cross(omega, r)
 
 
 def jump_at(jumps: Any, r: Any) -> Any:

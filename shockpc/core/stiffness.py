@@ -31,12 +31,12 @@ closes where it opened, with all springs at rest.
 Between these events the solution is exact; they are found in order (`crossing`).
 """
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from typing import NamedTuple
 
 import numpy as np
 
-from shockpc.core.crossing import MOST_SAMPLES, Signals, first_crossing, rate_of_change
+from shockpc.core.crossing import MOST_SAMPLES, ComplexArray, Signals, first_crossing, oscillations, rate_of_change
 from shockpc.core.spatial import Array
 
 OPEN, LOADING, UNLOADING = range(3)
@@ -58,8 +58,11 @@ SMALLEST_PIVOT = 1e-7
 DEPENDENT = 1e-13
 """Share of the lengths of its rows below which the frequency of a mode is rounding: the rows are dependent, its forces constant."""
 
-NEAR_MAXIMUM, MOST_MAXIMA = 0.95, 16
-"""Share of the largest squared sample from which a local maximum is refined; the largest number of these in a segment."""
+NEAR_MAXIMUM, MOST_MAXIMA = 0.95, 64
+"""Share of the largest squared sample from which a local maximum is refined; the largest number that is."""
+
+MOST_TOGETHER, SAMPLES_TOGETHER = 32, 2**13
+"""Numbers of segments and of samples that are searched together for peaks: what was found before limits what is searched."""
 
 MOST_EVENTS = 2000
 """Bound of the number of events of a motion."""
@@ -126,20 +129,18 @@ class History(NamedTuple):
 
 
 class Segment(NamedTuple):
-    """The motion between two events, with m modes of the p elements that are springs at that time.
+    """The motion between two events, with m modes of the elements that are springs at that time.
 
     Attributes:
         start: time of the first event [s].
         length: time until the second [s].
         sigma: (m,) natural frequencies [rad/s].
-        U: (p, m) modes in z.
+        U: (r, m) modes in z of all elements.
         V: (d, m) modes in u.
-        zeta: (m,) Uᵀz at the start.
-        upsilon: (m,) Vᵀu at the start.
-        rest: (p,) part of z that stays constant.
+        zeta, upsilon: (m,) the modes in z and in u at the start.
         drift: (d,) part of u that stays constant.
-        F: (p, d) with u̇ = −Fᵀz.
-        forces: (r, p) with the forces of all elements = forces · z.
+        level: (r,) part of the forces of all elements that stays constant.
+        wave: (r, m) with their other part, Re(wave · exp(iσt)).
         jump: (d,) u(start) − u(0).
         displacement: (d,) ∫u dt until the start.
     """
@@ -151,29 +152,20 @@ class Segment(NamedTuple):
     V: Array
     zeta: Array
     upsilon: Array
-    rest: Array
     drift: Array
-    F: Array
-    forces: Array
+    level: Array
+    wave: ComplexArray
     jump: Array
     displacement: Array
 
-    def deflection_after(self, t: Array) -> Array:
-        """The scaled deflections z (..., p) at times t (...) after the start."""
-        angle = t[..., None] * self.sigma
-        return np.asarray(self.rest + (np.cos(angle) * self.zeta + np.sin(angle) * self.upsilon) @ self.U.T)
-
-    def jump_after(self, t: Array) -> Array:
-        """The change of u (..., d) since impact at times t (...) after the start."""
-        angle = t[..., None] * self.sigma
-        return np.asarray(self.jump - (np.sin(angle) * self.zeta + 2.0 * np.sin(angle / 2.0) ** 2 * self.upsilon) @ self.V.T)
-
-    def displacement_after(self, t: Array) -> Array:
-        """∫u dt (..., d) at times t (...) after the start."""
+    def after(self, t: Array) -> tuple[Array, Array, Array]:
+        """The forces (..., r), the change of u since impact and ∫u dt (..., d), at times t (...) after the start."""
         t = t[..., None]
         half = t * self.sigma / 2.0
-        modal = t * np.sinc(half / np.pi) * (np.cos(half) * self.upsilon - np.sin(half) * self.zeta)
-        return np.asarray(self.displacement + t * self.drift + modal @ self.V.T)
+        cos, sin = np.cos(half), np.sin(half)
+        path = t * np.divide(sin, half, out=np.ones_like(half), where=half != 0.0) * (cos * self.upsilon - sin * self.zeta)
+        jump = self.jump - (2.0 * sin * (cos * self.zeta + sin * self.upsilon)) @ self.V.T
+        return self.level + oscillations(t * self.sigma, self.wave), jump, self.displacement + t * self.drift + path @ self.V.T
 
 
 class Motion(NamedTuple):
@@ -206,12 +198,15 @@ class Motion(NamedTuple):
         return np.array([times.get(i, np.inf) for i in range(len(self.elements.rows))])
 
     @property
+    def response(self) -> Array:
+        """(n, r) M⁻¹Bᵀ: accelerations for unit forces of the elements [1/kg, 1/(kg m), 1/(kg m²)]."""
+        return np.asarray(self.to_velocity @ (self.elements.rows @ self.to_velocity).T)
+
+    @property
     def modes(self) -> Modes:
         """The modes of the elements that are loaded first."""
         first = self.segments[0]
-        participation = np.zeros((len(self.elements.rows), len(first.sigma)))
-        participation[np.any(first.forces != 0.0, axis=1)] = first.U**2
-        return Modes(first.sigma / (2.0 * np.pi), first.upsilon**2 / 2.0, participation, _amplitudes(first))
+        return Modes(first.sigma / (2.0 * np.pi), first.upsilon**2 / 2.0, first.U**2, np.abs(first.wave))
 
     def at(self, times: Array) -> History:
         """The motion at times (T,) from 0 to the duration [s]; at an event, just before it."""
@@ -219,59 +214,29 @@ class Motion(NamedTuple):
         ends = np.array([segment.start + segment.length for segment in self.segments])
         which = np.minimum(np.searchsorted(ends, times), len(ends) - 1)
         (r, d), T = (len(self.elements.rows), self.to_velocity.shape[1]), len(times)
-        force, displacement, jump, acceleration = (np.empty((T, columns)) for columns in (r, d, d, d))
+        force, displacement, jump = (np.empty((T, columns)) for columns in (r, d, d))
         for k in np.unique(which):
             now, segment = which == k, self.segments[k]
-            t = times[now] - segment.start
-            z = segment.deflection_after(t)
-            force[now], acceleration[now] = z @ segment.forces.T, -z @ segment.F
-            displacement[now], jump[now] = segment.displacement_after(t), segment.jump_after(t)
-        displacement, jump, acceleration = (values @ self.to_velocity.T for values in (displacement, jump, acceleration))
-        return History(force, displacement + np.outer(times, self.constant), jump, acceleration)
+            force[now], jump[now], displacement[now] = segment.after(times[now] - segment.start)
+        displacement, jump = displacement @ self.to_velocity.T, jump @ self.to_velocity.T
+        return History(force, displacement + np.outer(times, self.constant), jump, force @ self.response.T)
 
-    def peak(self, outputs: Array, forces: Array | None = None) -> tuple[Array, Array]:
-        """The largest lengths of vectors that are linear in accelerations and forces, G ẍ + P f, and when they are reached.
+    def peak(self, outputs: Array) -> tuple[Array, Array]:
+        """The largest lengths of vectors P f that are linear in the forces f, and when they are reached.
 
         Args:
-            outputs: (m, k, n) G; for the acceleration of a point its Jacobian.
-            forces: (m, k, r) P, zero by default.
+            outputs: (m, k, r) P; of what is linear in accelerations, G ẍ, it is G `response`.
 
-        Returns: (m,) lengths, NaN where G is, and (m,) times [s]. Each oscillation is sampled thirty times, and the largest local
+        Returns: (m,) lengths, NaN where P is, and (m,) times [s]. Each oscillation is sampled thirty times, and the largest local
             maxima of the samples are refined to rounding.
 
         Raises:
             ArithmeticError: the frequencies lie too far apart to sample the motion.
         """
-        G = outputs @ self.to_velocity
-        largest, when = np.where(np.isnan(G).any(axis=(1, 2)), np.nan, -1.0), np.zeros(len(G))
-        for segment in self.segments:
-            output = -G @ segment.F.T + (0.0 if forces is None else forces @ segment.forces)
-            constant, modal = output @ segment.rest, output @ segment.U
-            waves = np.concatenate([modal * segment.zeta, modal * segment.upsilon], axis=2)
-            amplitude = np.abs(modal) * (np.abs(segment.zeta) + np.abs(segment.upsilon))
-            own = np.flatnonzero(_lengths(np.abs(constant) + amplitude.sum(axis=2)) > largest)
-            if not len(own):
-                continue
-            constant, waves, amplitude = constant[own], waves[own], amplitude[own]
-            rate = float(rate_of_change(segment.sigma, amplitude, np.abs(constant)).max())
-            t = _samples(segment.length, 0.2 / max(rate, 1e-300))
-            angle = t[:, None] * segment.sigma
-            value = np.concatenate([np.cos(angle), np.sin(angle)], axis=1) @ waves.reshape(constant.size, -1).T + constant.ravel()
-            square = np.einsum("tik,tik->ti", *[value.reshape(len(t), *constant.shape)] * 2)
-            # A sample at the end of a segment may exceed those of the next, whose maximum lies between its samples: refine each.
-            local = square >= NEAR_MAXIMUM * np.maximum(square.max(axis=0), largest[own] * np.abs(largest[own]))
-            local[1:] &= square[1:] > square[:-1]
-            local[:-1] &= square[:-1] >= square[1:]
-            rank, mine = np.nonzero(local)
-            if len(rank) > MOST_MAXIMA * len(own):
-                highest = np.sort(np.where(local, square, -1.0), axis=0)[-MOST_MAXIMA:][0]
-                rank, mine = np.nonzero(local & (square >= highest))
-            low, high = np.maximum(t[rank] - t[1], 0.0), np.minimum(t[rank] + t[1], segment.length)
-            length, at = _refined(segment.sigma, constant[mine], waves[mine], t[rank], low, high)
-            for i, value_there, time in zip(own[mine].tolist(), length.tolist(), (segment.start + at).tolist(), strict=True):
-                if value_there > largest[i]:
-                    largest[i], when[i] = value_there, time
-        return largest, when
+        P = np.nan_to_num(outputs)
+        starts = np.array([segment.level + segment.wave.real.sum(axis=1) for segment in self.segments])
+        largest, when = _peak(P, self.segments, np.square(P @ starts.T).sum(axis=1).max(axis=1))
+        return np.where(np.isnan(outputs).any(axis=(1, 2)), np.nan, largest), when
 
 
 def attach_rotors(M: Array, rows: Array, velocity: Array, joints: Array, inertia: Array) -> tuple[Array, Array, Array, Array]:
@@ -423,7 +388,7 @@ class _State:
         elements = self.elements
         segment, _ = self.step(0.0, np.inf)
         assert segment is not None
-        force = _amplitudes(segment)
+        force = np.abs(segment.wave)
         own = np.where(force.any(axis=1), segment.sigma[force.argmax(axis=1)], self.slope * self.length)
         e = damper_restitution(elements.damping * own / (2.0 * elements.stiffness))
         return np.where(np.asarray(elements.damping) > 0.0, e, elements.restitution)
@@ -436,41 +401,42 @@ class _State:
         """
         rigid = (self.mode == UNLOADING) & self.rigid
         held, sprung = rigid.nonzero()[0], ((self.mode != OPEN) & ~rigid).nonzero()[0]
+        if len(held) and not len(sprung):
+            # Nothing presses what is held on the ground, so that it is released.
+            return None, (int(held[self.elements.normal[held]][0]), OPENS)
         F = self.slope[sprung, None] * self.W[sprung]
         # The scaled forces of all elements are to_all · z.
         to_all = np.zeros((len(self.W), len(sprung)))
         to_all[sprung, np.arange(len(sprung))] = 1.0
         if len(held):
             F, to_all[held] = self._hold(F, held)
-        element, kind, either, tolerance, offset, sign = (np.array(column) for column in zip(*self._watched(), strict=True))
-        row = element + len(self.W) * WATCHED[kind]
+        watched = list(self._watched())
+        element, kind, either, tolerance, offset, sign = np.array(watched).T
+        row, either = (element + len(self.W) * WATCHED[kind.astype(int)]).astype(int), either != 0.0
         u, z = self.u + self.jump, self.z[sprung]
         start = offset + tolerance + sign * np.concatenate([self.W @ u, to_all @ z, self.gap])[row]
         start[either] = np.inf
         if start.min() < 0.0:
-            hit = int(start.argmin())
-            return None, (int(element[hit]), int(kind[hit]))
+            return None, watched[int(start.argmin())][:2]
         U, sigma, V = _graded_svd(F)
         sigma[sigma < DEPENDENT * (_lengths(F) @ np.abs(U))] = 0.0
         zeta, upsilon = U.T @ z, V.T @ u
         rest, drift = z - U @ zeta, u - V @ upsilon
-        of_z, of_u, still, along = to_all @ U, self.W @ V, sigma == 0.0, self.W @ drift
-        path, none = np.where(still, 0.0, of_u / np.where(still, 1.0, sigma)), np.zeros(2 * len(along))
+        of_u, still, along = self.W @ V, sigma == 0.0, self.W @ drift
+        path = np.divide(of_u, sigma, out=np.zeros_like(of_u), where=~still)
         constant = np.concatenate([along, to_all @ rest, self.gap - path @ zeta])
-        linear = np.concatenate([none, along + (of_u * still) @ upsilon])
-        cosine = np.concatenate([of_u * upsilon, of_z * zeta, path * zeta])
-        sine = np.concatenate([-of_u * zeta, of_z * upsilon, path * upsilon])
-        turned = (sign[:, None] * waves[row] for waves in (cosine, sine))
-        signals = Signals(either, tolerance, offset + sign * constant[row], sign * linear[row], *turned)
+        linear = np.concatenate([np.zeros(2 * len(along)), along + (of_u * still) @ upsilon])
+        of_z = to_all @ U
+        wave = np.concatenate([1j * of_u, of_z, path]) * (zeta - 1j * upsilon)
+        signals = Signals(either, tolerance, offset + sign * constant[row], sign * linear[row], sign[:, None] * wave[row])
         length, first = first_crossing(sigma, signals, horizon)
-        forces = -self.slope[:, None] * to_all
-        segment = Segment(time, length, sigma, U, V, zeta, upsilon, rest, drift, F, forces, self.jump, self.displacement)
-        end = np.asarray(length)
-        displacement = segment.displacement_after(end)
+        of_forces = slice(len(along), 2 * len(along))
+        level, wave = -self.slope * constant[of_forces], -self.slope[:, None] * wave[of_forces]
+        segment = Segment(time, length, sigma, of_z, V, zeta, upsilon, drift, level, wave, self.jump, self.displacement)
+        force, self.jump, displacement = segment.after(np.asarray(length))
         self.gap = self.gap + self.W @ (displacement - self.displacement)
-        self.jump, self.displacement = segment.jump_after(end), displacement
-        self.z = to_all @ segment.deflection_after(end)
-        return segment, None if first is None else (int(element[first]), int(kind[first]))
+        self.z, self.displacement = -force / self.slope, displacement
+        return segment, None if first is None else watched[first][:2]
 
     def _watched(self) -> Iterator[tuple[int, int, bool, float, float, float]]:
         """What can change: element, event, whether its number counts with the sign that it has first, tolerance, constant, sign."""
@@ -494,8 +460,6 @@ class _State:
 
         From H u̇ = 0 with u̇ = −Fᵀz − Hᵀm follows m = −(H Hᵀ)⁻¹ H Fᵀ z; of dependent rows each takes the least share.
         """
-        if not len(F):
-            return F, np.zeros((len(held), 0))
         Q, s, Pt = np.linalg.svd((self.W[held] / self.length[held, None]).T, full_matrices=False)
         independent = s > 1e-9 * s[0]
         Q, P = Q[:, independent], Pt[independent].T / s[independent]
@@ -527,11 +491,6 @@ def _lengths(vectors: Array) -> Array:
     return np.asarray(np.sqrt((vectors * vectors).sum(axis=1)))
 
 
-def _amplitudes(segment: Segment) -> Array:
-    """The amplitude (r, m) of the force of each element in each mode of a segment [N, N m]."""
-    return np.abs((segment.forces @ segment.U) * np.hypot(segment.zeta, segment.upsilon))
-
-
 def _graded_svd(F: Array) -> tuple[Array, Array, Array]:
     """F = U diag(σ) Vᵀ for a matrix whose rows differ by orders of magnitude.
 
@@ -548,36 +507,81 @@ def _graded_svd(F: Array) -> tuple[Array, Array, Array]:
     return Bt.T[np.argsort(order)], sigma, Q @ A
 
 
-def _refined(sigma: Array, constant: Array, waves: Array, t: Array, low: Array, high: Array) -> tuple[Array, Array]:
+def _peak(outputs: Array, segments: Sequence[Segment], least: Array) -> tuple[Array, Array]:
+    """As `Motion.peak`, within some segments; zero where they have none above the square root of least (m,)."""
+    (m, k, r), count = outputs.shape, len(segments)
+
+    def in_halves() -> tuple[Array, Array]:
+        first, early = _peak(outputs, segments[: count // 2], least)
+        second, late = _peak(outputs, segments[count // 2 :], np.maximum(least, first**2))
+        return np.maximum(first, second), np.where(second > first, late, early)
+
+    if count > MOST_TOGETHER:
+        return in_halves()
+    modes, P = 1 + max(len(segment.sigma) for segment in segments), outputs.reshape(m * k, r)
+    start, lengths = np.array([(segment.start, segment.length) for segment in segments]).T
+    omega, wave = np.zeros((count, modes)), np.zeros((count, r, modes), dtype=complex)
+    for i, segment in enumerate(segments):
+        # What stays constant has the frequency zero.
+        omega[i, 1 : 1 + len(segment.sigma)] = segment.sigma
+        wave[i, :, 0], wave[i, :, 1 : 1 + len(segment.sigma)] = segment.level, segment.wave
+    waves = (P @ wave.view(float)).view(complex).reshape(count, m, k, modes)
+    size = np.abs(waves)
+    larger = np.square(size.sum(axis=3)).sum(axis=2) >= (1.0 - 1e-9) * least
+    kept, own = larger.any(axis=1), larger.any(axis=0)
+    if not (kept.all() and own.all()):
+        largest, when = np.zeros((2, m))
+        if kept.any():
+            largest[own], when[own] = _peak(outputs[own], [segments[i] for i in np.flatnonzero(kept).tolist()], least[own])
+        return largest, when
+    rate = np.where(larger[..., None], rate_of_change(omega[:, None, None], size), 0.0).max(axis=(1, 2))
+    steps = (lengths * rate / 0.2).astype(int) + 1
+    if count > 1 and steps.sum() > SAMPLES_TOGETHER:
+        return in_halves()
+    if steps.sum() > MOST_SAMPLES:
+        raise ArithmeticError(
+            f"the fastest mode oscillates more than {MOST_SAMPLES // 30} times in {lengths[0]:.3g} s; take the stiffest as rigid"
+        )
+    ends, step = np.cumsum(steps + 1), lengths / steps
+    begins, own = ends - steps - 1, np.repeat(np.arange(count), steps + 1)
+    t = (np.arange(len(own)) - begins[own]) * step[own]
+    force = [oscillations(t[a:b, None] * omega[i], wave[i]) for i, (a, b) in enumerate(zip(begins, ends, strict=True))]
+    square = np.square(np.concatenate(force) @ P.T).reshape(-1, m, k).sum(axis=2)
+    # A sample at the end of a segment may exceed those of the next, whose maximum lies between its samples: refine each.
+    rises, falls = np.ones((2, *square.shape), dtype=bool)
+    rises[1:] = square[1:] > square[:-1]
+    falls[:-1] = ~rises[1:]
+    rises[begins], falls[ends - 1] = True, True
+    local = rises & falls & (square >= NEAR_MAXIMUM * square.max(axis=0))
+    if np.count_nonzero(local) > MOST_MAXIMA * m:
+        local &= square >= np.partition(np.where(local, square, -1.0), -MOST_MAXIMA, axis=0)[-MOST_MAXIMA]
+    sample, vector = np.nonzero(local)
+    at, own = t[sample], own[sample]
+    low, high = np.maximum(at - step[own], 0.0), np.minimum(at + step[own], lengths[own])
+    length, at = _refined(omega[own], waves[own, vector], at, low, high)
+    # Of values that are assigned to one place the last one stays: the largest, and of equal ones the first.
+    order, (largest, when) = np.argsort(-length, kind="stable")[::-1], np.zeros((2, m))
+    largest[vector[order]], when[vector[order]] = length[order], (start[own] + at)[order]
+    return largest, when
+
+
+def _refined(omega: Array, waves: Array, t: Array, low: Array, high: Array) -> tuple[Array, Array]:
     """The largest length (m,) of vectors near times t (m,), and its time, between bounds.
 
-    The vectors are constant (m, k) + waves (m, k, 2j) · (cos σt, sin σt). Newton's method on half the derivative of the squared
+    The vectors are the real parts of waves (m, k, j) · exp(iωt), ω (m, j). Newton's method on half the derivative of the squared
     length.
     """
-    length, best = np.full(len(t), -1.0), t
-    twice = np.concatenate([sigma, sigma])
+    length, best, turning = np.full(len(t), -1.0), t, 1j * omega[:, None]
+    derivatives = np.concatenate([waves, waves * turning, waves * turning**2], axis=1)
     for _ in range(8):
-        angle = t[:, None] * sigma
-        cos, sin = np.cos(angle), np.sin(angle)
-        there, ahead = np.concatenate([cos, sin], axis=1)[..., None], np.concatenate([-sin, cos], axis=1)[..., None]
-        wave, value = waves @ (twice[:, None] ** 2 * there), constant + (waves @ there)[..., 0]
-        rate, curve = (waves @ (twice[:, None] * ahead))[..., 0], -wave[..., 0]
+        values = (derivatives @ np.exp(turning[:, 0] * t[:, None])[..., None]).real.reshape(len(t), 3, -1)
+        value, rate, curve = values[:, 0], values[:, 1], values[:, 2]
         found = _lengths(value)
         length, best = np.where(found > length, found, length), np.where(found > length, t, best)
         slope, bend = (value * rate).sum(axis=1), (rate * rate + value * curve).sum(axis=1)
         # Where the square is not concave, go to the bound that lies uphill.
         last, step = t, np.where(bend < 0.0, -slope / np.where(bend < 0.0, bend, -1.0), np.sign(slope) * (high - low))
         t = np.clip(t + step, low, high)
-        if np.all(np.abs(t - last) <= 1e-9 * (high - low)):
+        if np.all(np.abs(t - last) <= 1e-6 * (high - low)):
             break
-    return length, best
-
-
-def _samples(length: float, step: float) -> Array:
-    """Times from 0 to a length, at most a step apart."""
-    if length > step * MOST_SAMPLES:
-        raise ArithmeticError(
-            f"the fastest mode oscillates more than {MOST_SAMPLES // 30} times in {length:.3g} s; take the stiffest as rigid"
-        )
-    count = int(length / step) + 1
-    return np.asarray(np.arange(count + 1.0) * (length / count))
+    return length, np.where(np.abs(t - best) <= 1e-6 * (high - low), t, best)

@@ -6,7 +6,7 @@ from typing import Literal
 
 import numpy as np
 
-from shockpc.core.spatial import Array
+from shockpc.core.spatial import Array, cross
 from shockpc.errors import SceneError
 from shockpc.model import Record
 from shockpc.model.dynamics import dynamics
@@ -181,9 +181,9 @@ def _feet(robot: Robot) -> str:
 
 def across(up: Array) -> tuple[Array, Array]:
     """Two unit vectors that span the ground."""
-    first = np.cross(up, np.eye(3)[np.argmin(np.abs(up))])
+    first = cross(up, np.eye(3)[np.argmin(np.abs(up))])
     first /= np.linalg.norm(first)
-    return first, np.cross(up, first)
+    return first, cross(up, first)
 
 
 def _own_shapes(robot: Robot, name: str) -> tuple[Shape, ...]:

@@ -8,7 +8,7 @@ import numpy as np
 from shockpc.core.spatial import Array
 from shockpc.impact import Impact
 from shockpc.landing import PosedLanding
-from shockpc.places import Kind
+from shockpc.places import Kind, Place
 from shockpc.quantities.bodies import BODIES
 from shockpc.quantities.contacts import CONTACTS
 from shockpc.quantities.joints import JOINTS
@@ -30,6 +30,7 @@ DELTA_V, JUMPS = POINTS[0], tuple(
 """The jump of a point; quantities of the jumps alone, which a landing on finite stiffness has at each time."""
 
 FORCE, MOMENT, ALONG = JOINTS[:3]
+IMPULSE = next(entry for entry in CONTACTS if entry.key == "impulse")
 """What a joint carries: linear in accelerations and forces, as it is in jumps and impulses."""
 
 ROUNDING = 1e-10
@@ -99,11 +100,11 @@ def _stiff(
     return _where_given(entry, "contact_stiffness", lambda compliant, _, places: read(compliant, places)[None, None])
 
 
-def _after(entry: Quantity, when: str, title: str, time: "Callable[[CompliantLanding], float]") -> Quantity:
-    """A quantity of the jumps from the impact until a time of a landing on contacts of finite stiffness."""
+def _after(entry: Quantity, when: str, title: str, end: int) -> Quantity:
+    """A quantity of the jumps from the impact until one of the ends of a landing on contacts of finite stiffness."""
     named = entry._replace(key=f"{entry.key}_{when}", title=f"{entry.title}, {title}")
     return _where_given(
-        named, "contact_stiffness", lambda compliant, _, places: entry.formula(compliant.impact_at(time(compliant)), places)
+        named, "contact_stiffness", lambda compliant, _, places: entry.formula(compliant.ends, places)[:, end : end + 1]
     )
 
 
@@ -113,11 +114,38 @@ def _wrench(impact: Impact, places: Places) -> Array:
     return np.concatenate([force, moment, along[..., None] * np.array([1.0, 0.0, 0.0])], axis=2)
 
 
+def _loads(impact: Impact, _: Places) -> Array:
+    """All whose peaks a landing shows, n vectors (N, S, n, 3): forces of contacts, velocities of points and parts, wrenches."""
+    landing = impact.landing
+    shown = (IMPULSE.formula, landing.contact_places), (point_velocity, _points(landing)), (_wrench, landing.places("joint"))
+    return np.concatenate([np.asarray(compute(impact, places)) for compute, places in shown if places], axis=2)
+
+
+def _points(landing: PosedLanding) -> list[Place]:
+    """The points and parts that move."""
+    return [place for place in (*landing.points, *landing.parts) if place.body >= 0]
+
+
+def _contact_peaks(found: "CompliantLanding", places: Places) -> Array:
+    """Peak forces (n,) of contacts [N], and when each is reached [s]."""
+    return np.array(found.peaks(_loads))[:, _numbers(places)]
+
+
+def point_peaks(found: "CompliantLanding", places: Places) -> Array:
+    """Peak accelerations (n,) of points [m/s²], and when each is reached [s]."""
+    landing = found.landing
+    own = {(place.body, place.r.tobytes()): k for k, place in enumerate(_points(landing), len(landing.contact_places))}
+    columns = [own.get((place.body, place.r.tobytes()), -1) for place in places]
+    return np.array(found.peaks(point_velocity, places)) if -1 in columns else np.array(found.peaks(_loads))[:, columns]
+
+
 def _joint_peaks(found: "CompliantLanding", places: Places) -> Array:
     """Peak forces, moments and torques along the axes (3, n) of joints; a torque is zero where it is rounding."""
-    force, moment, along = found.peaks(_wrench, places)[0].reshape(3, -1)
+    joints = [place.name for place in found.landing.places("joint")]
+    force, moment, along = found.peaks(_loads)[0][-3 * len(joints) :].reshape(3, -1)
     least = ROUNDING * max(force.max(initial=0.0), moment.max(initial=0.0))
-    return np.array([force, moment, np.where(along <= least, 0.0, along)])
+    peaks = np.array([force, moment, np.where(along <= least, 0.0, along)])
+    return peaks[:, [joints.index(place.name) for place in places]]
 
 
 def _numbers(places: Places) -> list[int]:
@@ -135,14 +163,14 @@ GROUND = (
     _sliding("friction_residual", "robot", "residual of the laws of friction", "1",
         lambda found, places: np.array([found.residual])),
     _stiff("peak_acceleration", "point", "peak acceleration on contacts of finite stiffness", "g",
-        lambda found, places: found.peaks(point_velocity, places)[0] / GRAVITY),
+        lambda found, places: point_peaks(found, places)[0] / GRAVITY),
     _stiff("peak_acceleration_time", "point", "time of the peak acceleration", "s",
-        lambda found, places: found.peaks(point_velocity, places)[1]),
+        lambda found, places: point_peaks(found, places)[1]),
     _stiff("duration", "contact", "duration of the contact", "s",
         lambda found, places: found.duration[_numbers(places)]),
-    _stiff("peak_force", "contact", "peak force", "N", lambda found, places: found.forces[0][_numbers(places)]),
+    _stiff("peak_force", "contact", "peak force", "N", lambda found, places: _contact_peaks(found, places)[0]),
     _stiff("peak_force_time", "contact", "time of the peak force", "s",
-        lambda found, places: found.forces[1][_numbers(places)]),
+        lambda found, places: _contact_peaks(found, places)[1]),
     _stiff("peak_joint_force", "joint", "peak force through the joint", "N",
         lambda found, places: _joint_peaks(found, places)[0]),
     _stiff("peak_joint_moment", "joint", "peak moment through the joint", "N m",
@@ -155,6 +183,6 @@ GROUND = (
         lambda found, places: np.array([found.difference])),
     _stiff("compression", "robot", "time at which the contacts are compressed", "s",
         lambda found, places: np.array([found.compressed])),
-    *(_after(entry, "compressed", "at the end of compression", lambda found: found.compressed) for entry in JUMPS),
-    *(_after(entry, "separated", "at the end of contact", lambda found: found.motion.duration) for entry in JUMPS),
+    *(_after(entry, "compressed", "at the end of compression", 0) for entry in JUMPS),
+    *(_after(entry, "separated", "at the end of contact", 1) for entry in JUMPS),
 )  # fmt: skip

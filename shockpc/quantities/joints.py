@@ -5,7 +5,7 @@ from typing import Any
 import numpy as np
 
 from shockpc.core.percussion import norm
-from shockpc.core.spatial import Array
+from shockpc.core.spatial import Array, cross
 from shockpc.impact import Impact
 from shockpc.quantities.quantity import Places, Quantity
 
@@ -35,7 +35,7 @@ def _moment(impact: Impact, places: Places) -> Any:
     """Their moments (N, S, n, 3) about the joints' origins, world axes [N m s]."""
     bodies = [place.body for place in places]
     loads, origins = impact.joint_loads[:, :, bodies], impact.joint_origins[:, None, bodies]
-    return loads[..., :3] - np.cross(origins, loads[..., 3:])
+    return loads[..., :3] - cross(origins, loads[..., 3:])
 
 
 def _along(impact: Impact, places: Places) -> Any:

@@ -8,7 +8,7 @@ from shockpc.core.percussion import norm
 from shockpc.core.pulse import peak_acceleration
 from shockpc.core.spatial import Array
 from shockpc.impact import Impact
-from shockpc.quantities.ground import ALONG, GROUND
+from shockpc.quantities.ground import ALONG, GROUND, point_peaks
 from shockpc.quantities.joints import AXES, REDUNDANT
 from shockpc.quantities.points import POINTS, point_velocity
 from shockpc.quantities.quantity import Places, Quantity, largest_jump
@@ -43,7 +43,7 @@ def _peak(impact: Impact, places: Places) -> Any:
     if landing.scene.contact_stiffness is not None:
         from shockpc.compliance import compliant_landing
 
-        return compliant_landing(landing).peaks(point_velocity, places)[0][None, None] / GRAVITY
+        return point_peaks(compliant_landing(landing), places)[0][None, None] / GRAVITY
     speed = norm(point_velocity(impact, places))
     return np.full(speed.shape, np.nan) if landing.pulse is None else peak_acceleration(speed, landing.pulse) / GRAVITY
 

@@ -9,7 +9,7 @@ import numpy as np
 from shockpc.core.directions import ExtremeDirections
 from shockpc.places import Kind
 from shockpc.printed import few
-from shockpc.quantities.table import Selection, quantities_of
+from shockpc.quantities.table import Selection, quantities_of, quantity
 from shockpc.result import ShockProfile
 from shockpc.show.document import content
 from shockpc.show.header import contact_name, count, header_lines, proof_text, shown_as, vector_text, warning_lines
@@ -368,14 +368,11 @@ def _stiffness_sheets(profile: ShockProfile, most: int | None) -> list[Sheet]:
         order = np.where(torque > 0.0, 1e6 * torque, force)
         joints, notes = largest(rows("joint", *keys), most, "joint", order.tolist())
         sheets.append(Sheet("peaks through the joints", ("joint", *heads), joints, notes))
+    places, ends = profile.bracketed, ("shock_compressed", "shock_separated", "shock")
     shocks = [
-        (
-            f"CoM of {place.name}",
-            *(profile.value(key, "body")[k] for key in ("shock_com_compressed", "shock_com_separated", "shock_com")),
-        )
-        for k, place in enumerate(profile.places("body"))
-        if place.body == int(profile.robot.masses.argmax())
-    ] + rows("point", "shock_compressed", "shock_separated", "shock")
+        (f"CoM of {place.name}" if place.centre else place.name, *row)
+        for place, *row in zip(places, *(profile.values(quantity("point", key), places) for key in ends), strict=True)
+    ]
     heads = ["shock at", "end of compression [-]", "end of contact [-]", "impulse model [-]"]
     sheets.append(Sheet("velocity jumps on these contacts", heads, shocks))
     compliant = profile.stiffness
