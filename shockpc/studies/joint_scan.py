@@ -25,6 +25,9 @@ ANGLES, AGAIN, ROUNDS = 43, 12, 6
 """Strike angles of a range among which the greatest number is sought, how many between the two beside it, and how often: to 1e-6 of
 the range, which is 1e-12 of a smooth number."""
 
+KEPT = 4096
+"""Postures of a scan up to which their solutions are kept, about 20 kB each."""
+
 STEPS = 3
 """Of regula falsi, which leave less than 1e-6 rad of the 0.04 rad between two strike angles."""
 
@@ -95,12 +98,15 @@ class JointScan:
         self._out_of_plane = (velocity @ normal) * normal
         self._speed = float(np.linalg.norm(velocity - self._out_of_plane))
         posture, moved = landing.scene.posture, {joint.name for joint in joints}
+        self._proofs: dict[bytes, Postures | ShockError] = {}
+        self._kept: list[Postures] | None = None
         self._held = held_joints(landing.robot, posture, landing.scene.assemble)
         led = [mimic.joint for mimic in landing.robot.mimics if not moved.isdisjoint(mimic.leaders)]
         self._held |= landing.robot.velocities([*moved, *led])
         found, open_ = self._postures(values, fine)
         self.values, self._Q = np.array(list(found)), np.stack(list(found.values()))
         blocks = list(self._blocks(self._Q))
+        self._kept = blocks if len(self._Q) <= KEPT else None
         ranks, counts = np.unique(np.concatenate([block.solution.rank for block in blocks]), return_counts=True)
         self._rank, refused = int(ranks[np.argmax(counts)]), dict[int, str]()
         self.inaccurate = sum(int((~self._singular(block) & (block.condition > ILL_CONDITIONED)).sum()) for block in blocks)
@@ -215,7 +221,10 @@ class JointScan:
         return good, near
 
     def _blocks(self, Q: Array) -> Iterator[Postures]:
-        """Steps 1 and 2 in configurations (n, nq), some at a time."""
+        """Steps 1 and 2 in configurations (n, nq), some at a time; those of the scan are computed once, if they are not too many."""
+        if Q is self._Q and self._kept is not None:
+            yield from self._kept
+            return
         for k in range(0, len(Q), BLOCK):
             yield postures(self._landing, Q[k : k + BLOCK], [self._target])
 
@@ -240,12 +249,10 @@ class JointScan:
         for k, block in zip(range(0, len(Q), BLOCK), self._blocks(Q), strict=True):
             part = read(block, slice(k, k + BLOCK))
             for i in np.flatnonzero(self._singular(block)).tolist():
-                try:
-                    part[i] = read(self._proven(Q[k + i]), slice(k + i, k + i + 1))[0]
-                except ShockError as refusal:
-                    part[i] = np.nan
-                    if refused is not None:
-                        refused[k + i] = str(refusal)
+                proven = self._proven(Q[k + i])
+                part[i] = np.nan if isinstance(proven, ShockError) else read(proven, slice(k + i, k + i + 1))[0]
+                if refused is not None and isinstance(proven, ShockError):
+                    refused[k + i] = str(proven)
             parts.append(part)
         return np.concatenate(parts)
 
@@ -267,12 +274,17 @@ class JointScan:
         """Indices (n,) of the worst among numbers (n, S)."""
         return np.asarray(np.argmax(np.nan_to_num(self._bound.sign * numbers, nan=-np.inf), axis=1))
 
-    def _proven(self, q: Array) -> Postures:
-        """One posture with the jumps and impulses of the proof.
+    def _proven(self, q: Array) -> "Postures | ShockError":
+        """One posture with the jumps and impulses of the proof, or why there is no verdict; each is computed once."""
+        key = q.tobytes()
+        if key not in self._proofs:
+            try:
+                self._proofs[key] = self._proof(q)
+            except ShockError as refusal:
+                self._proofs[key] = refusal
+        return self._proofs[key]
 
-        Raises:
-            ShockError: there is no verdict.
-        """
+    def _proof(self, q: Array) -> Postures:
         profile, (block,) = profile_of(self._landing.at(q)), self._blocks(q[None])
         if self._target.selection.quantity.shared and profile.redundant:
             raise SolveError("contacts or loops are redundant in this posture, so the number is not determined")
