@@ -221,7 +221,7 @@ class JointScan:
         return good, near
 
     def _blocks(self, Q: Array) -> Iterator[Postures]:
-        """Steps 1 and 2 in configurations (n, nq), some at a time; those of the scan are computed once, if they are not too many."""
+        """Steps 1 and 2 in configurations (n, nq), some at a time; those of the scan once, if they are not too many."""
         if Q is self._Q and self._kept is not None:
             yield from self._kept
             return
