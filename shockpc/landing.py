@@ -162,7 +162,9 @@ class PosedLanding(Landing):
 
     @functools.cached_property
     def _equation(self) -> Equation:
-        return super().equation(self.state)
+        equation = super().equation(self.state)
+        freeze(equation)
+        return equation
 
     @functools.cached_property
     def blocks(self) -> tuple[Block, ...]:

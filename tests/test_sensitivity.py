@@ -234,7 +234,7 @@ def test_a_number_that_is_zero():
     ("target", "error", "text"),
     [
         ("shok@trunk_imu", UnknownName, 'no quantity "shok".*nearest: "shock"'),
-        ("feasible", StudyError, "whether flat ground allows the landing does not change to first order with any parameter"),
+        ("feasible", StudyError, "it is either 0 or 1"),
         ("rank", StudyError, "cannot be used here: it is computed in one posture at a time"),
         ("delta_qd", StudyError, "delta_qd needs a place; write delta_qd@JOINT"),
         (

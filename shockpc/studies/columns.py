@@ -151,7 +151,7 @@ def _refused(quantity: Quantity) -> str:
         return "it depends on friction or finite stiffness, and is computed for one posture at a time, in double precision alone"
     if quantity.posed or quantity.compute is None:
         return "it is computed in one posture at a time"
-    return "neither of its directions is worse"
+    return "it is either 0 or 1"
 
 
 class Postures(NamedTuple):

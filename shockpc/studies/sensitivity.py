@@ -174,7 +174,7 @@ def sensitivity(
     robot = robot or common_robot(scenes)
     profiles = tuple(shock_profile(scene, robot, trace) for scene in scenes.values())
     text = f"shock@{target.label}" if isinstance(target, Point) else target
-    asked = [column(profile, text, lambda entry: entry.compute is not None) for profile in profiles]
+    asked = [column(profile, text, lambda entry: entry.compute is not None and entry.key != "feasible") for profile in profiles]
     entry = asked[0].selection.quantity
     for scene in scenes.values():
         if not entry.of_ground(scene):
