@@ -26,7 +26,7 @@ PATIENCE = 10.0
 """How long to wait for the scheduler of a cluster [s]."""
 
 ABSENT = 10
-"""How often in sequence, every half second, a cluster has no worker before it has lost them."""
+"""How often in sequence, every half second, a cluster has no worker before that is said, so that it is known within ten seconds."""
 
 MOST_JOBS = 512
 """Processes of one machine, each of which takes some 100 MB."""
@@ -142,7 +142,7 @@ def _dask(address: str, waiting: Callable[[str], object] | None) -> Iterator[Exe
     watcher = threading.Thread(target=watch, args=(0,), daemon=True)
     try:
         try:
-            client.wait_for_workers(1, timeout=PATIENCE)
+            client.wait_for_workers(1, timeout=ABSENT * PATIENCE / 20.0)
         except TimeoutError:
             if waiting is None:
                 raise StudyError(f"{missing}; or wait for them with --wait") from None

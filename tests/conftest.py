@@ -3,6 +3,8 @@
 To look further than the fixed examples: python -m pytest --hypothesis-profile explore
 """
 
+import signal
+
 import pytest
 from commands import STICK, dog_in
 from hypothesis import HealthCheck, settings
@@ -14,6 +16,9 @@ COMMON = {"deadline": None, "database": None, "suppress_health_check": [HealthCh
 settings.register_profile("fixed", derandomize=True, max_examples=20, **COMMON)
 settings.register_profile("explore", max_examples=200, **COMMON)
 settings.load_profile("fixed")
+
+# What a shell starts in the background ignores Ctrl-C, and so would the commands that tests interrupt.
+signal.signal(signal.SIGINT, signal.default_int_handler)
 
 
 @pytest.fixture
