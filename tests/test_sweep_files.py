@@ -322,7 +322,7 @@ def dask(*words: object, folder: Path):
 def scheduler_address(folder: Path):
     """The address of the scheduler of a folder, once it has started."""
     info, end = folder / "scheduler.json", time.monotonic() + 60.0
-    while not info.exists() and time.monotonic() < end:
+    while not (info.exists() and info.read_text().rstrip().endswith("}")) and time.monotonic() < end:
         time.sleep(0.1)
     return json.loads(info.read_text())["address"]
 
