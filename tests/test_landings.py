@@ -595,6 +595,7 @@ def test_files_that_are_no_table(here, capfd, text, message):
             {"name": np.array(["LF_KFE", "LF_HFE"]), "position": np.zeros((3, 1))},
             "position has shape (3, 1), and name has 2 joints",
         ),
+        ({"contact": np.array([b"LF_FOOT", b"\xff"])}, "cannot be read: 'utf-8' codec"),
         (None, "cannot be read"),
     ],
 )

@@ -33,12 +33,13 @@ def read_table(path: Path) -> dict[str, np.ndarray]:
             case ".npz":
                 with path.open("rb") as stream, np.load(stream, allow_pickle=False) as file:
                     columns = {name: file[name] for name in file.files}
+                columns |= {name: np.char.decode(values) for name, values in columns.items() if values.dtype.kind == "S"}
             case _:
                 raise StudyError(f'"{path}" is not a table of landings; valid are .csv, .parquet and .npz files')
     except (OSError, ValueError, EOFError, RuntimeError, zipfile.BadZipFile, zlib.error) as refusal:
         raise StudyError(f'table "{path}" cannot be read: {refusal}') from None
     for name, values in columns.items():
-        if values.ndim == 0 or values.dtype.kind not in "fiubOUSM":
+        if values.ndim == 0 or values.dtype.kind not in "fiubOUM":
             raise StudyError(
                 f'table "{path}": {name} is {values.dtype} of shape {values.shape}; columns hold real numbers or texts'
             )
@@ -99,5 +100,6 @@ def _read_parquet(path: Path) -> dict[str, np.ndarray]:
     columns = {name: np.asarray(table[name].to_numpy()) for name in table.column_names}
     for name, values in columns.items():
         if values.dtype.kind == "O":
-            columns[name] = np.array(["" if cell is None else cell for cell in values.tolist()], dtype=object)
+            texts = (cell.decode() if isinstance(cell, bytes) else cell for cell in values.tolist())
+            columns[name] = np.array(["" if cell is None else cell for cell in texts], dtype=object)
     return columns
