@@ -36,7 +36,7 @@ if TYPE_CHECKING:
     from shockpc.ground import FrictionResult
 
 
-R = TypeVar("R")
+R = TypeVar("R", bound="NamedTuple")
 
 DIFFERS, LEAST_DIFFERENCE = 0.1, 1e-3
 """Share by which shock on contacts of finite stiffness differs from that of the impulse model, from which a warning says so; and
@@ -699,7 +699,7 @@ class ShockProfile:
 
     def _records(self, record: type[R], kind: Kind, **given: Sequence[Any]) -> tuple[R, ...]:
         """A record for each place of a kind, its fields quantities by key but those given; None where a value does not exist."""
-        keys = record._fields  # type: ignore[attr-defined]
+        keys = record._fields
         columns = [given[key] if key in given else [_number(x) for x in self.value(key, kind)] for key in keys]
         return tuple(record(*row) for row in zip(*columns, strict=True))
 

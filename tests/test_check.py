@@ -537,6 +537,8 @@ def test_folder_of_results(capfd, here):
     found = json.loads((here / "out" / "check.json").read_text())["outcomes"]
     assert [float(row["value"]) for row in rows] == [one["value"] for one in found]
     assert [float(row["strike_angle_deg"]) for row in rows] == [-10, -10, 0, 0, 15, 15, 30, 30]
+    passed = sum(one["status"] == "passed" for one in found)
+    assert f"Budgets: {passed} passed, {len(found) - passed} exceeded" in (here / "out" / "report.html").read_text(encoding="utf-8")
 
 
 # The baseline

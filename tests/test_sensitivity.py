@@ -301,6 +301,20 @@ def test_joint_loads_of_redundant_contacts_are_refused():
         sensitivity(scene, f"along@{robot.joint_names[2]}", robot)
 
 
+def test_a_report_without_any_derivative(capfd, tmp_path):
+    """Of the only parameter the number has a kink: the report says so, states no digits, and has no figure of effects."""
+    scene, robot = hyq()
+    mu = repr(shock_profile(scene, robot).contacts[0].friction_needed)
+    words = ("hyq", "--contact", "lf_foot", "--friction", mu, "--vary", "lf_kfe_joint=-70:-60")
+    text = good(capfd, "sensitivity", *words, "--quantity", "shock_friction@trunk_imu", "--out", tmp_path)
+    assert "no derivative, because the difference does not settle" in text
+    assert "digit" not in text
+    assert not (tmp_path / "sensitivity.svg").exists()
+    refused = run(capfd, "sensitivity", *words, "--quantity", "shock@trunk_imu")
+    assert refused.code == 2
+    assert "name a quantity that depends on it, such as shock_friction" in refused.err
+
+
 def test_command(capfd, tmp_path):
     """Table, document, spreadsheet and folder agree."""
     words = ("sensitivity", "hyq", "--contact", "lf_foot", "--at", "trunk_imu")

@@ -331,3 +331,11 @@ def test_what_cannot_be_computed_is_refused(changes, error, text):
     given = {"M": np.eye(2), "elements": elements, "velocity": np.array([-1.0, 0.0])} | changes
     with pytest.raises(error, match=text):
         simulate_landing(**given)
+
+
+def test_a_peak_that_oscillates_too_often_is_refused():
+    """A rotor that does not follow its joint oscillates on a spring of 1e10 N m/rad some 25 000 times within the contact."""
+    M, rows, springs, velocity = attach_rotors(np.eye(1), np.ones((1, 1)), -np.ones(1), np.eye(1), np.array([1e-3]))
+    motion = simulate_landing(M, with_springs(normals(rows, 1e3), springs, 1e10), velocity * [1.0, 0.5])
+    with pytest.raises(ArithmeticError, match="the fastest mode oscillates more than 8738 times"):
+        motion.peak(M @ motion.response[None])

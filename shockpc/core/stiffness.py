@@ -535,7 +535,7 @@ def _peak(outputs: Array, segments: Sequence[Segment], least: Array) -> tuple[Ar
             largest[own], when[own] = _peak(outputs[own], [segments[i] for i in np.flatnonzero(kept).tolist()], least[own])
         return largest, when
     rate = np.where(larger[..., None], rate_of_change(omega[:, None, None], size), 0.0).max(axis=(1, 2))
-    steps = (lengths * rate / 0.2).astype(int) + 1
+    steps = np.minimum(lengths * rate / 0.2, 2.0 * MOST_SAMPLES).astype(int) + 1
     if count > 1 and steps.sum() > SAMPLES_TOGETHER:
         return in_halves()
     if steps.sum() > MOST_SAMPLES:

@@ -30,8 +30,10 @@ DELTA_V, JUMPS = POINTS[0], tuple(
 """The jump of a point; quantities of the jumps alone, which a landing on finite stiffness has at each time."""
 
 FORCE, MOMENT, ALONG = JOINTS[:3]
-IMPULSE = next(entry for entry in CONTACTS if entry.key == "impulse")
 """What a joint carries: linear in accelerations and forces, as it is in jumps and impulses."""
+
+IMPULSE = next(entry for entry in CONTACTS if entry.key == "impulse")
+"""What a contact carries, linear in the same way."""
 
 ROUNDING = 1e-10
 """Share of the largest peak through a joint below which a torque is rounding."""

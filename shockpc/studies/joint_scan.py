@@ -26,7 +26,7 @@ ANGLES, AGAIN, ROUNDS = 43, 12, 6
 the range, which is 1e-12 of a smooth number."""
 
 KEPT = 4096
-"""Postures of a scan up to which their solutions are kept, about 20 kB each."""
+"""Postures of a scan up to which their solutions are kept: 6 kB each of ANYmal B, 10 kB of Talos."""
 
 STEPS = 3
 """Of regula falsi, which leave less than 1e-6 rad of the 0.04 rad between two strike angles."""

@@ -127,7 +127,7 @@ class Sensitivity:
     def digits(self, effects: Iterable[Effect]) -> int:
         """Number of digits to which some derivatives are known at least, where they are differences."""
         shares = [effect.error / largest for effect in effects if (largest := float(np.abs(effect.derivatives).max())) > 0.0]
-        return math.floor(-math.log10(max(*shares, 1e-15)))
+        return max(0, math.floor(-math.log10(max([*shares, 1e-15]))))
 
     def worse(self, change: float) -> bool | None:
         """Whether a change of the target makes it worse; None if neither direction is worse."""

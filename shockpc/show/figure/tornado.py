@@ -20,7 +20,7 @@ COLOURS = {True: BANDS[6], False: CURVES[0], None: CURVES[7]}
 
 
 def draw_tornado(study: Sensitivity) -> Figure:
-    """Draw the chart."""
+    """Draw the chart of a study in which some derivative exists."""
     effects, single = study.ranked[:MOST], len(study.profiles) == 1
     target = printable(study.target.title, 80)
     what = (
@@ -31,7 +31,7 @@ def draw_tornado(study: Sensitivity) -> Figure:
     landing = f"{printable(study.profiles[0].robot.name)}{' landing on' if single else ','} {printable(what, 60)}"
     figure = new_chart(7.2, 1.5 + HEIGHT * len(effects), f"What changes the {target}: {landing}")
     axes, rows = figure.add_subplot(), range(len(effects))
-    largest = max((max(abs(effect.up), abs(effect.down)) for effect in effects), default=0.0)
+    largest = max(max(abs(effect.up), abs(effect.down)) for effect in effects)
     largest = max(largest, 1e-9 * abs(study.value)) or 1.0
     for row, effect in enumerate(effects):
         # Nothing can have less than none of a mass or of a reflected inertia.

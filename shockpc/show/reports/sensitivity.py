@@ -28,12 +28,13 @@ def sensitivity_report(study: Sensitivity, most: int) -> Report:
     now = f"{study.target.title}: {study.value:.4g} {study.target.unit}".removesuffix(" -")
     if len(landings) > 1:
         now += f", {_over(study)}; the worst is {study.worst}"
+    picture = Picture("sensitivity", f"the largest effects on the {study.target.title}", "tornado:draw_tornado", (study,))
     return Report(
         name="sensitivity",
         title=f"What changes the {study.target.title}",
         body=lambda full: [
             Lines([*shared_lines(landings), ("target", now)]),
-            Picture("sensitivity", f"the largest effects on the {study.target.title}", "tornado:draw_tornado", (study,)),
+            *([picture] if study.ranked else []),
             _table(study, None if full else most),
         ],
         warnings=shared_warnings(landings),
@@ -116,7 +117,7 @@ def _table(study: Sensitivity, most: int | None) -> Sheet:
         "reflected inertia (without one: the inertia that the joint moves), of a radian, or of the robot's length",
         f"to first order: {opposite}; of a larger one the effect is not in proportion",
         *left,
-        *([] if study.exact else [_accuracy(study, study.ranked[: len(rows)])]),
+        *([] if study.exact or not rows else [_accuracy(study, study.ranked[: len(rows)])]),
         *(f"{listed(names, 4)}: no derivative, because {reason}" for reason, names in without.items()),
     ]
     return Sheet(f"effect on the {study.target.title}{'' if single else f', {_over(study)}'}", header, rows, notes)
