@@ -27,10 +27,12 @@ def extreme_directions(maps: Array, up: Array) -> ExtremeDirections:
     """Over all strikes of one speed, the greatest |A v| / |v| and the least.
 
     Args:
-        maps: (..., 3, 3) jump of a point's velocity for unit strikes along x, y and z.
+        maps: (..., 3, 3) jump of a point's velocity for unit strikes along x, y and z; where it is not finite, the result is NaN.
         up: (3,) unit normal of the ground; of a direction and its opposite the one that approaches the ground is given.
     """
-    _, s, Vt = np.linalg.svd(maps)
+    known = np.isfinite(maps).all(axis=(-1, -2))[..., None, None]
+    _, s, Vt = np.linalg.svd(np.where(known, maps, 0.0))
+    s, Vt = np.where(known[..., 0], s, np.nan), np.where(known, Vt, np.nan)
     most_severe, least_severe = Vt[..., 0, :], Vt[..., 2, :]
 
     return ExtremeDirections(_downwards(most_severe, up), s[..., 0], _downwards(least_severe, up), s[..., 2])
