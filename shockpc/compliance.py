@@ -14,7 +14,7 @@ import numpy as np
 from shockpc.core.impulse import Solution
 from shockpc.core.spatial import Array, freeze
 from shockpc.core.spectrum import SAMPLES_A_PERIOD, shock_response
-from shockpc.core.stiffness import Elements, attach_rotors, simulate_landing
+from shockpc.core.stiffness import Elements, History, attach_rotors, simulate_landing
 from shockpc.diagnostic import Diagnostic
 from shockpc.errors import SolveError
 from shockpc.exact.proof import motion as size_of
@@ -34,7 +34,7 @@ DAMPING = (0.0, 0.05)
 Compute = Callable[[Impact, Sequence[Place]], Any]
 
 LEAST_HELD = 1e-6
-"""Share of the velocities before the impact from which what locked joints and loops take off them is no rounding."""
+"""Share of the velocities before the impact along contacts and springs from which what they lack of them is no rounding."""
 
 MANY_EVENTS = 100
 """Number of times that contacts change their state, above which durations are not reliable."""
@@ -65,7 +65,7 @@ class CompliantLanding:
         number: (r,) contact of each element; −1 for a spring in a joint.
 
     Raises:
-        SolveError: the motion cannot be followed, or joints that are locked move before the impact.
+        SolveError: the motion cannot be followed, or no motion of the robot has the velocities before the impact.
     """
 
     def __init__(self, landing: PosedLanding, until: float | None = None) -> None:
@@ -75,16 +75,13 @@ class CompliantLanding:
         self._free = rows.basis if rows.equation.G is None else rows.equation.G[0] @ rows.basis
         before = landing.before.joint_rates.copy()
         before[:6] = np.linalg.solve(state.J[0, :, :6], np.concatenate([landing.before.omega, landing.before.velocity]))
-        square = len(self._free) == self._free.shape[1]
-        velocity = before if square else np.linalg.lstsq(self._free, before, rcond=None)[0]
-        if np.linalg.norm(self._free @ velocity - before) > LEAST_HELD * np.linalg.norm(before):
-            raise SolveError("a contact stiffness needs joints that are at rest where they are locked, and loops that stay closed")
         stiffness = np.where(rows.normal, k, landing.scene.tangential_stiffness or k)
         model, M, B = landing.joint_model, rows.M, rows.J
         springs = np.flatnonzero(model.stiffness > 0.0)
         geared = np.flatnonzero(np.isfinite(model.drive_stiffness) & (model.rotor > 0.0))
         self._joints = np.concatenate([springs, geared])
         B = np.concatenate([B, self._free[springs]])
+        velocity = self._coordinates(before, B, np.concatenate([rows.speeds, before[springs]]))
         if len(geared):
             M, B, gears, velocity = attach_rotors(M, B, velocity, self._free[geared], model.rotor[geared])
             B = np.concatenate([B, gears])
@@ -106,18 +103,48 @@ class CompliantLanding:
         self._peaks: dict[Any, tuple[Array, Array]] = {}
         self._impacts: dict[float, DoubleImpact] = {}
 
+    def _coordinates(self, before: Array, B: Array, speeds: Array) -> Array:
+        """Velocities of the coordinates before the impact, with which the rows B of the elements have their speeds.
+
+        Where joints are locked at a rate, or a contact has a velocity of its own, they are not those of the robot: a motion with
+        constant velocity, in which all of it moves along, changes neither forces nor jumps.
+
+        Args:
+            before: (nv,) joint velocities before the impact.
+            B: rows of contacts and springs.
+            speeds: of these before the impact.
+
+        Raises:
+            SolveError: no motion of the robot has these speeds.
+        """
+        own = any(contact.velocity is not None for contact in self.landing.contacts)
+        if len(self._free) == self._free.shape[1] and not own:
+            return before
+        velocity = np.linalg.lstsq(self._free, before, rcond=None)[0]
+        velocity = velocity + np.linalg.lstsq(B, speeds - B @ velocity, rcond=1e-10)[0]
+        if np.linalg.norm(B @ velocity - speeds) > LEAST_HELD * np.linalg.norm(speeds):
+            raise SolveError(
+                "no motion of the robot has the velocities before the impact along all contacts and springs; give others"
+            )
+        return np.asarray(velocity)
+
     def _impact(self, jumps: Array, impulse: Array | None = None) -> _Columns:
-        """An impact with jumps (n, S) of the coordinates, and impulses (nc, S) along all rows; none by default."""
+        """An impact with jumps (n, S) of the coordinates, and impulses (nc, at most S) along all rows; of the others none."""
         equation, rows = self._rows.equation, self._rows
         delta = (rows.basis @ jumps[: self._free.shape[1]])[None]
-        impulses = np.full((1, equation.J_c.shape[1], jumps.shape[1]), np.nan) if impulse is None else impulse[None]
+        impulses = np.full((1, equation.J_c.shape[1], jumps.shape[1]), np.nan)
+        if impulse is not None:
+            impulses[0, :, : impulse.shape[1]] = impulse
         # Of the solution of Eq. 4 only these are read.
         solution = Solution(delta, impulses, np.ones(impulses.shape[:2]), np.array([0]), np.ones(1), {}, {})
         return _Columns(self.landing, equation, solution, jumps_of(self.landing, equation.full(delta)))
 
     @functools.cached_property
-    def _unit(self) -> _Columns:
-        """The accelerations for unit forces of the elements as jumps, with what holds the loops: all is linear in these forces."""
+    def _linear(self) -> _Columns:
+        """Of each element the accelerations for its unit force as jumps, with what holds the loops; then the jumps of `ends`.
+
+        All is linear in these forces.
+        """
         rows, equation, (n, held), response = self._rows, self._rows.equation, self._rows.turn.shape, self.motion.response
         impulse = np.zeros((len(equation.J_c[0]), len(self.number)))
         impulse[:held, :n] = rows.turn.T
@@ -126,12 +153,17 @@ class CompliantLanding:
             along = np.concatenate([rows.turn @ equation.J_c[0, :held], G[self._joints]])
             missing = equation.H[0] @ (rows.basis @ response[: self._free.shape[1]]) - along.T
             impulse[held:] = np.linalg.lstsq(equation.J_c[0, held:].T, missing, rcond=1e-10)[0]
-        return self._impact(response, impulse)
+        times, turns = self._turns
+        return self._impact(np.column_stack([response, *turns.jump[[times.index(self.compressed), -1]], self._impulsive]), impulse)
 
     def readout(self, compute: Compute, places: Sequence[Place]) -> Array:
         """What gives a quantity, n vectors linear in jumps and impulses, of the forces of the elements (n, k, r)."""
-        values = np.asarray(compute(self._unit, places), dtype=float)[0]
+        values = np.asarray(compute(self._linear, places), dtype=float)[0, : len(self.number)]
         return np.ascontiguousarray(values.reshape(*values.shape[:2], -1).transpose(1, 2, 0))
+
+    def ends(self, compute: Compute, places: Sequence[Place]) -> Array:
+        """A quantity (1, 3, n, ...) of the jumps until the end of compression, until the end, and in the impulse model."""
+        return np.asarray(compute(self._linear, places))[:, len(self.number) :]
 
     def peaks(self, compute: Compute, places: Sequence[Place] = ()) -> tuple[Array, Array]:
         """The largest lengths (n,) of a quantity, n vectors linear in jumps and impulses, and when (n,) each is reached."""
@@ -173,6 +205,13 @@ class CompliantLanding:
         return np.asarray(self.motion.elements.restitution[self._normal])
 
     @functools.cached_property
+    def _turns(self) -> tuple[list[float], History]:
+        """The times at which a normal is unloaded, and the end [s]; and the motion then."""
+        times = [event.time for event in self.motion.events if event.kind == "unloads" and self._normal[event.element]]
+        times.append(self.motion.duration)
+        return times, self.motion.at(np.array(times))
+
+    @functools.cached_property
     def compressed(self) -> float:
         """Time at which the last contact ends its first compression [s]."""
         first = self.motion.first("unloads")[self._normal]
@@ -185,18 +224,16 @@ class CompliantLanding:
         return self._impacts[time]
 
     @functools.cached_property
-    def ends(self) -> DoubleImpact:
-        """The jumps until the end of compression, until the end, and in the impulse model, as three strikes; without impulses."""
-        rows, to_velocity, normal = self._rows, self.motion.to_velocity, self.number >= 0
-        held = self.motion.elements.rows[normal]
-        speeds = (1.0 + rows.restitution) * (held @ self._velocity)
-        impulsive = to_velocity @ np.linalg.lstsq(held @ to_velocity, -speeds, rcond=1e-9)[0]
-        return self._impact(np.column_stack([*self.motion.at(np.array([self.compressed, self.motion.duration])).jump, impulsive]))
+    def _impulsive(self) -> Array:
+        """Jumps (n,) of the coordinates in the impulse model."""
+        held, to_velocity = self.motion.elements.rows[self.number >= 0], self.motion.to_velocity
+        speeds = (1.0 + self._rows.restitution) * (held @ self._velocity)
+        return np.asarray(to_velocity @ np.linalg.lstsq(held @ to_velocity, -speeds, rcond=1e-9)[0])
 
     @functools.cached_property
     def difference(self) -> float:
         """Largest difference between the jumps of a body at the end and in the impulse model, relative to its largest jump [1]."""
-        _, own, impulsive = np.moveaxis(self.ends.jumps[0], -1, 0)
+        own, impulsive = np.moveaxis(self._linear.jumps[0, ..., -2:], -1, 0)
         difference, size = size_of(np.stack([own - impulsive, impulsive], axis=-1), self.landing.robot.rotation_lengths).T
         return float(difference.max() / size.max())
 
@@ -209,11 +246,9 @@ class CompliantLanding:
     @functools.cached_property
     def _compression(self) -> Array:
         """Largest compression (c,) of each contact along its normal [m]."""
-        motion = self.motion
         # It is largest where the normal is unloaded, or at the end.
-        turns = [event.time for event in motion.events if event.kind == "unloads" and self._normal[event.element]]
-        force = motion.at(np.array([*turns, motion.duration])).force.max(axis=0)
-        return np.asarray((force / motion.elements.stiffness)[self._normal])
+        force = self._turns[1].force.max(axis=0)
+        return np.asarray((force / self.motion.elements.stiffness)[self._normal])
 
     def warnings(self) -> Iterator[Diagnostic]:
         """Warnings where what the model leaves out counts: gravity, the change of geometry, and contacts that open often."""

@@ -52,6 +52,7 @@ class ContactRows(NamedTuple):
         number: (n,) contact or standing foot of each row.
         normal: (n,) whether a row is along the normal of its contact.
         restitution: (n,) e of each row: of a contact that sticks, with restitution along the normal, zero along the tangents.
+        speeds: (n,) along each row before the impact [m/s].
         basis: (ny, m) the free velocities for unit coordinates.
         M: (m, m) inertia.
         J: (n, m) speeds along the rows.
@@ -63,6 +64,7 @@ class ContactRows(NamedTuple):
     number: np.ndarray
     normal: np.ndarray
     restitution: Array
+    speeds: Array
     basis: Array
     M: Array
     J: Array
@@ -85,7 +87,8 @@ def contact_rows(landing: PosedLanding) -> ContactRows:
         basis = np.linalg.qr(K.T, mode="complete")[0][:, len(K) :]
     J = turn @ equation.J_c[0, : turn.shape[1]] @ basis
     restitution = np.where(normal | every, e, 0.0)
-    return ContactRows(equation, turn, np.concatenate(axes), number, normal, restitution, basis, basis.T @ H @ basis, J)
+    speeds = turn @ equation.b[0, : turn.shape[1], 3] / (1.0 + restitution)
+    return ContactRows(equation, turn, np.concatenate(axes), number, normal, restitution, speeds, basis, basis.T @ H @ basis, J)
 
 
 @functools.lru_cache(maxsize=4)
@@ -103,7 +106,7 @@ def friction_of(landing: PosedLanding) -> FrictionResult:
         raise SceneError(
             "friction is solved for contacts whose impulses are determined, but here rows are redundant; leave a contact out"
         )
-    before = (rows.turn @ equation.b[0, :n, 3] / (1.0 + rows.restitution)).reshape(-1, 3)
+    before = rows.speeds.reshape(-1, 3)
     e = rows.restitution[2::3]
     assert mu is not None
     try:

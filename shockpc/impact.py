@@ -176,8 +176,8 @@ class Impact:
     @property
     def joint_origins(self) -> Any:
         """Origins (N, nb, 3) of the frames of the bodies' joints, world axes, from the base [m]."""
-        bodies = self.landing.robot.bodies
-        return self.points(range(len(bodies)), np.array([-body.rotation.T @ body.offset for body in bodies]))
+        origins = self.landing.robot.joint_origins
+        return self.points(range(len(origins)), origins)
 
     @property
     def inertias(self) -> Any:

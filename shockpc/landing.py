@@ -296,11 +296,6 @@ def _check_ground(scene: Scene, robot: Robot, blocks: tuple[Block, ...]) -> None
         return
     if scene.pulse is not None:
         raise SceneError("a pulse and a contact stiffness are given; the stiffness gives the length of the pulse, so leave it out")
-    if own := [contact.frame for contact in scene.contact if contact.velocity is not None]:
-        raise SceneError(
-            f'contact "{own[0]}" has its own velocity, and a contact stiffness needs that of the whole robot; give that instead',
-            blocks=own,
-        )
     if scene.base == "fixed" or not robot.free_base:
         raise SceneError("a contact stiffness needs a base that moves: a fixed one would press on the contact without end")
     if scene.stance:
@@ -358,10 +353,6 @@ def landing_of(scene: Scene, robot: Robot) -> PosedLanding:
     landing = PosedLanding(
         scene, robot, plane, up, contacts, stance, loops, joints, before, pulse, np.array(q), state, assembly, tuple(warnings)
     )
-    if scene.contact_stiffness is not None and rates[joints.locked].any():
-        raise SceneError(
-            "a contact stiffness needs joints that are at rest where they are locked; free them, or leave their rates out"
-        )
     check_parts(scene.part)
     torque_limits(robot, scene.part)
     for place in landing.parts:

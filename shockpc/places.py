@@ -1,5 +1,6 @@
 """Places of a landing that numbers belong to: the robot, its bodies, points on them, parts, joints and contacts."""
 
+import functools
 from typing import Literal, NamedTuple
 
 import numpy as np
@@ -35,6 +36,7 @@ class Place(NamedTuple):
     number: int = 0
 
 
+@functools.lru_cache(maxsize=8)
 def body_places(robot: Robot) -> tuple[Place, ...]:
     """The bodies, each with its centre of mass."""
     return tuple(Place(body.name, i, body.com, centre=True) for i, body in enumerate(robot.bodies))
@@ -80,6 +82,7 @@ def part_places(robot: Robot, parts: tuple[Part, ...]) -> tuple[Place, ...]:
     return tuple(places)
 
 
+@functools.lru_cache(maxsize=8)
 def joint_places(robot: Robot) -> tuple[Place, ...]:
     """The joints between bodies, as the file has them."""
     carried = ((i, part) for i, joint in enumerate(robot.joints) for part in joint.parts or (joint,))

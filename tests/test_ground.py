@@ -229,10 +229,27 @@ def test_a_joint_of_several_axes_has_a_peak_force_but_no_torque_along_an_axis(he
     assert profile.value("peak_joint_moment", "joint") == pytest.approx(0.0, abs=1e-8)
 
 
-@pytest.mark.parametrize("joints", [Joints(), Joints(armature={"*": 0.02}), Joints(locked=("*_HFE",), armature={"*_KFE": 0.1})])
-def test_one_direction_is_the_impulse_times_a_half_sine(joints):
-    """ANYmal B: T = π √(m_eff / k), and π / (2T) of each impulse and jump; whatever the stiffness."""
-    profile = shock_profile(replace(ANYMAL, contact=SLIDING, joints=joints, contact_stiffness=K))
+LOCKED = Joints(locked=("*_HFE",), armature={"*_KFE": 0.1})
+RATES = Strike(strike_angle_deg=10.0, joint_velocities={"LF_HFE": 2.0, "RH_HFE": -1.0, "LF_KFE": 3.0})
+
+
+@pytest.mark.parametrize(
+    "changes",
+    [
+        {},
+        {"joints": Joints(armature={"*": 0.02})},
+        {"joints": LOCKED},
+        {"joints": LOCKED, "strike": RATES},
+        {"joints": Joints(model="locked"), "strike": RATES},
+        {"contact": (replace(SLIDING[0], velocity=(0.3, 0.1, -0.7)),)},
+    ],
+)
+def test_one_direction_is_the_impulse_times_a_half_sine(changes):
+    """ANYmal B: T = π √(m_eff / k), and π / (2T) of each impulse and jump; whatever the stiffness.
+
+    Also where motors hold the rates of joints, and where the contact has a velocity of its own.
+    """
+    profile = shock_profile(replace(ANYMAL, **{"contact": SLIDING, "contact_stiffness": K} | changes))
     found, (contact,), (sensor,) = profile.stiffness, profile.contacts, profile.points
     length = math.pi * math.sqrt(contact.mass_frictionless / K)
     assert found.difference < 1e-9
@@ -420,6 +437,14 @@ def test_files_over_time(capfd, here):
 def test_refusals(changes, error, text):
     with pytest.raises(error, match=text):
         shock_profile(replace(ANYMAL, **changes))
+
+
+def test_velocities_that_no_motion_has_are_refused():
+    """Two points of a foot do not come together at 1 m/s."""
+    second = replace(FOOT[0], offset=(0.0, 0.0, 0.01), velocity=(0.0, 0.0, -2.0))
+    scene = replace(ANYMAL, contact=(replace(FOOT[0], velocity=(0.0, 0.0, -1.0)), second), contact_stiffness=K)
+    with pytest.raises(SolveError, match="no motion of the robot has the velocities"):
+        CompliantLanding(resolve(scene, load_robot("anymal_b")))
 
 
 def test_without_them_there_is_no_value():

@@ -30,9 +30,9 @@ def extreme_directions(maps: Array, up: Array) -> ExtremeDirections:
         maps: (..., 3, 3) jump of a point's velocity for unit strikes along x, y and z; where it is not finite, the result is NaN.
         up: (3,) unit normal of the ground; of a direction and its opposite the one that approaches the ground is given.
     """
-    known = np.isfinite(maps).all(axis=(-1, -2))[..., None, None]
-    _, s, Vt = np.linalg.svd(np.where(known, maps, 0.0))
-    s, Vt = np.where(known[..., 0], s, np.nan), np.where(known, Vt, np.nan)
+    lost = np.asarray(~np.isfinite(maps).all(axis=(-1, -2)))
+    _, s, Vt = np.linalg.svd(np.where(lost[..., None, None], 0.0, maps))
+    s[lost], Vt[lost] = np.nan, np.nan
     most_severe, least_severe = Vt[..., 0, :], Vt[..., 2, :]
 
     return ExtremeDirections(_downwards(most_severe, up), s[..., 0], _downwards(least_severe, up), s[..., 2])

@@ -366,7 +366,7 @@ class _State:
         Q, R = np.linalg.qr((elements.rows @ inverse).T)
         self.elements, self.W, self.to_velocity, self.u = elements, R.T, inverse @ Q, Q.T @ (factor @ velocity)
         self.constant = velocity - self.to_velocity @ self.u
-        self.normal, self.rigid = elements.normal.tolist(), elements.restitution == 0.0
+        self.normal, self.rigid, self.grounded = elements.normal.tolist(), elements.restitution == 0.0, elements.contact >= 0
         self.lossy = elements.normal | (elements.restitution < 1.0)
         self.length = _lengths(self.W)
         self.slope = np.sqrt(elements.stiffness)
@@ -381,7 +381,7 @@ class _State:
     @property
     def separated(self) -> bool:
         """Whether all contacts are open."""
-        return not (self.mode[self.elements.contact >= 0] != OPEN).any()
+        return not (self.mode[self.grounded] != OPEN).any()
 
     def damped(self) -> Array:
         """The restitution (r,) with the dampers: for the mode with the largest force of an element, or for an open one alone."""

@@ -77,8 +77,6 @@ def to_double(values: Balls | arb, size: Array | float) -> Array:
     Raises:
         PrecisionError: a ball is too wide.
     """
-    if isinstance(values, np.ndarray) and values.dtype == float:
-        return values + 0.0
     rounded, radius = np.asarray(values, dtype=object).astype(float), radii(values)
     if not np.all((radius == 0.0) | (radius <= ENOUGH * np.maximum(np.abs(rounded), np.asarray(size, dtype=float) * NEGLIGIBLE))):
         raise PrecisionError

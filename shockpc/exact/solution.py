@@ -94,8 +94,9 @@ class BallImpact(Impact):
         return balls(values)
 
     def rounded(self, values: Balls, size: Callable[[Array], Any]) -> Array:
-        """The doubles nearest to balls."""
-        return to_double(values, size(np.asarray(values).astype(float)))
+        """The doubles nearest to balls; doubles as they are."""
+        values = np.asarray(values)
+        return values + 0.0 if values.dtype == float else to_double(values, size(values.astype(float)))
 
     @property
     def masses(self) -> Balls:

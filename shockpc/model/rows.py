@@ -4,6 +4,7 @@ A row is a unit force or moment on one body, and its opposite on another, at a p
 world or in a body. The description does not know the posture. It is evaluated for N postures, in doubles or, for a proof, in balls.
 """
 
+import itertools
 from collections.abc import Sequence
 from typing import Literal, NamedTuple
 
@@ -65,7 +66,7 @@ class Block(NamedTuple):
 
 def slices_of(blocks: Sequence[Block]) -> tuple[slice, ...]:
     """Where the rows of each block lie among all rows."""
-    ends = np.cumsum([block.size for block in blocks]).tolist()
+    ends = itertools.accumulate(block.size for block in blocks)
     return tuple(slice(end - block.size, end) for block, end in zip(blocks, ends, strict=True))
 
 

@@ -13,7 +13,7 @@ from shockpc.quantities.bodies import BODIES
 from shockpc.quantities.contacts import CONTACTS
 from shockpc.quantities.joints import JOINTS
 from shockpc.quantities.points import POINTS, point_velocity
-from shockpc.quantities.quantity import Places, Quantity
+from shockpc.quantities.quantity import Places, Quantity, once
 from shockpc.quantities.robot import ROBOT
 from shockpc.scene import GRAVITY
 
@@ -104,10 +104,9 @@ def _stiff(
 
 def _after(entry: Quantity, when: str, title: str, end: int) -> Quantity:
     """A quantity of the jumps from the impact until one of the ends of a landing on contacts of finite stiffness."""
+    compute = once(entry.formula)
     named = entry._replace(key=f"{entry.key}_{when}", title=f"{entry.title}, {title}")
-    return _where_given(
-        named, "contact_stiffness", lambda compliant, _, places: entry.formula(compliant.ends, places)[:, end : end + 1]
-    )
+    return _where_given(named, "contact_stiffness", lambda compliant, _, places: compliant.ends(compute, places)[:, end : end + 1])
 
 
 def _wrench(impact: Impact, places: Places) -> Array:
@@ -143,11 +142,11 @@ def point_peaks(found: "CompliantLanding", places: Places) -> Array:
 
 def _joint_peaks(found: "CompliantLanding", places: Places) -> Array:
     """Peak forces, moments and torques along the axes (3, n) of joints; a torque is zero where it is rounding."""
-    joints = [place.name for place in found.landing.places("joint")]
+    joints = {place.name: k for k, place in enumerate(found.landing.places("joint"))}
     force, moment, along = found.peaks(_loads)[0][-3 * len(joints) :].reshape(3, -1)
     least = ROUNDING * max(force.max(initial=0.0), moment.max(initial=0.0))
     peaks = np.array([force, moment, np.where(along <= least, 0.0, along)])
-    return peaks[:, [joints.index(place.name) for place in places]]
+    return peaks[:, [joints[place.name] for place in places]]
 
 
 def _numbers(places: Places) -> list[int]:

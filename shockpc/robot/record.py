@@ -332,6 +332,11 @@ class Robot:
         return tuple(_joint(model, model.joints[body.joint], body.joint, model.jointPlacements[body.joint]) for body in self.bodies)
 
     @cached_property
+    def joint_origins(self) -> Array:
+        """(nb, 3) origin of the joint that carries each body, in the body's frame [m]."""
+        return read_only(np.array([-body.rotation.T @ body.offset for body in self.bodies]))
+
+    @cached_property
     def single_joints(self) -> tuple[Joint, ...]:
         """The joints as the file has them: the same, with the parts of a composite joint in its place."""
         return tuple(part for joint in self.joints for part in joint.parts or (joint,))
