@@ -125,7 +125,7 @@ def _dask(address: str, waiting: Callable[[str], object] | None) -> Iterator[Exe
 
     def watch(absent: int) -> None:
         """Cancel what runs when there have been no workers for some seconds, or report that they are waited for."""
-        while not ended.wait(PATIENCE / 20.0):
+        while not ended.wait(pause):
             try:
                 absent = 0 if client.nthreads() else absent + 1
             except OSError:
@@ -139,10 +139,10 @@ def _dask(address: str, waiting: Callable[[str], object] | None) -> Iterator[Exe
                     future.cancel()
                 return
 
-    watcher = threading.Thread(target=watch, args=(0,), daemon=True)
+    pause, watcher = PATIENCE / 20.0, threading.Thread(target=watch, args=(0,), daemon=True)
     try:
         try:
-            client.wait_for_workers(1, timeout=ABSENT * PATIENCE / 20.0)
+            client.wait_for_workers(1, timeout=ABSENT * pause)
         except TimeoutError:
             if waiting is None:
                 raise StudyError(f"{missing}; or wait for them with --wait") from None

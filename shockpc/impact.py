@@ -17,7 +17,6 @@ from shockpc.landing import PosedLanding
 from shockpc.model.dynamics import Design, Dynamics
 from shockpc.model.motion import twist_before
 from shockpc.model.rows import Block, Equation, block_axes, block_point, block_wrenches, slices_of
-from shockpc.places import Place, joint_places
 
 
 class Impact:
@@ -115,11 +114,6 @@ class Impact:
     def _strike_change(self) -> Array:
         """(N, S, 3) by how much the velocity of the base differs from the landing's own [m/s]."""
         return np.zeros(3) if self._strikes is None else self._strikes - self.landing.before.velocity[..., None, :]
-
-    @functools.cached_property
-    def joints(self) -> tuple[Place, ...]:
-        """The joints between bodies."""
-        return joint_places(self.landing.robot)
 
     @functools.cached_property
     def contacts(self) -> tuple[Block, ...]:

@@ -7,6 +7,7 @@ import numpy as np
 from shockpc.core.percussion import norm
 from shockpc.core.spatial import Array, cross
 from shockpc.impact import Impact
+from shockpc.places import joint_places
 from shockpc.quantities.quantity import Places, Quantity
 
 AXES = "the joint has more than one axis"
@@ -48,7 +49,7 @@ def _along(impact: Impact, places: Places) -> Any:
 
 def _size(impact: Impact, values: Array) -> float:
     """The largest part of a wrench through a joint [N s, N m s]."""
-    places = [place for place in impact.joints]
+    places = joint_places(impact.landing.robot)
     return float(max(np.abs(part(impact, places).astype(float)).max(initial=0.0) for part in (_force, _moment)))
 
 

@@ -8,6 +8,7 @@ from shockpc.core.percussion import norm
 from shockpc.core.pulse import peak_acceleration
 from shockpc.core.spatial import Array
 from shockpc.impact import Impact
+from shockpc.places import joint_places
 from shockpc.quantities.ground import ALONG, GROUND, point_peaks
 from shockpc.quantities.joints import AXES, REDUNDANT
 from shockpc.quantities.points import POINTS, point_velocity
@@ -91,7 +92,7 @@ def _shares(impact: Impact, places: Places) -> Array:
 
 
 def _share_size(impact: Impact, values: Array) -> float:
-    return float(ALONG.size(impact, values) * np.nan_to_num(_shares(impact, impact.joints)).max(initial=0.0))
+    return float(ALONG.size(impact, values) * np.nan_to_num(_shares(impact, joint_places(impact.landing.robot))).max(initial=0.0))
 
 
 PARTS = (
