@@ -17,16 +17,16 @@ from shockpc.core.bodies import body_jumps, in_body_axes
 from shockpc.core.impulse import Solution, solve_impact
 from shockpc.core.spatial import Array, freeze
 from shockpc.core.threads import one_thread
-from shockpc.errors import SceneError
-from shockpc.landing import Landing, PosedLanding, resolve
-from shockpc.model.dynamics import Dynamics, dynamics
-from shockpc.model.posture import check_rotations
-from shockpc.model.rows import Equation
-from shockpc.result import ShockMaps, ShockProfile
-from shockpc.robot.record import Robot
-from shockpc.scene import Scene, robot_of
-from shockpc.solve import solve_exactly
-from shockpc.trace import Trace
+from shockpc.impact.solve import solve_exactly
+from shockpc.landing.dynamics import Dynamics, dynamics
+from shockpc.landing.landing import Landing, PosedLanding, resolve
+from shockpc.landing.posture import check_rotations
+from shockpc.landing.rows import Equation
+from shockpc.landing.scene import Scene, robot_of
+from shockpc.quantities.profile import ShockMaps, ShockProfile
+from shockpc.robot.robot import Robot
+from shockpc.text.errors import SceneError
+from shockpc.text.trace import Trace
 
 CHUNK = 256
 """Postures that are computed together, so that their arrays stay in the processor's cache."""

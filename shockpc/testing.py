@@ -3,12 +3,12 @@
 import os
 from pathlib import Path
 
-from shockpc.errors import StudyError
-from shockpc.scene import Scene, read_scene
+from shockpc.landing.scene import Scene, read_scene
 from shockpc.show.reports.check import check_sheet, place_text
 from shockpc.show.tables import as_text
 from shockpc.studies.check.budgets import Budget, Budgets, Case
 from shockpc.studies.check.gate import check_budgets
+from shockpc.text.errors import StudyError
 
 
 def assert_shock(

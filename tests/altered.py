@@ -1,6 +1,6 @@
 """A profile with some of its results replaced, to test what is printed of results that are hard to compute or differ by machine."""
 
-from shockpc.accuracy import Health
+from shockpc.quantities.accuracy import Health
 
 
 class Altered:

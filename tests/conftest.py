@@ -9,7 +9,7 @@ import pytest
 from commands import STICK, dog_in
 from hypothesis import HealthCheck, settings
 
-from shockpc.paths import inputs
+from shockpc.text.paths import inputs
 
 COMMON = {"deadline": None, "database": None, "suppress_health_check": [HealthCheck.too_slow, HealthCheck.data_too_large]}
 

@@ -22,8 +22,8 @@ import mpmath
 import numpy as np
 
 from shockpc.core.spatial import quaternion_of
-from shockpc.model.closure import loop_of
-from shockpc.model.contact import locate_lowest_point
+from shockpc.landing.closure import loop_of
+from shockpc.landing.contact import locate_lowest_point
 
 DIGITS, MOST_DIGITS = 100, 3200
 """Digits to begin with; they are doubled until the balls are narrow, or no more than so many are needed."""

@@ -7,7 +7,7 @@ from typing import Any
 import pytest
 
 from shockpc import Robot, RobotError, load_robot
-from shockpc.robot.record import RobotSource
+from shockpc.robot.robot import RobotSource
 from shockpc.robot.source import read_source
 
 INERTIA = '<inertia ixx="0.1" ixy="0" ixz="0" iyy="0.1" iyz="0" izz="0.1"/>'

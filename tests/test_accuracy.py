@@ -20,18 +20,18 @@ from robot_texts import joint, link, urdf
 from trees import known_robot, robot_from
 
 from shockpc import Contact, Joints, Posture, Scene, ShockError, SolveError, Strike, resolve, shock_maps, shock_profile
-from shockpc.accuracy import double_error
 from shockpc.bench.cases import FAMILIES, bent, chain
 from shockpc.core.impulse import RowChoice
-from shockpc.exact.balls import to_double
-from shockpc.exact.proof import Proof
-from shockpc.landing import PosedLanding
-from shockpc.model.contact import contact_block
-from shockpc.model.dynamics import dynamics
-from shockpc.model.joint_model import without_springs
-from shockpc.model.motion import Motion
-from shockpc.model.posture import configuration
-from shockpc.scene import plane_of
+from shockpc.impact.exact.balls import to_double
+from shockpc.impact.exact.proof import Proof
+from shockpc.landing.contact import contact_block
+from shockpc.landing.dynamics import dynamics
+from shockpc.landing.joint_model import without_springs
+from shockpc.landing.landing import PosedLanding
+from shockpc.landing.motion import Motion
+from shockpc.landing.posture import configuration
+from shockpc.landing.scene import plane_of
+from shockpc.quantities.accuracy import double_error
 
 ROUNDING = 2.3e-16
 X, Y, Z = np.eye(3)
@@ -156,7 +156,7 @@ def test_a_foot_that_receives_no_impulse_needs_no_hold():
 def test_inertia_along_the_tree_keeps_its_armature():
     """It was a view of the cached model, which the next call changes."""
     robot = known_robot("anymal_b")
-    with mock.patch("shockpc.model.dynamics.MANY", 0):
+    with mock.patch("shockpc.landing.dynamics.MANY", 0):
         geared = dynamics(robot, robot.start[None], np.full(robot.model.nv, 0.1)).inertia
         dynamics(robot, robot.start[None])
     np.testing.assert_array_equal(geared.armature, 0.1)

@@ -8,7 +8,7 @@ from robot_texts import arm, refused
 
 from shockpc import RobotError
 from shockpc.robot.catalogue import data_folder
-from shockpc.robot.record import RobotSource
+from shockpc.robot.robot import RobotSource
 from shockpc.robot.source import read_source
 
 

@@ -11,7 +11,7 @@ from robot_texts import BODY, HINGE, arm, body, joint, link, mjcf, urdf, written
 from trees import known_robot, robot_from
 
 from shockpc import Joints, Posture, Scene, Strike, load_robot, shock_profile
-from shockpc.model.joint_model import joint_model
+from shockpc.landing.joint_model import joint_model
 from shockpc.show.document import document
 
 SCENE = Scene(

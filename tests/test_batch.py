@@ -10,15 +10,15 @@ import numpy as np
 import pytest
 from commands import Outcome, good, interrupted, run
 
-from shockpc.errors import UnknownName
-from shockpc.executor import executor
-from shockpc.model.contact import Contact
+from shockpc.evaluation.executor import executor
+from shockpc.landing.contact import Contact
+from shockpc.landing.scene import Scene
 from shockpc.profile import shock_profile
 from shockpc.robot.catalogue import SETS, robots_of_set
 from shockpc.robot.landmarks import each_foot
 from shockpc.robot.load import load_robot
-from shockpc.scene import Scene
 from shockpc.studies.batch import batch
+from shockpc.text.errors import UnknownName
 
 DOGS = ("anymal_b", "go2")
 

@@ -9,9 +9,9 @@ from hypothesis import given
 from hypothesis import strategies as st
 from trees import known_robot
 
-from shockpc.model.contact import Contact
+from shockpc.landing.contact import Contact
+from shockpc.landing.scene import Scene, Strike
 from shockpc.profile import shock_profile
-from shockpc.scene import Scene, Strike
 
 GYRATION_2 = 1.0 / 12.0
 """Square of the radius of gyration of a rod that is 1 m long [m²]."""

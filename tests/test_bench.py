@@ -7,7 +7,6 @@ import numpy as np
 import pytest
 from commands import good, run
 
-from shockpc.accuracy import double_error
 from shockpc.bench.cases import FAMILIES, chain, known_robot, landing
 from shockpc.bench.costs import COSTS, PEERS, many_system, postures
 from shockpc.bench.measure import OUTCOMES, measure, timed
@@ -15,14 +14,15 @@ from shockpc.bench.methods import DIRECT, PROVEN, UnsuitedError, system_of
 from shockpc.bench.mujoco_peer import MUJOCO
 from shockpc.bench.report import suite_report
 from shockpc.bench.stiff_contacts import STIFFNESSES, stiff_contacts
-from shockpc.errors import SolveError
-from shockpc.model.closure import Closure, Place
-from shockpc.model.contact import Contact
+from shockpc.landing.closure import Closure, Place
+from shockpc.landing.contact import Contact
+from shockpc.landing.scene import Scene, Strike
 from shockpc.profile import shock_profile
-from shockpc.scene import Scene, Strike
+from shockpc.quantities.accuracy import double_error
 from shockpc.show.files import MANIFEST, write_folder
 from shockpc.show.reports.report import Report
 from shockpc.show.tables import Sheet
+from shockpc.text.errors import SolveError
 
 
 def case_of(name, variant, value):

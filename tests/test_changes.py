@@ -5,15 +5,15 @@ import pytest
 import robot_texts
 from robot_texts import LIMIT, joint, link, loaded, urdf
 
-from shockpc.errors import RobotError, StudyError, UnknownName
-from shockpc.model.joint_model import Joints
-from shockpc.model.posture import Posture
+from shockpc.landing.joint_model import Joints
+from shockpc.landing.posture import Posture
+from shockpc.landing.scene import Scene
 from shockpc.profile import shock_profile
 from shockpc.robot import geometry
 from shockpc.robot.changes import Change, changed, links_with_mass, read_changes
 from shockpc.robot.geometry import outline
 from shockpc.robot.load import load_robot
-from shockpc.scene import Scene
+from shockpc.text.errors import RobotError, StudyError, UnknownName
 
 
 @pytest.fixture(scope="module")

@@ -17,7 +17,6 @@ from commands import STICK, STICK_WITH_IMU, good, run
 import shockpc
 from shockpc import Contact, Scene, ShockError, assert_shock, shock_profile
 from shockpc.cli.check import EPILOG
-from shockpc.printed import printable
 from shockpc.quantities.ground import GROUND
 from shockpc.quantities.table import QUANTITIES, select
 from shockpc.robot.changes import changed, read_changes
@@ -27,6 +26,7 @@ from shockpc.studies.check.budgets import Budget, Budgets, Case, read_budgets
 from shockpc.studies.check.design import design_changes, design_record
 from shockpc.studies.check.gate import check_budgets
 from shockpc.studies.sweep.study import sweep
+from shockpc.text.printed import printable
 
 GEOMETRY = '<link name="shin"><collision><origin xyz="0 0 -0.2"/><geometry><box size="0.02 0.02 0.4"/></geometry></collision>'
 NO_INERTIA = '<inertia ixx="0" ixy="0" ixz="0" iyy="0" iyz="0" izz="0"/>'

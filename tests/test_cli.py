@@ -21,7 +21,7 @@ import shockpc.show.reports.report
 from shockpc import read_scene, shock_profile
 from shockpc.cli import progress
 from shockpc.cli.app import COMMANDS
-from shockpc.scene import GRAVITY
+from shockpc.landing.scene import GRAVITY
 from shockpc.show.document import document as document_of
 from shockpc.show.document import json_text
 from shockpc.show.files import MANIFEST

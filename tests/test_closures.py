@@ -10,11 +10,11 @@ from robot_texts import LIMIT, joint, link, refused, urdf
 from trees import known_robot, robot_from
 
 from shockpc import Closure, Contact, Joints, Place, Posture, Scene, SceneError, Strike, UnknownName, resolve, shock_profile
-from shockpc.model.closure import closure_block, closure_gap, loop_of
-from shockpc.model.dynamics import dynamics
-from shockpc.model.rows import row_jacobian
+from shockpc.landing.closure import closure_block, closure_gap, loop_of
+from shockpc.landing.dynamics import dynamics
+from shockpc.landing.rows import row_jacobian
+from shockpc.landing.scene import robot_of
 from shockpc.paper.landings import land, scene
-from shockpc.scene import robot_of
 from shockpc.show.reports.sweep import _options
 from shockpc.studies.sweep.study import sweep
 

@@ -13,17 +13,17 @@ import pytest
 from commands import STICK_WITH_IMU, good, run
 from robot_texts import loaded
 
-from shockpc.errors import SolveError, StudyError
-from shockpc.model.contact import Contact
-from shockpc.model.joint_model import Joints
+from shockpc.landing.contact import Contact
+from shockpc.landing.joint_model import Joints
+from shockpc.landing.scene import Scene, Strike
 from shockpc.profile import shock_profile
 from shockpc.quantities.table import select
 from shockpc.robot.changes import changed, read_changes
 from shockpc.robot.load import load_robot
-from shockpc.scene import Scene, Strike
 from shockpc.show.reports.compare import compare_report
 from shockpc.show.reports.report import Picture
 from shockpc.studies.compare import STANDARD, Design, compare, design_with
+from shockpc.text.errors import SolveError, StudyError
 
 CHANGES = "mass:FL_calf=0.9x; armature:*_calf_joint=0.01"
 

@@ -12,10 +12,10 @@ from robot_texts import joint, link, urdf
 from trees import known_robot, robot_from
 
 from shockpc import Contact, Posture, Scene, Strike, shock_profile
-from shockpc.model.contact import contact_block, locate_lowest_point
-from shockpc.model.dynamics import dynamics
-from shockpc.model.posture import configuration
-from shockpc.model.rows import block_point, row_jacobian
+from shockpc.landing.contact import contact_block, locate_lowest_point
+from shockpc.landing.dynamics import dynamics
+from shockpc.landing.posture import configuration
+from shockpc.landing.rows import block_point, row_jacobian
 
 UP = np.array([0.0, 0.0, 1.0])
 ANGLES = st.tuples(*[st.floats(-180.0, 180.0)] * 3)

@@ -11,11 +11,11 @@ from pydantic import TypeAdapter
 
 import shockpc
 from shockpc import Closure, Contact, Joints, Part, Place, Point, Posture, Scene, Strike, shock_profile
-from shockpc.diagnostic import Diagnostic
-from shockpc.model.dynamics import PINOCCHIO
+from shockpc.landing.dynamics import PINOCCHIO
 from shockpc.quantities.ground import GROUND
 from shockpc.quantities.table import QUANTITIES
 from shockpc.show.document import PATHS, document, json_text
+from shockpc.text.diagnostic import Diagnostic
 
 DOG = {"robot": str(ROBOTS / "dog" / "dog.urdf.xacro"), "packages": {"dog_description": str(ROBOTS / "dog")}}
 FEET = tuple(Contact(frame=f"{name}_foot") for name in ("lf", "rf", "lh", "rh"))

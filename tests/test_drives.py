@@ -9,11 +9,11 @@ from robot_texts import LIMIT, body, floating, joint, link, mjcf, refused, urdf
 from trees import known_robot, robot_from
 
 from shockpc import Contact, Joints, Rotor, Scene, SceneError, Strike, UnknownName, load_robot, resolve, shock_profile
-from shockpc.model.joint_model import joint_model
+from shockpc.impact.springs import spring_times
+from shockpc.landing.joint_model import joint_model
 from shockpc.robot.catalogue import catalogue, own_robots_folder
 from shockpc.robot.changes import changed, read_changes
 from shockpc.robot.drives import catalogue_drives, drives_of, read_drives
-from shockpc.springs import spring_times
 
 GO2 = Contact(frame="FL_foot")
 

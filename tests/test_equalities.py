@@ -8,12 +8,12 @@ from robot_texts import BODY, body, mjcf, refused
 from trees import robot_from
 
 from shockpc import Contact, Posture, RobotError, Scene, shock_profile
-from shockpc.model.closure import closure_block, closure_gap
-from shockpc.model.columns import free_columns
-from shockpc.model.dynamics import dynamics
-from shockpc.model.posture import configuration
-from shockpc.model.rows import row_jacobian
-from shockpc.robot.record import Mimic
+from shockpc.landing.closure import closure_block, closure_gap
+from shockpc.landing.dynamics import dynamics
+from shockpc.landing.freedom import free_columns
+from shockpc.landing.posture import configuration
+from shockpc.landing.rows import row_jacobian
+from shockpc.robot.robot import Mimic
 
 EQUALITY = mujoco.mjtConstraint.mjCNSTR_EQUALITY
 

@@ -8,8 +8,9 @@ from dataclasses import replace
 import pytest
 
 import shockpc
-from shockpc import Closure, Contact, Joints, Place, Posture, Rotor, Scene, Strike, errors, shock_profile
-from shockpc.errors import OutputError, RobotError, SceneError, ShockError, SolveError, StudyError, UnknownName
+from shockpc import Closure, Contact, Joints, Place, Posture, Rotor, Scene, Strike, shock_profile
+from shockpc.text import errors
+from shockpc.text.errors import OutputError, RobotError, SceneError, ShockError, SolveError, StudyError, UnknownName
 
 CLASSES = {name: kind for name, kind in vars(errors).items() if inspect.isclass(kind) and issubclass(kind, Exception)}
 

@@ -10,9 +10,9 @@ import xacro as library
 from robot_texts import arm, joint, link, read, refusal, refused, written, xacro
 
 import shockpc.robot.xacro
-from shockpc.errors import RobotError
 from shockpc.robot.source import read_source
 from shockpc.robot.xacro_expression import evaluate
+from shockpc.text.errors import RobotError
 
 PAYLOAD = xacro('<xacro:arg name="payload" default="1.5"/>', link("base", mass="$(arg payload)"))
 

@@ -22,10 +22,10 @@ import shockpc
 import shockpc.show.figure.view
 from shockpc import Contact, Joints, Scene, Strike, load_robot, shock_profile
 from shockpc.core.spatial import plane_from
+from shockpc.landing.scene import with_plane
 from shockpc.paper.figures import FIGURES, paper_figures
 from shockpc.robot.geometry import Shape
 from shockpc.robot.meshes import Mesh
-from shockpc.scene import with_plane
 from shockpc.show.figure.landing import draw_landing
 from shockpc.show.figure.picture import layers
 from shockpc.show.figure.silhouette import silhouette, to_plane

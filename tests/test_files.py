@@ -13,11 +13,11 @@ import pytest
 from commands import ROBOTS
 
 from shockpc import Contact, OutputError, Scene, shock_profile
-from shockpc.paths import read_file
 from shockpc.show.document import document as document_of
 from shockpc.show.document import json_text
 from shockpc.show.files import MANIFEST, check_folder, write_file, write_folder
 from shockpc.show.reports.landing import landing_report, landings_report
+from shockpc.text.paths import read_file
 
 
 def failure(code: int) -> OSError:

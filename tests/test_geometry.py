@@ -15,7 +15,7 @@ from shockpc import Scene, load_robot, shock_profile
 from shockpc.robot.catalogue import data_folder
 from shockpc.robot.geometry import body_outline, inertia_box, outline
 from shockpc.robot.meshes import hull_corners, read_mesh
-from shockpc.robot.record import Body
+from shockpc.robot.robot import Body
 
 DIRECTIONS = np.random.default_rng(3).normal(size=(200, 3))
 DIRECTIONS /= np.linalg.norm(DIRECTIONS, axis=1, keepdims=True)

@@ -12,10 +12,10 @@ from commands import good, run
 from robot_texts import body, floating, joint, link, mjcf, urdf
 
 from shockpc import Contact, Joints, Point, Rotor, Scene, SceneError, SolveError, Strike, load_robot, resolve, shock_profile
-from shockpc.compliance import CompliantLanding
+from shockpc.impact.stiffness import CompliantLanding
+from shockpc.landing.scene import GRAVITY
 from shockpc.paper.landings import scene as paper_scene
 from shockpc.quantities.table import quantity
-from shockpc.scene import GRAVITY
 from shockpc.show.figure.time import draw_time
 
 K = 1e5

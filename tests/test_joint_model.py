@@ -11,8 +11,8 @@ from robot_texts import LIMIT, body, floating, joint, link, mjcf, refused, urdf
 from trees import known_robot, robot_from
 
 from shockpc import Contact, Joints, RobotError, Rotor, Scene, SceneError, Strike, shock_profile
-from shockpc.model.dynamics import dynamics
-from shockpc.model.joint_model import joint_model
+from shockpc.landing.dynamics import dynamics
+from shockpc.landing.joint_model import joint_model
 
 FRONT = tuple(Contact(frame=foot) for foot in ("FL_foot", "FR_foot"))
 FREE, LOCKED = Joints(model="free"), Joints(model="locked")

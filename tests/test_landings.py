@@ -16,15 +16,15 @@ from trees import known_robot, robot_from
 
 from shockpc import Contact, Joints, Part, Posture, Scene, load_robot, read_scene, resolve, shock_profile
 from shockpc.bench.measured import measured_landings
-from shockpc.errors import SceneError, SolveError, StudyError, UnknownName
-from shockpc.landing import landing_of
-from shockpc.model.motion import Motion
+from shockpc.landing.landing import landing_of
+from shockpc.landing.motion import Motion
+from shockpc.landing.scene import scene_text
 from shockpc.quantities.table import quantity
-from shockpc.scene import scene_text
 from shockpc.studies.landings.comparison import STATISTICS, compare_measured
 from shockpc.studies.landings.files import read_table
 from shockpc.studies.landings.study import CLOSED_BY, compute, landings
 from shockpc.studies.landings.table import rows_of, rows_of_scenes
+from shockpc.text.errors import SceneError, SolveError, StudyError, UnknownName
 
 SCENE = Scene(robot="anymal_b", contact=(Contact(frame="LF_FOOT"),))
 JOINTS = ("LF_HAA", "LF_HFE", "LF_KFE", "RH_KFE")

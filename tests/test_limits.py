@@ -11,17 +11,17 @@ import pytest
 from commands import good, run
 from trees import known_robot
 
-from shockpc.errors import SolveError, StudyError
-from shockpc.model.contact import Contact
-from shockpc.model.joint_model import Joints
-from shockpc.model.posture import Posture
+from shockpc.landing.contact import Contact
+from shockpc.landing.joint_model import Joints
+from shockpc.landing.posture import Posture
+from shockpc.landing.scene import Part, Point, Scene, Strike, robot_of
 from shockpc.paper.landings import scene
 from shockpc.profile import shock_profile
 from shockpc.quantities.table import select
-from shockpc.scene import Part, Point, Scene, Strike, robot_of
 from shockpc.studies.limits import limits
 from shockpc.studies.place.study import place
 from shockpc.studies.sensitivity import sensitivity
+from shockpc.text.errors import SolveError, StudyError
 
 IMU = Point(frame="trunk_imu")
 HYQ = Scene(robot="hyq", contact=(Contact(frame="lf_foot"),))

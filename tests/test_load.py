@@ -10,11 +10,11 @@ from robot_texts import BODY, LIMIT, arm, body, floating, joint, link, mjcf, ref
 
 import shockpc
 from shockpc import Contact, Joints, RobotError, Scene, StudyError, UnknownName, load_robot, shock_profile
-from shockpc.landing import resolve
+from shockpc.landing.landing import resolve
+from shockpc.landing.scene import robot_of
 from shockpc.robot.catalogue import SETS, data_folder
 from shockpc.robot.changes import changed, read_changes
 from shockpc.robot.geometry import outline
-from shockpc.scene import robot_of
 from shockpc.studies.check.budgets import Budget, Budgets, Case
 from shockpc.studies.check.gate import check_budgets
 

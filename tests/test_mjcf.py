@@ -13,9 +13,9 @@ import pytest
 from robot_texts import BODY, HINGE, body, floating, loaded, mjcf, refusal, refused
 
 from shockpc import Contact, Joints, Posture, Robot, Scene, Strike, configuration_from_mujoco, load_robot, shock_profile
-from shockpc.errors import RobotError, SceneError, SolveError, UnknownName
+from shockpc.landing.scene import robot_of
 from shockpc.robot.mjcf_compiled import compiled
-from shockpc.scene import robot_of
+from shockpc.text.errors import RobotError, SceneError, SolveError, UnknownName
 
 BOX = '<geom type="box" size=".1 .2 .3"/>'
 MESH = '<asset><mesh name="m" vertex="0 0 0 1 0 0 0 1 0 0 0 1"/></asset>'

@@ -8,13 +8,13 @@ from commands import good, run
 from robot_texts import joint, link, urdf
 from trees import known_robot, robot_from
 
-from shockpc.errors import UnknownName
-from shockpc.model.contact import landing_frames, match_contacts
+from shockpc.landing.contact import landing_frames, match_contacts
+from shockpc.landing.scene import Scene, points_at
 from shockpc.profile import shock_profile
 from shockpc.robot.changes import changed, links_with_mass, read_changes
-from shockpc.robot.names import match, matches
-from shockpc.scene import Scene, points_at
 from shockpc.studies.sweep.study import sweep
+from shockpc.text.errors import UnknownName
+from shockpc.text.names import match, matches
 
 FEET = ("LF_FOOT", "LH_FOOT", "RF_FOOT", "RH_FOOT")
 NAMES = ("foot[1]", "foot1", "foot*", "Foot", "leg?", "foot1")

@@ -16,11 +16,11 @@ from test_ground import BOX, COLUMN
 from shockpc import Contact, Joints, Part, Posture, Scene, Strike, compare, resolve, sensitivity, shock_profile, sweep
 from shockpc.core.pulse import SHAPES, Pulse, velocity_change
 from shockpc.core.spectrum import amplification
-from shockpc.errors import SceneError, UnknownName
-from shockpc.ratings import strength
-from shockpc.scene import GRAVITY
+from shockpc.landing.ratings import strength
+from shockpc.landing.scene import GRAVITY
 from shockpc.show.files import MANIFEST
 from shockpc.studies.compare import Design
+from shockpc.text.errors import SceneError, UnknownName
 
 K = 1e5
 RATING = "half-sine 1500 g 0.5 ms"

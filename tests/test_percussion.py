@@ -8,7 +8,7 @@ from hypothesis.extra.numpy import arrays
 
 from shockpc.core.percussion import off_plane_share, percussion, shock_at, translation
 from shockpc.core.spatial import plane_from, velocity_at
-from shockpc.exact.balls import balls
+from shockpc.impact.exact.balls import balls
 
 VECTORS = arrays(float, 3, elements=st.floats(-10.0, 10.0, allow_subnormal=False))
 NORMALS = VECTORS.filter(lambda n: np.linalg.norm(n) > 0.1).map(lambda n: n / np.linalg.norm(n))

@@ -12,7 +12,7 @@ from robot_texts import mjcf, refused, written
 from trees import known_robot, robot_from
 
 from shockpc import Contact, Joints, Posture, Robot, Scene, SceneError, Strike, read_scene, shock_profile
-from shockpc.model.contact import foot_contact
+from shockpc.landing.contact import foot_contact
 from shockpc.robot.geometry import outline
 from shockpc.robot.landmarks import each_foot, feet
 from shockpc.studies.sweep.study import sweep

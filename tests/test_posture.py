@@ -12,8 +12,8 @@ from scipy.spatial.transform import Rotation
 from trees import known_robot, random_rotations, robot_from
 
 from shockpc import Contact, Posture, Scene, SceneError, UnknownName, shock_profile
-from shockpc.model.dynamics import dynamics
-from shockpc.model.posture import configuration, outside_limits, reference_name
+from shockpc.landing.dynamics import dynamics
+from shockpc.landing.posture import configuration, outside_limits, reference_name
 from shockpc.robot.landmarks import STANDING
 from shockpc.show.header import posture_text
 

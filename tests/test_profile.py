@@ -11,7 +11,7 @@ from robot_texts import joint, link, urdf
 from trees import known_robot, robot_from
 
 from shockpc import Contact, Point, Posture, Scene, SceneError, SolveError, Strike, shock_maps, shock_profile
-from shockpc.scene import GRAVITY
+from shockpc.landing.scene import GRAVITY
 
 
 def box():

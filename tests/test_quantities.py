@@ -10,7 +10,7 @@ from random_landings import random_landing
 
 from shockpc import Contact, Joints, Point, Scene, Strike, UnknownName, resolve, shock_profile
 from shockpc.core.bodies import in_body_axes
-from shockpc.impact import DoubleImpact
+from shockpc.impact.impact import DoubleImpact
 from shockpc.profile import impact_jumps
 from shockpc.quantities.quantity import evaluate
 from shockpc.quantities.table import QUANTITIES, quantities_of, select

@@ -11,7 +11,7 @@ from random_landings import random_landing
 from trees import known_robot
 
 from shockpc import Scene, Strike, shock_profile
-from shockpc.landing import contact_velocity
+from shockpc.landing.landing import contact_velocity
 
 BLOCKS, EACH = 12, 20
 

@@ -7,7 +7,7 @@ import pinocchio as pin
 import pytest
 
 from shockpc import Robot, load_robot
-from shockpc.robot.record import Body
+from shockpc.robot.robot import Body
 
 
 def bodies(name: str, **arguments: str) -> dict[str, Body]:

@@ -19,10 +19,10 @@ from hypothesis import strategies as st
 from robot_texts import refused
 
 from shockpc import Closure, Contact, Joints, Part, Place, Point, Posture, Rotor, Scene, Strike, read_scene, shock_profile
-from shockpc.errors import SceneError, ShockError
-from shockpc.scene import check_scene, scene_schema, scene_table, scene_text
+from shockpc.landing.scene import check_scene, scene_schema, scene_table, scene_text
 from shockpc.show.document import document as document_of
 from shockpc.show.document import json_text
+from shockpc.text.errors import SceneError, ShockError
 
 EVERY_KEY = """\
 robot = "dog/dog.urdf.xacro"

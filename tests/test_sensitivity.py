@@ -14,18 +14,18 @@ from robot_texts import floating, mjcf
 from test_closures import CASES
 from trees import known_robot, robot_from
 
-from shockpc.errors import StudyError, UnknownName
-from shockpc.exact.derivative import central_difference, displaced
-from shockpc.model.contact import Contact
-from shockpc.model.joint_model import Joints
+from shockpc.evaluation.columns import proven_columns
+from shockpc.impact.exact.derivative import central_difference, displaced
+from shockpc.landing.contact import Contact
+from shockpc.landing.joint_model import Joints
+from shockpc.landing.scene import Part, Point, Scene, Strike
 from shockpc.profile import profile_of, shock_profile
 from shockpc.robot.changes import Change, changed, links_with_mass
-from shockpc.scene import Part, Point, Scene, Strike
-from shockpc.studies.columns import proven_columns
 from shockpc.studies.parameters import parameters
 from shockpc.studies.sensitivity import _differences, sensitivity
 from shockpc.studies.sweep.case import applied
 from shockpc.studies.sweep.variation import variation
+from shockpc.text.errors import StudyError, UnknownName
 
 
 def hyq(**changes):

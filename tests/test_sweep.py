@@ -16,14 +16,14 @@ from scipy.stats import norm, spearmanr
 from trees import robot_from
 
 from shockpc import Contact, Joints, Point, Rotor, Scene, ShockError, Strike, load_robot, read_scene, resolve, shock_profile
-from shockpc.errors import StudyError, UnknownName
-from shockpc.places import Place
+from shockpc.evaluation.columns import Column, proven_columns
+from shockpc.landing.places import Place
 from shockpc.quantities.table import select
 from shockpc.robot.changes import changed, links_with_mass, read_changes
-from shockpc.studies.columns import Column, proven_columns
 from shockpc.studies.sweep.rows import Sweep
 from shockpc.studies.sweep.study import sweep
 from shockpc.studies.sweep.summary import PERCENTILES, SweepSummary, _extent, summarise
+from shockpc.text.errors import StudyError, UnknownName
 
 ANYMAL = Scene(robot="anymal_b", contact=(Contact(frame="LF_FOOT"),))
 

@@ -297,7 +297,7 @@ def test_folder_of_another_sweep_is_refused(capfd, stick, tmp_path):
     ],
 )
 def test_bad_options_are_one_message_and_leave_nothing(capfd, stick, tmp_path, monkeypatch, words, message):
-    monkeypatch.setattr("shockpc.executor.PATIENCE", 1.0)
+    monkeypatch.setattr("shockpc.evaluation.executor.PATIENCE", 1.0)
     outcome = run(capfd, "sweep", stick, "--contact", "foot", *words, "--out", tmp_path / "out")
     assert (outcome.code, outcome.out) == (2, "")
     assert message in outcome.err

@@ -12,9 +12,9 @@ import numpy as np
 
 from shockpc import Closure, Contact, Joints, Place, Posture, Robot, Scene, Strike, load_robot
 from shockpc.core.spatial import Array
+from shockpc.landing.scene import robot_of as scene_robot
 from shockpc.robot.catalogue import SETS
 from shockpc.robot.landmarks import each_foot
-from shockpc.scene import robot_of as scene_robot
 
 BEND = (0.7, -0.9, 0.5, -0.3, 0.8, -0.6)
 OBLIQUE = Strike(velocity=(0.4, 0.1, -0.9))

@@ -27,11 +27,11 @@ from shockpc.bench.stiff_contacts import stiff_contacts
 from shockpc.core.impulse import solve_impact
 from shockpc.core.percussion import percussion, translation
 from shockpc.core.spatial import Array
-from shockpc.executor import processes
-from shockpc.landing import PosedLanding
-from shockpc.model.dynamics import dynamics
-from shockpc.robot.record import Robot
-from shockpc.scene import Scene
+from shockpc.evaluation.executor import processes
+from shockpc.landing.dynamics import dynamics
+from shockpc.landing.landing import PosedLanding
+from shockpc.landing.scene import Scene
+from shockpc.robot.robot import Robot
 from shockpc.show.parts import Parts
 from shockpc.show.reports.landing import landing_report
 from shockpc.show.tables import Cell, Sheet

@@ -7,10 +7,10 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from shockpc import ShockError, ShockProfile, shock_profile
-from shockpc.accuracy import double_error
 from shockpc.bench.cases import Case
 from shockpc.bench.methods import PROVEN, Method, System, UnsuitedError, system_of
-from shockpc.exact.proof import Proof
+from shockpc.impact.exact.proof import Proof
+from shockpc.quantities.accuracy import double_error
 
 ACCURATE = 1e-9
 """Largest error of a result that counts as accurate, relative to the motion of each body."""

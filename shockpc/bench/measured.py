@@ -3,8 +3,8 @@
 from dataclasses import replace
 
 from shockpc import Joints, read_scene
+from shockpc.landing.scene import robot_of
 from shockpc.robot.catalogue import own_robots_folder
-from shockpc.scene import robot_of
 from shockpc.show.reports.landings import agreement_sheet
 from shockpc.show.tables import Sheet
 from shockpc.studies.landings.comparison import compare_measured

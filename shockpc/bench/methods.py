@@ -9,9 +9,9 @@ import pinocchio as pin
 
 from shockpc import Robot, Scene, SceneError, ShockProfile, resolve, shock_profile
 from shockpc.core.spatial import Array
-from shockpc.landing import PosedLanding
-from shockpc.model.motion import approach_speeds
-from shockpc.model.rows import block_axes, block_point
+from shockpc.landing.landing import PosedLanding
+from shockpc.landing.motion import approach_speeds
+from shockpc.landing.rows import block_axes, block_point
 from shockpc.profile import impact_jumps
 from shockpc.quantities.table import QUANTITIES
 

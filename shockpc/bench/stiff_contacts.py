@@ -9,13 +9,13 @@ from statistics import median
 import numpy as np
 
 from shockpc import ShockProfile, shock_profile
-from shockpc.accuracy import double_error
 from shockpc.bench.cases import known_robot, landing
 from shockpc.bench.measure import timed
 from shockpc.bench.methods import UnsuitedError, system_of
 from shockpc.bench.mujoco_peer import MUJOCO
-from shockpc.compliance import CompliantLanding
 from shockpc.core.spatial import Array
+from shockpc.impact.stiffness import CompliantLanding
+from shockpc.quantities.accuracy import double_error
 from shockpc.show.tables import Cell, Sheet
 
 STIFFNESSES = (1e3, 1e4, 1e5, 1e6, 1e8, 1e10, 1e12)

@@ -33,11 +33,11 @@ def analyze(
     with trace.stage("imports"):
         from shockpc.cli.output import emit, scene_files
         from shockpc.cli.scenes import file_names, scenes_from
-        from shockpc.errors import StudyError
+        from shockpc.landing.scene import scene_text
         from shockpc.profile import shock_profile
-        from shockpc.scene import scene_text
         from shockpc.show.files import write_file
         from shockpc.show.reports.landing import landings_report
+        from shockpc.text.errors import StudyError
     loaded, scenes = scenes_from(robot, options, trace)
     if spectrum and (output.out is None or any(scene.contact_stiffness is None for scene in scenes)):
         missing = "--out" if output.out is None else "--contact-stiffness"

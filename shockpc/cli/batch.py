@@ -35,11 +35,11 @@ def batch(
     from shockpc.cli.output import emit
     from shockpc.cli.progress import progress
     from shockpc.cli.scenes import scenes_from
-    from shockpc.errors import SolveError, StudyError
-    from shockpc.executor import executor
+    from shockpc.evaluation.executor import executor
     from shockpc.robot.catalogue import robots_of_set
     from shockpc.show.reports.batch import batch_report
     from shockpc.studies import batch as study
+    from shockpc.text.errors import SolveError, StudyError
 
     every = list(dict.fromkeys([*names, *(name for set_name in robots for name in robots_of_set(set_name))]))
     if not every:

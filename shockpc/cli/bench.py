@@ -28,7 +28,7 @@ def bench(
     # Set before numpy is loaded: the run times are those of one thread.
     for name in THREADS:
         os.environ[name] = "1"
-    from shockpc.errors import SceneError
+    from shockpc.text.errors import SceneError
 
     if robot is not None:
         _landings(robot, options, out)

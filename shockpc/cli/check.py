@@ -96,12 +96,12 @@ def check(
 ) -> int:
     from shockpc.cli.output import write_report
     from shockpc.cli.progress import progress
-    from shockpc.errors import OutputError, StudyError
     from shockpc.show.files import destination, write_file
     from shockpc.show.reports.check import append_summary, check_report
     from shockpc.studies.check.baseline import baseline_text, read_baseline
     from shockpc.studies.check.budgets import budgets_file, read_budgets
     from shockpc.studies.check.gate import check_budgets
+    from shockpc.text.errors import OutputError, StudyError
 
     asked = format_ or (("text", None),)
     printed = [name for name, file in asked if file is None]

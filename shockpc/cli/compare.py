@@ -37,11 +37,11 @@ def compare(
 ) -> None:
     from shockpc.cli.output import emit
     from shockpc.cli.scenes import one_scene
-    from shockpc.errors import StudyError
     from shockpc.robot.changes import read_changes
     from shockpc.show.reports.compare import compare_report
     from shockpc.studies.compare import Design, design_with
     from shockpc.studies.compare import compare as study
+    from shockpc.text.errors import StudyError
 
     if change and len(designs) > 1:
         raise StudyError("--change makes other designs of one, but several are given; give one design, or a file for each")

@@ -9,9 +9,9 @@ import warnings
 from collections.abc import Sequence
 
 from shockpc.cli.process import command, prepare, print_error, received, write_stdout
-from shockpc.errors import ShockError, SolveError
-from shockpc.paths import inputs
-from shockpc.printed import visible
+from shockpc.text.errors import ShockError, SolveError
+from shockpc.text.paths import inputs
+from shockpc.text.printed import visible
 
 DEFECT = 70
 """An error in shockpc itself, as EX_SOFTWARE of sysexits.h: Python's own code would be 1, which means that a budget is exceeded."""

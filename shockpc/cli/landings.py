@@ -59,10 +59,9 @@ def landings(
     from shockpc.cli.progress import progress
     from shockpc.cli.scenes import one_scene, scenes_in, with_contact
     from shockpc.cli.write_parts import written_parts
-    from shockpc.errors import ShockError, SolveError, StudyError
-    from shockpc.executor import executor
-    from shockpc.landing import landing_of
-    from shockpc.scene import Scene, scene_text
+    from shockpc.evaluation.executor import executor
+    from shockpc.landing.landing import landing_of
+    from shockpc.landing.scene import Scene, scene_text
     from shockpc.show.parts import Parts
     from shockpc.show.reports.landings import landings_report
     from shockpc.studies.landings.comparison import compare_measured
@@ -70,6 +69,7 @@ def landings(
     from shockpc.studies.landings.study import Results, compute
     from shockpc.studies.landings.study import landings as study_of
     from shockpc.studies.landings.table import rows_of, rows_of_scenes
+    from shockpc.text.errors import ShockError, SolveError, StudyError
 
     models = joints_ or ()
     options = options._replace(joints=models[0] if models else None)

@@ -22,7 +22,7 @@ from shockpc.cli.parse import (
     stiffness,
     vector,
 )
-from shockpc.errors import StudyError
+from shockpc.text.errors import StudyError
 
 _in_files, _in_contact, _in_posture = group("Robot files"), group("Contact"), group("Posture")
 _in_impact, _in_joints, _in_results = group("Velocity before the impact"), group("Joint model"), group("What is computed")

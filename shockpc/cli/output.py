@@ -9,10 +9,10 @@ from shockpc.cli.options import OutputOptions
 from shockpc.cli.process import command, print_error
 from shockpc.cli.progress import ShownTrace
 from shockpc.cli.scenes import file_names
-from shockpc.errors import OutputError
-from shockpc.scene import Scene
+from shockpc.landing.scene import Scene
 from shockpc.show.files import write_folder
 from shockpc.show.html import INSTALL, plotly
+from shockpc.text.errors import OutputError
 
 if TYPE_CHECKING:
     from shockpc.show.reports.report import Report

@@ -6,8 +6,8 @@ from typing import Literal, TypeAlias, get_args
 
 import typer
 
-from shockpc.errors import OutputError
-from shockpc.paths import usable_path
+from shockpc.text.errors import OutputError
+from shockpc.text.paths import usable_path
 
 Vector: TypeAlias = tuple[float, float, float]
 Span: TypeAlias = tuple[float, float]

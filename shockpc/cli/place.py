@@ -7,7 +7,7 @@ from shockpc.cli.options import OutputOptions, SceneOptions
 from shockpc.cli.parse import Setting, Variable, Vector, box, finite, robot_name, setting, variable
 
 if TYPE_CHECKING:
-    from shockpc.scene import Scene
+    from shockpc.landing.scene import Scene
 
 
 _in_landings, _in_region, _in_sensors = group("Landings"), group("Where a sensor may be"), group("Sensors")
@@ -60,10 +60,10 @@ def place(
     from shockpc.cli.output import emit
     from shockpc.cli.progress import progress
     from shockpc.cli.scenes import landings_from
-    from shockpc.errors import SolveError
     from shockpc.show.reports.place import place_report
     from shockpc.studies.place.study import place as study
     from shockpc.studies.sweep.case import scene_grid
+    from shockpc.text.errors import SolveError
 
     landings: dict[str, Scene] = {}
     for name, (robot, scene) in landings_from(scenes, options).items():

@@ -7,8 +7,8 @@ import signal
 import sys
 from typing import Any, TextIO
 
-from shockpc.errors import OutputError
-from shockpc.printed import message, visible
+from shockpc.text.errors import OutputError
+from shockpc.text.printed import message, visible
 
 command: list[str] = []
 """The words of the command that runs."""

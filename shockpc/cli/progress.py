@@ -7,8 +7,8 @@ from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 
 from shockpc.cli.process import received
-from shockpc.printed import printable
-from shockpc.trace import Trace
+from shockpc.text.printed import printable
+from shockpc.text.trace import Trace
 
 SLOW = 1.0
 """Time after which a stage is named [s]."""

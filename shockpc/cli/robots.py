@@ -7,7 +7,7 @@ from shockpc.cli.options import PACKAGE, XACRO, OutputOptions
 from shockpc.cli.parse import robot_name
 
 if TYPE_CHECKING:
-    from shockpc.robot.record import Robot
+    from shockpc.robot.robot import Robot
 
 
 @command(
@@ -35,9 +35,9 @@ def robots(
 def _catalogue() -> "tuple[dict[str, Robot | None], int]":
     """Every robot that is known by name, None if it cannot be loaded; and how many, the first, are the project's own."""
     from shockpc.cli.progress import progress
-    from shockpc.errors import ShockError
     from shockpc.robot.catalogue import catalogue, own_robots_folder
     from shockpc.robot.load import load_robot
+    from shockpc.text.errors import ShockError
 
     robots: dict[str, Robot | None] = {}
     entries = catalogue()

@@ -6,14 +6,14 @@ from pathlib import Path
 from typing import Any, TypeVar
 
 from shockpc.cli.options import SceneOptions
-from shockpc.errors import SceneError, ShockError, UnknownName
-from shockpc.model.contact import Contact, foot_contact, landing_frames, match_contacts
-from shockpc.model.joint_model import Joints, Rotor
-from shockpc.model.posture import Posture
+from shockpc.landing.contact import Contact, foot_contact, landing_frames, match_contacts
+from shockpc.landing.joint_model import Joints, Rotor
+from shockpc.landing.posture import Posture
+from shockpc.landing.scene import Part, Scene, Strike, check_scene, plane_of, points_at, read_scene, robot_of
 from shockpc.robot.landmarks import each_foot, feet
-from shockpc.robot.record import Robot
-from shockpc.scene import Part, Scene, Strike, check_scene, plane_of, points_at, read_scene, robot_of
-from shockpc.trace import Trace
+from shockpc.robot.robot import Robot
+from shockpc.text.errors import SceneError, ShockError, UnknownName
+from shockpc.text.trace import Trace
 
 T = TypeVar("T")
 

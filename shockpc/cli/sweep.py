@@ -59,12 +59,12 @@ def sweep(
     from shockpc.cli.output import write_report
     from shockpc.cli.scenes import scenes_from
     from shockpc.cli.write_parts import written_parts
-    from shockpc.errors import SolveError, StudyError
-    from shockpc.executor import executor
+    from shockpc.evaluation.executor import executor
     from shockpc.show.parts import Parts
     from shockpc.show.reports.sweep import sweep_report
     from shockpc.studies.sweep.study import sweep as study
     from shockpc.studies.sweep.summary import summarise
+    from shockpc.text.errors import SolveError, StudyError
 
     contacts = [values for name, values in vary if name == "contact" and values is not None]
     if contacts and not options.contact:

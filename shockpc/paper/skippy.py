@@ -8,9 +8,9 @@ import numpy as np
 
 from shockpc import ShockProfile, Strike
 from shockpc.core.spatial import Array
+from shockpc.landing.scene import GRAVITY
 from shockpc.paper.claim import Options, Panel, PaperFigure
 from shockpc.paper.landings import land, largest, middle_lines
-from shockpc.scene import GRAVITY
 
 SKIPPY = PaperFigure(
     3,

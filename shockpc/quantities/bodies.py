@@ -8,12 +8,12 @@ import numpy as np
 from shockpc.core.extremes import Pieces, greatest_shock, shock_extremes
 from shockpc.core.percussion import Percussion, off_plane_share, percussion, translation
 from shockpc.core.spatial import Array, velocity_at
-from shockpc.impact import Impact
-from shockpc.places import Place
+from shockpc.impact.impact import Impact
+from shockpc.landing.places import Place
 from shockpc.quantities.points import POINTS, point_velocity, shock, world_position
 from shockpc.quantities.quantity import Places, Quantity, largest_jump, largest_shock, once, reach
 from shockpc.robot.geometry import body_outline
-from shockpc.robot.record import Robot
+from shockpc.robot.robot import Robot
 
 AT_REST = 1e-12
 """Share of the strike's speed up to which a body is at rest."""

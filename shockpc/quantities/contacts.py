@@ -8,14 +8,14 @@ import numpy as np
 
 from shockpc.core.percussion import dot, norm
 from shockpc.core.spatial import Array
-from shockpc.exact.balls import BallMatrix, Balls, PrecisionError, balls, entries, matrix
-from shockpc.exact.solution import BallImpact
-from shockpc.impact import Impact
-from shockpc.model.closure import closure_block
-from shockpc.model.contact import across
-from shockpc.model.rows import NO_AXES, Block, block_point, slices_of
+from shockpc.impact.exact.balls import BallMatrix, Balls, PrecisionError, balls, entries, matrix
+from shockpc.impact.exact.solution import BallImpact
+from shockpc.impact.impact import Impact
+from shockpc.impact.solve import independent_rows
+from shockpc.landing.closure import closure_block
+from shockpc.landing.contact import across
+from shockpc.landing.rows import NO_AXES, Block, block_point, slices_of
 from shockpc.quantities.quantity import Places, Quantity, reach
-from shockpc.solve import independent_rows
 
 STRUCTURAL = 1e-26
 """Share of the largest mobility below which one is zero. Rounding of axes and places by 1e-16 makes 1e-32 of a zero."""

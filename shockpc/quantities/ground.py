@@ -6,20 +6,20 @@ from typing import TYPE_CHECKING, Any, Literal, TypeAlias
 import numpy as np
 
 from shockpc.core.spatial import Array
-from shockpc.impact import Impact
-from shockpc.landing import PosedLanding
-from shockpc.places import Kind, Place
+from shockpc.impact.impact import Impact
+from shockpc.landing.landing import PosedLanding
+from shockpc.landing.places import Kind, Place
+from shockpc.landing.scene import GRAVITY
 from shockpc.quantities.bodies import BODIES
 from shockpc.quantities.contacts import CONTACTS
 from shockpc.quantities.joints import JOINTS
 from shockpc.quantities.points import POINTS, point_velocity
 from shockpc.quantities.quantity import Places, Quantity, once
 from shockpc.quantities.robot import ROBOT
-from shockpc.scene import GRAVITY
 
 if TYPE_CHECKING:
-    from shockpc.compliance import CompliantLanding
-    from shockpc.ground import FrictionResult
+    from shockpc.impact.friction import FrictionResult
+    from shockpc.impact.stiffness import CompliantLanding
 
 
 DELTA_V, JUMPS = POINTS[0], tuple(
@@ -54,10 +54,10 @@ Key: TypeAlias = Literal["friction", "contact_stiffness"]
 def _solved(landing: PosedLanding, key: Key) -> Any:
     """The landing with friction, or on contacts of finite stiffness; what solves it is imported where a scene gives the key."""
     if key == "friction":
-        from shockpc.ground import friction_of
+        from shockpc.impact.friction import friction_of
 
         return friction_of(landing)
-    from shockpc.compliance import compliant_landing
+    from shockpc.impact.stiffness import compliant_landing
 
     return compliant_landing(landing)
 

@@ -6,8 +6,8 @@ import numpy as np
 
 from shockpc.core.percussion import norm
 from shockpc.core.spatial import Array, cross
-from shockpc.impact import Impact
-from shockpc.places import joint_places
+from shockpc.impact.impact import Impact
+from shockpc.landing.places import joint_places
 from shockpc.quantities.quantity import Places, Quantity
 
 AXES = "the joint has more than one axis"

@@ -7,14 +7,14 @@ import numpy as np
 from shockpc.core.percussion import norm
 from shockpc.core.pulse import peak_acceleration
 from shockpc.core.spatial import Array
-from shockpc.impact import Impact
-from shockpc.places import joint_places
+from shockpc.impact.impact import Impact
+from shockpc.landing.places import joint_places
+from shockpc.landing.ratings import Strength, strength, torque_limits
+from shockpc.landing.scene import GRAVITY
 from shockpc.quantities.ground import ALONG, GROUND, point_peaks
 from shockpc.quantities.joints import AXES, REDUNDANT
 from shockpc.quantities.points import POINTS, point_velocity
 from shockpc.quantities.quantity import Places, Quantity, largest_jump
-from shockpc.ratings import Strength, strength, torque_limits
-from shockpc.scene import GRAVITY
 
 NO_PULSE = "the scene gives neither a pulse nor a contact stiffness"
 PEAK_TORQUE = next(entry for entry in GROUND if entry.key == "peak_torque")
@@ -42,7 +42,7 @@ def _peak(impact: Impact, places: Places) -> Any:
     """Peak accelerations (N, S, n) for the pulse of the scene, or on its contact stiffness in doubles [g]."""
     landing = impact.landing
     if landing.scene.contact_stiffness is not None:
-        from shockpc.compliance import compliant_landing
+        from shockpc.impact.stiffness import compliant_landing
 
         return point_peaks(compliant_landing(landing), places)[0][None, None] / GRAVITY
     speed = norm(point_velocity(impact, places))

@@ -9,9 +9,9 @@ from shockpc.core.directions import ExtremeDirections, extreme_directions
 from shockpc.core.percussion import norm
 from shockpc.core.pulse import peak_acceleration
 from shockpc.core.spatial import Array, jump_at, velocity_at
-from shockpc.impact import Impact
+from shockpc.impact.impact import Impact
+from shockpc.landing.scene import GRAVITY
 from shockpc.quantities.quantity import Places, Quantity, largest_jump, largest_shock, once, reach
-from shockpc.scene import GRAVITY
 
 
 def _r(impact: Impact, places: Places) -> Any:

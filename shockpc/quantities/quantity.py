@@ -7,9 +7,9 @@ from typing import Any, Literal, NamedTuple, TypeAlias, TypeVar, cast
 import numpy as np
 
 from shockpc.core.spatial import Array, freeze
-from shockpc.impact import Impact
-from shockpc.places import Kind, Place
-from shockpc.scene import Scene
+from shockpc.impact.impact import Impact
+from shockpc.landing.places import Kind, Place
+from shockpc.landing.scene import Scene
 
 Places: TypeAlias = Sequence[Place]
 T = TypeVar("T")

@@ -6,11 +6,11 @@ from typing import Any
 import numpy as np
 
 from shockpc.core.spatial import Array
-from shockpc.impact import DoubleImpact, Impact
-from shockpc.model.motion import approach_speeds
-from shockpc.model.rows import block_point
-from shockpc.plausibility import Levels, levels, on_ground
+from shockpc.impact.impact import DoubleImpact, Impact
+from shockpc.landing.motion import approach_speeds
+from shockpc.landing.rows import block_point
 from shockpc.quantities.contacts import pull
+from shockpc.quantities.plausibility import Levels, levels, on_ground
 from shockpc.quantities.quantity import Places, Quantity
 
 DRIVEN = "a motor holds the rate of a joint and does work"
@@ -92,7 +92,7 @@ def _feasible(impact: Impact, places: Places) -> Array:
     With the scene's friction nothing is pulled: a contact that would be opens, and one that needs more friction slides. In doubles
     NaN where the impact would then gain energy, which the analysis of the landing refuses.
     """
-    from shockpc.ground import gains_with_friction
+    from shockpc.impact.friction import gains_with_friction
 
     del places
     landing = impact.landing

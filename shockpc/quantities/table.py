@@ -7,8 +7,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from shockpc.core.percussion import norm
-from shockpc.errors import UnknownName
-from shockpc.places import Kind
+from shockpc.landing.places import Kind
 from shockpc.quantities.bodies import BODIES
 from shockpc.quantities.contacts import CONTACTS
 from shockpc.quantities.ground import GROUND
@@ -17,6 +16,7 @@ from shockpc.quantities.parts import PARTS
 from shockpc.quantities.points import POINTS
 from shockpc.quantities.quantity import Quantity
 from shockpc.quantities.robot import ROBOT
+from shockpc.text.errors import UnknownName
 
 QUANTITIES: tuple[Quantity, ...] = (*POINTS, *BODIES, *JOINTS, *CONTACTS, *ROBOT, *GROUND, *PARTS)
 """All quantities. Of those that share a key the first is meant unless the kind is named."""

@@ -13,7 +13,7 @@ import pinocchio as pin
 from shockpc.core.spatial import Array
 from shockpc.robot.catalogue import closing_scene
 from shockpc.robot.landmarks import LEG_END, each_foot, is_foot
-from shockpc.robot.record import Joint, Robot
+from shockpc.robot.robot import Joint, Robot
 
 ANGLE = math.radians(30.0)
 """By how much knees are bent, or as far as their limits allow."""

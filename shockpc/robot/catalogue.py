@@ -11,7 +11,7 @@ import sys
 from pathlib import Path
 from typing import NamedTuple
 
-from shockpc.errors import RobotError, UnknownName
+from shockpc.text.errors import RobotError, UnknownName
 
 SETS: dict[str, tuple[str, ...]] = {
     "quadrupeds": (

@@ -9,11 +9,11 @@ import numpy as np
 import pinocchio as pin
 
 from shockpc.core.spatial import Array, cross_matrix, freeze
-from shockpc.diagnostic import Diagnostic
-from shockpc.errors import StudyError
-from shockpc.printed import listed
 from shockpc.robot.limits import refuse_number
-from shockpc.robot.record import Drives, Robot
+from shockpc.robot.robot import Drives, Robot
+from shockpc.text.diagnostic import Diagnostic
+from shockpc.text.errors import StudyError
+from shockpc.text.printed import listed
 
 Property = Literal["mass", "inertia", "com-x", "com-y", "com-z", "armature", "place"]
 """What can be changed."""

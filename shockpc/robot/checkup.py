@@ -10,12 +10,12 @@ from xml.etree.ElementTree import Element
 import numpy as np
 import pinocchio as pin
 
-from shockpc.errors import RobotError
-from shockpc.printed import listed
 from shockpc.robot.files import shared_xml
 from shockpc.robot.limits import inertia_fault
-from shockpc.robot.record import Robot, RobotSource
+from shockpc.robot.robot import Robot, RobotSource
 from shockpc.robot.urdf import vector
+from shockpc.text.errors import RobotError
+from shockpc.text.printed import listed
 
 _HEAVY = 500.0  # times the next heaviest body; grams read as kilograms stand out like this, a quadrotor's hull does not
 _SEVERAL = 3  # links of different masses, of which one or two may look like anything

@@ -10,7 +10,7 @@ from contextlib import suppress
 from pathlib import Path
 from typing import Any, NoReturn, TypeVar
 
-from shockpc.paths import inputs
+from shockpc.text.paths import inputs
 
 T = TypeVar("T")
 

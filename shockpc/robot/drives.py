@@ -12,10 +12,10 @@ from typing import Literal
 import numpy as np
 
 from shockpc.core.spatial import freeze
-from shockpc.errors import SceneError
 from shockpc.robot.catalogue import own_robots_folder
-from shockpc.robot.record import Drives, Robot
-from shockpc.toml import LARGEST, checked, reading
+from shockpc.robot.robot import Drives, Robot
+from shockpc.text.errors import SceneError
+from shockpc.text.toml import LARGEST, checked, reading
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -15,9 +15,9 @@ from urllib.parse import unquote
 from xml.etree.ElementTree import Element, TreeBuilder
 from xml.parsers import expat
 
-from shockpc.errors import RobotError
-from shockpc.paths import read_file
-from shockpc.printed import listed
+from shockpc.text.errors import RobotError
+from shockpc.text.paths import read_file
+from shockpc.text.printed import listed
 
 _DEEPEST = 490  # elements within elements; TinyXML-2, by which Pinocchio and MuJoCo read, stops at 500
 _MARKS_AND_BLANKS = rb"\s*+(\xef\xbb\xbf\s*+)*+"

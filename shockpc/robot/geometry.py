@@ -17,14 +17,14 @@ import pinocchio as pin
 
 from shockpc.core.extremes import Pieces
 from shockpc.core.spatial import Array, read_only
-from shockpc.errors import RobotError
-from shockpc.paths import read_file
-from shockpc.printed import few, listed
 from shockpc.robot.files import shared_xml
 from shockpc.robot.meshes import Mesh, distance, hull, hull_corners, read_mesh
-from shockpc.robot.record import Body, Frame, Robot, RobotSource
+from shockpc.robot.robot import Body, Frame, Robot, RobotSource
 from shockpc.robot.tree import rotation
 from shockpc.robot.urdf import vector
+from shockpc.text.errors import RobotError
+from shockpc.text.paths import read_file
+from shockpc.text.printed import few, listed
 
 Kind: TypeAlias = Literal["collision", "visual"]
 Loader: TypeAlias = Callable[[str], tuple[Mesh, Array]]

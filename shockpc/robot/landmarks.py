@@ -6,7 +6,7 @@ import re
 import numpy as np
 import pinocchio as pin
 
-from shockpc.robot.record import Robot
+from shockpc.robot.robot import Robot
 
 STANDING = ("standing", "half_sitting", "stand", "home")
 """Reference postures taken for a landing when none is asked for, in this order."""

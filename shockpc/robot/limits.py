@@ -5,7 +5,7 @@ from collections.abc import Mapping
 import numpy as np
 
 from shockpc.core.spatial import Array
-from shockpc.errors import RobotError
+from shockpc.text.errors import RobotError
 
 LINKS = 2000
 LEVELS = 600

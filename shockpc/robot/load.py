@@ -12,16 +12,16 @@ import numpy as np
 import pinocchio as pin
 
 from shockpc.core.spatial import freeze, read_only
-from shockpc.errors import RobotError
-from shockpc.printed import listed
 from shockpc.robot.bent_legs import bent_legs
 from shockpc.robot.drives import default_drives
 from shockpc.robot.landmarks import BENT, standing_posture
 from shockpc.robot.limits import LIMIT_SLACK, refuse_number
-from shockpc.robot.record import Mimic, Robot, RobotSource
+from shockpc.robot.robot import Mimic, Robot, RobotSource
 from shockpc.robot.source import YourdfpyRobot, read_source, source_of_yourdfpy
 from shockpc.robot.srdf import read_srdf
 from shockpc.robot.urdf import build_urdf
+from shockpc.text.errors import RobotError
+from shockpc.text.printed import listed
 
 if TYPE_CHECKING:
     from shockpc.robot.mjcf import RobotBodies

@@ -13,8 +13,8 @@ from xml.etree import ElementTree
 import numpy as np
 
 from shockpc.core.spatial import Array
-from shockpc.paths import LARGEST_FILE
 from shockpc.robot.files import parse_xml
+from shockpc.text.paths import LARGEST_FILE
 
 FORMATS = ("stl", "obj", "dae", "ply", "msh")
 """Suffixes of the files that are read."""

@@ -13,13 +13,13 @@ import numpy as np
 import pinocchio as pin
 
 from shockpc.core.spatial import Array, read_only
-from shockpc.errors import RobotError
-from shockpc.printed import listed
 from shockpc.robot.limits import refuse_number, refuse_tree
 from shockpc.robot.mjcf_compiled import Compiled, compiled
-from shockpc.robot.names import matches
-from shockpc.robot.record import Frame, Loop, Mimic, Robot, RobotSource
+from shockpc.robot.robot import Frame, Loop, Mimic, Robot, RobotSource
 from shockpc.robot.tree import add_joint, axis_joint, rotation
+from shockpc.text.errors import RobotError
+from shockpc.text.names import matches
+from shockpc.text.printed import listed
 
 _FREE, _BALL, _SLIDE, _HINGE = range(4)  # mjtJoint
 _CONNECT, _WELD, _JOINT, _TENDON = range(4)  # mjtEq

@@ -15,12 +15,12 @@ from xml.etree.ElementTree import Element, tostring
 import numpy as np
 
 from shockpc.core.spatial import Array
-from shockpc.errors import RobotError
-from shockpc.paths import read_file
-from shockpc.printed import listed
 from shockpc.robot.child import LIMITS, in_child
 from shockpc.robot.files import OpenFolders, parse_xml, read_xml
-from shockpc.robot.record import RobotSource
+from shockpc.robot.robot import RobotSource
+from shockpc.text.errors import RobotError
+from shockpc.text.paths import read_file
+from shockpc.text.printed import listed
 
 # Sections and attributes that change no mass and no motion, some of which name files.
 _UNUSED_SECTIONS = ("contact", "custom", "sensor", "statistic", "visual")

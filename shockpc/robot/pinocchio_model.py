@@ -8,10 +8,10 @@ import numpy as np
 import pinocchio as pin
 
 from shockpc.core.spatial import Array, read_only
-from shockpc.errors import RobotError
 from shockpc.robot.files import OpenFolders
 from shockpc.robot.limits import refuse_number
-from shockpc.robot.record import Robot, RobotSource
+from shockpc.robot.robot import Robot, RobotSource
+from shockpc.text.errors import RobotError
 
 _JOINTS = re.compile(
     r"JointModel(FreeFlyer|Spherical|Planar|Composite|[RP][XYZ]|RUB[XYZ]|(Revolute|RevoluteUnbounded|Prismatic)Unaligned)"

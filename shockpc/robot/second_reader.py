@@ -16,10 +16,10 @@ import pinocchio as pin
 import yourdfpy
 
 from shockpc.core.spatial import Array
-from shockpc.errors import RobotError
-from shockpc.printed import listed
 from shockpc.robot.files import shared_xml
-from shockpc.robot.record import Robot
+from shockpc.robot.robot import Robot
+from shockpc.text.errors import RobotError
+from shockpc.text.printed import listed
 
 TOLERANCE = 1e-12
 """Difference up to which numbers agree, relative to their size where that is above 1."""

@@ -7,10 +7,10 @@ from pathlib import Path
 from typing import Any, Protocol
 from xml.etree.ElementTree import Element, SubElement, tostring
 
-from shockpc.errors import RobotError
 from shockpc.robot.catalogue import find_robot, find_srdf
 from shockpc.robot.files import open_folders, parse_xml, read_text, shared_xml
-from shockpc.robot.record import RobotSource
+from shockpc.robot.robot import RobotSource
+from shockpc.text.errors import RobotError
 
 # What people give by mistake, and what to give instead.
 _NOT_ROBOTS = {

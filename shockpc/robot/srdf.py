@@ -11,9 +11,9 @@ import numpy as np
 import pinocchio as pin
 
 from shockpc.core.spatial import Array, read_only
-from shockpc.errors import RobotError
 from shockpc.robot.files import read_xml
 from shockpc.robot.urdf import vector
+from shockpc.text.errors import RobotError
 
 
 def read_srdf(path: Path, model: pin.Model, start: Array) -> dict[str, Array]:

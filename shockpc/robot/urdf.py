@@ -12,12 +12,12 @@ import numpy as np
 import pinocchio as pin
 
 from shockpc.core.spatial import Array, read_only
-from shockpc.errors import RobotError
-from shockpc.printed import listed
 from shockpc.robot.files import shared_xml
 from shockpc.robot.limits import refuse_number, refuse_tree
-from shockpc.robot.record import WORLD, Mimic, Robot, RobotSource
+from shockpc.robot.robot import WORLD, Mimic, Robot, RobotSource
 from shockpc.robot.tree import add_joint, axis_joint
+from shockpc.text.errors import RobotError
+from shockpc.text.printed import listed
 
 _ROUNDING = 1e-12  # kg m²; iCub's file has moments of −5e-20, left over by its exporter
 _JOINT_TYPES = ("revolute", "continuous", "prismatic", "fixed", "floating", "planar")

@@ -18,11 +18,11 @@ from contextlib import suppress
 from pathlib import Path
 from typing import Any
 
-from shockpc.errors import RobotError
-from shockpc.paths import LARGEST_FILE
-from shockpc.printed import listed
 from shockpc.robot.files import OpenFolders, parse_xml, read_text
 from shockpc.robot.limits import LINKS
+from shockpc.text.errors import RobotError
+from shockpc.text.paths import LARGEST_FILE
+from shockpc.text.printed import listed
 
 SECONDS = 10.0
 MEMORY = 2**30

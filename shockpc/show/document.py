@@ -14,15 +14,15 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 import shockpc
-from shockpc.model.dynamics import PINOCCHIO
-from shockpc.places import Kind
+from shockpc.landing.dynamics import PINOCCHIO
+from shockpc.landing.places import Kind
+from shockpc.landing.scene import GRAVITY, Scene, scene_table
 from shockpc.quantities.ground import GROUND
+from shockpc.quantities.profile import ShockProfile
 from shockpc.quantities.table import quantities_of, quantity
-from shockpc.result import ShockProfile
-from shockpc.scene import GRAVITY, Scene, scene_table
 
 if TYPE_CHECKING:
-    from shockpc.compliance import CompliantLanding
+    from shockpc.impact.stiffness import CompliantLanding
 
 
 PATHS = {
@@ -173,7 +173,7 @@ def _stiffness(profile: ShockProfile) -> dict[str, Any] | None:
 
 def _spectra(profile: ShockProfile, stiffness: "CompliantLanding") -> dict[str, Any]:
     """The shock response spectra of the points [g]."""
-    from shockpc.compliance import DAMPING, SPECTRUM
+    from shockpc.impact.stiffness import DAMPING, SPECTRUM
 
     points = [place for place in profile.places("point") if place.body >= 0]
     compute = quantity("point", "delta_v").formula

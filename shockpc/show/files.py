@@ -7,8 +7,8 @@ import stat
 from collections.abc import Mapping
 from pathlib import Path
 
-from shockpc.errors import OutputError
-from shockpc.paths import inputs, read_file
+from shockpc.text.errors import OutputError
+from shockpc.text.paths import inputs, read_file
 
 MANIFEST = ".shockpc-files"
 """In a folder of results: SHA-256 and path of each file that the last run wrote there, as `sha256sum --check` reads them."""

@@ -6,16 +6,16 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from shockpc.model.columns import Base
-from shockpc.printed import few, printable
+from shockpc.landing.freedom import Base
+from shockpc.landing.scene import sideways
+from shockpc.quantities.profile import ShockProfile
 from shockpc.quantities.quantity import Quantity
-from shockpc.result import ShockProfile
 from shockpc.robot.landmarks import BENT
-from shockpc.robot.record import WORLD, Robot
-from shockpc.scene import sideways
+from shockpc.robot.robot import WORLD, Robot
+from shockpc.text.printed import few, printable
 
 if TYPE_CHECKING:
-    from shockpc.studies.columns import Column
+    from shockpc.evaluation.columns import Column
 
 UNITS = {"rad": (math.degrees(1.0), "deg"), "m": (1e3, "mm")}
 """Units of small tables and figures by SI unit: what a number is multiplied by, and the name."""

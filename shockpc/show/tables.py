@@ -6,8 +6,8 @@ import re
 from collections.abc import Sequence
 from typing import NamedTuple
 
-from shockpc.printed import message, printable
 from shockpc.show.header import count
+from shockpc.text.printed import message, printable
 
 Cell = str | float | None
 """Content of a table: a text, a number, or nothing, for which NaN stands as well."""

@@ -9,18 +9,18 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from shockpc.errors import refusal
-from shockpc.executor import in_order
-from shockpc.model.contact import foot_contact
-from shockpc.places import Place
+from shockpc.evaluation.columns import selected
+from shockpc.evaluation.executor import in_order
+from shockpc.landing.contact import foot_contact
+from shockpc.landing.places import Place
+from shockpc.landing.scene import Scene
 from shockpc.profile import shock_profile
+from shockpc.quantities.profile import ShockProfile
 from shockpc.quantities.table import select
-from shockpc.result import ShockProfile
 from shockpc.robot.landmarks import each_foot
 from shockpc.robot.load import load_robot
-from shockpc.robot.record import Robot
-from shockpc.scene import Scene
-from shockpc.studies.columns import selected
+from shockpc.robot.robot import Robot
+from shockpc.text.errors import refusal
 
 Read = Callable[[str], tuple[Robot, Iterable[Scene]]]
 """From a robot's name or file to the robot and its landings."""

@@ -5,17 +5,17 @@ from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, field, replace
 from typing import NamedTuple
 
-from shockpc.errors import SceneError, SolveError, StudyError
-from shockpc.places import Kind, Place
-from shockpc.printed import listed
+from shockpc.evaluation.columns import selected
+from shockpc.landing.places import Kind, Place
+from shockpc.landing.scene import Scene
 from shockpc.profile import shock_profile
+from shockpc.quantities.profile import ShockProfile
 from shockpc.quantities.table import Selection, select
-from shockpc.result import ShockProfile
 from shockpc.robot.changes import Change, changed
-from shockpc.robot.record import Robot
-from shockpc.scene import Scene
-from shockpc.studies.columns import selected
+from shockpc.robot.robot import Robot
 from shockpc.studies.partners import KINDS, Partners, matching, partners
+from shockpc.text.errors import SceneError, SolveError, StudyError
+from shockpc.text.printed import listed
 
 STANDARD = ("shock", "shock_com", "shock_max", "ropc", "mass_sticking", "mass_frictionless", "joint_impulse", "joint_moment")
 """Quantities that are always compared."""

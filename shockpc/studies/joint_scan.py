@@ -9,15 +9,14 @@ from typing import NamedTuple, TypeAlias
 import numpy as np
 
 from shockpc.core.spatial import Array
-from shockpc.errors import SceneError, ShockError, SolveError, StudyError
-from shockpc.landing import PosedLanding
-from shockpc.model.closure import follow
-from shockpc.model.posture import held_joints, set_joints
+from shockpc.evaluation.columns import BLOCK, Column, Postures, postures
+from shockpc.impact.solve import UNPHYSICAL
+from shockpc.landing.closure import follow
+from shockpc.landing.landing import PosedLanding
+from shockpc.landing.posture import held_joints, set_joints
 from shockpc.profile import FASTEST_PLAUSIBLE_RATE, ILL_CONDITIONED, profile_of
-from shockpc.robot.record import Joint
-from shockpc.solve import UNPHYSICAL
-from shockpc.studies.columns import BLOCK, Column, Postures, postures
-from shockpc.studies.question import strike_angle
+from shockpc.robot.robot import Joint
+from shockpc.text.errors import SceneError, ShockError, SolveError, StudyError
 
 Read: TypeAlias = Callable[[Postures, slice], Array]
 
@@ -116,7 +115,7 @@ class JointScan:
     @property
     def own_angle(self) -> float:
         """The scene's strike angle [rad]."""
-        return strike_angle(self._landing)
+        return self._landing.strike_angle
 
     def over(self, angles: Array) -> Array:
         """The number (n, S) in every posture at strike angles (S,) or (n, S) [rad]; NaN without a result."""

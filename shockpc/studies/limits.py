@@ -15,19 +15,19 @@ import numpy as np
 from scipy.optimize import brentq, minimize_scalar
 
 from shockpc.core.spatial import Array, Plane
-from shockpc.errors import SolveError, StudyError
-from shockpc.model.posture import settable_joints
-from shockpc.printed import listed
+from shockpc.evaluation.columns import Column, column
+from shockpc.landing.posture import settable_joints
+from shockpc.landing.scene import Point, Scene
 from shockpc.profile import shock_profile
+from shockpc.quantities.profile import ShockProfile
 from shockpc.quantities.table import select
-from shockpc.result import ShockProfile
-from shockpc.robot.record import Joint, Robot
-from shockpc.scene import Point, Scene
-from shockpc.studies.columns import Column, column
+from shockpc.robot.robot import Joint, Robot
 from shockpc.studies.joint_scan import Bound, JointScan
-from shockpc.studies.question import refuse_ground, strike_angle
-from shockpc.toml import LARGEST
-from shockpc.trace import Trace
+from shockpc.studies.question import refuse_ground
+from shockpc.text.errors import SolveError, StudyError
+from shockpc.text.printed import listed
+from shockpc.text.toml import LARGEST
+from shockpc.text.trace import Trace
 
 STRIKES = (-30.0, 75.0)
 """Strike angles of landings that are looked at if none are given [deg]."""
@@ -188,7 +188,7 @@ def limits(
         raise StudyError("how fast joints of a loop move depends on the posture; leave the joint velocities out")
     file_limits = _file_limits(joints)
     low, high = _range(joint, file_limits, joint_range, unit)
-    own = strike_angle(landing)
+    own = landing.strike_angle
     angles = _strike_range(landing.plane, (own, own) if alone and strikes is None else strikes)
     if not np.linalg.norm(landing.before.velocity @ np.stack([landing.plane.forward, [0.0, 0.0, 1.0]], axis=1)) > 0.0:
         raise StudyError(

@@ -10,22 +10,21 @@ import numpy as np
 
 from shockpc.core.impulse import RowChoice
 from shockpc.core.spatial import Array
-from shockpc.exact.balls import balls
-from shockpc.exact.derivative import Path, displaced
-from shockpc.exact.kinematics import data_of
-from shockpc.exact.solution import BallImpact
-from shockpc.landing import PosedLanding
-from shockpc.model.closure import closure_block
-from shockpc.model.columns import free_columns
-from shockpc.model.contact import locate_lowest_point
-from shockpc.model.dynamics import Dynamics, dynamics
-from shockpc.model.motion import Motion
-from shockpc.model.posture import held_joints
-from shockpc.model.rows import row_jacobian
-from shockpc.result import ShockProfile
+from shockpc.impact.exact.balls import balls
+from shockpc.impact.exact.derivative import Path, displaced
+from shockpc.impact.exact.kinematics import data_of
+from shockpc.impact.exact.solution import BallImpact
+from shockpc.landing.closure import closure_block
+from shockpc.landing.contact import locate_lowest_point
+from shockpc.landing.dynamics import Dynamics, dynamics
+from shockpc.landing.freedom import free_columns
+from shockpc.landing.landing import PosedLanding
+from shockpc.landing.motion import Motion
+from shockpc.landing.posture import held_joints
+from shockpc.landing.rows import row_jacobian
+from shockpc.quantities.profile import ShockProfile
 from shockpc.robot.changes import Property, links_with_mass, varied_bodies, with_inertias
-from shockpc.robot.record import Joint, Robot
-from shockpc.studies.question import strike_angle
+from shockpc.robot.robot import Joint, Robot
 
 Kind = Literal["mass", "proportion", "com", "inertia", "armature", "angle", "strike"]
 """What is changed: mass alone, mass and inertia in proportion, centre of mass, inertia, reflected inertia, joint value, strike."""
@@ -160,7 +159,7 @@ def _strike(landing: PosedLanding) -> Iterator[Parameter]:
         turn = np.cross(balls(np.cross(forward, [0.0, 0.0, 1.0])), before.velocity)
         return BallImpact(replace(landing, before=before._replace(velocity=before.velocity + t * turn)), impact.choice)
 
-    yield Parameter("strike", "", "", strike_angle(landing), "rad", 1.0, path)
+    yield Parameter("strike", "", "", landing.strike_angle, "rad", 1.0, path)
 
 
 def _joint_values(profile: ShockProfile) -> Iterator[Parameter]:

@@ -5,9 +5,9 @@ from typing import TypeAlias
 
 import numpy as np
 
-from shockpc.places import Kind
-from shockpc.result import ShockProfile
-from shockpc.robot.names import matches
+from shockpc.landing.places import Kind
+from shockpc.quantities.profile import ShockProfile
+from shockpc.text.names import matches
 
 KINDS: tuple[Kind, ...] = ("body", "point", "joint", "part")
 """Places that have partners; contacts are partners in their order."""

@@ -1,14 +1,10 @@
-"""What several studies ask for: one robot, a point that moves, the strike angle, and nothing given that has no effect."""
+"""Checks shared by studies: landings of one robot, and no option that would have no effect."""
 
 from collections.abc import Mapping
 
-import numpy as np
-
-from shockpc.errors import StudyError
-from shockpc.landing import Landing
-from shockpc.places import Place, point_place
-from shockpc.robot.record import Robot
-from shockpc.scene import Point, Scene, robot_of
+from shockpc.landing.scene import Scene, robot_of
+from shockpc.robot.robot import Robot
+from shockpc.text.errors import StudyError
 
 
 def common_robot(landings: Mapping[str, Scene]) -> Robot:
@@ -28,25 +24,6 @@ def common_robot(landings: Mapping[str, Scene]) -> Robot:
             "packages and SRDF in common, and in an MJCF the robot that has the contact"
         )
     return robot
-
-
-def moving_point(robot: Robot, point: Point) -> Place:
-    """A point on a body.
-
-    Raises:
-        UnknownName: the robot has no frame of that name.
-        StudyError: the frame is fixed to the world.
-    """
-    place = point_place(robot, point)
-    if place.body < 0:
-        raise StudyError(f'point "{place.name}" is fixed to the world, so no strike moves it; name a frame on a moving link')
-    return place
-
-
-def strike_angle(landing: Landing) -> float:
-    """Angle of the base's velocity in the plane, from straight down towards forward [rad]."""
-    velocity = landing.before.velocity
-    return float(np.arctan2(velocity @ landing.plane.forward, -velocity[2]))
 
 
 def refuse_ground(scene: Scene, *, friction: bool = True, others: str = "use shockpc analyze, sweep, check or compare") -> None:

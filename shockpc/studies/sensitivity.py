@@ -15,19 +15,19 @@ from typing import Any, NamedTuple, cast
 import numpy as np
 
 from shockpc.core.spatial import Array, read_only
-from shockpc.errors import ShockError, StudyError
-from shockpc.exact.derivative import central_difference, derivatives
-from shockpc.exact.solution import BallImpact
+from shockpc.evaluation.columns import Column, column
+from shockpc.impact.exact.derivative import central_difference, derivatives
+from shockpc.impact.exact.solution import BallImpact
+from shockpc.landing.scene import Point, Scene
 from shockpc.profile import shock_profile
-from shockpc.result import ShockProfile
+from shockpc.quantities.profile import ShockProfile
 from shockpc.robot.changes import Property
-from shockpc.robot.record import Robot
-from shockpc.scene import Point, Scene
-from shockpc.studies.columns import Column, column
+from shockpc.robot.robot import Robot
 from shockpc.studies.parameters import Kind, Parameter, in_doubles, link_parameters, parameters
 from shockpc.studies.question import common_robot, refuse_ground
 from shockpc.studies.sweep.variation import OF_A_LINK, variation
-from shockpc.trace import Trace
+from shockpc.text.errors import ShockError, StudyError
+from shockpc.text.trace import Trace
 
 ZERO = 1e-12
 """Share of its natural size below which a number is zero but for rounding."""

@@ -7,13 +7,13 @@ from collections.abc import Sequence
 import numpy as np
 from matplotlib.figure import Figure
 
-from shockpc.printed import printable
 from shockpc.show.figure.landing import draw_picture
 from shockpc.show.figure.page import LEFT, Page
 from shockpc.show.figure.picture import letter
 from shockpc.show.figure.style import CURVES, INK, PAPER
 from shockpc.show.figure.view import View, view_of, windows_of
 from shockpc.studies.compare import STANDARD, Comparison, Difference, Differences
+from shockpc.text.printed import printable
 
 SHOWN = ("shock", "shock_com", "joint_impulse", "mass_sticking")
 """Quantities that are drawn besides those that are asked for, which come first."""

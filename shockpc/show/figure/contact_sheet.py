@@ -5,12 +5,12 @@ from pathlib import Path
 
 from matplotlib.figure import Figure
 
-from shockpc.printed import printable
 from shockpc.show.figure.page import MARGIN, Page
 from shockpc.show.figure.picture import draw_bodies, draw_velocities
 from shockpc.show.figure.view import windows_of
 from shockpc.show.tables import rounded
 from shockpc.studies.batch import Batch
+from shockpc.text.printed import printable
 
 COLUMNS = 8
 """Most pictures in a line."""

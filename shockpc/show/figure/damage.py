@@ -6,10 +6,10 @@ from typing import Any
 
 from matplotlib.figure import Figure
 
-from shockpc.printed import printable
-from shockpc.result import ShockProfile
+from shockpc.quantities.profile import ShockProfile
 from shockpc.show.figure.style import CURVES, INK, PAPER, new_chart
 from shockpc.show.header import contact_name
+from shockpc.text.printed import printable
 
 MARKS = ("o", "s", "^", "D", "v", "P", "X", "*")
 """One for each landing."""

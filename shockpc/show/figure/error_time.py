@@ -4,8 +4,8 @@ from typing import Any
 
 from matplotlib.figure import Figure
 
-from shockpc.printed import printable
 from shockpc.show.figure.style import CURVES, INK, PAPER, new_chart
+from shockpc.text.printed import printable
 
 MARKS = ("o", "s", "^", "D", "v", "P", "X", "*")
 FLOOR = 1e-17

@@ -5,11 +5,11 @@ import textwrap
 import numpy as np
 from matplotlib.figure import Figure
 
-from shockpc.printed import printable
 from shockpc.show.figure.style import BANDS, CURVES, INK, band, new_chart
 from shockpc.show.header import count
 from shockpc.studies.landings.comparison import Comparison
 from shockpc.studies.landings.study import Results
+from shockpc.text.printed import printable
 
 MOST, WORST, BINS = 8, 3, 60
 """Distributions of one figure, landings that are named beside each, and its bins."""

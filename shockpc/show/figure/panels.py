@@ -4,13 +4,13 @@ from collections.abc import Sequence
 
 from matplotlib.figure import Figure
 
-from shockpc.printed import printable
-from shockpc.result import ShockProfile
+from shockpc.quantities.profile import ShockProfile
 from shockpc.show.figure.landing import FOOT, draw_picture
 from shockpc.show.figure.page import LEFT, Page, Rows
 from shockpc.show.figure.picture import letter
 from shockpc.show.figure.view import View, Window, view_of, windows_of
 from shockpc.show.header import angle_text, joint_model_text
+from shockpc.text.printed import printable
 
 GAP, BAR = 0.15, 4.6
 """Room between panels, and smallest width of the bar under them [inches]."""

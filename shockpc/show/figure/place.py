@@ -10,7 +10,6 @@ from matplotlib.figure import Figure
 from matplotlib.ticker import MaxNLocator
 
 from shockpc.core.spatial import Array, Plane
-from shockpc.printed import printable
 from shockpc.robot.geometry import Shape
 from shockpc.show.figure.page import LEFT, Page, Rows, short
 from shockpc.show.figure.picture import GOLD, SIGNS, Labels, letter, outlined, sign
@@ -19,6 +18,7 @@ from shockpc.show.figure.style import BANDS, INK
 from shockpc.show.figure.view import Window, body_shapes
 from shockpc.show.header import count, joint_model_text, posture_text
 from shockpc.studies.place.study import PlaceStudy
+from shockpc.text.printed import printable
 
 ROOM, FOOT, GAP, PAD = 6.6, 0.85, 0.28, 0.2
 """Largest width and height of the views together, room for coordinates and the colour bar, between views, and around the body in

@@ -11,10 +11,10 @@ from matplotlib.figure import Figure
 from matplotlib.ticker import MaxNLocator
 
 from shockpc.core.spatial import Array
-from shockpc.printed import printable
 from shockpc.show.figure.style import BANDS, CURVES, INK, PAPER, SHOCK, band, new_chart
 from shockpc.studies.sweep.summary import Extent, SweepSummary
 from shockpc.studies.sweep.variation import Variation
+from shockpc.text.printed import printable
 
 MOST, MAPS = len(CURVES), 4
 """Curves or distributions, and maps, of one figure."""

@@ -7,14 +7,14 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.ticker import NullFormatter
 
-from shockpc.compliance import DAMPING, SPECTRUM, CompliantLanding
 from shockpc.core.spatial import Array
-from shockpc.printed import printable
+from shockpc.impact.stiffness import DAMPING, SPECTRUM, CompliantLanding
+from shockpc.landing.scene import GRAVITY
 from shockpc.quantities.ground import ALONG, DELTA_V
-from shockpc.result import ShockProfile
-from shockpc.scene import GRAVITY
+from shockpc.quantities.profile import ShockProfile
 from shockpc.show.figure.style import CURVES, INK, new_chart
 from shockpc.show.header import contact_name
+from shockpc.text.printed import printable
 
 CURVES_SHOWN = 6
 """Most curves of a panel, those of the largest peaks."""

@@ -3,11 +3,11 @@
 from matplotlib.figure import Figure
 from matplotlib.patches import Patch
 
-from shockpc.printed import printable
 from shockpc.show.figure.style import BANDS, CURVES, INK, new_chart
 from shockpc.show.header import contact_name, count
 from shockpc.show.reports.sensitivity import change_words, step_words
 from shockpc.studies.sensitivity import Sensitivity
+from shockpc.text.printed import printable
 
 MOST = 16
 """Bars."""

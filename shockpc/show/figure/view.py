@@ -9,10 +9,10 @@ import numpy as np
 import shapely
 
 from shockpc.core.spatial import Array, plane_from
-from shockpc.model.closure import all_loops
-from shockpc.result import ShockProfile
+from shockpc.landing.closure import all_loops
+from shockpc.quantities.profile import ShockProfile
 from shockpc.robot.geometry import Shape, drawn_outline, inertia_box, outline
-from shockpc.robot.record import Robot
+from shockpc.robot.robot import Robot
 from shockpc.show.figure.silhouette import Edges, Region, silhouette, surface, to_plane
 
 FEW = 6

@@ -7,10 +7,10 @@ from typing import Any
 import numpy as np
 
 from shockpc.core.spatial import Array
-from shockpc.printed import printable
 from shockpc.show.figure.picture import GOLD
 from shockpc.show.figure.style import BANDS, CURVES, EDGES, INK
 from shockpc.show.html.meshes import Surface
+from shockpc.text.printed import printable
 
 LIMIT = 2.5
 """Shock at the end of the scale of colours; the last band is open."""

@@ -17,16 +17,16 @@ import numpy as np
 from shockpc.core.impulse import Solution
 from shockpc.core.pulse import peak_acceleration
 from shockpc.core.spatial import Array
-from shockpc.exact.proof import Proof
-from shockpc.impact import DoubleImpact
-from shockpc.places import Kind
-from shockpc.printed import printable
+from shockpc.impact.exact.proof import Proof
+from shockpc.impact.impact import DoubleImpact
+from shockpc.impact.solve import speeds_left
+from shockpc.landing.places import Kind
+from shockpc.landing.scene import GRAVITY, scene_text
 from shockpc.quantities.bodies import ROUNDED
 from shockpc.quantities.points import point_velocity
+from shockpc.quantities.profile import ShockProfile
 from shockpc.quantities.quantity import evaluate
 from shockpc.quantities.table import quantity
-from shockpc.result import ShockProfile
-from shockpc.scene import GRAVITY, scene_text
 from shockpc.show.figure.picture import letter
 from shockpc.show.figure.style import BANDS, EDGES, SHOCK
 from shockpc.show.figure.view import body_shapes, numbered
@@ -34,7 +34,7 @@ from shockpc.show.html.charts import CONFIG, STYLES, history, picture, placed
 from shockpc.show.html.meshes import Surface, surfaces
 from shockpc.show.reports.report import Block, Picture, Report
 from shockpc.show.tables import Cell, Lines, Sheet, rounded
-from shockpc.solve import speeds_left
+from shockpc.text.printed import printable
 
 MOST_TRIANGLES, MOST_BODIES, SAMPLES = 90_000, 500, 400
 """Limits of a page, which keep it below 8 MB; times at which a history is drawn."""

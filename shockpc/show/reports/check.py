@@ -6,14 +6,14 @@ from collections.abc import Sequence
 from typing import Any, get_args
 from xml.etree import ElementTree as ET
 
-from shockpc.errors import OutputError
-from shockpc.printed import few, printable
 from shockpc.show.document import record
 from shockpc.show.header import count, proof_text
 from shockpc.show.reports.report import Report
 from shockpc.show.tables import Cell, Lines, Sheet, as_markdown
 from shockpc.studies.check.budgets import Budget
 from shockpc.studies.check.gate import MOST_CHANGES, Check, Outcome, Status
+from shockpc.text.errors import OutputError
+from shockpc.text.printed import few, printable
 
 MOST_COMMANDS = 10
 """Errors of one step that GitHub shows."""

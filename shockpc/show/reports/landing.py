@@ -7,14 +7,14 @@ from collections.abc import Sequence
 import numpy as np
 
 from shockpc.core.directions import ExtremeDirections
-from shockpc.places import Kind
-from shockpc.printed import few
+from shockpc.landing.places import Kind
+from shockpc.quantities.profile import ShockProfile
 from shockpc.quantities.table import Selection, quantities_of, quantity
-from shockpc.result import ShockProfile
 from shockpc.show.document import content
 from shockpc.show.header import contact_name, count, header_lines, proof_text, shown_as, vector_text, warning_lines
 from shockpc.show.reports.report import Picture, Report
 from shockpc.show.tables import Lines, Row, Sheet, largest, rounded
+from shockpc.text.printed import few
 
 BODIES = (
     "body", "|Δω| [rad/s]", "CoPc x [m]", "CoPc y [m]", "CoPc z [m]", "RoPc [m]", "shock at CoM [-]", "least [-]", "greatest [-]",

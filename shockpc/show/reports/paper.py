@@ -4,9 +4,9 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
+from shockpc.landing.scene import scene_text
 from shockpc.paper.claim import Claim, PaperFigure
 from shockpc.paper.landings import scene
-from shockpc.scene import scene_text
 from shockpc.show.document import record
 from shockpc.show.reports.report import Block, Picture, Report
 from shockpc.show.tables import Lines, Row, Sheet

@@ -4,7 +4,7 @@ from typing import Any
 
 import numpy as np
 
-from shockpc.result import ShockProfile
+from shockpc.quantities.profile import ShockProfile
 from shockpc.show.document import record
 from shockpc.show.header import count, proof_text, shared_lines, shared_warnings
 from shockpc.show.reports.report import Picture, Report

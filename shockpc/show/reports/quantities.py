@@ -1,10 +1,10 @@
 """The table of quantities: key, kind of place, unit, title, which change is worse, and when a value is missing."""
 
 from shockpc.quantities.table import QUANTITIES
-from shockpc.robot.names import match
 from shockpc.show.document import record
 from shockpc.show.reports.report import Report
 from shockpc.show.tables import Sheet
+from shockpc.text.names import match
 
 COLUMNS = ("key", "of", "unit", "title", "worse", "note")
 

@@ -4,7 +4,7 @@ from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Any, NamedTuple
 
-from shockpc.result import ShockProfile
+from shockpc.quantities.profile import ShockProfile
 from shockpc.show.document import headed, json_text
 from shockpc.show.html import plotly
 from shockpc.show.tables import Lines, Sheet, as_csv, as_markdown, as_text, escaped

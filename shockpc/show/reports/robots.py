@@ -4,18 +4,18 @@ import math
 from collections.abc import Mapping, Sequence
 from typing import Any
 
-from shockpc.errors import RobotError
-from shockpc.model.dynamics import PINOCCHIO
-from shockpc.model.posture import reference_name
-from shockpc.printed import few, printable
+from shockpc.landing.dynamics import PINOCCHIO
+from shockpc.landing.posture import reference_name
 from shockpc.robot.checkup import check_robot
 from shockpc.robot.drives import Drive, catalogue_drives
 from shockpc.robot.landmarks import feet, sensors
-from shockpc.robot.record import Robot
+from shockpc.robot.robot import Robot
 from shockpc.show.document import record
 from shockpc.show.header import base_text, count
 from shockpc.show.reports.report import Report
 from shockpc.show.tables import Lines, Row, Sheet
+from shockpc.text.errors import RobotError
+from shockpc.text.printed import few, printable
 
 FEET_WIDTH, POSTURES_WIDTH = 38, 32
 """Characters of these columns, which keep the list within 120 columns of a terminal."""

@@ -4,13 +4,13 @@ import math
 from collections.abc import Sequence
 from typing import Any
 
-from shockpc.printed import listed
-from shockpc.result import ShockProfile
+from shockpc.quantities.profile import ShockProfile
 from shockpc.show.document import record
 from shockpc.show.header import count, shared_lines, shared_warnings, shown_as
 from shockpc.show.reports.report import Picture, Report
 from shockpc.show.tables import Lines, Row, Sheet, largest
 from shockpc.studies.sensitivity import Effect, Sensitivity
+from shockpc.text.printed import listed
 
 PARAMETERS = {
     "mass": "mass (at its CoM)",

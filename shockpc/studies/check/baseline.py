@@ -14,14 +14,14 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 import shockpc
-from shockpc.errors import StudyError
-from shockpc.landing import PosedLanding
-from shockpc.model.dynamics import PINOCCHIO
-from shockpc.paths import read_file
-from shockpc.printed import printable
+from shockpc.landing.dynamics import PINOCCHIO
+from shockpc.landing.landing import PosedLanding
+from shockpc.landing.scene import scene_table, with_paths
 from shockpc.quantities.table import select
-from shockpc.scene import scene_table, with_paths
 from shockpc.studies.check.design import design_record, read_design, rounded
+from shockpc.text.errors import StudyError
+from shockpc.text.paths import read_file
+from shockpc.text.printed import printable
 
 SCHEMA, OLDER = "shockpc.baseline/2", "shockpc.baseline/1"
 

@@ -9,14 +9,14 @@ from pathlib import Path
 from typing import Any, Literal, NamedTuple
 
 from shockpc.core.spatial import Array
-from shockpc.errors import SceneError, ShockError, StudyError
-from shockpc.model import CHECKED
-from shockpc.paths import read_file, usable_path
-from shockpc.printed import printable
+from shockpc.evaluation.columns import percentile
+from shockpc.landing.record import CHECKED
+from shockpc.landing.scene import Part, Scene, read_scene, record_schema, scene_from, scene_table
 from shockpc.quantities.table import Selection, select, selections
-from shockpc.scene import Part, Scene, read_scene, record_schema, scene_from, scene_table
-from shockpc.studies.columns import percentile
-from shockpc.toml import checked, reading, unknown_key
+from shockpc.text.errors import SceneError, ShockError, StudyError
+from shockpc.text.paths import read_file, usable_path
+from shockpc.text.printed import printable
+from shockpc.text.toml import checked, reading, unknown_key
 
 STANDARD = ("budgets.toml", "pyproject.toml")
 """Files that are looked for in the current folder."""

@@ -7,10 +7,10 @@ from typing import Any
 import numpy as np
 
 from shockpc.core.spatial import Array
-from shockpc.landing import PosedLanding
-from shockpc.printed import few, printable
-from shockpc.robot.names import glob_of
-from shockpc.toml import LARGEST
+from shockpc.landing.landing import PosedLanding
+from shockpc.text.names import glob_of
+from shockpc.text.printed import few, printable
+from shockpc.text.toml import LARGEST
 
 MODEL = {"joint_model": "joint model", "drives": "drives"}
 """What a design has once, with its name in texts."""

@@ -14,23 +14,23 @@ from typing import Any, Literal, NamedTuple
 
 import numpy as np
 
-from shockpc.errors import ShockError, StudyError, refusal
-from shockpc.landing import PosedLanding, resolve
-from shockpc.places import Place
-from shockpc.printed import few, printable
+from shockpc.evaluation.columns import Column, places_at
+from shockpc.landing.landing import PosedLanding, resolve
+from shockpc.landing.places import Place
+from shockpc.landing.scene import Scene, robot_of
 from shockpc.profile import shock_profile
+from shockpc.quantities.profile import ShockProfile
 from shockpc.quantities.quantity import Quantity
 from shockpc.quantities.table import Selection
-from shockpc.result import ShockProfile
-from shockpc.robot.names import match
-from shockpc.robot.record import Robot
-from shockpc.scene import Scene, robot_of
+from shockpc.robot.robot import Robot
 from shockpc.studies.check.baseline import Baseline, Key, case_record, refuse_other_scene
 from shockpc.studies.check.budgets import Budget, Budgets, Case
 from shockpc.studies.check.design import design_changes, rounded
-from shockpc.studies.columns import Column, places_at
 from shockpc.studies.sweep.rows import Sweep
 from shockpc.studies.sweep.study import sweep
+from shockpc.text.errors import ShockError, StudyError, refusal
+from shockpc.text.names import match
+from shockpc.text.printed import few, printable
 
 EXCEEDED, NO_VERDICT = 1, 3
 """Exit codes of a command."""

@@ -9,8 +9,8 @@ from pathlib import Path
 
 import numpy as np
 
-from shockpc.errors import StudyError
-from shockpc.paths import usable_path
+from shockpc.text.errors import StudyError
+from shockpc.text.paths import usable_path
 
 BLOCK = 8192
 """Rows of a CSV file that are read together."""

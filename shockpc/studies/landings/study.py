@@ -14,23 +14,23 @@ import numpy as np
 
 from shockpc.core.spatial import Array
 from shockpc.core.threads import one_thread
-from shockpc.errors import SceneError, ShockError, StudyError, UnknownName
-from shockpc.executor import in_order
-from shockpc.landing import PosedLanding, landing_of, with_loops
-from shockpc.model.closure import assemble, closure_block, follow, moved_joints
-from shockpc.model.dynamics import dynamics
-from shockpc.model.motion import Motion
-from shockpc.model.posture import Posture, held_joints
-from shockpc.places import Place, point_places
-from shockpc.printed import listed
+from shockpc.evaluation.columns import Column, columns, not_approaching, prove_rows, selected
+from shockpc.evaluation.executor import in_order
+from shockpc.landing.closure import assemble, closure_block, follow, moved_joints
+from shockpc.landing.dynamics import dynamics
+from shockpc.landing.landing import PosedLanding, landing_of, with_loops
+from shockpc.landing.motion import Motion
+from shockpc.landing.places import Place, point_places
+from shockpc.landing.posture import Posture, held_joints
+from shockpc.landing.scene import Scene, Strike
 from shockpc.profile import profile_of
+from shockpc.quantities.profile import ShockProfile
 from shockpc.quantities.table import Selection, select
-from shockpc.result import ShockProfile
-from shockpc.robot.record import Robot
-from shockpc.scene import Scene, Strike
-from shockpc.studies.columns import Column, columns, not_approaching, prove_rows, selected
+from shockpc.robot.robot import Robot
 from shockpc.studies.landings.table import Rows
 from shockpc.studies.sweep.rows import ROWS, Chunk, with_sweep
+from shockpc.text.errors import SceneError, ShockError, StudyError, UnknownName
+from shockpc.text.printed import listed
 
 OPEN = 0.1
 """Largest change of a position that the table gives, to close a loop [rad, m]."""

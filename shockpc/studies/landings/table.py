@@ -14,16 +14,16 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from shockpc.core.spatial import Array
-from shockpc.errors import ShockError, StudyError
-from shockpc.landing import PosedLanding, landing_of
-from shockpc.model.contact import Contact, landing_frames
-from shockpc.model.motion import Motion
-from shockpc.model.posture import Posture, set_many, settable_joints
-from shockpc.printed import listed
+from shockpc.landing.contact import Contact, landing_frames
+from shockpc.landing.landing import PosedLanding, landing_of
+from shockpc.landing.motion import Motion
+from shockpc.landing.posture import Posture, set_many, settable_joints
+from shockpc.landing.scene import Scene, Strike
 from shockpc.robot.mjcf import qpos_order, qvel_order
-from shockpc.robot.record import Robot
-from shockpc.scene import Scene, Strike
-from shockpc.toml import LARGEST
+from shockpc.robot.robot import Robot
+from shockpc.text.errors import ShockError, StudyError
+from shockpc.text.printed import listed
+from shockpc.text.toml import LARGEST
 
 DEG = np.pi / 180.0
 

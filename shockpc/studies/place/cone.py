@@ -10,8 +10,8 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from shockpc.core.spatial import Array
-from shockpc.errors import StudyError
 from shockpc.studies.place.field import Fields
+from shockpc.text.errors import StudyError
 
 ACCURACY = 1e-9
 """Gap between the value at a place and the bound of the set, below which the place counts as the optimum [1]."""

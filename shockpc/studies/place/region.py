@@ -6,11 +6,11 @@ from typing import NamedTuple
 import numpy as np
 
 from shockpc.core.spatial import Array
-from shockpc.errors import StudyError
 from shockpc.robot.geometry import LARGEST, HalfSpaces, Kind, Shape, facets, half_spaces, outline
-from shockpc.robot.record import Robot
+from shockpc.robot.robot import Robot
 from shockpc.studies.place.cone import Cell
 from shockpc.studies.place.search import box
+from shockpc.text.errors import StudyError
 
 Box = tuple[tuple[float, float, float], tuple[float, float, float]]
 """Lower and upper corner of a box in the body's frame [m]."""

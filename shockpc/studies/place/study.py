@@ -10,15 +10,13 @@ import numpy as np
 
 from shockpc.core.pulse import peak_acceleration
 from shockpc.core.spatial import Array
-from shockpc.errors import ShockError, StudyError
-from shockpc.landing import pulse_of
-from shockpc.places import Place, point_place, point_places
+from shockpc.landing.landing import pulse_of
+from shockpc.landing.places import Place, point_place, point_places
+from shockpc.landing.scene import GRAVITY, Point, Scene
 from shockpc.profile import shock_profile
-from shockpc.result import ShockProfile
+from shockpc.quantities.profile import ShockProfile
 from shockpc.robot.geometry import Kind, distance_to_surface
-from shockpc.robot.names import match
-from shockpc.robot.record import Robot
-from shockpc.scene import GRAVITY, Point, Scene
+from shockpc.robot.robot import Robot
 from shockpc.studies.place.cone import Optimum
 from shockpc.studies.place.field import Fields, fields_of
 from shockpc.studies.place.groups import best_group
@@ -26,6 +24,8 @@ from shockpc.studies.place.mounting import Mounting, best_mounting
 from shockpc.studies.place.region import Box, Region, region_of
 from shockpc.studies.place.search import best_places
 from shockpc.studies.question import common_robot, refuse_ground
+from shockpc.text.errors import ShockError, StudyError
+from shockpc.text.names import match
 
 NEAREST = 1e-3
 """Least distance between alternatives [m]."""

@@ -6,13 +6,13 @@ from typing import Any, TypeVar, cast
 
 import numpy as np
 
-from shockpc.errors import StudyError
-from shockpc.model.contact import Contact
-from shockpc.model.joint_model import JointModel, Joints, Rotor, joint_model
+from shockpc.landing.contact import Contact
+from shockpc.landing.joint_model import JointModel, Joints, Rotor, joint_model
+from shockpc.landing.scene import Scene
 from shockpc.robot.changes import Change, Property, changed
-from shockpc.robot.record import Robot
-from shockpc.scene import Scene
+from shockpc.robot.robot import Robot
 from shockpc.studies.sweep.variation import ATTITUDE, DRIVEN, OF_A_LINK, Variation, variation
+from shockpc.text.errors import StudyError
 
 LEAST = np.finfo(float).tiny
 """A reflected inertia that acts as none [kg m², kg]."""

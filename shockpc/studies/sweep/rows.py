@@ -16,19 +16,19 @@ import numpy as np
 
 from shockpc.core.spatial import Array
 from shockpc.core.threads import one_thread
-from shockpc.errors import ShockError, refusal
-from shockpc.executor import in_order
-from shockpc.landing import PosedLanding, following, resolve
-from shockpc.model.dynamics import Design
-from shockpc.model.posture import set_many
+from shockpc.evaluation.columns import Column, columns, not_approaching, prove_rows
+from shockpc.evaluation.executor import in_order
+from shockpc.landing.dynamics import Design
+from shockpc.landing.landing import PosedLanding, following, resolve
+from shockpc.landing.posture import set_many
+from shockpc.landing.scene import GRAVITY, Scene
 from shockpc.profile import shock_profile
-from shockpc.result import ShockProfile
+from shockpc.quantities.profile import ShockProfile
 from shockpc.robot.changes import Change, Property, changed, varied_bodies
-from shockpc.robot.record import Robot
-from shockpc.scene import GRAVITY, Scene
-from shockpc.studies.columns import Column, columns, not_approaching, prove_rows
+from shockpc.robot.robot import Robot
 from shockpc.studies.sweep.case import applied, armature_set, robot_changes
 from shockpc.studies.sweep.variation import ATTITUDE, INERTIAL, OF_A_LINK, Variation
+from shockpc.text.errors import ShockError, refusal
 
 GROUND = ("friction_needed", "pull", "depth", "feasible")
 """Quantities of every row that tell whether flat ground allows the landing."""

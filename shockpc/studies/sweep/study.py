@@ -5,16 +5,15 @@ from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import replace
 from typing import Any
 
-from shockpc.errors import StudyError
-from shockpc.places import Place, body_places
+from shockpc.evaluation.columns import Column, selected
+from shockpc.landing.places import Place, body_places, moving_point
+from shockpc.landing.scene import Point, Scene, check_scene, plane_of, robot_of
 from shockpc.quantities.table import select
-from shockpc.robot.record import Robot
-from shockpc.scene import Point, Scene, check_scene, plane_of, robot_of
-from shockpc.studies.columns import Column, selected
-from shockpc.studies.question import moving_point
+from shockpc.robot.robot import Robot
 from shockpc.studies.sweep.case import applied, armature_set
 from shockpc.studies.sweep.rows import GROUND, Sweep
 from shockpc.studies.sweep.variation import Variation, each_of, variation
+from shockpc.text.errors import StudyError
 
 MOST_ROWS = 10**8
 """Rows of a sweep: so many take an hour, and a column of them 0.8 GB."""

@@ -8,10 +8,10 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from shockpc.core.spatial import Array
-from shockpc.printed import alike
-from shockpc.studies.columns import Column, percentile
+from shockpc.evaluation.columns import Column, percentile
 from shockpc.studies.sweep.rows import Sweep
 from shockpc.studies.sweep.variation import Variation
+from shockpc.text.printed import alike
 
 PERCENTILES = (5, 95, 99)
 """Of a sample, besides its median."""

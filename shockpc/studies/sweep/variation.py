@@ -8,11 +8,11 @@ from typing import Literal
 import numpy as np
 
 from shockpc.core.spatial import Array
-from shockpc.errors import StudyError
-from shockpc.model.contact import landing_frames
-from shockpc.model.posture import settable_joints
+from shockpc.landing.contact import landing_frames
+from shockpc.landing.posture import settable_joints
 from shockpc.robot.changes import links_with_mass
-from shockpc.robot.record import Joint, Robot
+from shockpc.robot.robot import Joint, Robot
+from shockpc.text.errors import StudyError
 
 STRIKE = {"strike-angle": "deg", "speed": "m/s"}
 ATTITUDE = {"base-roll": "deg", "base-pitch": "deg", "base-yaw": "deg"}

@@ -1,0 +1,326 @@
+"""Quantities at places, QUANTITY@PLACE: named by a text, computed of many landings in double precision, or of one with a proof."""
+
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from shockpc.core.bodies import in_body_axes
+from shockpc.core.impulse import Solution
+from shockpc.core.spatial import Array
+from shockpc.impact.impact import DoubleImpact
+from shockpc.landing.dynamics import Design, dynamics
+from shockpc.landing.landing import PosedLanding
+from shockpc.landing.places import Place, moving_point
+from shockpc.landing.rows import Equation
+from shockpc.landing.scene import points_at
+from shockpc.profile import impact_jumps, needs_proof
+from shockpc.quantities.contacts import STANDS
+from shockpc.quantities.profile import ShockProfile
+from shockpc.quantities.quantity import Quantity, evaluate
+from shockpc.quantities.table import Selection, quantity, select, selections
+from shockpc.text.errors import StudyError, refusal
+from shockpc.text.printed import listed
+
+SHOCKS = {"shock": "most_severe", "shock_com": "most_severe", "shock_max": "most_severe"}
+"""Quantities by which the error of double precision is measured, and the shock that it is relative to."""
+
+BLOCK = 256
+"""Postures that are computed together, so that their arrays stay in the processor's cache."""
+
+
+class Column(NamedTuple):
+    """A column of numbers: a selected quantity at a place.
+
+    Attributes:
+        selection: the quantity.
+        place: where.
+        asked: whether it was asked for by name, so that the summary and the figure show it.
+    """
+
+    selection: Selection
+    place: Place
+    asked: bool = False
+
+    @property
+    def name(self) -> str:
+        """As the table of rows heads it, QUANTITY@PLACE."""
+        return f"{self.selection.name}@{self.place.name}"
+
+    @property
+    def heading(self) -> str:
+        """The name with its unit."""
+        return f"{self.name} [{self.selection.quantity.unit.replace('1', '-')}]"
+
+    @property
+    def title(self) -> str:
+        """As texts name it."""
+        component = "" if self.selection.axis is None else f" along {'xyz'[self.selection.axis]}"
+        where = "" if self.selection.quantity.of == "robot" else f" at {self.place.name}"
+        return f"{self.selection.quantity.title}{component}{where}"
+
+    @property
+    def unit(self) -> str:
+        """Of its numbers, as headings give it."""
+        return self.selection.quantity.unit.replace("1", "-")
+
+    @property
+    def shock(self) -> bool:
+        """Whether it is a shock of the row's own strike."""
+        return self.selection.quantity.key in SHOCKS
+
+    def at(self, landing: PosedLanding) -> Place | None:
+        """The place in a landing, which may have fewer contacts than others, or other parts; None where it has none."""
+        kind, number = self.selection.quantity.of, self.place.number
+        if kind == "part":
+            return next((place for place in landing.parts if place.name == self.place.name), None)
+        if kind != "contact" or number < len(landing.contacts):
+            return self.place
+        return next((self.place for place in landing.contact_places[number : number + 1] if place.name == self.place.name), None)
+
+
+def selected(landing: PosedLanding, text: str) -> tuple[Selection, tuple[Place, ...]]:
+    """What QUANTITY[@PLACES] means: a selection, and the places, by default all of its kind.
+
+    Raises:
+        ShockError: as for `select` and `places_at`.
+    """
+    key, _, pattern = text.partition("@")
+    selection = select(key)
+    return selection, places_at(landing, selection.quantity, pattern or None)
+
+
+def places_at(landing: PosedLanding, quantity: Quantity, pattern: str | None = None) -> tuple[Place, ...]:
+    """The places of a quantity's kind that a name or a glob means; without one, all of them.
+
+    A point is FRAME or FRAME:x,y,z; where a body is needed, a link means the body that it belongs to.
+
+    Raises:
+        UnknownName: nothing fits; the text names the nearest.
+        StudyError: a point is fixed to the world, or the scene lacks what the quantity needs.
+    """
+    robot, kind, places = landing.robot, quantity.of, landing.places(quantity.of)
+    if quantity.key == "peak_g" and landing.pulse is None:
+        raise StudyError('peak_g needs the duration of the impact, and the scene has none; give it a pulse = "half-sine:5ms"')
+    if kind == "part" and not places:
+        raise StudyError(f"{quantity.key} is of parts, and the scene has none at a frame; describe them by [[part]]")
+    if quantity.missing == STANDS:
+        places = places[: len(landing.contacts)]
+    if pattern is None:
+        return tuple(place for place in places if place.body >= 0 or kind != "point")
+    if kind == "point":
+        return tuple(moving_point(robot, point) for point in points_at(robot, pattern))
+    if kind == "body":
+        return tuple(places[i] for i in robot.match_bodies(pattern))
+    named = {place.name: place for place in places}
+    return tuple(named[name] for name in robot.match(kind, pattern, named))
+
+
+def column(profile: ShockProfile, text: str, allowed: Callable[[Quantity], bool]) -> Column:
+    """The number that a text names, QUANTITY@PLACE; of the robot as a whole QUANTITY alone.
+
+    Args:
+        profile: a landing in which it exists.
+        text: the text.
+        allowed: which quantities make sense.
+
+    Raises:
+        UnknownName: there is no such quantity, or no such place of its kind.
+        StudyError: no place is named, it does not move, or redundant contacts leave the number undetermined.
+    """
+    entry = selections().get(text.partition("@")[0])
+    if entry is not None and not allowed(entry.quantity):
+        raise StudyError(
+            f"{entry.name} ({entry.quantity.title}) cannot be used here: {_refused(entry.quantity)}; choose another quantity"
+        )
+    selection, places = selected(profile.landing, text)
+    key, kind = selection.name, selection.quantity.of.upper()
+    if selection.quantity.shared and profile.redundant:
+        raise StudyError(f"{key} is not determined, because contacts or loops are redundant; choose another quantity")
+    if "@" not in text and kind != "ROBOT" and len(places) != 1:
+        raise StudyError(f"{key} needs a place; write {key}@{kind}, such as {key}@{places[0].name if places else kind}")
+    if len(places) > 1:
+        raise StudyError(f'"{text}" means {listed((place.name for place in places), 6)}; name one of them')
+    return Column(selection, places[0])
+
+
+def _refused(quantity: Quantity) -> str:
+    """Why a study of one number does not take a quantity."""
+    if quantity.unproven:
+        return "it depends on friction or finite stiffness, and is computed for one posture at a time, in double precision alone"
+    if quantity.posed or quantity.compute is None:
+        return "it is computed in one posture at a time"
+    return "it is either 0 or 1"
+
+
+class Postures(NamedTuple):
+    """Steps 1 and 2 in m postures, for whatever strikes.
+
+    Attributes:
+        landing: of which these are postures.
+        Q: (m, nq) configurations.
+        equation: Eq. 4.
+        solution: of that.
+        jumps: (m, n, 6, k) of bodies, body axes.
+        bodies: which these are; None for all.
+        condition: (m,) of each posture.
+        prove: (m,) whether it needs a proof.
+        design: the inertias in each posture; None where they are the landing's own.
+    """
+
+    landing: PosedLanding
+    Q: Array
+    equation: Equation
+    solution: Solution
+    jumps: Array
+    bodies: list[int] | None
+    condition: Array
+    prove: np.ndarray
+    design: Design | None = None
+
+    def values(self, strikes: Array | None, wanted: Sequence[Column]) -> tuple[dict[str, Array], np.ndarray]:
+        """Every column (m, S) by name; and which contacts (m, S, c) do not approach the ground.
+
+        Args:
+            strikes: (m, S, 3) velocities of the base before the impact, world axes [m/s]; None for the landing's own (S = 1).
+            wanted: the columns.
+        """
+        impact = DoubleImpact(self.landing, self.equation, self.solution, self.jumps, self.bodies, strikes, self.design)
+        normals = np.array([contact.normal for contact in self.landing.contacts])
+        parting = (impact.approach * normals).sum(axis=-1) >= -1e-9 * np.linalg.norm(impact.approach, axis=-1)
+        return values_of(impact, wanted, parting.shape[:2]), parting
+
+
+def postures(landing: PosedLanding, Q: Array, wanted: Sequence[Column], design: Design | None = None) -> Postures:
+    """Steps 1 and 2 in a few postures, in double precision.
+
+    Args:
+        landing: the landing.
+        Q: (m, nq) configurations.
+        wanted: what will be read of them.
+        design: the inertias in each posture; the landing's own by default.
+    """
+    own = landing.before.velocity.ndim > 1 or not landing.translates
+    state = dynamics(landing.robot, Q, landing.joint_model.armature, design)
+    everywhere = any(c.selection.quantity.of == "joint" or c.selection.quantity.key == "shock_min" for c in wanted)
+    carriers = None if everywhere else list(dict.fromkeys(c.place.body for c in wanted if c.place.body >= 0)) or [0]
+    equation, solution, jumps = impact_jumps(landing, state, own, carriers)
+    condition, prove = needs_proof(landing, equation, solution)
+    jumps = in_body_axes(jumps, state.rotation if carriers is None else state.rotation[:, carriers])
+    return Postures(landing, Q, equation, solution, jumps, carriers, condition, prove, design)
+
+
+def columns(
+    landing: PosedLanding, Q: Array, strikes: Array | None, wanted: Sequence[Column], design: Design | None = None
+) -> tuple[dict[str, Array], Array, np.ndarray, np.ndarray]:
+    """Every column for m postures and S strikes of each, in double precision; NaN where a proof is needed.
+
+    Args:
+        landing: the landing.
+        Q: (m, nq) configurations.
+        strikes: (m, S, 3) velocities of the base before the impact, world axes [m/s]; None for the landing's own, of which each
+            posture has one (S = 1).
+        wanted: the columns.
+        design: the inertias in each posture; the landing's own by default.
+
+    Returns: columns (m, S) by name; the condition (m,) of each posture; which rows (m, S) need a proof, those too that friction may
+        refuse; and which contacts (m, S, c) do not approach the ground.
+    """
+    parts, feasible = [], [column.name for column in wanted if column.selection.quantity.key == "feasible"]
+    for k in range(0, len(Q), BLOCK):
+        rows = slice(k, k + BLOCK)
+        own = landing.motions(rows) if strikes is None else landing
+        block = postures(own, Q[rows], wanted, None if design is None else design.rows(rows))
+        values, parting = block.values(None if strikes is None else strikes[rows], wanted)
+        prove = block.prove[:, None] | np.any([np.isnan(values[name]) for name in feasible], axis=0)
+        parts.append((values, block.condition, np.broadcast_to(prove, parting.shape[:2]), parting))
+    computed = {name: np.concatenate([values[name] for values, *_ in parts]) for name in parts[0][0]}
+    condition, prove, parting = (np.concatenate(of_all) for of_all in list(zip(*parts, strict=True))[1:])
+    return computed, condition, prove, parting
+
+
+def values_of(impact: DoubleImpact, wanted: Sequence[Column], shape: tuple[int, ...]) -> dict[str, Array]:
+    """The columns (m, S) of an impact by name, each quantity evaluated once for all of its places. Args: shape, m and S."""
+    computed: dict[str, Array] = {}
+    with np.errstate(invalid="ignore", divide="ignore"):
+        for entry in dict.fromkeys(column.selection.quantity for column in wanted):
+            own = [column for column in wanted if column.selection.quantity is entry]
+            computed |= {column.name: np.full(shape, np.nan) for column in own}
+            known = {column.place.name: place for column in own if (place := column.at(impact.landing)) is not None}
+            places = list(known.values())
+            if not places or entry.alone(impact.landing.scene) or entry.compute is None:
+                continue
+            values, index = evaluate(entry, impact, places), {place.name: k for k, place in enumerate(places)}
+            for column in (column for column in own if column.place.name in known):
+                computed[column.name] = np.broadcast_to(column.selection.scalar(values[:, :, index[column.place.name]]), shape)
+    return computed
+
+
+def proven_columns(profile: ShockProfile, wanted: Sequence[Column]) -> dict[str, float]:
+    """The same columns of one landing, proven; NaN where redundant rows leave a number undetermined."""
+    computed = {column.name: np.nan for column in wanted}
+    for selection in dict.fromkeys(column.selection for column in wanted):
+        of_it = [column for column in wanted if column.selection == selection]
+        places = {column.name: place for column in of_it if (place := column.at(profile.landing)) is not None}
+        computed |= dict(zip(places, profile.numbers(selection, list(places.values())).tolist(), strict=True))
+    return computed
+
+
+def double_difference(profile: ShockProfile, double: dict[str, float], exact: dict[str, float], wanted: Sequence[Column]) -> float:
+    """Largest difference of a shock in double precision, relative to the most severe one of the same point [1]."""
+    largest = 0.0
+    for column in filter(lambda column: column.shock, wanted):
+        entry = quantity(column.selection.quantity.of, SHOCKS[column.selection.quantity.key])
+        severe = float(profile.values(entry, [column.place])[0])
+        off = abs(double[column.name] - exact[column.name]) / (max(severe, abs(exact[column.name])) or 1.0)
+        largest = max(largest, off) if np.isfinite(off) else np.inf if np.isfinite(exact[column.name]) else largest
+    return float(largest)
+
+
+def not_approaching(landing: PosedLanding, parting: np.ndarray) -> Iterator[tuple[int, int, str]]:
+    """Posture, strike and message of the landings that are no impact. Args: parting (m, S, c), as `columns` gives it."""
+    for i, s, c in np.argwhere(parting).tolist():
+        yield i, s, f'contact "{landing.contacts[c].frame}" does not approach the ground, so there is no impact'
+
+
+def prove_rows(
+    needed: np.ndarray,
+    compared: Iterable[int],
+    profile: Callable[[int], ShockProfile],
+    wanted: Sequence[Column],
+    values: Mapping[str, Array],
+    messages: dict[int, str],
+) -> tuple[np.ndarray, Array]:
+    """Prove the rows that need it, and compare others with a proof.
+
+    Args:
+        needed: (n,) which rows need a proof; their numbers become the proven ones.
+        compared: other rows.
+        profile: of a row.
+        wanted: the columns.
+        values: (n,) of the columns by name, which are changed; NaN where a row has no result.
+        messages: why rows have no result, which is added to.
+
+    Returns: which rows (n,) have proven numbers; and the difference (n,) of double precision, as `double_difference`.
+    """
+    proven, difference = np.zeros(len(needed), dtype=bool), np.full(len(needed), np.nan)
+    for i in sorted({*np.flatnonzero(needed).tolist(), *compared} - messages.keys()):
+        try:
+            shock = profile(i)
+            exact = proven_columns(shock, wanted)
+            difference[i] = double_difference(shock, {name: float(values[name][i]) for name in exact}, exact, wanted)
+        except Exception as unexpected:
+            messages[i] = str(refusal(unexpected))
+            continue
+        if needed[i]:
+            proven[i] = True
+            for name, value in exact.items():
+                values[name][i] = value
+    for column in wanted if messages else ():
+        values[column.name][list(messages)] = np.nan
+    return proven, difference
+
+
+def percentile(values: Array, share: Any) -> Any:
+    """The least of some values that at least a share of them [%] do not exceed; they are sorted in place."""
+    return np.percentile(values, share, method="inverted_cdf", overwrite_input=True)

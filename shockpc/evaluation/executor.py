@@ -1,0 +1,190 @@
+"""Where the parts of a study are computed: in this process, in several on this machine, or on a cluster.
+
+Studies know the interface of `concurrent.futures.Executor` alone; None is this process.
+"""
+
+import logging
+import multiprocessing
+import os
+import signal
+import sys
+import threading
+import weakref
+from collections import deque
+from collections.abc import Callable, Iterable, Iterator
+from concurrent.futures import CancelledError, Executor, Future, ProcessPoolExecutor
+from concurrent.futures.process import BrokenProcessPool
+from contextlib import contextmanager, nullcontext
+from typing import Any, TypeVar
+
+from shockpc.text.errors import StudyError
+
+S = TypeVar("S")
+T = TypeVar("T")
+
+PATIENCE = 10.0
+"""How long to wait for the scheduler of a cluster [s]."""
+
+ABSENT = 10
+"""How often in sequence, every half second, a cluster has no worker before that is said, so that it is known within ten seconds."""
+
+MOST_JOBS = 512
+"""Processes of one machine, each of which takes some 100 MB."""
+
+
+@contextmanager
+def executor(jobs: int, cluster: str | None = None, waiting: Callable[[str], object] | None = None) -> Iterator[Executor | None]:
+    """An executor of so many processes; None, which means this one, for 1. When it is left by an error, what still runs is ended.
+
+    Args:
+        jobs: number of processes.
+        cluster: address of the scheduler of a Dask cluster, such as tcp://host:8786, which computes instead.
+        waiting: called with a message if the cluster has no worker, at first or later, which is then waited for; None refuses such
+            a cluster.
+
+    Raises:
+        StudyError: there are too many processes, or one died; the cluster cannot be reached, has no worker or loses all of them, or
+            `distributed` is not installed.
+    """
+    with _dask(cluster, waiting) if cluster is not None else processes(jobs) if jobs > 1 else nullcontext() as workers:
+        yield workers
+
+
+@contextmanager
+def processes(jobs: int) -> Iterator[Executor]:
+    """So many processes of this machine, also one."""
+    if jobs > MOST_JOBS:
+        raise StudyError(f"{jobs} processes are more than {MOST_JOBS}; give as many as the computer has processors")
+    # Forked processes have the libraries loaded already, which saves each of them half a second.
+    context = multiprocessing.get_context("fork") if sys.platform == "linux" else None
+    with ProcessPoolExecutor(jobs, context, _prepare_worker) as pool:
+        finished = False
+        try:
+            yield pool
+            finished = True
+        except BrokenProcessPool:
+            raise StudyError(
+                "a worker process died, perhaps because the memory was used up; try again with fewer processes: --jobs 1"
+            ) from None
+        finally:
+            if not finished:
+                pool.shutdown(wait=False, cancel_futures=True)
+                for child in multiprocessing.active_children():
+                    child.terminate()
+
+
+def _prepare_worker() -> None:
+    """Leave Ctrl-C to the first process, which ends this one, and end with it however it ends."""
+    signal.signal(signal.SIGINT, signal.SIG_IGN)
+    signal.signal(signal.SIGTERM, signal.SIG_DFL)
+    threading.Thread(target=_end_with_parent, daemon=True).start()
+
+
+def _end_with_parent() -> None:
+    """Wait until the first process is no more, which the end of a pipe tells, even if it was killed."""
+    parent = multiprocessing.parent_process()
+    assert parent is not None
+    parent.join()
+    os._exit(1)
+
+
+@contextmanager
+def _dask(address: str, waiting: Callable[[str], object] | None) -> Iterator[Executor]:
+    """The executor of a running Dask cluster."""
+    try:
+        from distributed import Client, KilledWorker
+    except ImportError:
+        raise StudyError('a cluster needs the package "distributed"; install it with: pip install distributed pyarrow') from None
+    # It reports every part of a lost worker, which is computed again.
+    logging.getLogger("distributed.client").setLevel(logging.ERROR)
+    answer: Future[Any] = Future()
+
+    def connect() -> None:
+        try:
+            answer.set_result(Client(address, timeout=f"{PATIENCE}s", set_as_default=False))
+        except BaseException as refusal:
+            answer.set_exception(refusal)
+
+    # A server that is no scheduler may send nothing for ever, or numbers that are read as sizes; neither is under the timeout.
+    threading.Thread(target=connect, daemon=True).start()
+    try:
+        client = answer.result(PATIENCE + 1.0)
+    except Exception as refusal:
+        why = " ".join(str(refusal).split()) or f"nothing within {PATIENCE:g} s"
+        raise StudyError(f'no Dask scheduler answers at "{address}" ({why}); start one with: dask scheduler') from None
+    missing = f'the cluster at "{address}" has no worker; start some with: dask worker {address}'
+    workers, lost, ended = client.get_executor(pure=False), threading.Event(), threading.Event()
+    submit, submitted = workers.submit, weakref.WeakSet[Future[Any]]()
+
+    def remembered(*task: Any) -> Future[Any]:
+        future: Future[Any] = submit(*task)
+        submitted.add(future)
+        return future
+
+    workers.submit = remembered
+
+    def watch(absent: int) -> None:
+        """Cancel what runs when there have been no workers for some seconds, or report that they are waited for."""
+        while not ended.wait(pause):
+            try:
+                absent = 0 if client.nthreads() else absent + 1
+            except OSError:
+                return  # the scheduler went away, which cancels what runs
+            if absent == ABSENT and waiting is not None:
+                waiting(f"{missing}; waiting for them")
+            elif absent == ABSENT:
+                lost.set()
+                logging.getLogger("tornado.application").setLevel(logging.CRITICAL)  # it reports what is cancelled
+                for future in list(submitted):
+                    future.cancel()
+                return
+
+    pause, watcher = PATIENCE / 20.0, threading.Thread(target=watch, args=(0,), daemon=True)
+    try:
+        try:
+            client.wait_for_workers(1, timeout=ABSENT * pause)
+        except TimeoutError:
+            if waiting is None:
+                raise StudyError(f"{missing}; or wait for them with --wait") from None
+            waiting(f"{missing}; waiting for them")
+            watcher = threading.Thread(target=watch, args=(ABSENT,), daemon=True)
+        watcher.start()
+        yield workers
+    except KilledWorker as death:
+        raise StudyError(f"several workers of the cluster died over one part: {death}; give them more memory") from None
+    except (CancelledError, RuntimeError) as end:
+        if lost.is_set():
+            raise StudyError(f"{missing.replace('has no worker', 'lost all its workers')}; or wait for them with --wait") from None
+        if isinstance(end, RuntimeError):
+            raise
+        raise StudyError(f'the cluster at "{address}" went away; start it again') from None
+    finally:
+        ended.set()
+        if watcher.is_alive():
+            watcher.join(PATIENCE)
+        client.close(timeout=1)
+
+
+def in_order(workers: Executor | None, function: Callable[[S], T], parts: Iterable[S], ahead: int = 64) -> Iterator[T]:
+    """Yield the results of parts in their order, while later ones are computed.
+
+    Args:
+        workers: do the work; this process if there are none.
+        function: of a part; it can be pickled, and so can the parts.
+        parts: what is computed.
+        ahead: number of parts that other processes may compute before the first one has been read, which limits the memory.
+    """
+    if workers is None:
+        yield from map(function, parts)
+        return
+    waiting: deque[Future[T]] = deque()
+    try:
+        for part in parts:
+            waiting.append(workers.submit(function, part))
+            if len(waiting) > ahead:
+                yield waiting.popleft().result()
+        while waiting:
+            yield waiting.popleft().result()
+    finally:
+        for future in waiting:
+            future.cancel()

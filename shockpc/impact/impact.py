@@ -1,0 +1,275 @@
+"""An impact: the solution of Eq. 4, the jumps of the bodies, and all that follows from them by the laws of rigid bodies.
+
+One class for two arithmetics: N postures in doubles (`solve_impact`), or one posture in balls (`exact`). The arrays have the same
+shapes in both, so that a quantity is one function of an impact, whichever arithmetic it is evaluated in.
+"""
+
+import functools
+from collections.abc import Callable, Sequence
+from typing import Any
+
+import numpy as np
+
+from shockpc.core.impulse import Solution
+from shockpc.core.percussion import larger, norm
+from shockpc.core.spatial import Array, cross, cross_matrix, velocity_at
+from shockpc.landing.dynamics import Design, Dynamics
+from shockpc.landing.landing import PosedLanding
+from shockpc.landing.motion import twist_before
+from shockpc.landing.rows import Block, Equation, block_axes, block_point, block_wrenches, slices_of
+
+
+class Impact:
+    """An impact in N postures for S strikes each; arrays of doubles, or of balls with N = S = 1.
+
+    What is linear in the strike has k columns: for 1 m/s along world x, y and z, and for the landing's own motion.
+
+    Attributes:
+        landing: whose posture is one of them, or that they differ from.
+        state: the robot in the N postures.
+        blocks: what is held, described.
+        delta_qd: (N, nv, k) jumps of the joint velocities, Pinocchio's layout [rad/s, m/s].
+        impulse: (N, nc, k) impulses along all rows, of the ground on the robot [N s].
+        independent_impulse: (N, nc, k) the same with none along rows that depend on others, which does the same to the robot.
+        unique: (N, nc) whether the impulse along a row is determined.
+        speeds: (N, nc, k) speeds b that the impact undoes along each row [m/s, rad/s].
+        jumps: (N, nb, 6, k) jumps (Δω, Δv) of the bodies, body coordinates at their frames' origins (Eqs. 8 and 9).
+    """
+
+    landing: PosedLanding
+    state: Dynamics
+    blocks: tuple[Block, ...]
+    delta_qd: Any
+    impulse: Any
+    independent_impulse: Any
+    unique: np.ndarray
+    speeds: Any
+    jumps: Any
+    _columns: dict[int, int] | None = None
+    _strikes: Array | None = None
+    """(N, S, 3) velocities of the base before the impact [m/s]; None for the landing's own alone."""
+
+    @functools.cached_property
+    def remembered(self) -> dict[Any, Any]:
+        """What several quantities share, by formula and places; kept by `once`."""
+        return {}
+
+    def exact(self, values: Array) -> Any:
+        """Doubles as numbers of this impact's arithmetic, in which their products are not rounded."""
+        return values
+
+    def rounded(self, values: Any, size: Callable[[Array], Any]) -> Array:
+        """Numbers of this impact's arithmetic as doubles. Args: size, of the doubles: their natural size, as for `to_double`."""
+        del size
+        return np.asarray(values, dtype=float)
+
+    def along(self, columns: Any) -> Any:
+        """What is linear in the strike (N, ..., k) for the strikes of this impact (N, S, ...)."""
+        if self._strikes is None:
+            return columns[:, None, ..., 3]
+        more, strikes = (None,) * (columns.ndim - 2), self._strikes if columns.shape[-1] == 3 else self._strike_change
+        total = columns[:, None, ..., 0] * strikes[..., 0][(..., *more)]
+        for k in (1, 2):
+            total += columns[:, None, ..., k] * strikes[..., k][(..., *more)]
+        return total + columns[:, None, ..., 3] if columns.shape[-1] == 4 else total
+
+    @functools.cached_property
+    def own_jumps(self) -> Any:
+        """Jumps (N, S, nb, 6) of the bodies for the strikes of this impact, as `jumps`."""
+        return self.along(self.jumps)
+
+    def jumps_of(self, bodies: Sequence[int]) -> Any:
+        """Jumps (N, S, n, 6) of some bodies for the strikes of this impact."""
+        return self.own_jumps[:, :, self._places_of(bodies)]
+
+    def maps_of(self, bodies: Sequence[int]) -> Any:
+        """Jumps (N, n, 6, 3) of some bodies for strikes of 1 m/s along world x, y and z, body coordinates."""
+        return self.jumps[:, self._places_of(bodies), :, :3]
+
+    def _places_of(self, bodies: Sequence[int]) -> list[int]:
+        """Where bodies are in the jumps."""
+        return list(bodies) if self._columns is None else [self._columns[body] for body in bodies]
+
+    def orientations(self, bodies: Sequence[int]) -> Any:
+        """Rotations (N, n, 3, 3) of the frames of bodies, body to world."""
+        return self.state.rotation[:, list(bodies)]
+
+    def points(self, bodies: Sequence[int], r: Any) -> Any:
+        """Positions (N, n, 3) of points of bodies, world axes, from the base [m]. Args: r ([N,] n, 3) in their frames [m]."""
+        return self.state.position[:, list(bodies)] + (self.orientations(bodies) @ r[..., None])[..., 0]
+
+    def velocities_before(self, bodies: Sequence[int], points: Any) -> Any:
+        """Velocities (N, S, n, 3) of points of bodies before the impact, world axes [m/s]. Args: points (N, n, 3), as above."""
+        twists = np.stack([twist_before(self.state, self.landing.before, body) for body in bodies], axis=1)
+        velocity = velocity_at(twists[..., :3], twists[..., 3:], points)[:, None]
+        return velocity if self._strikes is None else velocity + self._strike_change[:, :, None]
+
+    @property
+    def base_velocities(self) -> Array:
+        """(N, S, 3) velocities of the base before the impact, world axes [m/s]."""
+        own = self.landing.before.velocity
+        return np.broadcast_to(own, (len(self.state.J), 3))[:, None] if self._strikes is None else self._strikes
+
+    @property
+    def _strike_change(self) -> Array:
+        """(N, S, 3) by how much the velocity of the base differs from the landing's own [m/s]."""
+        return np.zeros(3) if self._strikes is None else self._strikes - self.landing.before.velocity[..., None, :]
+
+    @functools.cached_property
+    def contacts(self) -> tuple[Block, ...]:
+        """The rows of what strikes."""
+        return self.blocks[: len(self.landing.contacts)]
+
+    @functools.cached_property
+    def approach(self) -> Any:
+        """Velocities (N, S, c, 3) of the contact points before the impact, world axes [m/s]."""
+        points = np.stack([block_point(self.state, block) for block in self.contacts], axis=1)
+        velocities = self.velocities_before([block.body for block in self.contacts], points)
+        for k, block in enumerate(self.contacts):
+            if block.velocity is not None:
+                velocities[:, :, k] = self.exact(block.velocity)[..., None, :]
+        return velocities
+
+    @property
+    def reference_velocities(self) -> Any:
+        """Velocities (N, S, k, 3) before the impact of which the fastest normalises shock: contacts, or centre of mass [m/s]."""
+        if self.landing.scene.v_in != "com":
+            return self.approach
+        bodies = range(len(self.landing.robot.bodies))
+        velocity = self.velocities_before(bodies, self.points(bodies, self.coms))
+        total = np.sum(self.masses, axis=-1)[:, None, None]
+        return (np.sum(velocity * self.masses[:, None, :, None], axis=-2) / total)[..., None, :]
+
+    @functools.cached_property
+    def v_in(self) -> Any:
+        """Speed (N, S) by which shock is normalised, of the fastest contact or of the centre of mass [m/s]."""
+        speeds = norm(self.reference_velocities)
+        return functools.reduce(larger, [speeds[..., k] for k in range(speeds.shape[-1])])
+
+    @functools.cached_property
+    def design(self) -> Design:
+        """The inertias of the bodies and the joints, in doubles: of each of the N postures, or one for all."""
+        return Design.of(self.landing.robot, self.landing.joint_model.armature)
+
+    @property
+    def masses(self) -> Any:
+        """Masses (N or 1, nb) of the bodies [kg]."""
+        return self.design.mass
+
+    @property
+    def coms(self) -> Any:
+        """Centres of mass (N or 1, nb, 3) of the bodies, in their frames [m]."""
+        return self.design.com
+
+    @functools.cached_property
+    def com(self) -> Any:
+        """Position (N, 3) of the robot's centre of mass, world axes, from the base [m]."""
+        bodies = range(len(self.landing.robot.bodies))
+        return np.sum(self.points(bodies, self.coms) * self.masses[..., None], axis=1) / np.sum(self.masses, axis=-1)[:, None]
+
+    @property
+    def joint_origins(self) -> Any:
+        """Origins (N, nb, 3) of the frames of the bodies' joints, world axes, from the base [m]."""
+        origins = self.landing.robot.joint_origins
+        return self.points(range(len(origins)), origins)
+
+    @property
+    def inertias(self) -> Any:
+        """Inertias (N, nb, 6, 6) of the bodies about the base's origin, world axes (Featherstone 2008, Eq. 2.63)."""
+        bodies, design = range(len(self.landing.robot.bodies)), self.design
+        R = self.orientations(bodies)
+        C = cross_matrix(self.points(bodies, design.com))
+        mass = design.mass[..., None, None]
+        out = np.zeros((*C.shape[:2], 6, 6))
+        out[..., :3, :3] = R @ design.inertia @ np.swapaxes(R, -1, -2) - mass * C @ C
+        out[..., :3, 3:], out[..., 3:, :3], out[..., 3:, 3:] = mass * C, -mass * C, mass * np.eye(3)
+        return out
+
+    @functools.cached_property
+    def joint_loads(self) -> Any:
+        """Wrench (N, S, nb, 6) that every body receives through its joint, about the base and in world axes.
+
+        Leaf to root F_i = I_i ΔV_i − f_i + Σ F_child. That of a free base is what is left over, and is zero.
+        """
+        robot = self.landing.robot
+        parents, R = robot.parents, self.state.rotation[:, None]
+        omega, v = ((R @ part[..., None])[..., 0] for part in np.split(self.own_jumps, 2, axis=-1))
+        twists = np.concatenate([omega, v - cross(omega, self.state.position[:, None])], axis=-1)
+        loads = (self.inertias[:, None] @ twists[..., None])[..., 0]
+        impulse = self.along(self.impulse)
+        for block, rows in zip(self.blocks, slices_of(self.blocks), strict=True):
+            wrench = (impulse[..., None, rows] @ block_wrenches(self.state, block)[:, None])[..., 0, :]
+            for body, sign in ((block.body, 1), (block.other, -1)):
+                if body >= 0:
+                    loads[:, :, body] -= sign * wrench
+        for i in range(len(parents) - 1, 0, -1):
+            if parents[i] >= 0:
+                loads[:, :, parents[i]] += loads[:, :, i]
+        return loads
+
+    @functools.cached_property
+    def ground_impulse(self) -> tuple[Any, Any]:
+        """Impulse (N, S, 3) of the ground [N s], and its moment (N, S, 3) about the centre of mass [N m s], world axes.
+
+        All contacts and standing feet together, which is unique even where its parts are not.
+        """
+        impulse, total = self.along(self.independent_impulse), 0.0 * self.com[:, None]
+        force, moment = total, total
+        for block, rows in zip(self.blocks, slices_of(self.blocks), strict=True):
+            if block.kind == "closure":
+                continue
+            parts, n = block_axes(self.state, block)[:, None] * impulse[..., rows, None], len(block.forces)
+            pushed = parts[..., :n, :].sum(axis=-2)
+            force, moment = force + pushed, moment + parts[..., n:, :].sum(axis=-2)
+            moment = moment + cross((block_point(self.state, block) - self.com)[:, None], pushed)
+        return force, moment
+
+    @functools.cached_property
+    def kinetic_energy_before(self) -> Any:
+        """½ Σ Vᵀ I V + ½ q̇ᵀ diag(armature) q̇ of the motion before the impact (N, S) [J]."""
+        before, bodies = self.landing.before, range(len(self.landing.robot.bodies))
+        twists = np.stack([twist_before(self.state, before, body) for body in bodies], axis=1)[:, None] + np.zeros((1, 1, 1, 1))
+        linear = twists[..., 3:] + self._strike_change[..., None, :]
+        twists = np.concatenate([twists[..., :3] + 0.0 * linear, linear], axis=-1)
+        momenta = (self.inertias[:, None] @ self.exact(twists)[..., None])[..., 0]
+        armature = np.sum(self.exact(self.design.armature) * self.exact(before.joint_rates) ** 2, axis=-1)
+        return (np.sum(momenta * twists, axis=(-1, -2)) + armature[:, None]) / 2
+
+
+class DoubleImpact(Impact):
+    """Steps 1 and 2 in N postures in double precision, for S strikes each.
+
+    Args:
+        landing: the landing; its own posture is not used.
+        equation: Eq. 4 in the postures.
+        solution: of that.
+        jumps: (N, n, 6, k) of bodies, body coordinates.
+        bodies: which these are; all by default.
+        strikes: (N, S, 3) velocities of the base before the impact, world axes [m/s]; the landing's own by default.
+        design: the inertias in each posture; the landing's own by default.
+    """
+
+    def __init__(
+        self,
+        landing: PosedLanding,
+        equation: Equation,
+        solution: Solution,
+        jumps: Array,
+        bodies: Sequence[int] | None = None,
+        strikes: Array | None = None,
+        design: Design | None = None,
+    ) -> None:
+        self.landing, self.state, self.blocks, self.speeds = landing, equation.state, equation.blocks, equation.b
+        self.delta_qd, self.impulse, self.jumps = equation.full(solution.delta_qd), solution.impulse, jumps
+        self.unique, self.independent_impulse = np.ones(solution.impulse.shape[:2], dtype=bool), solution.impulse
+        if bodies is not None:
+            self._columns = {body: k for k, body in enumerate(bodies)}
+        if solution.choices:
+            self.independent_impulse = solution.impulse.copy()
+        for k, choice in solution.choices.items():
+            self.unique[k] = choice.unique
+            self.independent_impulse[k] = 0.0
+            self.independent_impulse[k, choice.rows] = solution.independent[k]
+        self._strikes = strikes
+        if design is not None:
+            self.design = design

@@ -1,0 +1,194 @@
+"""Step 1 for one posture: choose the independent rows, enclose the impact, and refuse what no impact can do."""
+
+import math
+
+import numpy as np
+
+from shockpc.core.impulse import TOLERANCE, UNCERTAIN, RowChoice, Solution, choose_rows, weakest_columns
+from shockpc.core.spatial import Array, velocity_at
+from shockpc.impact.exact.balls import SingularError
+from shockpc.impact.exact.proof import Proof
+from shockpc.landing.landing import PosedLanding
+from shockpc.landing.rows import Block, Equation, block_axes, row_jacobian, row_terms, row_tolerance, slices_of
+from shockpc.robot.robot import Robot
+from shockpc.text.errors import SolveError
+from shockpc.text.printed import few, listed
+
+UNPHYSICAL = 1e6
+"""Motion relative to the strike beyond which it is that of a singular posture, and not physically plausible [1]."""
+
+NO_INERTIA = 1e-30
+"""Share of the largest diagonal entry of the inertia below which one is what rounding of the file made of a zero."""
+
+CONTRADICTION = 1e-9
+"""Share of the strike with which a dependent row may be left; more is a contradiction."""
+
+
+def solve_exactly(landing: PosedLanding, equation: Equation, solution: Solution) -> Proof:
+    """Choose the independent rows, and enclose the impact.
+
+    Raises:
+        SolveError: no inertia resists a motion, the mechanism cannot meet its contacts, rounding can change which rows are
+            independent, or the posture is so nearly singular that the result is not physically plausible.
+    """
+    H, size = equation.H[0], np.abs(np.diagonal(equation.H[0]))
+    if not np.isfinite(H).all():
+        raise SolveError(
+            f'the inertia matrix of robot "{landing.robot.name}" is not finite: its masses and lengths are too large for double '
+            "precision; give them in kg and m"
+        )
+    if not np.all(np.diagonal(H) > NO_INERTIA * size.max(initial=0.0)):
+        raise _without_inertia(landing, equation)
+    # Rows that look independent are taken as such, and looked at more closely if the proof finds that they are not.
+    for given in [solution.choices[0]] if solution.choices else (RowChoice.every(len(equation.b[0])), None):
+        choice = given or choose_rows(equation.J_c[0], equation.terms(0), np.sqrt(size), solution.scale[0], equation.tolerance)
+        try:
+            proof = Proof(landing, choice)
+        except SingularError as singular:
+            if singular.of_inertia:
+                raise _without_inertia(landing, equation) from None
+            continue
+        _refuse_contradiction(landing, equation, proof)
+        _refuse_singular(landing, equation, proof)
+        if not choice.uncertain:
+            return proof
+    raise SolveError(
+        f"no verdict: in {_posture(landing)} the rows of {', '.join(block.name for block in landing.blocks)} depend on one another "
+        "so nearly that rounding can change how many of them are independent. Leave one out (a contact, a direction, the rotation "
+        "of a flat one), put points that nearly meet exactly together or a billionth of the robot apart, or set another posture "
+        "with --set",
+        blocks=[block.frame for block in landing.blocks],
+    )
+
+
+def independent_rows(landing: PosedLanding, blocks: tuple[Block, ...]) -> list[int]:
+    """Indices of independent ones among the rows of some blocks, alone, in the landing's posture."""
+    if not blocks:
+        return []
+    state = landing.state
+    J, terms, H, G = row_jacobian(state, blocks)[0], row_terms(state, blocks)[0], state.H[0], landing.free_columns(state)
+    if G is not None:
+        J, terms, H = J @ G[0], terms @ np.abs(G[0]), G[0].T @ H @ G[0]
+    choice = choose_rows(J, terms, np.sqrt(np.abs(np.diagonal(H))), np.ones(len(J)), row_tolerance(blocks))
+    return [int(row) for row in choice.rows]
+
+
+def _posture(landing: PosedLanding) -> str:
+    return f'posture "{landing.scene.posture.reference}"'
+
+
+def _without_inertia(landing: PosedLanding, equation: Equation) -> SolveError:
+    """The error for an inertia that cannot be inverted: the bodies whose joints carry none."""
+    robot = landing.robot
+    columns = weakest_columns(equation.H[0])
+    velocities = columns if equation.G is None else [int(np.argmax(np.abs(equation.G[0, :, column]))) for column in columns]
+    names = [
+        name.name
+        for name, joint in zip(robot.bodies, robot.joints, strict=True)
+        if any(joint.v.start <= v < joint.v.stop for v in velocities)
+    ]
+    light_base = landing.base != "fixed" and robot.bodies[0].name in names and not robot.masses[0]
+    bolt = "bolt the robot's massless root down with --base fixed, or " if light_base else ""
+    return SolveError(
+        f'{"bodies" if len(names) > 1 else "body"} {listed(names, 6)} of robot "{robot.name}" can move, but no mass or inertia '
+        f"resists it, so the inertia matrix cannot be inverted; {bolt}give mass and inertia in the file (mass on a joint's axis "
+        "does not resist turning about it), or lock the joints with --lock",
+        bodies=names,
+    )
+
+
+def speeds_left(proof: Proof) -> Array:
+    """What is left along the dependent rows (n, 4) of the speeds that an impact undoes [m/s, rad/s]; columns as of `Proof.jumps`.
+
+    A strike for which something is left contradicts the rows, and has no solution.
+    """
+    landing = proof.landing
+    b = landing.equation(landing.state).b[0]
+    left = row_jacobian(landing.state, landing.blocks)[0] @ proof.delta_qd + b
+    return np.asarray(np.delete(left, proof.choice.rows, axis=0))
+
+
+def _refuse_contradiction(landing: PosedLanding, equation: Equation, proof: Proof) -> None:
+    """Refuse rows that cannot be met, because they contradict one another or ask for a motion that the mechanism does not have."""
+    b, state, blocks = equation.b[0, :, 3], equation.state, equation.blocks
+    delta_qd = proof.delta_qd[:, 3]
+    left = row_jacobian(state, blocks)[0] @ delta_qd + equation.b[0, :, 3]
+    # The independent rows are met to the last digit of the proof. In the others a share of each term is rounding: that of double
+    # precision here, and that with which they were found dependent, in units of the inertia. That of a file's digits counts only
+    # where rows of loops differ by it.
+    tolerance = equation.tolerance if proof.choice.apart else min(equation.tolerance, UNCERTAIN[1] * TOLERANCE)
+    size = np.sqrt(np.abs(np.diagonal(state.H[0])))
+    terms = np.linalg.norm(row_terms(state, blocks)[0] / np.where(size > 0.0, size, 1.0), axis=1)
+    rounding = tolerance * len(b) * terms * np.linalg.norm(size * delta_qd)
+    excess = np.abs(left) - CONTRADICTION * np.abs(b).max() - rounding
+    excess[proof.choice.rows] = 0.0
+    worst = int(np.argmax(excess))
+    if excess[worst] <= 0.0:
+        return
+    block, axis = _direction(equation, worst)
+    free = ""
+    if not landing.robot.free_base:
+        free = (
+            '; its file fixes the base: free it with base = "free" (--base free); where limbs hang on the world apart from one '
+            "another, put them into one body with a <freejoint/> first"
+        )
+    elif landing.base != "free" and landing.robot.bodies[0].mass:
+        free = ", or free the base"
+    raise SolveError(
+        f"no verdict: {block.name} cannot be stopped in {_posture(landing)}: {abs(left[worst]):.3g} m/s are left along ({axis}), "
+        "because the mechanism cannot move that way here, or another contact asks for the opposite; leave that direction out of "
+        f"the contact or of the strike, take another contact point or posture{free}",
+        blocks=[block.frame],
+        rows=[worst],
+    )
+
+
+def _direction(equation: Equation, row: int) -> tuple[Block, str]:
+    held = zip(equation.blocks, slices_of(equation.blocks), strict=True)
+    block, own = next((block, own) for block, own in held if row < own.stop)
+    return block, " ".join(f"{u:.3g}" for u in block_axes(equation.state, block)[0, row - own.start] + 0.0)
+
+
+def greatest_motion(landing: PosedLanding, jumps: Array, length: Array) -> tuple[float, int]:
+    """The greatest motion of a body relative to the fastest contact's approach [1], and the body's index.
+
+    Args:
+        landing: the landing.
+        jumps: (nb, 6) of the bodies (Δω, Δv), body coordinates.
+        length: (nb,) by which their rotation counts as a speed [m].
+    """
+    speeds = body_speeds(landing.robot, jumps, length)
+    return float(speeds.max()) / landing.fastest_approach, int(np.argmax(speeds))
+
+
+def body_speeds(robot: Robot, jumps: Array, length: Array) -> Array:
+    """Speed (nb,) of the centre of mass, or the rotation times a length (nb,) if that is more. Args: jumps (nb, 6)."""
+    centres = np.linalg.norm(velocity_at(jumps[:, :3], jumps[:, 3:], robot.coms), axis=1)
+    return np.asarray(np.fmax(centres, np.linalg.norm(jumps[:, :3], axis=1) * length))
+
+
+def _refuse_singular(landing: PosedLanding, equation: Equation, proof: Proof) -> None:
+    """Refuse a posture so nearly singular that the impact is not physically plausible."""
+    robot, length = landing.robot, landing.robot.gyration.copy()
+    for place in landing.points:
+        if place.body >= 0:
+            length[place.body] = max(length[place.body], float(np.linalg.norm(place.r - robot.coms[place.body])))
+    times, body = greatest_motion(landing, proof.jumps[..., 3], length)
+    if times <= UNPHYSICAL:
+        return
+    rates = np.abs(proof.delta_qd[:, 3])
+    moving = sorted(robot.independent_joints, key=lambda joint: -float(rates[joint.v].max()))
+    fast = [joint for joint in moving if rates[joint.v] > 0.01 * rates.max()]
+    values = [(joint, joint.value(landing.q)) for joint in fast]
+    at = [f'"{joint.name}" at ' + (f"{x:.3g} m" if joint.unit == "m" else f"{math.degrees(x):.3g} deg") for joint, x in values]
+    block, axis = _direction(equation, int(np.argmax(np.abs(proof.impulse[:, 3]))))
+    raise SolveError(
+        f'no verdict: body "{robot.bodies[body].name}" would move {times:.0e} times as fast as the strike, because '
+        f"{_posture(landing)}{' with ' if at else ''}{few(at, 4)} is singular or nearly so ({block.name} has almost no motion "
+        f"along ({axis}) there), or almost no inertia resists that motion. Set another posture, such as with --set "
+        f"{fast[0].name if fast else 'JOINT'}=ANGLE, leave that direction out of the contact or of the strike, or lock joints "
+        "without inertia with --lock",
+        blocks=[block.frame],
+        bodies=[robot.bodies[body].name],
+        joints=[joint.name for joint in fast],
+    )

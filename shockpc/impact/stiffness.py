@@ -1,0 +1,298 @@
+"""A landing on contacts and springs of finite stiffness: forces, accelerations and their times, in double precision, not proven.
+
+The inertia and the rows of a landing go to the solver of `core.stiffness`, in the velocities with which its loops stay closed. Its
+motion is linear in the forces of its elements at each time: what is linear in the jumps and impulses of an impact (the velocity of
+a point, the wrench through a joint) is, of the accelerations for unit forces, the matrix that gives the same of the motion.
+"""
+
+import functools
+from collections.abc import Callable, Iterator, Sequence
+from typing import Any
+
+import numpy as np
+
+from shockpc.core.impulse import Solution
+from shockpc.core.spatial import Array, freeze
+from shockpc.core.spectrum import SAMPLES_A_PERIOD, shock_response
+from shockpc.core.stiffness import Elements, History, attach_rotors, simulate_landing
+from shockpc.impact.exact.proof import motion as size_of
+from shockpc.impact.friction import contact_rows, jumps_of
+from shockpc.impact.impact import DoubleImpact, Impact
+from shockpc.landing.landing import PosedLanding
+from shockpc.landing.places import Place
+from shockpc.landing.rows import block_point
+from shockpc.landing.scene import GRAVITY
+from shockpc.text.diagnostic import Diagnostic
+from shockpc.text.errors import SolveError
+
+SPECTRUM = tuple(float(f) for f in np.geomspace(10.0, 2000.0, 93).round(3))
+"""Natural frequencies of the shock response spectrum [Hz]."""
+
+DAMPING = (0.0, 0.05)
+"""Damping ratios of the same."""
+
+Compute = Callable[[Impact, Sequence[Place]], Any]
+
+LEAST_HELD = 1e-6
+"""Share of the velocities before the impact along contacts and springs from which what they lack of them is no rounding."""
+
+MANY_EVENTS = 100
+"""Number of times that contacts change their state, above which durations are not reliable."""
+
+GRAVITY_SHARE, DEEP = 0.05, 0.1
+"""Share of the approach speed that gravity adds during the contact, and of the robot's size by which a contact is compressed, from
+which on the model without gravity and with frozen geometry is doubtful."""
+
+
+class _Columns(DoubleImpact):
+    """Jumps and impulses in a column each; a quantity has S values, one of each column."""
+
+    def along(self, columns: Any) -> Any:
+        """Columns (N, ..., S) as (N, S, ...)."""
+        return columns.transpose(0, columns.ndim - 1, *range(1, columns.ndim - 1))
+
+
+class CompliantLanding:
+    """A landing on contacts, and on springs and rotors in its joints, of finite stiffness; computed when it is read.
+
+    Args:
+        landing: the landing.
+        until: time at which the motion ends [s]; by default, when all contacts are open.
+
+    Attributes:
+        landing: the landing.
+        motion: until that time.
+        number: (r,) contact of each element; −1 for a spring in a joint.
+
+    Raises:
+        SolveError: the motion cannot be followed, or no motion of the robot has the velocities before the impact.
+    """
+
+    def __init__(self, landing: PosedLanding, until: float | None = None) -> None:
+        self.landing, self._rows, k = landing, contact_rows(landing), landing.scene.contact_stiffness
+        assert k is not None
+        rows, state = self._rows, landing.state
+        self._free = rows.basis if rows.equation.G is None else rows.equation.G[0] @ rows.basis
+        before = landing.before.joint_rates.copy()
+        before[:6] = np.linalg.solve(state.J[0, :, :6], np.concatenate([landing.before.omega, landing.before.velocity]))
+        stiffness = np.where(rows.normal, k, landing.scene.tangential_stiffness or k)
+        model, M, B = landing.joint_model, rows.M, rows.J
+        springs = np.flatnonzero(model.stiffness > 0.0)
+        geared = np.flatnonzero(np.isfinite(model.drive_stiffness) & (model.rotor > 0.0))
+        self._joints = np.concatenate([springs, geared])
+        B = np.concatenate([B, self._free[springs]])
+        velocity = self._coordinates(before, B, np.concatenate([rows.speeds, before[springs]]))
+        if len(geared):
+            M, B, gears, velocity = attach_rotors(M, B, velocity, self._free[geared], model.rotor[geared])
+            B = np.concatenate([B, gears])
+        added = len(self._joints)
+        self.number = np.concatenate([rows.number, np.full(added, -1)])
+        elements = Elements(
+            B,
+            np.concatenate([stiffness, model.stiffness[springs], model.drive_stiffness[geared]]),
+            np.concatenate([rows.restitution, np.ones(added)]),
+            self.number,
+            np.concatenate([rows.normal, np.zeros(added, dtype=bool)]),
+            np.concatenate([np.where(rows.normal, landing.scene.contact_damping or 0.0, 0.0), np.zeros(added)]),
+        )
+        self._velocity, self._normal = velocity, elements.normal
+        try:
+            self.motion = simulate_landing(M, elements, velocity, until)
+        except (ArithmeticError, np.linalg.LinAlgError) as refusal:
+            raise SolveError(f"no verdict for contacts of {k:g} N/m: {refusal}") from None
+        self._peaks: dict[Any, tuple[Array, Array]] = {}
+        self._impacts: dict[float, DoubleImpact] = {}
+
+    def _coordinates(self, before: Array, B: Array, speeds: Array) -> Array:
+        """Velocities of the coordinates before the impact, with which the rows B of the elements have their speeds.
+
+        Where joints are locked at a rate, or a contact has a velocity of its own, they are not those of the robot: a motion with
+        constant velocity, in which all of it moves along, changes neither forces nor jumps.
+
+        Args:
+            before: (nv,) joint velocities before the impact.
+            B: rows of contacts and springs.
+            speeds: of these before the impact.
+
+        Raises:
+            SolveError: no motion of the robot has these speeds.
+        """
+        own = any(contact.velocity is not None for contact in self.landing.contacts)
+        if len(self._free) == self._free.shape[1] and not own:
+            return before
+        velocity = np.linalg.lstsq(self._free, before, rcond=None)[0]
+        velocity = velocity + np.linalg.lstsq(B, speeds - B @ velocity, rcond=1e-10)[0]
+        if np.linalg.norm(B @ velocity - speeds) > LEAST_HELD * np.linalg.norm(speeds):
+            raise SolveError(
+                "no motion of the robot has the velocities before the impact along all contacts and springs; give others"
+            )
+        return np.asarray(velocity)
+
+    def _impact(self, jumps: Array, impulse: Array | None = None) -> _Columns:
+        """An impact with jumps (n, S) of the coordinates, and impulses (nc, at most S) along all rows; of the others none."""
+        equation, rows = self._rows.equation, self._rows
+        delta = (rows.basis @ jumps[: self._free.shape[1]])[None]
+        impulses = np.full((1, equation.J_c.shape[1], jumps.shape[1]), np.nan)
+        if impulse is not None:
+            impulses[0, :, : impulse.shape[1]] = impulse
+        # Of the solution of Eq. 4 only these are read.
+        solution = Solution(delta, impulses, np.ones(impulses.shape[:2]), np.array([0]), np.ones(1), {}, {})
+        return _Columns(self.landing, equation, solution, jumps_of(self.landing, equation.full(delta)))
+
+    @functools.cached_property
+    def _linear(self) -> _Columns:
+        """Of each element the accelerations for its unit force as jumps, with what holds the loops; then the jumps of `ends`.
+
+        All is linear in these forces.
+        """
+        rows, equation, (n, held), response = self._rows, self._rows.equation, self._rows.turn.shape, self.motion.response
+        impulse = np.zeros((len(equation.J_c[0]), len(self.number)))
+        impulse[:held, :n] = rows.turn.T
+        if len(impulse) > held:
+            G = np.eye(len(self._free)) if equation.G is None else equation.G[0]
+            along = np.concatenate([rows.turn @ equation.J_c[0, :held], G[self._joints]])
+            missing = equation.H[0] @ (rows.basis @ response[: self._free.shape[1]]) - along.T
+            impulse[held:] = np.linalg.lstsq(equation.J_c[0, held:].T, missing, rcond=1e-10)[0]
+        times, turns = self._turns
+        return self._impact(np.column_stack([response, *turns.jump[[times.index(self.compressed), -1]], self._impulsive]), impulse)
+
+    def readout(self, compute: Compute, places: Sequence[Place]) -> Array:
+        """What gives a quantity, n vectors linear in jumps and impulses, of the forces of the elements (n, k, r)."""
+        values = np.asarray(compute(self._linear, places), dtype=float)[0, : len(self.number)]
+        return np.ascontiguousarray(values.reshape(*values.shape[:2], -1).transpose(1, 2, 0))
+
+    def ends(self, compute: Compute, places: Sequence[Place]) -> Array:
+        """A quantity (1, 3, n, ...) of the jumps until the end of compression, until the end, and in the impulse model."""
+        return np.asarray(compute(self._linear, places))[:, len(self.number) :]
+
+    def peaks(self, compute: Compute, places: Sequence[Place] = ()) -> tuple[Array, Array]:
+        """The largest lengths (n,) of a quantity, n vectors linear in jumps and impulses, and when (n,) each is reached."""
+        key = compute, tuple((place.name, place.body, place.number, place.r.tobytes()) for place in places)
+        if key not in self._peaks:
+            try:
+                self._peaks[key] = self.motion.peak(self.readout(compute, places))
+            except ArithmeticError as refusal:
+                raise SolveError(f"no verdict for contacts of {self.landing.scene.contact_stiffness:g} N/m: {refusal}") from None
+            freeze(self._peaks[key])
+        return self._peaks[key]
+
+    def history(self, compute: Compute, places: Sequence[Place], times: Array) -> Array:
+        """The same quantity (T, n, k) at times (T,)."""
+        return np.asarray(np.einsum("nkr,tr->tnk", self.readout(compute, places), self.motion.at(times).force))
+
+    def spectrum(self, compute: Compute, places: Sequence[Place], damping: float) -> Array:
+        """Largest acceleration (f, n) of oscillators of the frequencies `SPECTRUM` at n points, in the axis in which it is largest.
+
+        The acceleration of the points is that until all contacts are open.
+        """
+        if not places:
+            return np.zeros((len(SPECTRUM), 0))
+        count = int(np.ceil(self.motion.duration * SAMPLES_A_PERIOD * SPECTRUM[-1])) + 64
+        times = np.linspace(0.0, self.motion.duration, count + 1)
+        history = self.history(compute, places, times).reshape(count + 1, -1)
+        response = shock_response(history, float(times[1]), np.array(SPECTRUM), damping)
+        return np.asarray(response.reshape(len(SPECTRUM), len(places), -1).max(axis=2))
+
+    @functools.cached_property
+    def duration(self) -> Array:
+        """Time (c,) at which each contact opens for the last time [s]."""
+        opened = {int(self.number[event.element]): event.time for event in self.motion.events if event.kind == "opens"}
+        return np.array([opened.get(c, 0.0) for c in range(len(self.landing.contacts))])
+
+    @property
+    def restitution(self) -> Array:
+        """Restitution (c,) of each contact along its normal, with the scene's damping [1]."""
+        return np.asarray(self.motion.elements.restitution[self._normal])
+
+    @functools.cached_property
+    def _turns(self) -> tuple[list[float], History]:
+        """The times at which a normal is unloaded, and the end [s]; and the motion then."""
+        times = [event.time for event in self.motion.events if event.kind == "unloads" and self._normal[event.element]]
+        times.append(self.motion.duration)
+        return times, self.motion.at(np.array(times))
+
+    @functools.cached_property
+    def compressed(self) -> float:
+        """Time at which the last contact ends its first compression [s]."""
+        first = self.motion.first("unloads")[self._normal]
+        return float(first[np.isfinite(first)].max())
+
+    def impact_at(self, time: float) -> DoubleImpact:
+        """The jumps from the impact until a time [s], for the scene's own strike alone; without impulses."""
+        if time not in self._impacts:
+            self._impacts[time] = self._impact(self.motion.at(np.array([time])).jump.T)
+        return self._impacts[time]
+
+    @functools.cached_property
+    def _impulsive(self) -> Array:
+        """Jumps (n,) of the coordinates in the impulse model."""
+        held, to_velocity = self.motion.elements.rows[self.number >= 0], self.motion.to_velocity
+        speeds = (1.0 + self._rows.restitution) * (held @ self._velocity)
+        return np.asarray(to_velocity @ np.linalg.lstsq(held @ to_velocity, -speeds, rcond=1e-9)[0])
+
+    @functools.cached_property
+    def difference(self) -> float:
+        """Largest difference between the jumps of a body at the end and in the impulse model, relative to its largest jump [1]."""
+        own, impulsive = np.moveaxis(self._linear.jumps[0, ..., -2:], -1, 0)
+        difference, size = size_of(np.stack([own - impulsive, impulsive], axis=-1), self.landing.robot.rotation_lengths).T
+        return float(difference.max() / size.max())
+
+    @property
+    def agrees_by_construction(self) -> bool:
+        """Whether the jumps at the end are those of the impulse model for every stiffness, unless a contact slips."""
+        elements = self.motion.elements
+        return bool(np.all(elements.restitution == 0.0) and np.ptp(elements.stiffness) == 0.0)
+
+    @functools.cached_property
+    def _compression(self) -> Array:
+        """Largest compression (c,) of each contact along its normal [m]."""
+        # It is largest where the normal is unloaded, or at the end.
+        force = self._turns[1].force.max(axis=0)
+        return np.asarray((force / self.motion.elements.stiffness)[self._normal])
+
+    def warnings(self) -> Iterator[Diagnostic]:
+        """Warnings where what the model leaves out counts: gravity, the change of geometry, and contacts that open often."""
+        rows = self.motion.elements.rows[self._normal]
+        duration = float(self.duration.max()) if self.motion.separated else self.motion.duration
+        approach = float(-(rows @ self._velocity).min())
+        if (gravity := GRAVITY * duration) > GRAVITY_SHARE * approach:
+            text = (
+                f"gravity is left out, and in the {1e3 * duration:.3g} ms of contact it adds {gravity:.3g} m/s to an "
+                f"approach of {approach:.3g} m/s ({100.0 * gravity / approach:.2g} %): real peak forces are larger; "
+                "take stiffer contacts, or simulate the landing with gravity"
+            )
+            yield Diagnostic("contact", "", gravity / approach, text)
+        landing = self.landing
+        state, robot = landing.state, landing.robot
+        coms = state.position[0] + (state.rotation[0] @ robot.coms[..., None])[..., 0]
+        for contact, compression in zip(landing.contacts, self._compression.tolist(), strict=True):
+            reach = np.linalg.norm(coms - block_point(state, contact)[0], axis=1) + robot.gyration
+            if compression > DEEP * (size := float(reach.max())):
+                text = (
+                    f"{contact.name} is compressed by {compression:.3g} m, on a robot that reaches {size:.3g} m from there: the "
+                    "geometry does not stay as at impact, which this model assumes; take a stiffer contact or a lower speed"
+                )
+                yield Diagnostic("contact", contact.name, compression, text)
+        if (events := len(self.motion.events)) > MANY_EVENTS:
+            text = (
+                f"contacts change {events} times between loading, unloading, slipping and open: tiny changes of the landing change "
+                "their order, so durations are not reliable; take restitution above 0, or fewer contacts"
+            )
+            yield Diagnostic("contact", "", float(events), text)
+
+    @functools.cached_property
+    def force_shares(self) -> Array:
+        """Share (c, m) of each mode in the normal force of each contact: its amplitude, of the sum of all [1]."""
+        amplitude = self.motion.modes.force[self._normal]
+        total = amplitude.sum(axis=1, keepdims=True)
+        return np.asarray(amplitude / np.where(total > 0.0, total, 1.0))
+
+
+@functools.lru_cache(maxsize=4)
+def compliant_landing(landing: PosedLanding) -> CompliantLanding:
+    """The landing on contacts of the scene's stiffness, with the restitution of the contacts.
+
+    Raises:
+        SolveError: the motion cannot be followed.
+    """
+    return CompliantLanding(landing)

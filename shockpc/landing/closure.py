@@ -1,0 +1,366 @@
+"""Loops: two bodies held together at a point or a frame, as rows, and the posture in which they meet.
+
+The rows K Δq̇ = 0 are stacked under the contacts (shock paper, Section 3.1.1); restitution never applies to them. Redundant rows,
+such as a planar loop closed by a point in space, are normal: the solver counts the rank.
+"""
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from typing import Literal, NamedTuple
+
+import numpy as np
+import pinocchio as pin
+
+from shockpc.core.spatial import Array, Plane
+from shockpc.landing.contact import unit_directions
+from shockpc.landing.dynamics import Dynamics, dynamics
+from shockpc.landing.freedom import free_columns
+from shockpc.landing.record import Record
+from shockpc.landing.rows import Block, point_at, row_jacobian
+from shockpc.robot.robot import Loop, Robot
+from shockpc.text.diagnostic import Diagnostic
+from shockpc.text.errors import SceneError
+from shockpc.text.printed import few, listed
+
+CLOSED, SEEN, DIGITS = 1e-12, 1e-9, 1e-4
+"""A loop is closed when its gap is below the first share of the robot's size: what rounding leaves. A gap above the second is
+reported. Up to the third one may be left by lengths with six digits, of which differences decide."""
+
+EXACT = 1e-10
+"""Share of the greatest singular value of K G below which one is rounding."""
+
+NEARBY = 1e-2
+"""How far joints may move to close exactly what is closed to the digits of a file [rad, m]."""
+
+STEPS, NEAR_STEPS, RETRIES, SPREAD = 50, 12, 8, 0.25
+"""Steps of Gauss–Newton, from anywhere and from nearby; other starts, and how much farther away each is than the last [rad, m]."""
+
+STRIDE, LEAP, SHORTEST = 0.2, 0.5, 1e-3
+"""Following loops: first stride of the held joints, how far the others may move in one stride, and shortest stride [rad, m]."""
+
+
+@dataclass(frozen=True, kw_only=True, eq=False, repr=False)
+class Place(Record):
+    """One end of a closure.
+
+    Attributes:
+        frame: link, joint or site; it may be fixed to the world.
+        offset: from that frame's origin, in its axes [m].
+    """
+
+    frame: str
+    offset: tuple[float, float, float] = (0.0, 0.0, 0.0)
+
+
+@dataclass(frozen=True, kw_only=True, eq=False, repr=False)
+class Closure(Record):
+    """A closed loop as a scene states it.
+
+    Attributes:
+        a: one end.
+        b: the other end.
+        kind: "point" holds two points together, "frame" holds their orientations too.
+        directions: axes of frame a, or vectors in them, along which the points are held.
+    """
+
+    a: Place
+    b: Place
+    kind: Literal["point", "frame"] = "point"
+    directions: tuple[Literal["x", "y", "z"] | tuple[float, float, float], ...] = ("x", "y", "z")
+
+
+def all_loops(robot: Robot, closures: Sequence[Closure]) -> tuple[Loop, ...]:
+    """The loops of the robot's file, then those of a scene.
+
+    Raises:
+        UnknownName: the robot has no such frame.
+        SceneError: one makes no sense, or two tie the same points: where those are only almost the same, rounding would determine
+            what they hold.
+    """
+    loops = (*robot.loops, *(loop_of(robot, closure) for closure in closures))
+    for k, loop in enumerate(loops):
+        for other in loops[:k]:
+            ends = [dict(zip(one.bodies, one.points, strict=True)) for one in (loop, other)]
+            if ends[0].keys() == ends[1].keys() and all(np.linalg.norm(p - ends[1][body]) <= 1e-9 for body, p in ends[0].items()):
+                raise SceneError(
+                    f'closures "{other.name}" and "{loop.name}" tie the same points of the same bodies, so they are one closure; '
+                    "leave one of them out, and let the other hold all that both should",
+                    blocks=[other.name, loop.name],
+                )
+    return loops
+
+
+def loop_of(robot: Robot, closure: Closure) -> Loop:
+    """The loop that a closure of a scene means.
+
+    Raises:
+        UnknownName: the robot has no such frame.
+        SceneError: both ends are on one body, or a direction has no length.
+    """
+    a, b = robot.frame(closure.a.frame), robot.frame(closure.b.frame)
+    name = f"{closure.a.frame}–{closure.b.frame}"
+    if a.body == b.body:
+        shared = f'body "{robot.bodies[a.body].name}"' if a.body >= 0 else "the world"
+        raise SceneError(
+            f'closure "{name}" holds {shared} to itself, which closes no loop; name frames on two bodies', blocks=[name]
+        )
+    return Loop(
+        name=name,
+        bodies=(a.body, b.body),
+        points=(a.offset + a.rotation @ np.asarray(closure.a.offset), b.offset + b.rotation @ np.asarray(closure.b.offset)),
+        rotations=(a.rotation, b.rotation),
+        axes=unit_directions(f'closure "{name}"', closure.directions),
+        holds_orientation=closure.kind == "frame",
+    )
+
+
+def closure_block(loop: Loop) -> Block:
+    """The rows of a loop: the two ends may not separate along the loop's axes, which turn with its first body.
+
+    Both impulses act at the second end: along an axis that is left free the first end may be elsewhere, and opposite impulses at
+    two places would turn the robot. It is also what makes the rows the derivative of `closure_gap`.
+    """
+    (a, b), frame = loop.bodies, loop.rotations[0]
+    return Block(
+        kind="closure",
+        frame=loop.name,
+        body=b,
+        point=loop.points[1],
+        forces=loop.axes @ frame.T,
+        moments=frame.T if loop.holds_orientation else np.zeros((0, 3)),
+        other=a,
+        axes_body=a,
+    )
+
+
+def closure_gap(state: Dynamics, loop: Loop) -> Array:
+    """How far the second end of a loop is from the first (N, n): along its axes [m], then about them [rad] if it holds these."""
+    (a, b), (p_a, p_b) = loop.bodies, loop.points
+    frame = _orientation(state, a, loop.rotations[0])
+    apart = point_at(state, b, p_b) - point_at(state, a, p_a)
+    gap = np.einsum("nij,ki,nj->nk", np.swapaxes(frame, -1, -2), loop.axes, apart)
+    if not loop.holds_orientation:
+        return np.asarray(gap)
+    other = _orientation(state, b, loop.rotations[1])
+    turned = np.stack([pin.log3(R_a.T @ R_b) for R_a, R_b in zip(frame, other, strict=True)])
+    return np.concatenate([gap, turned], axis=1)
+
+
+def _orientation(state: Dynamics, body: int, rotation: Array) -> Array:
+    """Orientation (N, 3, 3) of a frame on a body, or on the world."""
+    n = len(state.J)
+    return np.broadcast_to(rotation, (n, 3, 3)) if body < 0 else state.rotation[:, body] @ rotation
+
+
+class Assembly(NamedTuple):
+    """A posture in which every loop meets.
+
+    Attributes:
+        q: (nq,) configuration.
+        gap: largest distance between two ends before [m].
+        turn: largest angle between two ends before, of closures that hold orientations [rad].
+        moved: (joint, by how much, unit) of each joint that had to move; a ball joint by its angle.
+        left: largest distance that is left between two ends of loops that contradict one another in the last digits of a file [m].
+        retried: whether they close only from another start, so perhaps assembled in another way.
+    """
+
+    q: Array
+    gap: float
+    turn: float
+    moved: tuple[tuple[str, float, str], ...]
+    left: float
+    retried: bool
+
+    def warnings(self, robot: str) -> Iterator[Diagnostic]:
+        """Warnings of loops that are not closed as the scene says. Args: robot: its name."""
+        if self.left:
+            text = f"the loops contradict one another in the last digits of the file: ends stay {1e3 * self.left:.2g} mm apart"
+            yield Diagnostic("posture", robot, self.left, f"{text}, closed by least squares")
+        if self.retried:
+            moved = few([f'"{name}" by {by:.3g} {unit}' for name, by, unit in self.moved], 4)
+            text = f"the loops close only far from the joint values given, perhaps assembled in another way: {moved}"
+            yield Diagnostic("posture", robot, None, f"{text}; if another way is meant, set these joints nearer to it")
+
+
+def assemble(robot: Robot, q: Array, loops: tuple[Loop, ...], plane: Plane, held: np.ndarray) -> Assembly:
+    """Close every loop by Gauss–Newton with steps of least norm, K G Δy = −gap.
+
+    Loops that contradict one another by no more than the digits of a file are closed by least squares. Where neither is possible,
+    other starts are tried, and the closed posture nearest to q is taken.
+
+    Args:
+        robot: its base stays where it is; joints that follow others keep following.
+        q: (nq,) configuration to start from.
+        loops: to be closed.
+        plane: of the study.
+        held: (nv,) joint velocities that may not move.
+
+    Raises:
+        SceneError: the loops cannot be closed; the text gives the gap that is left, in millimetres.
+    """
+    linkage, before = _Linkage(robot, loops, plane, held), dynamics(robot, q[None])
+    first, turn = (max(_apart(before, loop)[k] for loop in loops) for k in (0, 1))
+    closed = linkage.closed(q, DIGITS)
+    retried = closed is None
+    if retried:
+        others = [other for start in linkage.starts(q, RETRIES) if (other := linkage.closed(start, DIGITS)) is not None]
+        closed = min(others, key=lambda other: float(np.linalg.norm(pin.difference(robot.model, q, other))), default=None)
+    if closed is not None:
+        state = dynamics(robot, closed[None])
+        left = max(_apart(state, loop)[0] for loop in loops)
+        return Assembly(closed, first, turn, moved_joints(robot, q, closed), left if left > SEEN * _size(state) else 0.0, retried)
+    raise linkage.refusal(q)
+
+
+def follow(robot: Robot, near: Array, q: Array, loops: tuple[Loop, ...], plane: Plane, held: np.ndarray) -> Array:
+    """Follow closed loops while the held joints move from one posture to another, so that they stay assembled in the same way.
+
+    Args:
+        robot: as in `assemble`.
+        near: (nq,) closed configuration to start from.
+        q: (nq,) configuration that has the held joints where they shall be.
+        loops: to be kept closed.
+        plane: of the study.
+        held: (nv,) joint velocities that do not close the loops.
+
+    Returns: (nq,) the closed configuration.
+
+    Raises:
+        SceneError: the loops cannot be closed on the way.
+    """
+    linkage, model = _Linkage(robot, loops, plane, held), robot.model
+    # As much may be left on the way as at its beginning.
+    allowed = max(CLOSED, 2.0 * linkage.reached(near, DIGITS, 0)[1])
+    way = np.where(held, pin.difference(model, near, q), 0.0)
+    length, done, here = max(float(np.abs(way).max()), 1e-300), 0.0, near
+    step = min(1.0, STRIDE / length)
+    while done < 1.0:
+        step = min(step, 1.0 - done)
+        there = pin.integrate(model, here, step * way)
+        if done + step == 1.0:  # without the rounding of the steps
+            there = pin.integrate(model, q, np.where(held, 0.0, pin.difference(model, q, here)))
+        robot.set_followers(there)
+        closed = linkage.closed(there, allowed, NEAR_STEPS)
+        # The loops move far only where they are nearly singular, and there another posture is near in which they are closed.
+        if closed is None or np.abs(pin.difference(model, there, closed)).max() > LEAP:
+            step /= 2.0
+            if step * length < SHORTEST:
+                raise linkage.refusal(there)
+        else:
+            here, done, step = closed, done + step, 2.0 * step
+    return here
+
+
+class _Linkage(NamedTuple):
+    """Loops of a robot, and which joints may move to close them; as the arguments of `assemble`."""
+
+    robot: Robot
+    loops: tuple[Loop, ...]
+    plane: Plane
+    held: np.ndarray
+
+    def gap(self, state: Dynamics) -> Array:
+        """All gaps (n,) [m, rad]."""
+        return np.concatenate([closure_gap(state, loop)[0] for loop in self.loops])
+
+    def columns(self, state: Dynamics) -> tuple[Array, Array]:
+        """The directions G (nv, ny) in which joints may move, and how these move the gaps, K G (n, ny)."""
+        if not _movable(self.robot, self.held):
+            return np.zeros((len(self.held), 0)), np.zeros((len(self.gap(state)), 0))
+        G = free_columns(self.robot, "fixed", self.plane, state.rotation[:, 0], self.held)
+        columns = np.eye(self.robot.model.nv) if G is None else G[0]
+        return columns, row_jacobian(state, [closure_block(loop) for loop in self.loops])[0] @ columns
+
+    def refusal(self, q: Array) -> SceneError:
+        """The error for loops that cannot be closed from q."""
+        state = dynamics(self.robot, self.reached(q, EXACT, STEPS)[0][None])
+        worst = max(self.loops, key=lambda loop: float(np.abs(closure_gap(state, loop)).max()))
+        left, turned = _apart(state, worst)
+        angle = f" and {np.degrees(turned):.3g} deg turned" if worst.holds_orientation else ""
+        movable = _movable(self.robot, self.held)
+        return SceneError(
+            f'closure "{worst.name}" cannot be closed: its ends stay {1e3 * left:.3g} mm apart{angle}; '
+            f"joints that may move: {listed(movable) or 'none'}; let others move with --assemble, or start from joint values "
+            "nearer to the closed loop",
+            blocks=[worst.name],
+            joints=movable,
+        )
+
+    def steps(self, q: Array, cut: float, most: int) -> Iterator[tuple[Dynamics, Array, float]]:
+        """Gauss–Newton from q: state, configuration and size of the step that follows.
+
+        Args:
+            q: (nq,) configuration to start from.
+            cut: share of the greatest singular value of K G below which one counts as zero.
+            most: how many steps.
+        """
+        for _ in range(most + 1):
+            state = dynamics(self.robot, q[None])
+            G, columns = self.columns(state)
+            dy = np.linalg.lstsq(columns, -self.gap(state), rcond=cut)[0]
+            size = float(np.abs(dy).max(initial=0.0))
+            yield state, q, size
+            if not size:
+                return
+            # A long step leaves the range in which a linear model of the linkage means anything.
+            q = pin.integrate(self.robot.model, q, G @ dy * min(1.0, 0.5 / size))
+
+    def closed(self, q: Array, allowed: float, most: int = STEPS) -> Array | None:
+        """The closed configuration (nq,) that is reached from q; None if there is none.
+
+        Directions in which the loops resist by no more than the digits of a file are left alone at first: bars that are parallel to
+        these digits would move far to make up for what is missing in their lengths.
+
+        Args:
+            q: (nq,) configuration to start from.
+            allowed: share of the robot's size that may be left as a gap where it cannot be closed nearby.
+            most: how many steps.
+        """
+        coarse, left = self.reached(q, DIGITS, most)
+        if left <= CLOSED:
+            return coarse
+        exact, rest = self.reached(coarse if left <= DIGITS else q, EXACT, most)
+        if rest <= CLOSED and (left > DIGITS or np.abs(pin.difference(self.robot.model, coarse, exact)).max() <= NEARBY):
+            return exact
+        return coarse if left <= allowed else None
+
+    def reached(self, q: Array, cut: float, most: int) -> tuple[Array, float]:
+        """The configuration of least gap on the way from q, and that gap as a share of the robot's size; as in `steps`."""
+        best, least = q, np.inf
+        for state, passed, step in self.steps(q, cut, most):
+            gap = float(np.abs(self.gap(state)).max()) / _size(state)
+            if gap < least:
+                best, least = passed, gap
+            if gap <= CLOSED or step <= CLOSED:
+                break
+        return best, least
+
+    def starts(self, q: Array, count: int) -> Iterator[Array]:
+        """So many other configurations, farther and farther away."""
+        G, _ = self.columns(dynamics(self.robot, q[None]))
+        rng = np.random.default_rng(0)
+        for k in range(count):
+            yield pin.integrate(self.robot.model, q, G @ rng.uniform(-1.0, 1.0, G.shape[1]) * (k + 1) * SPREAD)
+
+
+def _size(state: Dynamics) -> float:
+    return max(float(np.ptp(state.position[0], axis=0).max()), 1e-3)
+
+
+def _apart(state: Dynamics, loop: Loop) -> tuple[float, float]:
+    """Distance [m] and angle [rad] between the ends of a loop."""
+    apart, turned = np.split(closure_gap(state, loop)[0], [len(loop.axes)])
+    return float(np.linalg.norm(apart)), float(np.linalg.norm(turned))
+
+
+def _movable(robot: Robot, held: np.ndarray) -> list[str]:
+    """The joints that may move by themselves: neither held nor following another."""
+    return [n for n in robot.joint_names if n not in robot.followers and not held[robot.joint(n).v].any()]
+
+
+def moved_joints(robot: Robot, before: Array, after: Array) -> tuple[tuple[str, float, str], ...]:
+    """The joints that moved by more than rounding: name, by how much, a ball joint by its angle, and unit."""
+    step = pin.difference(robot.model, before, after)
+    parts = ((joint, step[joint.v]) for joint in map(robot.joint, robot.joint_names))
+    moved = [(joint, float(part[0]) if len(part) == 1 else float(np.linalg.norm(part))) for joint, part in parts]
+    return tuple((joint.name, by, joint.unit) for joint, by in moved if abs(by) > 1e-9)

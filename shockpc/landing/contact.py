@@ -1,0 +1,218 @@
+"""Contact points: names, offsets and directions, described as rows of J_c."""
+
+from dataclasses import dataclass
+from functools import partial
+from typing import Literal
+
+import numpy as np
+
+from shockpc.core.spatial import Array, cross
+from shockpc.landing.dynamics import dynamics
+from shockpc.landing.posture import configuration
+from shockpc.landing.record import Record
+from shockpc.landing.rows import Block
+from shockpc.robot.geometry import Shape, body_outline
+from shockpc.robot.landmarks import feet, is_foot
+from shockpc.robot.robot import Robot
+from shockpc.text.errors import SceneError
+from shockpc.text.printed import listed
+
+FAR = 0.1
+"""How far a link reaches below its frame, as a share of the height of the robot's frames, where the frame is none of a foot."""
+
+AXES = {"x": (1.0, 0.0, 0.0), "y": (0.0, 1.0, 0.0), "z": (0.0, 0.0, 1.0)}
+
+
+@dataclass(frozen=True, kw_only=True, eq=False, repr=False)
+class Contact(Record):
+    """A contact as a scene states it.
+
+    Attributes:
+        frame: link or frame that strikes.
+        offset: contact point from that frame's origin, in the frame's axes [m].
+        at: "frame" takes that point; "lowest" takes the lowest point of the link's own collision geometry (visual, if the file
+            has no other), or of the geom, in this posture (the middle of all that are equally low), and adds the offset to it.
+        directions: world axes or vectors along which the contact stops the point; the others slide.
+        kind: "point" leaves the link free to turn about the contact; "flat" is a sole that also stops it from tilting, and from
+            twisting if it sticks.
+        restitution: speed after impact over speed before it [1].
+        restitution_along: "normal" reverses the velocity along the ground's normal alone (Newton), so that a contact that sticks
+            does not move along the ground; "directions" along each direction (shock paper, Eq. 4). Of a contact that slides both
+            are the same.
+        normal: of the ground at this contact, world axes; by default vertical.
+        velocity: of the contact point before the impact, world axes, where it is not that of the robot's motion [m/s].
+    """
+
+    frame: str
+    offset: tuple[float, float, float] = (0.0, 0.0, 0.0)
+    at: Literal["frame", "lowest"] = "frame"
+    directions: tuple[Literal["x", "y", "z"] | tuple[float, float, float], ...] = ("x", "y", "z")
+    kind: Literal["point", "flat"] = "point"
+    restitution: float = 0.0
+    restitution_along: Literal["normal", "directions"] = "normal"
+    normal: tuple[float, float, float] | None = None
+    velocity: tuple[float, float, float] | None = None
+
+    @property
+    def sticks(self) -> bool:
+        """Whether its directions span space, so that nothing slides."""
+        return bool(np.linalg.matrix_rank(unit_directions(self.frame, self.directions)) == 3)
+
+
+def match_contacts(robot: Robot, pattern: str) -> tuple[str, ...]:
+    """The frames that a name or a glob means, as in `Robot.match_frames`.
+
+    Raises:
+        UnknownName: nothing fits; the text names the robot's feet.
+    """
+    return robot.match_frames(pattern, "contact", _feet(robot))
+
+
+def landing_frames(robot: Robot, text: str) -> list[tuple[str, ...]]:
+    """The landings that a text means: one for each frame that a name or glob matches, or for A+B one on all of both.
+
+    Raises:
+        UnknownName: nothing fits a name.
+        SceneError: a name is empty, or stands there twice.
+    """
+    names = [text] if text in robot.frames else [part.strip() for part in text.split("+")]
+    if not all(names):
+        raise SceneError(f'contact "{text}" holds an empty name; valid are a name, A+B, or a glob such as "*_foot"')
+    twice = [name for k, name in enumerate(names) if name in names[:k]]
+    if twice:
+        raise SceneError(f'contact "{text}" names "{twice[0]}" twice; remove one of them', blocks=twice[:1])
+    parts = [match_contacts(robot, name) for name in names]
+    return (
+        [(frame,) for frame in parts[0]] if len(parts) == 1 else [tuple(dict.fromkeys(frame for part in parts for frame in part))]
+    )
+
+
+def foot_contact(robot: Robot, name: str) -> Contact:
+    """How a robot lands on one of its feet: at the frame, or at the lowest point of a link whose frame is far above."""
+    frame, up = robot.frame(name), np.array([0.0, 0.0, 1.0])
+    state = dynamics(robot, configuration(robot)[None])
+    shapes = [] if is_foot(name) or frame.kind != "link" else _own_shapes(robot, name)
+    reach = [shape.reach(-up[None] @ state.rotation[0, frame.body])[0] for shape in shapes]
+    far = max(reach, default=-np.inf) + up @ state.rotation[0, frame.body] @ frame.offset
+    return Contact(frame=name, at="lowest" if far > FAR * np.ptp(state.position[0] @ up) else "frame")
+
+
+def contact_block(robot: Robot, contact: Contact, up: Array, kind: Literal["contact", "stance"] = "contact") -> Block:
+    """The rows of a contact, or of a foot that is down already and stays where it is, whatever strikes elsewhere.
+
+    Args:
+        robot: the robot.
+        contact: as the scene states it.
+        up: (3,) unit normal of the ground, world axes.
+        kind: what it is.
+
+    Raises:
+        UnknownName: the robot has no such frame.
+        SceneError: the frame does not move, the link has no collision geometry to find a lowest point on, or a direction has no
+            length.
+    """
+    if contact.frame not in robot.frames:
+        raise robot.unknown("contact", contact.frame, robot.frames, _feet(robot))
+    frame, name = robot.frames[contact.frame], f'{kind} "{contact.frame}"'
+    refused = partial(SceneError, blocks=[contact.frame])
+    if frame.body < 0:
+        raise refused(f"{name} is fixed to the world, so no impulse moves it; name a frame on a moving link")
+    if contact.restitution < 0.0 or contact.restitution > 1.0:
+        raise refused(f"{name} has restitution {contact.restitution:g}; it lies between 0 (stays down) and 1 (bounces fully)")
+    if contact.normal is not None:
+        if not any(contact.normal):
+            raise refused(f"the normal of {name} has no length; give the direction away from the ground, such as 0,0,1")
+        up = unit_directions(f"the normal of {name}", (contact.normal,))[0]
+    vectors = unit_directions(name, contact.directions)
+    if not np.any(np.abs(vectors @ up) > 1e-9):
+        raise refused(
+            f"{name} keeps only directions along the ground, so nothing stops its fall; "
+            f"add the ground's normal ({', '.join(f'{u:g}' for u in up)}) to its directions"
+        )
+    point = frame.rotation @ np.asarray(contact.offset, dtype=float)
+    lowest = _shapes(robot, contact.frame) if contact.at == "lowest" else ()
+    if not lowest:
+        point = frame.offset + point
+    moments = np.zeros((0, 3))
+    if contact.kind == "flat":
+        moments = np.array([*across(up), *([up] if contact.sticks else [])])
+    rebound = None
+    if contact.restitution_along == "normal":
+        basis = np.linalg.svd(vectors, full_matrices=False)[2][: np.linalg.matrix_rank(vectors)]
+        rebound = up if len(basis) == 3 else (along := basis.T @ (basis @ up)) / np.linalg.norm(along)
+    velocity = None if contact.velocity is None else np.array(contact.velocity, dtype=float)
+    return Block(
+        kind, contact.frame, frame.body, point, vectors, moments, restitution=contact.restitution, rebound=rebound, normal=up,
+        velocity=velocity, lowest=lowest,
+    )  # fmt: skip
+
+
+def locate_lowest_point(contact: Block, rotation: Array) -> Block:
+    """A contact with its point in each posture, if that is the lowest one.
+
+    Args:
+        contact: as described in any posture.
+        rotation: (N, 3, 3) of its body, body to world.
+    """
+    if not contact.lowest:
+        return contact
+    return contact._replace(point=contact.point + np.stack([_lowest_point(contact.lowest, R.T @ contact.normal) for R in rotation]))
+
+
+def unit_directions(owner: str, directions: tuple[str | tuple[float, float, float], ...]) -> Array:
+    """Directions as unit vectors (n, 3); "x", "y" and "z" are the axes.
+
+    Raises:
+        SceneError: there is none, or one has no length.
+    """
+    if not directions:
+        raise SceneError(f'{owner} keeps no direction, so nothing stops it; valid are "x", "y", "z" and vectors')
+    vectors = np.array([AXES[d] if isinstance(d, str) else d for d in directions], dtype=float)
+    lengths = np.linalg.norm(vectors, axis=1)
+    if not (np.all(np.isfinite(vectors)) and np.all(lengths > 0.0)):
+        raise SceneError(f'{owner} has a direction without a length; valid are "x", "y", "z" and vectors')
+    return np.asarray(vectors / lengths[:, None])
+
+
+def _feet(robot: Robot) -> str:
+    """The robot's feet, for messages."""
+    return f"the feet of this robot: {listed(feet(robot), 12)}"
+
+
+def across(up: Array) -> tuple[Array, Array]:
+    """Two unit vectors that span the ground."""
+    first = cross(up, np.eye(3)[np.argmin(np.abs(up))])
+    first /= np.linalg.norm(first)
+    return first, cross(up, first)
+
+
+def _own_shapes(robot: Robot, name: str) -> tuple[Shape, ...]:
+    """The shapes of a link itself, or the shape of a geom: collision geometry, or visual if the file has no other."""
+    frame = robot.frame(name)
+    return tuple(shape for shape in body_outline(robot).shapes[frame.body] if shape.belongs_to(frame))
+
+
+def _shapes(robot: Robot, name: str) -> tuple[Shape, ...]:
+    """The same, of which there has to be one."""
+    found, frame = _own_shapes(robot, name), robot.frame(name)
+    if not found:
+        others = dict.fromkeys(shape.link for shape in body_outline(robot).shapes[frame.body])
+        remedy = f"; of its body, {listed(others, 4)} has some" if others else ""
+        raise SceneError(
+            f'{frame.kind} "{name}" has no collision geometry that could be read, so it has no lowest point{remedy}; '
+            "give the contact point by its offset, or name a link that has collision geometry",
+            blocks=[name],
+        )
+    return found
+
+
+def _lowest_point(shapes: tuple[Shape, ...], up: Array) -> Array:
+    """The lowest point (3,) of some shapes in the body's frame [m]; the mean of the lowest ones where several are equally low.
+
+    Args: up (3,), axes of the body.
+    """
+    points = np.concatenate([shape.farthest(-up) for shape in shapes])
+    height = points @ up
+    # A foot's sole is level to rounding only; its extent sets what counts as level.
+    slack = 1e-6 * max(float(np.ptp(points, axis=0).max()), 1e-6)
+    return np.asarray(points[height <= height.min() + slack].mean(axis=0))

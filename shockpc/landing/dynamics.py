@@ -1,0 +1,182 @@
+"""Inertia, Jacobians and placements of a robot in many postures at once: the one loop over Pinocchio's calls.
+
+World axes, with the origin at the base: a jump in velocity does not depend on where the robot stands, and a base a kilometre away
+would cost digits. Whole matrices are copied out of Pinocchio, whose buffers do not outlive the next call, and everything after this
+is array work.
+"""
+
+import functools
+import threading
+from typing import NamedTuple
+
+import numpy as np
+import pinocchio as pin
+
+from shockpc.core.inertia import Inertia, Momenta, matrix_of
+from shockpc.core.spatial import Array, cross_matrix
+from shockpc.robot.robot import Robot
+
+PINOCCHIO: str = pin.__version__
+"""Version of the library that evaluates robots."""
+
+MANY = 150_000
+"""Postures times squared joint velocities from which the momenta take less time than H."""
+
+
+class Design(NamedTuple):
+    """The inertias of N robots that are otherwise one, each in a posture of its own; or, with N = 1, those of one robot in all.
+
+    Attributes:
+        mass: (N, nb) of the bodies [kg].
+        com: (N, nb, 3) their centres of mass, in their frames [m].
+        inertia: (N, nb, 3, 3) about the centres of mass, axes of the frames [kg m²].
+        armature: (N, nv) reflected inertia of the joints [kg m², kg].
+    """
+
+    mass: Array
+    com: Array
+    inertia: Array
+    armature: Array
+
+    @classmethod
+    def of(cls, robot: Robot, armature: Array) -> "Design":
+        """The robot as it is (N = 1). Args: armature (nv,) of its joints."""
+        return cls(robot.masses[None], robot.coms[None], robot.inertias[None], armature[None])
+
+    @property
+    def gyration(self) -> Array:
+        """Radius of gyration (N, nb) of every body about its centre of mass, as `Robot.gyration` [m]."""
+        trace = np.trace(self.inertia, axis1=-2, axis2=-1)
+        return np.asarray(np.sqrt(np.maximum(trace, 0.0) / 3.0 / np.where(self.mass > 0.0, self.mass, np.inf)))
+
+    @property
+    def total_mass(self) -> Array:
+        """Mass (N,) of all bodies [kg]."""
+        return np.asarray(sum(self.mass.T))
+
+    def rows(self, chosen: slice) -> "Design":
+        """Some of the robots."""
+        return Design(*(part[chosen] for part in self))
+
+
+class Dynamics(NamedTuple):
+    """A robot in N postures.
+
+    Attributes:
+        inertia: of the bodies, and of the joints' armature if it was given; as momenta where that takes less time.
+        J: (N, 6, nv) twist (ω, v at the common origin) that each unit joint velocity gives to the bodies behind it.
+        rotation: (N, nb, 3, 3) of the body frames, body to world.
+        position: (N, nb, 3) origins of the body frames, from the base [m].
+        origin: (N, 3) position of the base in the world [m].
+        supports: (nb, nv) which joint velocities move which bodies.
+    """
+
+    inertia: Inertia
+    J: Array
+    rotation: Array
+    position: Array
+    origin: Array
+    supports: np.ndarray
+
+    @property
+    def H(self) -> Array:
+        """(N, nv, nv) joint-space inertia [kg, kg m, kg m²]."""
+        return matrix_of(self.inertia)
+
+
+def dynamics(robot: Robot, Q: Array, armature: Array | None = None, design: Design | None = None) -> Dynamics:
+    """Evaluate a robot in N postures.
+
+    Args:
+        robot: the robot.
+        Q: (N, nq) configurations in Pinocchio's layout.
+        armature: (nv,) reflected inertia of the joints, added to H's diagonal [kg m², kg]; none by default.
+        design: the inertias in each posture, instead of the robot's own and of `armature`.
+    """
+    model, data, J_view, F_view, com_view, placements, symmetric = _workspace(robot, threading.get_ident())
+    model.armature = np.zeros(model.nv) if armature is None else armature
+    n, nv = len(Q), model.nv
+    J, placed = np.empty((n, nv, 6)), np.empty((n, *placements.shape))
+    Q, origin = np.array(Q, dtype=float), np.zeros((n, 3))
+    if robot.free_base:
+        origin = Q[:, :3].copy()
+        Q[:, :3] = 0.0
+    inertia: Inertia
+    if design is not None:
+        for k, q in enumerate(Q):
+            pin.computeJointJacobians(model, data, q)
+            J[k] = J_view
+            placed[k] = placements
+    elif n * nv**2 < MANY:
+        inertia, world, crba = np.empty((n, nv, nv)), pin.Convention.WORLD, pin.crba
+        for k, q in enumerate(Q):
+            inertia[k] = crba(model, data, q, world)
+            J[k] = J_view
+            placed[k] = placements
+        if not symmetric:
+            row, column = np.tril_indices(nv, -1)
+            inertia[:, row, column] = inertia[:, column, row]
+    else:
+        F, com = np.empty((n, nv, 6)), np.empty((n, 3))
+        for k, q in enumerate(Q):
+            pin.computeCentroidalMap(model, data, q)
+            J[k], F[k], com[k] = J_view, F_view, com_view
+            placed[k] = placements
+    # Pinocchio writes the linear part first.
+    J = np.concatenate([J[:, :, 3:], J[:, :, :3]], axis=2).swapaxes(1, 2)
+    if design is None and n * nv**2 >= MANY:
+        about_the_origin = F[:, :, 3:] + np.cross(com[:, None], F[:, :, :3])
+        F = np.concatenate([about_the_origin, F[:, :, :3]], axis=2).swapaxes(1, 2)
+        inertia = Momenta(J, F, np.array(model.armature), tuple(data.parents_fromRow))
+    rotation = placed[:, 1:, :9].reshape(n, -1, 3, 3).swapaxes(-1, -2)
+    position = placed[:, 1:, 9:12]
+    if robot.body_frames is not None:
+        body_rotation, offset = robot.body_frames
+        position = position + (rotation @ offset[..., None])[..., 0]
+        rotation = rotation @ body_rotation
+    if design is not None:
+        momenta = Momenta(J, _momenta(robot, J, rotation, position, design), design.armature, tuple(data.parents_fromRow))
+        inertia = momenta if n * nv**2 >= MANY else matrix_of(momenta)
+    return Dynamics(inertia, J, rotation, position, origin, robot.supports)
+
+
+def _momenta(robot: Robot, J: Array, rotation: Array, position: Array, design: Design) -> Array:
+    """Momenta F (N, 6, nv) of unit joint velocities, as in `Momenta`: the composite inertia of what each joint carries times J.
+
+    About the common origin a body of mass m with its centre of mass at c has the momentum (Ī ω + m c × v, m v + ω × m c) with
+    Ī = R I Rᵀ − m c× c×. All three of m, m c and Ī add along the tree (Featherstone 2008, section 6.2).
+    """
+    c = position + (rotation @ design.com[..., None])[..., 0]
+    mass, first, C = np.broadcast_to(design.mass, c.shape[:2]).copy(), design.mass[..., None] * c, cross_matrix(c)
+    second = rotation @ design.inertia @ np.swapaxes(rotation, -1, -2) - design.mass[..., None, None] * (C @ C)
+    for i, parent in reversed(list(enumerate(robot.parents))):
+        if parent >= 0:
+            for part in (mass, first, second):
+                part[:, parent] += part[:, i]
+    carried = [i for i, joint in enumerate(robot.joints) for _ in range(joint.v.stop - joint.v.start)]
+    m, h, omega, v = mass[:, carried, None], first[:, carried], *np.split(J.swapaxes(1, 2), 2, axis=-1)
+    angular = (second[:, carried] @ omega[..., None])[..., 0] + np.cross(h, v)
+    return np.concatenate([angular, m * v + np.cross(omega, h)], axis=-1).swapaxes(1, 2)
+
+
+@functools.lru_cache(maxsize=16)
+def _workspace(robot: Robot, thread: int) -> tuple[pin.Model, pin.Data, Array, Array, Array, Array, bool]:
+    """A copy of a robot's model with its data for one thread; preparing it costs more than using it.
+
+    Read one by one, J and the placements cost more than the algorithms. Both lie in one piece of memory each, the placements as
+    columns of the rotation followed by the translation, at equal steps.
+
+    Returns: the model, whose armature is that of the last call; the data; views of these: the Jacobian's columns (nv, 6), momenta
+        of unit joint velocities (nv, 6) about the centre of mass, the centre of mass (3,) and the joints' placements (njoints, 12);
+        and whether crba fills both triangles, which depends on the version.
+    """
+    del thread
+    model = pin.Model(robot.model)
+    data = model.createData()
+    H = pin.crba(model, data, robot.start, pin.Convention.WORLD)
+    first = data.oMi[0].rotation
+    step = data.oMi[1].rotation.ctypes.data - first.ctypes.data
+    if data.oMi[0].translation.ctypes.data - first.ctypes.data != 72 or first.strides != (8, 24):
+        raise ImportError(f"Pinocchio {PINOCCHIO} stores placements in another way than versions 4.0 and 4.1; install one of those")
+    flat = np.lib.stride_tricks.as_strided(first.T, (model.njoints, 12), (step, 8), writeable=False)
+    return model, data, data.J.T, data.Ag.T, data.com[0], flat, np.array_equal(H, H.T)

@@ -1,0 +1,61 @@
+"""Which joint velocities are free: q̇ = G ẏ (shock paper, Eq. 7).
+
+A base that cannot move, or moves in the plane alone, a joint that holds, and a joint that follows another are columns of G: fewer
+unknowns, the same equation.
+"""
+
+from typing import Literal
+
+import numpy as np
+
+from shockpc.core.spatial import Array, Plane
+from shockpc.robot.robot import Robot
+from shockpc.text.errors import SceneError
+
+Base = Literal["free", "planar", "fixed"]
+
+
+def free_columns(robot: Robot, base: Base, plane: Plane, base_rotation: Array, locked: np.ndarray) -> Array | None:
+    """The columns G of the free joint velocities, or None where all are free.
+
+    Args:
+        robot: its mimic joints follow their leaders here.
+        base: free; planar (moves and turns in the plane only); fixed.
+        plane: of the study.
+        base_rotation: (..., 3, 3) orientation of the base, base to world.
+        locked: (nv,) joint velocities that are held at zero.
+
+    Returns: (..., nv, ny).
+
+    Raises:
+        SceneError: a base that its file fixes is asked to move, or nothing is left that can move.
+    """
+    nv = robot.model.nv
+    if base != "fixed" and not robot.free_base:
+        raise SceneError(
+            f'robot "{robot.name}" has a fixed base in its file, so base = "{base}" cannot be had; '
+            'load it with free=True, give its root body a <freejoint/>, or use base = "fixed"'
+        )
+    if not robot.mimics and not locked.any() and (base == "free" or not robot.free_base):
+        return None
+    G = np.broadcast_to(np.eye(nv), (*base_rotation.shape[:-2], nv, nv)).copy()
+    G[..., locked, :] = 0.0
+    kept = ~locked
+    if robot.free_base and base == "fixed":
+        kept[:6] = False
+    if base == "planar":
+        # The base's joint velocity is written in base axes, linear part first; three columns span the plane.
+        to_base = np.swapaxes(base_rotation, -1, -2)
+        G[..., :6, :6] = 0.0
+        G[..., :3, 0] = to_base @ plane.e1
+        G[..., :3, 1] = to_base @ plane.e2
+        G[..., 3:6, 2] = to_base @ plane.normal
+        kept[3:6] = False
+    index = {joint.name: joint.v.start for joint in robot.single_joints}
+    for mimic in robot.mimics:
+        # Substituting the leaders' rows, not their columns, serves chains of followers and followers of a planar base alike.
+        G[..., index[mimic.joint], :] = sum(multiplier * G[..., index[name], :] for name, multiplier in mimic.leaders.items())
+        kept[index[mimic.joint]] = False
+    if not kept.any():
+        raise SceneError(f'nothing of robot "{robot.name}" can move: its base is fixed and no joint is free; free one of them')
+    return np.ascontiguousarray(G[..., kept])

@@ -1,0 +1,259 @@
+"""What the joints do in an impact: move freely, resist by a reflected inertia, or hold (shock paper, Section 3.1.2).
+
+free: no rotor, or one behind a spring (series elasticity), which yields. geared: the reflected inertia n² I_rotor adds to H's
+diagonal. locked: the gearbox's friction or the motor holds the joint at the rate that it has, two bodies are one, and the joint's
+column is left out. A spring, of the joint itself or behind the rotor, gives no impulse in an instant. No choice moves the answer
+more than this one.
+"""
+
+import functools
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Literal, NamedTuple
+
+import numpy as np
+
+from shockpc.core.spatial import Array
+from shockpc.landing.record import Record
+from shockpc.robot.drives import Drive, drives_of, read_drives
+from shockpc.robot.robot import Drives, Robot
+from shockpc.text.errors import SceneError
+from shockpc.text.printed import listed
+from shockpc.text.toml import LARGEST
+
+
+@dataclass(frozen=True, kw_only=True, eq=False, repr=False)
+class Rotor(Record):
+    """A motor behind a gearbox.
+
+    Attributes:
+        inertia: of the rotor about its own axis [kg m²].
+        gear_ratio: turns of the rotor for one of the joint [1]; by default that of the robot's file.
+        stiffness: of a spring between gearbox and joint (series elastic) [N m/rad, N/m]; rigid by default.
+    """
+
+    inertia: float
+    gear_ratio: float | None = None
+    stiffness: float | None = None
+
+
+@dataclass(frozen=True, kw_only=True, eq=False, repr=False)
+class Joints(Record):
+    """The drives as a scene states them; patterns are joint names or globs, of which later ones go over earlier ones.
+
+    Attributes:
+        model: all joints free (whatever the file says, except where drives, armature or rotor give an inertia), geared, or locked;
+            by default as the file and the drives say, and rigid the same with springs that do not yield: a joint with its own
+            spring is locked, a rotor behind one is joined to its joint.
+        drives: a file of drives in the form of robots/drives.toml, which replace those of the robot's file; or "none". By default
+            the published and derived drives of a robot of the catalogue whose file gives no reflected inertia.
+        armature: reflected inertia by pattern [kg m²; kg for a prismatic joint].
+        rotor: rotor and gearbox by pattern; their reflected inertia is gear_ratio² · inertia.
+        stiffness: of springs of the joints themselves, such as in a compliant leg, by pattern [N m/rad, N/m].
+        locked: patterns of joints that hold the rate that they have before the impact: none, or that of the strike's joint
+            velocities.
+    """
+
+    model: Literal["free", "geared", "rigid", "locked"] | None = None
+    drives: str | None = None
+    armature: Mapping[str, float] = field(default_factory=dict)
+    rotor: Mapping[str, Rotor] = field(default_factory=dict)
+    stiffness: Mapping[str, float] = field(default_factory=dict)
+    locked: tuple[str, ...] = ()
+
+
+class JointModel(NamedTuple):
+    """What every joint does, as arrays.
+
+    Attributes:
+        armature: (nv,) reflected inertia that counts in the impulse [kg m², kg]; zero on the base and behind springs.
+        locked: (nv,) which joint velocities stay as they are.
+        name: "free", "geared", "locked", or "mixed".
+        stiffness: (nv,) of the spring of the joint itself [N m/rad, N/m]; zero without a spring.
+        drive_stiffness: (nv,) of the spring between the joint and its rotor [N m/rad, N/m]; infinite where they are rigidly joined.
+        rotor: (nv,) reflected inertia behind that spring [kg m², kg]; zero where there is none or it is not known.
+        drives: where the drives are from, such as "drives of go2, derived"; empty if no joint has them.
+        unknown: (nv,) of which joints nothing is known: neither file, drives nor scene give a drive, a spring or a lock.
+    """
+
+    armature: Array
+    locked: np.ndarray
+    name: str
+    stiffness: Array
+    drive_stiffness: Array
+    rotor: Array
+    drives: str
+    unknown: np.ndarray
+
+    @property
+    def springs(self) -> np.ndarray:
+        """Which joint velocities (nv,) have a spring, of their own or before their rotor."""
+        return np.asarray((self.stiffness > 0.0) | np.isfinite(self.drive_stiffness))
+
+    def deflection(self, robot: Robot, q: Array) -> Array:
+        """By how much (nv,) springs of joints are deflected in a configuration (nq,), as far as the robot's file says [rad, m]."""
+        return np.where(self.stiffness > 0.0, robot.deflection(q), 0.0)
+
+
+def joint_model(robot: Robot, joints: Joints) -> JointModel:
+    """What every joint does, as the scene asks.
+
+    Raises:
+        UnknownName: a pattern fits no joint.
+        SceneError: an inertia or a stiffness that is not above zero, a rotor without a gear ratio, a drive on a floating joint,
+            "geared" without any reflected inertia, or a joint locked apart from the one that it follows.
+    """
+    nv = robot.model.nv
+    drives = _drives(robot, joints)
+    armature = np.array(robot.model.armature) if joints.model != "free" else np.zeros(nv)
+    armature = np.where(drives.known, drives.armature, armature)
+    armature[~robot.actuated_dofs] = 0.0
+    rotor, drive_stiffness, stiffness = drives.rotor.copy(), drives.drive_stiffness.copy(), drives.stiffness.copy()
+    for name, k in robot.springs.items():
+        stiffness[robot.joint(name).v] = k
+    known, by_default = drives.known | (armature > 0.0) | (stiffness > 0.0), drives.known.copy()
+    if joints.model == "free" or joints.drives == "none" or robot.model.armature.any():
+        known[:] = True
+    locked = np.zeros(nv, dtype=bool)
+    given = [(pattern, inertia, np.inf) for pattern, inertia in joints.armature.items()]
+    reflected = [set(_velocities(robot, pattern)) for pattern in joints.armature]
+    for pattern, motor in joints.rotor.items():
+        driven = set(_velocities(robot, pattern))
+        # A rotor of one joint is an exception to an armature of several; else it is not clear which is meant.
+        if unclear := next((both for others in reflected if (both := driven & others) and not driven < others), None):
+            name = next(joint.name for joint in robot.joints if min(unclear) in range(nv)[joint.v])
+            raise SceneError(
+                f'"{name}" is given an armature and a rotor, which are two ways to say one thing; keep one of them', joints=[name]
+            )
+        k = np.inf if motor.stiffness is None else _positive("the stiffness of the drive", pattern, motor.stiffness)
+        for name in (pattern,) if motor.gear_ratio is not None else robot.match_joints(pattern):
+            ratio = robot.gear_ratios.get(name) if motor.gear_ratio is None else motor.gear_ratio
+            if ratio is None:
+                message = f'the rotor of "{name}" has no gear ratio, and the file of the robot gives none; add it'
+                raise SceneError(message, joints=[name])
+            given.append((name, ratio**2 * motor.inertia, k))
+    for pattern, inertia, k in given:
+        if not 0.0 < inertia <= LARGEST:
+            raise SceneError(
+                f'the reflected inertia of "{pattern}" is {inertia:g}; it has to be above zero and at most {LARGEST:g}; '
+                'for none use model = "free" (--joints free), and for a joint that holds model = "locked"',
+                joints=[pattern],
+            )
+        own = _velocities(robot, pattern)
+        armature[own], rotor[own] = (inertia, 0.0) if np.isinf(k) else (0.0, inertia)
+        drive_stiffness[own], known[own], by_default[own] = k, True, False
+    for pattern, k in joints.stiffness.items():
+        own = _velocities(robot, pattern)
+        stiffness[own], known[own] = _positive("the stiffness of joint", pattern, k), True
+    for pattern in joints.locked:
+        locked[_velocities(robot, pattern)] = True
+    if joints.model == "locked":
+        locked |= robot.actuated_dofs
+    for pattern in (*(pattern for pattern, *_ in given), *joints.stiffness):
+        if locked[_velocities(robot, pattern)].all():
+            raise SceneError(
+                f'"{pattern}" is locked, so a reflected inertia or a spring changes nothing there; leave out the lock, or the '
+                "armature, rotor or stiffness",
+                joints=[pattern],
+            )
+    if joints.model == "rigid":
+        armature, locked = _with_rigid_springs(robot, armature, locked, rotor, drive_stiffness, stiffness)
+        rotor, drive_stiffness = np.zeros(nv), np.full(nv, np.inf)
+    _refuse_split_followers(robot, locked)
+    if joints.model == "geared" and not (armature + rotor)[robot.actuated_dofs & ~locked].any():
+        raise SceneError(
+            "the joints are to be geared, but neither the file nor the scene gives any reflected inertia; "
+            "give armature (reflected) or rotor (inertia and gear_ratio) for the joints that have a gearbox"
+        )
+    rotor[locked], drive_stiffness[locked], stiffness[locked] = 0.0, np.inf, 0.0
+    unknown = robot.actuated_dofs & ~known & ~locked & ~robot.velocities(robot.followers)
+    label = drives.label if (by_default & ~locked).any() else ""
+    name = _named(armature[robot.actuated_dofs], locked[robot.actuated_dofs])
+    return JointModel(armature, locked, name, stiffness, drive_stiffness, rotor, label, unknown)
+
+
+def _with_rigid_springs(
+    robot: Robot, armature: Array, locked: np.ndarray, rotor: Array, drive_stiffness: Array, stiffness: Array
+) -> tuple[Array, np.ndarray]:
+    """Armature and locked joints (nv,) where no spring yields.
+
+    Raises:
+        SceneError: there are no springs, or the rotor behind one is not known.
+    """
+    own, behind = (stiffness > 0.0) & ~locked, np.isfinite(drive_stiffness) & ~locked
+    if not (own | behind).any():
+        raise SceneError(
+            "the springs are to be rigid, but neither the file, the drives nor the scene give any; give a stiffness, or a "
+            "rotor with one, or another joint model"
+        )
+    if (lacking := behind & ~own & (rotor == 0.0)).any():
+        names = listed(joint.name for joint in robot.single_joints if lacking[joint.v].any())
+        raise SceneError(f"the springs are to be rigid, but the rotors behind those of {names} are not known; give them as rotor")
+    return armature + np.where(behind, rotor, 0.0), locked | own
+
+
+def without_springs(armature: Array, locked: np.ndarray, name: str) -> JointModel:
+    """A joint model without springs. Args: armature (nv,), locked (nv,), and its name."""
+    zero = np.zeros(len(armature))
+    return JointModel(armature, locked, name, zero, zero + np.inf, zero, "", zero > 0.0)
+
+
+def _drives(robot: Robot, joints: Joints) -> Drives:
+    """The drives that count for the scene beside those of the robot's file."""
+    if joints.drives is not None and joints.drives != "none":
+        path = Path(joints.drives).expanduser()
+        stamp = path.stat().st_mtime_ns if path.is_file() else 0
+        return drives_of(robot, _drives_file(path, stamp), f"drives of {path.name}")
+    default = robot.default_drives
+    return Drives.none(robot.model.nv) if default is None or joints.drives == "none" or joints.model == "free" else default
+
+
+@functools.lru_cache(maxsize=4)
+def _drives_file(path: Path, stamp: int) -> tuple[Drive, ...]:
+    """The drives of a file, read again when it changes. Args: path of the file; stamp: when it was last changed."""
+    del stamp
+    return read_drives(path)
+
+
+def _positive(what: str, pattern: str, value: float) -> float:
+    if not 0.0 < value <= LARGEST:
+        raise SceneError(f'{what} "{pattern}" is {value:g}; it has to be above zero and at most {LARGEST:g}', joints=[pattern])
+    return value
+
+
+def _velocities(robot: Robot, pattern: str) -> list[int]:
+    """The velocities of the driven joints that a pattern means."""
+    names = (pattern,) if pattern == robot.joints[0].name else robot.match_joints(pattern)
+    driven = [k for name in names for k in range(robot.model.nv)[robot.joint(name).v] if robot.actuated_dofs[k]]
+    if not driven:
+        raise SceneError(
+            f'joint "{pattern}" of robot "{robot.name}" floats, so it has no drive; name a joint that has one', joints=[pattern]
+        )
+    return driven
+
+
+def _refuse_split_followers(robot: Robot, locked: np.ndarray) -> None:
+    """A joint and those that it follows are held together, or it and one of them not at all."""
+    held: list[str] = []
+    others: list[str] = []
+    for mimic in robot.mimics:
+        free = [name for name in mimic.leaders if not locked[robot.joint(name).v].all()]
+        follower = bool(locked[robot.joint(mimic.joint).v].all())
+        if mimic.leaders and follower != (not free):
+            held += [mimic.joint] if follower else mimic.leaders
+            others += free[:1] if follower else [mimic.joint]
+    if held:
+        raise SceneError(
+            f"joint {listed(held[:1])} is locked, but geared by a mimic to {listed(dict.fromkeys(others))}; lock all or none",
+            joints=[held[0], *dict.fromkeys(others)],
+        )
+
+
+def _named(armature: Array, locked: np.ndarray) -> str:
+    """What to call the drives as a whole; a robot without joints has free ones."""
+    if locked.any():
+        return "locked" if locked.all() else "mixed"
+    if not armature.any():
+        return "free"
+    return "geared" if armature.all() else "mixed"

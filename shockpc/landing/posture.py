@@ -1,0 +1,293 @@
+"""Where the joints and the base stand when the foot strikes: names, angles and limits → q."""
+
+import math
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass, field, replace
+from typing import Any, Literal, TypeAlias
+
+import numpy as np
+import pinocchio as pin
+
+from shockpc.core.spatial import Array
+from shockpc.landing.record import Record
+from shockpc.robot.landmarks import standing_posture
+from shockpc.robot.limits import LIMIT_SLACK
+from shockpc.robot.robot import Joint, Robot
+from shockpc.text.diagnostic import Diagnostic
+from shockpc.text.errors import SceneError, ShockError
+from shockpc.text.printed import listed, printable
+
+Quaternion: TypeAlias = Literal["xyzw", "wxyz"]
+"""Where the scalar part of a quaternion stands."""
+
+
+@dataclass(frozen=True, kw_only=True, eq=False, repr=False)
+class Posture(Record):
+    """A posture as a scene states it; each part overrides the one before.
+
+    Attributes:
+        reference: name of a posture of the robot, or "neutral"; by default its standing one, if it has one.
+        base_position: position of the base frame in the world [m]. The shock does not depend on it.
+        base_rpy_deg: roll, pitch and yaw of the base about the world's fixed x, y and z [deg].
+        base_quaternion: the same as a quaternion x, y, z, w.
+        joints: joint values by name or glob [rad; m for a prismatic joint].
+        joints_deg: joint values by name or glob [deg; m for a prismatic joint].
+        joint_quaternions: rotations of ball joints by name, as quaternions x, y, z, w.
+    """
+
+    reference: str | None = None
+    base_position: tuple[float, float, float] | None = None
+    base_rpy_deg: tuple[float, float, float] | None = None
+    base_quaternion: tuple[float, float, float, float] | None = None
+    joints: Mapping[str, float] = field(default_factory=dict)
+    joints_deg: Mapping[str, float] = field(default_factory=dict)
+    joint_quaternions: Mapping[str, tuple[float, float, float, float]] = field(default_factory=dict)
+
+
+def reference_name(robot: Robot, wanted: str | None) -> str:
+    """The reference posture that a scene means: the one asked for, else the robot's standing one, else "neutral".
+
+    Raises:
+        UnknownName: the robot has no posture of that name.
+    """
+    if wanted is None:
+        return standing_posture(robot)
+    if wanted != "neutral" and wanted not in robot.postures:
+        known = dict.fromkeys([*robot.postures, "neutral"])
+        raise robot.unknown("posture", wanted, known)
+    return wanted
+
+
+def configuration(
+    robot: Robot,
+    posture: Posture | None = None,
+    *,
+    joints: Mapping[str, float | Sequence[float]] | None = None,
+    base: Sequence[float] | None = None,
+    quaternion: Quaternion | None = None,
+) -> Array:
+    """Set every joint of a robot by name: its configuration (nq,) in Pinocchio's layout.
+
+    Args:
+        robot: the robot.
+        posture: what is not given otherwise, as in a scene; by default the robot's standing posture, else the neutral one.
+        joints: values by name or glob [rad; m for a prismatic joint]; of a ball joint its quaternion, of a planar one x, y [m] and
+            angle [rad], of a floating one position [m] and quaternion.
+        base: position (3,) in the world [m], or position and quaternion (7,).
+        quaternion: the order of every quaternion in `joints` and `base`, which has to be said: "xyzw" as in Pinocchio, ROS and
+            SciPy, or "wxyz" as in MuJoCo.
+
+    Raises:
+        UnknownName: no such posture or joint.
+        SceneError: a joint or a base that cannot be set that way.
+    """
+    posture = posture or Posture()
+    if base is not None:
+        numbers = _numbers(base, (3, 7), "base")
+        rotation = None if len(numbers) == 3 else tuple(_xyzw(numbers[3:], quaternion, "base"))
+        posture = replace(posture, base_position=tuple(numbers[:3]), base_rpy_deg=None, base_quaternion=rotation)
+    name = reference_name(robot, posture.reference)
+    # A robot may have a posture that it calls neutral itself; that one is meant then.
+    start = robot.postures.get(name, robot.start)
+    # Files round quaternions and cosines, and another length than 1 would scale the shock.
+    q = np.array(pin.normalize(robot.model, np.array(start)))
+    if not (pin.isNormalized(robot.model, q, 1e-9) and np.abs(q - start).max(initial=0.0) < 0.05):
+        raise SceneError(
+            f'posture "{name}" of robot "{robot.name}" holds a rotation that is none: a quaternion (x, y, z, w), or a cosine and '
+            "sine, has length 1; correct it in the file of postures"
+        )
+    _set_base(robot, posture, q)
+    for values, unit in ((posture.joints, 1.0), (posture.joints_deg, math.pi / 180.0)):
+        for pattern, value in values.items():
+            for joint in settable_joints(robot, pattern):
+                joint.set(value if joint.kind == "prismatic" else value * unit, q)
+    for ball, turned in posture.joint_quaternions.items():
+        _set_several(robot.joint(ball), turned, "xyzw", q)
+    for pattern, given in (joints or {}).items():
+        if np.ndim(given):
+            _set_several(robot.joint(pattern), given, quaternion, q)
+        else:
+            (number,) = _numbers([given], (1,), f'joint "{pattern}"')
+            for joint in settable_joints(robot, pattern):
+                joint.set(float(number), q)
+    set_joints(robot, (), q)
+    return q
+
+
+def configuration_from_mujoco(robot: Robot, qpos: Sequence[float]) -> Array:
+    """The configuration (nq,) of a robot of an MJCF in Pinocchio's layout.
+
+    Args:
+        robot: of an MJCF file.
+        qpos: as in `mujoco.MjData`: of every joint of the file, in its order; a free joint has x, y, z and then the quaternion
+            w, x, y, z [m, rad]. Joints that follow others stay as given.
+
+    Raises:
+        RobotError: the robot is not of an MJCF.
+        SceneError: another number of coordinates, one that is not finite, or a quaternion of length zero.
+    """
+    from shockpc.robot.mjcf import qpos_order
+
+    order, size = qpos_order(robot)
+    q = np.asarray(pin.normalize(robot.model, _numbers(qpos, (size,), "qpos")[order]))
+    if not pin.isNormalized(robot.model, q, 1e-9):
+        raise SceneError("qpos holds a quaternion of length 0; a rotation (w, x, y, z) has length 1")
+    return q
+
+
+def set_joints(robot: Robot, values: Iterable[tuple[Joint, float]], q: Array) -> None:
+    """Set joints of one coordinate in a configuration q (nq,), and those that follow others. Args: values of joints [rad, m]."""
+    for joint, value in values:
+        joint.set(value, q)
+    robot.set_followers(q)
+
+
+def set_many(robot: Robot, values: Iterable[tuple[Joint, Array]], Q: Array) -> None:
+    """Set joints of one coordinate in N configurations Q (N, nq), and those that follow others. Args: values (N,) [rad, m]."""
+
+    def place(joint: Joint, x: Array) -> None:
+        Q[:, joint.q] = np.stack([np.cos(x), np.sin(x)] if joint.kind == "continuous" else [x], axis=1)
+
+    for joint, x in values:
+        place(joint, x)
+    for mimic in robot.mimics:
+        led = np.full(len(Q), mimic.offset)
+        for name, multiplier in mimic.leaders.items():
+            cosine, *sine = Q[:, robot.joint(name).q].T
+            led += multiplier * (np.arctan2(sine[0], cosine) if sine else cosine)
+        place(robot.joint(mimic.joint), led)
+
+
+def check_rotations(robot: Robot, Q: Array) -> None:
+    """Refuse configurations (N, nq) that are none.
+
+    Raises:
+        SceneError: a number is not finite, or the numbers of a rotation have another length than 1.
+    """
+    for i, q in enumerate(Q):
+        if not (pin.isNormalized(robot.model, q, 1e-6) and math.isfinite(q.sum())):
+            raise SceneError(
+                f"row {i} of Q holds a number that is not finite, or a rotation that is none: a quaternion (x, y, z, w), or a "
+                "cosine and sine, has length 1; start from the configuration of a profile, profile.q"
+            )
+
+
+def _set_base(robot: Robot, posture: Posture, q: Array) -> None:
+    """Put the base where the scene says; the rest of q is left alone."""
+    if (posture.base_position, posture.base_rpy_deg, posture.base_quaternion) == (None, None, None):
+        return
+    if posture.base_rpy_deg is not None and posture.base_quaternion is not None:
+        raise SceneError("the base is turned twice, by base_rpy_deg and by base_quaternion; keep one of them")
+    if not robot.free_base:
+        raise SceneError(
+            f'the base of robot "{robot.name}" is fixed in its file, so it cannot be moved or turned; '
+            'free it with base = "free", or leave out where the base is'
+        )
+    if posture.base_position is not None:
+        q[:3] = posture.base_position
+    if posture.base_rpy_deg is not None:
+        roll, pitch, yaw = np.radians(posture.base_rpy_deg)
+        q[3:7] = pin.Quaternion(pin.rpy.rpyToMatrix(roll, pitch, yaw)).coeffs()
+    if posture.base_quaternion is not None:
+        q[3:7] = _xyzw(np.asarray(posture.base_quaternion), "xyzw", "base_quaternion")
+
+
+def _numbers(given: Any, sizes: tuple[int, ...], whose: str) -> Array:
+    """So many finite numbers."""
+    try:
+        values = np.asarray(given, dtype=float)
+    except (TypeError, ValueError):
+        values = np.array(np.nan)
+    if values.ndim != 1 or len(values) not in sizes or not np.isfinite(values).all():
+        wanted = " or ".join(map(str, sizes))
+        raise SceneError(f"{whose} has to be {wanted} finite number{'s' * (sizes != (1,))}, not {printable(repr(given), 80)}")
+    return values
+
+
+def _xyzw(values: Array, order: Quaternion | None, whose: str) -> Array:
+    """A quaternion as x, y, z, w, with length 1."""
+    if order not in ("xyzw", "wxyz"):
+        raise SceneError(f'{whose} holds a quaternion of unknown order; say quaternion="xyzw", or "wxyz" as in MuJoCo')
+    length = float(np.linalg.norm(values))
+    if not 0.95 < length < 1.05:
+        raise SceneError(f"{whose} has length {length:.3g}; a rotation ({', '.join(order)}) has length 1")
+    return np.roll(values, -1 if order == "wxyz" else 0) / length
+
+
+def _set_several(joint: Joint, given: Any, order: Quaternion | None, q: Array) -> None:
+    """Set a joint of several degrees of freedom."""
+    whose = f'joint "{joint.name}" ({joint.kind})'
+    values = _numbers(given, ({"ball": 4, "planar": 3, "free": 7}.get(joint.kind, 1),), whose)
+    if joint.kind == "planar":
+        q[joint.q] = (*values[:2], math.cos(values[2]), math.sin(values[2]))
+    elif joint.axis is None:
+        q[joint.q] = (*values[:-4], *_xyzw(values[-4:], order, whose))
+    else:
+        joint.set(float(values[0]), q)
+
+
+def settable_joints(robot: Robot, pattern: str, error: type[ShockError] = SceneError) -> tuple[Joint, ...]:
+    """The joints that a name or a glob means, without those that follow others.
+
+    Args:
+        robot: the robot.
+        pattern: the name or glob.
+        error: raised where one number cannot set them: a joint follows another, or has several degrees of freedom.
+
+    Raises:
+        UnknownName: no joint fits.
+    """
+    names, followers = robot.match_joints(pattern), {mimic.joint: mimic.led for mimic in robot.mimics}
+    joints = tuple(robot.joint(name) for name in names if name not in followers)
+    if not joints:
+        raise error(
+            f'joint "{names[0]}" follows {followers[names[0]]}, so it cannot be set by itself; name that instead', joints=names
+        )
+    for joint in joints:
+        if joint.axis is None:
+            degrees = joint.v.stop - joint.v.start
+            raise error(
+                f'joint "{joint.name}" has {degrees} degrees of freedom, so one number cannot set it; leave it out',
+                joints=[joint.name],
+            )
+    return joints
+
+
+def held_joints(robot: Robot, posture: Posture, movable: tuple[str, ...]) -> np.ndarray:
+    """Which joint velocities (nv,) may not move while loops are closed: the base's, and those of joints that the posture sets.
+
+    Args:
+        robot: the robot.
+        posture: what it sets stays where it is.
+        movable: patterns of the only joints that may move, if any are given.
+    """
+    held = np.zeros(robot.model.nv, dtype=bool)
+    if robot.free_base:
+        held[:6] = True
+    given = movable or (*posture.joints, *posture.joints_deg, *posture.joint_quaternions)
+    named = {name for pattern in given for name in robot.match_joints(pattern)}
+    held |= robot.velocities(name for name in robot.joint_names if (name in named) != bool(movable))
+    return held
+
+
+def outside_limits(robot: Robot, q: Array) -> tuple[Diagnostic, ...]:
+    """Warnings of the joints outside their limits, one for all that are equally far out, with the consequence."""
+    found: dict[str, dict[str, float]] = {}
+    for joint in robot.single_joints:
+        if joint.kind not in ("revolute", "prismatic"):
+            continue
+        value, (low, high) = float(q[joint.q.start]), joint.limits
+        excess = max(low - value, value - high)
+        if excess > LIMIT_SLACK:
+            unit, size = ("m", 1.0) if joint.kind == "prismatic" else ("deg", math.degrees(1.0))
+            where = f"{excess * size:.3g} {unit} outside the limits [{low * size:.3g}, {high * size:.3g}]"
+            found.setdefault(where, {})[joint.name] = excess
+    return tuple(
+        Diagnostic(
+            "limits",
+            "+".join(excesses),
+            max(excesses.values()),
+            f"joint{'s' * (len(excesses) > 1)} {listed(excesses, 4)}: {where}; the profile is computed there all the same",
+        )
+        for where, excesses in found.items()
+    )

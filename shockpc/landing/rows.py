@@ -1,0 +1,188 @@
+"""What is held during an impact, described once: contacts, standing feet and loops as rows; and Eq. 4 with them.
+
+A row is a unit force or moment on one body, and its opposite on another, at a point fixed in a body, along an axis fixed in the
+world or in a body. The description does not know the posture. It is evaluated for N postures, in doubles or, for a proof, in balls.
+"""
+
+import itertools
+from collections.abc import Sequence
+from typing import Literal, NamedTuple
+
+import numpy as np
+
+from shockpc.core.impulse import DATA_TOLERANCE, TOLERANCE
+from shockpc.core.inertia import Inertia, diagonal_of, matrix_of
+from shockpc.core.spatial import Array
+from shockpc.landing.dynamics import Dynamics
+from shockpc.robot.geometry import Shape
+
+NO_AXES, NO_NORMAL = np.zeros((0, 3)), np.zeros(3)
+
+
+class Block(NamedTuple):
+    """The rows of one contact, standing foot or closure: its forces, then its moments.
+
+    Attributes:
+        kind: only the rows of a contact have a speed to undo.
+        frame: name of what is held.
+        body: index of the body on which the unit impulses act; −1 for the world.
+        point: (3,), or (N, 3) where it differs between postures, at which they act, in the body's frame [m].
+        forces: (n, 3) axes of the unit forces.
+        moments: (m, 3) axes of the unit moments.
+        other: index of the body on which the opposite impulses act; −1 for the ground or the world.
+        axes_body: index of the body in whose frame the axes are fixed; −1 for the world.
+        restitution: e, by which the impact reverses the speed [1].
+        rebound: (3,) unit direction along which it does so, at each point of a flat contact; None where along each row (Eq. 4).
+        normal: (3,) unit normal of the ground at a contact or standing foot, world axes.
+        velocity: (3,), or (N, 3) where it differs between postures, of the point before the impact, world axes, where it is not
+            that of the robot's motion [m/s].
+        lowest: shapes on which the lowest point is sought in each posture, and what is given as the point added to that.
+    """
+
+    kind: Literal["contact", "stance", "closure"]
+    frame: str
+    body: int
+    point: Array
+    forces: Array
+    moments: Array = NO_AXES
+    other: int = -1
+    axes_body: int = -1
+    restitution: float = 0.0
+    rebound: Array | None = None
+    normal: Array = NO_NORMAL
+    velocity: Array | None = None
+    lowest: tuple[Shape, ...] = ()
+
+    @property
+    def name(self) -> str:
+        """For messages, such as 'contact "foot"'."""
+        return f'{self.kind} "{self.frame}"'
+
+    @property
+    def size(self) -> int:
+        """Number of its rows."""
+        return len(self.forces) + len(self.moments)
+
+
+def slices_of(blocks: Sequence[Block]) -> tuple[slice, ...]:
+    """Where the rows of each block lie among all rows."""
+    ends = itertools.accumulate(block.size for block in blocks)
+    return tuple(slice(end - block.size, end) for block, end in zip(blocks, ends, strict=True))
+
+
+def block_point(state: Dynamics, block: Block) -> Array:
+    """Position (N, 3) of the point of a block, world axes, from the base [m]."""
+    return point_at(state, block.body, block.point)
+
+
+def point_at(state: Dynamics, body: int, point: Array) -> Array:
+    """Position (N, 3) of a point of a body or of the world, world axes, from the base [m]. Args: point (3,) or (N, 3)."""
+    if body < 0:
+        return np.asarray(point - state.origin)
+    return np.asarray(state.position[:, body] + (state.rotation[:, body] @ point[..., None])[..., 0])
+
+
+def block_axes(state: Dynamics, block: Block) -> Array:
+    """Axes (N, n + m, 3) of the forces, then of the moments, in the world."""
+    axes = np.concatenate([block.forces, block.moments])
+    if block.axes_body < 0:
+        # Adding zeros makes balls of them where the posture is in balls, before doubles are multiplied with doubles and rounded.
+        return np.asarray(axes + 0.0 * state.origin[:, None])
+    return np.asarray(axes @ np.swapaxes(state.rotation[:, block.axes_body], -1, -2))
+
+
+def block_wrenches(state: Dynamics, block: Block) -> Array:
+    """Wrenches (N, n + m, 6) of the unit forces, then of the unit moments: moment about the origin [m], and force; world axes."""
+    n, axes = len(block.forces), block_axes(state, block)
+    point = block_point(state, block)
+    out = np.zeros((*axes.shape[:2], 6), dtype=point.dtype)
+    out[:, :n, 3:], out[:, n:, :3] = axes[:, :n], axes[:, n:]
+    (x, y, z), (a, b, c) = point.T[..., None], axes[:, :n].transpose(2, 0, 1)
+    out[:, :n, 0], out[:, :n, 1], out[:, :n, 2] = y * c - z * b, z * a - x * c, x * b - y * a
+    return out
+
+
+def row_jacobian(state: Dynamics, blocks: Sequence[Block]) -> Array:
+    """J_c (N, nc, nv): the speed along each row for unit joint velocities (shock paper, Eq. 4), the power of its wrench."""
+    return np.concatenate([block_wrenches(state, block) @ state.J * _moved(state, block) for block in blocks], axis=1)
+
+
+def row_terms(state: Dynamics, blocks: Sequence[Block]) -> Array:
+    """Sizes (N, nc, nv) of the terms that the entries of J_c are sums of; rounding in an entry is a share of its terms.
+
+    They are lengths of vectors, not of their components: a rotation spreads the rounding of a vector over all its components, so
+    the speed of a planar robot across its plane is a rounding error of the speed in it.
+    """
+    angular, linear = np.linalg.norm(state.J[:, :3], axis=1), np.linalg.norm(state.J[:, 3:], axis=1)
+    # The linear part of a rotating joint is a product of its axis and its place, which may be parallel.
+    place = np.linalg.norm(state.position, axis=-1)[:, np.argmax(state.supports, axis=0)]
+    linear = np.maximum(linear, angular * place)
+    terms = []
+    for block in blocks:
+        r = np.linalg.norm(block_point(state, block), axis=-1)[:, None]
+        moved = _moved(state, block) != 0.0
+        of_forces, of_moments = (r * angular + linear) * moved, angular * moved
+        terms += [of_forces] * len(block.forces) + [of_moments] * len(block.moments)
+    return np.stack(terms, axis=1)
+
+
+def row_tolerance(blocks: Sequence[Block]) -> float:
+    """Relative error of the terms of some rows: rounding, or that of the data where a loop is closed."""
+    return DATA_TOLERANCE if any(block.kind == "closure" for block in blocks) else TOLERANCE
+
+
+def _moved(state: Dynamics, block: Block) -> Array:
+    """How (nv,) each joint velocity moves one end of a block against the other: 1, −1, or 0 where it moves neither or both."""
+    body, other = (np.where(end < 0, 0.0, state.supports[end].astype(float)) for end in (block.body, block.other))
+    return np.asarray(body - other)
+
+
+class Equation(NamedTuple):
+    """The impulsive equation of motion in N postures, in the free velocities ẏ.
+
+    Attributes:
+        inertia: GᵀHG, armature included.
+        J_c: (N, nc, ny) J_c G, closure rows included.
+        b: (N, nc, k) speeds to be undone along each row, (1 + e) J_c q̇⁻ [m/s, rad/s].
+        G: (N, nv, ny), or None where all velocities are free.
+        state: the robot.
+        blocks: the rows.
+    """
+
+    inertia: Inertia
+    J_c: Array
+    b: Array
+    G: Array | None
+    state: Dynamics
+    blocks: tuple[Block, ...]
+
+    @property
+    def H(self) -> Array:
+        """(N, ny, ny) GᵀHG [kg, kg m, kg m²]."""
+        return matrix_of(self.inertia)
+
+    @property
+    def tolerance(self) -> float:
+        """Relative error of the terms of the rows, as in `choose_rows`."""
+        return row_tolerance(self.blocks)
+
+    def terms(self, k: int) -> Array:
+        """Sizes (nc, ny) of the terms that the entries of J_c are sums of, in one posture."""
+        terms = row_terms(self.state, self.blocks)[k]
+        return terms if self.G is None else np.asarray(terms @ np.abs(self.G[k]))
+
+    def cancellation(self) -> Array:
+        """By how much (N,) terms cancel in the entries of J_c, in the row where they do so most [1].
+
+        Rows along which nothing can move do not count. On a free base the rows of contacts hold its own velocity: little cancels.
+        """
+        weight = 1.0 / np.sqrt(np.maximum(diagonal_of(self.inertia), 1e-300))[:, None]
+        terms = row_terms(self.state, self.blocks)
+        terms = terms if self.G is None else terms @ np.abs(self.G)
+        length, whole = (np.linalg.norm(entries * weight, axis=-1) for entries in (self.J_c, terms))
+        moves = length > TOLERANCE * whole
+        return np.asarray(np.max(np.where(moves, whole, 1.0) / np.where(moves, length, 1.0), axis=-1, initial=1.0))
+
+    def full(self, delta: Array) -> Array:
+        """Jumps (N, nv, k) of all joint velocities, q̇ = G ẏ. Args: delta (N, ny, k)."""
+        return delta if self.G is None else np.asarray(self.G @ delta)

@@ -1,0 +1,160 @@
+"""How far to trust a result: the proven bound, the error of double precision, and the sensitivity to the data."""
+
+from collections.abc import Iterator, Mapping, Sequence
+from typing import NamedTuple
+
+import numpy as np
+
+from shockpc.core.impulse import DATA_TOLERANCE, RowChoice
+from shockpc.core.spatial import Array
+from shockpc.impact.exact.balls import PrecisionError, SingularError
+from shockpc.impact.exact.proof import Proof, motion
+from shockpc.impact.exact.solution import BallImpact
+from shockpc.impact.solve import UNPHYSICAL, body_speeds, greatest_motion
+from shockpc.landing.landing import PosedLanding
+from shockpc.landing.places import Place
+from shockpc.quantities.quantity import Quantity
+from shockpc.text.diagnostic import Diagnostic
+
+SENSITIVE = 1e-9
+"""A result that a change of the data in their last digits moves by more than this share carries a warning."""
+
+PATTERNS = 2
+"""Patterns of changes of the data, of which the largest effect counts: a scalar may happen to stay as it is under one of them."""
+
+AT_REST = 1e-13
+"""A body that moves by less than this share of the fastest one counts as at rest where errors are compared with motion."""
+
+STRAIN = 100.0
+"""Impulse through a joint relative to the greatest of the contacts beyond which a warning names the joint [1]."""
+
+FASTEST_PLAUSIBLE = 100.0
+"""Motion relative to the strike beyond which a warning names the body: a robot's own is about 1 [1]."""
+
+
+class Health(NamedTuple):
+    """How far to trust a profile: the arithmetic, for the robot as loaded.
+
+    Attributes:
+        rank: number of independent contact and closure rows.
+        rows: number of these rows.
+        error_bound: proven error of the reported jumps, relative to each body's motion, the largest over the bodies [1].
+        body_error_bounds: the same for every body.
+        double_error: true error of the solution in double precision, the largest over the bodies [1]; inf if it has none.
+        data_sensitivity: how far the result moves when every datum changes in its last digit, the largest over the bodies [1].
+        bits: precision of the ball arithmetic.
+        warnings: each with its consequence.
+    """
+
+    rank: int
+    rows: int
+    error_bound: float
+    body_error_bounds: tuple[float, ...]
+    double_error: float
+    data_sensitivity: float
+    bits: int
+    warnings: tuple[Diagnostic, ...]
+
+
+def double_error(landing: PosedLanding, proof: Proof, jumps: Array) -> float:
+    """True error of jumps (nb, 6) in double precision, relative to each body's motion, the largest over the bodies that move."""
+    length, exact = landing.robot.rotation_lengths, proof.jumps[..., 3:]
+    size = motion(exact, length)[:, 0]
+    if not np.isfinite(jumps).all():
+        return np.inf
+    off = motion(jumps[..., None] - exact, length)[:, 0]
+    return float(np.max((off / np.where(size > 0.0, size, 1.0))[size > AT_REST * size.max(initial=0.0)], initial=0.0))
+
+
+def nearly_singular(landing: PosedLanding, proof: Proof) -> Iterator[Diagnostic]:
+    """Warnings where the strike moves a body implausibly fast, or strikes in other directions have no verdict in its posture."""
+    gyration = landing.robot.gyration
+    # A body of almost no inertia may turn at any rate; its size is then taken to be like the others'. (np.median imports numpy.ma.)
+    times, body = greatest_motion(landing, proof.jumps[..., 3], np.fmax(gyration, np.sort(gyration)[len(gyration) // 2]))
+    if times > FASTEST_PLAUSIBLE:
+        name = landing.robot.bodies[body].name
+        text = (
+            f'body "{name}" would move or turn {times:.0e} times as fast as the strike, because the posture is nearly singular, or '
+            "almost no inertia resists that motion, which is not physically plausible; set another posture, or lock the joint with "
+            "--lock"
+        )
+        yield Diagnostic("posture", name, times, text)
+    most = max(float(body_speeds(landing.robot, proof.jumps[..., k], gyration).max()) for k in range(3))
+    if most > UNPHYSICAL:
+        text = (
+            f"other strikes would move a body up to {most:.0e} times as fast as the strike, because the posture is singular or "
+            "nearly so; the most severe directions say that alone, and are not physically plausible"
+        )
+        yield Diagnostic("posture", "", most, text)
+
+
+def redundant(landing: PosedLanding, choice: RowChoice) -> Iterator[Diagnostic]:
+    """A warning where rows of loops count as dependent, although more than rounding sets them apart."""
+    if choice.apart:
+        text = (
+            f"rows of the loops differ by {choice.apart:.0e} of their size, below {DATA_TOLERANCE:.0e}, so they count as the same "
+            "(bars that are parallel to the last digits of the file); if all of them are meant to hold, give the file more digits"
+        )
+        yield Diagnostic("posture", landing.robot.name, choice.apart, text)
+
+
+def strained(joints: Mapping[str, float], contact: float) -> Iterator[Diagnostic]:
+    """A warning of the greatest impulse through a joint, where that of the contacts does not explain it.
+
+    Args: impulses by joint, and the greatest of a contact [N s].
+    """
+    name, most = max(joints.items(), key=lambda item: item[1], default=("", 0.0))
+    if most > STRAIN * contact:
+        text = (
+            f'joint "{name}" would carry {most:.3g} N s, {most / contact:.2g} times the impulse of the contact: the mechanism is '
+            "nearly singular or redundant here, which is not physically plausible; set another posture, or open a loop"
+        )
+        yield Diagnostic("posture", name, most, text)
+
+
+def data_sensitivity(
+    proof: Proof, others: Sequence[tuple[Quantity, Sequence[Place], Array]]
+) -> tuple[float, tuple[Diagnostic, ...]]:
+    """How far a change of every datum in its last digit moves the jumps of the bodies [1], and warnings above `SENSITIVE`.
+
+    Args:
+        proof: of the landing.
+        others: other quantities with places and values, for warnings: small differences of large numbers.
+    """
+    length, bodies = proof.landing.robot.rotation_lengths, proof.landing.robot.bodies
+
+    def changed(impact: BallImpact) -> list[Array]:
+        # No other precision than that of the result is needed, so balls are rounded as they are.
+        values = [entry.compute(impact, places)[0, 0] for entry, places, _ in others if entry.compute is not None]
+        return [impact.jumps[0].astype(float), *(np.asarray(value, dtype=object).astype(float) for value in values)]
+
+    try:
+        patterns = [proof.with_last_digits_changed(changed, pattern) for pattern in range(PATTERNS)]
+    except (PrecisionError, SingularError):
+        return np.inf, tuple(_sensitive("the result", "", np.inf))
+    size = motion(proof.jumps[..., 3:], length)[:, 0]
+    off = np.max([motion(jumps[..., 3:] - proof.jumps[..., 3:], length)[:, 0] for jumps, *_ in patterns], axis=0)
+    moves = off / np.where(size > 0.0, size, 1.0)
+    moves[size <= AT_REST * size.max(initial=0.0)] = 0.0
+    worst = int(np.argmax(moves))
+    warnings = [*_sensitive(f'the result of body "{bodies[worst].name}"', bodies[worst].name, float(moves[worst]))]
+    for k, (entry, places, before) in enumerate(others):
+        whole, *changes = (
+            np.linalg.norm(part.reshape(len(places), -1), axis=1)
+            for part in (before, *(after[k + 1] - before for after in patterns))
+        )
+        off = np.max(changes, axis=0)
+        share = off / np.where(whole > 0.0, whole, np.inf)
+        place = places[int(np.argmax(share))].name
+        warnings += _sensitive(f'{entry.title} of {entry.of} "{place}"', place, float(share.max()))
+    return float(moves.max(initial=0.0)), tuple(warnings)
+
+
+def _sensitive(what: str, subject: str, share: float) -> Iterator[Diagnostic]:
+    """A warning where the data's last digits count."""
+    if not share <= SENSITIVE:
+        text = (
+            f"a change of the data in their last digits moves {what} by {share:.0e} of its size; digits beyond that are those of "
+            "this file, not of a real robot"
+        )
+        yield Diagnostic("data", subject, share, text)

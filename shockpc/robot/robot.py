@@ -1,0 +1,515 @@
+"""A robot: what was read of its file, its moving bodies, joints and frames, and what they compute from themselves."""
+
+import math
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass, field
+from functools import cached_property
+from pathlib import Path
+from typing import Any, Literal, NamedTuple
+
+import numpy as np
+import pinocchio as pin
+
+from shockpc.core.spatial import Array, freeze, read_only
+from shockpc.robot.files import OpenFolders
+from shockpc.robot.limits import POINT, inertia_fault
+from shockpc.text.diagnostic import Diagnostic
+from shockpc.text.errors import UnknownName
+from shockpc.text.names import match
+from shockpc.text.printed import few, listed
+
+WORLD = "world"
+"""A root link of this name stands for the ground: the robot is fixed to it unless the scene says otherwise."""
+
+KINDS = {"FreeFlyer": "free", "Spherical": "ball", "Planar": "planar", "Composite": "composite", "P": "prismatic"}
+KINDS |= {"RevoluteUnbounded": "continuous", "RUB": "continuous", "R": "revolute"}
+"""Kinds of joint, by the beginning of what Pinocchio calls them."""
+
+FRAMES: dict[pin.FrameType, Literal["link", "site", "geom"]]
+FRAMES = {pin.FrameType.BODY: "link", pin.FrameType.OP_FRAME: "site", pin.FrameType.SENSOR: "geom"}
+"""Kinds of frame; all others are joints. Pinocchio has no kind for geoms, and no reader here makes sensors."""
+
+
+@dataclass(eq=False, repr=False)
+class RobotSource:
+    """What was read of a robot: its text, where it came from, and what may be read along with it.
+
+    Attributes:
+        name: its catalogue name, if it was asked for by name; what it was, if there is no file.
+        kind: "urdf" (xacro included), "mjcf" or "pinocchio".
+        xml: the robot's text. URDF: after xacro, mesh paths as found. MJCF: with its includes inserted and mesh paths relative to
+            the file. Pinocchio: the model as it is serialised there, and its shapes as links of a URDF.
+        robot_name: as the file says, else the file's stem.
+        srdf: the file of reference postures, given or found beside the robot.
+        folders: the robot file, and what may be read along with it.
+        warnings: what was met on the way, each with its consequence.
+        freed: whether the base of an MJCF without one that moves gets a free joint.
+    """
+
+    name: str | None
+    kind: Literal["urdf", "mjcf", "pinocchio"]
+    xml: str
+    robot_name: str
+    srdf: Path | None
+    folders: OpenFolders
+    warnings: tuple[str, ...]
+    freed: bool = False
+
+    @property
+    def path(self) -> Path:
+        """The robot file, absolute."""
+        return self.folders.file
+
+
+class Body(NamedTuple):
+    """What moves as one: a link and all that is fixed to it.
+
+    Attributes:
+        name: the link that the body's moving joint carries; the root link for the base.
+        joint: index of that joint in the Pinocchio model.
+        links: every link of the body, its own name first.
+        rotation: (3, 3) of the body frame in the joint's frame.
+        offset: (3,) origin of the body frame in the joint's frame [m].
+        mass: [kg]
+        com: (3,) centre of mass in the body frame [m].
+        inertia: (3, 3) about the centre of mass, axes of the body frame [kg m²].
+    """
+
+    name: str
+    joint: int
+    links: tuple[str, ...]
+    rotation: Array
+    offset: Array
+    mass: float
+    com: Array
+    inertia: Array
+
+
+class Joint(NamedTuple):
+    """How a body moves against the one that carries it.
+
+    Attributes:
+        name: as the file says.
+        kind: free (q: position, quaternion x y z w; v: linear then angular, body axes), planar (x, y, cosine, sine), ball
+            (quaternion), continuous (cosine, sine), revolute, prismatic, or composite (several of these after one another).
+        axis: (3,) unit vector in the joint's frame; None where there is more than one.
+        parent: index of the body that carries it; −1 for the world.
+        rotation: (3, 3) of the joint's frame at rest in the parent's joint frame; of a part, in that of the part before it.
+        offset: (3,) its origin there [m].
+        q: where its configuration is in q.
+        v: where its velocities are in q̇.
+        limits: least and greatest value of a joint of one coordinate [rad, m].
+        parts: of a composite, in their order; its name is theirs, joined by "+".
+    """
+
+    name: str
+    kind: str
+    axis: Array | None
+    parent: int
+    rotation: Array
+    offset: Array
+    q: slice
+    v: slice
+    limits: tuple[float, float]
+    parts: "tuple[Joint, ...]" = ()
+
+    @property
+    def unit(self) -> str:
+        """Unit of its coordinate."""
+        return "m" if self.kind == "prismatic" else "rad"
+
+    def value(self, q: Array) -> float:
+        """The coordinate of a joint of one degree of freedom [rad, m]. Args: q (nq,)."""
+        return math.atan2(*q[self.q][::-1]) if self.kind == "continuous" else float(q[self.q.start])
+
+    def set(self, value: float, q: Array) -> None:
+        """Set the coordinate of a joint of one degree of freedom [rad, m]. Args: q (nq,), which is changed."""
+        q[self.q] = (math.cos(value), math.sin(value)) if self.kind == "continuous" else value
+
+
+class Frame(NamedTuple):
+    """A named place on a body.
+
+    Attributes:
+        name: link, joint, site or geom.
+        body: index into `Robot.bodies`; −1 if it is fixed to the world.
+        rotation: (3, 3) in the body frame.
+        offset: (3,) origin in the body frame [m].
+        kind: what the file calls it.
+    """
+
+    name: str
+    body: int
+    rotation: Array
+    offset: Array
+    kind: Literal["link", "joint", "site", "geom"]
+
+
+class Mimic(NamedTuple):
+    """A joint that follows others: q_joint = Σ multiplier · q_leader + offset.
+
+    Attributes:
+        joint: the follower's name.
+        leaders: multiplier [1] by the name of each joint that it follows; none if it stands still.
+        offset: [rad, m]
+    """
+
+    joint: str
+    leaders: Mapping[str, float]
+    offset: float
+
+    @property
+    def led(self) -> str:
+        """What it follows, for messages."""
+        return f"joint{'s' * (len(self.leaders) > 1)} {listed(self.leaders)}" if self.leaders else "a constant"
+
+
+class Loop(NamedTuple):
+    """Two bodies that a joint outside the tree holds together.
+
+    Attributes:
+        name: of the two ends.
+        bodies: index of each end's body; −1 for the world.
+        points: (3,) each end in its body's frame [m].
+        rotations: (3, 3) each end's frame in its body's frame.
+        axes: (n, 3) unit vectors along which the points are held, in the first end's frame.
+        holds_orientation: whether the orientations are held too.
+    """
+
+    name: str
+    bodies: tuple[int, int]
+    points: tuple[Array, Array]
+    rotations: tuple[Array, Array]
+    axes: Array
+    holds_orientation: bool
+
+
+class Drives(NamedTuple):
+    """What is known of the drives of a robot's joints beside the model.
+
+    Attributes:
+        label: where it is from; empty if nothing is known.
+        known: (nv,) of which joints the drive is known.
+        armature: (nv,) reflected inertia that is rigidly joined to the joint [kg m², kg].
+        rotor: (nv,) reflected inertia behind a spring [kg m², kg]; zero where there is none or it is not known.
+        drive_stiffness: (nv,) of that spring [N m/rad, N/m]; infinite without one.
+        stiffness: (nv,) of a spring of the joint itself [N m/rad, N/m]; zero without one.
+    """
+
+    label: str
+    known: np.ndarray
+    armature: Array
+    rotor: Array
+    drive_stiffness: Array
+    stiffness: Array
+
+    @classmethod
+    def none(cls, nv: int) -> "Drives":
+        """Drives of which nothing is known. Args: nv: number of joint velocities."""
+        return cls("", np.zeros(nv, dtype=bool), np.zeros(nv), np.zeros(nv), np.full(nv, np.inf), np.zeros(nv))
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class Robot:
+    """A robot as loaded. What takes a name raises UnknownName where nothing fits; the text names the nearest.
+
+    Attributes:
+        source: the file's text and where it came from.
+        model: the Pinocchio model; its first joint is the base's if `free_base`.
+        start: (nq,) configuration with neutral joints, each at zero or the limit nearest to it; a base that its file places stands
+            there.
+        postures: reference configurations by name, each (nq,).
+        mimics: joints that follow others, each after the one that it follows.
+        loops: what the file holds together beside the tree (MJCF connect and weld).
+        notes: warnings of the file's reader, without the file's name.
+        change_warnings: of what was changed after it was loaded.
+        springs: stiffness of the joints that the file gives a spring of their own [N m/rad, N/m].
+        relaxed: (nq,) configuration in which these springs are without force; None where the file gives none.
+        gear_ratios: by joint, where the file gives a ratio without the inertia of the rotor [1].
+        default_drives: of a robot of the catalogue whose file gives no reflected inertia; None where none are known.
+    """
+
+    source: RobotSource
+    model: pin.Model
+    start: Array
+    postures: Mapping[str, Array]
+    mimics: tuple[Mimic, ...]
+    loops: tuple[Loop, ...]
+    notes: tuple[str, ...]
+    change_warnings: tuple[Diagnostic, ...] = ()
+    springs: Mapping[str, float] = field(default_factory=dict)
+    relaxed: Array | None = None
+    gear_ratios: Mapping[str, float] = field(default_factory=dict)
+    default_drives: Drives | None = None
+
+    def __repr__(self) -> str:
+        return f"Robot(name={self.name!r}, free_base={self.free_base}, mass={self.mass})"
+
+    @property
+    def name(self) -> str:
+        """As the file says."""
+        return self.source.robot_name
+
+    def deflection(self, q: Array) -> Array:
+        """By how much (nv,) the springs of the file are deflected in a configuration (nq,) [rad, m]; zero where it has none."""
+        out = np.zeros(self.model.nv)
+        if self.relaxed is not None:
+            for v in (self.joint(name).v for name in self.springs):
+                out[v] = pin.difference(self.model, self.relaxed, q)[v]
+        return out
+
+    @property
+    def label(self) -> str:
+        """How a command names this robot: its catalogue name, else the path of its file."""
+        return self.source.name or str(self.source.path)
+
+    @property
+    def links(self) -> tuple[str, ...]:
+        """Every link that moves, in the order of the bodies."""
+        return tuple(link for body in self.bodies for link in body.links)
+
+    @cached_property
+    def warnings(self) -> tuple[str, ...]:
+        """Of the file's reader, and one for all bodies whose inertia, with that of all that is fixed to them, no body has."""
+        implausible = []
+        for body in self.bodies:
+            if body.mass > 0 and inertia_fault(body.mass, body.inertia):
+                moments = np.linalg.eigvalsh(body.inertia)
+                listed_moments = ", ".join(f"{moment if abs(moment) > POINT * body.mass else 0.0:.3g}" for moment in moments)
+                implausible.append(f'"{body.name}" ({listed_moments} kg m²)')
+        message = (
+            f"no body has such principal moments: {few(implausible, 4)}. None can be negative or above the sum of the other two, "
+            "and not all can be zero; shock is computed from them all the same. Correct the file; the links at fault: "
+            f"shockpc robots {self.label}"
+        )
+        file = self.source.path.name
+        return (*self.source.warnings, *(f"{file}: {note}" for note in (*self.notes, *([message] if implausible else []))))
+
+    @cached_property
+    def free_base(self) -> bool:
+        """Whether the base can move (every URDF; an MJCF whose root body has a free joint)."""
+        return self.joints[0].kind == "free"
+
+    @property
+    def usual_base(self) -> Literal["free", "fixed"]:
+        """How the base moves unless a scene says otherwise: a root link called "world" stands for the ground."""
+        return "free" if self.free_base and self.bodies[0].name != WORLD else "fixed"
+
+    @cached_property
+    def bodies(self) -> tuple[Body, ...]:
+        """The moving bodies, base first, then in the order of the tree; each is named after the link that its joint carries."""
+        links: list[list[pin.Frame]] = [[] for _ in range(self.model.njoints)]
+        for frame in self.model.frames:
+            if frame.type == pin.FrameType.BODY:
+                links[frame.parentJoint].append(frame)
+        bodies = []
+        for joint, carried in list(enumerate(links))[1:]:
+            names, place = tuple(frame.name for frame in carried), carried[0].placement
+            inertia = place.actInv(self.model.inertias[joint])
+            frame = read_only(place.rotation), read_only(place.translation)
+            mass, com, tensor = float(inertia.mass), read_only(inertia.lever), read_only(inertia.inertia)
+            bodies.append(Body(names[0], joint, names, *frame, mass, com, tensor))
+        return tuple(bodies)
+
+    @cached_property
+    def frames(self) -> Mapping[str, Frame]:
+        """Every named place, by name; where a link shares its name with another it is the link's."""
+        frames: dict[str, Frame] = {}
+        for frame in sorted(self.model.frames, key=lambda frame: frame.type != pin.FrameType.BODY):
+            index, place = frame.parentJoint - 1, frame.placement
+            if index >= 0:
+                place = pin.SE3(self.bodies[index].rotation, self.bodies[index].offset).inverse() * place
+            if frame.name != "universe" and frame.name not in frames:
+                frames[frame.name] = Frame(
+                    frame.name, index, read_only(place.rotation), read_only(place.translation), FRAMES.get(frame.type, "joint")
+                )
+        return frames
+
+    @cached_property
+    def joints(self) -> tuple[Joint, ...]:
+        """The joint that carries each body, in the order of `bodies`; the floating base's is the first."""
+        model = self.model
+        return tuple(_joint(model, model.joints[body.joint], body.joint, model.jointPlacements[body.joint]) for body in self.bodies)
+
+    @cached_property
+    def joint_origins(self) -> Array:
+        """(nb, 3) origin of the joint that carries each body, in the body's frame [m]."""
+        return read_only(np.array([-body.rotation.T @ body.offset for body in self.bodies]))
+
+    @cached_property
+    def single_joints(self) -> tuple[Joint, ...]:
+        """The joints as the file has them: the same, with the parts of a composite joint in its place."""
+        return tuple(part for joint in self.joints for part in joint.parts or (joint,))
+
+    @cached_property
+    def joint_names(self) -> tuple[str, ...]:
+        """Names of the joints between bodies, as the file has them; the floating base's is not among them."""
+        return tuple(joint.name for joint in self.single_joints[self.free_base :])
+
+    def joint(self, name: str) -> Joint:
+        """The joint of the file of that exact name."""
+        for joint in self.single_joints:
+            if joint.name == name:
+                return joint
+        raise self.unknown("joint", name, (joint.name for joint in self.single_joints))
+
+    @cached_property
+    def followers(self) -> frozenset[str]:
+        """Names of the joints that follow others."""
+        return frozenset(mimic.joint for mimic in self.mimics)
+
+    @cached_property
+    def independent_joints(self) -> tuple[Joint, ...]:
+        """The joints of one coordinate that follow no other."""
+        return tuple(joint for joint in self.single_joints if joint.axis is not None and joint.name not in self.followers)
+
+    def velocities(self, names: Iterable[str]) -> np.ndarray:
+        """Which joint velocities (nv,) are of the joints of these exact names."""
+        chosen = np.zeros(self.model.nv, dtype=bool)
+        for name in names:
+            chosen[self.joint(name).v] = True
+        return chosen
+
+    @cached_property
+    def actuated_dofs(self) -> np.ndarray:
+        """Which joint velocities (nv,) are of joints that a drive may move or hold: all but those of floating joints."""
+        driven = np.repeat([joint.kind != "free" for joint in self.joints], [joint.v.stop - joint.v.start for joint in self.joints])
+        freeze(driven)
+        return driven
+
+    @cached_property
+    def mass(self) -> float:
+        """Of all bodies [kg]."""
+        return sum(body.mass for body in self.bodies)
+
+    @cached_property
+    def masses(self) -> Array:
+        """Mass (nb,) of every body [kg]."""
+        return read_only([body.mass for body in self.bodies])
+
+    @cached_property
+    def coms(self) -> Array:
+        """Centre of mass (nb, 3) of every body in its frame [m]."""
+        return read_only([body.com for body in self.bodies])
+
+    @cached_property
+    def inertias(self) -> Array:
+        """Inertia (nb, 3, 3) of every body about its centre of mass, axes of its frame [kg m²]."""
+        return read_only([body.inertia for body in self.bodies])
+
+    @cached_property
+    def gyration(self) -> Array:
+        """Radius of gyration (nb,) of every body about its centre of mass, for the mean axis [m]; 0 for a body without mass."""
+        trace = np.trace(self.inertias, axis1=1, axis2=2)
+        return read_only(np.sqrt(np.maximum(trace, 0.0) / 3.0 / np.where(self.masses > 0.0, self.masses, np.inf)))
+
+    @cached_property
+    def rotation_lengths(self) -> Array:
+        """Length (nb,) by which the rotation of a body counts as a speed [m]: its radius of gyration, or the others' smallest."""
+        return read_only(np.where(self.gyration > 0.0, self.gyration, self.gyration[self.gyration > 0.0].min(initial=1.0)))
+
+    @cached_property
+    def body_frames(self) -> tuple[Array, Array] | None:
+        """Rotation (nb, 3, 3) and origin (nb, 3) [m] of the body frames in their joint frames; None where all are the same."""
+        rotation, offset = (read_only([getattr(body, key) for body in self.bodies]) for key in ("rotation", "offset"))
+        return (rotation, offset) if offset.any() or (rotation != np.eye(3)).any() else None
+
+    @cached_property
+    def parents(self) -> tuple[int, ...]:
+        """Index of the body that carries each body's joint; −1 for the world."""
+        return tuple(joint.parent for joint in self.joints)
+
+    def limb(self, body: int) -> list[int]:
+        """The bodies from one to the base, which is not among them."""
+        limb: list[int] = []
+        while body > 0:
+            limb.append(body)
+            body = self.parents[body]
+        return limb
+
+    @cached_property
+    def supports(self) -> np.ndarray:
+        """Which joint velocities (columns) move which bodies (rows): those of the joints from the base to the body."""
+        supports = np.zeros((len(self.bodies) + 1, self.model.nv), dtype=bool)  # the last row is the world's
+        for i, joint in enumerate(self.joints):
+            supports[i] = supports[joint.parent]
+            supports[i, joint.v] = True
+        freeze(supports)
+        return supports[:-1]
+
+    def match(self, kind: str, pattern: str, names: Iterable[str], known: Iterable[str] = (), hint: str = "") -> tuple[str, ...]:
+        """The names that an exact name or a glob means, as in `names.match`."""
+        return match(pattern, names, kind, f'robot "{self.name}"', f"shockpc robots {self.label}", known, hint)
+
+    def match_joints(self, pattern: str) -> tuple[str, ...]:
+        """The joints that an exact name or a glob means."""
+        return self.match("joint", pattern, self.joint_names)
+
+    def match_frames(self, pattern: str, kind: str = "frame", hint: str = "") -> tuple[str, ...]:
+        """The frame of an exact name, or the links, sites and geoms on moving bodies that a glob means."""
+        return (pattern,) if pattern in self.frames else self.match(kind, pattern, self._places, self.frames, hint)
+
+    def match_bodies(self, pattern: str) -> tuple[int, ...]:
+        """Indices of the bodies that a name or a glob means: the name of a link, site or geom means the body that it belongs to."""
+        return tuple(sorted({self._places[name] for name in self.match("body", pattern, self._places)}))
+
+    def body(self, pattern: str) -> int:
+        """Index of the one body that a name or a glob means, as in `match_bodies`."""
+        first, *others = self.match_bodies(pattern)
+        if others:
+            raise self.unknown("single body", pattern, (self.bodies[i].name for i in (first, *others)))
+        return first
+
+    @cached_property
+    def _places(self) -> Mapping[str, int]:
+        """The bodies of the links, sites and geoms that move."""
+        return {frame.name: frame.body for frame in self.frames.values() if frame.kind != "joint" and frame.body >= 0}
+
+    def set_followers(self, q: Array) -> None:
+        """Set the joints that follow others. Args: q (nq,), which is changed."""
+        for mimic in self.mimics:
+            led = sum(multiplier * self.joint(leader).value(q) for leader, multiplier in mimic.leaders.items())
+            self.joint(mimic.joint).set(led + mimic.offset, q)
+
+    def joint_placements(self, q: Array) -> list[pin.SE3]:
+        """Placements of Pinocchio's joints in the world, without `pin.Data`, whose size is as the cube of the number of joints."""
+        placed, model = [pin.SE3.Identity()], self.model
+        for joint, place, parent in list(zip(model.joints, model.jointPlacements, model.parents, strict=True))[1:]:
+            data = joint.createData()
+            joint.calc(data, q)
+            placed.append(placed[parent] * (place * data.M))
+        return placed
+
+    def frame(self, name: str) -> Frame:
+        """The frame of that exact name."""
+        if name not in self.frames:
+            raise self.unknown("frame", name, self.frames)
+        return self.frames[name]
+
+    def unknown(self, kind: str, name: str, known: Iterable[str], hint: str = "") -> UnknownName:
+        """The error for a name that is none of this robot's."""
+        return UnknownName(kind, name, known, f'robot "{self.name}"', f"shockpc robots {self.label}", hint)
+
+
+def _joint(model: pin.Model, joint: Any, number: int, place: pin.SE3) -> Joint:
+    """One joint of a model, or a part of one."""
+    kind = next(kind for start, kind in KINDS.items() if joint.shortname().startswith(f"JointModel{start}"))
+    parts: tuple[Joint, ...] = ()
+    axis, limits = None, (-np.inf, np.inf)
+    if kind == "composite":
+        inner = joint.extract()
+        steps = [place * inner.jointPlacements[0], *inner.jointPlacements.tolist()[1:]]
+        parts = tuple(
+            _joint(model, part, number, step)._replace(name=name)
+            for part, step, name in zip(inner.joints, steps, model.names[number].split("+"), strict=True)
+        )
+    elif joint.nv == 1:
+        data = joint.createData()
+        joint.calc(data, np.zeros(joint.idx_q + joint.nq), np.zeros(joint.idx_v + 1))
+        twist = np.asarray(data.S, dtype=float).ravel()
+        axis = read_only(twist[3:] if twist[3:].any() else twist[:3])
+        if joint.nq == 1:
+            limits = float(model.lowerPositionLimit[joint.idx_q]), float(model.upperPositionLimit[joint.idx_q])
+    frame = read_only(place.rotation), read_only(place.translation)
+    q, v = slice(joint.idx_q, joint.idx_q + joint.nq), slice(joint.idx_v, joint.idx_v + joint.nv)
+    return Joint(model.names[number], kind, axis, int(model.parents[number]) - 1, *frame, q, v, limits, parts)

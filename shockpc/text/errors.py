@@ -1,0 +1,129 @@
+"""The errors of the package, a tree with one root.
+
+ShockError                 the root; its text is the whole message for a user
+├── UnknownName            no such robot, frame, joint, body or posture; the text lists the nearest names
+├── RobotError             a robot file is missing, unreadable, not a robot, or not physical
+├── SceneError             the scene cannot be computed as asked: posture, strike, contact, plane or scene file
+├── SolveError             the model has no unique solution (a moving body without mass, a singular posture)
+├── StudyError             a study cannot be computed as asked: its ranges, budgets or landings
+└── OutputError            a result cannot be written to the given place
+
+Every error has the exit code of a command that it ends: 2 for bad arguments or files, 3 for a model that cannot be solved. Codes
+0 (done) and 1 (a budget is exceeded) belong to no error, and 70 to any other exception: an error in shockpc itself.
+"""
+
+import re
+from collections.abc import Iterable
+from typing import Any
+
+from shockpc.text.printed import printable
+
+
+class ShockError(Exception):
+    """Root of the tree. The text says what was found, what it means and what to change.
+
+    Args:
+        text: the message.
+        blocks: names of the contacts, standing feet and loops concerned.
+        bodies: names of the bodies concerned.
+        joints: names or globs of the joints concerned.
+        rows: numbers of the rows concerned: of a table, or of the equation.
+
+    Attributes: as the arguments; the tuples are empty where nothing of their kind is the cause.
+    """
+
+    exit_code = 2
+
+    def __init__(
+        self,
+        text: str = "",
+        *,
+        blocks: Iterable[str] = (),
+        bodies: Iterable[str] = (),
+        joints: Iterable[str] = (),
+        rows: Iterable[int] = (),
+    ) -> None:
+        self.blocks, self.bodies, self.joints, self.rows = tuple(blocks), tuple(bodies), tuple(joints), tuple(rows)
+        super().__init__(text)
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """What the text has in quotation marks: names of any kind, such as of links and files, and values as they were given."""
+        return tuple(re.findall('"([^"]*)"', str(self)))
+
+    @property
+    def data(self) -> dict[str, tuple[Any, ...]]:
+        """The arguments beside the text, for an error that reports this one."""
+        return {key: getattr(self, key) for key in ("blocks", "bodies", "joints", "rows")}
+
+
+class UnknownName(ShockError):
+    """No such robot, frame, joint, body or posture.
+
+    Args:
+        kind: kind of the name, such as "frame".
+        name: the unknown name.
+        known: all valid names.
+        where: where the name was searched, such as 'robot "hyq"'; may be empty.
+        listing: the command that lists all valid names; may be empty.
+        hint: what else would be valid; may be empty.
+    """
+
+    def __init__(self, kind: str, name: str, known: Iterable[str], where: str, listing: str, hint: str = ""):
+        import difflib
+
+        self.kind, self.name, self.known, self.where, self.listing, self.hint = kind, name, tuple(known), where, listing, hint
+        folded = {k.casefold(): k for k in reversed(self.known)}
+        close = difflib.get_close_matches(name.casefold(), folded, n=3, cutoff=0.5)
+        nearest = ", ".join(_quoted(folded[k]) for k in close)
+        place = f" in {where}" if where else ""
+        if nearest:
+            near = f"; nearest: {nearest}"
+        elif self.known and len(self.known) <= 12:
+            near = "; there are: " + ", ".join(map(_quoted, self.known))
+        else:
+            near = "" if hint else "; no name is similar" if self.known else "; there are none"
+        more = f"; {printable(hint)}" if hint else ""
+        full = f". To list them: {printable(listing)}" if listing else ""
+        super().__init__(f"no {kind} {_quoted(name)}{printable(place)}{near}{more}{full}")
+
+    def __reduce__(self) -> tuple[type, tuple[object, ...]]:
+        return type(self), (self.kind, self.name, self.known, self.where, self.listing, self.hint)
+
+
+def refusal(error: Exception) -> ShockError:
+    """An error of one landing of many, which is the message of its row. One that is none of ours names its place in the code."""
+    if isinstance(error, ShockError):
+        return error
+    import traceback
+
+    place = traceback.extract_tb(error.__traceback__)[-1]
+    where = f"{place.filename.rpartition('/')[2]}, line {place.lineno}"
+    return ShockError(f"an error in shockpc itself, please report it: {type(error).__name__} in {where}: {error}")
+
+
+class RobotError(ShockError):
+    """A robot file is missing, unreadable, not a robot, or has values that no body can have."""
+
+
+class SceneError(ShockError):
+    """A scene cannot be computed as asked: its posture, strike, contact, plane or file."""
+
+
+class SolveError(ShockError):
+    """The impulsive equation of motion has no unique solution for this model and scene."""
+
+    exit_code = 3
+
+
+class StudyError(ShockError):
+    """A study of several landings cannot be computed as asked: its ranges, budgets or landings."""
+
+
+class OutputError(ShockError):
+    """A result cannot be written to the given place."""
+
+
+def _quoted(name: str) -> str:
+    """A name as a message shows it: in quotation marks, at most 80 characters, without control characters."""
+    return f'"{printable(name, 80)}"'

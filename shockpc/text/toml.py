@@ -1,0 +1,174 @@
+"""Records as TOML: a file is read into dataclasses, whose field types say what is valid, and written from them.
+
+A key that is not known is refused with the nearest one, and all that does not fit is reported at once. Values from Python are
+checked in the same way.
+"""
+
+import dataclasses
+import difflib
+import functools
+import json
+import os
+import re
+from collections.abc import Iterable, Iterator, Mapping
+from contextlib import contextmanager
+from dataclasses import fields, is_dataclass
+from numbers import Real
+from pathlib import Path
+from typing import Any, Literal, get_args, get_origin, get_type_hints
+
+import numpy as np
+
+from shockpc.text.errors import ShockError
+from shockpc.text.paths import read_file
+
+LARGEST = 1e12
+"""Largest number of a record, in whatever unit: beyond it squares run out of range."""
+
+
+_DEEP_KEY = r"""(?<![\w-])(?:(?:[\w-]++|"[^"\n]*+"|'[^'\n]*+')[ \t]*+\.[ \t]*+){20}"""
+
+
+@contextmanager
+def reading(path: Path, what: str, error: type[ShockError]) -> Iterator[dict[str, Any]]:
+    """Read a TOML file. Whatever is wrong with the file, or what the caller finds in it, is raised as one kind of error.
+
+    Args:
+        path: of the file.
+        what: it is, in one word, for messages.
+        error: raised with a message that names the file; when the caller raises it, the file is named in front of its message.
+
+    Yields: the file's table.
+    """
+    import tomllib
+
+    data = read_file(path, f"{what} file", error)
+    try:
+        text = data.decode("utf-8-sig")
+        if re.search(_DEEP_KEY, text):
+            raise ValueError("a key of many parts, for which the time grows with the square of their number")
+        yield tomllib.loads(text)
+    except error as refusal:
+        raise error(f"{path}: {refusal}", **refusal.data) from None
+    except (tomllib.TOMLDecodeError, UnicodeDecodeError) as refusal:
+        raise error(f"{path} is not TOML, as a {what} file has to be: {refusal}") from None
+    except (ValueError, RecursionError):
+        raise error(f"{path} holds an integer of thousands of digits, or tables or keys nested too deep; shorten it") from None
+
+
+@functools.cache
+def _kinds(record: type) -> dict[str, Any]:
+    return get_type_hints(record)
+
+
+def checked(value: Any, kind: Any, key: str, faults: list[str]) -> Any:
+    """A value from TOML or from Python, converted to the type of its field.
+
+    Args:
+        value: a table or a record, a list or a tuple, text or a number.
+        kind: the type.
+        key: position of the value in the file.
+        faults: receives a message for everything that does not fit.
+    """
+    origin, parts = get_origin(kind), get_args(kind)
+    if type(None) in parts:
+        return None if value is None else checked(value, parts[0], key, faults)
+    if isinstance(kind, type) and is_dataclass(kind):
+        if isinstance(value, kind | Mapping):
+            return _record(vars(value) if is_dataclass(value) else value, kind, f"{key}." if key else "", faults)
+    elif origin is Mapping:
+        if isinstance(value, Mapping):
+            return {name: checked(part, parts[1], f"{key}.{_toml_key(str(name))}", faults) for name, part in value.items()}
+    elif parts[1:] == (...,):
+        if isinstance(value, tuple | list):
+            return tuple(checked(part, parts[0], f"{key}[{k}]", faults) for k, part in enumerate(value))
+    else:
+        options = (kind,) if origin in (None, Literal, tuple) else parts
+        found = next((leaf for option in options if (leaf := _leaf(value, option)) is not None), None)
+        if found is not None:
+            return found
+    faults.append(f"{key} has to be {_wanted(kind)}, not {_shown(value)}")
+    return value
+
+
+def _record(table: Mapping[str, Any], kind: type, key: str, faults: list[str]) -> Any:
+    """A record from its fields; None if something does not fit."""
+    kinds, values = _kinds(kind), {}
+    for item in fields(kind):
+        if item.name in table:
+            values[item.name] = checked(table[item.name], kinds[item.name], f"{key}{item.name}", faults)
+        elif item.default is item.default_factory is dataclasses.MISSING:
+            faults.append(f"{key}{item.name} is missing; every {kind.__name__.lower()} needs it")
+    faults += [unknown_key(f"{key}{name}", name, kinds) for name in table if name not in kinds]
+    return None if faults else kind(**values)
+
+
+def unknown_key(key: str, name: str, known: Iterable[str]) -> str:
+    """The message for a key that no record has: its position, and the nearest valid key or all of them."""
+    near = difflib.get_close_matches(name, known, n=1, cutoff=0.7)
+    hint = f"nearest: {near[0]}" if near else f"valid here: {', '.join(known)}"
+    return f"{key}: no such key; {hint}"
+
+
+def _leaf(value: Any, kind: Any) -> Any:
+    """A text, a number, a word or a vector; None if it does not fit."""
+    if kind is float:
+        fits = isinstance(value, Real) and not isinstance(value, bool)
+        return float(value) if fits and abs(value) <= LARGEST else None
+    if kind is str:
+        return os.fspath(value) if isinstance(value, str | Path) else None
+    if get_origin(kind) is Literal:
+        return value if isinstance(value, str) and value in get_args(kind) else None
+    if not isinstance(value, tuple | list | np.ndarray) or len(value) != len(get_args(kind)):
+        return None
+    vector = tuple(_leaf(part, float) for part in value)
+    return None if None in vector else vector
+
+
+def _wanted(kind: Any) -> str:
+    """What a field accepts, in words."""
+    origin, parts = get_origin(kind), get_args(kind)
+    if origin is Literal:
+        return " or ".join(filter(None, [", ".join(inline(part) for part in parts[:-1]), inline(parts[-1])]))
+    if is_dataclass(kind):
+        return "a table"
+    if origin is Mapping:
+        return f"a table, each of its values {_wanted(parts[1])}"
+    if origin is tuple and parts[1:] == (...,):
+        if isinstance(parts[0], type) and is_dataclass(parts[0]):
+            return f"a list of tables, each begun with [[{parts[0].__name__.lower()}]]"
+        return f"a list, each of its entries {_wanted(parts[0])}"
+    if origin is tuple:
+        return f"a list of {len(parts)} numbers up to {LARGEST:g}"
+    if parts:
+        return " or ".join(_wanted(part) for part in parts)
+    return f"a number up to {LARGEST:g}" if kind is float else "text in quotes"
+
+
+def _shown(value: Any) -> str:
+    text = inline(value)
+    return text if len(text) <= 60 else text[:59] + "…"
+
+
+def toml_lines(table: Mapping[str, Any], name: str = "") -> list[str]:
+    """A table as TOML, with one line for each vector."""
+    lines, parts = [], []
+    for key, value in table.items():
+        path = f"{name}.{_toml_key(key)}" if name else _toml_key(key)
+        if isinstance(value, Mapping):
+            parts += ["", f"[{path}]", *toml_lines(value, path)]
+        elif isinstance(value, list) and value and isinstance(value[0], Mapping):
+            for item in value:
+                parts += ["", f"[[{path}]]", *toml_lines(item, path)]
+        else:
+            lines.append(f"{_toml_key(key)} = {inline(value)}")
+    return lines + parts
+
+
+def _toml_key(key: str) -> str:
+    return key if re.fullmatch(r"[A-Za-z0-9_-]+", key) else inline(key)
+
+
+def inline(value: Any) -> str:
+    """A value on one line: JSON's strings, numbers and lists are valid TOML, except for one control character."""
+    return json.dumps(value, ensure_ascii=False, default=str).replace("\x7f", "\\u007f")
