@@ -1,3 +1,4 @@
+from .evaluation.varied import Chunk as Chunk
 from .landing.closure import Closure as Closure
 from .landing.closure import Place as Place
 from .landing.contact import Contact as Contact
@@ -37,8 +38,7 @@ from .studies.limits import limits as limits
 from .studies.place.study import PlaceStudy as PlaceStudy
 from .studies.place.study import place as place
 from .studies.sensitivity import sensitivity as sensitivity
-from .studies.sweep.rows import Chunk as Chunk
-from .studies.sweep.study import sweep as sweep
+from .studies.sweep import sweep as sweep
 from .testing import assert_shock as assert_shock
 from .text.diagnostic import Diagnostic as Diagnostic
 from .text.errors import OutputError as OutputError

@@ -25,7 +25,7 @@ from shockpc.show.files import MANIFEST
 from shockpc.studies.check.budgets import Budget, Budgets, Case, read_budgets
 from shockpc.studies.check.design import design_changes, design_record
 from shockpc.studies.check.gate import check_budgets
-from shockpc.studies.sweep.study import sweep
+from shockpc.studies.sweep import sweep
 from shockpc.text.printed import printable
 
 GEOMETRY = '<link name="shin"><collision><origin xyz="0 0 -0.2"/><geometry><box size="0.02 0.02 0.4"/></geometry></collision>'

@@ -16,7 +16,7 @@ from shockpc.landing.rows import row_jacobian
 from shockpc.landing.scene import robot_of
 from shockpc.paper.landings import land, scene
 from shockpc.show.reports.sweep import _options
-from shockpc.studies.sweep.study import sweep
+from shockpc.studies.sweep import sweep
 
 FALL = Strike(velocity=(0.4, 0.0, -1.0))
 WIDE = '<limit lower="-3" upper="3" effort="1" velocity="1"/>'

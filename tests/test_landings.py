@@ -16,14 +16,14 @@ from trees import known_robot, robot_from
 
 from shockpc import Contact, Joints, Part, Posture, Scene, load_robot, read_scene, resolve, shock_profile
 from shockpc.bench.measured import measured_landings
+from shockpc.evaluation.recorded import CLOSED_BY, compute, landings
+from shockpc.evaluation.recorded_table import rows_of, rows_of_scenes
+from shockpc.evaluation.table_files import read_table
 from shockpc.landing.landing import landing_of
 from shockpc.landing.motion import Motion
 from shockpc.landing.scene import scene_text
 from shockpc.quantities.table import quantity
-from shockpc.studies.landings.comparison import STATISTICS, compare_measured
-from shockpc.studies.landings.files import read_table
-from shockpc.studies.landings.study import CLOSED_BY, compute, landings
-from shockpc.studies.landings.table import rows_of, rows_of_scenes
+from shockpc.studies.landings import STATISTICS, compare_measured
 from shockpc.text.errors import SceneError, SolveError, StudyError, UnknownName
 
 SCENE = Scene(robot="anymal_b", contact=(Contact(frame="LF_FOOT"),))

@@ -15,7 +15,7 @@ from shockpc import Contact, Joints, Posture, Robot, Scene, SceneError, Strike, 
 from shockpc.landing.contact import foot_contact
 from shockpc.robot.geometry import outline
 from shockpc.robot.landmarks import each_foot, feet
-from shockpc.studies.sweep.study import sweep
+from shockpc.studies.sweep import sweep
 
 LEG = """
 <body name="{0}_thigh" pos="{1} .1 0">

@@ -15,6 +15,8 @@ from test_closures import CASES
 from trees import known_robot, robot_from
 
 from shockpc.evaluation.columns import proven_columns
+from shockpc.evaluation.variation import variation
+from shockpc.evaluation.varied_scene import applied
 from shockpc.impact.exact.derivative import central_difference, displaced
 from shockpc.landing.contact import Contact
 from shockpc.landing.joint_model import Joints
@@ -23,8 +25,6 @@ from shockpc.profile import profile_of, shock_profile
 from shockpc.robot.changes import Change, changed, links_with_mass
 from shockpc.studies.parameters import parameters
 from shockpc.studies.sensitivity import _differences, sensitivity
-from shockpc.studies.sweep.case import applied
-from shockpc.studies.sweep.variation import variation
 from shockpc.text.errors import StudyError, UnknownName
 
 

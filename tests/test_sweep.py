@@ -17,12 +17,12 @@ from trees import robot_from
 
 from shockpc import Contact, Joints, Point, Rotor, Scene, ShockError, Strike, load_robot, read_scene, resolve, shock_profile
 from shockpc.evaluation.columns import Column, proven_columns
+from shockpc.evaluation.summary import PERCENTILES, SweepSummary, _extent, summarise
+from shockpc.evaluation.varied import Sweep
 from shockpc.landing.places import Place
 from shockpc.quantities.table import select
 from shockpc.robot.changes import changed, links_with_mass, read_changes
-from shockpc.studies.sweep.rows import Sweep
-from shockpc.studies.sweep.study import sweep
-from shockpc.studies.sweep.summary import PERCENTILES, SweepSummary, _extent, summarise
+from shockpc.studies.sweep import sweep
 from shockpc.text.errors import StudyError, UnknownName
 
 ANYMAL = Scene(robot="anymal_b", contact=(Contact(frame="LF_FOOT"),))

@@ -28,6 +28,7 @@ from shockpc.core.impulse import solve_impact
 from shockpc.core.percussion import percussion, translation
 from shockpc.core.spatial import Array
 from shockpc.evaluation.executor import processes
+from shockpc.evaluation.varied import Sweep
 from shockpc.landing.dynamics import dynamics
 from shockpc.landing.landing import PosedLanding
 from shockpc.landing.scene import Scene
@@ -35,8 +36,7 @@ from shockpc.robot.robot import Robot
 from shockpc.show.parts import Parts
 from shockpc.show.reports.landing import landing_report
 from shockpc.show.tables import Cell, Sheet
-from shockpc.studies.sweep.rows import Sweep
-from shockpc.studies.sweep.study import sweep
+from shockpc.studies.sweep import sweep
 
 ANALYZE = ("-m", "shockpc", "analyze", "anymal_b", "--contact", "LF_FOOT")
 COMMANDS = {

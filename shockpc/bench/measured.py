@@ -3,12 +3,12 @@
 from dataclasses import replace
 
 from shockpc import Joints, read_scene
+from shockpc.evaluation.table_files import read_table
 from shockpc.landing.scene import robot_of
 from shockpc.robot.catalogue import own_robots_folder
 from shockpc.show.reports.landings import agreement_sheet
 from shockpc.show.tables import Sheet
-from shockpc.studies.landings.comparison import compare_measured
-from shockpc.studies.landings.files import read_table
+from shockpc.studies.landings import compare_measured
 
 MOTORS = ("hip_*", "knee_left", "knee_right", "toe_*")
 

@@ -60,15 +60,15 @@ def landings(
     from shockpc.cli.scenes import one_scene, scenes_in, with_contact
     from shockpc.cli.write_parts import written_parts
     from shockpc.evaluation.executor import executor
+    from shockpc.evaluation.recorded import Results, compute
+    from shockpc.evaluation.recorded import landings as study_of
+    from shockpc.evaluation.recorded_table import rows_of, rows_of_scenes
+    from shockpc.evaluation.table_files import read_table
     from shockpc.landing.landing import landing_of
     from shockpc.landing.scene import Scene, scene_text
     from shockpc.show.parts import Parts
     from shockpc.show.reports.landings import landings_report
-    from shockpc.studies.landings.comparison import compare_measured
-    from shockpc.studies.landings.files import read_table
-    from shockpc.studies.landings.study import Results, compute
-    from shockpc.studies.landings.study import landings as study_of
-    from shockpc.studies.landings.table import rows_of, rows_of_scenes
+    from shockpc.studies.landings import compare_measured
     from shockpc.text.errors import ShockError, SolveError, StudyError
 
     models = joints_ or ()

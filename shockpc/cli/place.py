@@ -60,9 +60,9 @@ def place(
     from shockpc.cli.output import emit
     from shockpc.cli.progress import progress
     from shockpc.cli.scenes import landings_from
+    from shockpc.evaluation.varied_scene import scene_grid
     from shockpc.show.reports.place import place_report
     from shockpc.studies.place.study import place as study
-    from shockpc.studies.sweep.case import scene_grid
     from shockpc.text.errors import SolveError
 
     landings: dict[str, Scene] = {}

@@ -60,10 +60,10 @@ def sweep(
     from shockpc.cli.scenes import scenes_from
     from shockpc.cli.write_parts import written_parts
     from shockpc.evaluation.executor import executor
+    from shockpc.evaluation.summary import summarise
     from shockpc.show.parts import Parts
     from shockpc.show.reports.sweep import sweep_report
-    from shockpc.studies.sweep.study import sweep as study
-    from shockpc.studies.sweep.summary import summarise
+    from shockpc.studies.sweep import sweep as study
     from shockpc.text.errors import SolveError, StudyError
 
     contacts = [values for name, values in vary if name == "contact" and values is not None]

@@ -17,13 +17,13 @@ import numpy as np
 
 import shockpc
 from shockpc.evaluation.executor import in_order
+from shockpc.evaluation.recorded import Landings
+from shockpc.evaluation.varied import Chunk, Sweep, with_sweep
 from shockpc.landing.dynamics import PINOCCHIO
 from shockpc.landing.scene import scene_table
 from shockpc.show.document import json_text
 from shockpc.show.files import write_file
 from shockpc.show.tables import Sheet, as_csv
-from shockpc.studies.landings.study import Landings
-from shockpc.studies.sweep.rows import Chunk, Sweep, with_sweep
 from shockpc.text.errors import OutputError
 from shockpc.text.paths import read_file
 

@@ -16,6 +16,7 @@ import numpy as np
 
 from shockpc.core.spatial import Array, read_only
 from shockpc.evaluation.columns import Column, column
+from shockpc.evaluation.variation import OF_A_LINK, variation
 from shockpc.impact.exact.derivative import central_difference, derivatives
 from shockpc.impact.exact.solution import BallImpact
 from shockpc.landing.scene import Point, Scene
@@ -25,7 +26,6 @@ from shockpc.robot.changes import Property
 from shockpc.robot.robot import Robot
 from shockpc.studies.parameters import Kind, Parameter, in_doubles, link_parameters, parameters
 from shockpc.studies.question import common_robot, refuse_ground
-from shockpc.studies.sweep.variation import OF_A_LINK, variation
 from shockpc.text.errors import ShockError, StudyError
 from shockpc.text.trace import Trace
 

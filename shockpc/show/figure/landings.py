@@ -5,10 +5,10 @@ import textwrap
 import numpy as np
 from matplotlib.figure import Figure
 
+from shockpc.evaluation.recorded import Results
 from shockpc.show.figure.style import BANDS, CURVES, INK, band, new_chart
 from shockpc.show.header import count
-from shockpc.studies.landings.comparison import Comparison
-from shockpc.studies.landings.study import Results
+from shockpc.studies.landings import Comparison
 from shockpc.text.printed import printable
 
 MOST, WORST, BINS = 8, 3, 60

@@ -11,9 +11,9 @@ from matplotlib.figure import Figure
 from matplotlib.ticker import MaxNLocator
 
 from shockpc.core.spatial import Array
+from shockpc.evaluation.summary import Extent, SweepSummary
+from shockpc.evaluation.variation import Variation
 from shockpc.show.figure.style import BANDS, CURVES, INK, PAPER, SHOCK, band, new_chart
-from shockpc.studies.sweep.summary import Extent, SweepSummary
-from shockpc.studies.sweep.variation import Variation
 from shockpc.text.printed import printable
 
 MOST, MAPS = len(CURVES), 4

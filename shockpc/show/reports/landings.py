@@ -7,12 +7,12 @@ from typing import Any
 import numpy as np
 
 from shockpc.evaluation.columns import Column
+from shockpc.evaluation.recorded import CLOSED_BY, RATES_BY, Results
 from shockpc.quantities.profile import ShockProfile
 from shockpc.show.header import JOINT_MODELS, LEFT_OUT, count, proven_text, shown_as, without_value
 from shockpc.show.reports.report import Block, Picture, Report
 from shockpc.show.tables import Lines, Row, Sheet
-from shockpc.studies.landings.comparison import STATISTICS, Agreement, Comparison
-from shockpc.studies.landings.study import CLOSED_BY, RATES_BY, Results
+from shockpc.studies.landings import STATISTICS, Agreement, Comparison
 from shockpc.text.printed import alike, few
 
 SHORT = 10

@@ -7,12 +7,12 @@ from typing import Any
 
 import numpy as np
 
+from shockpc.evaluation.summary import PERCENTILES, Extent, SweepSummary
+from shockpc.evaluation.varied import Sweep
 from shockpc.show.document import record
 from shockpc.show.header import LEFT_OUT, proven_text, without_value
 from shockpc.show.reports.report import Picture, Report
 from shockpc.show.tables import Lines, Row, Sheet, largest
-from shockpc.studies.sweep.rows import Sweep
-from shockpc.studies.sweep.summary import PERCENTILES, Extent, SweepSummary
 
 MESSAGES = 5
 """Messages of rows that could not be computed that are shown."""

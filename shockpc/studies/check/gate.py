@@ -15,6 +15,7 @@ from typing import Any, Literal, NamedTuple
 import numpy as np
 
 from shockpc.evaluation.columns import Column, places_at
+from shockpc.evaluation.varied import Sweep
 from shockpc.landing.landing import PosedLanding, resolve
 from shockpc.landing.places import Place
 from shockpc.landing.scene import Scene, robot_of
@@ -26,8 +27,7 @@ from shockpc.robot.robot import Robot
 from shockpc.studies.check.baseline import Baseline, Key, case_record, refuse_other_scene
 from shockpc.studies.check.budgets import Budget, Budgets, Case
 from shockpc.studies.check.design import design_changes, rounded
-from shockpc.studies.sweep.rows import Sweep
-from shockpc.studies.sweep.study import sweep
+from shockpc.studies.sweep import sweep
 from shockpc.text.errors import ShockError, StudyError, refusal
 from shockpc.text.names import match
 from shockpc.text.printed import few, printable

@@ -6,13 +6,13 @@ from dataclasses import replace
 from typing import Any
 
 from shockpc.evaluation.columns import Column, selected
+from shockpc.evaluation.variation import Variation, each_of, variation
+from shockpc.evaluation.varied import GROUND, Sweep
+from shockpc.evaluation.varied_scene import applied, armature_set
 from shockpc.landing.places import Place, body_places, moving_point
 from shockpc.landing.scene import Point, Scene, check_scene, plane_of, robot_of
 from shockpc.quantities.table import select
 from shockpc.robot.robot import Robot
-from shockpc.studies.sweep.case import applied, armature_set
-from shockpc.studies.sweep.rows import GROUND, Sweep
-from shockpc.studies.sweep.variation import Variation, each_of, variation
 from shockpc.text.errors import StudyError
 
 MOST_ROWS = 10**8

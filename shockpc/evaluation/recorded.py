@@ -16,6 +16,8 @@ from shockpc.core.spatial import Array
 from shockpc.core.threads import one_thread
 from shockpc.evaluation.columns import Column, columns, not_approaching, prove_rows, selected
 from shockpc.evaluation.executor import in_order
+from shockpc.evaluation.recorded_table import Rows
+from shockpc.evaluation.varied import ROWS, Chunk, with_sweep
 from shockpc.landing.closure import assemble, closure_block, follow, moved_joints
 from shockpc.landing.dynamics import dynamics
 from shockpc.landing.landing import PosedLanding, landing_of, with_loops
@@ -27,8 +29,6 @@ from shockpc.profile import profile_of
 from shockpc.quantities.profile import ShockProfile
 from shockpc.quantities.table import Selection, select
 from shockpc.robot.robot import Robot
-from shockpc.studies.landings.table import Rows
-from shockpc.studies.sweep.rows import ROWS, Chunk, with_sweep
 from shockpc.text.errors import SceneError, ShockError, StudyError, UnknownName
 from shockpc.text.printed import listed
 

@@ -18,6 +18,8 @@ from shockpc.core.spatial import Array
 from shockpc.core.threads import one_thread
 from shockpc.evaluation.columns import Column, columns, not_approaching, prove_rows
 from shockpc.evaluation.executor import in_order
+from shockpc.evaluation.variation import ATTITUDE, INERTIAL, OF_A_LINK, Variation
+from shockpc.evaluation.varied_scene import applied, armature_set, robot_changes
 from shockpc.landing.dynamics import Design
 from shockpc.landing.landing import PosedLanding, following, resolve
 from shockpc.landing.posture import set_many
@@ -26,8 +28,6 @@ from shockpc.profile import shock_profile
 from shockpc.quantities.profile import ShockProfile
 from shockpc.robot.changes import Change, Property, changed, varied_bodies
 from shockpc.robot.robot import Robot
-from shockpc.studies.sweep.case import applied, armature_set, robot_changes
-from shockpc.studies.sweep.variation import ATTITUDE, INERTIAL, OF_A_LINK, Variation
 from shockpc.text.errors import ShockError, refusal
 
 GROUND = ("friction_needed", "pull", "depth", "feasible")

@@ -8,14 +8,14 @@ import numpy as np
 
 from shockpc.core.spatial import Array
 from shockpc.evaluation.columns import Column, selected, values_of
+from shockpc.evaluation.recorded import Landings, compute
+from shockpc.evaluation.recorded_table import Measured, rows_of
 from shockpc.impact.stiffness import CompliantLanding
 from shockpc.landing.landing import landing_of
 from shockpc.landing.places import body_places
 from shockpc.landing.scene import Scene
 from shockpc.quantities.table import select
 from shockpc.robot.robot import Robot
-from shockpc.studies.landings.study import Landings, compute
-from shockpc.studies.landings.table import Measured, rows_of
 from shockpc.text.errors import ShockError, StudyError
 
 DRAWS, SEED = 2000, 0

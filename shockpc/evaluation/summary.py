@@ -9,8 +9,8 @@ import numpy as np
 
 from shockpc.core.spatial import Array
 from shockpc.evaluation.columns import Column, percentile
-from shockpc.studies.sweep.rows import Sweep
-from shockpc.studies.sweep.variation import Variation
+from shockpc.evaluation.variation import Variation
+from shockpc.evaluation.varied import Sweep
 from shockpc.text.printed import alike
 
 PERCENTILES = (5, 95, 99)

@@ -1,1 +1,0 @@
-"""Sweeps: many landings that differ in posture, strike, contact, inertia or joint model, as columns of arrays."""
