@@ -1,4 +1,4 @@
-from .evaluation.varied import Chunk as Chunk
+from .evaluation.table import Table as Table
 from .landing.closure import Closure as Closure
 from .landing.closure import Place as Place
 from .landing.contact import Contact as Contact

@@ -896,7 +896,7 @@ def test_a_percentile_is_met_where_so_many_designs_meet_it(capfd, here, side):
         at=["imu_link"],
         robot=robot,
     )
-    points = (shock_profile(*made.case(row)).points for row in range(100))
+    points = (shock_profile(*made.landings.case(row)).points for row in range(100))
     shocks = np.sort([next(point.shock for point in own if point.frame == "imu_link") for own in points])
     if side == "min":
         shocks = shocks[::-1]

@@ -5,6 +5,7 @@ import json
 import re
 from dataclasses import replace
 from pathlib import Path
+from types import SimpleNamespace
 
 import numpy as np
 import pyarrow.parquet
@@ -16,7 +17,7 @@ from trees import known_robot, robot_from
 
 from shockpc import Contact, Joints, Part, Posture, Scene, load_robot, read_scene, resolve, shock_profile
 from shockpc.bench.measured import measured_landings
-from shockpc.evaluation.recorded import CLOSED_BY, compute, landings
+from shockpc.evaluation.recorded import CLOSED_BY, recorded_landings
 from shockpc.evaluation.recorded_table import rows_of, rows_of_scenes
 from shockpc.evaluation.table_files import read_table
 from shockpc.landing.landing import landing_of
@@ -47,7 +48,13 @@ def table(n=6, seed=1):
 def study(columns, scene=SCENE, quantities=(), robot=None, prove=0):
     """The landings of a table."""
     robot = robot or known_robot("anymal_b")
-    return landings(rows_of(columns, landing_of(scene, robot)), robot, quantities, prove=prove)
+    return recorded_landings(rows_of(columns, landing_of(scene, robot)), robot, quantities, prove=prove)
+
+
+def compute(made):
+    """The landings of a table, and what is computed of them."""
+    table = made.table()
+    return SimpleNamespace(study=made.landings, computed=made.computed, table=table, columns=table.columns, messages=table.messages)
 
 
 def test_each_row_is_the_landing_of_its_own_posture_and_motion():
@@ -61,7 +68,7 @@ def test_each_row_is_the_landing_of_its_own_posture_and_motion():
     assert not found.columns["proven"].any()
     for i in range(6):
         profile = shock_profile(found.study.case(i), robot)
-        for column in found.study.computed:
+        for column in found.computed:
             (value,) = profile.numbers(column.selection, [column.place])
             assert found.columns[column.name][i] == pytest.approx(value, rel=1e-9, abs=1e-12)
     assert np.isfinite(found.columns["double_error"]).sum() == 2
@@ -103,20 +110,20 @@ def test_a_scene_holds_the_rotation_of_a_ball_joint(tmp_path):
     scene = Scene(robot="m.xml", contact=(Contact(frame="leg", offset=(0.1, 0.0, -0.3)),))
     turned = Rotation.from_euler("xyz", [0.3, -0.2, 0.5]).as_quat()
     qpos, qvel = np.array([[0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, *np.roll(turned, 1)]]), np.array([[0.1, 0.0, -1.0, *np.zeros(6)]])
-    made = landings(rows_of({"qpos": qpos, "qvel": qvel}, landing_of(scene, robot)), robot)
-    case = made.case(0)
+    made = recorded_landings(rows_of({"qpos": qpos, "qvel": qvel}, landing_of(scene, robot)), robot)
+    case = made.landings.case(0)
     np.testing.assert_allclose(case.posture.joint_quaternions["hip"], turned, atol=1e-15)
     (tmp_path / "row.toml").write_text(scene_text(case, tmp_path))
-    again, expected = shock_profile(replace(read_scene(tmp_path / "row.toml"), robot="m.xml"), robot), made.profile(0)
+    again, expected = shock_profile(replace(read_scene(tmp_path / "row.toml"), robot="m.xml"), robot), made.landings.profile(0)
     np.testing.assert_allclose(again.q, expected.q, atol=1e-15)
     np.testing.assert_allclose(again.delta_v, expected.delta_v, atol=1e-12)
     assert not np.allclose(again.delta_v, shock_profile(replace(case, posture=Posture()), robot).delta_v, atol=1e-3)
     with pytest.raises(SceneError, match=r'joint "hip" \(ball\) has length 2'):
         shock_profile(replace(case, posture=Posture(joint_quaternions={"hip": (0.0, 0.0, 0.0, 2.0)})), robot)
     qvel[0, 7] = 0.2
-    spinning = landings(rows_of({"qpos": qpos, "qvel": qvel}, landing_of(scene, robot)), robot)
+    spinning = recorded_landings(rows_of({"qpos": qpos, "qvel": qvel}, landing_of(scene, robot)), robot)
     with pytest.raises(StudyError, match='joint "hip" has 3 degrees of freedom, whose rates a scene cannot hold'):
-        spinning.case(0)
+        spinning.landings.case(0)
 
 
 def test_arrays_of_ros_and_recorded_messages():
@@ -182,7 +189,7 @@ def test_rows_with_contacts_of_their_own():
         profile = found.study.profile(i)
         assert [contact.frame for contact in profile.contacts] == str(columns["contact"][i]).split("+")
         assert found.columns["shock@imu_link"][i] == pytest.approx(
-            profile.values(found.study.computed[0].selection.quantity)[0], rel=1e-9
+            profile.values(found.computed[0].selection.quantity)[0], rel=1e-9
         )
     assert np.isnan(found.columns["impulse@contact 2"]).tolist() == [True, True, False] * 2
 
@@ -212,8 +219,8 @@ def test_a_scene_holds_a_row_with_loops():
     scene, columns = read_scene(folder / "cassie.toml"), read_table(folder / "cassie_landings.csv")
     landing = landing_of(scene, known_robot(scene.robot))
     rows = rows_of({name: x[:1] for name, x in columns.items()}, landing, {"second_foot_later_ms": "", "ankle_spring_joint_*": ""})
-    made = landings(rows, landing.robot, prove=0)
-    row, alone = made.profile(0), shock_profile(made.case(0), landing.robot)
+    made = recorded_landings(rows, landing.robot, prove=0)
+    row, alone = made.landings.profile(0), shock_profile(made.landings.case(0), landing.robot)
     np.testing.assert_allclose(alone.q, row.q, atol=1e-12)
     np.testing.assert_allclose(alone.landing.before.joint_rates, row.landing.before.joint_rates, atol=1e-10)
     np.testing.assert_allclose(alone.shock_com, row.shock_com, rtol=1e-10)
@@ -225,17 +232,17 @@ def test_motions_of_many_postures_are_those_of_each():
     made = study(columns, quantities=("energy_lost", "total_impulse.z", "approach@LF_FOOT"))
     found = compute(made)
     for i in range(6):
-        profile = made.profile(i)
+        profile = made.landings.profile(i)
         assert found.columns[made.computed[0].name][i] == pytest.approx(profile.value("energy_lost", "robot"), rel=1e-9)
         assert found.columns["approach@LF_FOOT"][i] == pytest.approx(np.linalg.norm(profile.contacts[0].approach), rel=1e-12)
-    assert isinstance(made.table.before, Motion)
+    assert isinstance(made.landings.table.before, Motion)
 
 
 def equal_to_single_landings(results, robot):
     """Whether all rows have the numbers that their scenes have with a proof."""
     for i in sorted(set(range(results.study.rows)) - results.messages.keys()):
         profile = shock_profile(results.study.case(i), robot)
-        for column in results.study.computed:
+        for column in results.computed:
             place = column.at(profile.landing)
             value = np.nan if place is None else profile.numbers(column.selection, [place])[0]
             assert results.columns[column.name][i] == pytest.approx(value, rel=1e-9, abs=1e-12, nan_ok=True)
@@ -274,7 +281,7 @@ def test_a_contact_without_a_velocity_of_its_own_moves_with_the_robot(tmp_path):
     assert {row: "not given in full" in text for row, text in results.messages.items()} == {4: True}
     without, whole = (compute(study(columns, quantities=quantities)) for columns in (table(), table() | given))
     expected = {name: np.where(np.arange(6) == 1, without.columns[name], whole.columns[name]) for name in without.columns}
-    for name in [column.name for column in without.study.computed]:
+    for name in [column.name for column in without.computed]:
         np.testing.assert_allclose(np.delete(results.columns[name], 4), np.delete(expected[name], 4), rtol=1e-12)
 
 
@@ -343,20 +350,20 @@ def test_contacts_of_rows_are_like_those_of_the_scene():
     contact = Contact(frame="LF_FOOT", restitution=0.4, offset=(0.0, 0.0, -0.02))
     columns = table() | {"contact": np.array(["LF_FOOT", "RH_FOOT"] * 3)}
     cases = study(columns, replace(SCENE, contact=(contact,)))
-    assert [cases.case(i).contact for i in (0, 1)] == [(contact,), (replace(contact, frame="RH_FOOT"),)]
+    assert [cases.landings.case(i).contact for i in (0, 1)] == [(contact,), (replace(contact, frame="RH_FOOT"),)]
 
 
 def test_scenes_are_rows_of_the_landings_that_they_share():
     """The rows of a landing differ in posture, motion, velocities of contacts and friction, not in joint model and contacts."""
     robot = known_robot("anymal_b")
-    scenes = {f"row {i}": study(table()).case(i) for i in range(4)}
+    scenes = {f"row {i}": study(table()).landings.case(i) for i in range(4)}
     scenes["moving"] = replace(scenes["row 0"], contact=(Contact(frame="LF_FOOT", velocity=(0.1, 0.0, -2.0)),))
     scenes["faster"] = replace(scenes["row 1"], contact=(Contact(frame="LF_FOOT", velocity=(0.0, 0.0, -3.0)),))
     scenes["locked"] = replace(scenes["row 2"], joints=Joints(model="locked"))
     scenes["hind"] = replace(scenes["row 3"], contact=(Contact(frame="RH_FOOT"),), friction=0.3)
     rows = rows_of_scenes({**scenes, "none": StudyError("no scene")}, robot)
     assert len(rows.scenes) == 4
-    results = compute(landings(rows, robot, ("shock@imu_link", "delta_v@imu_link", "approach"), prove=0))
+    results = compute(recorded_landings(rows, robot, ("shock@imu_link", "delta_v@imu_link", "approach"), prove=0))
     assert dict(results.messages) == {8: "no scene"}
     equal_to_single_landings(results, robot)
     assert [results.study.case(i) for i in range(8)] == [resolve(scene, robot).scene for scene in scenes.values()]
@@ -364,7 +371,7 @@ def test_scenes_are_rows_of_the_landings_that_they_share():
 
 def test_pulses_stiffnesses_and_parts_of_some_scenes(capfd, tmp_path):
     """Whichever scene comes first, rows without them have an empty cell; the others what their own analysis has."""
-    robot, base, rating = known_robot("anymal_b"), study(table(1)).case(0), "half-sine 50 g 11 ms"
+    robot, base, rating = known_robot("anymal_b"), study(table(1)).landings.case(0), "half-sine 50 g 11 ms"
     camera, imu = Part(name="camera", at="base", rating=rating), Part(name="IMU", at="imu_link", rating=rating)
     scenes = {
         "plain": base,
@@ -373,7 +380,7 @@ def test_pulses_stiffnesses_and_parts_of_some_scenes(capfd, tmp_path):
     }
     wanted = ("peak_g@imu_link", "peak_force", "part_margin@IMU", "part_margin@camera", "part.peak_g@IMU")
     for names in (list(scenes), list(scenes)[::-1]):
-        results = compute(landings(rows_of_scenes({name: scenes[name] for name in names}, robot), robot, wanted, prove=0))
+        results = compute(recorded_landings(rows_of_scenes({name: scenes[name] for name in names}, robot), robot, wanted, prove=0))
         equal_to_single_landings(results, robot)
         empty = {key: {names[i] for i in np.flatnonzero(np.isnan(x))} for key, x in results.columns.items() if "@" in key}
         assert empty == {
@@ -385,7 +392,7 @@ def test_pulses_stiffnesses_and_parts_of_some_scenes(capfd, tmp_path):
     outcome = run(capfd, "landings", tmp_path, "--quantity", "peak_g@imu_link")
     assert "no peak_g@imu_link in 2 landings: the scene gives no pulse" in outcome.out
     with pytest.raises(StudyError, match="peak_g needs the duration of the impact"):
-        landings(rows_of_scenes({"plain": base}, robot), robot, ("peak_g@imu_link",))
+        recorded_landings(rows_of_scenes({"plain": base}, robot), robot, ("peak_g@imu_link",))
 
 
 # Measured against predicted
@@ -433,7 +440,7 @@ def test_base_velocities_are_compared_in_world_axes():
     one = compare_measured(columns | {"after_vz": columns["vz"] + 0.5}, {"free": SCENE}, robot).agreements[0]
     made = study(columns)
     for i in range(6):
-        profile = made.profile(i)
+        profile = made.landings.profile(i)
         jump = profile.landing.state.rotation[0, 0] @ profile.delta_v[0]
         assert one.predicted[i, 0] == pytest.approx(jump[2], rel=1e-9)
     np.testing.assert_allclose(one.measured, 0.5)
@@ -503,7 +510,7 @@ def test_a_folder_of_scenes_is_a_table(here, capfd):
     """Rows are named by their files, a file that is no scene has a message, and --command prints the scene of a row."""
     (here / "scenes").mkdir()
     for i in range(3):
-        (here / "scenes" / f"jump {i}.toml").write_text(scene_text(study(table()).case(i), here / "scenes"))
+        (here / "scenes" / f"jump {i}.toml").write_text(scene_text(study(table()).landings.case(i), here / "scenes"))
     (here / "scenes" / "budgets.toml").write_text("[[budget]]\nmax = 1\n")
     outcome = run(capfd, "landings", here / "scenes", "--rank", "shock@imu_link", "--format", "json", "--prove", 0)
     assert outcome.code == 3

@@ -240,8 +240,10 @@ def test_depth_is_how_far_another_foot_is_below_the_contact(dog: Robot):
     scene = Scene(robot=dog.label, contact="FL")
     made = sweep(scene, {"FL_knee": [0.0, 30.0, 70.0]}, robot=dog, quantities=["depth"], prove=0)
     expected = 0.2 * (1.0 - np.cos(np.radians([0.0, 30.0, 70.0])))
-    np.testing.assert_allclose(made.chunk(0).columns["depth@dog"], expected, atol=1e-12)
-    assert [float(shock_profile(*made.case(k)).value("depth", "robot")[0]) for k in range(3)] == pytest.approx(expected, abs=1e-12)
+    np.testing.assert_allclose(made.part(0).columns["depth@dog"], expected, atol=1e-12)
+    assert [float(shock_profile(*made.landings.case(k)).value("depth", "robot")[0]) for k in range(3)] == pytest.approx(
+        expected, abs=1e-12
+    )
 
 
 def test_a_link_without_geometry_names_those_of_its_body_that_have_some():

@@ -17,8 +17,9 @@ from trees import robot_from
 
 from shockpc import Contact, Joints, Point, Rotor, Scene, ShockError, Strike, load_robot, read_scene, resolve, shock_profile
 from shockpc.evaluation.columns import Column, proven_columns
-from shockpc.evaluation.summary import PERCENTILES, SweepSummary, _extent, summarise
-from shockpc.evaluation.varied import Sweep
+from shockpc.evaluation.evaluate import Evaluation
+from shockpc.evaluation.summary import PERCENTILES, Summary, _extent, summarise
+from shockpc.evaluation.table import Table
 from shockpc.landing.places import Place
 from shockpc.quantities.table import select
 from shockpc.robot.changes import changed, links_with_mass, read_changes
@@ -33,31 +34,26 @@ def anymal():
     return load_robot("anymal_b")
 
 
-def chunks(made: Sweep) -> list:
-    return [made.chunk(k) for k in range(len(made.parts))]
-
-
-def table(made: Sweep) -> tuple[dict, dict]:
+def table(made: Evaluation) -> tuple[dict, dict]:
     """All rows of a sweep, and its messages by row."""
-    parts = chunks(made)
-    columns = {name: np.concatenate([part.columns[name] for part in parts]) for name in parts[0].columns}
-    return columns, {part.first + i: text for part in parts for i, text in part.messages.items()}
+    whole = made.table()
+    return whole.columns, whole.messages
 
 
-def summary_of(made: Sweep) -> SweepSummary:
-    """The summary of a sweep whose rows are held in memory."""
-    columns, messages = table(made)
-    columns["message"] = np.array([messages.get(i) for i in range(len(columns["proven"]))], dtype=object)
-    return summarise(made, lambda name: iter([columns[name]]), [part.refused for part in chunks(made)])
+def summary_of(made: Evaluation) -> Summary:
+    """The summary of a sweep."""
+    landings = made.landings
+    varied = [one for one in landings.variations if landings.sample is not None and one.kind != "contact"]
+    return summarise(made, made.table(), varied, keep=landings.sample is None and len(landings.variations) <= 2)
 
 
-def check(made: Sweep, rows=None, tolerance=1e-12) -> int:
+def check(made: Evaluation, rows=None, tolerance=1e-12) -> int:
     """Compare rows of a sweep with the single analysis; the number of rows that are computed."""
     columns, messages = table(made)
-    rows, refused, done = list(range(made.rows) if rows is None else rows), set(), 0
+    rows, refused, done = list(range(made.landings.rows) if rows is None else rows), set(), 0
     for row in rows:
         try:
-            exact = proven_columns(shock_profile(*made.case(row)), made.computed)
+            exact = proven_columns(shock_profile(*made.landings.case(row)), made.computed)
         except ShockError:
             refused.add(row)
             continue
@@ -91,8 +87,8 @@ def test_grid_of_everything_equals_the_single_analysis(anymal):
     made = sweep(
         ANYMAL, robot=anymal, vary=vary, at=["imu_link", Point(frame="LF_SHANK", offset=(0, 0, 0.1))], bodies=["base", "LF_THIGH"]
     )
-    assert made.rows == 2**8
-    rows = np.random.default_rng(1).choice(made.rows, 24, replace=False).tolist()
+    assert made.landings.rows == 2**8
+    rows = np.random.default_rng(1).choice(made.landings.rows, 24, replace=False).tolist()
     assert check(made, rows) == len(rows)
 
 
@@ -157,7 +153,7 @@ def test_sweeps_of_random_landings_equal_the_single_analysis(number):
         made = sweep(scene, robot=robot, vary=vary, bodies=[robot.bodies[-1].name], prove=0)
     except ShockError:
         reject()
-    check(made, np.random.default_rng(number).choice(made.rows, min(made.rows, 8), replace=False).tolist())
+    check(made, np.random.default_rng(number).choice(made.landings.rows, min(made.landings.rows, 8), replace=False).tolist())
 
 
 INERTIAL = {
@@ -233,8 +229,8 @@ def test_lengths_of_rows_equal_the_single_analysis_of_the_changed_robot(anymal):
     """With masses and a contact that vary as well; the place of a joint is its distance from the one before, times the factor."""
     vary = {"place:*_KFE": "0.8x,1.3x", "mass:base": "0.9x,1.2x", "strike-angle": "0,30", "contact": "LF_FOOT,RH_FOOT"}
     made = sweep(ANYMAL, vary, robot=anymal, at=["imu_link"], bodies=["LF_SHANK"])
-    assert check(made) == made.rows == 16
-    _, longer = made.case(15)
+    assert check(made) == made.landings.rows == 16
+    _, longer = made.landings.case(15)
     number = anymal.model.getJointId("LF_KFE")
     placed = [robot.model.jointPlacements[number].translation for robot in (anymal, longer)]
     np.testing.assert_allclose(placed[1], 1.3 * placed[0], rtol=1e-14)
@@ -261,7 +257,7 @@ def test_a_mass_that_no_body_has_is_the_message_of_its_row(anymal):
 def test_distributions_have_their_quantiles(anymal, text, quantiles):
     """Row k of a Latin hypercube, in order, lies between the quantiles k/n and (k + 1)/n."""
     made, n = sweep(ANYMAL, robot=anymal, vary={"mass:LF_SHANK": text}, sample=2000, lhs=True), 2000
-    x, edges = np.sort(made._values(0)[made.axes[0]][:, 0]), quantiles(np.arange(n + 1) / n)
+    x, edges = np.sort(made.landings._values(0)[made.landings.axes[0]][:, 0]), quantiles(np.arange(n + 1) / n)
     assert np.all((x >= edges[:-1] - 1e-12) & (x <= edges[1:] + 1e-12))
 
 
@@ -269,7 +265,7 @@ def test_factors_of_drives_are_log_uniform_and_of_masses_uniform(anymal):
     geared = replace(ANYMAL, joints=Joints(armature={"*": 0.05}, stiffness={"LF_KFE": 50.0}))
     vary = {"armature:*": "0.5x:2x", "joint-stiffness:*": "0.5x:2x", "mass:LF_SHANK": "0.5x:2x"}
     made = sweep(geared, robot=anymal, vary=vary, sample=4000, lhs=True, prove=0)
-    medians = [np.median(made._values(0)[one]) for one in made.axes]
+    medians = [np.median(made.landings._values(0)[one]) for one in made.landings.axes]
     assert medians == pytest.approx([1.0, 1.0, 1.25], rel=1e-3)  # the posture is held
 
 
@@ -277,7 +273,9 @@ def test_factors_of_drives_are_log_uniform_and_of_masses_uniform(anymal):
 def test_any_number_of_rows_keeps_the_strata(anymal, n):
     """Also a prime one, and over several parts; quantities are not permuted alike."""
     made = sweep(ANYMAL, robot=anymal, vary={"*_KFE": "0:1", "strike-angle": "0:1"}, sample=n, lhs=True)
-    x, y = (np.concatenate([made._values(k)[one][:, 0] for k in range(len(made.parts))]) for one in made.axes)
+    x, y = (
+        np.concatenate([made.landings._values(k)[one][:, 0] for k in range(len(made.landings.parts))]) for one in made.landings.axes
+    )
     assert np.array_equal(np.unique(np.floor(x * n)), np.arange(n))
     assert np.array_equal(np.unique(np.floor(y * n)), np.arange(n))
     assert n < 60001 or abs(np.corrcoef(x, y)[0, 1]) < 0.02
@@ -304,9 +302,9 @@ def test_summary_of_a_sample_holds_percentiles_and_rank_correlations(anymal):
 def test_base_quaternion_from_angles_is_that_of_a_scene(anymal):
     """Roll, pitch and yaw of the base in one array give the posture that a scene gives."""
     made = sweep(ANYMAL, robot=anymal, vary={"base-roll": "-170:170", "base-pitch": "-89:89", "base-yaw": "-180:180"}, sample=8)
-    Q = made._postures(resolve(*made.case(0)), made._values(0), np.arange(8))
+    Q = made.landings._postures(resolve(*made.landings.case(0)), made.landings._values(0), np.arange(8))
     for row in range(8):
-        q = resolve(*made.case(row)).q
+        q = resolve(*made.landings.case(row)).q
         assert min(np.abs(Q[row] - q).max(), np.abs(Q[row, 3:7] + q[3:7]).max()) < 1e-12
 
 
@@ -327,7 +325,7 @@ def test_loops_are_closed_in_every_row():
     robot, scene = next((r, s) for r, s in map(random_landing, range(0, 400)) if s.closure and len(r.bodies) > 5)
     joint = next(j.name for j in robot.joints if j.axis is not None and j.name in robot.joint_names)
     made = sweep(scene, robot=robot, vary={f"joint:{joint}": "-20:20:5"}, prove=0)
-    assert made.alone
+    assert made.landings.alone
     check(made)
 
 
@@ -336,7 +334,10 @@ def test_rods_on_ball_joints_turn_as_the_loops_need():
     scene = read_scene(Path(__file__).parents[1] / "robots" / "measured" / "cassie.toml")
     joints = {"hip_pitch_right": 20.0, "knee_left": -70.0}
     made = sweep(scene, {name: [value] for name, value in joints.items()}, prove=0)
-    followed, alone = resolve(*made.case(0)), resolve(replace(scene, posture=replace(scene.posture, joints_deg=joints)), made.robot)
+    followed, alone = (
+        resolve(*made.landings.case(0)),
+        resolve(replace(scene, posture=replace(scene.posture, joints_deg=joints)), made.landings.robot),
+    )
     np.testing.assert_allclose(followed.q, alone.q, atol=1e-10)
 
 
@@ -357,7 +358,7 @@ def test_sample_depends_on_the_seed_alone(anymal):
     """The same seed gives the same rows, another one others, whoever computes them."""
     one, same, other = (list(sweep(ANYMAL, robot=anymal, sample=300, seed=seed, prove=3)) for seed in (1, 1, 2))
     with ThreadPoolExecutor(2) as executor:
-        threaded = list(sweep(ANYMAL, robot=anymal, sample=300, seed=1, prove=3).chunks(executor))
+        threaded = list(sweep(ANYMAL, robot=anymal, sample=300, seed=1, prove=3).tables(executor))
     for a, b, c in zip(one, same, threaded, strict=True):
         for name, values in a.columns.items():
             np.testing.assert_array_equal(values, b.columns[name])
@@ -368,9 +369,9 @@ def test_sample_depends_on_the_seed_alone(anymal):
 def test_parts_cover_every_row_once(anymal):
     for options in ({"sample": 131071}, {"vary": {"*_KFE": "-100:-20:977", "*_HFE": "-10:10:101", "strike-angle": "0:30:7"}}):
         made = sweep(ANYMAL, robot=anymal, **options)
-        assert [a for a, _ in made.parts] == [0, *(b for _, b in made.parts[:-1])]
-        assert made.parts[-1][1] == made.solves
-        assert made.rows == made.solves * made.strikes
+        assert [a for a, _ in made.landings.parts] == [0, *(b for _, b in made.landings.parts[:-1])]
+        assert made.landings.parts[-1][1] == made.landings.solves
+        assert made.landings.rows == made.landings.solves * made.landings.strikes
 
 
 def test_quantities_by_name_are_those_of_the_single_analysis(anymal):
@@ -498,7 +499,8 @@ def test_prismatic_joints_are_varied_in_metres():
 @pytest.mark.parametrize("values", [[1.0, 1.0 + 2e-16, 1.0], [0.0, 5e-324], [1.5e300, np.nextafter(1.5e300, 2e300)], [2.0, 2.0]])
 def test_values_that_differ_by_rounding_alone_are_counted(values):
     """80 intervals do not fit between neighbouring doubles; all values are counted about the middle of a wider range."""
-    extent = _extent(Column(select("shock"), Place("imu")), np.array(values), False, np.ones(len(values), dtype=bool))
+    column = Column(select("shock"), Place("imu"))
+    extent = _extent(column, Table((column,), {column.name: np.array(values)}, {}), np.ones(len(values), dtype=bool), 0)
     assert extent.counts[39:41].sum() == extent.counts.sum() == len(values)
     assert extent.span[0] <= min(values) <= max(values) <= extent.span[1]
 
@@ -524,8 +526,8 @@ def test_rows_that_level_ground_does_not_allow(anymal, friction):
     vary = {"LF_KFE": "-150:-20:6", "strike-angle": [0.0, 70.0]}
     made = sweep(scene, vary, robot=anymal, at=["imu_link"], prove=0)
     expected = []
-    for row in range(made.rows):
-        profile = shock_profile(*made.case(row))
+    for row in range(made.landings.rows):
+        profile = shock_profile(*made.landings.case(row))
         warnings = " ".join(map(str, profile.health.warnings))
         pulled = "pulled" in warnings and (friction is None or profile.friction.state == ("sticks",))
         expected.append([pulled, "below the contact, so" in warnings])

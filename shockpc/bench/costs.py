@@ -27,8 +27,9 @@ from shockpc.bench.stiff_contacts import stiff_contacts
 from shockpc.core.impulse import solve_impact
 from shockpc.core.percussion import percussion, translation
 from shockpc.core.spatial import Array
+from shockpc.evaluation.evaluate import Evaluation
 from shockpc.evaluation.executor import processes
-from shockpc.evaluation.varied import Sweep
+from shockpc.evaluation.varied import VariedLandings
 from shockpc.landing.dynamics import dynamics
 from shockpc.landing.landing import PosedLanding
 from shockpc.landing.scene import Scene
@@ -211,15 +212,16 @@ def _sweeps(budget: float) -> Sheet:
     rows: list[tuple[Cell, ...]] = []
     for name in ("hyq", "anymal_b", "talos"):
         made = _sample(name, ROWS)
-        resolved, Q = resolve(made.scene, made.robot), made.configurations(0)[:4096]
+        source = made.landings
+        resolved, Q = resolve(source.scene, source.robot), source.configurations(0)[:4096]
         block, armature = Q[:256], resolved.joint_model.armature
-        equation = resolved.equation(dynamics(made.robot, block, armature), False)
+        equation = resolved.equation(dynamics(source.robot, block, armature), False)
         row = _cost(partial(_written, made, None), budget, ROWS)
         maps = _cost(partial(shock_maps, resolved, Q), budget, len(Q))
-        calls = _cost(partial(dynamics, made.robot, block, armature), budget, len(block))
+        calls = _cost(partial(dynamics, source.robot, block, armature), budget, len(block))
         eq_4 = _cost(partial(solve_impact, equation.inertia, equation.J_c, equation.b, equation.terms), budget, len(block))
         shares = (f"{100.0 * part / row:.0f}" for part in (calls, eq_4))
-        size = str(len(made.robot.bodies) * made.robot.model.nv)
+        size = str(len(source.robot.bodies) * source.robot.model.nv)
         rows.append((name, size, f"{1e6 * row:.1f}", f"{1e6 * maps:.1f}", f"{row / maps:.2f}", *shares))
     alone, together = (_in_processes(_sample("hyq", 16 * ROWS), jobs) for jobs in (1, 2))
     notes = (
@@ -231,7 +233,7 @@ def _sweeps(budget: float) -> Sheet:
     return Sheet("sweeps", header, rows, notes)
 
 
-def _in_processes(made: Sweep, jobs: int) -> float:
+def _in_processes(made: Evaluation[VariedLandings], jobs: int) -> float:
     """Time for a sweep in so many processes, after they have started [s]; one has a process too, so that both do the same."""
     with processes(jobs) as workers:
         # Long enough to keep a worker busy until the other one has started as well.
@@ -242,13 +244,13 @@ def _in_processes(made: Sweep, jobs: int) -> float:
         return time.perf_counter() - start
 
 
-def _sample(name: str, rows: int) -> Sweep:
+def _sample(name: str, rows: int) -> Evaluation[VariedLandings]:
     """Random postures of a robot, with the shock at the origin of its base."""
     robot, scene = landing(known_robot(name), STRUCK[name])
     return sweep(scene, robot=robot, sample=rows, prove=0, at=[robot.bodies[0].name])
 
 
-def _written(made: Sweep, workers: Executor | None) -> int:
+def _written(made: Evaluation[VariedLandings], workers: Executor | None) -> int:
     """Compute a sweep and write it into a folder that is removed; the number of rows."""
     with tempfile.TemporaryDirectory() as folder:
         parts = Parts(made, Path(folder), "parquet")

@@ -60,8 +60,7 @@ def landings(
     from shockpc.cli.scenes import one_scene, scenes_in, with_contact
     from shockpc.cli.write_parts import written_parts
     from shockpc.evaluation.executor import executor
-    from shockpc.evaluation.recorded import Results, compute
-    from shockpc.evaluation.recorded import landings as study_of
+    from shockpc.evaluation.recorded import recorded_landings
     from shockpc.evaluation.recorded_table import rows_of, rows_of_scenes
     from shockpc.evaluation.table_files import read_table
     from shockpc.landing.landing import landing_of
@@ -90,7 +89,8 @@ def landings(
         rows_in_table = rows_of(columns, landing_of(scene, loaded), renames)
     if len(models) > 1 and not rows_in_table.measured:
         raise StudyError("several joint models are compared with what was measured, but the table has no column after_…")
-    study = study_of(rows_in_table, loaded, quantity, prove=prove, ranked_by=rank)
+    evaluation = recorded_landings(rows_in_table, loaded, quantity, prove=prove, ranked_by=rank)
+    study = evaluation.landings
     if command_ is not None:
         sys.stdout.write(scene_text(study.case(study.row_named(command_)), Path.cwd()))
         return 0
@@ -101,15 +101,15 @@ def landings(
             model: dataclasses.replace(scene, joints=dataclasses.replace(scene.joints, model=model)) for model in models
         }
         comparison = compare_measured(columns, compared or {study.first.joint_model.name: scene}, loaded, renames)
-    ranked = None if rank is None else study.column(rank)
     workers = executor(run.jobs, run.cluster, print_error if run.wait else None)
     if output.out is not None and rows:
-        parts = Parts(study, output.out, rows)
+        parts = Parts(evaluation, output.out, rows)
         with written_parts(parts, workers, run.resume, "landings"):
-            results = Results.read(study, parts.column)
+            results = parts.table()
     else:
         with workers as pool:
-            results = compute(study, pool, progress("landings computed", study.rows))
+            results = evaluation.table(pool, progress("landings computed", study.rows))
+    ranked = None if rank is None else results.column(rank)
     worst = {}
     for i in results.worst(SHOWN, ranked) if output.out is not None else ():
         name = str(rows_in_table.names[i])
@@ -117,5 +117,5 @@ def landings(
             worst[name] = study.profile(i)
         except ShockError as error:
             print_error(f'landing "{name}" is not in report.html: {error}')
-    emit(landings_report(str(table), results, ranked, comparison, worst), output)
+    emit(landings_report(str(table), study, results, ranked, comparison, worst), output)
     return SolveError.exit_code if results.messages else 0

@@ -91,7 +91,9 @@ def sweep(
     )
     parts = Parts(made, out, format_)
     with written_parts(parts, executor(run.jobs, run.cluster, print_error if run.wait else None), run.resume, "rows"):
-        summary = summarise(made, parts.column, parts.refused())
+        landings, table = made.landings, parts.table()
+        varied = [one for one in landings.variations if landings.sample is not None and one.kind != "contact"]
+        summary = summarise(made, table, varied, keep=landings.sample is None and len(landings.variations) <= 2)
         report = sweep_report(summary)
         write_report(report, out)
         sys.stdout.write(report.text("table"))

@@ -19,20 +19,18 @@ def written_parts(parts: Parts, executor: AbstractContextManager[Executor | None
         resume: whether the folder may hold parts of the same study.
         noun: what is counted, such as "rows".
     """
-    done = 0
+    done, rows = 0, parts.evaluation.landings.rows
     try:
         with executor as workers:
             parts.prepare(resume)
             written = parts.write(workers)
             done = next(written)
-            advance = progress(f"{noun} computed", parts.sweep.rows, done)
-            for rows in written:
-                done += rows
-                advance(parts=rows)
+            advance = progress(f"{noun} computed", rows, done)
+            for count in written:
+                done += count
+                advance(parts=count)
         yield
     except BaseException:
         if done:
-            print_error(
-                f"{done} of {parts.sweep.rows} rows are complete in {parts.folder}; the same command with --resume continues"
-            )
+            print_error(f"{done} of {rows} rows are complete in {parts.folder}; the same command with --resume continues")
         raise

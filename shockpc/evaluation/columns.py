@@ -1,6 +1,6 @@
 """Quantities at places, QUANTITY@PLACE: named by a text, computed of many landings in double precision, or of one with a proof."""
 
-from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -19,7 +19,7 @@ from shockpc.quantities.contacts import STANDS
 from shockpc.quantities.profile import ShockProfile
 from shockpc.quantities.quantity import Quantity, evaluate
 from shockpc.quantities.table import Selection, quantity, select, selections
-from shockpc.text.errors import StudyError, refusal
+from shockpc.text.errors import ShockError, SolveError, StudyError
 from shockpc.text.printed import listed
 
 SHOCKS = {"shock": "most_severe", "shock_com": "most_severe", "shock_max": "most_severe"}
@@ -68,6 +68,14 @@ class Column(NamedTuple):
     def shock(self) -> bool:
         """Whether it is a shock of the row's own strike."""
         return self.selection.quantity.key in SHOCKS
+
+    def worse(self, values: Array) -> Array:
+        """How severe values (n,) are: greater is worse; −∞ where there is none. Of signed ones the magnitudes count.
+
+        Of a quantity that is not worse in either direction the greatest value counts as the worst.
+        """
+        sizes = np.abs(values) if self.selection.signed else values
+        return np.nan_to_num(-sizes if self.selection.quantity.worse == "less" else sizes, nan=-np.inf, posinf=np.inf)
 
     def at(self, landing: PosedLanding) -> Place | None:
         """The place in a landing, which may have fewer contacts than others, or other parts; None where it has none."""
@@ -277,48 +285,11 @@ def double_difference(profile: ShockProfile, double: dict[str, float], exact: di
     return float(largest)
 
 
-def not_approaching(landing: PosedLanding, parting: np.ndarray) -> Iterator[tuple[int, int, str]]:
-    """Posture, strike and message of the landings that are no impact. Args: parting (m, S, c), as `columns` gives it."""
+def not_approaching(landing: PosedLanding, parting: np.ndarray) -> Iterator[tuple[int, int, ShockError]]:
+    """Posture, strike and error of the landings that are no impact. Args: parting (m, S, c), as `columns` gives it."""
     for i, s, c in np.argwhere(parting).tolist():
-        yield i, s, f'contact "{landing.contacts[c].frame}" does not approach the ground, so there is no impact'
-
-
-def prove_rows(
-    needed: np.ndarray,
-    compared: Iterable[int],
-    profile: Callable[[int], ShockProfile],
-    wanted: Sequence[Column],
-    values: Mapping[str, Array],
-    messages: dict[int, str],
-) -> tuple[np.ndarray, Array]:
-    """Prove the rows that need it, and compare others with a proof.
-
-    Args:
-        needed: (n,) which rows need a proof; their numbers become the proven ones.
-        compared: other rows.
-        profile: of a row.
-        wanted: the columns.
-        values: (n,) of the columns by name, which are changed; NaN where a row has no result.
-        messages: why rows have no result, which is added to.
-
-    Returns: which rows (n,) have proven numbers; and the difference (n,) of double precision, as `double_difference`.
-    """
-    proven, difference = np.zeros(len(needed), dtype=bool), np.full(len(needed), np.nan)
-    for i in sorted({*np.flatnonzero(needed).tolist(), *compared} - messages.keys()):
-        try:
-            shock = profile(i)
-            exact = proven_columns(shock, wanted)
-            difference[i] = double_difference(shock, {name: float(values[name][i]) for name in exact}, exact, wanted)
-        except Exception as unexpected:
-            messages[i] = str(refusal(unexpected))
-            continue
-        if needed[i]:
-            proven[i] = True
-            for name, value in exact.items():
-                values[name][i] = value
-    for column in wanted if messages else ():
-        values[column.name][list(messages)] = np.nan
-    return proven, difference
+        text = f'contact "{landing.contacts[c].frame}" does not approach the ground, so there is no impact'
+        yield i, s, SolveError(text, blocks=[landing.contacts[c].frame])
 
 
 def percentile(values: Array, share: Any) -> Any:

@@ -1,23 +1,19 @@
-"""Landings of a table: every row's own configuration and motion before the impact, in arrays; rows that need it are proven."""
+"""Landings of a recorded table: every row has its own configuration and motion before the impact, in arrays."""
 
 import contextlib
 import functools
 import hashlib
-import itertools
-import pickle
-from collections.abc import Callable, Iterator, Mapping, Sequence
-from concurrent.futures import Executor
-from dataclasses import dataclass, field, fields, replace
-from typing import Any, NamedTuple
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, field, replace
+from typing import Any
 
 import numpy as np
 
 from shockpc.core.spatial import Array
-from shockpc.core.threads import one_thread
-from shockpc.evaluation.columns import Column, columns, not_approaching, prove_rows, selected
-from shockpc.evaluation.executor import in_order
+from shockpc.evaluation.columns import Column, selected
+from shockpc.evaluation.evaluate import Evaluation
+from shockpc.evaluation.landings import ROWS, Group, Part, Refusal
 from shockpc.evaluation.recorded_table import Rows
-from shockpc.evaluation.varied import ROWS, Chunk, with_sweep
 from shockpc.landing.closure import assemble, closure_block, follow, moved_joints
 from shockpc.landing.dynamics import dynamics
 from shockpc.landing.landing import PosedLanding, landing_of, with_loops
@@ -38,30 +34,27 @@ OPEN = 0.1
 CLOSED_BY, RATES_BY = "closed by", "rates closed by"
 """Columns: the largest change of a given position [rad, m], and of a given rate [rad/s, m/s], that closes the loops."""
 
-Key = tuple[int, float | None]
-"""Number of a scene, and coefficient of friction where it is the row's own."""
-
 
 @dataclass(frozen=True, eq=False)
-class Landings:
+class RecordedLandings:
     """The landings of a table, to be computed in parts.
 
     Attributes:
         robot: the robot.
         table: the rows.
-        computed: the computed columns.
-        prove: number of rows, evenly spaced, that are compared with a proof, besides those that need one.
+        by_friction: whether rows of different friction are computed apart, because a column depends on it in arrays too.
     """
 
     robot: Robot = field(repr=False)
     table: Rows = field(repr=False)
-    computed: tuple[Column, ...] = ()
-    prove: int = 20
+    by_friction: bool = False
 
-    noun, strikes = "table", 1
+    noun, strikes, opens = "table", 1, False
 
     def __getstate__(self) -> dict[str, Any]:
-        return {part.name: getattr(self, part.name) for part in fields(self)}
+        # The rows are sent with the parts that they are of.
+        lean = {"robot": self.robot, "by_friction": self.by_friction, "table": self.table.part(0, 0)}
+        return lean | {"parts": self.parts, "closes": self.closes}
 
     @property
     def rows(self) -> int:
@@ -71,7 +64,7 @@ class Landings:
     @property
     def scene(self) -> Scene:
         """The scene of the first row that has one."""
-        return self.table.scenes[self._key(min(set(range(self.rows)) - self.table.messages.keys()))[0]]
+        return self.table.scenes[int(self.table.scene[min(set(range(self.rows)) - self.table.messages.keys())])]
 
     @functools.cached_property
     def parts(self) -> tuple[tuple[int, int], ...]:
@@ -80,16 +73,15 @@ class Landings:
         count = -(-self.rows // most)
         return tuple((self.rows * k // count, self.rows * (k + 1) // count) for k in range(count))
 
-    @functools.cached_property
-    def numbers(self) -> tuple[str, ...]:
-        """The headings of the columns of numbers."""
-        closing = (CLOSED_BY, RATES_BY) if self.closes else ()
-        return (*(column.name for column in self.computed), *closing, "condition", "proven", "double_error")
+    @property
+    def further(self) -> tuple[str, ...]:
+        """How far loops were closed, if there are any."""
+        return (CLOSED_BY, RATES_BY) if self.closes else ()
 
     @property
     def headings(self) -> tuple[str, ...]:
-        """The headings of all columns, without the message."""
-        return (*self.table.labels, *self.numbers)
+        """Those of the labels of the rows."""
+        return tuple(self.table.labels)
 
     @property
     def description(self) -> dict[str, Any]:
@@ -98,33 +90,23 @@ class Landings:
         text = hashlib.sha256(repr((table.scenes, {key: x.tolist() for key, x in table.labels.items()}, table.messages)).encode())
         for part in (table.Q, *table.before, table.scene, table.contact_velocity, table.friction):
             text.update(np.ascontiguousarray(part).tobytes())
-        return {"table": {"rows": self.rows, "sha256": text.hexdigest()}, "rows proven for comparison": self.prove}
+        return {"table": {"rows": self.rows, "sha256": text.hexdigest()}}
 
     @functools.cached_property
     def first(self) -> PosedLanding:
         """The landing of the first row that has one, in the posture of its scene."""
         return self._landing((self.table.scenes.index(self.scene), None))
 
-    @property
+    @functools.cached_property
     def closes(self) -> bool:
         """Whether there are loops that the rows may leave open."""
         return bool(self.first.loops) and not self.table.own
 
     @functools.cached_property
-    def _by_friction(self) -> bool:
-        """Whether rows of different friction are computed apart, because a column depends on it in arrays too."""
-        return any(column.selection.name == "feasible" for column in self.computed)
-
-    def _key(self, row: int) -> Key:
-        """What decides the landing of a row, whatever its posture and motion: its scene, and its friction."""
-        mu = float(self.table.friction[row])
-        return int(self.table.scene[row]), None if np.isnan(mu) else mu
-
-    @functools.cached_property
     def _known(self) -> dict[int, PosedLanding]:
         return {}
 
-    def _landing(self, key: Key) -> PosedLanding:
+    def _landing(self, key: tuple[int, float | None]) -> PosedLanding:
         """The landing of rows of one key; whether they approach the ground is looked at later."""
         number, friction = key
         if number not in self._known:
@@ -132,59 +114,54 @@ class Landings:
         landing = self._known[number]
         return landing if friction is None else replace(landing, scene=replace(landing.scene, friction=friction))
 
-    def chunk(self, k: int) -> Chunk:
-        """Compute a part."""
-        with one_thread(self.robot.model.nv):
-            return self._chunk(*self.parts[k])
+    def compared(self, count: int) -> np.ndarray:
+        """Rows (n,), evenly spaced, at most so many."""
+        return np.unique(np.linspace(0, self.rows - 1, min(count, self.rows)).astype(int))
 
-    def _chunk(self, a: int, b: int) -> Chunk:
-        n, table = b - a, self.table
-        computed = {name: np.full(n, np.nan) for name in self.numbers if name != "proven"}
-        prove, messages = np.zeros(n, dtype=bool), {i - a: text for i, text in table.messages.items() if a <= i < b}
-        known = np.array([i for i in range(n) if i not in messages], dtype=int)
-        friction = np.nan_to_num(table.friction[a:b] if self._by_friction else np.zeros(n), nan=-1.0)[known]
-        _, first, group = np.unique(np.stack([table.scene[a:b][known], friction]), axis=1, return_index=True, return_inverse=True)
-        Q, velocities = table.Q[a:b].copy(), table.contact_velocity[a:b]
-        before = Motion(table.before.velocity[a:b], table.before.omega[a:b], table.before.joint_rates[a:b].copy())
-        for k, i in enumerate(known[first].tolist()):
-            chosen = known[group.ravel() == k].tolist()
-            try:
-                landing = self._landing(self._key(a + i))
-            except ShockError as error:
-                messages |= dict.fromkeys(chosen, str(error))
-                continue
-            for i in chosen if self.closes else ():
-                try:
-                    Q[i], before.joint_rates[i], computed[CLOSED_BY][i], computed[RATES_BY][i] = self._closed(
-                        landing, Q[i], before.joint_rates[i]
-                    )
-                except ShockError as error:
-                    messages[i] = str(error)
-            own = np.array([i for i in chosen if i not in messages], dtype=int)
-            if not own.size:
-                continue
-            moving = landing.moving(Motion(*(part[own] for part in before)), velocities[own])
-            values, condition, unsafe, parting = columns(moving, Q[own], None, self.computed)
-            for name, value in values.items():
-                computed[name][own] = value[:, 0]
-            computed["condition"][own] = condition
-            prove[own] = unsafe[:, 0] | any(column.selection.quantity.alone(landing.scene) for column in self.computed)
-            for i, _, text in not_approaching(landing, parting):
-                messages.setdefault(int(own[i]), text)
+    def own(self, k: int) -> Rows:
+        """The rows of a part."""
+        return self.table.part(*self.parts[k])
+
+    def part(self, k: int, own: Rows) -> Part:
+        """The rows of a part, grouped by their landing."""
+        before = Motion(own.before.velocity, own.before.omega, own.before.joint_rates.copy())
+        Q = own.Q.copy()
 
         def profile(i: int) -> ShockProfile:
             motion = Motion(*(part[i] for part in before))
-            return profile_of(self._written(a + i, self._landing(self._key(a + i)).at(Q[i]).moving(motion, velocities[i])))
+            landing = self._landing(own.key(i)).at(Q[i]).moving(motion, own.contact_velocity[i])
+            return profile_of(self._written(own.own[i] if own.own else None, landing))
 
-        checked = [row - a for row in self._checked if a <= row < b]
-        proven, difference = prove_rows(prove, checked, profile, self.computed, computed, messages)
-        labels = {name: values[a:b] for name, values in table.labels.items()}
-        results = labels | computed | {"proven": proven, "double_error": difference}
-        return Chunk(a, {name: results[name] for name in self.headings}, dict(sorted(messages.items())))
+        return Part(own.labels, self._groups(own, Q, before), profile)
 
-    @functools.cached_property
-    def _checked(self) -> set[int]:
-        return set(np.linspace(0, self.rows - 1, min(self.prove, self.rows)).astype(int).tolist())
+    def _groups(self, own: Rows, Q: Array, before: Motion) -> Iterator[Group | Refusal]:
+        """The groups of a part; loops are closed in its configurations and motions."""
+        n, closing = len(Q), {name: np.full(len(Q), np.nan) for name in self.further}
+        yield from (Refusal(np.array([i]), StudyError(text)) for i, text in own.messages.items())
+        known = np.array([i for i in range(n) if i not in own.messages], dtype=int)
+        friction = np.nan_to_num(own.friction if self.by_friction else np.zeros(n), nan=-1.0)[known]
+        _, first, group = np.unique(np.stack([own.scene[known], friction]), axis=1, return_index=True, return_inverse=True)
+        for k, i in enumerate(known[first].tolist()):
+            chosen = known[group.ravel() == k]
+            try:
+                landing = self._landing(own.key(i))
+            except ShockError as error:
+                yield Refusal(chosen, error)
+                continue
+            closed = []
+            for row in chosen.tolist():
+                try:
+                    if self.closes:
+                        Q[row], before.joint_rates[row], *by = self._closed(landing, Q[row], before.joint_rates[row])
+                        for name, x in zip(self.further, by, strict=True):
+                            closing[name][row] = x
+                    closed.append(row)
+                except ShockError as error:
+                    yield Refusal(np.array([row]), error)
+            if closed:
+                at = np.array(closed)
+                moving = landing.moving(Motion(*(part[at] for part in before)), own.contact_velocity[at])
+                yield Group(at, moving, Q[at], further={name: x[at] for name, x in closing.items()})
 
     def _closed(self, landing: PosedLanding, q: Array, rates: Array) -> tuple[Array, Array, float, float]:
         """A configuration and rates with which all loops are closed, and the largest changes of what the table gives.
@@ -232,12 +209,14 @@ class Landings:
         """
         if row in self.table.messages:
             raise StudyError(self.table.messages[row])
-        landing, before = self._landing(self._key(row)), Motion(*(x[row] for x in self.table.before))
+        landing, before = self._landing(self.table.key(row)), Motion(*(x[row] for x in self.table.before))
         q = self.table.Q[row]
         if self.closes:
             q, rates, *_ = self._closed(landing, q, before.joint_rates)
             before = before._replace(joint_rates=rates)
-        return self._written(row, landing.at(q).moving(before, self.table.contact_velocity[row]))
+        return self._written(
+            self.table.own[row] if self.table.own else None, landing.at(q).moving(before, self.table.contact_velocity[row])
+        )
 
     @property
     def resolved(self) -> Iterator[PosedLanding]:
@@ -255,18 +234,6 @@ class Landings:
         if name not in self.table.names:
             raise UnknownName("landing", name, self.table.names[:1000].tolist(), "the table", "")
         return int(np.flatnonzero(self.table.names == name)[0])
-
-    def column(self, text: str) -> Column:
-        """The computed column that a text names, KEY@PLACE.
-
-        Raises:
-            StudyError: it names several.
-        """
-        selection, _, place = text.partition("@")
-        named = [column for column in self.computed if column.selection == select(selection) and place in ("", column.place.name)]
-        if len(named) != 1:
-            raise StudyError(f'"{text}" means {listed((column.name for column in named), 6)}; name one of them')
-        return named[0]
 
     def case(self, row: int) -> Scene:
         """The landing of one row as a scene.
@@ -287,10 +254,10 @@ class Landings:
                     )
         return landing.scene
 
-    def _written(self, row: int, landing: PosedLanding) -> PosedLanding:
+    def _written(self, own: Scene | None, landing: PosedLanding) -> PosedLanding:
         """A landing with the scene of its row, in which loops are closed already."""
-        if self.table.own:
-            return replace(landing, scene=self.table.own[row] or landing.scene)
+        if own is not None:
+            return replace(landing, scene=own)
         robot, q, before, scene = self.robot, landing.q, landing.before, landing.scene
         loops_move = bool(landing.loops) and before.joint_rates.any()
         moving = [joint for joint in robot.independent_joints if loops_move or before.joint_rates[joint.v].any()]
@@ -316,10 +283,10 @@ class Landings:
         return replace(landing, scene=replace(scene, posture=posture, strike=strike, contact=contact))
 
 
-def landings(
+def recorded_landings(
     table: Rows, robot: Robot, quantities: Sequence[str] = (), *, prove: int = 20, ranked_by: str | None = None
-) -> Landings:
-    """The landings of a table.
+) -> Evaluation[RecordedLandings]:
+    """The landings of a table, and what is computed of them.
 
     Args:
         table: the rows.
@@ -331,14 +298,14 @@ def landings(
     Raises:
         ShockError: a name is not known, or a scene cannot be resolved.
     """
-    study = Landings(robot, table, (), prove)
+    source = RecordedLandings(robot, table)
     points = {place.name: place for scene in table.scenes for place in point_places(robot, scene.point) if place.body >= 0}
     usual = [f"{key}@{name}" for name in points for key in ("delta_v", "shock")]
     usual = usual or [f"{key}@{robot.bodies[0].name}" for key in ("delta_v_com", "shock_com")]
     contacts = {tuple(contact.frame for contact in scene.contact) for scene in table.scenes}
     computed: list[Column] = []
     for text in dict.fromkeys([*(quantities or usual), *([ranked_by] if ranked_by else [])]):
-        selection, places = _places(study, text)
+        selection, places = _places(source, text)
         if len(contacts) > 1 and selection.quantity.of == "contact":
             if "@" in text:
                 raise StudyError(f'the contact varies, so "{text}" cannot name one; leave the @ and what follows out')
@@ -346,10 +313,12 @@ def landings(
         if not places:
             raise StudyError(f'"{text}": there is no such place; links of the robot: {listed(robot.links, 6)}')
         computed += [Column(selection, place, asked=True) for place in places]
-    return replace(study, computed=tuple({column.name: column for column in computed}.values()))
+    by_friction = any(column.selection.name == "feasible" for column in computed)
+    wanted = tuple({column.name: column for column in computed}.values())
+    return Evaluation(replace(source, by_friction=by_friction), wanted, prove)
 
 
-def _places(study: Landings, text: str) -> tuple[Selection, tuple[Place, ...]]:
+def _places(source: RecordedLandings, text: str) -> tuple[Selection, tuple[Place, ...]]:
     """What QUANTITY[@PLACES] means in all landings of a table, of which only some may have a pulse or parts.
 
     Raises:
@@ -357,7 +326,7 @@ def _places(study: Landings, text: str) -> tuple[Selection, tuple[Place, ...]]:
     """
     places: dict[str, Place] = {}
     refusals = []
-    for landing in study.resolved:
+    for landing in source.resolved:
         try:
             places |= {place.name: place for place in selected(landing, text)[1] if place.name not in places}
         except (StudyError, UnknownName) as refusal:
@@ -365,54 +334,3 @@ def _places(study: Landings, text: str) -> tuple[Selection, tuple[Place, ...]]:
     if refusals and not places:
         raise refusals[0]
     return select(text.partition("@")[0]), tuple(places.values())
-
-
-class Results(NamedTuple):
-    """The computed landings of a table.
-
-    Attributes:
-        study: what was computed.
-        columns: (n,) by heading, but the names of the rows.
-        messages: why a row could not be computed, by its number.
-    """
-
-    study: Landings
-    columns: Mapping[str, Array]
-    messages: Mapping[int, str]
-
-    @classmethod
-    def read(cls, study: Landings, read: Callable[[str], Iterator[Any]]) -> "Results":
-        """The landings of files. Args: read, heading of a column, or "message" → its parts in order."""
-        columns = {name: np.concatenate(list(read(name))) for name in study.numbers}
-        return cls(study, columns, {i: text for i, text in enumerate(itertools.chain.from_iterable(read("message"))) if text})
-
-    def ranked(self, column: Column | None) -> list[int]:
-        """The rows, the worst value of a column first, those without one last; in the order of the table without a column."""
-        if column is None:
-            return list(range(self.study.rows))
-        values = np.abs(self.columns[column.name])
-        severity = values if column.selection.quantity.worse == "less" else -values
-        return [int(i) for i in np.argsort(severity, kind="stable")]
-
-    def worst(self, count: int, column: Column | None = None) -> list[int]:
-        """The rows with the worst values of a column, at most so many; without a column, the worst of every column in turn."""
-        columns = self.study.computed if column is None else (column,)
-        orders = ([i for i in self.ranked(each)[:count] if np.isfinite(self.columns[each.name][i])] for each in columns)
-        rows = dict.fromkeys(i for places in itertools.zip_longest(*orders) for i in places if i is not None)
-        return list(rows)[:count]
-
-
-def compute(study: Landings, executor: Executor | None = None, done: Callable[..., None] = lambda parts: None) -> Results:
-    """Compute all landings of a table.
-
-    Args:
-        study: the landings.
-        executor: computes the parts; this process by default.
-        done: is called with the number of rows of each part that is done.
-    """
-    chunks: list[Chunk] = []
-    for chunk in in_order(executor, functools.partial(with_sweep, pickle.dumps(study), Landings.chunk), range(len(study.parts))):
-        chunks.append(chunk)
-        done(parts=len(chunk.columns["proven"]))
-    columns = {name: np.concatenate([chunk.columns[name] for chunk in chunks]) for name in study.numbers}
-    return Results(study, columns, {chunk.first + i: text for chunk in chunks for i, text in chunk.messages.items()})

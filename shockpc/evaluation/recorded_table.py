@@ -120,6 +120,25 @@ class Rows(NamedTuple):
         """Names (n,) of the rows."""
         return self.labels["row"]
 
+    def key(self, row: int) -> tuple[int, float | None]:
+        """What decides the landing of a row, whatever its posture and motion: the number of its scene, and its friction."""
+        mu = float(self.friction[row])
+        return int(self.scene[row]), None if np.isnan(mu) else mu
+
+    def part(self, a: int, b: int) -> "Rows":
+        """The rows a … b, without what was measured."""
+        return self._replace(
+            labels={name: values[a:b] for name, values in self.labels.items()},
+            Q=self.Q[a:b],
+            before=Motion(*(part[a:b] for part in self.before)),
+            scene=self.scene[a:b],
+            contact_velocity=self.contact_velocity[a:b],
+            friction=self.friction[a:b],
+            measured=(),
+            own=self.own[a:b],
+            messages={i - a: text for i, text in self.messages.items() if a <= i < b},
+        )
+
 
 def rows_of_scenes(scenes: Mapping[str, Scene | ShockError], robot: Robot) -> Rows:
     """The rows of scenes, each named by its key; scenes that differ in posture and motion alone are of one landing.

@@ -1,16 +1,16 @@
-"""A sweep in a few numbers: ranges and percentiles, what they depend on, and how far double precision was off."""
+"""Many landings in a few numbers: ranges and percentiles, what they depend on, and how far double precision was off."""
 
-import itertools
 from collections import Counter
-from collections.abc import Callable, Iterable, Iterator
-from typing import Any, NamedTuple
+from collections.abc import Sequence
+from typing import Generic, NamedTuple
 
 import numpy as np
 
 from shockpc.core.spatial import Array
 from shockpc.evaluation.columns import Column, percentile
+from shockpc.evaluation.evaluate import Evaluation, L
+from shockpc.evaluation.table import Table
 from shockpc.evaluation.variation import Variation
-from shockpc.evaluation.varied import Sweep
 from shockpc.text.printed import alike
 
 PERCENTILES = (5, 95, 99)
@@ -70,12 +70,13 @@ class Refused(NamedTuple):
     below: int
 
 
-class SweepSummary(NamedTuple):
-    """A sweep in a few numbers.
+class Summary(NamedTuple, Generic[L]):
+    """Many landings in a few numbers.
 
     Attributes:
-        sweep: what was computed.
-        extents: of every shock, and of every further quantity.
+        evaluation: what was computed.
+        rows: number of rows, those too that are left out.
+        extents: of the columns that are summarised.
         varied: what differs between the rows of a sample and is a number.
         correlations: (v, e) rank correlation (Spearman) of each of these with each of the extents' columns; NaN of a constant.
         ranked: number of rows of which they are.
@@ -87,7 +88,8 @@ class SweepSummary(NamedTuple):
         largest_error: how far double precision was off there at most, relative to the most severe shock of the same point.
     """
 
-    sweep: Sweep
+    evaluation: Evaluation[L]
+    rows: int
     extents: tuple[Extent, ...]
     varied: tuple[Variation, ...]
     correlations: Array
@@ -105,58 +107,47 @@ class SweepSummary(NamedTuple):
         return float(2.0 / max(self.ranked, 1) ** 0.5)
 
 
-def summarise(sweep: Sweep, read: Callable[[str], Iterator[Any]], refused: Iterable[tuple[int, ...]]) -> SweepSummary:
-    """Summarise a sweep.
+def summarise(evaluation: Evaluation[L], table: Table, varied: Sequence[Variation] = (), keep: bool = False) -> Summary[L]:
+    """Summarise landings.
 
     Args:
-        sweep: the sweep.
-        read: heading of a column, or "message" → its parts in order, (n,) each.
-        refused: of each part the numbers of rows that flat ground does not allow, as in `Chunk`.
+        evaluation: what was computed.
+        table: its rows.
+        varied: what differs between the rows and is a number, with which results are correlated.
+        keep: whether the values are drawn as a curve or a map.
     """
-    messages: Counter[str] = Counter()
-    for part in read("message"):
-        messages.update(alike(text for text in part if text))
-    proven = compared = 0
-    largest = 0.0
-    for flags, errors in zip(read("proven"), read("double_error"), strict=True):
-        proven += int(np.sum(flags))
-        others = errors[~flags & ~np.isnan(errors)]
-        compared, largest = compared + len(others), max(largest, float(np.max(others, initial=0.0)))
-    feasible = _whole(sweep, read, sweep.feasible_column)
-    pulled, below = (sum(counts) for counts in zip(*refused, strict=True))
-    drawn = sweep.sample is None and len(sweep.variations) <= 2
-    columns = [column for column in sweep.computed if column.shock or column.asked]
-    varied = tuple(variation for variation in sweep.variations if sweep.sample is not None and variation.kind != "contact")
-    step = -(-sweep.rows // RANKED)
-    drivers = [_whole(sweep, read, variation.column)[::step].copy() for variation in varied]
+    messages = Counter(alike(table.messages.values()))
+    flags, errors = table.columns["proven"].astype(bool), table.columns["double_error"]
+    others = errors[~flags & ~np.isnan(errors)]
+    feasible, rows = table.feasible, evaluation.landings.rows
+    columns = [column for column in evaluation.computed if column.shock or column.asked]
+    step = -(-rows // RANKED)
+    drivers = [_whole(table, rows, variation.column)[::step] for variation in varied]
     extents, effects = [], []
     for column in columns:
-        values = _whole(sweep, read, column.name)
-        effects.append(values[::step].copy() if varied else values[:0])
-        extents.append(_extent(column, values, drawn, feasible == 1.0))
-    correlations = np.array([[_correlation(x, y) for y in effects] for x in drivers]).reshape(len(drivers), len(effects))
-    ranked = int(np.sum(~np.isnan(drivers[0]))) if drivers else 0
-    return SweepSummary(
-        sweep,
+        effects += [_whole(table, rows, column.name)[::step]] if varied else []
+        extents.append(_extent(column, table, feasible, rows if keep else 0))
+    correlations = np.array([[_correlation(x, y) for y in effects] for x in drivers]).reshape(len(drivers), len(columns))
+    return Summary(
+        evaluation,
+        rows,
         tuple(extents),
-        varied,
+        tuple(varied),
         correlations,
-        ranked,
+        int(np.sum(~np.isnan(drivers[0]))) if drivers else 0,
         tuple(messages.most_common()),
         sum(messages.values()),
-        Refused(pulled + below, pulled, below),
-        proven,
-        compared,
-        largest,
+        Refused(sum(table.refused), *table.refused),
+        int(flags.sum()),
+        len(others),
+        float(np.max(others, initial=0.0)),
     )
 
 
-def _whole(sweep: Sweep, read: Callable[[str], Iterator[Array]], name: str) -> Array:
-    """A column (rows,) of all parts; NaN in rows that are left out."""
-    values, end = np.full(sweep.rows, np.nan), 0
-    for part, own in zip(read(name), read("row") if sweep.feasible else itertools.repeat(None), strict=False):
-        values[slice(end, end + len(part)) if own is None else own.astype(int)] = part
-        end += len(part)
+def _whole(table: Table, rows: int, name: str) -> Array:
+    """A column (rows,) with NaN in rows that are left out."""
+    values = np.full(rows, np.nan)
+    values[table.numbers] = table.columns[name]
     return values
 
 
@@ -171,18 +162,20 @@ def _correlation(x: Array, y: Array) -> float:
     return float(np.corrcoef(a, b)[0, 1])
 
 
-def _extent(column: Column, values: Array, keep: bool, feasible: np.ndarray) -> Extent:
-    """The range of a column. Of ten million rows no copy is made: the values are sorted in place unless they are kept."""
-    missing, kept = np.isnan(values), values if keep else None
+def _extent(column: Column, table: Table, feasible: np.ndarray, drawn: int) -> Extent:
+    """The range of a column. Args: feasible (n,) of the rows; drawn, the number of all rows if the values are drawn."""
+    values, numbers = np.array(table.columns[column.name]), table.numbers
+    missing, kept = np.isnan(values), _whole(table, drawn, column.name) if drawn else None
     if missing.all():
         nothing = (np.nan,) * len(PERCENTILES)
         return Extent(column, np.nan, np.nan, np.nan, nothing, -1, -1, -1, (0.0, 0.0), np.zeros(BINS, dtype=int), kept)
     allowed = np.flatnonzero(feasible & ~missing)
     best = np.argmax if column.selection.quantity.worse == "less" else np.argmin
-    best_row = int(allowed[best(values[allowed])]) if allowed.size else -1
+    best_row = int(numbers[allowed[best(values[allowed])]]) if allowed.size else -1
     low, high = int(np.nanargmin(values)), int(np.nanargmax(values))
     least, greatest = float(values[low]), float(values[high])
-    known = values[~missing] if keep or missing.any() else values
+    # Of ten million rows no further copy is made: the values are sorted in place.
+    known = values[~missing] if missing.any() else values
     finite = known if np.isfinite([least, greatest]).all() else known[np.isfinite(known)]
     span = (float(finite.min()), float(finite.max())) if finite.size else (0.0, 0.0)
     margin = max(CONSTANT * max(map(abs, span)), np.finfo(float).tiny)
@@ -191,4 +184,5 @@ def _extent(column: Column, values: Array, keep: bool, feasible: np.ndarray) -> 
     counts, _ = np.histogram(finite, BINS, span)
     median = float(np.median(known, overwrite_input=True))
     percentiles = tuple(percentile(known, PERCENTILES).tolist())
-    return Extent(column, least, median, greatest, percentiles, low, high, best_row, span, counts, kept)
+    ends = int(numbers[low]), int(numbers[high])
+    return Extent(column, least, median, greatest, percentiles, *ends, best_row, span, counts, kept)

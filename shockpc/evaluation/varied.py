@@ -1,23 +1,19 @@
-"""The rows of a sweep, part by part: many landings that differ in posture, strike, contact, inertia or joint model.
+"""Landings that differ from one in posture, strike, contact, inertia or joint model, on a grid or in a random sample.
 
 Changes of the strike are products with the maps of a posture, changes of the posture and of inertias are rows of one array, and
-only the others need a landing of their own. Rows that need it are proven one by one, and so is a random sample of the others.
+only the others need a landing of their own.
 """
 
 import functools
 import math
-import pickle
-from collections.abc import Callable, Iterator
-from concurrent.futures import Executor
+from collections.abc import Iterator
 from dataclasses import dataclass, field, fields
-from typing import Any, NamedTuple, cast
+from typing import Any, cast
 
 import numpy as np
 
 from shockpc.core.spatial import Array
-from shockpc.core.threads import one_thread
-from shockpc.evaluation.columns import Column, columns, not_approaching, prove_rows
-from shockpc.evaluation.executor import in_order
+from shockpc.evaluation.landings import GROUP, ROWS, Group, Part, Refusal
 from shockpc.evaluation.variation import ATTITUDE, INERTIAL, OF_A_LINK, Variation
 from shockpc.evaluation.varied_scene import applied, armature_set, robot_changes
 from shockpc.landing.dynamics import Design
@@ -30,74 +26,33 @@ from shockpc.robot.changes import Change, Property, changed, varied_bodies
 from shockpc.robot.robot import Robot
 from shockpc.text.errors import ShockError, refusal
 
-GROUND = ("friction_needed", "pull", "depth", "feasible")
-"""Quantities of every row that tell whether flat ground allows the landing."""
-
-ROWS = 16384
-"""Largest number of rows of a part."""
-
-FINISHED = 4096
-"""Rows whose columns are computed together."""
-
 DEG = math.pi / 180.0
 
 
-class Chunk(NamedTuple):
-    """Some consecutive rows of a sweep.
-
-    Attributes:
-        first: number of the first row in the sweep.
-        columns: (n,) by heading: what was varied, then what was computed; NaN where a thing does not exist. "proven" tells which
-            rows hold proven numbers; "double_error" is how far double precision was off where it was compared with a proof,
-            relative to the most severe shock of the same point. "row" is the number of the row, if some are left out.
-        messages: why a row could not be computed, by its index in the chunk.
-        refused: of a sweep, numbers of rows that flat ground does not allow, left out or not: those in which it would pull a
-            contact, and the others, in which another link is below it.
-    """
-
-    first: int
-    columns: dict[str, Any]
-    messages: dict[int, str]
-    refused: tuple[int, ...] = ()
-
-
 @dataclass(frozen=True, eq=False)
-class Sweep:
-    """A sweep, complete and checked.
+class VariedLandings:
+    """Landings that differ from one, on a grid or in a sample.
 
     Attributes:
         scene: the landing that is varied.
         robot: its robot.
         variations: what differs between rows.
-        computed: the computed columns.
-        feasible: whether rows that flat ground does not allow are left out.
         sample: number of random rows; None for the full grid.
         lhs: whether they are a Latin hypercube.
         seed: of the random numbers.
-        prove: number of random rows to prove besides those that need it.
     """
 
     scene: Scene
     robot: Robot = field(repr=False)
     variations: tuple[Variation, ...]
-    computed: tuple[Column, ...] = field(repr=False)
-    feasible: bool = False
     sample: int | None = None
     lhs: bool = False
     seed: int = 0
-    prove: int = 100
 
-    noun = "sweep"
+    noun, further = "sweep", ()
 
     def __getstate__(self) -> dict[str, Any]:
         return {part.name: getattr(self, part.name) for part in fields(self)}
-
-    def __iter__(self) -> Iterator[Chunk]:
-        return self.chunks()
-
-    def chunks(self, executor: Executor | None = None) -> Iterator[Chunk]:
-        """All parts in order. Args: executor, computes them, for example a `ProcessPoolExecutor`; this process by default."""
-        return in_order(executor, functools.partial(with_sweep, pickle.dumps(self), Sweep.chunk), range(len(self.parts)), ahead=8)
 
     @functools.cached_property
     def sizes(self) -> tuple[int, ...]:
@@ -152,38 +107,27 @@ class Sweep:
                 {key: getattr(variation, key) for key in ("subject", "values", "span", "law", "factor")}
                 for variation in self.variations
             ],
-            "feasible rows alone": self.feasible,
             "sample": self.sample,
             "latin hypercube": self.lhs,
             "seed": self.seed,
-            "rows proven for comparison": self.prove,
         }
 
     @property
     def headings(self) -> tuple[str, ...]:
-        """The headings of all columns, without the message."""
-        varied = [variation.column for variation in self.variations]
-        return (*(["row"] if self.feasible else []), *varied, *self._names, "condition", "proven", "double_error")
+        """The headings of what varies."""
+        return tuple(variation.column for variation in self.variations)
 
     @property
-    def feasible_column(self) -> str:
-        """The name of the column that tells whether flat ground allows the landing; empty where that is not computed."""
-        return next((column.name for column in self.computed if column.selection.name == "feasible"), "")
+    def opens(self) -> bool:
+        """Whether a contact that would be pulled opens, because there is friction."""
+        return self.scene.friction is not None or any(one.kind == "friction" for one in self.variations)
 
-    @functools.cached_property
-    def _names(self) -> tuple[str, ...]:
-        return tuple(column.name for column in self.computed)
+    def compared(self, count: int) -> np.ndarray:
+        """Random rows (n,), at most so many."""
+        return np.random.default_rng([self.seed, 2]).choice(self.rows, min(count, self.rows), replace=False, shuffle=False)
 
-    @property
-    def _pulls(self) -> list[str]:
-        """The columns that tell whether the ground would have to pull; with friction a contact opens instead."""
-        opens = self.scene.friction is not None or any(one.kind == "friction" for one in self.variations)
-        return [column.name for column in self.computed if column.selection.name == "pull" and not opens]
-
-    def chunk(self, k: int) -> Chunk:
-        """Compute a part."""
-        with one_thread(self.robot.model.nv):
-            return self._chunk(k)
+    def own(self, k: int) -> None:
+        """Nothing: the rows of a part follow from its number."""
 
     def configurations(self, k: int) -> Array:
         """Configurations (m, nq) of a part, if all of its rows are of one landing."""
@@ -202,53 +146,26 @@ class Sweep:
         part = next(k for k, (_, end) in enumerate(self.parts) if row < end * self.strikes)
         return _picked(self._values(part), *divmod(row - self.parts[part][0] * self.strikes, self.strikes))
 
-    def _chunk(self, k: int) -> Chunk:
-        (a, b), S = self.parts[k], self.strikes
-        m, values = b - a, self._values(k)
-        varied_columns: dict[str, Any] = {
-            variation.column: np.broadcast_to(values[variation], (m, S)).ravel() for variation in self.variations
-        }
-        computed = {name: np.full((m, S), np.nan) for name in (*self._names, "condition")}
-        prove, messages = np.zeros((m, S), dtype=bool), dict[int, str]()
-        for chosen, landing in self._landings(values, m):
-            if isinstance(landing, ShockError):
-                messages |= {int(i) * S + s: str(landing) for i in chosen for s in range(S)}
-                continue
-            for begin in range(0, len(chosen), FINISHED):
-                own = chosen[begin : begin + FINISHED]
-                Q, strikes = self._postures(landing, values, own), self._strikes(landing, values, own)
-                design, refused = self._design(landing, values, own)
-                messages |= {int(own[i]) * S + s: text for i, text in refused.items() for s in range(S)}
-                part, condition, unsafe, parting = columns(landing, Q, strikes, self.computed, design)
-                for name, x in (part | {"condition": condition[:, None]}).items():
-                    computed[name][own] = x
-                prove[own] = unsafe | any(column.selection.quantity.alone(landing.scene) for column in self.computed)
-                for i, s, text in not_approaching(landing, parting):
-                    messages.setdefault(int(own[i]) * S + s, text)
-        flat = {name: x.ravel() for name, x in computed.items()}
-        compared = self._checked[(self._checked >= a * S) & (self._checked < b * S)] - a * S
-        feasible = flat.get(self.feasible_column, np.ones(m * S))
-        if self.feasible:
-            compared = compared[feasible[compared] != 0.0]
+    def part(self, k: int, own: None) -> Part:
+        """The postures of a part, grouped by what needs a landing of its own."""
+        (a, b), S, values = self.parts[k], self.strikes, self._values(k)
+        labels = {variation.column: np.broadcast_to(values[variation], (b - a, S)).ravel() for variation in self.variations}
 
         def profile(i: int) -> ShockProfile:
             return shock_profile(*self._case(_picked(values, *divmod(i, S))))
 
-        proven, error = prove_rows(prove.ravel(), compared.tolist(), profile, self.computed, flat, messages)
-        infeasible = feasible == 0.0
-        pulled = infeasible & np.any([flat[name] > 0.0 for name in self._pulls], axis=0)
-        counts = int(pulled.sum()), int((infeasible & ~pulled).sum())
-        whole = varied_columns | flat | {"proven": proven, "double_error": error}
-        if self.feasible:
-            kept = np.flatnonzero(~infeasible)
-            whole = {"row": a * S + kept} | {name: x[kept] for name, x in whole.items()}
-            messages = {int(np.searchsorted(kept, i)): text for i, text in messages.items()}
-        return Chunk(a * S, whole, dict(sorted(messages.items())), counts)
+        return Part(labels, self._groups(values, b - a), profile)
 
-    @functools.cached_property
-    def _checked(self) -> np.ndarray:
-        """The rows (n,) that are proven to see how far double precision is off."""
-        return np.random.default_rng([self.seed, 2]).choice(self.rows, min(self.prove, self.rows), replace=False, shuffle=False)
+    def _groups(self, values: dict[Variation, np.ndarray], m: int) -> "Iterator[Group | Refusal]":
+        for chosen, landing in self._landings(values, m):
+            if isinstance(landing, ShockError):
+                yield Refusal(chosen, landing)
+                continue
+            for begin in range(0, len(chosen), GROUP):
+                own = chosen[begin : begin + GROUP]
+                design, refused = self._design(landing, values, own)
+                yield from (Refusal(own[i : i + 1], error) for i, error in refused.items())
+                yield Group(own, landing, self._postures(landing, values, own), self._strikes(landing, values, own), design)
 
     def _values(self, k: int) -> dict[Variation, np.ndarray]:
         a, b = self.parts[k]
@@ -308,7 +225,7 @@ class Sweep:
 
     def _design(
         self, landing: PosedLanding, values: dict[Variation, np.ndarray], own: np.ndarray
-    ) -> tuple[Design | None, dict[int, str]]:
+    ) -> tuple[Design | None, dict[int, ShockError]]:
         """The inertias of some rows of a part; None where all have the landing's own. And why no robot has those of a row."""
         varied = [variation for variation in values if variation.kind in INERTIAL]
         if not varied or self.alone:
@@ -328,14 +245,14 @@ class Sweep:
                 chosen = armature_set(landing.scene, self.robot, variation)
                 armature[:, chosen] = x[variation][:, None] * (armature[:, chosen] if variation.factor else 1.0)
         mass, com, inertia = (np.broadcast_to(part, (len(own), *part.shape[1:])) for part in bodies)
-        refused = {}
+        refused = dict[int, ShockError]()
         with np.errstate(all="ignore"):
             plausible = (np.where(mass > 0.0, mass, 1.0) > 1e-14) & (mass < 1e23) & (np.abs(inertia).max(axis=(-1, -2)) < 1e23)
         for i in np.flatnonzero(~plausible.all(axis=1)).tolist():
             try:
                 self._case({variation: row[i] for variation, row in x.items()})
             except ShockError as error:
-                refused[i] = str(error)
+                refused[i] = error
         return Design(mass, com, inertia, armature), refused
 
     def _strikes(self, landing: PosedLanding, values: dict[Variation, np.ndarray], own: np.ndarray) -> Array:
@@ -363,16 +280,6 @@ class Sweep:
         if any(variation.moves for variation in choice) and self.alone:
             scene = following(scene, self.first)
         return scene, robot
-
-
-def with_sweep(pickled: bytes, function: Callable[[Any, int], Any], k: int) -> Any:
-    """Call a function with a sweep and the number of a part, in whatever process this is."""
-    return function(_unpickled(pickled), k)
-
-
-@functools.lru_cache(maxsize=2)
-def _unpickled(pickled: bytes) -> Any:
-    return pickle.loads(pickled)
 
 
 def _picked(values: dict[Variation, np.ndarray], solve: int, strike: int) -> dict[Variation, Any]:

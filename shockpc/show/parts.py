@@ -1,13 +1,12 @@
-"""The rows of a study as files: parts in Parquet or CSV, each complete before it has its name, and what they belong to."""
+"""A table as files: parts in Parquet or CSV, each complete before it has its name, and what they belong to."""
 
 import csv
 import functools
 import hashlib
 import io
 import json
-import pickle
 import platform
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from concurrent.futures import Executor
 from dataclasses import dataclass
 from pathlib import Path
@@ -16,9 +15,8 @@ from typing import Any, Literal
 import numpy as np
 
 import shockpc
-from shockpc.evaluation.executor import in_order
-from shockpc.evaluation.recorded import Landings
-from shockpc.evaluation.varied import Chunk, Sweep, with_sweep
+from shockpc.evaluation.evaluate import Evaluation
+from shockpc.evaluation.table import Table
 from shockpc.landing.dynamics import PINOCCHIO
 from shockpc.landing.scene import scene_table
 from shockpc.show.document import json_text
@@ -32,15 +30,15 @@ Format = Literal["parquet", "csv"]
 
 @dataclass(frozen=True)
 class Parts:
-    """The rows of a study in a folder, which is made if it does not exist.
+    """The rows of a table in a folder, which is made if it does not exist.
 
     Attributes:
-        sweep: what is computed.
+        evaluation: what is computed.
         folder: has the parts in a folder of their own, so that other programs read all of it as one table.
         format: of the parts.
     """
 
-    sweep: Sweep | Landings
+    evaluation: Evaluation[Any]
     folder: Path
     format: Format
 
@@ -53,7 +51,11 @@ class Parts:
         """
         if self.format == "parquet":
             _arrow()
-        path, description, noun = self.folder / f"{self.sweep.noun}.json", self._description(), self.sweep.noun
+        path, description, noun = (
+            self.folder / f"{self.evaluation.landings.noun}.json",
+            self._description(),
+            self.evaluation.landings.noun,
+        )
         if path.exists() or self._rows.exists():
             if not resume:
                 raise OutputError(
@@ -79,19 +81,34 @@ class Parts:
         Raises:
             OutputError: a part cannot be written; those that are complete remain.
         """
-        made, rows = self.sweep, self._rows.resolve()
+        landings, rows = self.evaluation.landings, self._rows.resolve()
         description = self._description()
         mark = json.dumps(description).encode()
-        missing = [k for k in range(len(made.parts)) if not _complete(_part(rows, self.format, k), mark)]
-        yield made.rows - sum((b - a) * made.strikes for a, b in (made.parts[k] for k in missing))
+        missing = [k for k in range(len(landings.parts)) if not _complete(_part(rows, self.format, k), mark)]
+        yield landings.rows - sum((b - a) * landings.strikes for a, b in (landings.parts[k] for k in missing))
         # The values of a grid may be as long as all parts; they are in the columns.
         notes = {key: value for key, value in description.items() if key != "vary"}
         save = functools.partial(_save, rows, self.format, json.dumps(notes, ensure_ascii=False), mark)
         try:
-            yield from in_order(executor, functools.partial(with_sweep, pickle.dumps(made), save), missing)
+            yield from self.evaluation.each(missing, save, executor)
         finally:
             for unfinished in (*self._rows.glob(".part-*"), *_checksum(self._rows / "part").parent.glob(".part-*")):
                 unfinished.unlink(missing_ok=True)
+
+    def table(self) -> Table:
+        """All rows, of which a column is read from the files each time that it is asked for.
+
+        Raises:
+            OutputError: a part is not as it was written; also when a column is read later.
+        """
+        counts = [self._counts(_part(self._rows, self.format, k)) for k in range(len(self.evaluation.landings.parts))]
+        rows, pulled, below, defects = (sum(of_all) for of_all in zip(*counts, strict=True))
+        columns, messages, first = _Columns(self), dict[int, str](), 0
+        for texts in self.column("message"):
+            messages |= {first + int(i): str(texts[i]) for i in np.flatnonzero(texts.astype(bool))}
+            first += len(texts)
+        notes = (f"{defects} exceptions in {rows} rows; the column message names them",) if defects else ()
+        return Table(self.evaluation.computed, columns, messages, (pulled, below), notes)
 
     def column(self, name: str) -> Iterator[Any]:
         """A column, part by part: (n,) floats with NaN where there is nothing, or texts with nothing there.
@@ -99,7 +116,7 @@ class Parts:
         Raises:
             OutputError: a part is not as it was written.
         """
-        for k in range(len(self.sweep.parts)):
+        for k in range(len(self.evaluation.landings.parts)):
             path = _part(self._rows, self.format, k)
             try:
                 values = self._read(path, name)
@@ -109,16 +126,8 @@ class Parts:
                 raise _damaged(path)
             yield values
 
-    def refused(self) -> Iterator[tuple[int, ...]]:
-        """Of each part of a sweep the numbers of rows that flat ground does not allow, as in `Chunk`.
-
-        Raises:
-            OutputError: a part is not as it was written.
-        """
-        return (self._counts(_part(self._rows, self.format, k))[1:] for k in range(len(self.sweep.parts)))
-
     def _counts(self, part: Path) -> tuple[int, ...]:
-        """The number of rows of a part, and the numbers of those that flat ground does not allow."""
+        """Numbers of a part: its rows, those that flat ground does not allow for two reasons, and its unexpected exceptions."""
         try:
             return tuple(map(int, _checksum(part).read_text(encoding="ascii").split()[1:]))
         except (OSError, ValueError):
@@ -128,7 +137,7 @@ class Parts:
         if self.format == "parquet":
             with path.open("rb") as content:  # a path with a colon would be read as an address
                 return _arrow().parquet.read_table(content, columns=[name])[name].to_numpy()
-        place = (*self.sweep.headings, "message").index(name)  # the file may hold the heading escaped
+        place = (*self.evaluation.headings, "message").index(name)  # the file may hold the heading escaped
         with path.open(encoding="utf-8", newline="") as file:
             cells = [line[place] for line in csv.reader(file)][1:]
         if name == "message":
@@ -141,14 +150,14 @@ class Parts:
 
     def _description(self) -> dict[str, Any]:
         """All that the rows depend on, for their files and to recognise the same sweep again; as JSON holds it."""
-        made = self.sweep
+        made = self.evaluation.landings
         versions = {"pinocchio": PINOCCHIO, "numpy": np.__version__, "python": platform.python_version()}
         content = {
             "schema": f"shockpc.{made.noun}/1",
             "scene": scene_table(made.scene),
             "robot": {"name": made.robot.name, "sha256": hashlib.sha256(made.robot.source.xml.encode()).hexdigest()},
-            **made.description,
-            "columns": [*made.headings, "message"],
+            **self.evaluation.description,
+            "columns": [*self.evaluation.headings, "message"],
             "rows": made.rows,
             "parts": len(made.parts),
             "format": self.format,
@@ -185,36 +194,50 @@ def _complete(part: Path, mark: bytes) -> bool:
         return False
 
 
-def _save(rows: Path, format_: Format, description: str, mark: bytes, made: Sweep | Landings, k: int) -> int:
-    """Compute one part and write it, in whatever process this is; the number of its rows, of those left out too."""
-    chunk = made.chunk(k)
-    n = len(chunk.columns["proven"])
-    messages = [chunk.messages.get(i) for i in range(n)]
-    content = (
-        _csv(chunk, messages).encode("utf-8", "backslashreplace") if format_ == "csv" else _parquet(chunk, messages, description)
-    )
-    part = _part(rows, format_, k)
+def _save(rows: Path, format_: Format, description: str, mark: bytes, evaluation: Evaluation[Any], table: Table, k: int) -> int:
+    """Write one part where it was computed; the number of its rows, of those left out too."""
+    content = _csv(table).encode("utf-8", "backslashreplace") if format_ == "csv" else _parquet(table, description)
+    part, landings = _part(rows, format_, k), evaluation.landings
     # A part that has its name has its checksum, whenever the process is killed.
-    write_file(_checksum(part), _digest(content, mark, " ".join(map(str, (n, *chunk.refused)))), flush=True)
+    counts = " ".join(map(str, (len(table), *table.refused, len(table.defects))))
+    write_file(_checksum(part), _digest(content, mark, counts), flush=True)
     write_file(part, content, flush=True)
-    a, b = made.parts[k]
-    return (b - a) * made.strikes
+    a, b = landings.parts[k]
+    count: int = (b - a) * landings.strikes
+    return count
 
 
-def _parquet(chunk: Chunk, messages: list[str | None], description: str) -> bytes:
-    """A chunk as a Parquet file; where there is no number there is a null."""
-    pa = _arrow()
-    arrays = {name: pa.array(x, from_pandas=True) for name, x in chunk.columns.items()}
-    table = pa.table({**arrays, "message": pa.array(messages, pa.string())}).replace_schema_metadata({"shockpc": description})
+def _parquet(table: Table, description: str) -> bytes:
+    """A table as a Parquet file; where there is no number there is a null."""
     out = io.BytesIO()
-    pa.parquet.write_table(table, out, compression="zstd", use_dictionary=["message"])
+    content = table.to_arrow().replace_schema_metadata({"shockpc": description})
+    _arrow().parquet.write_table(content, out, compression="zstd", use_dictionary=["message"])
     return out.getvalue()
 
 
-def _csv(chunk: Chunk, messages: list[str | None]) -> str:
-    """A chunk as CSV; where there is no number the cell is empty."""
-    columns = [np.where(x, "yes", "no") if x.dtype.kind == "b" else x for x in chunk.columns.values()]
-    return as_csv(Sheet("", (*chunk.columns, "message"), list(zip(*(x.tolist() for x in columns), messages, strict=True))))
+def _csv(table: Table) -> str:
+    """A table as CSV; where there is no number the cell is empty."""
+    columns = [np.where(x, "yes", "no") if x.dtype.kind == "b" else x for x in table.columns.values()]
+    messages = [table.messages.get(i) for i in range(len(table))]
+    return as_csv(Sheet("", (*table.columns, "message"), list(zip(*(x.tolist() for x in columns), messages, strict=True))))
+
+
+class _Columns(Mapping[str, np.ndarray]):
+    """The columns of parts, each read when it is asked for."""
+
+    def __init__(self, parts: Parts) -> None:
+        self._parts = parts
+
+    def __getitem__(self, name: str) -> np.ndarray:
+        if name not in self._parts.evaluation.headings:
+            raise KeyError(name)
+        return np.concatenate(list(self._parts.column(name)))
+
+    def __iter__(self) -> Iterator[str]:
+        return iter(self._parts.evaluation.headings)
+
+    def __len__(self) -> int:
+        return len(self._parts.evaluation.headings)
 
 
 def _arrow() -> Any:

@@ -1,14 +1,14 @@
 """Measured jumps against predicted ones: how well they agree, with bootstrap intervals over the landings."""
 
 from collections.abc import Mapping, Sequence
-from dataclasses import replace
 from typing import NamedTuple
 
 import numpy as np
 
 from shockpc.core.spatial import Array
 from shockpc.evaluation.columns import Column, selected, values_of
-from shockpc.evaluation.recorded import Landings, compute
+from shockpc.evaluation.evaluate import Evaluation
+from shockpc.evaluation.recorded import RecordedLandings
 from shockpc.evaluation.recorded_table import Measured, rows_of
 from shockpc.impact.stiffness import CompliantLanding
 from shockpc.landing.landing import landing_of
@@ -96,10 +96,9 @@ def compare_measured(
         rows = rows_of(columns, landing_of(scene, robot), rename)
         if not rows.measured:
             raise StudyError("the table has no column of what was measured after the impact, such as after_JOINT or after_vz")
-        study = Landings(robot, rows, prove=0)
+        study = RecordedLandings(robot, rows)
         predicting = _predicting(study)
-        study = replace(study, computed=tuple({column.name: column for column in predicting.values()}.values()))
-        results = compute(study)
+        results = Evaluation(study, tuple({column.name: column for column in predicting.values()}.values()), prove=0).table()
         jumps = _jumps(study, predicting, results.columns)
         predictions = [(model, rows.measured, [jumps[column.key] for column in rows.measured], results.messages)]
         timed = tuple(column for column in rows.measured if column.time)
@@ -112,7 +111,7 @@ def compare_measured(
     return Comparison(tuple(agreements), tuple(failures))
 
 
-def _predicting(study: Landings) -> dict[str, Column]:
+def _predicting(study: RecordedLandings) -> dict[str, Column]:
     """The columns that predict what was measured, by its key, with all components of the base's jump."""
     base, kinds = body_places(study.robot)[0], {"v": "delta_v", "w": "delta_omega"}
     columns = {kind + axis: Column(select(f"body.{key}.{axis}"), base) for kind, key in kinds.items() for axis in "xyz"}
@@ -124,7 +123,7 @@ def _predicting(study: Landings) -> dict[str, Column]:
     return columns
 
 
-def _jumps(study: Landings, predicting: Mapping[str, Column], columns: Mapping[str, Array]) -> dict[str, Array]:
+def _jumps(study: RecordedLandings, predicting: Mapping[str, Column], columns: Mapping[str, Array]) -> dict[str, Array]:
     """The jumps (n,) by key, those of the base in world axes. Args: columns (n,) by name, those of the base in its own axes."""
     jumps = {key: columns[column.name] for key, column in predicting.items()}
     for kind in "vw":
@@ -134,7 +133,7 @@ def _jumps(study: Landings, predicting: Mapping[str, Column], columns: Mapping[s
     return jumps
 
 
-def _rotations(study: Landings) -> Array:
+def _rotations(study: RecordedLandings) -> Array:
     """Rotations (n, 3, 3) of the base's frame, body to world."""
     from scipy.spatial.transform import Rotation
 
@@ -144,7 +143,7 @@ def _rotations(study: Landings) -> Array:
 
 
 def _predicted_later(
-    study: Landings, predicting: Mapping[str, Column], timed: Sequence[Measured], messages: Mapping[int, str]
+    study: RecordedLandings, predicting: Mapping[str, Column], timed: Sequence[Measured], messages: Mapping[int, str]
 ) -> tuple[list[Array], dict[int, str]]:
     """The changes (n,) until the time of each measured quantity, on contacts of finite stiffness, and failures by row.
 

@@ -6,14 +6,18 @@ from dataclasses import replace
 from typing import Any
 
 from shockpc.evaluation.columns import Column, selected
+from shockpc.evaluation.evaluate import Evaluation
 from shockpc.evaluation.variation import Variation, each_of, variation
-from shockpc.evaluation.varied import GROUND, Sweep
+from shockpc.evaluation.varied import VariedLandings
 from shockpc.evaluation.varied_scene import applied, armature_set
 from shockpc.landing.places import Place, body_places, moving_point
 from shockpc.landing.scene import Point, Scene, check_scene, plane_of, robot_of
 from shockpc.quantities.table import select
 from shockpc.robot.robot import Robot
 from shockpc.text.errors import StudyError
+
+GROUND = ("friction_needed", "pull", "depth", "feasible")
+"""Quantities of every row that tell whether flat ground allows the landing."""
 
 MOST_ROWS = 10**8
 """Rows of a sweep: so many take an hour, and a column of them 0.8 GB."""
@@ -35,8 +39,8 @@ def sweep(
     seed: int = 0,
     prove: int = 100,
     held: bool = False,
-) -> Sweep:
-    """Many landings that differ from one, checked; they are computed chunk by chunk as the result is iterated over.
+) -> Evaluation[VariedLandings]:
+    """Many landings that differ from one, checked; computed part by part as the result is iterated over, or at once by `table`.
 
     Args:
         scene: the landing that is varied.
@@ -57,7 +61,7 @@ def sweep(
 
     Raises:
         ShockError: a name is not known, values do not fit, nothing varies, or the landing cannot be resolved. A row that cannot be
-            computed is no error: its message is in the chunk.
+            computed is no error: its message is in the table.
     """
     robot = robot or robot_of(scene)
     # A mapping holds each subject once; pairs may repeat one, which is refused below.
@@ -83,7 +87,7 @@ def sweep(
         raise StudyError("the base's attitude is varied, but the scene gives it as a quaternion; give base_rpy_deg instead")
     points = tuple(Point(frame=point) if isinstance(point, str) else point for point in at)
     scene = check_scene(replace(scene, point=points))
-    study = Sweep(scene, robot, tuple(variations), (), feasible, sample, lhs, seed, prove)
+    study = VariedLandings(scene, robot, tuple(variations), sample, lhs, seed)
     if study.rows > MOST_ROWS:
         raise StudyError(
             f"{study.rows:.4g} landings are more than {MOST_ROWS:.0e}; give fewer values, or draw a sample with --sample"
@@ -96,11 +100,11 @@ def sweep(
             armature_set(scene, robot, varied)
         if varied.kind == "joint-stiffness":
             applied(scene, robot, varied, 1.0)
-    return replace(study, computed=_columns(study, points, bodies, greatest, quantities))
+    return Evaluation(study, _columns(study, points, bodies, greatest, quantities), prove, feasible)
 
 
 def _columns(
-    study: Sweep, points: tuple[Point, ...], names: Sequence[str], greatest: bool, quantities: Sequence[str]
+    study: VariedLandings, points: tuple[Point, ...], names: Sequence[str], greatest: bool, quantities: Sequence[str]
 ) -> tuple[Column, ...]:
     """The columns of the points and bodies, or of the base, what the ground allows, and of the further quantities."""
     robot, landing = study.robot, study.first

@@ -6,10 +6,11 @@ ShockError                 the root; its text is the whole message for a user
 ├── SceneError             the scene cannot be computed as asked: posture, strike, contact, plane or scene file
 ├── SolveError             the model has no unique solution (a moving body without mass, a singular posture)
 ├── StudyError             a study cannot be computed as asked: its ranges, budgets or landings
-└── OutputError            a result cannot be written to the given place
+├── OutputError            a result cannot be written to the given place
+└── DefectError            an unexpected exception while one landing of many was computed
 
-Every error has the exit code of a command that it ends: 2 for bad arguments or files, 3 for a model that cannot be solved. Codes
-0 (done) and 1 (a budget is exceeded) belong to no error, and 70 to any other exception: an error in shockpc itself.
+Every error has the exit code of a command that it ends: 2 for bad arguments or files, 3 for a model that cannot be solved, 70 for
+an error in shockpc itself, as any other exception. Codes 0 (done) and 1 (a budget is exceeded) belong to no error.
 """
 
 import re
@@ -91,17 +92,6 @@ class UnknownName(ShockError):
         return type(self), (self.kind, self.name, self.known, self.where, self.listing, self.hint)
 
 
-def refusal(error: Exception) -> ShockError:
-    """An error of one landing of many, which is the message of its row. One that is none of ours names its place in the code."""
-    if isinstance(error, ShockError):
-        return error
-    import traceback
-
-    place = traceback.extract_tb(error.__traceback__)[-1]
-    where = f"{place.filename.rpartition('/')[2]}, line {place.lineno}"
-    return ShockError(f"an error in shockpc itself, please report it: {type(error).__name__} in {where}: {error}")
-
-
 class RobotError(ShockError):
     """A robot file is missing, unreadable, not a robot, or has values that no body can have."""
 
@@ -122,6 +112,36 @@ class StudyError(ShockError):
 
 class OutputError(ShockError):
     """A result cannot be written to the given place."""
+
+
+class DefectError(ShockError):
+    """An unexpected exception while one landing of many was computed.
+
+    Args:
+        text: the message.
+        trace: where it arose.
+    """
+
+    exit_code = 70
+
+    def __init__(self, text: str, trace: str):
+        self.trace = trace
+        super().__init__(text)
+
+    def __reduce__(self) -> tuple[type, tuple[object, ...]]:
+        return type(self), (str(self), self.trace)
+
+
+def refusal(error: Exception) -> ShockError:
+    """The error of one landing of many, which is the message of its row. An unexpected exception is a defect of shockpc."""
+    if isinstance(error, ShockError):
+        return error
+    import traceback
+
+    place = traceback.extract_tb(error.__traceback__)[-1]
+    where = f"{place.filename.rpartition('/')[2]}, line {place.lineno}"
+    text = f"an error in shockpc itself, please report it: {type(error).__name__} in {where}: {error}"
+    return DefectError(text, "".join(traceback.format_exception(error)))
 
 
 def _quoted(name: str) -> str:

@@ -5,7 +5,8 @@ import textwrap
 import numpy as np
 from matplotlib.figure import Figure
 
-from shockpc.evaluation.recorded import Results
+from shockpc.evaluation.recorded import RecordedLandings
+from shockpc.evaluation.table import Table
 from shockpc.show.figure.style import BANDS, CURVES, INK, band, new_chart
 from shockpc.show.header import count
 from shockpc.studies.landings import Comparison
@@ -21,10 +22,9 @@ MARKERS = ("o", "^", "s", "D")
 """Of quantities whose colours are the same."""
 
 
-def draw_landings(results: Results) -> Figure:
+def draw_landings(study: RecordedLandings, results: Table) -> Figure:
     """Draw how often a value of each column occurs, and the worst landings beside it by name and value."""
-    study = results.study
-    known = [(column, values[np.isfinite(values)]) for column in study.computed for values in [results.columns[column.name]]]
+    known = [(column, values[np.isfinite(values)]) for column in results.computed for values in [results.columns[column.name]]]
     shown = [(column, values) for column, values in known if values.size][:MOST]
     title = f"{printable(study.robot.name, 40)}: {count(study.rows, 'landing')}"
     if not shown:
@@ -50,13 +50,13 @@ def draw_landings(results: Results) -> Figure:
     return figure
 
 
-def draw_comparison(results: Results, comparison: Comparison) -> Figure:
+def draw_comparison(study: RecordedLandings, comparison: Comparison) -> Figure:
     """Draw measured over predicted jumps of the largest group: a column for each joint model, a row for each time."""
     largest = max(comparison.agreements, key=lambda agreement: agreement.measured.shape[1])
     shown = [agreement for agreement in comparison.agreements if agreement.name == largest.name]
-    quantities = [each.name for each in results.study.table.measured if each.group == largest.name and each.time == largest.time]
+    quantities = [each.name for each in study.table.measured if each.group == largest.name and each.time == largest.time]
     models, times = (list(dict.fromkeys(key)) for key in zip(*((each.model, each.time) for each in shown), strict=True))
-    title = f"{printable(results.study.robot.name, 40)}: {printable(largest.name, 40)} in {count(results.study.rows, 'landing')}"
+    title = f"{printable(study.robot.name, 40)}: {printable(largest.name, 40)} in {count(study.rows, 'landing')}"
     figure = new_chart(1.9 + 2.0 * len(models), 0.8 + 2.0 * len(times), title)
     panels = figure.subplots(len(times), len(models), squeeze=False, sharex=True, sharey=True)
     reach = REACH * max(float(np.abs(each.measured).max()) for each in shown) or 1.0

@@ -11,8 +11,9 @@ from matplotlib.figure import Figure
 from matplotlib.ticker import MaxNLocator
 
 from shockpc.core.spatial import Array
-from shockpc.evaluation.summary import Extent, SweepSummary
+from shockpc.evaluation.summary import Extent, Summary
 from shockpc.evaluation.variation import Variation
+from shockpc.evaluation.varied import VariedLandings
 from shockpc.show.figure.style import BANDS, CURVES, INK, PAPER, SHOCK, band, new_chart
 from shockpc.text.printed import printable
 
@@ -37,9 +38,9 @@ class _Curve(NamedTuple):
     values: Array
 
 
-def draw_sweep(summary: SweepSummary) -> Figure:
+def draw_sweep(summary: Summary[VariedLandings]) -> Figure:
     """Draw the figure of a sweep."""
-    sweep, axes = summary.sweep, summary.sweep.axes
+    sweep, axes = summary.evaluation.landings, summary.evaluation.landings.axes
     contacts = " + ".join(contact.frame for contact in sweep.scene.contact)
     varied = any(variation.kind == "contact" for variation in sweep.variations)
     title = printable(sweep.robot.name + ("" if varied else f", landing on {contacts}"), 90)
@@ -129,7 +130,7 @@ def _maps(title: str, slow: Variation, fast: Variation, grids: Sequence[_Curve])
     return figure
 
 
-def _distributions(title: str, extents: Sequence[Extent], summary: SweepSummary) -> Figure:
+def _distributions(title: str, extents: Sequence[Extent], summary: Summary[VariedLandings]) -> Figure:
     """How often a value occurs, a panel for each column, one above the other; shocks have a common scale.
 
     Beside those of a sample are the rank correlations with what was varied, the strongest first.
@@ -168,7 +169,7 @@ def _distributions(title: str, extents: Sequence[Extent], summary: SweepSummary)
     return figure
 
 
-def _bars(panel: Axes, summary: SweepSummary, k: int) -> None:
+def _bars(panel: Axes, summary: Summary[VariedLandings], k: int) -> None:
     """The strongest rank correlations of one column with what was varied."""
     own = np.nan_to_num(summary.correlations[:, k])
     strongest = np.argsort(-np.abs(own), kind="stable")[:BARS]

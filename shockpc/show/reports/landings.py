@@ -7,7 +7,8 @@ from typing import Any
 import numpy as np
 
 from shockpc.evaluation.columns import Column
-from shockpc.evaluation.recorded import CLOSED_BY, RATES_BY, Results
+from shockpc.evaluation.recorded import CLOSED_BY, RATES_BY, RecordedLandings
+from shockpc.evaluation.table import Table
 from shockpc.quantities.profile import ShockProfile
 from shockpc.show.header import JOINT_MODELS, LEFT_OUT, count, proven_text, shown_as, without_value
 from shockpc.show.reports.report import Block, Picture, Report
@@ -33,7 +34,8 @@ MEASURED_NOTES = (
 
 def landings_report(
     table: str,
-    results: Results,
+    landings: RecordedLandings,
+    results: Table,
     rank: Column | None = None,
     comparison: Comparison | None = None,
     worst: Mapping[str, ShockProfile] | None = None,
@@ -42,40 +44,40 @@ def landings_report(
 
     Args:
         table: its name.
-        results: the landings.
+        landings: its rows.
+        results: what was computed of them.
         rank: the column by which they are ranked, if they are.
         comparison: of what the table measured, if it did.
         worst: the worst landings by name, which report.html shows.
     """
-    order = results.ranked(rank)
+    order = list(range(len(results))) if rank is None else results.ranked(rank).tolist()
 
     def body(full: bool) -> Iterator[Block]:
-        yield Lines(list(_header(table, results)))
-        yield _extents(results)
-        yield Picture("landings", "distributions of the results", "landings:draw_landings", (results,))
-        yield _rows(results, order, rank, None if full else SHORT)
+        yield Lines(list(_header(table, landings)))
+        yield _extents(landings, results)
+        yield Picture("landings", "distributions of the results", "landings:draw_landings", (landings, results))
+        yield _rows(landings, results, order, rank, None if full else SHORT)
         if comparison is not None:
-            yield Picture("measured", "measured over predicted jumps", "landings:draw_comparison", (results, comparison))
+            yield Picture("measured", "measured over predicted jumps", "landings:draw_comparison", (landings, comparison))
             yield agreement_sheet(comparison, full)
 
-    sheets = {"landings": lambda: _rows(results, order, rank, None, exact=True)}
+    sheets = {"landings": lambda: _rows(landings, results, order, rank, None, exact=True)}
     if comparison is not None:
         sheets["measured"] = lambda: _measured(comparison)
     return Report(
         name="landings",
         title=f"Landings of {table}",
         body=body,
-        closing=list(_closing(results, comparison)),
-        warnings=list(_warnings(results)),
+        closing=list(_closing(landings, results, comparison)),
+        warnings=list(_warnings(landings)),
         sheets=sheets,
-        document=lambda: _document(table, results, order, comparison),
+        document=lambda: _document(table, landings, results, order, comparison),
         landings=worst or {},
     )
 
 
-def _header(table: str, results: Results) -> Iterator[tuple[str, str]]:
-    study, rows = results.study, results.study.table
-    robot, landings = study.robot, list(study.resolved)
+def _header(table: str, study: RecordedLandings) -> Iterator[tuple[str, str]]:
+    rows, robot, landings = study.table, study.robot, list(study.resolved)
     yield "table", f"{table}: {count(study.rows, 'landing')}"
     yield "robot", f"{robot.label} ({robot.name}, {robot.mass:.4g} kg)"
     yield "in the table", ", ".join(rows.given)
@@ -86,22 +88,23 @@ def _header(table: str, results: Results) -> Iterator[tuple[str, str]]:
     yield "joint model", "; ".join(f"{name}: {drives}" if drives else JOINT_MODELS[name] for name, drives in models)
 
 
-def _extents(results: Results) -> Sheet:
+def _extents(landings: RecordedLandings, results: Table) -> Sheet:
     rows: list[Row] = []
-    for column in results.study.computed:
+    for column in results.computed:
         values = results.columns[column.name]
         known, worst = values[np.isfinite(values)], results.worst(1, column)
         extent = np.quantile(known, (0.0, 0.5, 0.95, 1.0)).tolist() if known.size else [None] * 4
-        rows.append((column.heading, *extent, str(results.study.table.names[worst[0]]) if worst else None))
+        rows.append((column.heading, *extent, str(landings.table.names[worst[0]]) if worst else None))
     return Sheet("quantities", ("quantity", "least", "median", "95 %", "greatest", "worst in landing"), rows)
 
 
-def _rows(results: Results, order: Sequence[int], rank: Column | None, most: int | None, exact: bool = False) -> Sheet:
+def _rows(
+    study: RecordedLandings, results: Table, order: Sequence[int], rank: Column | None, most: int | None, exact: bool = False
+) -> Sheet:
     """A row for every landing. Args: exact, whether all columns are wanted, for programs."""
-    study = results.study
-    names = study.numbers if exact else tuple(column.name for column in study.computed)
+    names = _numbers(study, results) if exact else tuple(column.name for column in results.computed)
     labels, messages = study.table.labels, exact or bool(results.messages)
-    heads = {"row": "landing"} | {column.name: column.heading for column in study.computed}
+    heads = {"row": "landing"} | {column.name: column.heading for column in results.computed}
     rows: list[Row] = []
     for i in order[:most]:
         values = (results.columns[name][i] for name in names)
@@ -111,6 +114,11 @@ def _rows(results: Results, order: Sequence[int], rank: Column | None, most: int
     title = "landings" if rank is None else f"landings, ranked by {rank.name}"
     left = len(order) - len(rows)
     return Sheet(title, header, rows, [f"{count(left, 'landing')} not shown; --out or --format csv gives all"] if left else ())
+
+
+def _numbers(study: RecordedLandings, results: Table) -> list[str]:
+    """The headings of the columns of numbers."""
+    return [name for name in results.columns if name not in study.table.labels]
 
 
 def agreement_sheet(comparison: Comparison, full: bool = False) -> Sheet:
@@ -141,27 +149,27 @@ def _measured(comparison: Comparison) -> Sheet:
     return Sheet("", ("joint model", "after [ms]", "quantity", "unit", *statistics), rows)
 
 
-def _closing(results: Results, comparison: Comparison | None) -> Iterator[str]:
-    study, columns = results.study, results.columns
+def _closing(study: RecordedLandings, results: Table, comparison: Comparison | None) -> Iterator[str]:
+    columns = results.columns
     if study.closes and not np.isnan(columns[CLOSED_BY]).all():
         by, rates = (float(np.nanmax(columns[name])) for name in (CLOSED_BY, RATES_BY))
         yield f"loops: closing them changes positions of the table by at most {by:.2g} rad (m), rates by {rates:.2g} rad/s (m/s)"
     if len(results.messages) < study.rows:
-        empty = [column for column in study.computed if np.isnan(columns[column.name]).all()]
+        empty = [column for column in results.computed if np.isnan(columns[column.name]).all()]
         yield from without_value((column.name, column.selection.quantity) for column in empty)
     if any(landing.scene.contact_stiffness is not None for landing in study.resolved):
         yield LEFT_OUT
     proven = int(np.sum(columns["proven"]))
     if proven:
-        yield proven_text(proven, study.computed)
+        yield proven_text(proven, results.computed)
     compared = columns["double_error"][~columns["proven"].astype(bool) & ~np.isnan(columns["double_error"])]
-    if compared.size and any(column.shock for column in study.computed):
+    if compared.size and any(column.shock for column in results.computed):
         yield (
             f"double precision, compared with a proof in {count(compared.size, 'other landing')}: off by at most "
             f"{compared.max():.0e} of the point's most severe shock"
         )
     computed = np.array([i not in results.messages for i in range(study.rows)])
-    for column in study.computed:
+    for column in results.computed:
         if 0 < (missing := int(np.sum(np.isnan(columns[column.name]) & computed))) < np.sum(computed):
             why = column.selection.quantity.missing or "it does not exist there"
             yield f"no {column.name} in {count(missing, 'landing')}: {why}"
@@ -172,31 +180,32 @@ def _closing(results: Results, comparison: Comparison | None) -> Iterator[str]:
             yield from (f"  {n} x {text}" for text, n in alike(texts).most_common(MESSAGES))
 
 
-def _warnings(results: Results) -> Iterator[str]:
-    for joint in results.study.robot.single_joints:
+def _warnings(landings: RecordedLandings) -> Iterator[str]:
+    for joint in landings.robot.single_joints:
         low, high = joint.limits
-        if joint.name in results.study.table.joints and joint.kind in ("revolute", "prismatic"):
-            values = results.study.table.Q[:, joint.q.start]
+        if joint.name in landings.table.joints and joint.kind in ("revolute", "prismatic"):
+            values = landings.table.Q[:, joint.q.start]
             outside = np.maximum(low - values, values - high)
             if n := int(np.sum(outside > 1e-4)):
                 most = shown_as(float(outside.max()), joint.unit)
                 yield f'warning: joint "{joint.name}" is outside its limits in {count(n, "landing")}, by at most {most}'
 
 
-def _document(table: str, results: Results, order: Sequence[int], comparison: Comparison | None) -> dict[str, Any]:
-    study = results.study
+def _document(
+    table: str, study: RecordedLandings, results: Table, order: Sequence[int], comparison: Comparison | None
+) -> dict[str, Any]:
     return {
         "table": table,
         "robot": study.robot.name,
         "scene": study.first.scene,
         "given": study.table.given,
         "of_scene": study.table.missing,
-        "columns": [{"name": column.name, "unit": column.selection.quantity.unit} for column in study.computed],
+        "columns": [{"name": column.name, "unit": column.selection.quantity.unit} for column in results.computed],
         "rows": [
             {
                 "landing": str(study.table.names[i]),
                 **{name: values[i].item() for name, values in study.table.labels.items() if name != "row"},
-                **{name: results.columns[name][i] for name in study.numbers},
+                **{name: results.columns[name][i] for name in _numbers(study, results)},
                 "message": results.messages.get(i),
             }
             for i in order

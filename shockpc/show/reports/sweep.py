@@ -7,8 +7,8 @@ from typing import Any
 
 import numpy as np
 
-from shockpc.evaluation.summary import PERCENTILES, Extent, SweepSummary
-from shockpc.evaluation.varied import Sweep
+from shockpc.evaluation.summary import PERCENTILES, Extent, Summary
+from shockpc.evaluation.varied import VariedLandings
 from shockpc.show.document import record
 from shockpc.show.header import LEFT_OUT, proven_text, without_value
 from shockpc.show.reports.report import Picture, Report
@@ -22,11 +22,11 @@ STRONGEST = 16
 """Varied quantities whose rank correlations a terminal shows."""
 
 
-def sweep_report(summary: SweepSummary) -> Report:
+def sweep_report(summary: Summary[VariedLandings]) -> Report:
     """The summary of a sweep, whose rows have files of their own."""
     return Report(
         name="summary",
-        title=f"Sweep of {summary.sweep.robot.name}",
+        title=f"Sweep of {summary.evaluation.landings.robot.name}",
         page="summary",
         body=lambda whole: [
             _sheet(summary),
@@ -39,9 +39,9 @@ def sweep_report(summary: SweepSummary) -> Report:
             **({"correlations": lambda: _correlations(summary, None)} if summary.varied else {}),
         },
         document=lambda: {
-            "robot": summary.sweep.robot.name,
-            "scene": summary.sweep.scene,
-            "rows": summary.sweep.rows,
+            "robot": summary.evaluation.landings.robot.name,
+            "scene": summary.evaluation.landings.scene,
+            "rows": summary.rows,
             **record(summary, "failed", "proven", "compared", "largest_error"),
             "not_feasible": summary.refused._asdict(),
             "messages": [{"text": text, "rows": count} for text, count in summary.messages],
@@ -50,9 +50,9 @@ def sweep_report(summary: SweepSummary) -> Report:
     )
 
 
-def _record(summary: SweepSummary, k: int) -> dict[str, Any]:
+def _record(summary: Summary[VariedLandings], k: int) -> dict[str, Any]:
     """The range of a quantity, what it depends on, and its most and least severe landings as options of `shockpc analyze`."""
-    sweep, extent = summary.sweep, summary.extents[k]
+    sweep, extent = summary.evaluation.landings, summary.extents[k]
     row, best = _most_severe(extent), extent.best_row
     return {
         "quantity": extent.column.name,
@@ -71,9 +71,9 @@ def _most_severe(extent: Extent) -> int:
     return extent.least_row if extent.column.selection.quantity.worse == "less" else extent.greatest_row
 
 
-def _sheet(summary: SweepSummary) -> Sheet:
+def _sheet(summary: Summary[VariedLandings]) -> Sheet:
     """One row for each quantity at each place: its range, of a sample with percentiles, and where the ends are."""
-    sample = summary.sweep.sample is not None
+    sample = summary.evaluation.landings.sample is not None
     rows: list[Row] = []
     for one in summary.extents:
         places = (str(one.least_row), str(one.greatest_row)) if one.greatest_row >= 0 else (None, None)
@@ -83,10 +83,10 @@ def _sheet(summary: SweepSummary) -> Sheet:
     low_head, *high_heads = (f"{share} %" for share in PERCENTILES)
     inner_heads = (low_head, "median", *high_heads) if sample else ("median",)
     header = ("quantity", "least", *inner_heads, "greatest", "row of least", "row of greatest")
-    return Sheet(f"sweep of {summary.sweep.robot.name}: {summary.sweep.rows} landings", header, rows)
+    return Sheet(f"sweep of {summary.evaluation.landings.robot.name}: {summary.rows} landings", header, rows)
 
 
-def _correlations(summary: SweepSummary, most: int | None) -> Sheet:
+def _correlations(summary: Summary[VariedLandings], most: int | None) -> Sheet:
     """One row for each quantity that was varied: its rank correlation with each result. Args: most, rows of the strongest."""
     rows: list[Row] = [(one.column, *map(float, row)) for one, row in zip(summary.varied, summary.correlations, strict=True)]
     strongest = np.abs(np.nan_to_num(summary.correlations)).max(axis=1, initial=0.0).tolist()
@@ -96,39 +96,39 @@ def _correlations(summary: SweepSummary, most: int | None) -> Sheet:
     return Sheet("what the results depend on", header, rows, (chance, *notes))
 
 
-def _lines(summary: SweepSummary) -> Iterator[str]:
+def _lines(summary: Summary[VariedLandings]) -> Iterator[str]:
     """The most severe landings, warnings of what is varied, what was not computed, and the accuracy."""
     for one in summary.extents:
         if one.greatest_row >= 0:
             what = "greatest value" if one.column.selection.quantity.worse == "neither" else "most severe"
-            yield f"{what} for {one.column.name}: {_varied(summary.sweep, _most_severe(one))}"
+            yield f"{what} for {one.column.name}: {_varied(summary.evaluation.landings, _most_severe(one))}"
         if one.best_row >= 0 and one.column.selection.quantity.worse != "neither":
-            yield f"least severe that flat ground allows: {_varied(summary.sweep, one.best_row)}"
-    if summary.failed < summary.sweep.rows:
+            yield f"least severe that flat ground allows: {_varied(summary.evaluation.landings, one.best_row)}"
+    if summary.failed < summary.rows:
         yield from without_value(
             (one.column.name, one.column.selection.quantity) for one in summary.extents if one.greatest_row < 0
         )
     relative = [one.column.place.name for one in summary.extents if one.column.shock]
-    if relative and any(varied.kind == "speed" for varied in summary.sweep.variations):
+    if relative and any(varied.kind == "speed" for varied in summary.evaluation.landings.variations):
         asked = f"--quantity delta_v@{relative[0]} gives m/s, and peak_g@{relative[0]} with --pulse g"
         yield f"shock is relative to the strike, and the same at every speed; {asked}"
     refused, *counts = summary.refused
     if refused:
         causes = ("a contact would have to be pulled", "another link is below the ground")
         listed = ", ".join(f"{number} because {cause}" for number, cause in zip(counts, causes, strict=True) if number)
-        left = "they are left out" if summary.sweep.feasible else "--feasible leaves them out"
-        yield f"warning: flat ground does not allow {refused} of {summary.sweep.rows} landings: {listed}; {left}"
-    yield from (f"warning: {warning}" for warning in summary.sweep.case(0)[1].change_warnings)
-    sweep = summary.sweep
+        left = "they are left out" if summary.evaluation.feasible else "--feasible leaves them out"
+        yield f"warning: flat ground does not allow {refused} of {summary.rows} landings: {listed}; {left}"
+    yield from (f"warning: {warning}" for warning in summary.evaluation.landings.case(0)[1].change_warnings)
+    sweep = summary.evaluation.landings
     stiff = sweep.scene.contact_stiffness is not None or any(varied.kind == "contact-stiffness" for varied in sweep.variations)
-    if not stiff or not any((entry := column.selection.quantity).unproven or entry.stiff for column in sweep.computed):
+    if not stiff or not any((entry := column.selection.quantity).unproven or entry.stiff for column in summary.evaluation.computed):
         for varied in (varied for varied in sweep.variations if varied.kind.endswith("-stiffness")):
             asked = "--quantity peak_acceleration or peak_force" + ("" if stiff else ", with --contact-stiffness,")
             yield f"warning: nothing computed here depends on {varied.subject}; {asked} does"
     if stiff:
         yield LEFT_OUT
     if summary.failed:
-        yield f"not computed: {summary.failed} of {summary.sweep.rows} landings"
+        yield f"not computed: {summary.failed} of {summary.rows} landings"
         yield from (f"  {count} x {text}" for text, count in summary.messages[:MESSAGES])
         if len(summary.messages) > MESSAGES:
             yield f"  and {len(summary.messages) - MESSAGES} other messages, in the column message"
@@ -141,13 +141,13 @@ def _lines(summary: SweepSummary) -> Iterator[str]:
         )
 
 
-def _varied(made: Sweep, row: int) -> str:
+def _varied(made: VariedLandings, row: int) -> str:
     """What was varied in a row: options of `shockpc analyze`, and what has none."""
     options, others = _options(made, row)
     return f"{options}   (and {others})" if options and others else options or others
 
 
-def _options(made: Sweep, row: int) -> tuple[str, str]:
+def _options(made: VariedLandings, row: int) -> tuple[str, str]:
     """What was varied in a row as options of `shockpc analyze`, and what has no option."""
     scene, _ = made.case(row)
     options: list[tuple[str, str]] = []

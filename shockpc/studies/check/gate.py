@@ -15,7 +15,8 @@ from typing import Any, Literal, NamedTuple
 import numpy as np
 
 from shockpc.evaluation.columns import Column, places_at
-from shockpc.evaluation.varied import Sweep
+from shockpc.evaluation.evaluate import Evaluation
+from shockpc.evaluation.varied import VariedLandings
 from shockpc.landing.landing import PosedLanding, resolve
 from shockpc.landing.places import Place
 from shockpc.landing.scene import Scene, robot_of
@@ -142,7 +143,7 @@ class _Planned(NamedTuple):
     scene: Scene
     robot: Robot
     asked: dict[int, tuple[Place, ...]]
-    designs: Sweep | None
+    designs: Evaluation[VariedLandings] | None
 
 
 def check_budgets(
@@ -244,7 +245,7 @@ def _places(landing: PosedLanding, quantity: Quantity, at: str) -> tuple[Place, 
 
 def _designs(
     case: Case, scene: Scene, robot: Robot, selections: Sequence[Selection], places: Sequence[tuple[Place, ...]]
-) -> Sweep | None:
+) -> Evaluation[VariedLandings] | None:
     """The random designs of a landing, with a column for each number whose percentile has a limit; None without any."""
     if not selections:
         return None
@@ -261,15 +262,15 @@ def _percentiles(planned: _Planned, budgets: Sequence[Budget]) -> tuple[dict[int
     """The numbers of budgets with a percentile by the number of the budget, and why they are missing where designs are."""
     if planned.designs is None:
         return {}, ""
-    chunks = [planned.designs.chunk(k) for k in range(len(planned.designs.parts))]
-    messages = [text for chunk in chunks for text in chunk.messages.values()]
+    table = planned.designs.table()
+    messages = list(table.messages.values())
     numbers = {}
     for k, places in planned.asked.items():
         if budgets[k].percentile is not None:
             names = [Column(budgets[k].selection, place).name for place in places]
-            columns = [np.concatenate([chunk.columns[name] for chunk in chunks]) for name in names]
+            columns = [table.columns[name] for name in names]
             numbers[k] = [math.nan if np.isnan(x).any() else budgets[k].representative(x) for x in columns]
-    return numbers, f"{len(messages)} of {planned.designs.rows} designs: {messages[0]}" if messages else ""
+    return numbers, f"{len(messages)} of {len(table)} designs: {messages[0]}" if messages else ""
 
 
 def _computed(given: Budgets, baseline: Baseline | None, planned: _Planned) -> tuple[list[Outcome], ShockProfile | None, list[str]]:

@@ -1,0 +1,258 @@
+"""The one engine: landings are solved in double precision, proven where that is needed, and read as columns of a table."""
+
+import functools
+import pickle
+from collections.abc import Callable, Iterator
+from concurrent.futures import Executor
+from dataclasses import dataclass, field
+from typing import Any, Generic, TypeVar
+
+import numpy as np
+
+from shockpc.core.threads import one_thread
+from shockpc.evaluation.columns import Column, columns, double_difference, not_approaching, proven_columns
+from shockpc.evaluation.executor import in_order
+from shockpc.evaluation.landings import Group, Landings, Part, Refusal
+from shockpc.evaluation.table import Table
+from shockpc.quantities.profile import ShockProfile
+from shockpc.text.errors import DefectError, ShockError, refusal
+
+AHEAD = 8
+"""Parts that other processes may compute before the first one has been read, which limits the memory."""
+
+
+L = TypeVar("L", bound=Landings)
+
+
+@dataclass(frozen=True, eq=False)
+class Evaluation(Generic[L]):
+    """Landings, and what is computed of them.
+
+    Attributes:
+        landings: the source of the rows.
+        computed: the columns.
+        prove: number of rows that are compared with a proof, besides those that need one; None proves every row, and computes none
+            in double precision.
+        feasible: whether rows that flat ground does not allow are left out. Rows that could not be computed are not.
+        look: is called with the profile of every row, where every row is proven; what it gives is kept.
+        strict: whether a landing that cannot be computed is an error, and not a row with a message.
+    """
+
+    landings: L
+    computed: tuple[Column, ...] = field(default=(), repr=False)
+    prove: int | None = 100
+    feasible: bool = False
+    look: Callable[[ShockProfile], Any] | None = field(default=None, repr=False)
+    strict: bool = False
+
+    @property
+    def headings(self) -> tuple[str, ...]:
+        """The headings of all columns, without the message."""
+        landings, own = self.landings, [column.name for column in self.computed]
+        numbers = (*own, *landings.further, "condition", "proven", "double_error")
+        return (*(["row"] if self.feasible else []), *landings.headings, *numbers)
+
+    @property
+    def description(self) -> dict[str, Any]:
+        """What the rows depend on, besides scene and robot."""
+        return {**self.landings.description, "feasible rows alone": self.feasible, "rows proven for comparison": self.prove}
+
+    def __iter__(self) -> Iterator[Table]:
+        return self.tables()
+
+    def part(self, k: int) -> Table:
+        """Compute a part."""
+        return self.compute(k, self.landings.own(k))
+
+    def table(self, executor: Executor | None = None, done: Callable[..., object] = lambda parts: None) -> Table:
+        """Compute all parts.
+
+        Args:
+            executor: computes them; this process by default.
+            done: is called with the number of rows of each part that is done.
+
+        Raises:
+            ShockError: a landing cannot be computed, and that is an error.
+        """
+        tables = []
+        for table in self.tables(executor):
+            tables.append(table)
+            done(parts=len(table))
+        return Table.joined(tables)
+
+    def tables(self, executor: Executor | None = None) -> Iterator[Table]:
+        """All parts in order. Args: executor, computes them, for example a `ProcessPoolExecutor`; this process by default."""
+        return self.each(range(len(self.landings.parts)), Table, executor)
+
+    def each(self, parts: "range | list[int]", make: Callable[..., Any], executor: Executor | None) -> Iterator[Any]:
+        """What is made of some parts, in order and where they are computed.
+
+        Args:
+            parts: numbers of the parts.
+            make: is given the evaluation and the table of a part, and its number; `Table` for the tables themselves.
+            executor: computes the parts; this process by default. Only the rows of a part are sent with it.
+        """
+        if executor is None:
+            return (self._made(make, k, self.landings.own(k)) for k in parts)
+        task = functools.partial(_computed, pickle.dumps(self), make)
+        return in_order(executor, task, ((k, self.landings.own(k)) for k in parts), ahead=AHEAD)
+
+    def _made(self, make: Callable[..., Any], k: int, own: Any) -> Any:
+        table = self.compute(k, own)
+        return table if make is Table else make(self, table, k)
+
+    def compute(self, k: int, own: Any) -> Table:
+        """Compute a part. Args: own, what it needs of the source's rows."""
+        with one_thread(self.landings.robot.model.nv):
+            part = self.landings.part(k, own)
+            return self._proven(k, part) if self.prove is None else self._computed(k, part)
+
+    def _proven(self, k: int, part: Part) -> Table:
+        """The rows of a part, each with a proof alone."""
+        n, errors, looks = len(next(iter(part.labels.values()))), _Errors(self.strict), dict[int, Any]()
+        values = {column.name: np.full(n, np.nan) for column in self.computed}
+        for one in part.groups:
+            if isinstance(one, Refusal):
+                errors.note(one.postures.tolist(), one.error)
+        for i in range(n):
+            if i in errors.messages:
+                continue
+            with errors.of([i]):
+                profile = part.profile(i)
+                for name, value in proven_columns(profile, self.computed).items():
+                    values[name][i] = value
+                if self.look is not None:
+                    looks[i] = self.look(profile)
+        proven = np.array([i not in errors.messages for i in range(n)], dtype=bool)
+        nothing = {name: np.full(n, np.nan) for name in ("condition", "double_error")}
+        results = {**part.labels, **values, **nothing, "proven": proven}
+        return self._table(k, results, errors, (0, 0), looks)
+
+    def _computed(self, k: int, part: Part) -> Table:
+        """The rows of a part in double precision, with a proof where that is needed."""
+        (a, b), S = self.landings.parts[k], self.landings.strikes
+        errors = _Errors(self.strict)
+        names = [column.name for column in self.computed]
+        whole = {name: np.full((b - a, S), np.nan) for name in (*names, *self.landings.further, "condition")}
+        prove = np.zeros((b - a, S), dtype=bool)
+        for group in part.groups:
+            rows = group.postures[:, None] * S + np.arange(S)
+            if isinstance(group, Refusal):
+                errors.note(rows.ravel().tolist(), group.error)
+                continue
+            with errors.of(rows.ravel().tolist()):
+                self._solve(group, rows, whole, prove, errors)
+        flat = {name: x.ravel() for name, x in whole.items()}
+        compared = self.landings.compared(self.prove or 0)
+        compared = compared[(compared >= a * S) & (compared < b * S)] - a * S
+        feasible = next(
+            (flat[column.name] for column in self.computed if column.selection.name == "feasible"), np.ones(len(prove) * S)
+        )
+        if self.feasible:
+            compared = compared[feasible[compared] != 0.0]
+        proven, difference = self._prove(part, prove.ravel(), compared, flat, errors)
+        infeasible, pulls = feasible == 0.0, [column.name for column in self.computed if column.selection.name == "pull"]
+        pulled = infeasible & np.any([flat[name] > 0.0 for name in pulls if not self.landings.opens], axis=0)
+        refused = int(pulled.sum()), int((infeasible & ~pulled).sum())
+        results = {**part.labels, **flat, "proven": proven, "double_error": difference}
+        if self.feasible:
+            kept = np.flatnonzero(~infeasible)
+            results = {"row": a * S + kept} | {name: x[kept] for name, x in results.items()}
+            errors.messages = {int(np.searchsorted(kept, i)): text for i, text in errors.messages.items()}
+        return self._table(k, results, errors, refused, {})
+
+    def _solve(self, group: Group, rows: np.ndarray, whole: dict[str, Any], prove: np.ndarray, errors: "_Errors") -> None:
+        """Fill in the columns (n, S) of a group, and which rows (n, S) need a proof."""
+        landing = group.landing
+        values, condition, unsafe, parting = columns(landing, group.Q, group.strikes, self.computed, group.design)
+        further = {name: x[:, None] for name, x in group.further.items()}
+        for name, x in (values | further | {"condition": condition[:, None]}).items():
+            whole[name][group.postures] = x
+        prove[group.postures] = unsafe | any(column.selection.quantity.alone(landing.scene) for column in self.computed)
+        for i, s, error in not_approaching(landing, parting):
+            errors.note([int(rows[i, s])], error)
+
+    def _prove(
+        self, part: Part, needed: np.ndarray, compared: np.ndarray, values: dict[str, np.ndarray], errors: "_Errors"
+    ) -> tuple[np.ndarray, np.ndarray]:
+        """Prove the rows (n,) that need it, whose numbers become the proven ones, and compare others with a proof.
+
+        Returns: which rows (n,) have proven numbers; and the difference (n,) of double precision, as `double_difference`.
+        """
+        proven, difference = np.zeros(len(needed), dtype=bool), np.full(len(needed), np.nan)
+        for i in sorted({*np.flatnonzero(needed).tolist(), *compared.tolist()} - errors.messages.keys()):
+            with errors.of([i]):
+                profile = part.profile(i)
+                exact = proven_columns(profile, self.computed)
+                difference[i] = double_difference(profile, {name: float(values[name][i]) for name in exact}, exact, self.computed)
+                if needed[i]:
+                    proven[i] = True
+                    for name, value in exact.items():
+                        values[name][i] = value
+        for column in self.computed if errors.messages else ():
+            values[column.name][list(errors.messages)] = np.nan
+        return proven, difference
+
+    def _table(self, k: int, results: dict[str, Any], errors: "_Errors", refused: tuple[int, int], looks: dict[int, Any]) -> Table:
+        columns = {name: results[name] for name in self.headings if name in results}
+        messages = dict(sorted(errors.messages.items()))
+        first = self.landings.parts[k][0] * self.landings.strikes
+        return Table(self.computed, columns, messages, refused, tuple(errors.defects), looks, first)
+
+
+class _Errors:
+    """Why rows could not be computed, as a context in which some of them are.
+
+    Args: strict, whether such a row is an error.
+    """
+
+    def __init__(self, strict: bool) -> None:
+        self.strict, self.messages, self.defects, self._rows = strict, dict[int, str](), list[str](), list[int]()
+
+    def of(self, rows: list[int]) -> "_Errors":
+        """The context of some rows."""
+        self._rows = rows
+        return self
+
+    def note(self, rows: list[int], error: ShockError) -> None:
+        """Note the error of some rows, of which those keep theirs that have one."""
+        if self.strict:
+            raise error
+        for i in rows:
+            self.messages.setdefault(i, str(error))
+        if isinstance(error, DefectError):
+            self.defects.append(error.trace)
+
+    def __enter__(self) -> None:
+        pass
+
+    def __exit__(self, kind: Any, error: BaseException | None, trace: Any) -> bool:
+        if isinstance(error, Exception) and not (self.strict and not isinstance(error, ShockError)):
+            self.note(self._rows, refusal(error))
+            return True
+        return False
+
+
+def _computed(pickled: bytes, make: Callable[..., Any], part: tuple[int, Any]) -> Any:
+    """What is made of a part, in whatever process this is."""
+    return _unpickled(pickled)._made(make, *part)
+
+
+@functools.lru_cache(maxsize=2)
+def _unpickled(pickled: bytes) -> Evaluation[Any]:
+    evaluation: Evaluation[Any] = pickle.loads(pickled)
+    return evaluation
+
+
+def proven(landings: Landings, look: Callable[[ShockProfile], Any] = lambda profile: profile, strict: bool = True) -> Table:
+    """Every landing of a source with its proof, and what is made of it.
+
+    Args:
+        landings: the source.
+        look: of each profile, in this process; by default the profile itself.
+        strict: whether a landing that cannot be computed is an error, and not a row with a message.
+
+    Raises:
+        ShockError: a landing cannot be computed, and that is an error.
+    """
+    return Evaluation(landings, prove=None, look=look, strict=strict).table()

@@ -1,0 +1,181 @@
+"""A source of landings: what the engine asks of a grid, a sample, a recorded table or a list of scenes."""
+
+from collections.abc import Callable, Iterable, Mapping
+from dataclasses import dataclass, field
+from typing import Any, NamedTuple, Protocol
+
+import numpy as np
+
+from shockpc.core.spatial import Array
+from shockpc.landing.dynamics import Design
+from shockpc.landing.landing import PosedLanding
+from shockpc.landing.scene import Scene
+from shockpc.profile import shock_profile
+from shockpc.quantities.profile import ShockProfile
+from shockpc.robot.robot import Robot
+from shockpc.text.errors import ShockError
+
+ROWS = 16384
+"""Largest number of rows of a part."""
+
+GROUP = 4096
+"""Largest number of postures of a group that is made at once."""
+
+
+class Group(NamedTuple):
+    """Postures that share a landing, each with S strikes.
+
+    Attributes:
+        postures: (m,) their numbers in the part.
+        landing: what they share.
+        Q: (m, nq) configurations.
+        strikes: (m, S, 3) velocities of the base before the impact, world axes [m/s]; None where the landing has a motion for each
+            posture (S = 1).
+        design: the inertias in each posture; the landing's own by default.
+        further: (m,) further columns by heading.
+    """
+
+    postures: np.ndarray
+    landing: PosedLanding
+    Q: Array
+    strikes: Array | None = None
+    design: Design | None = None
+    further: Mapping[str, Array] = {}
+
+
+class Refusal(NamedTuple):
+    """Postures that are no landings.
+
+    Attributes:
+        postures: (m,) their numbers in the part.
+        error: why.
+    """
+
+    postures: np.ndarray
+    error: ShockError
+
+
+class Part(NamedTuple):
+    """Some postures of a source, ready to be solved.
+
+    Attributes:
+        labels: (n,) columns by heading that tell the rows apart; n is the number of postures times that of strikes.
+        groups: the postures by what they share, made one after the other.
+        profile: a row by its number in the part, with its proof; raises ShockError. It is asked of rows of groups made before.
+    """
+
+    labels: Mapping[str, np.ndarray]
+    groups: Iterable[Group | Refusal]
+    profile: Callable[[int], ShockProfile]
+
+
+class Landings(Protocol):
+    """A source of landings, in parts that do not depend on who computes them; it can be pickled.
+
+    Attributes:
+        noun: of the files that hold the rows.
+    """
+
+    noun: str
+
+    @property
+    def strikes(self) -> int:
+        """Number of strikes of each posture."""
+
+    @property
+    def parts(self) -> tuple[tuple[int, int], ...]:
+        """First and last posture of every part, the last one excluded."""
+
+    @property
+    def headings(self) -> tuple[str, ...]:
+        """Of the labels of the parts."""
+
+    @property
+    def further(self) -> tuple[str, ...]:
+        """Headings of further columns of the groups."""
+
+    @property
+    def opens(self) -> bool:
+        """Whether a contact that would be pulled opens, because there is friction."""
+
+    @property
+    def robot(self) -> Robot:
+        """The robot that the landings have in common, or one of them."""
+
+    @property
+    def scene(self) -> Scene:
+        """The landing that is varied, or one of them."""
+
+    @property
+    def rows(self) -> int:
+        """Number of rows."""
+
+    @property
+    def description(self) -> dict[str, Any]:
+        """What the rows depend on, besides scene and robot."""
+
+    def compared(self, count: int) -> np.ndarray:
+        """Numbers of rows that are compared with a proof, at most so many."""
+
+    def own(self, k: int) -> Any:
+        """What a part needs besides the pickled source: the rows of a recorded table."""
+
+    def part(self, k: int, own: Any) -> Part:
+        """The postures of a part. Args: own, as the method of that name gives it."""
+
+
+@dataclass(frozen=True, eq=False)
+class ListedLandings:
+    """Landings one by one, each with a robot of its own.
+
+    Attributes:
+        cases: scene and robot of each landing, by name.
+        heading: of the names.
+    """
+
+    cases: Mapping[str, tuple[Scene, Robot]] = field(repr=False)
+    heading: str = "landing"
+
+    noun, strikes, further, opens = "landings", 1, (), False
+
+    @property
+    def robot(self) -> Robot:
+        """The robot of the first landing."""
+        return next(iter(self.cases.values()))[1]
+
+    @property
+    def scene(self) -> Scene:
+        """The first landing."""
+        return next(iter(self.cases.values()))[0]
+
+    @property
+    def rows(self) -> int:
+        """Number of landings."""
+        return len(self.cases)
+
+    @property
+    def parts(self) -> tuple[tuple[int, int], ...]:
+        """One for each landing."""
+        return tuple((i, i + 1) for i in range(self.rows))
+
+    @property
+    def headings(self) -> tuple[str, ...]:
+        """That of the names."""
+        return (self.heading,)
+
+    @property
+    def description(self) -> dict[str, Any]:
+        """The names of the landings."""
+        return {"landings": list(self.cases)}
+
+    def compared(self, count: int) -> np.ndarray:
+        """The first landings."""
+        return np.arange(min(count, self.rows))
+
+    def own(self, k: int) -> None:
+        """Nothing."""
+
+    def part(self, k: int, own: None) -> Part:
+        """One landing, which is solved with its proof alone."""
+        (name, (scene, robot)) = list(self.cases.items())[k]
+        return Part({self.heading: np.array([name])}, (), lambda i: shock_profile(scene, robot))

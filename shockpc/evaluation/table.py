@@ -1,0 +1,142 @@
+"""The computed landings as columns: which are worst, how they are distributed, which the ground allows."""
+
+import itertools
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+
+from shockpc.core.spatial import Array
+from shockpc.evaluation.columns import Column, percentile
+from shockpc.text.errors import StudyError
+from shockpc.text.printed import listed
+
+
+@dataclass(frozen=True, eq=False)
+class Table:
+    """Landings as rows, in columns by heading.
+
+    Attributes:
+        computed: the quantities that were computed, each a column of its name.
+        columns: (n,) by heading: what tells the rows apart, then what was computed; NaN where a thing does not exist. "proven"
+            tells which rows hold proven numbers; "double_error" is how far double precision was off where it was compared with a
+            proof, relative to the most severe shock of the same point; "row" is the number of the row, if some are left out.
+        messages: why a row could not be computed, by its index.
+        refused: numbers of rows that flat ground does not allow, left out or not: those in which it would pull a contact, and the
+            others, in which another link is below it.
+        defects: descriptions of unexpected exceptions, which are errors in shockpc itself.
+        looks: what was made of the profile of every row that has one, by its index, where that was asked for.
+        first: number of the first row.
+    """
+
+    computed: tuple[Column, ...] = field(repr=False)
+    columns: Mapping[str, np.ndarray] = field(repr=False)
+    messages: Mapping[int, str] = field(repr=False)
+    refused: tuple[int, int] = (0, 0)
+    defects: tuple[str, ...] = field(default=(), repr=False)
+    looks: Mapping[int, Any] = field(default_factory=dict, repr=False)
+    first: int = 0
+
+    def __len__(self) -> int:
+        return len(next(iter(self.columns.values()), ()))
+
+    @classmethod
+    def joined(cls, tables: Iterable["Table"]) -> "Table":
+        """One table of consecutive ones."""
+        parts = list(tables)
+        starts = np.cumsum([0, *map(len, parts)]).tolist()
+
+        def shifted(name: str) -> dict[int, Any]:
+            return {start + i: x for start, part in zip(starts, parts, strict=False) for i, x in getattr(part, name).items()}
+
+        return cls(
+            parts[0].computed,
+            {name: np.concatenate([part.columns[name] for part in parts]) for name in parts[0].columns},
+            shifted("messages"),
+            (sum(part.refused[0] for part in parts), sum(part.refused[1] for part in parts)),
+            tuple(itertools.chain.from_iterable(part.defects for part in parts)),
+            shifted("looks"),
+            parts[0].first,
+        )
+
+    def column(self, text: str) -> Column:
+        """The computed column that a text names, KEY or KEY@PLACE.
+
+        Raises:
+            StudyError: it names none, or several.
+        """
+        key, _, place = text.partition("@")
+        named = [column for column in self.computed if column.selection.name == key and place in ("", column.place.name)]
+        if len(named) != 1:
+            valid = listed((column.name for column in named or self.computed), 6)
+            raise StudyError(f'"{text}" means {valid}; name one of them' if named else f'no column is "{text}"; there are {valid}')
+        return named[0]
+
+    def values(self, column: Column | str) -> Array:
+        """The values (n,) of a computed column."""
+        return self.columns[(self.column(column) if isinstance(column, str) else column).name]
+
+    @property
+    def numbers(self) -> np.ndarray:
+        """Numbers (n,) of the rows, of which some may be left out."""
+        own = self.columns.get("row")
+        if own is None or own.dtype.kind in "UO":
+            return np.arange(self.first, self.first + len(self))
+        return own.astype(int)
+
+    @property
+    def feasible(self) -> np.ndarray:
+        """Whether flat ground allows each landing (n,); all, where that was not computed."""
+        name = next((column.name for column in self.computed if column.selection.name == "feasible"), "")
+        return self.columns[name] == 1.0 if name else np.ones(len(self), dtype=bool)
+
+    def ranked(self, column: Column | str) -> np.ndarray:
+        """The rows (n,), the worst value of a column first, as `worse`; those without one last."""
+        column = self.column(column) if isinstance(column, str) else column
+        return np.argsort(-column.worse(self.columns[column.name]), kind="stable")
+
+    def worst(self, count: int, column: Column | str | None = None) -> list[int]:
+        """The rows with the worst values of a column, at most so many; without a column, the worst of every column in turn."""
+        columns: Sequence[Column | str] = self.computed if column is None else (column,)
+        orders = ([i for i in self.ranked(each)[:count].tolist() if np.isfinite(self.values(each)[i])] for each in columns)
+        rows = dict.fromkeys(i for places in itertools.zip_longest(*orders) for i in places if i is not None)
+        return list(rows)[:count]
+
+    def percentile(self, column: Column | str, share: float) -> float:
+        """The least value of a column that at least a share of its values [%] do not exceed; NaN without any value."""
+        values = self.values(column)
+        known = values[~np.isnan(values)]
+        return float(percentile(known, share)) if known.size else np.nan
+
+    def to_arrow(self) -> Any:
+        """The table for pyarrow, with the messages as a column; where there is no number there is a null."""
+        import pyarrow
+
+        arrays = {name: pyarrow.array(x, from_pandas=True) for name, x in self.columns.items()}
+        messages = [self.messages.get(i) for i in range(len(self))]
+        return pyarrow.table({**arrays, "message": pyarrow.array(messages, pyarrow.string())})
+
+    def to_pandas(self) -> Any:
+        """The table for pandas, with the messages as a column."""
+        import pandas
+
+        return pandas.DataFrame(self._with_messages())
+
+    def to_polars(self) -> Any:
+        """The table for polars, with the messages as a column."""
+        import polars
+
+        return polars.DataFrame(self._with_messages())
+
+    def _with_messages(self) -> dict[str, Any]:
+        return {**self.columns, "message": [self.messages.get(i) for i in range(len(self))]}
+
+    def __dataframe__(self, *args: Any, **options: Any) -> Any:
+        """The table for libraries that read the dataframe interchange protocol; it needs pyarrow."""
+        return self.to_arrow().__dataframe__(*args, **options)
+
+    def rows(self) -> Iterator[dict[str, Any]]:
+        """The rows as records by heading."""
+        for i in range(len(self)):
+            yield {name: x[i].item() for name, x in self.columns.items()} | {"message": self.messages.get(i)}
