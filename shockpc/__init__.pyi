@@ -41,6 +41,7 @@ from .studies.sensitivity import sensitivity as sensitivity
 from .studies.sweep import sweep as sweep
 from .testing import assert_shock as assert_shock
 from .text.diagnostic import Diagnostic as Diagnostic
+from .text.errors import DefectError as DefectError
 from .text.errors import OutputError as OutputError
 from .text.errors import RobotError as RobotError
 from .text.errors import SceneError as SceneError

@@ -126,9 +126,17 @@ LINKS = {"hip": "hipassembly", "thigh": "upperleg", "calf": "lowerleg"}
 JOINTS = {"hip": "haa", "thigh": "hfe", "calf": "kfe"}
 
 
-def test_bodies_of_other_names_are_partners_by_place(dog):
-    """Legs where the other robot has them, and the only sensor; nothing is left over."""
-    found = compare([dog, design("hyq", "lf_foot")])
+PAIRS = [
+    ("base", "base_link"), ("imu", "trunk_imu"),
+    *((f"{a}_{part}", f"{b}_{name}") for a, b in LEGS.items() for part, name in LINKS.items()),
+    *((f"{a}_{part}_joint", f"{b}_{name}_joint") for a, b in LEGS.items() for part, name in JOINTS.items()),
+]  # fmt: skip
+"""Partners of Go2 in HyQ."""
+
+
+def test_bodies_of_other_names_are_partners_as_given(dog):
+    """By --pair alone; nothing is left over."""
+    found = compare([dog, design("hyq", "lf_foot")], pairs=PAIRS)
     (partners,) = found.partners
     legs = {f"{a}_{part}": f"{b}_{name}" for a, b in LEGS.items() for part, name in LINKS.items()}
     assert partners["body"] == {"base": "base_link", **legs}
@@ -145,7 +153,7 @@ def test_new_names_change_nothing(tmp_path):
     robots = [loaded(tmp_path, text, name) for name, text in (("a.urdf", STICK_WITH_IMU), ("b.urdf", re.sub(
         '(name|link)="(?!stick)', r'\1="new_', STICK_WITH_IMU)))]  # fmt: skip
     scenes = [Scene(robot=robot.label, contact=f"{new}foot") for robot, new in zip(robots, ("", "new_"), strict=True)]
-    found = compare([Design(*parts) for parts in zip("ab", scenes, robots, strict=True)])
+    found = compare([Design(*parts) for parts in zip("ab", scenes, robots, strict=True)], pairs=[("*", "new_*")])
     assert {change for row in numbers(found).values() for change in row.changes} == {0.0}
     assert found.unmatched == ()
 
@@ -166,8 +174,8 @@ def test_pairs_go_before_places_and_names(dog):
 
 
 def test_what_has_no_partner_is_listed(dog):
-    """Legs of two bodies have no place among those of three; the heaviest bodies are partners whatever their names."""
-    found = compare([dog, design("solo8", "FL_FOOT")])
+    """What has another name has no partner, unless that is given."""
+    found = compare([dog, design("solo8", "FL_FOOT")], pairs=[("base", "base_link")])
     assert {place for _, place in numbers(found) if "base" in place} == {"base / base_link"}
     listed = {(one.kind, one.name): one.designs for one in found.unmatched}
     assert listed["point", "imu"] == (0,)
@@ -246,9 +254,9 @@ def test_documents_hold_the_same_numbers(capfd, tmp_path, found):
     assert report.count("\n### ") == len(document["quantities"])
 
 
-def figure_of(*designs):
+def figure_of(*designs, pairs=()):
     """The figure as SVG."""
-    report = compare_report(compare(designs))
+    report = compare_report(compare(designs, pairs=pairs))
     (picture,) = [block for block in report.body(True) if isinstance(block, Picture)]
     return picture.files()["compare.svg"].decode()
 
@@ -271,7 +279,7 @@ def test_figure_has_bars_beside_one_robot(dog, other):
 
 def test_figure_shows_robots_that_look_different(dog):
     """In one colour scale; partners have one number."""
-    drawn = figure_of(dog, design("hyq", "lf_foot"))
+    drawn = figure_of(dog, design("hyq", "lf_foot"), pairs=PAIRS)
     assert drawn.count("normalised shock |Δv|") == 1
     assert drawn.count(">x [m]<") == 2
     assert ">FL_thigh / lf_upperleg   3<" in drawn

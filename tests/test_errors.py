@@ -16,13 +16,16 @@ CLASSES = {name: kind for name, kind in vars(errors).items() if inspect.isclass(
 
 
 def test_tree_in_the_docstring_is_the_tree():
-    """Every class stands in the drawing under its parent, and is exported; what cannot be solved ends with 3, all else with 2."""
+    """Every class stands in the drawing under its parent, and is exported; exit codes are 3 for no solution, 70 for a defect, else 2."""
     drawn = re.findall(r"^(├── |└── )?([A-Z]\w+) {2,}\S", str(errors.__doc__), re.MULTILINE)
     assert [name for branch, name in drawn if not branch] == ["ShockError"]
     assert sorted(name for branch, name in drawn if branch) == sorted(set(CLASSES) - {"ShockError"})
     assert all(kind.__bases__ == (ShockError,) for name, kind in CLASSES.items() if name != "ShockError")
     assert ShockError.__bases__ == (Exception,)
-    assert {name: kind.exit_code for name, kind in CLASSES.items()} == dict.fromkeys(CLASSES, 2) | {"SolveError": 3}
+    assert {name: kind.exit_code for name, kind in CLASSES.items()} == dict.fromkeys(CLASSES, 2) | {
+        "SolveError": 3,
+        "DefectError": 70,
+    }
     assert all(name in shockpc.__all__ and getattr(shockpc, name) is kind for name, kind in CLASSES.items())
 
 

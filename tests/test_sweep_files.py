@@ -13,12 +13,17 @@ import sys
 import time
 from pathlib import Path
 
+import numpy as np
 import pyarrow.dataset
 import pyarrow.parquet
 import pytest
 from commands import STICK, good, run
 
+from shockpc import Scene
 from shockpc.cli.entry import main
+from shockpc.evaluation import varied
+from shockpc.show.parts import Parts
+from shockpc.studies.sweep import sweep
 
 SMALL = ("--contact", "foot", "--vary", "knee=-60:60:5", "--vary", "strike-angle=0:30:3", "--at", "body")
 MANY = ("--contact", "foot", "--sample", "60000", "--vary", "*", "--vary", "strike-angle=-30:30", "--at", "body", "--prove", "4")
@@ -135,13 +140,38 @@ def test_most_severe_row_is_pasted_into_analyze(capfd, stick, tmp_path):
     assert found == pytest.approx(greatest, rel=1e-12)
 
 
-def test_rows_that_cannot_be_computed_have_a_message_and_end_with_code_3(capfd, stick, tmp_path):
-    outcome = run(capfd, "sweep", stick, "--contact", "foot", "--vary", "strike-angle=0,120", "--out", tmp_path / "out")
-    assert outcome.code == 3
+def test_rows_that_cannot_be_computed_have_a_message_and_their_number_is_said(capfd, stick, tmp_path):
+    """The exit code is 3 if none could be computed, or with --strict if one could not."""
+    words = ("sweep", stick, "--contact", "foot", "--vary")
+    outcome = run(capfd, *words, "strike-angle=0,120", "--out", tmp_path / "out")
+    assert (outcome.code, outcome.err) == (0, "shockpc: 1 of 2 landings could not be computed; the results name them\n")
+    assert run(capfd, *words, "strike-angle=0,120", "--out", tmp_path / "strict", "--strict").code == 3
+    assert run(capfd, *words, "strike-angle=120", "--out", tmp_path / "none").code == 3
     assert "not computed: 1 of 2 landings" in outcome.out
     table = pyarrow.parquet.read_table(tmp_path / "out" / "rows").to_pydict()
     assert table["message"] == [None, 'contact "foot" does not approach the ground, so there is no impact']
     assert table["shock_com@body"][1] is None
+
+
+@pytest.mark.parametrize("format_", ["csv", "parquet"])
+def test_a_defect_is_exit_code_70_after_the_other_rows_are_written(capfd, monkeypatch, stick, tmp_path, format_):
+    """The message of its row names it, and the traceback is on standard error."""
+    resolved = varied.resolve
+
+    def fail_once(scene, robot):
+        if scene.friction == 0.5:
+            raise ZeroDivisionError("odd")
+        return resolved(scene, robot)
+
+    monkeypatch.setattr(varied, "resolve", fail_once)
+    words = ("sweep", stick, "--contact", "foot", "--vary", "friction=0.4,0.5,0.6", "--format", format_)
+    outcome = run(capfd, *words, "--out", tmp_path / "out")
+    assert outcome.code == 70
+    assert 'raise ZeroDivisionError("odd")' in outcome.err
+    assert "error in shockpc itself" in outcome.err
+    rows = Parts(sweep(Scene(robot=str(stick), contact="foot"), {"friction": "0.4,0.5,0.6"}), tmp_path / "out", format_).table()
+    assert [i for i in rows.messages] == [1]
+    assert np.isnan(rows.columns["shock_com@body"]).tolist() == [False, True, False]
 
 
 @pytest.fixture(scope="module")

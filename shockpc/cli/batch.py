@@ -3,7 +3,7 @@
 import functools
 
 from shockpc.cli.declare import argument, command, group
-from shockpc.cli.options import QUANTITY, OutputOptions, SceneOptions, in_output
+from shockpc.cli.options import QUANTITY, STRICT, OutputOptions, SceneOptions, in_output
 from shockpc.cli.parse import robot_name
 
 _in_robots = group("Robots")
@@ -29,17 +29,18 @@ def batch(
     rank: str = in_output(
         "Quantity by which landings are ranked, the worst first; shock_max by default.", "KEY[@PLACE]", default="shock_max"
     ),
+    strict: bool = STRICT,
     output: OutputOptions,
     figures: bool = in_output("Also draw the worst landing of each robot on one contact sheet in that folder."),
 ) -> int:
-    from shockpc.cli.output import emit
+    from shockpc.cli.output import emit, exit_code
     from shockpc.cli.progress import progress
     from shockpc.cli.scenes import scenes_from
     from shockpc.evaluation.executor import executor
     from shockpc.robot.catalogue import robots_of_set
     from shockpc.show.reports.batch import batch_report
     from shockpc.studies import batch as study
-    from shockpc.text.errors import SolveError, StudyError
+    from shockpc.text.errors import StudyError
 
     every = list(dict.fromkeys([*names, *(name for set_name in robots for name in robots_of_set(set_name))]))
     if not every:
@@ -55,4 +56,4 @@ def batch(
         read = functools.partial(scenes_from, options=options, on_each_foot=True)
         result = study.batch(every, read, pool, look, progress("robots computed", len(every)), quantity, rank)
     emit(batch_report(result), output)
-    return SolveError.exit_code if result.failures else 0
+    return exit_code(len(result.failures), len(result.rows) + len(result.failures), strict, result.table.defects)

@@ -94,7 +94,7 @@ def check(
     ),
     out: Path | None = in_output("Write JSON, CSV, JUnit, Markdown and report.html into this folder.", "DIR", out_folder),
 ) -> int:
-    from shockpc.cli.output import write_report
+    from shockpc.cli.output import exit_code, write_report
     from shockpc.cli.progress import progress
     from shockpc.show.files import destination, write_file
     from shockpc.show.reports.check import append_summary, check_report
@@ -133,4 +133,4 @@ def check(
             print_error(f'"{baseline}" is left as it was, because a number could not be computed')
         else:
             write_file(baseline, baseline_text(checked.cases, checked.values))
-    return checked.exit_code
+    return exit_code(0, 0, False, checked.defects) or checked.exit_code

@@ -27,7 +27,7 @@ def compare(
     ),
     pair: tuple[tuple[str, str], ...] = _in_designs(
         "Partners of different names: a body, joint or point of the first design and of the others; with a * in both, which stands "
-        "for the same. Others are partners by name, else by their place in the tree.",
+        "for the same. Others are partners by name.",
         "A=B",
         pair_of,
     ),

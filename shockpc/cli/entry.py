@@ -9,7 +9,7 @@ import warnings
 from collections.abc import Sequence
 
 from shockpc.cli.process import command, prepare, print_error, received, write_stdout
-from shockpc.text.errors import ShockError, SolveError
+from shockpc.text.errors import DefectError, ShockError, SolveError
 from shockpc.text.paths import inputs
 from shockpc.text.printed import visible
 
@@ -70,6 +70,8 @@ def _failure(error: Exception, words: Sequence[str]) -> tuple[str, int]:
         form = getattr(getattr(error, "param", None), "metavar", None) or ""
         own = f" (it takes {form})" if any(sign in form for sign in "=,:") else ""
         return _usage(error.format_message() + own, words), ShockError.exit_code
+    if isinstance(error, DefectError):
+        sys.stderr.write(visible(error.trace, "\n"))
     if isinstance(error, ShockError):
         return str(error), error.exit_code
     if isinstance(error, OSError) and error.filename is not None:

@@ -5,7 +5,7 @@ from pathlib import Path
 from typing import Literal
 
 from shockpc.cli.declare import argument, command, group
-from shockpc.cli.options import JOINT_MODELS, QUANTITY, ROBOT, OutputOptions, RunOptions, SceneOptions, in_run
+from shockpc.cli.options import JOINT_MODELS, QUANTITY, ROBOT, STRICT, OutputOptions, RunOptions, SceneOptions, in_run
 from shockpc.cli.parse import JointModelName, joint_models, path, renaming
 from shockpc.cli.process import print_error
 
@@ -50,12 +50,13 @@ def landings(
     ),
     prove: int = in_run("Landings that are compared with a proof; 20 by default.", "N", default=20, least=0),
     rows: Literal["parquet", "csv"] | None = in_run("With --out, write the rows in parts, which --resume continues."),
+    strict: bool = STRICT,
     run: RunOptions,
     output: OutputOptions,
 ) -> int:
     import dataclasses
 
-    from shockpc.cli.output import emit
+    from shockpc.cli.output import emit, exit_code
     from shockpc.cli.progress import progress
     from shockpc.cli.scenes import one_scene, scenes_in, with_contact
     from shockpc.cli.write_parts import written_parts
@@ -68,7 +69,7 @@ def landings(
     from shockpc.show.parts import Parts
     from shockpc.show.reports.landings import landings_report
     from shockpc.studies.landings import compare_measured
-    from shockpc.text.errors import ShockError, SolveError, StudyError
+    from shockpc.text.errors import ShockError, StudyError
 
     models = joints_ or ()
     options = options._replace(joints=models[0] if models else None)
@@ -118,4 +119,4 @@ def landings(
         except ShockError as error:
             print_error(f'landing "{name}" is not in report.html: {error}')
     emit(landings_report(str(table), study, results, ranked, comparison, worst), output)
-    return SolveError.exit_code if results.messages else 0
+    return exit_code(len(results.messages), len(results), strict, results.defects)

@@ -33,6 +33,7 @@ XACRO = _in_files("Argument of a xacro file.", "NAME:=VALUE", definition)
 PACKAGE = _in_files("Folder of a package, besides those in ROS_PACKAGE_PATH.", "NAME=DIR", folder)
 FRAME = "FRAME[:X,Y,Z]"
 EXPLAIN = in_output("Report on standard error what ran, how long it took, and what was not needed.")
+STRICT = in_output("End with exit code 3 if any landing could not be computed, and not only if none could.")
 QUANTITY = group("What is computed")(
     "Another quantity, as shockpc quantities lists them; at all places of its kind, or at those of a name or glob.",
     "KEY[@PLACE]",

@@ -2,6 +2,7 @@
 
 import os
 import sys
+from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -12,7 +13,8 @@ from shockpc.cli.scenes import file_names
 from shockpc.landing.scene import Scene
 from shockpc.show.files import write_folder
 from shockpc.show.html import INSTALL, plotly
-from shockpc.text.errors import OutputError
+from shockpc.text.errors import DefectError, OutputError, SolveError
+from shockpc.text.printed import visible
 
 if TYPE_CHECKING:
     from shockpc.show.reports.report import Report
@@ -32,6 +34,24 @@ def scene_files(scenes: list[Scene], path: Path, force: bool) -> list[Path]:
     if present and not force:
         raise OutputError(f'"{present[0]}" exists already; replace it with --force, or name another file with --save-scene')
     return files
+
+
+def exit_code(failed: int, rows: int, strict: bool, defects: Sequence[str] = ()) -> int:
+    """The exit code of a study of many landings, after its results are given; how many failed is said on standard error.
+
+    Args:
+        failed: number of landings that could not be computed.
+        rows: number of all.
+        strict: whether one that failed is no verdict for the whole.
+        defects: descriptions of unexpected exceptions, which are errors in shockpc itself.
+    """
+    if defects:
+        sys.stderr.write(visible("".join(dict.fromkeys(defects)), "\n"))
+        print_error("this is an error in shockpc itself, not in your input; please report the lines above")
+        return DefectError.exit_code
+    if failed:
+        print_error(f"{failed} of {rows} landings could not be computed; the results name them")
+    return SolveError.exit_code if failed and (strict or failed == rows) else 0
 
 
 def emit(report: "Report", output: OutputOptions) -> None:

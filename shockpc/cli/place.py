@@ -3,7 +3,7 @@
 from typing import TYPE_CHECKING, Literal
 
 from shockpc.cli.declare import argument, command, group
-from shockpc.cli.options import OutputOptions, SceneOptions
+from shockpc.cli.options import STRICT, OutputOptions, SceneOptions
 from shockpc.cli.parse import Setting, Variable, Vector, box, finite, robot_name, setting, variable
 
 if TYPE_CHECKING:
@@ -55,15 +55,16 @@ def place(
     apart: float | None = _in_sensors(
         "This distance, along x, y or z of the body; a tenth of the body by default [m].", "D", finite
     ),
+    strict: bool = STRICT,
     output: OutputOptions,
 ) -> int:
-    from shockpc.cli.output import emit
+    from shockpc.cli.output import emit, exit_code
     from shockpc.cli.progress import progress
     from shockpc.cli.scenes import landings_from
     from shockpc.evaluation.varied_scene import scene_grid
     from shockpc.show.reports.place import place_report
     from shockpc.studies.place.study import place as study
-    from shockpc.text.errors import SolveError
+    from shockpc.text.errors import DefectError
 
     landings: dict[str, Scene] = {}
     for name, (robot, scene) in landings_from(scenes, options).items():
@@ -81,4 +82,5 @@ def place(
         progress=progress("landings computed", len(landings)),
     )
     emit(place_report(result), output)
-    return SolveError.exit_code if result.failures else 0
+    defects = [failure.trace for _, failure in result.failures if isinstance(failure, DefectError)]
+    return exit_code(len(result.failures), len(landings), strict, defects)

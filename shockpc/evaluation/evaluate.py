@@ -2,9 +2,9 @@
 
 import functools
 import pickle
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Mapping
 from concurrent.futures import Executor
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import Any, Generic, TypeVar
 
 import numpy as np
@@ -12,10 +12,13 @@ import numpy as np
 from shockpc.core.threads import one_thread
 from shockpc.evaluation.columns import Column, columns, double_difference, not_approaching, proven_columns
 from shockpc.evaluation.executor import in_order
-from shockpc.evaluation.landings import Group, Landings, Part, Refusal
+from shockpc.evaluation.landings import Group, Landings, ListedLandings, Part, Refusal
 from shockpc.evaluation.table import Table
+from shockpc.landing.scene import Scene
 from shockpc.quantities.profile import ShockProfile
+from shockpc.robot.robot import Robot
 from shockpc.text.errors import DefectError, ShockError, refusal
+from shockpc.text.trace import Trace
 
 AHEAD = 8
 """Parts that other processes may compute before the first one has been read, which limits the memory."""
@@ -35,7 +38,6 @@ class Evaluation(Generic[L]):
             in double precision.
         feasible: whether rows that flat ground does not allow are left out. Rows that could not be computed are not.
         look: is called with the profile of every row, where every row is proven; what it gives is kept.
-        strict: whether a landing that cannot be computed is an error, and not a row with a message.
     """
 
     landings: L
@@ -43,7 +45,6 @@ class Evaluation(Generic[L]):
     prove: int | None = 100
     feasible: bool = False
     look: Callable[[ShockProfile], Any] | None = field(default=None, repr=False)
-    strict: bool = False
 
     @property
     def headings(self) -> tuple[str, ...]:
@@ -70,9 +71,6 @@ class Evaluation(Generic[L]):
         Args:
             executor: computes them; this process by default.
             done: is called with the number of rows of each part that is done.
-
-        Raises:
-            ShockError: a landing cannot be computed, and that is an error.
         """
         tables = []
         for table in self.tables(executor):
@@ -103,13 +101,15 @@ class Evaluation(Generic[L]):
 
     def compute(self, k: int, own: Any) -> Table:
         """Compute a part. Args: own, what it needs of the source's rows."""
+        part = self.landings.part(k, own)
+        if self.prove is None:
+            return self._proven(k, part)
         with one_thread(self.landings.robot.model.nv):
-            part = self.landings.part(k, own)
-            return self._proven(k, part) if self.prove is None else self._computed(k, part)
+            return self._computed(k, part)
 
     def _proven(self, k: int, part: Part) -> Table:
         """The rows of a part, each with a proof alone."""
-        n, errors, looks = len(next(iter(part.labels.values()))), _Errors(self.strict), dict[int, Any]()
+        n, errors, looks = len(next(iter(part.labels.values()))), _Errors(), dict[int, Any]()
         values = {column.name: np.full(n, np.nan) for column in self.computed}
         for one in part.groups:
             if isinstance(one, Refusal):
@@ -126,12 +126,12 @@ class Evaluation(Generic[L]):
         proven = np.array([i not in errors.messages for i in range(n)], dtype=bool)
         nothing = {name: np.full(n, np.nan) for name in ("condition", "double_error")}
         results = {**part.labels, **values, **nothing, "proven": proven}
-        return self._table(k, results, errors, (0, 0), looks)
+        return replace(self._table(k, results, errors, (0, 0)), looks=looks, refusals=errors.refusals)
 
     def _computed(self, k: int, part: Part) -> Table:
         """The rows of a part in double precision, with a proof where that is needed."""
         (a, b), S = self.landings.parts[k], self.landings.strikes
-        errors = _Errors(self.strict)
+        errors = _Errors()
         names = [column.name for column in self.computed]
         whole = {name: np.full((b - a, S), np.nan) for name in (*names, *self.landings.further, "condition")}
         prove = np.zeros((b - a, S), dtype=bool)
@@ -159,7 +159,7 @@ class Evaluation(Generic[L]):
             kept = np.flatnonzero(~infeasible)
             results = {"row": a * S + kept} | {name: x[kept] for name, x in results.items()}
             errors.messages = {int(np.searchsorted(kept, i)): text for i, text in errors.messages.items()}
-        return self._table(k, results, errors, refused, {})
+        return self._table(k, results, errors, refused)
 
     def _solve(self, group: Group, rows: np.ndarray, whole: dict[str, Any], prove: np.ndarray, errors: "_Errors") -> None:
         """Fill in the columns (n, S) of a group, and which rows (n, S) need a proof."""
@@ -193,21 +193,19 @@ class Evaluation(Generic[L]):
             values[column.name][list(errors.messages)] = np.nan
         return proven, difference
 
-    def _table(self, k: int, results: dict[str, Any], errors: "_Errors", refused: tuple[int, int], looks: dict[int, Any]) -> Table:
+    def _table(self, k: int, results: dict[str, Any], errors: "_Errors", refused: tuple[int, int]) -> Table:
         columns = {name: results[name] for name in self.headings if name in results}
         messages = dict(sorted(errors.messages.items()))
         first = self.landings.parts[k][0] * self.landings.strikes
-        return Table(self.computed, columns, messages, refused, tuple(errors.defects), looks, first)
+        return Table(self.computed, columns, messages, refused, tuple(errors.defects), first=first)
 
 
 class _Errors:
-    """Why rows could not be computed, as a context in which some of them are.
+    """Why rows could not be computed, as a context in which some of them are."""
 
-    Args: strict, whether such a row is an error.
-    """
-
-    def __init__(self, strict: bool) -> None:
-        self.strict, self.messages, self.defects, self._rows = strict, dict[int, str](), list[str](), list[int]()
+    def __init__(self) -> None:
+        self._rows = list[int]()
+        self.messages, self.refusals, self.defects = dict[int, str](), dict[int, ShockError](), list[str]()
 
     def of(self, rows: list[int]) -> "_Errors":
         """The context of some rows."""
@@ -216,10 +214,9 @@ class _Errors:
 
     def note(self, rows: list[int], error: ShockError) -> None:
         """Note the error of some rows, of which those keep theirs that have one."""
-        if self.strict:
-            raise error
         for i in rows:
             self.messages.setdefault(i, str(error))
+            self.refusals.setdefault(i, error)
         if isinstance(error, DefectError):
             self.defects.append(error.trace)
 
@@ -227,7 +224,7 @@ class _Errors:
         pass
 
     def __exit__(self, kind: Any, error: BaseException | None, trace: Any) -> bool:
-        if isinstance(error, Exception) and not (self.strict and not isinstance(error, ShockError)):
+        if isinstance(error, Exception):
             self.note(self._rows, refusal(error))
             return True
         return False
@@ -244,15 +241,39 @@ def _unpickled(pickled: bytes) -> Evaluation[Any]:
     return evaluation
 
 
-def proven(landings: Landings, look: Callable[[ShockProfile], Any] = lambda profile: profile, strict: bool = True) -> Table:
-    """Every landing of a source with its proof, and what is made of it.
+def proven(
+    cases: Mapping[str, tuple[Scene, Robot]], trace: Trace | None = None, done: Callable[[str], object] | None = None
+) -> dict[str, ShockProfile | ShockError]:
+    """Landings one by one, each with its proof: the profiles by name, or why there is none.
 
     Args:
-        landings: the source.
-        look: of each profile, in this process; by default the profile itself.
-        strict: whether a landing that cannot be computed is an error, and not a row with a message.
+        cases: scene and robot of each landing, by name.
+        trace: collects what each stage cost.
+        done: is called with the name of each landing that is computed.
 
     Raises:
-        ShockError: a landing cannot be computed, and that is an error.
+        Exception: an unexpected one is not caught.
     """
-    return Evaluation(landings, prove=None, look=look, strict=strict).table()
+    evaluation, results = Evaluation(ListedLandings(cases, trace), prove=None, look=_itself), dict[str, ShockProfile | ShockError]()
+    for name, table in zip(cases, evaluation, strict=True):
+        results[name] = table.looks[0] if table.looks else table.refusals[0]
+        if done is not None:
+            done(name)
+    return results
+
+
+def profiles(cases: Mapping[str, tuple[Scene, Robot]], trace: Trace | None = None) -> tuple[ShockProfile, ...]:
+    """The profiles of landings one by one, each with its proof.
+
+    Raises:
+        ShockError: one of them cannot be computed.
+    """
+    results = proven(cases, trace)
+    for result in results.values():
+        if isinstance(result, ShockError):
+            raise result
+    return tuple(result for result in results.values() if isinstance(result, ShockProfile))
+
+
+def _itself(profile: ShockProfile) -> ShockProfile:
+    return profile

@@ -13,7 +13,8 @@ from shockpc.landing.scene import Scene
 from shockpc.profile import shock_profile
 from shockpc.quantities.profile import ShockProfile
 from shockpc.robot.robot import Robot
-from shockpc.text.errors import ShockError
+from shockpc.text.errors import ShockError, refusal
+from shockpc.text.trace import Trace
 
 ROWS = 16384
 """Largest number of rows of a part."""
@@ -130,13 +131,13 @@ class ListedLandings:
 
     Attributes:
         cases: scene and robot of each landing, by name.
-        heading: of the names.
+        trace: collects what each stage cost.
     """
 
     cases: Mapping[str, tuple[Scene, Robot]] = field(repr=False)
-    heading: str = "landing"
+    trace: Trace | None = field(default=None, repr=False)
 
-    noun, strikes, further, opens = "landings", 1, (), False
+    noun, headings, strikes, further, opens = "landings", ("landing",), 1, (), False
 
     @property
     def robot(self) -> Robot:
@@ -159,11 +160,6 @@ class ListedLandings:
         return tuple((i, i + 1) for i in range(self.rows))
 
     @property
-    def headings(self) -> tuple[str, ...]:
-        """That of the names."""
-        return (self.heading,)
-
-    @property
     def description(self) -> dict[str, Any]:
         """The names of the landings."""
         return {"landings": list(self.cases)}
@@ -178,4 +174,78 @@ class ListedLandings:
     def part(self, k: int, own: None) -> Part:
         """One landing, which is solved with its proof alone."""
         (name, (scene, robot)) = list(self.cases.items())[k]
-        return Part({self.heading: np.array([name])}, (), lambda i: shock_profile(scene, robot))
+        return Part({"landing": np.array([name])}, (), lambda i: shock_profile(scene, robot, self.trace))
+
+
+Read = Callable[[str], tuple[Robot, Iterable[Scene]]]
+"""From a robot's name or file to the robot and its landings."""
+
+HEADINGS = ("robot", "contact")
+"""What tells the rows apart."""
+
+
+@dataclass(frozen=True, eq=False)
+class LandingsOfRobots:
+    """The landings of many robots, each robot a part.
+
+    Attributes:
+        names: of the robots, or their files.
+        read: finds the landings of each.
+    """
+
+    names: tuple[str, ...]
+    read: Read = field(repr=False)
+
+    noun, headings, strikes, further, opens = "batch", HEADINGS, 1, (), False
+
+    @property
+    def rows(self) -> int:
+        """Number of robots: that of their landings is not known before they are read."""
+        return len(self.names)
+
+    @property
+    def parts(self) -> tuple[tuple[int, int], ...]:
+        """One for each robot."""
+        return tuple((i, i + 1) for i in range(self.rows))
+
+    @property
+    def robot(self) -> Robot:
+        """The first robot."""
+        return self.read(self.names[0])[0]
+
+    @property
+    def scene(self) -> Scene:
+        """The first landing."""
+        return next(iter(self.read(self.names[0])[1]))
+
+    @property
+    def description(self) -> dict[str, Any]:
+        """The names of the robots."""
+        return {"robots": list(self.names)}
+
+    def compared(self, count: int) -> np.ndarray:
+        """None: every row is proven."""
+        return np.arange(0)
+
+    def own(self, k: int) -> str:
+        """The name of the robot."""
+        return self.names[k]
+
+    def part(self, k: int, own: str) -> Part:
+        """The landings of one robot; one row with the reason if it cannot be read."""
+        try:
+            robot, scenes = self.read(own)
+            listed = list(scenes)
+        except Exception as error:
+            labels = {"robot": np.array([own]), "contact": np.array([""])}
+            return Part(labels, [Refusal(np.zeros(1, dtype=int), refusal(error))], lambda i: shock_profile(listed[i], robot))
+        labels = {
+            "robot": np.array([own] * len(listed), dtype=str),
+            "contact": np.array(list(map(contact_name, listed)), dtype=str),
+        }
+        return Part(labels, (), lambda i: shock_profile(listed[i], robot))
+
+
+def contact_name(scene: Scene) -> str:
+    """What strikes: frames with + between them."""
+    return "+".join(contact.frame for contact in scene.contact)

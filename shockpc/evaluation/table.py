@@ -9,7 +9,7 @@ import numpy as np
 
 from shockpc.core.spatial import Array
 from shockpc.evaluation.columns import Column, percentile
-from shockpc.text.errors import StudyError
+from shockpc.text.errors import ShockError, StudyError
 from shockpc.text.printed import listed
 
 
@@ -27,6 +27,7 @@ class Table:
             others, in which another link is below it.
         defects: descriptions of unexpected exceptions, which are errors in shockpc itself.
         looks: what was made of the profile of every row that has one, by its index, where that was asked for.
+        refusals: the errors of which the messages are, where every row is proven.
         first: number of the first row.
     """
 
@@ -36,6 +37,7 @@ class Table:
     refused: tuple[int, int] = (0, 0)
     defects: tuple[str, ...] = field(default=(), repr=False)
     looks: Mapping[int, Any] = field(default_factory=dict, repr=False)
+    refusals: Mapping[int, ShockError] = field(default_factory=dict, repr=False)
     first: int = 0
 
     def __len__(self) -> int:
@@ -57,6 +59,7 @@ class Table:
             (sum(part.refused[0] for part in parts), sum(part.refused[1] for part in parts)),
             tuple(itertools.chain.from_iterable(part.defects for part in parts)),
             shifted("looks"),
+            shifted("refusals"),
             parts[0].first,
         )
 

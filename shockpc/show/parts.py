@@ -102,13 +102,13 @@ class Parts:
             OutputError: a part is not as it was written; also when a column is read later.
         """
         counts = [self._counts(_part(self._rows, self.format, k)) for k in range(len(self.evaluation.landings.parts))]
-        rows, pulled, below, defects = (sum(of_all) for of_all in zip(*counts, strict=True))
+        _, pulled, below = (sum(of_all) for of_all in zip(*counts, strict=True))
         columns, messages, first = _Columns(self), dict[int, str](), 0
         for texts in self.column("message"):
             messages |= {first + int(i): str(texts[i]) for i in np.flatnonzero(texts.astype(bool))}
             first += len(texts)
-        notes = (f"{defects} exceptions in {rows} rows; the column message names them",) if defects else ()
-        return Table(self.evaluation.computed, columns, messages, (pulled, below), notes)
+        noted = [_noted(_part(self._rows, self.format, k))[1] for k in range(len(counts))]
+        return Table(self.evaluation.computed, columns, messages, (pulled, below), tuple(filter(None, noted)))
 
     def column(self, name: str) -> Iterator[Any]:
         """A column, part by part: (n,) floats with NaN where there is nothing, or texts with nothing there.
@@ -127,9 +127,9 @@ class Parts:
             yield values
 
     def _counts(self, part: Path) -> tuple[int, ...]:
-        """Numbers of a part: its rows, those that flat ground does not allow for two reasons, and its unexpected exceptions."""
+        """Numbers of a part: of its rows, and of those that flat ground does not allow, for two reasons."""
         try:
-            return tuple(map(int, _checksum(part).read_text(encoding="ascii").split()[1:]))
+            return tuple(map(int, _noted(part)[0].split()[1:]))
         except (OSError, ValueError):
             raise _damaged(part) from None
 
@@ -176,20 +176,26 @@ def _checksum(part: Path) -> Path:
     return part.parent.parent / "checksums" / f"{part.stem}.sha256"
 
 
+def _noted(part: Path) -> tuple[str, str]:
+    """The checksum with the counts of a part, and the descriptions of its unexpected exceptions."""
+    line, _, defects = _checksum(part).read_text(encoding="utf-8").partition("\n")
+    return line, defects
+
+
 def _damaged(part: Path) -> OutputError:
     return OutputError(f'"{part}" is damaged; delete it, and run the same command with --resume')
 
 
 def _digest(content: bytes, mark: bytes, counts: str) -> str:
     """SHA-256 of a part, its counts and what its sweep is, so that one of another sweep does not pass; then the counts."""
-    return f"{hashlib.sha256(mark + counts.encode() + content).hexdigest()} {counts}\n"
+    return f"{hashlib.sha256(mark + counts.encode() + content).hexdigest()} {counts}"
 
 
 def _complete(part: Path, mark: bytes) -> bool:
     """Whether a part is there, as it was written for this sweep: its columns, its rows and every byte."""
     try:
-        noted = _checksum(part).read_text(encoding="ascii")
-        return noted == _digest(part.read_bytes(), mark, noted.partition(" ")[2].rstrip())
+        noted = _noted(part)[0]
+        return noted == _digest(part.read_bytes(), mark, noted.partition(" ")[2])
     except (OSError, ValueError):
         return False
 
@@ -199,8 +205,9 @@ def _save(rows: Path, format_: Format, description: str, mark: bytes, evaluation
     content = _csv(table).encode("utf-8", "backslashreplace") if format_ == "csv" else _parquet(table, description)
     part, landings = _part(rows, format_, k), evaluation.landings
     # A part that has its name has its checksum, whenever the process is killed.
-    counts = " ".join(map(str, (len(table), *table.refused, len(table.defects))))
-    write_file(_checksum(part), _digest(content, mark, counts), flush=True)
+    counts = " ".join(map(str, (len(table), *table.refused)))
+    noted = "\n".join([_digest(content, mark, counts), *table.defects])
+    write_file(_checksum(part), noted.rstrip("\n") + "\n", flush=True)
     write_file(part, content, flush=True)
     a, b = landings.parts[k]
     count: int = (b - a) * landings.strikes

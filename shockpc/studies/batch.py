@@ -4,26 +4,23 @@ import functools
 import math
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from concurrent.futures import Executor
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import Any, NamedTuple
 
 import numpy as np
 
 from shockpc.evaluation.columns import selected
-from shockpc.evaluation.executor import in_order
+from shockpc.evaluation.evaluate import Evaluation
+from shockpc.evaluation.landings import HEADINGS, LandingsOfRobots, Read, contact_name
+from shockpc.evaluation.table import Table
 from shockpc.landing.contact import foot_contact
 from shockpc.landing.places import Place
 from shockpc.landing.scene import Scene
-from shockpc.profile import shock_profile
 from shockpc.quantities.profile import ShockProfile
 from shockpc.quantities.table import select
 from shockpc.robot.landmarks import each_foot
 from shockpc.robot.load import load_robot
 from shockpc.robot.robot import Robot
-from shockpc.text.errors import refusal
-
-Read = Callable[[str], tuple[Robot, Iterable[Scene]]]
-"""From a robot's name or file to the robot and its landings."""
 
 STANDARD = (
     "mass", "ropc", "shock_max", "shock_com", "shock_free", "shock_locked", "mass_sticking", "friction_needed", "feasible",
@@ -87,12 +84,14 @@ class Batch(NamedTuple):
         rank: name of the quantity by which rows are ranked.
         rows: what was computed, the worst first; rows without the quantity follow, by the shock at the trunk's centre of mass.
         failures: what could not be computed, in the order of the robots.
+        table: robot and contact of every landing in the order of the robots, with its quantities and messages.
     """
 
     columns: tuple[str, ...]
     rank: str
     rows: tuple[BatchRow, ...]
     failures: tuple[Failure, ...]
+    table: Table
 
 
 def landings_on_each_foot(name: str) -> tuple[Robot, list[Scene]]:
@@ -132,13 +131,16 @@ def batch(
     texts = {text.removeprefix("robot."): text for text in (*STANDARD, *quantities, rank)}
     for text in texts.values():
         select(text.partition("@")[0])
-    cases: list[BatchRow | Failure] = []
-    landings = functools.partial(_landings, read, look, texts)
-    for name, computed in zip(names, in_order(executor, landings, names), strict=True):
-        cases += computed
+    evaluation = Evaluation(LandingsOfRobots(tuple(names), read), prove=None, look=functools.partial(_row, look, texts))
+    tables = []
+    for source, part in zip(names, evaluation.tables(executor), strict=True):
+        tables.append(replace(part, looks={i: replace(row, source=source) for i, row in part.looks.items()}))
         if done is not None:
-            done(name)
-    rows = [case for case in cases if isinstance(case, BatchRow)]
+            done(source)
+    table = Table.joined(tables)
+    rows = list(table.looks.values())
+    labels = [table.columns[name].tolist() for name in HEADINGS]
+    failures = [Failure(labels[0][i], labels[1][i], text) for i, text in table.messages.items()]
     name = rank.removeprefix("robot.")
     selection = select(rank.partition("@")[0])
 
@@ -148,31 +150,22 @@ def batch(
 
     sign = -1.0 if selection.quantity.worse == "less" else 1.0
     rows.sort(key=lambda row: (badness(row, name, sign, selection.signed), badness(row, "shock_com", 1.0, False)), reverse=True)
-    return Batch(tuple(texts), name, tuple(rows), tuple(case for case in cases if isinstance(case, Failure)))
+    values = {text: np.array([_number(table.looks.get(i), text) for i in range(len(table))]) for text in texts}
+    columns = {**{name: table.columns[name] for name in HEADINGS}, **values}
+    return Batch(tuple(texts), name, tuple(rows), tuple(failures), replace(table, columns=columns, looks={}))
 
 
-def _landings(
-    read: Read, look: Callable[[ShockProfile], Any] | None, texts: Mapping[str, str], name: str
-) -> list[BatchRow | Failure]:
-    try:
-        robot, scenes = read(name)
-    except Exception as error:
-        return [Failure(name, "", str(refusal(error)))]
-    cases: list[BatchRow | Failure] = []
-    for scene in scenes:
-        try:
-            cases.append(_row(name, shock_profile(scene, robot), look, texts))
-        except Exception as error:
-            cases.append(Failure(name, _contact(scene), str(refusal(error))))
-    return cases
+def _number(row: BatchRow | None, text: str) -> float:
+    value = None if row is None else row.values[text]
+    return math.nan if value is None else value
 
 
-def _row(source: str, profile: ShockProfile, look: Callable[[ShockProfile], Any] | None, texts: Mapping[str, str]) -> BatchRow:
+def _row(look: Callable[[ShockProfile], Any] | None, texts: Mapping[str, str], profile: ShockProfile) -> BatchRow:
     trunk = profile.places("body")[int(np.argmax(profile.robot.masses))]
     return BatchRow(
-        source=source,
+        source="",
         robot=profile.robot.label,
-        contact=_contact(profile.scene),
+        contact=contact_name(profile.scene),
         trunk=trunk.name,
         joint_model=profile.joint_model,
         drives=profile.landing.joint_model.drives,
@@ -195,7 +188,3 @@ def _worst(profile: ShockProfile, trunk: Place, text: str) -> float | None:
         return None
     worst = np.argmin(numbers) if quantity.worse == "less" else np.argmax(np.abs(numbers) if selection.signed else numbers)
     return float(numbers[worst])
-
-
-def _contact(scene: Scene) -> str:
-    return "+".join(contact.frame for contact in scene.contact)

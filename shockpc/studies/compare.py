@@ -6,15 +6,15 @@ from dataclasses import dataclass, field, replace
 from typing import NamedTuple
 
 from shockpc.evaluation.columns import selected
+from shockpc.evaluation.evaluate import proven
 from shockpc.landing.places import Kind, Place
 from shockpc.landing.scene import Scene
-from shockpc.profile import shock_profile
 from shockpc.quantities.profile import ShockProfile
 from shockpc.quantities.table import Selection, select
 from shockpc.robot.changes import Change, changed
 from shockpc.robot.robot import Robot
 from shockpc.studies.partners import KINDS, Partners, matching, partners
-from shockpc.text.errors import SceneError, SolveError, StudyError
+from shockpc.text.errors import SceneError, ShockError, SolveError, StudyError
 from shockpc.text.printed import listed
 
 STANDARD = ("shock", "shock_com", "shock_max", "ropc", "mass_sticking", "mass_frictionless", "joint_impulse", "joint_moment")
@@ -152,7 +152,7 @@ def compare(designs: Iterable[Design], quantities: Sequence[str] = (), pairs: Se
     every = tuple(designs)
     if len(every) < 2:
         raise StudyError("one design cannot be compared; give another one, or a change of it with --change")
-    profiles = tuple(map(_profile, every))
+    profiles = _profiles(every)
     for pair in pairs:
         if not any(any(matching(profiles[0], profile, *pair).values()) for profile in profiles[1:]):
             names = "; ".join(
@@ -178,7 +178,7 @@ def _nothing(designs: Sequence[Design], profiles: Sequence[ShockProfile], matche
     else:
         apart, rule = (
             not all(known[quantity.of] for known in matched),
-            "partners have one name or one place, or are given by --pair",
+            "partners have the same name, or are given by --pair",
         )
     if not apart:
         why = quantity.missing or "it is not defined there"
@@ -187,12 +187,15 @@ def _nothing(designs: Sequence[Design], profiles: Sequence[ShockProfile], matche
     return f'"{text}" cannot be compared, because the designs have no {quantity.of}s in common: {owned}; {rule}'
 
 
-def _profile(design: Design) -> ShockProfile:
-    """The profile of a design; a refusal names it."""
-    try:
-        return shock_profile(design.scene, design.robot)
-    except (SceneError, SolveError) as refusal:
-        raise type(refusal)(f"{design.label}: {refusal}", **refusal.data) from None
+def _profiles(designs: Sequence[Design]) -> tuple[ShockProfile, ...]:
+    """The profiles of designs; a refusal names the design."""
+    results = proven({str(k): (design.scene, design.robot) for k, design in enumerate(designs)})
+    for design, result in zip(designs, results.values(), strict=True):
+        if isinstance(result, (SceneError, SolveError)):
+            raise type(result)(f"{design.label}: {result}", **result.data)
+        if isinstance(result, ShockError):
+            raise result
+    return tuple(result for result in results.values() if isinstance(result, ShockProfile))
 
 
 def _differences(profiles: Sequence[ShockProfile], matched: Sequence[Partners], text: str) -> Differences:

@@ -84,7 +84,7 @@ def _paired(comparison: Comparison, letters: list[str]) -> list[str]:
     lines = []
     for letter, matched in zip(letters[1:], comparison.partners, strict=True):
         bodies = [f"{a} / {b}" for a, b in matched["body"].items() if a != b]
-        lines += [f"partners by place or --pair in {letters[0]} / {letter}: {', '.join(bodies)}"] if bodies else []
+        lines += [f"partners by --pair in {letters[0]} / {letter}: {', '.join(bodies)}"] if bodies else []
     return lines
 
 

@@ -63,7 +63,7 @@ def _document(study: PlaceStudy) -> dict[str, Any]:
             }
             for name, weight, sensor, profile in zip(study.landings, weights, study.assigned, study.profiles, strict=True)
         ],
-        "failures": [{"landing": name, "reason": reason} for name, reason in study.failures],
+        "failures": [{"landing": name, "reason": str(reason)} for name, reason in study.failures],
     }
 
 

@@ -15,12 +15,11 @@ from typing import Any, Literal, NamedTuple
 import numpy as np
 
 from shockpc.evaluation.columns import Column, places_at
-from shockpc.evaluation.evaluate import Evaluation
+from shockpc.evaluation.evaluate import Evaluation, proven
 from shockpc.evaluation.varied import VariedLandings
 from shockpc.landing.landing import PosedLanding, resolve
 from shockpc.landing.places import Place
 from shockpc.landing.scene import Scene, robot_of
-from shockpc.profile import shock_profile
 from shockpc.quantities.profile import ShockProfile
 from shockpc.quantities.quantity import Quantity
 from shockpc.quantities.table import Selection
@@ -29,7 +28,7 @@ from shockpc.studies.check.baseline import Baseline, Key, case_record, refuse_ot
 from shockpc.studies.check.budgets import Budget, Budgets, Case
 from shockpc.studies.check.design import design_changes, rounded
 from shockpc.studies.sweep import sweep
-from shockpc.text.errors import ShockError, StudyError, refusal
+from shockpc.text.errors import DefectError, ShockError, StudyError
 from shockpc.text.names import match
 from shockpc.text.printed import few, printable
 
@@ -104,6 +103,7 @@ class Check:
         error_bound: proven error of the jumps of velocity, relative to each body's motion, the largest of all [1].
         notes: warnings of the landings, and what was not compared.
         profiles: the first landing of each case that was computed; its other strike angles are products with its maps.
+        defects: descriptions of unexpected exceptions, which are errors in shockpc itself.
     """
 
     path: Path | None
@@ -114,6 +114,7 @@ class Check:
     error_bound: float
     notes: tuple[str, ...]
     profiles: dict[str, ShockProfile] = field(default_factory=dict, repr=False)
+    defects: tuple[str, ...] = field(default=(), repr=False)
 
     def count(self, status: str) -> int:
         """Number of outcomes of a status."""
@@ -175,14 +176,15 @@ def check_budgets(
     outcomes: list[Outcome] = []
     profiles: dict[str, ShockProfile] = {}
     bound = 0.0
-    for plan in planned:
-        computed, profile, warnings = _computed(given, baseline, plan)
-        outcomes += computed
-        if profile is not None:
-            bound = max(bound, float(profile.proof.bounds.max()))
-            profiles.setdefault(plan.case.name, profile)
-        notes += [f"warning of {printable(plan.case.name)}: {warning}" for warning in warnings]
-        done(plan.case.name)
+    results = proven(
+        {str(k): (plan.scene, plan.robot) for k, plan in enumerate(planned)}, done=lambda k: done(planned[int(k)].case.name)
+    )
+    for plan, result in zip(planned, results.values(), strict=True):
+        outcomes += _outcomes(given, baseline, plan, result)
+        if isinstance(result, ShockProfile):
+            bound = max(bound, float(result.proof.bounds.max()))
+            profiles.setdefault(plan.case.name, result)
+            notes += [f"warning of {printable(plan.case.name)}: {warning}" for warning in result.health.warnings]
     changes = {}
     if baseline is not None:
         changes = {name: tuple(design_changes(baseline.designs[name], record["design"])) for name, record in cases.items()}
@@ -196,6 +198,7 @@ def check_budgets(
         error_bound=bound,
         notes=tuple(dict.fromkeys(notes)),
         profiles=profiles,
+        defects=tuple(result.trace for result in results.values() if isinstance(result, DefectError)),
     )
 
 
@@ -273,20 +276,18 @@ def _percentiles(planned: _Planned, budgets: Sequence[Budget]) -> tuple[dict[int
     return numbers, f"{len(messages)} of {len(table)} designs: {messages[0]}" if messages else ""
 
 
-def _computed(given: Budgets, baseline: Baseline | None, planned: _Planned) -> tuple[list[Outcome], ShockProfile | None, list[str]]:
-    """The outcomes of one landing, its profile if it was computed, and its warnings."""
+def _outcomes(given: Budgets, baseline: Baseline | None, planned: _Planned, result: ShockProfile | ShockError) -> list[Outcome]:
+    """The outcomes of one landing. Args: result, its profile, or why there is none."""
     numbers: dict[int, Any] = {k: [math.nan] * len(places) for k, places in planned.asked.items()}
-    profile, warnings, refused, undone = None, list[str](), "", ""
-    try:
-        profile = shock_profile(planned.scene, planned.robot)
+    refused, undone = "", ""
+    if isinstance(result, ShockProfile):
         percentiles, undone = _percentiles(planned, given.budgets)
         numbers = {
-            k: percentiles[k] if k in percentiles else profile.numbers(given.budgets[k].selection, places)
+            k: percentiles[k] if k in percentiles else result.numbers(given.budgets[k].selection, places)
             for k, places in planned.asked.items()
         }
-        warnings = [str(warning) for warning in profile.health.warnings]
-    except Exception as error:
-        profile, refused = None, str(refusal(error))
+    else:
+        refused = str(result)
     outcomes = []
     asked = [(k, place) for k, places in planned.asked.items() for place in places]
     for (k, place), number in zip(asked, itertools.chain(*numbers.values()), strict=True):
@@ -311,7 +312,7 @@ def _computed(given: Budgets, baseline: Baseline | None, planned: _Planned) -> t
                 command="" if given.path is None else shlex.join(_command(given.path, planned, budget, place)),
             )
         )
-    return outcomes, profile, warnings
+    return outcomes
 
 
 def _command(path: Path, planned: _Planned, budget: Budget, place: Place) -> list[str]:

@@ -10,10 +10,10 @@ import numpy as np
 
 from shockpc.core.pulse import peak_acceleration
 from shockpc.core.spatial import Array
+from shockpc.evaluation.evaluate import proven
 from shockpc.landing.landing import pulse_of
 from shockpc.landing.places import Place, point_place, point_places
 from shockpc.landing.scene import GRAVITY, Point, Scene
-from shockpc.profile import shock_profile
 from shockpc.quantities.profile import ShockProfile
 from shockpc.robot.geometry import Kind, distance_to_surface
 from shockpc.robot.robot import Robot
@@ -93,7 +93,7 @@ class PlaceStudy:
         bound: nothing in the region is below this [1].
         assigned: (L,) for several sensors, which of them sees least in each landing.
         apart: distance of the alternatives along at least one axis [m].
-        failures: name and reason of the landings that could not be computed.
+        failures: name and error of the landings that could not be computed.
     """
 
     robot: Robot
@@ -109,7 +109,7 @@ class PlaceStudy:
     bound: float
     assigned: np.ndarray
     apart: float
-    failures: tuple[tuple[str, str], ...]
+    failures: tuple[tuple[str, ShockError], ...]
 
     @property
     def weights(self) -> Array | None:
@@ -229,19 +229,14 @@ def place(
 
 def _profiles(
     landings: Mapping[str, Scene], robot: Robot, progress: Callable[[str], None]
-) -> tuple[dict[str, ShockProfile], tuple[tuple[str, str], ...]]:
+) -> tuple[dict[str, ShockProfile], tuple[tuple[str, ShockError], ...]]:
     """The landings' results by name, and those that could not be computed."""
-    profiles: dict[str, ShockProfile] = {}
-    failures: list[tuple[str, ShockError]] = []
-    for name, scene in landings.items():
-        try:
-            profiles[name] = shock_profile(scene, robot)
-        except ShockError as refusal:
-            failures.append((name, refusal))
-        progress(name)
-    if not profiles:
+    results = proven({name: (scene, robot) for name, scene in landings.items()}, done=progress)
+    failures = [(name, result) for name, result in results.items() if isinstance(result, ShockError)]
+    if len(failures) == len(results):
         raise failures[0][1]
-    return profiles, tuple((name, str(refusal)) for name, refusal in failures)
+    profiles = {name: result for name, result in results.items() if isinstance(result, ShockProfile)}
+    return profiles, tuple(failures)
 
 
 def _weights(names: tuple[str, ...], landings: Iterable[str], given: Mapping[str, float]) -> Array:
