@@ -16,7 +16,7 @@ CLASSES = {name: kind for name, kind in vars(errors).items() if inspect.isclass(
 
 
 def test_tree_in_the_docstring_is_the_tree():
-    """Every class stands in the drawing under its parent, and is exported; exit codes are 3 for no solution, 70 for a defect, else 2."""
+    """Every class stands in the drawing under its parent, and is exported; exit codes: 3 no solution, 70 a defect, else 2."""
     drawn = re.findall(r"^(├── |└── )?([A-Z]\w+) {2,}\S", str(errors.__doc__), re.MULTILINE)
     assert [name for branch, name in drawn if not branch] == ["ShockError"]
     assert sorted(name for branch, name in drawn if branch) == sorted(set(CLASSES) - {"ShockError"})
