@@ -280,7 +280,7 @@ def test_a_loop_that_cannot_be_closed_is_refused_with_its_gap(given, robot, gap,
     assert gap[0] <= float(text.split("stay ")[1].split(" mm")[0]) <= gap[1]
 
 
-def three_rods(longer=0.0, tilt=0.0):
+def three_rods(longer=0.0, tilt=0.0, armature=0.0):
     """A body under three parallel bars of 0.1 m, which can swing; the third is longer, or its foot stands elsewhere [m]."""
     bars = [(-0.03, 0.1, 0.0), (0.0, 0.1, 0.0), (0.05, 0.1 + longer, tilt)]
     joints = [
@@ -295,7 +295,16 @@ def three_rods(longer=0.0, tilt=0.0):
     robot = robot_from(urdf(*map(link, ("base", "rod0", "rod1", "rod2", "foot")), *joints, name="rods"))
     posture = Posture(joints_deg={"bar0": 20.0, "bar1": 20.0, "bar2": 20.0, "hinge": -20.0})
     return shock_profile(
-        Scene(robot="r", contact="foot", closure=tuple(ends), assemble=("*",), posture=posture, strike=FALL), robot
+        Scene(
+            robot="r",
+            contact="foot",
+            closure=tuple(ends),
+            assemble=("*",),
+            posture=posture,
+            strike=FALL,
+            joints=Joints(armature={"*": armature} if armature else {}),
+        ),
+        robot,
     )
 
 
@@ -311,6 +320,13 @@ def test_bars_that_are_parallel_to_the_digits_of_a_file_are_parallel(fault):
     warnings = " ".join(str(warning) for warning in found.health.warnings)
     assert ("count as the same" in warnings) == (fault in ({"tilt": 1e-10}, {"longer": 1e-6}))
     assert ("mm apart, closed by least squares" in warnings) == (fault == {"longer": 1e-6})
+
+
+@pytest.mark.parametrize("tilt", [1e-10, 3e-10, 1e-9, 3e-9, 1e-6])
+def test_inertia_decides_no_redundancy(tilt):
+    """Rows are the same rows with rotors of any inertia on the joints."""
+    ranks = {armature: three_rods(tilt=tilt, armature=armature).health.rank for armature in (0.0, 1e-4, 0.03, 10.0)}
+    assert len(set(ranks.values())) == 1, ranks
 
 
 def test_joints_that_strain_one_another_are_reported():

@@ -27,8 +27,11 @@ INDISTINCT = 1e10
 TOLERANCE = 64.0 * EPS
 """Rows are dependent where what sets them apart is below this share of the terms that they are computed from."""
 
-DATA_TOLERANCE = 1e-9
+DATA_TOLERANCE = 1e-8
 """The same where loops are closed: bars that are parallel to the digits of a file, and to the gap that closing leaves."""
+
+SMALL = 1e-2
+"""Least pivot, and least share of the greatest mobility, below which a row may be one that rounding of the robot's file left."""
 
 UNCERTAIN = 1.0 / 32.0, 8.0
 """Multiples of the tolerance between which rounding can change whether rows are independent."""
@@ -66,6 +69,9 @@ class RowChoice(NamedTuple):
         unique: (nc,) whether the impulse along a row is determined. A row along which nothing can move takes none.
         uncertain: whether rounding can change how many rows are independent.
         apart: greatest singular value above rounding that counts as zero, relative to the terms of the rows; 0 if there is none.
+        left_out: (m, nc) combinations of rows, of unit length, along which the mechanism moves only by what rounding of its file
+            leaves.
+        slack: share of their terms that rounding of the file may leave in rows that follow from others.
     """
 
     rows: np.ndarray
@@ -73,6 +79,8 @@ class RowChoice(NamedTuple):
     unique: np.ndarray
     uncertain: bool
     apart: float = 0.0
+    left_out: Array = np.zeros((0, 0))
+    slack: float = 0.0
 
     @staticmethod
     def every(n: int) -> "RowChoice":
@@ -80,7 +88,14 @@ class RowChoice(NamedTuple):
         return RowChoice(np.arange(n), np.eye(n), np.ones(n, dtype=bool), False)
 
 
-def solve_impact(H: Inertia, J_c: Array, b: Array, terms: Callable[[int], Array], tolerance: float = TOLERANCE) -> Solution:
+def solve_impact(
+    H: Inertia,
+    J_c: Array,
+    b: Array,
+    terms: Callable[[int], Array],
+    tolerance: float = TOLERANCE,
+    most: Callable[[], tuple[int, float]] | None = None,
+) -> Solution:
     """The jump of least kinetic energy that meets the contact: Δq̇ = −H⁻¹ J_cᵀ Λ b, λ = −Λ b, Λ = (J_c H⁻¹ J_cᵀ)⁻¹.
 
     The Delassus matrix J_c H⁻¹ J_cᵀ, scaled to a unit diagonal, is eliminated without pivoting. Where a pivot comes near zero, or
@@ -92,6 +107,7 @@ def solve_impact(H: Inertia, J_c: Array, b: Array, terms: Callable[[int], Array]
         b: (N, nc, k) speed to be undone along each row, (1 + e) times the approach [m/s].
         terms: posture → (nc, nv) sizes of the terms that the entries of J_c are sums of.
         tolerance: as of `choose_rows`.
+        most: gives the last two arguments of `choose_rows`; asked only where they may matter.
 
     Returns: NaN in a posture whose inertia is singular in double precision.
     """
@@ -111,6 +127,10 @@ def solve_impact(H: Inertia, J_c: Array, b: Array, terms: Callable[[int], Array]
         # Unit velocities of single joints say what a mobility is: of a row along which nothing can move, rounding leaves 1e-32.
         natural = np.maximum(mobility.max(axis=-1), 1.0 / np.min(size, axis=-1) ** 2)
         well = (pivot > CLEARLY_INDEPENDENT) & (stiffness < INDISTINCT) & (mobility.min(axis=-1) > 1e-20 * natural)
+        limit, rounded = nc, 0.0
+        if most is not None and not np.all((pivot > SMALL) & (mobility.min(axis=-1) > SMALL * mobility.max(axis=-1))):
+            limit, rounded = most()
+        well &= limit == nc
         unclear = np.flatnonzero(~well).tolist()
         if unclear:
             scaled[unclear] = np.eye(nc)
@@ -119,7 +139,7 @@ def solve_impact(H: Inertia, J_c: Array, b: Array, terms: Callable[[int], Array]
         condition = stiffness / np.where(well, pivot, np.nan)
     choices, independent, rank = {}, {}, np.full(n, nc)
     for k in unclear:
-        choices[k] = choice = choose_rows(J_c[k], terms(k), size[k], scale[k], tolerance)
+        choices[k] = choice = choose_rows(J_c[k], own := terms(k), levers(own), scale[k], tolerance, limit, rounded)
         r, rank[k] = choice.rows, len(choice.rows)
         part, condition[k] = _least_squares(A[k][np.ix_(r, r)], b[k, r])
         condition[k] *= stiffness[k]
@@ -166,51 +186,85 @@ def _least_squares(A: Array, b: Array) -> tuple[Array, float]:
         return np.full_like(b, np.nan), np.inf
 
 
-def choose_rows(J_c: Array, terms: Array, size: Array, scale: Array, tolerance: float = TOLERANCE) -> RowChoice:
+def choose_rows(
+    J_c: Array,
+    terms: Array,
+    size: Array,
+    scale: Array,
+    tolerance: float = TOLERANCE,
+    most: int | None = None,
+    rounded: float = 0.0,
+) -> RowChoice:
     """Find the independent rows of one posture.
 
     The rank of J_c H⁻¹ J_cᵀ is that of J_c, because H is positive definite. It follows from the singular values of J_c with
-    columns scaled to unit inertia and rows to the size of their terms: a singular value is zero where it is below what the error of
-    these terms can make of a zero. Rows are chosen, not mixtures of them: a mixture of a row of small mobility with one that moves
-    easily would lose digits.
+    columns scaled by lengths and rows to the size of their terms, so that masses decide nothing: a singular value is zero where it
+    is below what the error of these terms can make of a zero. Rows are chosen, not mixtures of them: a mixture of a row of small
+    mobility with one that moves easily would lose digits.
 
     Args:
         J_c: (nc, nv) rows.
         terms: (nc, nv) sizes of the terms that its entries are sums of.
-        size: (nv,) square root of the diagonal of the inertia.
+        size: (nv,) by which joint velocities are measured, as `levers`.
         scale: (nc,) that brings each row to unit mobility.
         tolerance: relative error of the terms. Rounding alone may change the choice only where it is `TOLERANCE`.
+        most: how many rows can be independent; the least singular values beyond that count as zero.
+        rounded: what rounding of the robot's file makes of rows beyond that, relative to their terms.
     """
-    weight = 1.0 / np.where(size > 0.0, size, 1.0)
-    # What is left of terms that cancel to within their rounding is a structural zero, such as the speed of a point on the only
-    # axis that rotates; nothing later could tell it from a lever of 1e-16 m.
-    J = np.where(np.abs(J_c) > 8.0 * EPS * terms, J_c, 0.0) * weight
-    length, whole = np.linalg.norm(J, axis=1), np.linalg.norm(terms * weight, axis=1)
-    whole = np.where(whole > 0.0, whole, 1.0)
-    share = length / whole
+    most = len(J_c) if most is None else most
+    whole, unit = in_terms(J_c, terms, size)
+    share = np.linalg.norm(unit, axis=1)
     alive = share > tolerance
-    # In units of its terms every row has the same rounding, so a row of small mobility does not hide others.
-    unit = np.where(alive[:, None], J / whole[:, None], 0.0)
-    _, s, Vt = np.linalg.svd(unit.T, full_matrices=False)
+    unit[~alive] = 0.0
+    _, s, Vt = np.linalg.svd(unit.T)
+    s = np.append(s, np.zeros(len(J_c) - len(s))) if len(s) < len(J_c) else s
     bound = tolerance * np.sqrt(len(J_c))
-    kept = s > bound
-    rank = int(kept.sum())
-    uncertain = tolerance == TOLERANCE and bool(np.any(_near(s, bound)) or np.any(_near(share, TOLERANCE)))
-    small = np.concatenate([s[~kept], share[~alive]])
+    rank = min(int(np.sum(s > bound)), most)
+    uncertain = tolerance == TOLERANCE and bool(np.any(_near(s[:most], bound)) or np.any(_near(share, TOLERANCE)))
+    small = np.concatenate([s[rank:], share[~alive]])
     apart = float(small[small > UNCERTAIN[1] * TOLERANCE * np.sqrt(len(J_c))].max(initial=0.0))
+    left_out, slack = Vt[:0], 0.0
+    if rank == most < len(J_c) and rounded > 0.0:
+        # Of what rounding of the file left nothing may count: neither a row that is all of that, nor its share of others.
+        others, slack = Vt[rank:], max(rounded, float(s[rank]))
+        small = alive & (share <= slack) & (np.sum(others**2, axis=0) > 0.5)
+        left_out = others[(s[rank:] > bound) | np.any(others[:, small] ** 2 > 0.5, axis=1)]
+        alive &= ~small
+        uncertain = bool(np.any(_near(s[:rank], bound)))
+        unit = np.where(alive[:, None], unit - others.T @ (others @ unit), 0.0)
+        _, s, Vt = np.linalg.svd(unit.T, full_matrices=False)
+    # In units of its terms every row has the same rounding, so a row of small mobility does not hide others.
+    J = unit * whole[:, None]
+    length = np.linalg.norm(J, axis=1)
     # The impulse along a row is unique where its unit vector lies in the row space.
-    unique = ~alive | (np.sum(Vt[kept] ** 2, axis=0) > 1.0 - 1e-9)
+    unique = ~alive | (np.sum(Vt[:rank] ** 2, axis=0) > 1.0 - 1e-9)
     rows = np.flatnonzero(alive) if rank == alive.sum() else _farthest(unit.T, rank)
     if rank == len(J_c):
-        return RowChoice(rows, np.eye(rank), unique, uncertain, apart)
-    mobile = np.where(alive, np.where(scale > 0.0, scale, weight.max() / np.where(alive, length, 1.0)), 0.0)
+        return RowChoice(rows, np.eye(rank), unique, uncertain, apart, left_out, slack)
+    mobile = np.where(alive, np.where(scale > 0.0, scale, 1.0 / (size.min() * np.where(alive, length, 1.0))), 0.0)
     U, s, Vt = np.linalg.svd((mobile[:, None] * J * alive[:, None]).T, full_matrices=False)
     spread = mobile[:, None] * (Vt[:rank].T @ ((U[:, :rank].T @ J[rows].T) / s[:rank, None]))
     # Impulses that are determined have nothing to do with the others; rounding would say otherwise.
     spread[unique], spread[:, unique[rows]] = 0.0, 0.0
     alone = np.flatnonzero(unique[rows])
     spread[rows[alone], alone] = 1.0
-    return RowChoice(rows, spread, unique, uncertain, apart)
+    return RowChoice(rows, spread, unique, uncertain, apart, left_out, slack)
+
+
+def levers(terms: Array) -> Array:
+    """The greatest size (nv,) of a term in each column of terms (nc, nv): for a rotation a length [m], for a translation 1."""
+    greatest = terms.max(axis=0, initial=0.0)
+    return np.where(greatest > 0.0, greatest, 1.0)
+
+
+def in_terms(J_c: Array, terms: Array, size: Array) -> tuple[Array, Array]:
+    """The size (nc,) of the terms of each row, and the rows (nc, nv) in units of that; arguments as of `choose_rows`."""
+    # What is left of terms that cancel to within their rounding is a structural zero, such as the speed of a point on the only
+    # axis that rotates; nothing later could tell it from a lever of 1e-16 m.
+    J = np.where(np.abs(J_c) > 8.0 * EPS * terms, J_c, 0.0) / size
+    whole = np.linalg.norm(terms / size, axis=1)
+    whole = np.where(whole > 0.0, whole, 1.0)
+    return whole, J / whole[:, None]
 
 
 def _near(values: Array, limit: float) -> np.ndarray:

@@ -101,7 +101,7 @@ def friction_of(landing: PosedLanding) -> FrictionResult:
     """
     rows, mu = contact_rows(landing), landing.scene.friction
     equation, n = rows.equation, rows.turn.shape[1]
-    plain = solve_impact(equation.inertia, equation.J_c, equation.b, equation.terms)
+    plain = solve_impact(equation.inertia, equation.J_c, equation.b, equation.terms, equation.tolerance, landing.most_independent)
     if plain.choices and not plain.choices[0].unique[:n].all():
         raise SceneError(
             "friction is solved for contacts whose impulses are determined, but here rows are redundant; leave a contact out"

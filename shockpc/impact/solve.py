@@ -4,7 +4,7 @@ import math
 
 import numpy as np
 
-from shockpc.core.impulse import TOLERANCE, UNCERTAIN, RowChoice, Solution, choose_rows, weakest_columns
+from shockpc.core.impulse import TOLERANCE, UNCERTAIN, RowChoice, Solution, choose_rows, levers, weakest_columns
 from shockpc.core.spatial import Array, velocity_at
 from shockpc.impact.exact.balls import SingularError
 from shockpc.impact.exact.proof import Proof
@@ -41,7 +41,10 @@ def solve_exactly(landing: PosedLanding, equation: Equation, solution: Solution)
         raise _without_inertia(landing, equation)
     # Rows that look independent are taken as such, and looked at more closely if the proof finds that they are not.
     for given in [solution.choices[0]] if solution.choices else (RowChoice.every(len(equation.b[0])), None):
-        choice = given or choose_rows(equation.J_c[0], equation.terms(0), np.sqrt(size), solution.scale[0], equation.tolerance)
+        choice = given or choose_rows(
+            equation.J_c[0], terms := equation.terms(0), levers(terms), solution.scale[0], equation.tolerance,
+            *landing.most_independent(),
+        )  # fmt: skip
         try:
             proof = Proof(landing, choice)
         except SingularError as singular:
@@ -66,10 +69,10 @@ def independent_rows(landing: PosedLanding, blocks: tuple[Block, ...]) -> list[i
     if not blocks:
         return []
     state = landing.state
-    J, terms, H, G = row_jacobian(state, blocks)[0], row_terms(state, blocks)[0], state.H[0], landing.free_columns(state)
+    J, terms, G = row_jacobian(state, blocks)[0], row_terms(state, blocks)[0], landing.free_columns(state)
     if G is not None:
-        J, terms, H = J @ G[0], terms @ np.abs(G[0]), G[0].T @ H @ G[0]
-    choice = choose_rows(J, terms, np.sqrt(np.abs(np.diagonal(H))), np.ones(len(J)), row_tolerance(blocks))
+        J, terms = J @ G[0], terms @ np.abs(G[0])
+    choice = choose_rows(J, terms, levers(terms), np.ones(len(J)), row_tolerance(blocks), *landing.most_independent(blocks))
     return [int(row) for row in choice.rows]
 
 
@@ -114,12 +117,11 @@ def _refuse_contradiction(landing: PosedLanding, equation: Equation, proof: Proo
     delta_qd = proof.delta_qd[:, 3]
     left = row_jacobian(state, blocks)[0] @ delta_qd + equation.b[0, :, 3]
     # The independent rows are met to the last digit of the proof. In the others a share of each term is rounding: that of double
-    # precision here, and that with which they were found dependent, in units of the inertia. That of a file's digits counts only
-    # where rows of loops differ by it.
-    tolerance = equation.tolerance if proof.choice.apart else min(equation.tolerance, UNCERTAIN[1] * TOLERANCE)
-    size = np.sqrt(np.abs(np.diagonal(state.H[0])))
-    terms = np.linalg.norm(row_terms(state, blocks)[0] / np.where(size > 0.0, size, 1.0), axis=1)
-    rounding = tolerance * len(b) * terms * np.linalg.norm(size * delta_qd)
+    # precision here, and that with which they were found dependent. That of a file's digits counts only where rows differ by it.
+    tolerance = max(equation.tolerance if proof.choice.apart else UNCERTAIN[1] * TOLERANCE, proof.choice.slack)
+    terms = row_terms(state, blocks)[0]
+    size = levers(terms)
+    rounding = tolerance * len(b) * np.linalg.norm(terms / size, axis=1) * np.linalg.norm(size * delta_qd)
     excess = np.abs(left) - CONTRADICTION * np.abs(b).max() - rounding
     excess[proof.choice.rows] = 0.0
     worst = int(np.argmax(excess))

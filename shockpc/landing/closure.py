@@ -251,6 +251,11 @@ def follow(robot: Robot, near: Array, q: Array, loops: tuple[Loop, ...], plane: 
     return here
 
 
+def closed_nearby(robot: Robot, q: Array, loops: tuple[Loop, ...], plane: Plane, held: np.ndarray) -> Array | None:
+    """The closed configuration (nq,) nearby, or None where the loops do not close from there; arguments as of `assemble`."""
+    return _Linkage(robot, loops, plane, held).closed(q, DIGITS)
+
+
 class _Linkage(NamedTuple):
     """Loops of a robot, and which joints may move to close them; as the arguments of `assemble`."""
 

@@ -16,6 +16,7 @@ from shockpc.landing.contact import Contact, contact_block, locate_lowest_point
 from shockpc.landing.dynamics import Dynamics, dynamics
 from shockpc.landing.freedom import Base, free_columns
 from shockpc.landing.joint_model import JointModel, joint_model
+from shockpc.landing.mobility import Mechanism
 from shockpc.landing.motion import Motion, approach_speeds, twist_before
 from shockpc.landing.places import Kind, Place, body_places, joint_places, part_places, point_places
 from shockpc.landing.posture import configuration, held_joints, outside_limits, reference_name, settable_joints
@@ -79,6 +80,10 @@ class Landing:
         """Angle of the base's velocity in the plane, from straight down towards forward [rad]."""
         velocity = self.before.velocity
         return float(np.arctan2(velocity @ self.plane.forward, -velocity[2]))
+
+    def most_independent(self) -> tuple[int, float]:
+        """How many rows can be independent in any posture, and the effect of rounding on the others, as `Mechanism`'s."""
+        return self.at(self.robot.start).most_independent()
 
     def rows(self, state: Dynamics) -> tuple[Block, ...]:
         """What is held, described: contacts, then standing feet, then loops."""
@@ -178,6 +183,11 @@ class PosedLanding(Landing):
         blocks = tuple(block._replace(point=np.reshape(block.point, 3)) for block in self.rows(self.state))
         freeze(blocks)
         return blocks
+
+    def most_independent(self, blocks: tuple[Block, ...] | None = None) -> tuple[int, float]:
+        """As for any landing; of some blocks alone, if they are given."""
+        mechanism = Mechanism(self.robot, self.base, self.plane, self.joint_model.locked, self.loops)
+        return mechanism.most_independent(self.blocks if blocks is None else blocks, self.q)
 
     @functools.cached_property
     def points(self) -> tuple[Place, ...]:

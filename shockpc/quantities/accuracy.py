@@ -28,6 +28,12 @@ AT_REST = 1e-13
 STRAIN = 100.0
 """Impulse through a joint relative to the greatest of the contacts beyond which a warning names the joint [1]."""
 
+OVERSIZED = 100.0
+"""Impulse or effective mass relative to what the mass and the speed of the robot allow, from which it is the first warning [1]."""
+
+SHARE = 0.1
+"""Part of a unit combination of rows from which a row takes part in it [1]."""
+
 FASTEST_PLAUSIBLE = 100.0
 """Motion relative to the strike beyond which a warning names the body: a robot's own is about 1 [1]."""
 
@@ -90,12 +96,41 @@ def nearly_singular(landing: PosedLanding, proof: Proof) -> Iterator[Diagnostic]
 
 def redundant(landing: PosedLanding, choice: RowChoice) -> Iterator[Diagnostic]:
     """A warning where rows of loops count as dependent, although more than rounding sets them apart."""
-    if choice.apart:
+    loops = np.concatenate([np.full(block.size, block.kind == "closure") for block in landing.blocks])
+    if choice.apart and loops.any() and (not len(choice.left_out) or np.any(np.abs(choice.left_out[:, loops]) > SHARE)):
+        limit = "as much as rounding of the file leaves" if len(choice.left_out) else f"below {DATA_TOLERANCE:.0e}"
         text = (
-            f"rows of the loops differ by {choice.apart:.0e} of their size, below {DATA_TOLERANCE:.0e}, so they count as the same "
-            "(bars that are parallel to the last digits of the file); if all of them are meant to hold, give the file more digits"
+            f"rows of the loops differ by {choice.apart:.0e} of their size, {limit}, so they count as the same (bars "
+            "that are parallel to the last digits of the file); if all of them are meant to hold, give the file more digits"
         )
         yield Diagnostic("posture", landing.robot.name, choice.apart, text)
+
+
+def oversized(
+    landing: PosedLanding, impulses: Mapping[tuple[str, str], float], masses: Mapping[tuple[str, str], float]
+) -> Iterator[Diagnostic]:
+    """A warning of the number furthest above what the robot's mass and speed allow, whatever its cause.
+
+    Args:
+        landing: the landing.
+        impulses: of contacts and through joints, by what they are called in messages, and their own names [N s].
+        masses: effective masses of contacts in the same way [kg]; infinite where a contact cannot give way.
+    """
+    inertia, scene = landing.joint_model.armature, landing.scene
+    turning = np.any(landing.state.J[0, :3], axis=0)
+    mass = float(landing.robot.mass + np.sum(inertia / np.where(turning, landing.length**2, 1.0)))
+    most = mass * landing.fastest_approach * (1.0 + max(contact.restitution for contact in scene.contact))
+    shares = [(value / most, f"{name} {value:.3g} N s", "size", subject) for (name, subject), value in impulses.items()]
+    finite = ((name, subject, value) for (name, subject), value in masses.items() if np.isfinite(value))
+    shares += [(value / mass, f"{name} {value:.3g} kg", "contact", subject) for name, subject, value in finite]
+    times, what, kind, subject = max(shares, default=(0.0, "", "", ""))
+    if times > OVERSIZED:
+        text = (
+            f"{what} is {times:.2g} times what the robot's mass and speed allow ({mass:.3g} kg, {most:.3g} N s), so no real "
+            "robot has it: the mechanism is singular, redundant or rounded here; set another posture, or leave out the direction "
+            "of the contact, or the loop, that takes it"
+        )
+        yield Diagnostic(kind, subject, times, text)
 
 
 def strained(joints: Mapping[str, float], contact: float) -> Iterator[Diagnostic]:
@@ -109,7 +144,7 @@ def strained(joints: Mapping[str, float], contact: float) -> Iterator[Diagnostic
             f'joint "{name}" would carry {most:.3g} N s, {most / contact:.2g} times the impulse of the contact: the mechanism is '
             "nearly singular or redundant here, which is not physically plausible; set another posture, or open a loop"
         )
-        yield Diagnostic("posture", name, most, text)
+        yield Diagnostic("size", name, most, text)
 
 
 def data_sensitivity(

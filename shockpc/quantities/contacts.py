@@ -26,6 +26,9 @@ NARROW = 1e-4
 IMMOVABLE = 1e-7
 """Part of the normal along directions that cannot move with which a sticking contact cannot give way."""
 
+LEFT_OUT = 10.0
+"""The same where a direction is left out, relative to what rounding of the file makes of it."""
+
 STANDS = "a standing foot strikes nothing"
 REDUNDANT = "contacts are redundant, so the impulse of a single one is not determined"
 PULLED = f"{REDUNDANT}; or the contact receives no impulse, or the ground would have to pull it"
@@ -140,11 +143,14 @@ class _Resistance:
 
     def _mobility(self, moments: Array) -> BallMatrix:
         """A while standing feet, loops and the contact's rotation about some axes are held."""
-        landing, impact = self.impact.landing, self.impact
+        held = self._held(moments)
+        return self.impact.mobility(self.point, held, independent_rows(self.impact.landing, held))
+
+    def _held(self, moments: Array) -> tuple[Block, ...]:
+        """Standing feet, loops, and the contact's rotation about some axes."""
+        landing = self.impact.landing
         held: tuple[Block, ...] = (*landing.stance, *(closure_block(loop) for loop in landing.loops))
-        if len(moments):
-            held = (*held, self.point._replace(forces=NO_AXES, moments=moments))
-        return impact.mobility(self.point, held, independent_rows(landing, held))
+        return (*held, self.point._replace(forces=NO_AXES, moments=moments)) if len(moments) else held
 
     @functools.cached_property
     def point_mobility(self) -> BallMatrix:
@@ -163,14 +169,22 @@ class _Resistance:
     @functools.cached_property
     def sticking(self) -> Any:
         """Effective mass if the contact sticks [kg]; inf if it cannot give way."""
-        A = self._mobility(np.array([*across(self.n), self.n])) if self.flat else self.point_mobility
+        moments = np.array([*across(self.n), self.n]) if self.flat else NO_AXES
+        A = self._mobility(moments) if self.flat else self.point_mobility
         along = balls(self.n) @ entries(A) @ balls(self.n)
         if not float(along) > STRUCTURAL * _largest(A):
             return np.inf
-        V, column = matrix(np.eye(3)[:, _moving_axes(A)]), matrix(self.n[:, None])
+        axes, landing, held = _moving_axes(A), self.impact.landing, self._held(moments)
+        # Along what is left out, the point moves only by what rounding of the file leaves.
+        most, rounded = 3, 0.0
+        if not landing.floating:
+            most, rounded = landing.most_independent((*held, self.point))
+            most -= landing.most_independent(held)[0]
+        immovable = IMMOVABLE if most == 3 else max(IMMOVABLE, LEFT_OUT * rounded)
+        V, column = matrix(np.eye(3)[:, sorted(axes[:most])]), matrix(self.n[:, None])
         part = V.transpose() * column
         impulse = (V.transpose() * A * V).solve(part)
-        if max(abs(float(x)) for x in (column - A * V * impulse).entries()) > IMMOVABLE:
+        if max(abs(float(x)) for x in (column - A * V * impulse).entries()) > immovable:
             return np.inf
         return (part.transpose() * impulse)[0, 0]
 
@@ -195,9 +209,9 @@ class _Resistance:
         if not self.impact.landing.floating:
             return np.nan
         A, by_joints = self.point_mobility, self.mobility_by_joints
-        axes = _moving_axes(A)
+        axes = sorted(_moving_axes(A))
         A, by_joints = _part(A, axes, axes), _part(by_joints, axes, axes)
-        moved = _moving_axes(by_joints, _largest(A))
+        moved = sorted(_moving_axes(by_joints, _largest(A)))
         if not moved:
             return 0.0
         # The determinant of A⁻¹ (A − A_L) over its range: a plane or a line where the joints move the point in that alone.
@@ -219,7 +233,7 @@ def _part(A: BallMatrix, rows: list[int], columns: list[int]) -> BallMatrix:
 
 
 def _moving_axes(A: BallMatrix, whole: float = 0.0) -> list[int]:
-    """The world axes along which a point of mobility A, part of a whole, moves independently: elimination, largest pivot first."""
+    """World axes along which a point of mobility A, part of a whole, moves independently: elimination, largest pivot first."""
     S, n = A.table(), A.nrows()
     least = STRUCTURAL * max(_largest(A), STRUCTURAL * whole)
     chosen: list[int] = []
@@ -237,7 +251,7 @@ def _moving_axes(A: BallMatrix, whole: float = 0.0) -> list[int]:
             share = S[i][k] / pivot
             for j in left:
                 S[i][j] -= share * S[k][j]
-    return sorted(chosen)
+    return chosen
 
 
 CONTACTS = (

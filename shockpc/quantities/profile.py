@@ -21,7 +21,16 @@ from shockpc.landing.landing import PosedLanding
 from shockpc.landing.places import Kind, Place, body_places, point_place
 from shockpc.landing.ratings import Strength, strength, torque_limits
 from shockpc.landing.scene import Scene, point_at
-from shockpc.quantities.accuracy import AT_REST, Health, data_sensitivity, double_error, nearly_singular, redundant, strained
+from shockpc.quantities.accuracy import (
+    AT_REST,
+    Health,
+    data_sensitivity,
+    double_error,
+    nearly_singular,
+    oversized,
+    redundant,
+    strained,
+)
 from shockpc.quantities.plausibility import gained, implausible, pulled, saturated, slipping
 from shockpc.quantities.quantity import Quantity, evaluate
 from shockpc.quantities.table import Selection, quantity
@@ -308,7 +317,9 @@ class ShockProfile:
             changed = replace(self.landing, joint_model=without_springs(np.zeros(len(locked)), locked, name), state=state)
             try:
                 equation = changed.equation(state)
-                solution = solve_impact(equation.inertia, equation.J_c, equation.b, equation.terms)
+                solution = solve_impact(
+                    equation.inertia, equation.J_c, equation.b, equation.terms, equation.tolerance, changed.most_independent
+                )
                 proofs[name] = solve_exactly(changed, equation, solution)
             except (SceneError, SolveError):
                 proofs[name] = None
@@ -579,14 +590,23 @@ class ShockProfile:
             joints = dict(
                 zip([place.name for place in self.places("joint")], self.value("joint_impulse", "joint").tolist(), strict=True)
             )
+            impulses = {
+                (f'impulse of contact "{place.name}"', place.name): value
+                for place, value in zip(self.places("contact"), self._contact_impulses.tolist(), strict=True)
+            }
+            impulses |= {(f'impulse through joint "{name}"', name): value for name, value in joints.items()}
+            masses = {(f'effective mass of contact "{c.frame}"', c.frame): c.effective_mass for c in self.contacts}
+            largest = tuple(oversized(landing, impulses, masses))
+            held = max(float(self._contact_impulses.max()), float(np.linalg.norm(self.total_impulse)))
             warnings = (
+                *largest,
                 *(Diagnostic("robot", robot, None, text) for text in self.robot.warnings),
                 *self.robot.change_warnings,
                 *landing.warnings,
                 *implausible(landing, {contact.frame: contact.mitigation for contact in self.contacts}),
                 *nearly_singular(landing, proof),
                 *redundant(landing, self.choice),
-                *strained(joints, max(float(self._contact_impulses.max()), float(np.linalg.norm(self.total_impulse)))),
+                *(() if any(one.kind == "size" for one in largest) else strained(joints, held)),
                 *data,
                 *pulled(landing, self.value("pull", "contact"), None if self.friction is None else self.friction.state),
                 *slipping(landing, self.value("friction_needed", "contact")),

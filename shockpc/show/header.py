@@ -7,7 +7,9 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from shockpc.landing.freedom import Base
+from shockpc.landing.rows import slices_of
 from shockpc.landing.scene import sideways
+from shockpc.quantities.accuracy import SHARE
 from shockpc.quantities.profile import ShockProfile
 from shockpc.quantities.quantity import Quantity
 from shockpc.robot.landmarks import BENT
@@ -246,9 +248,21 @@ def _contact_text(profile: ShockProfile, i: int) -> str:
     parts.append("sticks" if asked.sticks else f"slides, constrained along {' '.join(kept)}")
     parts += ["flat"] * (asked.kind == "flat") + [f"restitution {asked.restitution:g}"] * bool(asked.restitution)
     parts += [f"normal ({vector_text(asked.normal)})"] if asked.normal else []
+    parts += [f"not along ({axis}), where rounding of the file alone moves it" for axis in _left_out(profile, i)]
     if np.linalg.norm(contact.approach - profile.strike) > 1e-9 * np.linalg.norm(profile.strike):
         parts.append(f"approaches at ({vector_text(contact.approach)}) m/s")
     return ", ".join(parts)
+
+
+def _left_out(profile: ShockProfile, i: int) -> Iterator[str]:
+    """The directions in which a contact is not stopped, because the mechanism moves it there only by what rounding leaves."""
+    block, rows = profile.landing.blocks[i], slices_of(profile.landing.blocks)[i]
+    for combination in profile.choice.left_out:
+        axis = combination[rows][: len(block.forces)] @ block.forces
+        length = float(np.linalg.norm(axis))
+        if length > SHARE:
+            axis = axis / length * np.sign(axis[np.argmax(np.abs(axis))])
+            yield " ".join(f"{x:.3g}" for x in np.where(np.abs(axis) < 1e-3, 0.0, axis))
 
 
 def _settings(robot: Robot, values: Mapping[str, float], units: tuple[str, str]) -> list[str]:

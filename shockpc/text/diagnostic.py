@@ -8,7 +8,7 @@ class Diagnostic(NamedTuple):
 
     Attributes:
         kind: what it is about: "robot", "scene", "limits", "height", "posture", "unit", "geometry", "data", "contact", "sensor",
-            "part" or "energy".
+            "part", "energy", or "size" where impulses are too large to be determined.
         subject: name of the body, joint, contact or sensor concerned; empty if it is the whole landing.
         value: the number that gave rise to it, if there is one, in SI units.
         text: what was found, and its consequence.

@@ -109,7 +109,10 @@ def _summary(profile: ShockProfile) -> list[tuple[str, str]]:
             "" if load.along is None else f", {rounded(abs(load.along))} {'N s' if joint.unit == 'm' else 'N m s'} along its axis"
         )
         force = f"{load.joint} {rounded(sizes.max())} N s{along}"
-        force += "; of least norm, because rows are redundant" if profile.health.rank < profile.health.rows else ""
+        if not profile.choice.unique.all():
+            force = "not determined, because rows are redundant"
+        elif any(one.kind == "size" for one in warnings):
+            force = "not determined, because the mechanism is singular or redundant here"
     first = "no warnings" if not warnings else f"{count(len(warnings), 'warning')}: {warnings[0]}"
     return [("shock", few(texts, 4, "; ")), ("joint", f"largest impulse: {force}"), ("warnings", first)]
 

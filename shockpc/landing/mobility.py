@@ -1,0 +1,130 @@
+"""How many rows a mechanism can meet independently in any posture; what rounding of its file adds does not count."""
+
+from collections.abc import Sequence
+from typing import NamedTuple
+from weakref import WeakKeyDictionary
+
+import numpy as np
+import pinocchio as pin
+
+from shockpc.core.impulse import in_terms, levers
+from shockpc.core.spatial import Array, Plane, cross_matrix
+from shockpc.landing.closure import closed_nearby
+from shockpc.landing.dynamics import Dynamics, dynamics
+from shockpc.landing.freedom import Base, free_columns
+from shockpc.landing.rows import Block, row_jacobian, row_terms, row_tolerance
+from shockpc.robot.robot import Loop, Robot
+from shockpc.robot.rounding import rounding_of
+
+POSTURES = 2
+"""Other postures that are tried, of which the one with the most independent rows counts: one may be singular by chance."""
+
+REACH, NEAR = 0.5, 0.05
+"""How far joints move to get there, and how far where loops have to stay closed [rad, m]."""
+
+LEAST = 1e-15
+"""Rounding of angles [rad] and lengths [m] below which they are exact in double precision."""
+
+STEP = 1e-4
+"""Displacement with which the effect of rounding is computed, which is linear in it [rad, m]."""
+
+SLACK = 2.0
+"""Times the effect of rounding, to first order, that still counts as that."""
+
+_KNOWN: "WeakKeyDictionary[Robot, dict[tuple[object, ...], tuple[int, float]]]" = WeakKeyDictionary()
+
+
+class Mechanism(NamedTuple):
+    """A robot and what of it is free.
+
+    Attributes:
+        robot: the robot.
+        base: how its base may move.
+        plane: of the study.
+        locked: (nv,) joint velocities that are zero.
+        loops: what is closed.
+    """
+
+    robot: Robot
+    base: Base
+    plane: Plane
+    locked: np.ndarray
+    loops: tuple[Loop, ...]
+
+    def most_independent(self, blocks: Sequence[Block], q: Array) -> tuple[int, float]:
+        """The greatest number of independent rows that these blocks have in any posture, up to what rounding of the file leaves.
+
+        A singular value of the rows, in units of their terms, counts as zero where rounding of the file's angles and lengths can
+        make as much of a zero, in other postures too: one that is small in one posture alone is that of a singular posture.
+
+        Args:
+            blocks: rows, each at one point.
+            q: (nq,) configuration to start from, loops closed.
+
+        Returns: that number, and the greatest effect of rounding on the others, relative to the terms of the rows.
+        """
+        count = sum(block.size for block in blocks)
+        if not blocks or (self.base == "free" and len(blocks) == 1 and not self.loops):
+            return count, 0.0
+        if not np.any(rounding_of(self.robot) > LEAST):
+            return count, 0.0
+        structure = tuple((b.kind, b.body, b.other, b.axes_body, b.forces.tobytes(), b.moments.tobytes()) for b in blocks)
+        key = (self.base, self.plane.normal.tobytes(), self.locked.tobytes(), *(loop.name for loop in self.loops), *structure)
+        known = _KNOWN.setdefault(self.robot, {})
+        if key not in known:
+            known[key] = max(self._independent(blocks, other) for other in self._others(q))
+        return known[key]
+
+    def _others(self, q: Array) -> list[Array]:
+        """Other postures, loops closed."""
+        free = free_columns(self.robot, self.base, self.plane, dynamics(self.robot, q[None]).rotation[:, 0], self.locked)
+        rng, nv, model = np.random.default_rng(0), self.robot.model.nv, self.robot.model
+        columns = np.eye(nv) if free is None else free[0]
+        others = []
+        for _ in range(POSTURES):
+            step = columns @ rng.uniform(-1.0, 1.0, columns.shape[1])
+            step[: 6 * self.robot.free_base] = 0.0
+            other = pin.integrate(model, q, step * (NEAR if self.loops else REACH))
+            others.append(closed_nearby(self.robot, other, self.loops, self.plane, self.locked) if self.loops else other)
+        return [q if other is None else other for other in others]
+
+    def _independent(self, blocks: Sequence[Block], q: Array) -> tuple[int, float]:
+        """The same in one posture."""
+        state = dynamics(self.robot, q[None])
+        free = free_columns(self.robot, self.base, self.plane, state.rotation[:, 0], self.locked)
+        columns = np.eye(self.robot.model.nv) if free is None else free[0]
+        terms = row_terms(state, blocks)[0] @ np.abs(columns)
+        size = levers(terms)
+        whole, unit = in_terms(row_jacobian(state, blocks)[0] @ columns, terms, size)
+        U, s, Vt = np.linalg.svd(unit)
+        rank = int(np.sum(s > row_tolerance(blocks) * np.sqrt(len(unit))))
+        changes = (row_jacobian(_displaced(self.robot, state), blocks) - row_jacobian(state, blocks)) @ columns
+        changes = changes / whole[:, None] / size * (np.repeat(rounding_of(self.robot), 3) / STEP)[:, None, None]
+        while rank:
+            # The part of the change that the rows which are kept do not have already.
+            change = (U[:, rank - 1] @ changes) @ Vt[rank - 1 :].T
+            if s[rank - 1] > SLACK * np.linalg.norm(change, axis=1).sum():
+                break
+            rank -= 1
+        effect = np.linalg.norm(U[:, rank:].T @ changes, axis=-1).sum(axis=0)
+        return rank, SLACK * float(effect.max(initial=0.0))
+
+
+def _displaced(robot: Robot, state: Dynamics) -> Dynamics:
+    """The robot (N = 6 nb) with every body, and what it carries, turned about its joint or shifted by `STEP`, by axis."""
+    nb, J, position = len(robot.bodies), state.J[0], state.position[0]
+    motions = STEP * np.tile(np.eye(6), (nb, 1))
+    omega, shift = motions[:, None, :3], motions[:, None, 3:]
+    which = np.repeat(np.arange(nb), 6)
+    carried = state.supports[:, [joint.v.start for joint in robot.joints]].T[which]
+    behind = carried[:, np.argmax(state.supports, axis=0), None]
+    pivot = (position + (state.rotation[0] @ robot.joint_origins[..., None])[..., 0])[which, None]
+    v = shift - np.cross(omega, pivot)
+    angular, linear = J[:3].T, J[3:].T
+    change = np.concatenate([np.cross(omega, angular), np.cross(omega, linear) + np.cross(v, angular)], axis=-1) * behind
+    return state._replace(
+        J=J + np.swapaxes(change, -1, -2),
+        position=position + (np.cross(omega, position) + v) * carried[..., None],
+        rotation=state.rotation[0] + (cross_matrix(omega) @ state.rotation[0]) * carried[..., None, None],
+        origin=np.repeat(state.origin, 6 * nb, axis=0),
+    )

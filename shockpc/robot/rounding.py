@@ -1,0 +1,104 @@
+"""What rounding of a robot file's angles and lengths leaves: by how much its mechanism may differ from the one that is meant.
+
+CAD programs write a quarter turn as 1.5708 or 1.57, so joint axes that are meant to be parallel are so to these digits only. A
+number near a multiple of 15 degrees within its last digit is taken as that multiple; what is left of it is the rounding. Of other
+numbers with four decimals or more it is half a unit in the last one; with fewer they are taken as meant.
+"""
+
+import functools
+import math
+from decimal import Decimal
+from xml.etree.ElementTree import Element
+
+import numpy as np
+
+from shockpc.core.spatial import Array
+from shockpc.robot.files import shared_xml
+from shockpc.robot.robot import Robot
+
+RESIDUE = 1e-5
+"""Angles [rad], components of unit vectors [1] and lengths [m] below this are what rounding left of zero: nobody means them."""
+
+COARSE = 1e-4
+"""The same for the entries of rotations of which the file's own numbers are not read: a digit less, as they add up."""
+
+MEANT = 4
+"""Decimals from which a number is rounded; one with fewer, and near no multiple of 15 degrees, is meant as it is written."""
+
+COSINES = np.cos(np.arange(13) * np.pi / 12.0)
+
+
+@functools.lru_cache(maxsize=8)
+def rounding_of(robot: Robot) -> Array:
+    """How far (nb, 2) every body may be turned [rad] and shifted [m] against the one that carries it, by rounding."""
+    if robot.source.kind == "urdf":
+        above = {_end(joint, "child"): joint for joint in shared_xml(robot.source.xml, robot.source.path.name).findall("joint")}
+        moving = {body.name for body in robot.bodies}
+        found = []
+        for body in robot.bodies:
+            own, link = np.zeros(2), body.name
+            # What is fixed on the way to the body that carries it counts with its joint.
+            while link in above and (link == body.name or link not in moving):
+                own, link = own + _of_joint(above[link]), _end(above[link], "parent")
+            found.append(own)
+        return np.array(found)
+    total = np.zeros((len(robot.bodies), 2))
+    for k, joint in enumerate(robot.joints):
+        for part in joint.parts or (joint,):
+            near = [_apart(values) for values in (part.rotation, part.axis) if values is not None]
+            offset = np.abs(part.offset)
+            total[k] += sum(x for x in near if x < COARSE), offset[offset < RESIDUE].max(initial=0.0)
+    return total
+
+
+def _apart(values: Array) -> float:
+    """Greatest distance of cosines from those of multiples of 15 degrees."""
+    return float(np.abs(values[..., None] - COSINES).min(axis=-1).max())
+
+
+def _end(joint: Element, tag: str) -> str:
+    return next((part.get("link", "") for part in joint.findall(tag)), "")
+
+
+def _of_joint(joint: Element) -> Array:
+    """The same (2,) for the placement and the axis of one joint of a URDF."""
+    origin, axis = joint.find("origin"), joint.find("axis")
+    rpy, xyz = ("", "") if origin is None else (origin.get("rpy", ""), origin.get("xyz", ""))
+    turned = sum(_of_angle(text) for text in rpy.split())
+    turned += 0.0 if axis is None else _of_direction(axis.get("xyz", "").split())
+    return np.array([turned, max(map(_of_length, xyz.split()), default=0.0)])
+
+
+def _decimals(text: str) -> int:
+    """How many decimals a number has, without zeros at its end."""
+    exponent = Decimal(text).normalize().as_tuple().exponent
+    return max(-exponent, 0) if isinstance(exponent, int) else 0
+
+
+def _of_angle(text: str) -> float:
+    """Rounding of an angle [rad]."""
+    decimals, value = _decimals(text), float(text)
+    # Of numbers with one decimal every fourth is near a multiple of 15 degrees, so only quarter turns count.
+    step, unit = (math.pi / 2.0, 0.05) if decimals == 1 else (math.pi / 12.0, 10.0**-decimals)
+    near = abs(value - step * round(value / step))
+    if decimals and near < max(unit, RESIDUE):
+        return near
+    return unit / 2.0 if decimals >= MEANT else 0.0
+
+
+def _of_direction(texts: list[str]) -> float:
+    """Rounding of an axis [rad]."""
+    decimals, values = max(map(_decimals, texts), default=0), np.array([float(text) for text in texts])
+    length = float(np.linalg.norm(values))
+    if not decimals or not length:
+        return 0.0
+    near, unit = _apart(values / length), 10.0**-decimals / length
+    if decimals > 1 and near < max(unit, RESIDUE):
+        return near
+    return unit / 2.0 if decimals >= MEANT else 0.0
+
+
+def _of_length(text: str) -> float:
+    """Rounding of a length [m]."""
+    decimals, value = _decimals(text), abs(float(text))
+    return value if value < RESIDUE else 0.5 * 10.0**-decimals if decimals >= MEANT else 0.0

@@ -1,0 +1,174 @@
+"""Angles and lengths that a CAD program rounded: a mechanism moves as the exact one does, and is not locked by what is left."""
+
+import itertools
+import math
+
+import numpy as np
+import pytest
+from robot_texts import link, urdf
+from trees import robot_from
+
+from shockpc import Contact, Posture, Scene, SolveError, Strike, resolve, shock_maps, shock_profile
+from shockpc.show.header import header_lines
+from shockpc.show.reports.landing import landing_report
+
+WIDE = '<limit lower="-5" upper="5" effort="1" velocity="1"/>'
+FALL = (0.3, 0.0, -1.0)
+QUARTER = -math.pi / 2.0
+
+
+def chain(angle, links=2, rail=True, turn="{} 0 0", back=None):
+    """A leg whose joints turn about y: a rotation by the angle, as it is written, brings their axes there.
+
+    Args:
+        angle: text of a quarter turn.
+        links: how many.
+        rail: whether a trunk that slides along z carries it, or the world.
+        turn: roll, pitch and yaw of the first joint.
+        back: text of the angle by which every second joint turns back, if any.
+    """
+    names = [f"link{k}" for k in range(links)]
+    parts, carrier = ['<link name="world"/>'], "world"
+    if rail:
+        parts += [link("trunk"), _joint("rail", "world", "trunk", "0 0 1", "0 0 1", "0 0 0", "prismatic")]
+        carrier = "trunk"
+    for k, name in enumerate(names):
+        rpy = turn.format(angle) if k == 0 else "0 0 0" if back is None else f"{(back, angle)[k % 2 == 0]} 0 0"
+        turned = k == 0 or back is None or k % 2 == 0
+        place = "0.02 0.1 0" if k == 0 else ("0 0.3 0" if back is None or not turned else "0 0 -0.3")
+        axis = "0 0 1" if turned else "0 1 0"
+        parts += [link(name), _joint(f"joint{k}", carrier, name, axis, place, rpy)]
+        carrier = name
+    last = "0 0.3 0" if back is None or links % 2 else "0 0 -0.3"
+    parts += ['<link name="foot"/>', _joint("ankle", carrier, "foot", "1 0 0", last, "0 0 0", "fixed")]
+    return robot_from(urdf(*parts, name="chain"))
+
+
+def _joint(name, parent, child, axis, place, rpy, kind="revolute"):
+    return (
+        f'<joint name="{name}" type="{kind}"><parent link="{parent}"/><child link="{child}"/>'
+        f'<origin xyz="{place}" rpy="{rpy}"/><axis xyz="{axis}"/>{WIDE}</joint>'
+    )
+
+
+def landing(robot, bend=40.0, strike=FALL, frame="foot"):
+    joints = [name for name in robot.joint_names if name.startswith("joint")]
+    angles = dict(zip(joints, (0.6 * bend, -bend, 0.8 * bend), strict=False))
+    return Scene(robot="chain", contact=Contact(frame=frame), posture=Posture(joints_deg=angles), strike=Strike(velocity=strike))
+
+
+def numbers(profile):
+    """Shock, impulses of the contact and through the joints, effective masses."""
+    contact = profile.contacts[0]
+    return np.concatenate([
+        profile.shock_com, contact.impulse, [contact.effective_mass], profile.value("joint_impulse", "joint"),
+        np.linalg.norm(profile.delta_omega, axis=1),
+    ])  # fmt: skip
+
+
+def written(digits):
+    """A quarter turn to so many decimals."""
+    return f"{QUARTER:.{digits}f}"
+
+
+SHAPES = list(itertools.product((2, 3), (True, False), (None, "back")))
+
+
+@pytest.mark.parametrize("digits", [2, 3, 4, 5, 6, 7, 9, 12, 16])
+@pytest.mark.parametrize(("links", "rail", "back"), SHAPES)
+def test_a_leg_with_rounded_angles_lands_as_with_exact_ones(digits, links, rail, back):
+    """Chains of two and three links, on a rail and on the world, with axes turned there, or there and back at every joint."""
+
+    def robot(count):
+        other = None if back is None else f"{-QUARTER:.{count}f}" if count < 7 else f"{-QUARTER:.{count - 1}f}"
+        return chain(written(count), links, rail, back=other)
+
+    exact, rounded = (shock_profile(landing(given), given) for given in (robot(17), robot(digits)))
+    np.testing.assert_allclose(numbers(rounded), numbers(exact), rtol=1e-3, atol=2e-3)
+    assert rounded.health.rank == exact.health.rank == 2
+    assert not any(warning.kind == "size" for warning in rounded.health.warnings)
+
+
+@pytest.mark.parametrize("angle", ["-1.6", "-1.5707", "-1.57079", "-1.570800", "-1.5708E+00"])
+def test_angles_cut_off_or_written_in_other_ways(angle):
+    """One decimal, digits cut off instead of rounded, zeros at the end, an exponent."""
+    profile = shock_profile(landing(robot := chain(angle)), robot)
+    assert profile.health.rank == 2
+    np.testing.assert_allclose(profile.shock_com, shock_profile(landing(exact := chain(repr(QUARTER))), exact).shock_com, atol=2e-2)
+
+
+@pytest.mark.parametrize(("digits", "about"), list(itertools.product((4, 6), ((0.3, -0.5, 1.2), (0.785398, 0.5236, 0.0)))))
+def test_axes_in_any_direction(digits, about):
+    """A plane in any attitude, whose second joint's frame is written with its own digits."""
+    roll, pitch, yaw = (f"{angle:.{digits}f}" for angle in about)
+
+    def robot(turn):
+        parts = [link("a"), link("b"), '<link name="world"/>', '<link name="foot"/>']
+        joints = [
+            _joint("joint0", "world", "a", "0 0 1", "0 0 1", f"{roll} {pitch} {yaw}"),
+            _joint("joint1", "a", "b", "0 1 0", "0.3 0 0", f"{turn} 0 0"),
+            _joint("ankle", "b", "foot", "1 0 0", "0.3 0 0", "0 0 0", "fixed"),
+        ]
+        return robot_from(urdf(parts[2], *parts[:2], parts[3], *joints, name="turned"))
+
+    exact, rounded = robot(repr(-QUARTER)), robot(f"{-QUARTER:.{digits}f}")
+    posed = resolve(landing(exact, strike=(0.0, 0.0, -1.0)), exact)
+    # The strike lies in the plane of motion, along which the contact can be stopped.
+    J = posed.equation(posed.state).J_c[0]
+    strike = J @ np.array([1.0, 0.4])
+    strike *= -np.sign(strike[2]) / np.linalg.norm(strike)
+    found = [shock_profile(landing(given, strike=tuple(strike.tolist())), given) for given in (exact, rounded)]
+    assert [profile.health.rank for profile in found] == [2, 2]
+    np.testing.assert_allclose(found[1].delta_omega, found[0].delta_omega, atol=1e-3 * np.abs(found[0].delta_omega).max())
+
+
+def test_what_is_left_out_stands_in_the_line_of_the_contact():
+    """With the direction, which an exact leg does not have to name."""
+    lines = {digits: dict(header_lines(shock_profile(landing(r := chain(written(digits))), r)))["contact"] for digits in (4, 17)}
+    assert "not along (0 1 0), where rounding of the file alone moves it" in lines[4]
+    assert "not along" not in lines[17]
+
+
+@pytest.mark.parametrize("digits", [2, 4, 6])
+def test_a_strike_along_it_is_refused(digits):
+    """The ground cannot stop what the mechanism cannot move."""
+    with pytest.raises(SolveError, match=r"cannot be stopped .* along \(0 1 0\).*leave that direction out"):
+        shock_profile(landing(r := chain(written(digits)), strike=(0.0, 0.2, -1.0)), r)
+
+
+@pytest.mark.parametrize("bend", [1.0, 0.1, 1e-2, 1e-3])
+def test_a_leg_that_is_nearly_straight_stays_one(bend):
+    """On the world, where its own direction is nearly singular: rounded angles change nothing of that."""
+    found = [shock_profile(landing(r := chain(written(digits), rail=False), bend, (0.1, 0.0, -1.0)), r) for digits in (17, 4)]
+    assert [profile.health.rank for profile in found] == [2, 2]
+    np.testing.assert_allclose(
+        found[1].delta_omega, found[0].delta_omega, rtol=1e-3, atol=1e-6 * np.abs(found[0].delta_omega).max()
+    )
+
+
+def test_a_tilt_that_is_meant_stays():
+    """0.02 rad are no rounding of a number with four decimals: the leg is locked by a contact that sticks, as it is drawn."""
+    robot = chain(f"{QUARTER + 0.02:.4f}")
+    assert shock_profile(landing(robot), robot).health.rank == 3
+
+
+def test_many_postures_in_double_precision_move_as_exact_ones():
+    """Every posture has the rank of the exact leg, and is flagged for a proof."""
+    found = []
+    for angle in ("-1.5708", repr(QUARTER)):
+        robot = chain(angle)
+        posed = resolve(landing(robot), robot)
+        Q = np.tile(posed.q, (3, 1))
+        Q[:, -1] += [0.0, 0.2, 0.4]
+        found.append(shock_maps(posed, Q))
+    assert found[0].rank.tolist() == found[1].rank.tolist() == [2, 2, 2]
+    np.testing.assert_allclose(found[0].maps, found[1].maps, atol=1e-4)
+
+
+def test_numbers_too_large_are_the_first_warning():
+    """Whatever locks the leg, and the headline does not show them."""
+    robot = chain(f"{QUARTER + 2e-3:.6f}")
+    profile = shock_profile(landing(robot), robot)
+    first = profile.health.warnings[0]
+    assert (first.kind, first.value > 100.0) == ("size", True)
+    assert dict(landing_report(profile).body(False)[0].lines)["joint"].startswith("largest impulse: not determined")
