@@ -5,6 +5,8 @@ this is root, the forks are nobody, who may write in the folder of the case alon
 `check`; no traceback, signal or hang; on failure one message and no new file; complete files; valid JSON; no control character in
 what is printed; nothing read outside the open folders; every 50th case gives the same bytes again.
 
+Needs Linux and what the tests need: `pip install ".[dev]"`; exit code 2 where that is missing.
+
 Ends with 1 if any of this does not hold, and prints the case; `--keep FOLDER --from NUMBER` writes its files. After an interrupt it
 says with which --from it continues.
 """
@@ -35,10 +37,14 @@ from xml.etree import ElementTree
 
 os.environ |= dict.fromkeys(("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS"), "1")  # one thread for each process
 
-from hostile import COMMANDS, FILES, SECRETS, STUDIES, TOKEN, UNFINISHED, Case, case
+try:
+    from hostile import COMMANDS, FILES, SECRETS, STUDIES, TOKEN, UNFINISHED, Case, case
 
-from shockpc.cli import process
-from shockpc.cli.entry import main as run_command
+    from shockpc.cli import process
+    from shockpc.cli.entry import main as run_command
+except ModuleNotFoundError as missing:
+    print(f"{missing.name} is not installed; in a clone of the repository: pip install '.[dev]'", file=sys.stderr)
+    sys.exit(2)
 
 BLOCK = 20
 """Cases that a process takes at once."""

@@ -1,5 +1,7 @@
 """Thousands of random landings against the independent solution: `python tests/soak.py 100000 [--from NUMBER] [--workers N]`.
 
+Needs what the tests need: `pip install ".[dev]"`; exit code 2 where that is missing.
+
 Ends with 1 if a reported bound was violated or a row was wrongly left out as dependent; the offending numbers are printed. After an
 interrupt it says with which --from it continues.
 """
@@ -14,7 +16,11 @@ import time
 
 os.environ |= dict.fromkeys(("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS"), "1")  # one thread for each process
 
-from proof_check import check
+try:
+    from proof_check import check
+except ModuleNotFoundError as missing:
+    print(f"{missing.name} is not installed; in a clone of the repository: pip install '.[dev]'", file=sys.stderr)
+    sys.exit(2)
 
 BLOCK = 20
 """Landings that a process takes at once."""

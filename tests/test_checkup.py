@@ -3,12 +3,14 @@
 from pathlib import Path
 
 import numpy as np
+import pinocchio as pin
 import pytest
-from robot_texts import BODY, HINGE, INERTIA, LIMIT, arm, body, floating, joint, link, loaded, mjcf, urdf
+from robot_texts import BODY, HINGE, INERTIA, LIMIT, arm, body, floating, joint, link, loaded, mjcf, refused, urdf
 from trees import robot_from
 
-from shockpc import Robot, load_robot
+from shockpc import Contact, Robot, Scene, SolveError, load_robot, shock_profile
 from shockpc.robot.checkup import Finding, check_robot
+from shockpc.studies.sweep import sweep
 
 FREE = Finding(
     "note",
@@ -67,8 +69,34 @@ def test_impossible_inertias_are_found(text: str, tmp_path: Path):
     (found,) = set(check_robot(robot)) - {FREE}
     assert found[:2] == ("warning", 'link "tip"')
     assert found.text.startswith(fault)
-    assert found.text.endswith("; shock is computed from it all the same")
+    exception = ", except where the inertia matrix is not positive definite" if listed.startswith("-") else ""
+    assert found.text.endswith(f"; shock is computed from it all the same{exception}")
     assert moments(robot) == [f'"tip" ({listed} kg m²)']
+
+
+@pytest.mark.parametrize("base", ["0.1", "5"], ids=["light base", "heavy base"])
+@pytest.mark.parametrize(
+    "text",
+    [
+        inertia("-0.2", "0.1", "0.1"), inertia("0.1", "-0.2", "0.1"), inertia("-9e-6", "0.1", "0.1"),
+        inertia("0.1", "-9e-6", "0.1"), inertia("0.1", "0.1", "0.1", xz="0.3"), inertia("1", "1", "1", xy="2"),
+    ],
+)  # fmt: skip
+def test_negative_moments_are_refused_where_some_motion_would_have_negative_energy(text: str, base: str, tmp_path: Path):
+    """However they are written: by the eigenvalues of H of Pinocchio, with the link and its moments; else they are warned of."""
+    robot = loaded(tmp_path, arm(base=link("base", inertia=inertia(base, base, base)), tip=link("tip", inertia=text)))
+    scene = Scene(robot=robot.label, contact=(Contact(frame="tip", offset=(0.0, 0.0, -0.1)),))
+    frame = robot.model.frames[robot.model.getFrameId("tip")]
+    moments = ", ".join(f"{moment:.3g}" for moment in np.linalg.eigvalsh(frame.inertia.inertia))
+    H = pin.crba(robot.model, robot.model.createData(), pin.neutral(robot.model))
+    if np.linalg.eigvalsh(H).min() > 0.0:
+        assert any(f'"tip" ({moments} kg m²)' in str(warning) for warning in shock_profile(scene, robot).health.warnings)
+    else:
+        parts = ["is not positive definite", f'because of the principal moments of "tip" ({moments} kg m²)']
+        refused(SolveError, parts, shock_profile, scene, robot)
+        made = sweep(scene, {"strike-angle": [0.0, 20.0]}, robot=robot, prove=0)
+        assert all("is not positive definite" in text for text in made.part(0).messages.values())
+        assert len(made.part(0).messages) == 2
 
 
 def test_real_robots_with_impossible_inertias():
@@ -123,7 +151,8 @@ FOUND: dict[str, list[tuple[str, str, str]]] = {
         ("warning", 'body "tip"', "1500 kg is 750 times the next heaviest; if it is meant in grams, every shock is wrong")
     ],
     urdf(link("base", "2"), link("tip", "0.01"), link("dust", "1e-7"), joint("j", "base", "tip"), joint("k", "base", "dust")): [
-        ("warning", 'body "dust"', "1e-07 kg is less than a millionth of the robot's 2.01 kg; if it is a placeholder")
+        ("warning", 'body "dust"', "1e-07 kg is less than a millionth of the robot's 2.01 kg; if it is a placeholder"),
+        ("warning", 'link "dust"', "its moments of inertia have a radius of gyration of 1e+03 m, and the robot measures 10 m"),
     ],
     # A link that can be seen and weighs nothing is noted; a bare frame is not.
     arm().replace("</robot>", f"{SHELL}{joint('s', 'tip', 'shell', 'fixed')}{joint('f', 'tip', 'frame', 'fixed')}</robot>"): [

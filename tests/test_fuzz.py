@@ -5,6 +5,7 @@ import sys
 from pathlib import Path
 
 import hostile
+import pytest
 
 from shockpc.cli.app import COMMANDS
 
@@ -26,3 +27,16 @@ def test_a_case_is_a_function_of_its_number(monkeypatch):
         monkeypatch.setitem(hostile.UNFINISHED, f"{folder}/rows.csv", b"1,2")
     for number in range(200):
         assert hostile.case(number) == hostile.case(number)
+
+
+@pytest.mark.parametrize("script", ["soak.py", "fuzz.py"])
+def test_what_a_script_needs_is_named_where_it_is_missing(script: str):
+    """A package of the tests that is not installed: exit code 2, the package and what installs it, no traceback."""
+    path = str(Path(__file__).with_name(script))
+    absent = "import sys, runpy; sys.modules['numpy'] = None; sys.path.insert(0, sys.argv[1].rpartition('/')[0])"
+    done = subprocess.run(
+        [sys.executable, "-c", f"{absent}; runpy.run_path(sys.argv[1], run_name='__main__')", path],
+        capture_output=True, text=True, check=False,
+    )  # fmt: skip
+    assert (done.returncode, done.stdout) == (2, "")
+    assert done.stderr == "numpy is not installed; in a clone of the repository: pip install '.[dev]'\n"

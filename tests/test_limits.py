@@ -60,7 +60,12 @@ def test_intervals_against_a_dense_sweep(bound):
         clear = np.abs(shock - bound) > 1e-9
         below = np.array([inside(one.allowed, value) for value in dense.scan.values])
         np.testing.assert_array_equal(below[clear], (shock <= bound)[clear])
-        assert one.best <= shock.min() + 1e-9
+        feasible = np.array([any(low <= x <= high for low, high in one.feasible) for x in dense.scan.values])
+        assert dense.scan.feasible(*one.strikes)[feasible].all()
+        assert one.best <= shock[feasible].min() + 1e-9
+        assert any(low <= one.best_at <= high for low, high in one.feasible)
+        usable = np.array([any(low <= x <= high for low, high in one.usable) for x in dense.scan.values])
+        np.testing.assert_array_equal(usable, below & feasible)
 
 
 def test_ends_are_where_the_analysis_meets_the_bound():
@@ -303,7 +308,7 @@ def test_the_least_margin_allowed_on_the_command_line(capfd, tmp_path):
     part = ("--part", "trunk_imu=half-sine 50 g 11 ms", "--quantity", "part_margin", "--min", 1e4, "--step", 2, "--out", tmp_path)
     text = good(capfd, "limits", "hyq", "--contact", "lf_foot", "--joint", "lf_kfe_joint", *part)
     assert "values of lf_kfe_joint that keep part_margin@trunk_imu at or above 10000" in text
-    assert "the greatest is" in text
+    assert "the greatest that is feasible is" in text
     document = json.loads((tmp_path / "limits.json").read_text())
     assert (document["max"], document["min"]) == (None, 1e4)
     assert {"greatest", "greatest_at"} < set(document["limits"][0])
@@ -311,12 +316,22 @@ def test_the_least_margin_allowed_on_the_command_line(capfd, tmp_path):
 
 
 def test_no_value_allowed_is_an_answer(capfd):
-    """The command ends with exit code 0, and says what the least number is."""
-    found = hyq(1e-4, strikes=(0.0, 0.0))
+    """The command ends with exit code 0, and says what the least number is where flat ground allows the landing."""
+    found = hyq(1e-4, strikes=(0.0, 0.0), step=math.radians(0.5))
     assert [one.allowed for one in found.limits] == [()]
     words = ("limits", "hyq", "--contact", "lf_foot", "--joint", "lf_kfe_joint", "--at", "trunk_imu", "--max", 1e-4)
     text = good(capfd, *words, "--range", "-150:0", "--strikes", "0:0", "--step", 0.5)
-    assert "keeps shock@trunk_imu at or below 0.0001 at any of these strike angles; the least is 0.000728 at -137.09 deg" in text
+    assert "keeps shock@trunk_imu at or below 0.0001 at any of these strike angles; the least that is feasible is" in text
+    best = found.limits[0]
+    assert f" {best.best:.3g} at {math.degrees(best.best_at):.2f} deg" in text
+    assert found.scan.feasible(0.0, 0.0)[np.argmin(np.abs(found.scan.values - best.best_at))]
+    tight = good(capfd, *words, "--range", "-150:-140", "--strikes", "0:0", "--step", 0.5)
+    assert "flat ground allows no landing of this range" in tight
+    assert "column feasible" in tight
+    loose = json.loads(good(capfd, *words, "--range", "-150:-140", "--step", 0.5, "--ground-tolerance", 1, "--format", "json"))
+    assert loose["scene"]["ground_tolerance"] == 1.0
+    assert loose["limits"][0]["feasible"] == [[-150.0, -140.0]]
+    assert loose["limits"][0]["allowed_and_feasible"] == []
 
 
 def test_postures_that_level_ground_does_not_allow_are_named(capfd):

@@ -8,12 +8,12 @@ from pathlib import Path
 import numpy as np
 import pytest
 from commands import run
-from robot_texts import mjcf, refused, written
+from robot_texts import arm, link, mjcf, refused, written
 from trees import known_robot, robot_from
 
 from shockpc import Contact, Joints, Posture, Robot, Scene, SceneError, Strike, read_scene, shock_profile
 from shockpc.landing.contact import foot_contact
-from shockpc.robot.geometry import outline
+from shockpc.robot.geometry import inflated_inertias, outline
 from shockpc.robot.landmarks import each_foot, feet
 from shockpc.studies.sweep import sweep
 
@@ -126,7 +126,10 @@ RISE = 0.4 * math.sin(math.radians(15.0))
         (("HL",), {"posture": PITCHED}, [("HL", RISE)]),
         (("FL", "HL"), {"posture": PITCHED}, [("HL", RISE)]),
         (("HL",), {"posture": PITCHED, "stance": ("FL",)}, [("HL", RISE)]),
-        (("FL", "HL"), {"posture": Posture(base_rpy_deg=(0, 3, 0))}, []),
+        (("FL", "HL"), {"posture": Posture(base_rpy_deg=(0, 0.7, 0))}, []),
+        (("FL", "HL"), {"posture": Posture(base_rpy_deg=(0, 0.75, 0))}, [("HL", 0.4 * math.sin(math.radians(0.75)))]),
+        (("FL", "HL"), {"posture": Posture(base_rpy_deg=(0, 0.75, 0)), "ground_tolerance": 0.006}, []),
+        (("FL",), {"posture": KNEE, "ground_tolerance": 0.11}, []),
         (("FL", "HL"), {"posture": KNEE}, [("FL", 0.1)]),
         (("FL",), {"posture": KNEE}, [("FL", 0.1)]),
         (("FL",), {"posture": KNEE, "base": "fixed"}, []),
@@ -244,6 +247,67 @@ def test_depth_is_how_far_another_foot_is_below_the_contact(dog: Robot):
     assert [float(shock_profile(*made.landings.case(k)).value("depth", "robot")[0]) for k in range(3)] == pytest.approx(
         expected, abs=1e-12
     )
+
+
+@pytest.mark.parametrize("struck", ["FL", "FL_site"], ids=["geom", "site at its centre"])
+@pytest.mark.parametrize("tolerance", [None, 0.0, 0.02])
+def test_feasible_is_a_landing_whose_lowest_points_agree_to_the_tolerance(struck: str, tolerance: float | None):
+    """A bent knee raises its round foot by 0.2 m (1 − cos θ) above the other one, whatever frame of the foot is struck."""
+    robot = robot_from(DOG.replace('<geom name="FL"', '<site name="FL_site" pos="0 0 -.2"/><geom name="FL"'), ".xml")
+    rise = np.array([0.0, 0.0049, 0.0051, 0.0199, 0.0201])
+    scene = Scene(robot=robot.label, contact=struck, **({} if tolerance is None else {"ground_tolerance": tolerance}))
+    made = sweep(
+        scene, {"FL_knee": np.degrees(np.arccos(1.0 - rise / 0.2)).tolist()}, robot=robot, quantities=["feasible"], prove=0
+    )
+    allowed = rise <= (0.005 if tolerance is None else tolerance)
+    assert made.part(0).columns["feasible@dog"].tolist() == allowed.tolist()
+    profiles = [shock_profile(*made.case(k)) for k in range(len(rise))]
+    assert [float(profile.value("feasible", "robot")[0]) for profile in profiles] == allowed.tolist()
+    assert [not any(one.kind == "height" for one in profile.health.warnings) for profile in profiles] == allowed.tolist()
+
+
+@pytest.mark.parametrize("base", ["free", "fixed"])
+def test_contacts_at_two_heights_are_not_feasible(dog: Robot, base: str):
+    for angle, allowed in ((0.7, 1.0), (0.75, 0.0)):
+        posture = Posture(base_rpy_deg=(0, angle, 0), joints_deg={"*_knee": 10})
+        profile = shock_profile(Scene(robot=dog.label, contact=("FL", "HL"), base=base, posture=posture), dog)
+        assert profile.value("feasible", "robot")[0] == allowed
+
+
+def test_a_tolerance_below_zero_is_refused(dog: Robot):
+    landing = Scene(robot=dog.label, contact="FL", ground_tolerance=-0.001)
+    refused(SceneError, ["a ground tolerance of -0.001 m has to be zero or above"], shock_profile, landing, dog)
+
+
+# Inertias
+
+PLACEHOLDER = DOG.replace('mass=".5" diaginertia=".005 .005 .005"', 'mass=".1" diaginertia="{0} {0} {0}"')
+
+
+@pytest.mark.parametrize(("moment", "found"), [(0.001, False), (0.1, True), (1000.0, True)])
+def test_moments_of_inertia_that_no_body_within_the_robot_has(moment: float, found: bool, tmp_path: Path, capfd):
+    """Named with the radius of gyration √(I/m), by the analysis and by the check-up, and heights are as without them."""
+    robot = robot_from(PLACEHOLDER.format(moment), ".xml")
+    assert [one.value for one in warned(robot, "inertia", contact=("FL",))] == [pytest.approx(math.sqrt(moment / 0.1))] * found
+    text = "".join(one.text for one in warned(robot, "inertia", contact=("FL",)))
+    assert [f'"{leg}_calf" ({math.sqrt(moment / 0.1):.3g} m)' in text for leg in ("FL", "HL")] == [found] * 2
+    listing = run(capfd, "robots", written(tmp_path, PLACEHOLDER.format(moment), "dog.xml")).out
+    assert ("radius of gyration" in listing) == found
+    seen = warned(robot, "height", contact=("FL",), posture=KNEE)
+    assert [(one.subject, pytest.approx(one.value)) for one in seen] == [("FL", 0.1)]
+
+
+@pytest.mark.parametrize("name", ["a1", "anymal_b", "g1", "go2", "icub", "solo12", "talos"])
+def test_inertias_of_real_robots_fit_into_them(name: str):
+    """Also where a sensor's link has a placeholder too small to matter."""
+    assert inflated_inertias(known_robot(name)) == ()
+
+
+def test_without_shapes_a_body_may_be_larger_than_the_distances_between_frames():
+    """A pole on a small base, of which no shape is known, is no placeholder; 0.1 kg with 1000 kg m² is."""
+    for moment, found in ((0.1, False), (1000.0, True)):
+        tip = link("tip", "0.1", f'<inertia ixx="{moment}" ixy="0" ixz="0" iyy="{moment}" iyz="0" izz="0.1"/>')
+        assert [name for name, *_ in inflated_inertias(robot_from(arm(tip=tip), ".urdf"))] == ["tip"] * found
 
 
 def test_a_link_without_geometry_names_those_of_its_body_that_have_some():

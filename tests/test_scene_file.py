@@ -34,6 +34,7 @@ assemble = ["*_hip"]
 v_in = "com"
 pulse = "half-sine:5ms"
 range_g = 16
+ground_tolerance = 0.01
 [packages]
 dog_description = "dog"
 [xacro]
@@ -121,6 +122,7 @@ def as_lists(table):
 
 
 CHANGES = {
+    "ground_tolerance = 0.01": "ground_tolerance = 1",
     'base = "planar"': 'base = "free"',
     'srdf = "dog/dog.srdf"': 'srdf = "other.srdf"',
     'stance = ["rh_foot"]': "",

@@ -102,7 +102,6 @@ REFUSED = {
     tip().replace('<mass value="1"/>', ""): 'link "base": <mass> value is missing' + NUMBER,
     tip(inertia=""): 'link "tip": <inertia> ixx is missing' + NUMBER,
     tip(inertia=INERTIA.replace('ixy="0"', "")): f'link "tip": <inertia> ixy is missing{NUMBER}',
-    tip(inertia=INERTIA.replace('iyy="0.1"', 'iyy="-0.1"')): 'link "tip": iyy = -0.1 kg m² is negative; give the moment of inertia',
     tip(inertia='<origin xyz="0 0"/>' + INERTIA): f'link "tip": <origin> xyz is "0 0"{NUMBERS}',
     elbow(axis="0 0 0"): 'joint "elbow": its axis is 0 0 0, so it has no direction; give it one',
     elbow().replace('xyz="0 1 0"', ""): f'joint "elbow": <axis> xyz is missing{NUMBERS}',

@@ -5,7 +5,7 @@
 Tried is every URDF, xacro and MJCF file below each folder that Pinocchio or MuJoCo loads and whose moving bodies have mass; what
 they cannot load is no robot by itself (a macro, a part of a model). The plain solution shares no code with the package:
 Pinocchio's or MuJoCo's own inertia matrix and Jacobians in one dense system. Where a file is refused, the remedies that the message
-names are tried. Each file is computed in a process of its own.
+names are tried. Each file is computed in a process of its own. Needs what the tests need: `pip install ".[dev]"`.
 """
 
 import contextlib

@@ -166,6 +166,12 @@ class SceneOptions(NamedTuple):
         "C",
         finite,
     )
+    ground_tolerance: float | None = _in_results(
+        "By how much the lowest points of contacts and other links may differ in height that flat ground is taken to touch "
+        "together, in warnings and in what is feasible [m]; 0.005 by default.",
+        "H",
+        finite,
+    )
 
 
 class RunOptions(NamedTuple):

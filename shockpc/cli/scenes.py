@@ -61,6 +61,7 @@ def scenes_from(
         friction=options.friction,
         contact_stiffness=options.contact_stiffness and options.contact_stiffness[0],
         contact_damping=options.contact_damping,
+        ground_tolerance=options.ground_tolerance,
         part=scene.part + tuple(Part(name=at, at=at, rating=rating) for at, rating in options.part),
         point=scene.point + tuple(point for text in options.at for point in points_at(loaded, text)),
     )

@@ -29,6 +29,10 @@ Inertia: TypeAlias = Array | Momenta
 """Matrices H (N, nv, nv), symmetric positive definite [kg, kg m, kg m²], or what they consist of."""
 
 
+DEFINITE = 1e-14
+"""Least eigenvalue of H, scaled to a diagonal of ±1, from which H is positive definite for sure [1]."""
+
+
 def diagonal_of(inertia: Inertia) -> Array:
     """The diagonal (N, nv) of H."""
     if isinstance(inertia, Momenta):
@@ -46,6 +50,19 @@ def matrix_of(inertia: Inertia) -> Array:
             carries[:, k] |= carries[:, before]
     upper = np.where(carries, np.swapaxes(inertia.J, -1, -2) @ inertia.F, 0.0)
     return np.asarray(upper + np.swapaxes(np.triu(upper, 1), -1, -2) + inertia.armature[..., None] * np.eye(len(inertia.before)))
+
+
+def definite(inertia: Inertia) -> Array:
+    """H (N, nv, nv), NaN in a posture in which it is not positive definite, as negative moments of inertia can make it.
+
+    A velocity that moves nothing with inertia is left out of this: its diagonal entry is zero.
+    """
+    H, size = np.array(matrix_of(inertia)), np.sqrt(np.abs(diagonal_of(inertia)))
+    idle = size <= 1e-15 * size.max(axis=1, keepdims=True)
+    scale = np.where(idle, 0.0, 1.0 / np.where(idle, 1.0, size))
+    least = np.linalg.eigvalsh(H * scale[:, :, None] * scale[:, None, :] + idle[:, :, None] * np.eye(len(scale.T)))[:, 0]
+    H[least < DEFINITE] = np.nan
+    return H
 
 
 def solve_inertia(inertia: Inertia, B: Array) -> Array:

@@ -32,6 +32,12 @@ def solve_exactly(landing: PosedLanding, equation: Equation, solution: Solution)
             independent, or the posture is so nearly singular that the result is not physically plausible.
     """
     H, size = equation.H[0], np.abs(np.diagonal(equation.H[0]))
+    if not np.isfinite(H).all() and np.isfinite(equation.state.H).all():
+        raise SolveError(
+            f'in {_posture(landing)} the inertia matrix of robot "{landing.robot.name}" is not positive definite, so some motion '
+            "would have no or a negative kinetic energy, because of the principal moments of "
+            f"{few(landing.robot.negative_moments, 4)}; none can be negative: correct them in the file"
+        )
     if not np.isfinite(H).all():
         raise SolveError(
             f'the inertia matrix of robot "{landing.robot.name}" is not finite: its masses and lengths are too large for double '

@@ -9,6 +9,7 @@ from typing import Self
 
 import numpy as np
 
+from shockpc.core.inertia import definite
 from shockpc.core.pulse import Pulse, pulse_from
 from shockpc.core.spatial import Array, Plane, freeze, velocity_at
 from shockpc.landing.closure import Assembly, all_loops, assemble, closure_block, follow
@@ -100,9 +101,10 @@ class Landing:
         blocks = self.rows(state)
         G = self.free_columns(state)
         J_c, b = row_jacobian(state, blocks), approach_speeds(state, blocks, self.before if own else None)
-        if G is None:
-            return Equation(state.inertia, J_c, b, None, state, blocks)
-        return Equation(np.swapaxes(G, -1, -2) @ state.H @ G, J_c @ G, b, G, state, blocks)
+        inertia = state.inertia if G is None else np.swapaxes(G, -1, -2) @ state.H @ G
+        if self.robot.negative_moments:
+            inertia = definite(inertia)  # NaN, which the proof refuses by name
+        return Equation(inertia, J_c if G is None else J_c @ G, b, G, state, blocks)
 
     def free_columns(self, state: Dynamics) -> Array | None:
         """The columns G (N, nv, ny) of the free joint velocities (Eq. 7); None where all are free."""
@@ -270,8 +272,10 @@ def pulse_of(scene: Scene) -> Pulse | None:
 
 
 def _check_ground(scene: Scene, robot: Robot, blocks: tuple[Block, ...]) -> None:
-    """Refuse a friction or a contact stiffness that has no meaning for the scene."""
+    """Refuse a friction, a contact stiffness or a tolerance of the ground that has no meaning for the scene."""
     mu, k = scene.friction, scene.contact_stiffness
+    if not scene.ground_tolerance >= 0.0:
+        raise SceneError(f"a ground tolerance of {scene.ground_tolerance:g} m has to be zero or above")
     for value, what in ((scene.tangential_stiffness, "a stiffness along the ground"), (scene.contact_damping, "a contact damping")):
         if k is None and value is not None:
             raise SceneError(f"{what} is given without the stiffness along the normal; give contact_stiffness too")

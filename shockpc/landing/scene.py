@@ -221,6 +221,8 @@ class Scene(Record):
         contact_stiffness: stiffness of every contact, for forces, accelerations and their times [N/m].
         tangential_stiffness: its stiffness along the ground; by default the same [N/m].
         contact_damping: of a viscous damper along the normal beside that stiffness; it gives each contact a restitution [N s/m].
+        ground_tolerance: by how much the lowest points of contacts and of other links may differ in height that flat ground is
+            taken to touch together, in warnings and in the quantity `feasible` [m].
 
     Raises:
         SceneError: a path holds a NUL character.
@@ -248,6 +250,7 @@ class Scene(Record):
     contact_stiffness: float | None = None
     tangential_stiffness: float | None = None
     contact_damping: float | None = None
+    ground_tolerance: float = 0.005
 
     if TYPE_CHECKING:  # what is accepted; the fields above are what is held
 
@@ -276,6 +279,7 @@ class Scene(Record):
             contact_stiffness: float | None = None,
             tangential_stiffness: float | None = None,
             contact_damping: float | None = None,
+            ground_tolerance: float = 0.005,
         ) -> None: ...
 
     def __post_init__(self) -> None:

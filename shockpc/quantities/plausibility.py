@@ -12,14 +12,14 @@ from shockpc.landing.dynamics import dynamics
 from shockpc.landing.landing import Landing, PosedLanding
 from shockpc.landing.posture import reference_name, set_joints
 from shockpc.landing.rows import NO_AXES, block_point, row_jacobian
-from shockpc.robot.geometry import body_outline
+from shockpc.robot.geometry import body_outline, inflated_inertias, robot_size
 from shockpc.robot.robot import Robot
 from shockpc.text.diagnostic import Diagnostic
 from shockpc.text.printed import few, listed
 
-LEVEL, SHARE = 0.02, 0.01
-"""Heights that differ by less than 2 cm [m] plus a hundredth of the robot's size are taken as equal, since meshes of round feet
-are that uneven."""
+INSIDE, SHARE = 0.02, 0.01
+"""A contact point may lie in the middle of a foot or on the centre line of a beam: 2 cm [m] and a hundredth of the robot's size
+above the lowest point of its link."""
 
 STRAIGHT = 0.02
 """A limb cannot move its end in a direction in which the joints move it by less than this share of what they do elsewhere [1]."""
@@ -38,8 +38,8 @@ HEAVY, LIGHT, ARMATURE = 2000.0, 200.0, 10.0
 
 
 def implausible(landing: PosedLanding, mitigation: Mapping[str, float | None]) -> tuple[Diagnostic, ...]:
-    """Warnings about heights, a limb that is straight because no posture is known, and units."""
-    return (*heights(landing), *_straight(landing, mitigation), *_angles(landing), *_masses(landing))
+    """Warnings about placeholders of inertias, heights, a limb that is straight because no posture is known, and units."""
+    return (*_inertias(landing), *heights(landing), *_straight(landing, mitigation), *_angles(landing), *_masses(landing))
 
 
 class Levels(NamedTuple):
@@ -51,7 +51,8 @@ class Levels(NamedTuple):
         contacts: (N, c) the lowest points of the contacts and standing feet: of their shapes, or the contact points.
         own: (c, n) which shapes belong to each of these.
         others: (n,) which shapes belong to none.
-        slack: (N,) by how much heights may differ that count as equal.
+        inside: how far a contact point may lie above the lowest point of its link.
+        tolerance: the scene's, by how much lowest points may differ in height that flat ground touches together.
     """
 
     core: Array
@@ -59,20 +60,26 @@ class Levels(NamedTuple):
     contacts: Array
     own: np.ndarray
     others: np.ndarray
-    slack: Array
+    inside: float
+    tolerance: float
 
     @property
     def depth(self) -> Array:
         """How far (N,) other links reach below the lowest contact, 0 where they do not; NaN without geometry."""
         if not self.others.size:
-            return np.full(len(self.slack), np.nan)
+            return np.full(len(self.contacts), np.nan)
         lowest = self.surface[:, self.others].min(axis=1, initial=np.inf)
         return np.asarray(np.maximum(self.contacts.min(axis=1) - lowest, 0.0))
 
     @property
     def below(self) -> np.ndarray:
-        """Whether (N,) other links are so far below the contacts that flat ground meets them first."""
-        return np.asarray(self.contacts.min(axis=1) - self.core[:, self.others].min(axis=1, initial=np.inf) > self.slack)
+        """Whether (N,) other links are so far below the contacts that flat ground meets them first; never without geometry."""
+        return np.asarray(self.depth > self.tolerance)
+
+    @property
+    def uneven(self) -> np.ndarray:
+        """Whether (N,) the contacts and standing feet differ so much in height that flat ground cannot touch all of them."""
+        return np.asarray(np.ptp(self.contacts, axis=1) > self.tolerance)
 
 
 def on_ground(landing: Landing) -> list[int]:
@@ -102,14 +109,20 @@ def levels(landing: Landing, rotation: Array, position: Array, points: Array) ->
             surface[n[:, None], low] = height[low] - reach
     surface = surface.T
     core = surface + np.linalg.norm(pieces.rounding, axis=1).min(axis=1)
-    held = (*landing.contacts, *landing.stance)
+    held, inside, height = (*landing.contacts, *landing.stance), INSIDE + SHARE * robot_size(robot), points @ up
     frames = [robot.frame(held[k].frame) for k in on_ground(landing)]
     struck = np.array([[shape.belongs_to(frame) for shape in shapes] for frame in frames], dtype=bool)
-    lowest = np.stack([surface[:, own].min(axis=1, initial=np.inf) for own in struck], axis=1)
-    centres = position + (rotation @ robot.coms[..., None])[..., 0]
-    size = np.linalg.norm(np.ptp(np.concatenate([position, centres], axis=1), axis=1), axis=1) + robot.gyration.max()
-    others = np.logical_not(struck.any(axis=0))
-    return Levels(core, surface, np.minimum(points @ up, lowest), struck, others, LEVEL + SHARE * size)
+    contacts = height.copy()
+    for k, (frame, own) in enumerate(zip(frames, struck, strict=True)):
+        if own.any():
+            touching = surface[:, own]
+        else:
+            # A frame without shapes stands for those of its body in which it may lie, such as a site at the centre of a foot.
+            body = pieces.body == frame.body
+            touching = np.where(core[:, body] >= height[:, k, None] - inside, surface[:, body], np.inf)
+        contacts[:, k] = touching.min(axis=1, initial=np.inf)
+    lowest, others = np.minimum(height, contacts), np.logical_not(struck.any(axis=0))
+    return Levels(core, surface, lowest, struck, others, inside, landing.scene.ground_tolerance)
 
 
 @functools.lru_cache(maxsize=8)
@@ -139,11 +152,11 @@ def heights(landing: PosedLanding) -> Iterator[Diagnostic]:
     names = [landing.blocks[k].frame for k in level]
     points = np.stack([block_point(state, landing.blocks[k]) for k in level], axis=1)
     here = levels(landing, state.rotation, state.position, points)
-    core, surface, lowest, slack = here.core[0], here.surface[0], here.contacts[0].tolist(), float(here.slack[0])
+    core, surface, lowest = here.core[0], here.surface[0], here.contacts[0].tolist()
     below = {}
     for k, name in enumerate(names[: sum(number < len(landing.contacts) for number in level)]):
         point = float(points[0, k] @ up)
-        if point - min([point, *core[here.own[k]]]) > slack:
+        if point - min([point, *core[here.own[k]]]) > here.inside:
             below[name] = point - lowest[k]
     if below:
         low = max(below.values())
@@ -154,7 +167,7 @@ def heights(landing: PosedLanding) -> Iterator[Diagnostic]:
         yield Diagnostic("height", "+".join(below), low, text)
     first, last = names[int(np.argmin(lowest))], names[int(np.argmax(lowest))]
     low = max(lowest) - min(lowest)
-    if low > slack:
+    if here.uneven[0]:
         text = f'"{last}" is {low:.2g} m{along} above "{first}", so flat ground cannot touch both; '
         text += "change the posture, or leave one out"
         yield Diagnostic("height", last, low, text)
@@ -163,7 +176,7 @@ def heights(landing: PosedLanding) -> Iterator[Diagnostic]:
         struck = {contact.body for contact in landing.contacts}
         own = others & np.array([body in struck for body, carried in enumerate(outline.shapes) for _ in carried])
         # The struck body itself is named where it reaches as low as another, on whose posture the warning then does not depend.
-        if surface[own].min(initial=np.inf) <= surface[others].min() + slack:
+        if surface[own].min(initial=np.inf) <= surface[others].min() + here.tolerance:
             others, remedy = own, "it moves with the contact, so strike it: --contact with its name, --contact-point lowest"
         k = int(np.argmin(np.where(others, surface, np.inf)))
         meets = f'so flat ground meets "{shapes[k].link}" first'
@@ -217,6 +230,18 @@ def _angles(landing: PosedLanding) -> Iterator[Diagnostic]:
         if abs(value) > 2.0 * math.pi and turns.intersection(robot.match_joints(name)):
             text = f"{name} = {value:g} rad: if degrees are meant, give {math.radians(value):.4g} rad"
             yield Diagnostic("unit", name, value, text)
+
+
+def _inertias(landing: PosedLanding) -> Iterator[Diagnostic]:
+    """A warning of links with moments of inertia that no body within the robot has: placeholders, or another unit."""
+    found = sorted(inflated_inertias(landing.robot), key=lambda one: -one[1])
+    if found:
+        radii = few([f'"{name}" ({radius:.3g} m)' for name, radius, _ in found], 4)
+        text = (
+            f"the radius of gyration of {radii} is above the size of the robot, {found[0][2]:.3g} m: a placeholder, or moments in "
+            "another unit than kg m²; what moves with such a link hardly turns, so every shock is wrong; correct the file"
+        )
+        yield Diagnostic("inertia", "+".join(name for name, *_ in found), found[0][1], text)
 
 
 def _masses(landing: PosedLanding) -> Iterator[Diagnostic]:

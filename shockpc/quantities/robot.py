@@ -87,8 +87,9 @@ def _depth(impact: Impact, places: Places) -> Array:
 
 
 def _feasible(impact: Impact, places: Places) -> Array:
-    """Whether (N, S, 1) the ground pulls nothing and no other link is below it; 0 or 1.
+    """Whether (N, S, 1) flat ground allows the landing: it pulls nothing, touches all contacts and meets no other link; 0 or 1.
 
+    Heights of lowest points count as equal up to the scene's `ground_tolerance`; without geometry contact points count alone.
     With the scene's friction nothing is pulled: a contact that would be opens, and one that needs more friction slides. In doubles
     NaN where the impact would then gain energy, which the analysis of the landing refuses.
     """
@@ -97,8 +98,8 @@ def _feasible(impact: Impact, places: Places) -> Array:
     del places
     landing = impact.landing
     refused = (pull(impact, landing.contact_places) > 0.0).any(axis=-1) & (landing.scene.friction is None)
-    if landing.base != "fixed" and (here := _levels(impact)) is not None:
-        refused = refused | here.below[:, None]
+    if (here := _levels(impact)) is not None:
+        refused = refused | here.uneven[:, None] | (here.below & (landing.base != "fixed"))[:, None]
     gains = isinstance(impact, DoubleImpact) and gains_with_friction(impact)
     return np.asarray(_one(np.where(gains, np.nan, np.where(refused, 0.0, 1.0))))
 

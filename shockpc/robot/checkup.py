@@ -11,7 +11,8 @@ import numpy as np
 import pinocchio as pin
 
 from shockpc.robot.files import shared_xml
-from shockpc.robot.limits import inertia_fault
+from shockpc.robot.geometry import inflated_inertias
+from shockpc.robot.limits import inertia_fault, negative_moment
 from shockpc.robot.robot import Robot, RobotSource
 from shockpc.robot.urdf import vector
 from shockpc.text.errors import RobotError
@@ -93,7 +94,13 @@ def _links(robot: Robot, root: Element) -> Iterator[tuple[Level, str, str, str]]
         if frame.inertia.mass > 0 and frame.type == pin.FrameType.BODY:
             fault = inertia_fault(frame.inertia.mass, frame.inertia.inertia)
             if fault is not None:
-                yield "warning", "link", frame.name, f"{fault}; shock is computed from it all the same"
+                computed = "shock is computed from it all the same"
+                if negative_moment(frame.inertia.mass, frame.inertia.inertia):
+                    computed += ", except where the inertia matrix is not positive definite"
+                yield "warning", "link", frame.name, f"{fault}; {computed}"
+    for name, radius, size in inflated_inertias(robot):
+        text = f"its moments of inertia have a radius of gyration of {radius:.3g} m, and the robot measures {size:.3g} m"
+        yield "warning", "link", name, f"{text}; if they are placeholders, every shock is wrong"
     for link in root.findall("link"):
         if link.find("inertial") is None and (link.find("visual") is not None or link.find("collision") is not None):
             yield "note", "link", link.get("name", ""), "shapes but no <inertial>, which counts as no mass"

@@ -52,6 +52,10 @@ _Y_TO_Z = np.array([[1.0, 0.0, 0.0], [0.0, 0.0, -1.0], [0.0, 1.0, 0.0]])
 LARGEST = 1e6
 """Largest coordinate or radius of a shape [m]; more is an error in the file."""
 
+UNKNOWN, NEGLIGIBLE = 10.0, 0.01
+"""How many times the distances between its frames, or a metre, a robot without shapes may measure [1]; share of its body's mass
+times the robot's size squared below which the moments of inertia of a link hardly matter [1]."""
+
 
 class Shape(NamedTuple):
     """One convex piece of a body: the Minkowski sum of the hull of some points and an ellipsoid, without approximation.
@@ -158,6 +162,43 @@ def body_outline(robot: Robot) -> Outline:
 def drawn_outline(robot: Robot) -> Outline:
     """The visual geometry of every body, its meshes with all vertices: hulls are computed only if `body_outline` needs them."""
     return outline(robot, "visual", not _is_solid(robot.source))
+
+
+@functools.lru_cache(maxsize=16)
+def robot_size(robot: Robot, shapes: bool = True) -> float:
+    """Diagonal of the box around all frames, centres of mass and shapes of a robot in its neutral posture [m].
+
+    Args:
+        robot: the robot.
+        shapes: whether its shapes count, for which meshes are read.
+    """
+    model, data = robot.model, robot.model.createData()
+    pin.forwardKinematics(model, data, pin.neutral(model))
+    origins, corners = [frame for frame in robot.frames.values() if frame.body >= 0], []
+    outlines = body_outline(robot).shapes if shapes else [()] * len(robot.bodies)
+    for k, (body, own) in enumerate(zip(robot.bodies, outlines, strict=True)):
+        place = data.oMi[body.joint] * pin.SE3(body.rotation, body.offset)
+        parts = [Shape(body.name, np.array([body.com, *(frame.offset for frame in origins if frame.body == k)])), *own]
+        for part in (shape.placed(place.rotation, place.translation) for shape in parts):
+            reach = np.linalg.norm(part.rounding, axis=1)
+            corners += [part.points.min(axis=0) - reach, part.points.max(axis=0) + reach]
+    return float(np.linalg.norm(np.ptp(corners, axis=0)))
+
+
+def inflated_inertias(robot: Robot) -> tuple[tuple[str, float, float], ...]:
+    """Links whose moments of inertia no body within the robot can have, with the radius of gyration and the robot's size [m].
+
+    Mass that lies within a robot is nowhere farther from its centre than the robot is large. Moments too small to matter are left
+    out, such as those of a sensor's placeholder. Meshes are read only where the frames alone leave a link in doubt.
+    """
+    inertias = {frame.name: (frame.inertia, frame.parentJoint) for frame in robot.model.frames if frame.inertia.mass > 0.0}
+    radius = {name: math.sqrt(max(np.trace(own.inertia), 0.0) / 3.0 / own.mass) for name, (own, _) in inertias.items()}
+    if max(radius.values(), default=0.0) <= robot_size(robot, False):
+        return ()
+    size = robot_size(robot) if any(body_outline(robot).shapes) else UNKNOWN * max(robot_size(robot, False), 1.0)
+    large = [(name, *inertias[name]) for name, k in radius.items() if k > size]
+    least = {name: NEGLIGIBLE * robot.model.inertias[joint].mass * size**2 for name, _, joint in large}
+    return tuple((name, radius[name], size) for name, own, joint in large if joint and np.trace(own.inertia) > least[name])
 
 
 def _is_solid(source: RobotSource) -> bool:

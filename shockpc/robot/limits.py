@@ -45,6 +45,12 @@ def refuse_tree(carriers: Mapping[str, str]) -> None:
             raise RobotError(f'link "{link}" is the end of a chain of more than {LEVELS} links, which is not computed')
 
 
+def negative_moment(mass: float, inertia: Array) -> bool:
+    """Whether a principal moment of an inertia (3, 3) [kg m²] is negative, and by more than the rounding of a mass [kg] leaves."""
+    least, _, most = np.linalg.eigvalsh(inertia)
+    return bool(least < -max(_NOTHING * abs(most), POINT * mass))
+
+
 def inertia_fault(mass: float, inertia: Array) -> str | None:
     """Say why no body of a mass above zero [kg] has this inertia (3, 3) about its centre of mass [kg m²]; None if one can."""
     least, middle, most = (float(moment) for moment in np.linalg.eigvalsh(inertia))
@@ -53,7 +59,7 @@ def inertia_fault(mass: float, inertia: Array) -> str | None:
     if (inertia == inertia[0, 0]).all():
         return f"all six entries of the inertia are {inertia[0, 0]:g} kg m², which no body has; they look like a placeholder"
     moments = f"the principal moments are {least:.3g}, {middle:.3g} and {most:.3g} kg m²"
-    if least < -_NOTHING * abs(most):
+    if negative_moment(mass, inertia):
         return f"{moments}, and no body has a negative one"
     if least + middle < _FLAT * most:
         return f"{moments}, and no body has one above the sum of the other two"

@@ -12,7 +12,7 @@ import pinocchio as pin
 
 from shockpc.core.spatial import Array, freeze, read_only
 from shockpc.robot.files import OpenFolders
-from shockpc.robot.limits import POINT, inertia_fault
+from shockpc.robot.limits import POINT, inertia_fault, negative_moment
 from shockpc.text.diagnostic import Diagnostic
 from shockpc.text.errors import UnknownName
 from shockpc.text.names import match
@@ -284,6 +284,19 @@ class Robot:
         )
         file = self.source.path.name
         return (*self.source.warnings, *(f"{file}: {note}" for note in (*self.notes, *([message] if implausible else []))))
+
+    @cached_property
+    def negative_moments(self) -> tuple[str, ...]:
+        """Links with a negative principal moment of inertia, with their moments, of bodies that have one with all their links."""
+        found = []
+        for body in self.bodies:
+            if negative_moment(body.mass, body.inertia):
+                links = {frame.name: frame.inertia for frame in self.model.frames if frame.name in body.links}
+                tensors = {name: own.inertia for name, own in links.items() if negative_moment(own.mass, own.inertia)}
+                for name, tensor in (tensors or {body.name: body.inertia}).items():
+                    moments = ", ".join(f"{moment:.3g}" for moment in np.linalg.eigvalsh(tensor))
+                    found.append(f'"{name}" ({moments} kg m²)')
+        return tuple(found)
 
     @cached_property
     def free_base(self) -> bool:

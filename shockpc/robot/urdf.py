@@ -19,7 +19,6 @@ from shockpc.robot.tree import add_joint, axis_joint
 from shockpc.text.errors import RobotError
 from shockpc.text.printed import listed
 
-_ROUNDING = 1e-12  # kg m²; iCub's file has moments of −5e-20, left over by its exporter
 _JOINT_TYPES = ("revolute", "continuous", "prismatic", "fixed", "floating", "planar")
 _Order: TypeAlias = dict[str, tuple[str, str]]
 
@@ -170,12 +169,9 @@ def _inertia(link: Element, subject: str) -> pin.Inertia:
         raise RobotError(f"{subject}: mass {mass:g} kg is negative; give the mass that the body has, or 0")
     keys = ("ixx", "ixy", "ixz", "iyy", "iyz", "izz")
     moments = {key: _numbers(subject, inertial, "inertia", key, unit="kg m²")[0] for key in keys}
-    for key in ("ixx", "iyy", "izz"):
-        if moments[key] < -_ROUNDING:
-            raise RobotError(f"{subject}: {key} = {moments[key]:g} kg m² is negative; give the moment of inertia that the body has")
     place = _place(inertial, subject)
     tensor = place.rotation @ np.array(list(moments.values()))[[[0, 1, 2], [1, 3, 4], [2, 4, 5]]] @ place.rotation.T
-    inertia = pin.Inertia.Zero()  # whose constructor refuses moments of −1e-20
+    inertia = pin.Inertia.Zero()  # whose constructor refuses negative moments, which the landing refuses where they matter
     inertia.mass, inertia.lever, inertia.inertia = float(mass), place.translation, (tensor + tensor.T) / 2.0
     return inertia
 

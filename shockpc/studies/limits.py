@@ -73,7 +73,7 @@ class StrikeLimits(NamedTuple):
         strikes: least and greatest strike angle, equal for a single one [rad].
         allowed: values of the joint for which the number keeps the bound for each of these strikes, ascending.
         feasible: values of the scan, from the first to the last of each run, for which flat ground allows all of these landings.
-        best: best number over the joint's values, of the worst of these strikes [its unit]; NaN if there is none at any value.
+        best: best number over the feasible values, of the worst of these strikes [its unit]; NaN if there is none at any of them.
         best_at: where that is [rad, m].
     """
 
@@ -82,6 +82,13 @@ class StrikeLimits(NamedTuple):
     feasible: tuple[tuple[float, float], ...]
     best: float
     best_at: float
+
+    @property
+    def usable(self) -> tuple[tuple[float, float], ...]:
+        """Values of the joint that are both allowed and feasible, ascending [rad, m]."""
+        pairs = itertools.product(self.allowed, self.feasible)
+        both = ((max(one.low, low), min(one.high, high)) for one, (low, high) in pairs)
+        return tuple(sorted(part for part in both if part[0] <= part[1]))
 
 
 @dataclass(frozen=True, eq=False)
@@ -225,9 +232,10 @@ def _limits(scan: JointScan, strikes: tuple[float, float], bound: Bound, ends: t
 
     x, numbers = scan.values.tolist(), scan.worst(*strikes)[0]
     g = bound.excess(numbers).tolist()
-    k = int(np.argmin(g))
-    best_at, best = _extremum(over, x[k - 1], x[k + 1], 1.0, fine) if 0 < k < len(x) - 1 else (x[k], g[k])
-    if np.isnan(numbers[k]):
+    feasible = scan.feasible(*strikes)
+    k = int(np.argmin(np.where(feasible, g, np.inf)))
+    best_at, best = _extremum(over, x[k - 1], x[k + 1], 1.0, fine) if feasible[k - 1 : k + 2].sum() == 3 else (x[k], g[k])
+    if np.isnan(numbers[k]) or not feasible[k]:
         best_at = best = math.nan
     points = sorted({**dict(zip(x, g, strict=True)), **dict(_between(over, x, g, fine))}.items())
     edges: list[tuple[float, End]] = [(points[0][0], ends[0])] if points[0][1] <= 0.0 else []
@@ -236,7 +244,7 @@ def _limits(scan: JointScan, strikes: tuple[float, float], bound: Bound, ends: t
             edges.append((a if g_a == 0.0 else b if g_b == 0.0 else float(brentq(over, a, b, xtol=fine)), "bound"))
     edges += [(points[-1][0], ends[1])] if points[-1][1] <= 0.0 else []
     allowed = [Interval(a, b, low, high) for (a, low), (b, high) in zip(edges[::2], edges[1::2], strict=True)]
-    runs = itertools.groupby(zip(scan.feasible(*strikes).tolist(), x, strict=True), key=lambda one: one[0])
+    runs = itertools.groupby(zip(feasible.tolist(), x, strict=True), key=lambda one: one[0])
     lengths = [[value for _, value in run] for holds, run in runs if holds]
     return StrikeLimits(strikes, tuple(allowed), tuple((run[0], run[-1]) for run in lengths), bound.number(best), best_at)
 

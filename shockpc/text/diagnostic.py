@@ -7,8 +7,8 @@ class Diagnostic(NamedTuple):
     """A warning; `str` gives its text.
 
     Attributes:
-        kind: what it is about: "robot", "scene", "limits", "height", "posture", "unit", "geometry", "data", "contact", "sensor",
-            "part", "energy", or "size" where impulses are too large to be determined.
+        kind: what it is about: "robot", "scene", "limits", "inertia", "height", "posture", "unit", "geometry", "data", "contact",
+            "sensor", "part", "energy", or "size" where impulses are too large to be determined.
         subject: name of the body, joint, contact or sensor concerned; empty if it is the whole landing.
         value: the number that gave rise to it, if there is one, in SI units.
         text: what was found, and its consequence.

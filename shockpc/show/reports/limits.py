@@ -40,15 +40,20 @@ def limits_report(found: JointLimits) -> Report:
 
 
 def _none_allowed(found: JointLimits) -> list[str]:
-    """That no value keeps the bound, where that is the answer."""
-    if any(one.allowed for one in found.limits):
+    """That no value keeps the bound, or none that does is feasible, where that is the answer."""
+    if any(one.usable for one in found.limits):
         return []
     rows = [one for one in found.limits if not math.isnan(one.best)]
     best = min(rows, key=lambda one: found.bound.sign * one.best, default=None)
     text = f"no value of {'+'.join(found.joints)} keeps {found.target.name} {_bound(found)} at any of these strike angles"
+    if any(one.allowed for one in found.limits):
+        text += " where flat ground allows the landing"
     if best is not None:
-        text += f"; the {_best(found)} is {best.best:.3g} at {_number(found, best.best_at):.2f} {_unit(found)}"
-    return [f"{text}; allow more, or give another range with --range"]
+        text += f"; the {_best(found)} that is feasible is {best.best:.3g} at {_number(found, best.best_at):.2f} {_unit(found)}"
+    remedy = "allow more, or give another range with --range"
+    if not any(one.feasible for one in found.limits):
+        remedy = "flat ground allows no landing of this range; give another with --range, or a greater --ground-tolerance"
+    return [f"{text}; {remedy}"]
 
 
 def _warnings(found: JointLimits) -> list[str]:
@@ -76,7 +81,8 @@ def _warnings(found: JointLimits) -> list[str]:
     if own or every:
         warnings.append(
             f"warning: flat ground does not allow {own} of {n} postures at the scene's strike, and {every} at some strike of the "
-            "range: a contact would have to be pulled, another link is met first, or friction would make energy; column feasible"
+            "range: a contact would have to be pulled, another link is lower or contacts differ in height by more than "
+            f"{1e3 * found.profile.scene.ground_tolerance:g} mm (--ground-tolerance), or friction makes energy; column feasible"
         )
     return warnings
 
@@ -107,6 +113,7 @@ def _document(found: JointLimits) -> dict[str, Any]:
                 "strike_angles_deg": tuple(map(_degrees, one.strikes)),
                 "allowed": tuple(i._replace(low=value(i.low), high=value(i.high)) for i in one.allowed),
                 "feasible": [tuple(map(value, run)) for run in one.feasible],
+                "allowed_and_feasible": [tuple(map(value, run)) for run in one.usable],
                 best_word: one.best,
                 f"{best_word}_at": value(one.best_at),
             }
@@ -131,11 +138,9 @@ def _allowed(found: JointLimits) -> Sheet:
     rows: list[Row] = []
     for one in found.limits:
         allowed = ", ".join(_interval(found, interval) for interval in one.allowed) or "none"
-        feasible = (
-            ", ".join(f"{_text(_number(found, low))} … {_text(_number(found, high))}" for low, high in one.feasible) or "none"
-        )
+        feasible, usable = (", ".join(_run(found, run) for run in runs) or "none" for runs in (one.feasible, one.usable))
         at = None if math.isnan(one.best) else _text(_number(found, one.best_at))
-        rows.append((_strikes(found, one), allowed, feasible, one.best, at))
+        rows.append((_strikes(found, one), allowed, feasible, usable, one.best, at))
     ends = {end for one in found.limits for interval in one.allowed for end in interval[2:]}
     name, unit = found.target.selection.name, _unit(found)
     return Sheet(
@@ -144,6 +149,7 @@ def _allowed(found: JointLimits) -> Sheet:
             "strike angle [deg]",
             f"allowed [{unit}]",
             f"feasible [{unit}]",
+            f"both [{unit}]",
             f"{_best(found)} {name} [{found.target.unit}]",
             f"at [{unit}]",
         ),
@@ -200,6 +206,12 @@ def _interval(found: JointLimits, interval: Interval) -> str:
     """An interval, rounded inwards to four digits; signs where something else than the bound ends it."""
     low, high = (_text(_number(found, end), inwards) for end, inwards in ((interval.low, math.ceil), (interval.high, math.floor)))
     return f"{low}{MARKS[interval.low_end]} … {high}{MARKS[interval.high_end]}"
+
+
+def _run(found: JointLimits, run: tuple[float, float]) -> str:
+    """A range of values, rounded inwards to four digits."""
+    low, high = (_text(_number(found, end), whole) for end, whole in zip(run, (math.ceil, math.floor), strict=True))
+    return f"{low} … {high}"
 
 
 def _text(value: float, whole: Callable[[float], int] = round) -> str:

@@ -31,8 +31,8 @@ FILES = ("robot", "srdf", "packages")
 _ARRAY = re.compile(r'\[\n([^][{}"]*)\]')
 """An array of numbers; no text in JSON holds a line break."""
 
-READ_OUT = ("point", "part", "range_g")
-"""Keys of a scene that change no value of another place."""
+READ_OUT = ("point", "part", "range_g", "ground_tolerance")
+"""Keys of a scene that change no value of another place, or only which landings are feasible."""
 
 
 class Key(NamedTuple):
