@@ -261,7 +261,7 @@ def test_feasible_is_a_landing_whose_lowest_points_agree_to_the_tolerance(struck
     )
     allowed = rise <= (0.005 if tolerance is None else tolerance)
     assert made.part(0).columns["feasible@dog"].tolist() == allowed.tolist()
-    profiles = [shock_profile(*made.case(k)) for k in range(len(rise))]
+    profiles = [shock_profile(*made.landings.case(k)) for k in range(len(rise))]
     assert [float(profile.value("feasible", "robot")[0]) for profile in profiles] == allowed.tolist()
     assert [not any(one.kind == "height" for one in profile.health.warnings) for profile in profiles] == allowed.tolist()
 
