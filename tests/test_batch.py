@@ -183,7 +183,7 @@ def test_command_prints_a_ranked_table(capfd):
     lines = text.splitlines()
     assert lines[0] == "8 landings, ranked by shock_max"
     assert [line.split()[0] for line in lines[4:12]] == ["go2"] * 4 + ["anymal_b"] * 4
-    assert "joints: geared, drives derived: go2; free, drives derived: anymal_b" in text
+    assert "joints: geared, drives derived: go2; free, drives derived, through springs: anymal_b" in text
 
 
 def test_how_many_were_not_computed_is_said_and_the_exit_code_is_3_if_all_or_strictly_any(capfd):

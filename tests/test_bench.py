@@ -19,7 +19,7 @@ from shockpc.landing.contact import Contact
 from shockpc.landing.scene import Scene, Strike
 from shockpc.profile import shock_profile
 from shockpc.quantities.accuracy import double_error
-from shockpc.show.files import MANIFEST, write_folder
+from shockpc.show.folder import write_report_folder
 from shockpc.show.reports.report import Report
 from shockpc.show.tables import Sheet
 from shockpc.text.errors import SolveError
@@ -170,7 +170,7 @@ def test_a_small_suite_from_clock_to_report(tmp_path, monkeypatch):
     monkeypatch.setitem(COSTS, "measured landings", lambda budget: Sheet("measured landings", ("what",), []))
     monkeypatch.setattr("shockpc.bench.costs.ROWS", 32)
     monkeypatch.setattr("shockpc.bench.costs.MANY", 16)
-    write_folder(tmp_path, suite_report(("corners", "knee"), budget=0.0).files())
+    write_report_folder(tmp_path, suite_report(("corners", "knee"), budget=0.0))
     files = {
         "report.md",
         "report.html",
@@ -178,7 +178,6 @@ def test_a_small_suite_from_clock_to_report(tmp_path, monkeypatch):
         "bench.json",
         "error-against-run-time.svg",
         "error-against-run-time.png",
-        MANIFEST,
     }
     assert {path.name for path in tmp_path.iterdir()} == files
     report = (tmp_path / "report.md").read_text(encoding="utf-8")
@@ -211,7 +210,6 @@ def test_bench_of_one_s_own_robot(capfd, tmp_path):
         "report.html",
         "error-against-run-time.svg",
         "error-against-run-time.png",
-        MANIFEST,
     }
     assert {path.name for path in tmp_path.iterdir()} == files
 

@@ -24,7 +24,6 @@ from shockpc.cli.app import COMMANDS
 from shockpc.landing.scene import GRAVITY
 from shockpc.show.document import document as document_of
 from shockpc.show.document import json_text
-from shockpc.show.files import MANIFEST
 
 DOG = ("dog/dog.urdf.xacro", "--package", "dog_description=dog")
 LEVEL = ("--ground-tolerance", 0.01)
@@ -36,7 +35,7 @@ FEET = ("lf_foot", "lh_foot", "rf_foot", "rh_foot")
 def _no_figures(monkeypatch):
     """Drawing them takes longer than all else, in pages as well; other tests look at them."""
     monkeypatch.setattr("shockpc.show.figure.style.render", lambda name, draw: {f"{name}.svg": b"", f"{name}.png": b""})
-    monkeypatch.setattr("shockpc.show.reports.report.plotly", lambda: None)
+    monkeypatch.setattr("shockpc.show.folder.plotly", lambda: None)
 
 
 def document(capfd, *words):
@@ -50,8 +49,8 @@ def on_a_foot(capfd, *words):
 
 
 def listed(folder):
-    """What lies in a folder of results, save the list of its files."""
-    return {path.name for path in folder.iterdir()} - {MANIFEST}
+    """What lies in a folder of results."""
+    return {path.name for path in folder.iterdir()}
 
 
 # Robots and scenes

@@ -10,7 +10,6 @@ import pytest
 from commands import run
 from robot_texts import joint, link, urdf
 
-from shockpc.show.files import MANIFEST
 from shockpc.show.html import plotly
 
 NAMES = (
@@ -142,7 +141,7 @@ def test_names_of_a_robot(capfd, here, command, format_):
     check_text(outcome.err)
     CHECKS.get(format_, str)(outcome.out)
     for path in (here / "out").rglob("*"):
-        if path.suffix in SUFFIXES and path.name != MANIFEST:
+        if path.suffix in SUFFIXES:
             text = read(path)
             check_text(text)
             SUFFIXES[path.suffix](text)

@@ -11,6 +11,7 @@ import pytest
 
 from shockpc.evaluation.executor import executor, in_order
 from shockpc.text.errors import StudyError
+from shockpc.text.paths import inputs
 
 
 def square(x):
@@ -99,3 +100,40 @@ def test_workers_end_with_a_killed_parent():
         start = time.monotonic()
         assert process.stdout.read() == b""
         assert time.monotonic() - start < 20.0
+
+
+@pytest.mark.parametrize(
+    ("text", "parts"),
+    [
+        (None, ('needs the package "distributed"', "pip install distributed pyarrow")),
+        ("import dask_that_is_lost", ("installed but cannot be imported", "No module named 'dask_that_is_lost'")),
+        (
+            "raise ImportError('cannot import name x\\nfrom dask')",
+            ("installed but cannot be imported", "cannot import name x from dask"),
+        ),
+    ],
+)
+def test_why_a_cluster_cannot_be_used(tmp_path, monkeypatch, text, parts):
+    """The package is missing, or it is there and one that it imports is missing or of another version."""
+    monkeypatch.delitem(sys.modules, "distributed", raising=False)
+    if text is None:
+        monkeypatch.setitem(sys.modules, "distributed", None)
+    else:
+        (tmp_path / "distributed.py").write_text(text)
+        monkeypatch.syspath_prepend(tmp_path)
+    with pytest.raises(StudyError) as refusal, executor(1, "tcp://127.0.0.1:1"):
+        pass
+    assert all(part in str(refusal.value) for part in parts), refusal.value
+    assert ("installed but" in str(refusal.value)) == (text is not None)
+
+
+def remember(number):
+    inputs[-1, number] = "table"
+    return number
+
+
+def test_what_processes_read_is_known_here():
+    """No output may replace a file that only another process has read."""
+    with executor(2) as pool:
+        assert list(in_order(pool, remember, range(5))) == list(range(5))
+    assert [inputs.pop((-1, k), None) for k in range(5)] == 5 * ["table"]

@@ -2,7 +2,6 @@
 
 import csv
 import errno
-import hashlib
 import io
 import json
 import os
@@ -15,7 +14,8 @@ from commands import ROBOTS
 from shockpc import Contact, OutputError, Scene, shock_profile
 from shockpc.show.document import document as document_of
 from shockpc.show.document import json_text
-from shockpc.show.files import MANIFEST, check_folder, write_file, write_folder
+from shockpc.show.files import check_folder, write_file, write_folder
+from shockpc.show.folder import write_report_folder
 from shockpc.show.reports.landing import landing_report, landings_report
 from shockpc.text.paths import read_file
 
@@ -116,7 +116,7 @@ def test_what_a_command_reads_it_does_not_replace(tmp_path):
     for name in ("robot.urdf", "other.json"):
         with pytest.raises(OutputError, match="read by the same command"):
             write_file(tmp_path / name, "x")
-    write_file(path, "x", over_input=True)
+    write_file(path, "x", replaceable="robot file")
     assert (path.read_text(), (tmp_path / "other.json").read_text()) == ("x", "mine")
 
 
@@ -132,36 +132,36 @@ def test_folders_are_tried_and_left_as_they_were_and_made_with_a_file(tmp_path):
 
 
 def listing(folder: Path) -> set[str]:
-    """The files in a folder, save the list of them."""
-    return {path.relative_to(folder).as_posix() for path in folder.rglob("*") if path.is_file() and path.name != MANIFEST}
+    """The files in a folder."""
+    return {path.relative_to(folder).as_posix() for path in folder.rglob("*") if path.is_file()}
 
 
-def test_old_and_new_results_never_mix(tmp_path):
-    """What an earlier run wrote and this one does not is removed, with its empty folders; other files stay."""
-    write_folder(tmp_path / "out", {"shock.svg": "1", "lf/bodies.csv": "2", "rf/bodies.csv": b"3", "rf/shock.svg": "6"})
-    (tmp_path / "out/mine.txt").write_text("mine")
-    (tmp_path / "out/rf/bodies.csv").write_text("mine now")
-    write_folder(tmp_path / "out", {"shock.svg": "4", "check.csv": "5"})
-    assert listing(tmp_path / "out") == {"shock.svg", "check.csv", "mine.txt", "rf/bodies.csv"}
-    assert (tmp_path / "out/shock.svg").read_text() == "4"
-    assert not (tmp_path / "out/lf").exists()
+def test_names_of_a_command_are_replaced_or_removed_and_no_others(tmp_path):
+    """What an earlier run left under a name that this kind of run may have does not stay beside the new files; all else does."""
+    out = tmp_path / "out"
+    write_folder(out, {"shock.svg": "1", "joints.csv": "2", "lf/joints.csv": "3", "batch.csv": "4"})
+    (out / "mine.txt").write_text("mine")
+    write_folder(out, {"shock.svg": "5", "check.csv": "6"}, ("shock.svg", "joints.csv", "lf/joints.csv", "damage.svg"))
+    assert {name: (out / name).read_text() for name in listing(out)} == {
+        "shock.svg": "5", "check.csv": "6", "mine.txt": "mine", "batch.csv": "4",
+    }  # fmt: skip
 
 
-@pytest.mark.parametrize("name", ["../shock.svg", "/shock.svg", "link/shock.svg", ""])
-def test_a_list_of_files_cannot_remove_what_is_no_result(tmp_path, name):
-    """Whatever it says, nothing is removed outside the folder, or that has not both name and contents of a result."""
-    digest = hashlib.sha256(b"mine").hexdigest()
-    kept = [tmp_path / "shock.svg", tmp_path / "out/thesis.csv", tmp_path / "out/batch.csv"]
-    (tmp_path / "out").mkdir()
+def test_only_files_of_the_folder_that_were_not_read_are_removed(tmp_path):
+    """Neither what lies behind a link, nor a folder or a pipe, nor an input of the command."""
+    kept = [tmp_path / "shock.svg", tmp_path / "out/read.csv", tmp_path / "out/folder/a"]
+    (tmp_path / "out/folder").mkdir(parents=True)
     for path in kept:
         path.write_text("mine")
-    kept[-1].write_text("changed since")
-    os.mkfifo(tmp_path / "out/sweep.csv")
-    (tmp_path / "out/link").symlink_to(tmp_path)
-    listed = [name, str(kept[0]), "thesis.csv", "batch.csv", "sweep.csv", "."]
-    (tmp_path / "out" / MANIFEST).write_text("".join(f"{prefix}{line}\n" for line in listed for prefix in ("", f"{digest}  ")))
-    write_folder(tmp_path / "out", {"limits.csv": "1"})
-    assert all(path.exists() for path in (*kept, tmp_path / "out/sweep.csv"))
+    os.mkfifo(tmp_path / "out/pipe")
+    (tmp_path / "out/behind").symlink_to(tmp_path)
+    (tmp_path / "out/link.svg").symlink_to(kept[0])
+    read_file(kept[1], "table", OutputError)
+    names = ("../shock.svg", str(kept[0]), "behind/shock.svg", "link.svg", "read.csv", "pipe", "folder", "", ".", "lost.csv")
+    write_folder(tmp_path / "out", {"limits.csv": "1"}, names)
+    assert all(path.read_text() == "mine" for path in kept)
+    assert (tmp_path / "out/link.svg").is_symlink()
+    assert (tmp_path / "out/pipe").is_fifo()
 
 
 # The folder of a landing
@@ -195,7 +195,7 @@ FILES = {
 def test_folder_of_a_landing(tmp_path, profile):
     """Every file, each with the numbers of the profile; CSV holds all bodies, also those that do not move."""
     folder = tmp_path / "new" / "out"
-    write_folder(folder, landings_report([profile], ["lf_foot"]).files())
+    write_report_folder(folder, landings_report([profile], ["lf_foot"]))
     assert listing(folder) == FILES
     assert (folder / "profile.json").read_text(encoding="utf-8") == json_text(document_of(profile))
     assert (folder / "report.md").read_text(encoding="utf-8") == landing_report(profile).files()["report.md"]
@@ -212,9 +212,17 @@ def test_folder_of_a_landing(tmp_path, profile):
 
 
 def test_several_landings_and_then_one(tmp_path, profile):
-    """A folder for each and a summary; one landing later, only its own files."""
-    write_folder(tmp_path, landings_report([profile, profile], ["a", "b"]).files())
+    """A folder for each and a summary; one landing later, the files of its names are new and the others as they were."""
+    write_report_folder(tmp_path, landings_report([profile, profile], ["a", "b"]))
     own, shared = FILES - {"report.html"}, {"report.html", "summary.csv", "summary.md"}
-    assert listing(tmp_path) == {f"{name}/{file}" for name in "ab" for file in own} | shared
-    write_folder(tmp_path, landings_report([profile], ["a"]).files())
-    assert listing(tmp_path) == FILES
+    several = {f"{name}/{file}" for name in "ab" for file in own} | shared
+    assert listing(tmp_path) == several
+    page, summary = ((tmp_path / name).read_bytes() for name in ("report.html", "summary.csv"))
+    for name in ("parts.csv", "damage.svg", "a/time.png"):  # of parts and a contact stiffness, which this landing has not
+        (tmp_path / name).write_text("of an earlier run")
+    write_report_folder(tmp_path, landings_report([profile], ["lf_foot"]))
+    assert listing(tmp_path) == several | FILES | {"a/time.png"}
+    assert (tmp_path / "report.html").read_bytes() != page
+    assert (tmp_path / "summary.csv").read_bytes() == summary
+    write_report_folder(tmp_path, landings_report([profile, profile], ["a", "b"]))
+    assert listing(tmp_path) == several | FILES

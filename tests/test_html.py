@@ -17,6 +17,7 @@ from commands import STICK_WITH_IMU, good, run
 from shockpc import Contact, Joints, Posture, Scene, SolveError, Strike, shock_profile
 from shockpc.robot.geometry import Shape
 from shockpc.robot.meshes import Mesh
+from shockpc.show.folder import report_files
 from shockpc.show.html.meshes import surfaces
 from shockpc.show.reports.landing import landing_report, landings_report
 
@@ -57,7 +58,7 @@ class Page(HTMLParser):
 
 
 def html_of(report):
-    return report.files("shockpc analyze")["report.html"]
+    return report_files(report, "shockpc analyze")["report.html"]
 
 
 def data_of(text):
@@ -341,7 +342,7 @@ STUDIES = {
 @pytest.mark.parametrize("study", STUDIES)
 def test_every_study_has_a_page(capfd, tmp_path, monkeypatch, study):
     """Figures, tables, warnings and the command in one file, which needs neither Plotly nor a network."""
-    monkeypatch.setattr("shockpc.show.reports.report.plotly", lambda: None)
+    monkeypatch.setattr("shockpc.show.folder.plotly", lambda: None)
     good(capfd, study, *STUDIES[study], "--out", tmp_path)
     text = (tmp_path / "report.html").read_text(encoding="utf-8")
     page, figures = Page(text), len(list(tmp_path.glob("*.svg")))

@@ -1,6 +1,7 @@
 """What the joints do in an impact (Section 3.1.2): free, geared, locked, and everything in between."""
 
 import itertools
+import re
 from dataclasses import replace
 
 import dense
@@ -13,6 +14,7 @@ from trees import known_robot, robot_from
 from shockpc import Contact, Joints, RobotError, Rotor, Scene, SceneError, Strike, shock_profile
 from shockpc.landing.dynamics import dynamics
 from shockpc.landing.joint_model import joint_model
+from shockpc.show.header import header_lines
 
 FRONT = tuple(Contact(frame=foot) for foot in ("FL_foot", "FR_foot"))
 FREE, LOCKED = Joints(model="free"), Joints(model="locked")
@@ -24,6 +26,11 @@ def geared(inertia, pattern="*"):
 
 def go2(joints):
     return shock_profile(Scene(robot="go2", contact=FRONT, joints=joints), known_robot("go2"))
+
+
+def joint_lines(profile):
+    """What the header says of the joints."""
+    return dict(header_lines(profile))["joint model"]
 
 
 # From free to locked
@@ -246,3 +253,35 @@ def test_leader_and_follower_may_be_locked_together():
     profile = shock_profile(scene, robot_from(PAIR))
     assert profile.joint_model == "locked"
     assert not profile.delta_qd[6:].any()
+
+
+@pytest.mark.parametrize(("name", "own"), [("go2", 0.0), ("anymal_b", 0.0), ("talos", 0.1)])
+def test_free_joints_are_those_of_the_model_free(name, own):
+    """Without other drives the inertia of the robot's own file remains, Talos' 0.1 kg m² of its SRDF; free joints have none."""
+    robot = known_robot(name)
+    without, free = (joint_model(robot, joints) for joints in (Joints(drives="none"), Joints(model="free")))
+    assert without.armature.max() == own
+    assert not without.drives
+    assert (free.name, free.armature.any(), free.drives) == ("free", False, "")
+
+
+def test_the_header_says_how_joints_become_free():
+    """The option that it names does so; drives behind springs are called free with their reason; a factor of 1 is none."""
+    geared = go2(Joints())
+    assert "--joints free for free joints" in joint_lines(geared)
+    assert "drives none" not in joint_lines(geared)
+    sprung = shock_profile(Scene(robot="anymal_b", contact=(Contact(frame="LF_FOOT"),)), known_robot("anymal_b"))
+    assert "free, because every drive acts through a spring (drives of anymal_b, derived)" in joint_lines(sprung)
+
+
+@pytest.mark.parametrize("mass", [0.01, 0.3, 1.0, 3.0, 30.0])
+def test_a_factor_of_one_is_not_said(mass):
+    """A body that lands with an arm of so much mass: what locking the arm changes is said from 5 % on."""
+    arm = joint("elbow", "base", "arm", more=LIMIT + '<origin xyz="0.3 0 0"/>')
+    small = '<origin xyz="0.3 0 0"/><inertia ixx="1e-3" ixy="0" ixz="0" iyy="1e-3" iyz="0" izz="1e-3"/>'
+    robot = robot_from(urdf(link("base", "10"), link("arm", str(mass), small), arm))
+    profile = shock_profile(Scene(robot="r", contact=(Contact(frame="base", offset=(0.1, 0.0, -0.2)),)), robot)
+    factor = profile.bracket[0].locked / profile.bracket[0].as_modelled
+    found = re.search(r"may be up to ([\d.]+) times larger", joint_lines(profile))
+    assert (found is not None) == (factor >= 1.05)
+    assert found is None or float(found[1]) == pytest.approx(factor, rel=0.05)

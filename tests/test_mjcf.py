@@ -13,7 +13,12 @@ import pytest
 from robot_texts import BODY, HINGE, body, floating, loaded, mjcf, refusal, refused
 
 from shockpc import Contact, Joints, Posture, Robot, Scene, Strike, configuration_from_mujoco, load_robot, shock_profile
+from shockpc.core.bodies import in_body_axes
+from shockpc.impact.impact import DoubleImpact
 from shockpc.landing.scene import robot_of
+from shockpc.profile import impact_jumps
+from shockpc.quantities.quantity import evaluate
+from shockpc.quantities.table import select
 from shockpc.robot.mjcf_compiled import compiled
 from shockpc.text.errors import RobotError, SceneError, SolveError, UnknownName
 
@@ -233,6 +238,64 @@ def test_joints_of_one_body_are_set_driven_and_locked_by_their_names(tmp_path: P
     M, J = M[np.ix_(free, free)], J[np.ix_([0, 2], free)]
     expected = np.linalg.solve(M, J.T @ np.linalg.solve(J @ np.linalg.solve(M, J.T), np.array([-0.2, 1.0])))
     np.testing.assert_allclose(shock_profile(scene, robot).delta_qd, np.insert(expected, 2, 0.0), atol=1e-13)
+
+
+SHARED = mjcf(
+    floating(
+        body(
+            "b",
+            BODY + body("c", joints='<joint name="knee" axis="0 1 0"/>'),
+            '<joint name="rail" type="slide" axis="0.1 0.2 1"/><joint name="yaw" axis="0 0 1" pos="0 0.1 0.05" armature="0.02"/>'
+            '<joint name="pitch" axis="0.2 1 0" pos="0.05 -0.1 0.02"/><joint name="roll" axis="1 0 0.1" pos="-0.1 0.03 0.2"/>',
+        )
+    )
+)
+
+
+@pytest.mark.parametrize("locked", [(), ("pitch",), ("rail", "roll"), ("*",)])
+def test_moment_of_each_joint_of_a_body_is_about_its_own_anchor(tmp_path: Path, locked: tuple[str, ...]):
+    """MuJoCo's anchors and axes: moment · axis is the joint's row of M Δq̇ − Jᵀ λ without its armature, in balls and in doubles.
+
+    Moments of joints that share a body differ by the lever between their anchors.
+    """
+    robot = from_text(tmp_path, SHARED)
+    theirs, values = mujoco.MjModel.from_xml_string(SHARED), {"rail": 0.2, "yaw": 0.7, "pitch": -0.5, "roll": 0.4, "knee": -0.9}
+    state, M, J = mujoco.MjData(theirs), np.zeros((theirs.nv, theirs.nv)), np.zeros((3, theirs.nv))
+    state.qpos[:] = [0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, *values.values()]
+    scene = Scene(
+        robot="dog",
+        posture=Posture(joints=values),
+        joints=Joints(locked=locked),
+        contact=Contact(frame="c", offset=(0.1, 0.0, -0.3)),
+        strike=Strike(velocity=(0.2, 0.1, -1.0)),
+    )
+    mujoco.mj_forward(theirs, state)
+    mujoco.mj_fullM(theirs, state, M)
+    foot = theirs.body("c").id
+    mujoco.mj_jac(theirs, state, J, None, state.xpos[foot] + state.xmat[foot].reshape(3, 3) @ [0.1, 0.0, -0.3], foot)
+    profile = shock_profile(scene, robot)
+    (contact,) = profile.contacts
+    # The base stands unturned at the origin, where the velocities of both libraries mean the same.
+    carried = M @ profile.delta_qd - J.T @ contact.impulse - theirs.dof_armature * profile.delta_qd
+    names = list(values)
+    equation, solution, jumps = impact_jumps(profile.landing, profile.landing.state, True)
+    double = DoubleImpact(profile.landing, equation, solution, in_body_axes(jumps, profile.landing.state.rotation))
+    places = profile.places("joint")
+    moments, forces = (evaluate(select(f"joint.{key}").quantity, double, places)[0, 0] for key in ("moment", "force"))
+    assert [place.name for place in places] == names
+    size = np.abs(carried).max() + np.abs(forces).max()
+    proven = [[load.moment for load in profile.loads], [load.force for load in profile.loads]]
+    for found, force in (proven, (moments, forces)):
+        for k, name in enumerate(names):
+            number = theirs.joint(name).id
+            pushed = force[k] if name == "rail" else found[k]
+            assert pushed @ state.xaxis[number] == pytest.approx(carried[6 + k], abs=1e-10 * size), name
+            # MuJoCo gives the anchor of a slide before it slides.
+            slid = values[name] * state.xaxis[number] if name == "rail" else np.zeros(3)
+            lever = state.xanchor[number] + slid - state.xanchor[theirs.joint("roll").id]
+            if name != "knee":
+                np.testing.assert_allclose(found[k], found[3] - np.cross(lever, force[k]), atol=1e-10 * size, err_msg=name)
+    assert size > 0.1
 
 
 def test_armature_of_a_free_joint_is_mass_of_the_base(tmp_path: Path):

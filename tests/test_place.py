@@ -392,7 +392,7 @@ def test_document_and_files(capfd, tmp_path):
     assert document["combined"] == max(min(one["shock"][k] for one in document["places"]) for k in range(2))
     assert document["places"][0]["margin"]["left"] is None
     assert {path.name for path in tmp_path.iterdir()} == {
-        ".shockpc-files", "landings.csv", "place.json", "place.png", "place.svg", "places.csv", "report.html", "report.md",
+        "landings.csv", "place.json", "place.png", "place.svg", "places.csv", "report.html", "report.md",
     }  # fmt: skip
     assert json.loads((tmp_path / "place.json").read_text()) == document
     svg = (tmp_path / "place.svg").read_text()

@@ -7,10 +7,10 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-from robot_texts import joint, link, urdf
+from robot_texts import LIMIT, joint, link, urdf
 from trees import known_robot, robot_from
 
-from shockpc import Contact, Point, Posture, Scene, SceneError, SolveError, Strike, shock_maps, shock_profile
+from shockpc import Contact, Joints, Point, Posture, Scene, SceneError, SolveError, Strike, shock_maps, shock_profile
 from shockpc.landing.scene import GRAVITY
 
 
@@ -199,13 +199,39 @@ TILTED = Posture(base_rpy_deg=(10.0, 20.0, 30.0), joints={"hinge": 0.7})
 
 @pytest.mark.parametrize(("mass", "com"), [("0", "0 0 0"), ("1", "0 0 0"), ("1", "0.01 0.1 0.02")])
 def test_a_body_that_nothing_resists_is_named(mass, com):
-    """A bob without mass, or with all of it on its axis: the message names the body, not the contact."""
+    """A bob without mass, or with all of it on its axis: the message names the body and its joint, not the contact."""
     with pytest.raises(SolveError) as refusal:
         land(pendulum(mass, "0", com), [Contact(frame="tip")], posture=TILTED)
     assert str(refusal.value) == (
         'body "bob" of robot "r" can move, but no mass or inertia resists it, so the inertia matrix cannot be inverted; give mass '
-        "and inertia in the file (mass on a joint's axis does not resist turning about it), or lock the joints with --lock"
+        "and inertia in the file (mass on a joint's axis does not resist turning about it), or lock " + '"hinge" with --lock'
     )
+
+
+CHAIN = (
+    link("base"),
+    *(f'<link name="{name}"/>' for name in ("upper", "lower", "finger", "thumb")),
+    joint("j1", "base", "upper"),
+    joint("j2", "upper", "lower", axis="1 0 0"),
+    joint("j3", "base", "finger"),
+    joint("j4", "base", "thumb", more=LIMIT + '<mimic joint="j3"/>'),
+    link("foot"),
+    joint("leg", "base", "foot", more=LIMIT + '<origin xyz="0.1 0 -0.5"/>'),
+)
+
+
+def test_the_joints_of_massless_chains_are_those_to_be_locked():
+    """Locking what the error names, and nothing else, is enough: two joints in series, and one with its follower."""
+    scene = Scene(robot="r", contact=(Contact(frame="foot", offset=(0.0, 0.0, -0.1)),))
+    robot = robot_from(urdf(*CHAIN))
+    with pytest.raises(SolveError) as refusal:
+        shock_profile(scene, robot)
+    assert refusal.value.joints == ("j1", "j2", "j3", "j4")
+    assert 'lock "j1", "j2", "j3", "j4" with --lock' in str(refusal.value)
+    free = {"leg"}
+    profile = shock_profile(replace(scene, joints=Joints(locked=refusal.value.joints)), robot)
+    moving = {load.joint for load in profile.loads if abs(load.delta_qd) > 0.0}
+    assert moving == free
 
 
 # What a profile says of itself

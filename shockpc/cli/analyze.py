@@ -47,7 +47,7 @@ def analyze(
     profiles = [shock_profile(scene, loaded, trace) for scene in scenes]
     with trace.stage("output"):
         for profile, file in zip(profiles, files, strict=False):  # no files without --save-scene
-            write_file(file, scene_text(profile.scene, file.parent), over_input=force)
+            write_file(file, scene_text(profile.scene, file.parent), replaceable="scene file" if force else "")
         if output.out is None:
             trace.skip("figure, and matplotlib with it", "no --out")
         emit(landings_report(profiles, file_names(scenes), bodies, spectrum), output)

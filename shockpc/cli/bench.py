@@ -41,10 +41,10 @@ def bench(
 def _suite(out: Path) -> None:
     from shockpc.bench.report import PARTS, suite_report
     from shockpc.cli.progress import progress
-    from shockpc.show.files import write_folder
+    from shockpc.show.folder import write_report_folder
 
     report = suite_report(progress=progress("parts measured", len(PARTS)))
-    write_folder(out, report.files())
+    write_report_folder(out, report)
     sys.stdout.write(f"{report.text('table')}\nthe report: {out / 'report.md'}\n")
 
 
@@ -52,11 +52,11 @@ def _landings(robot: str, options: SceneOptions, out: Path | None) -> None:
     """The landings that the options describe, each with a table; several have a folder each in `out`."""
     from shockpc.bench.report import bench_report
     from shockpc.cli.scenes import file_names, scenes_from
-    from shockpc.show.files import write_folder
+    from shockpc.show.folder import write_report_folder
 
     loaded, scenes = scenes_from(robot, options)
     for scene, name in zip(scenes, file_names(scenes), strict=True):
         report = bench_report(loaded, scene)
         if out is not None:
-            write_folder(out if len(scenes) == 1 else out / name, report.files())
+            write_report_folder(out if len(scenes) == 1 else out / name, report)
         sys.stdout.write((f"{name}\n" if len(scenes) > 1 else "") + report.text("table"))

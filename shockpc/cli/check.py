@@ -119,6 +119,8 @@ def check(
     if twice := [file for k, file in enumerate(targets) if file in targets[:k]]:
         raise OutputError(f'"{twice[0]}" would be written twice; name another file')
     result = check_report(checked)
+    if out is not None:
+        write_report(result, out)  # before the files, which could replace a mesh that the page has yet to read
     for name, file in asked:
         if name == "github":
             append_summary(checked)
@@ -126,8 +128,6 @@ def check(
             sys.stdout.write(result.text(name))
         else:
             write_file(file, result.text(name))
-    if out is not None:
-        write_report(result, out)
     if baseline is not None and update_baseline:
         if checked.count("not computed"):
             print_error(f'"{baseline}" is left as it was, because a number could not be computed')

@@ -112,7 +112,8 @@ class SceneOptions(NamedTuple):
     joint_velocity: tuple[Setting, ...] = _in_impact("Velocity of joints [rad/s; m/s if prismatic].", "JOINT=RATE", setting)
     joints: JointModelName | None = _in_joints(JOINT_MODELS)
     drives: str | None = _in_joints(
-        "Drives in the form of robots/drives.toml, or none; by default those known of a robot of the catalogue.",
+        "Drives in the form of robots/drives.toml, or none, which leaves what the robot's own file gives; by default those known "
+        "of a robot of the catalogue.",
         "FILE|none",
         drives,
     )

@@ -11,7 +11,6 @@ from shockpc.cli.process import command, print_error
 from shockpc.cli.progress import ShownTrace
 from shockpc.cli.scenes import file_names
 from shockpc.landing.scene import Scene
-from shockpc.show.files import write_folder
 from shockpc.show.html import INSTALL, plotly
 from shockpc.text.errors import DefectError, OutputError, SolveError
 from shockpc.text.printed import visible
@@ -66,8 +65,10 @@ def emit(report: "Report", output: OutputOptions) -> None:
 
 def write_report(report: "Report", folder: Path) -> None:
     """Write the files of a report; a line on standard error says what report.html would need."""
+    from shockpc.show.folder import write_report_folder
+
     with ShownTrace().stage("figures and files"):
-        write_folder(folder, report.files(_command()))
+        write_report_folder(folder, report, _command())
     if report.landings and plotly() is None:
         print_error(INSTALL)
 

@@ -18,6 +18,7 @@ from contextlib import contextmanager, nullcontext
 from typing import Any, TypeVar
 
 from shockpc.text.errors import StudyError
+from shockpc.text.paths import Inputs, inputs
 
 S = TypeVar("S")
 T = TypeVar("T")
@@ -93,8 +94,13 @@ def _dask(address: str, waiting: Callable[[str], object] | None) -> Iterator[Exe
     """The executor of a running Dask cluster."""
     try:
         from distributed import Client, KilledWorker
-    except ImportError:
-        raise StudyError('a cluster needs the package "distributed"; install it with: pip install distributed pyarrow') from None
+    except ImportError as refusal:
+        install = "install it with: pip install distributed pyarrow"
+        if isinstance(refusal, ModuleNotFoundError) and refusal.name == "distributed":
+            raise StudyError(f'a cluster needs the package "distributed"; {install}') from None
+        raise StudyError(
+            f'the package "distributed" is installed but cannot be imported ({" ".join(str(refusal).split())}); {install}'
+        ) from None
     # It reports every part of a lost worker, which is computed again.
     logging.getLogger("distributed.client").setLevel(logging.ERROR)
     answer: Future[Any] = Future()
@@ -177,14 +183,26 @@ def in_order(workers: Executor | None, function: Callable[[S], T], parts: Iterab
     if workers is None:
         yield from map(function, parts)
         return
-    waiting: deque[Future[T]] = deque()
+    waiting: deque[Future[tuple[T, Inputs]]] = deque()
+
+    def first() -> T:
+        value, read = waiting.popleft().result()
+        inputs.update(read)
+        return value
+
     try:
         for part in parts:
-            waiting.append(workers.submit(function, part))
+            waiting.append(workers.submit(_with_inputs, function, part))
             if len(waiting) > ahead:
-                yield waiting.popleft().result()
+                yield first()
         while waiting:
-            yield waiting.popleft().result()
+            yield first()
     finally:
         for future in waiting:
             future.cancel()
+
+
+def _with_inputs(function: Callable[[S], T], part: S) -> tuple[T, Inputs]:
+    """The result of a part, and the files that were read for it, which no output may replace."""
+    before = inputs.copy()
+    return function(part), dict(inputs.items() - before.items())

@@ -1,6 +1,7 @@
 """Files of recorded landings: columns by name from CSV, Parquet and NPZ."""
 
 import csv
+import io
 import itertools
 import zipfile
 import zlib
@@ -10,7 +11,7 @@ from pathlib import Path
 import numpy as np
 
 from shockpc.text.errors import StudyError
-from shockpc.text.paths import usable_path
+from shockpc.text.paths import open_file, usable_path
 
 BLOCK = 8192
 """Rows of a CSV file that are read together."""
@@ -31,7 +32,7 @@ def read_table(path: Path) -> dict[str, np.ndarray]:
             case ".parquet":
                 columns = _read_parquet(path)
             case ".npz":
-                with path.open("rb") as stream, np.load(stream, allow_pickle=False) as file:
+                with open_file(path, "table", StudyError) as stream, np.load(stream, allow_pickle=False) as file:
                     columns = {name: file[name] for name in file.files}
                 columns |= {name: np.char.decode(values) for name, values in columns.items() if values.dtype.kind == "S"}
             case _:
@@ -50,7 +51,7 @@ def read_table(path: Path) -> dict[str, np.ndarray]:
 
 def _read_csv(path: Path) -> dict[str, np.ndarray]:
     blocks: list[list[np.ndarray]] = []
-    with path.open(encoding="utf-8-sig", newline="") as file:
+    with open_file(path, "table", StudyError) as content, io.TextIOWrapper(content, "utf-8-sig", newline="") as file:
         lines = csv.reader(file)
         header = [name.strip() for name in next(lines, [])]
         if twice := [name for k, name in enumerate(header) if name in header[:k]]:
@@ -95,7 +96,7 @@ def _read_parquet(path: Path) -> dict[str, np.ndarray]:
         raise StudyError(
             'Parquet files need the package "pyarrow"; install it with: pip install pyarrow, or give a CSV or NPZ file'
         ) from None
-    with path.open("rb") as content:  # a path with a colon would be read as an address
+    with open_file(path, "table", StudyError) as content:  # a path with a colon would be read as an address
         table = pyarrow.parquet.read_table(content)
     columns = {name: np.asarray(table[name].to_numpy()) for name in table.column_names}
     for name, values in columns.items():

@@ -157,7 +157,7 @@ def gains_with_friction(impact: DoubleImpact) -> np.ndarray:
     for i, s in np.argwhere(((1.0 - e) * np.abs(along) < mu * across).any(axis=-1)).tolist():
         row, before = slice(i, i + 1), landing.before._replace(velocity=velocity[i, s])
         moving = landing.motions(row) if landing.before.velocity.ndim > 1 else replace(landing, before=before)
-        own = {part: getattr(state, part)[row] for part in ("J", "rotation", "position", "origin")}
+        own = {part: getattr(state, part)[row] for part in ("J", "rotation", "position", "origin", "Q")}
         try:
             friction_of(replace(moving, state=state._replace(inertia=H[row], **own)))
         except (SceneError, SolveError):

@@ -167,11 +167,12 @@ class Impact:
         bodies = range(len(self.landing.robot.bodies))
         return np.sum(self.points(bodies, self.coms) * self.masses[..., None], axis=1) / np.sum(self.masses, axis=-1)[:, None]
 
-    @property
+    @functools.cached_property
     def joint_origins(self) -> Any:
-        """Origins (N, nb, 3) of the frames of the bodies' joints, world axes, from the base [m]."""
-        origins = self.landing.robot.joint_origins
-        return self.points(range(len(origins)), origins)
+        """Origins (N, n, 3) of the frames of the robot's `single_joints`, world axes, from the base [m]."""
+        robot = self.landing.robot
+        moved = [i for i, joint in enumerate(robot.joints) for _ in joint.parts or (joint,)]
+        return self.points(moved, robot.joint_origins(self.state.Q))
 
     @property
     def inertias(self) -> Any:

@@ -87,7 +87,7 @@ def _posture(landing: PosedLanding) -> str:
 
 
 def _without_inertia(landing: PosedLanding, equation: Equation) -> SolveError:
-    """The error for an inertia that cannot be inverted: the bodies whose joints carry none."""
+    """The error for an inertia that cannot be inverted: the bodies whose joints carry none, and the joints to be locked."""
     robot = landing.robot
     columns = weakest_columns(equation.H[0])
     velocities = columns if equation.G is None else [int(np.argmax(np.abs(equation.G[0, :, column]))) for column in columns]
@@ -96,13 +96,23 @@ def _without_inertia(landing: PosedLanding, equation: Equation) -> SolveError:
         for name, joint in zip(robot.bodies, robot.joints, strict=True)
         if any(joint.v.start <= v < joint.v.stop for v in velocities)
     ]
+    joints = {
+        joint.name
+        for joint in robot.single_joints
+        if joint.kind != "free" and {*velocities} & {*range(joint.v.start, joint.v.stop)}
+    }
+    for mimic in (*robot.mimics, *reversed(robot.mimics)):  # all that are geared to one another are locked together
+        geared = {mimic.joint, *mimic.leaders}
+        joints |= geared if joints & geared else set()
+    lock = [name for name in robot.joint_names if name in joints]
     light_base = landing.base != "fixed" and robot.bodies[0].name in names and not robot.masses[0]
     bolt = "bolt the robot's massless root down with --base fixed, or " if light_base else ""
     return SolveError(
         f'{"bodies" if len(names) > 1 else "body"} {listed(names, 6)} of robot "{robot.name}" can move, but no mass or inertia '
         f"resists it, so the inertia matrix cannot be inverted; {bolt}give mass and inertia in the file (mass on a joint's axis "
-        "does not resist turning about it), or lock the joints with --lock",
+        f"does not resist turning about it){f', or lock {listed(lock, 12)} with --lock' if lock else ''}",
         bodies=names,
+        joints=lock,
     )
 
 

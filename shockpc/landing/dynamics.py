@@ -69,6 +69,7 @@ class Dynamics(NamedTuple):
         position: (N, nb, 3) origins of the body frames, from the base [m].
         origin: (N, 3) position of the base in the world [m].
         supports: (nb, nv) which joint velocities move which bodies.
+        Q: (N, nq) configurations, Pinocchio's layout; the position of a floating base is of no account.
     """
 
     inertia: Inertia
@@ -77,6 +78,7 @@ class Dynamics(NamedTuple):
     position: Array
     origin: Array
     supports: np.ndarray
+    Q: Array
 
     @property
     def H(self) -> Array:
@@ -137,7 +139,7 @@ def dynamics(robot: Robot, Q: Array, armature: Array | None = None, design: Desi
     if design is not None:
         momenta = Momenta(J, _momenta(robot, J, rotation, position, design), design.armature, tuple(data.parents_fromRow))
         inertia = momenta if n * nv**2 >= MANY else matrix_of(momenta)
-    return Dynamics(inertia, J, rotation, position, origin, robot.supports)
+    return Dynamics(inertia, J, rotation, position, origin, robot.supports, Q)
 
 
 def _momenta(robot: Robot, J: Array, rotation: Array, position: Array, design: Design) -> Array:

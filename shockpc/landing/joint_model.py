@@ -19,6 +19,7 @@ from shockpc.landing.record import Record
 from shockpc.robot.drives import Drive, drives_of, read_drives
 from shockpc.robot.robot import Drives, Robot
 from shockpc.text.errors import SceneError
+from shockpc.text.paths import inputs
 from shockpc.text.printed import listed
 from shockpc.text.toml import LARGEST
 
@@ -46,8 +47,9 @@ class Joints(Record):
         model: all joints free (whatever the file says, except where drives, armature or rotor give an inertia), geared, or locked;
             by default as the file and the drives say, and rigid the same with springs that do not yield: a joint with its own
             spring is locked, a rotor behind one is joined to its joint.
-        drives: a file of drives in the form of robots/drives.toml, which replace those of the robot's file; or "none". By default
-            the published and derived drives of a robot of the catalogue whose file gives no reflected inertia.
+        drives: a file of drives in the form of robots/drives.toml, which replace those of the robot's file; or "none", which
+            leaves those of the file. By default the published and derived drives of a robot of the catalogue whose file gives no
+            reflected inertia.
         armature: reflected inertia by pattern [kg m²; kg for a prismatic joint].
         rotor: rotor and gearbox by pattern; their reflected inertia is gear_ratio² · inertia.
         stiffness: of springs of the joints themselves, such as in a compliant leg, by pattern [N m/rad, N/m].
@@ -90,6 +92,13 @@ class JointModel(NamedTuple):
     def springs(self) -> np.ndarray:
         """Which joint velocities (nv,) have a spring, of their own or before their rotor."""
         return np.asarray((self.stiffness > 0.0) | np.isfinite(self.drive_stiffness))
+
+    @property
+    def summary(self) -> str:
+        """Its name, and where its drives are from."""
+        if self.drives and self.name == "free":
+            return f"free, because every drive acts through a spring ({self.drives})"
+        return ": ".join(filter(None, (self.name, self.drives)))
 
     def deflection(self, robot: Robot, q: Array) -> Array:
         """By how much (nv,) springs of joints are deflected in a configuration (nq,), as far as the robot's file says [rad, m]."""
@@ -203,7 +212,11 @@ def _drives(robot: Robot, joints: Joints) -> Drives:
     """The drives that count for the scene beside those of the robot's file."""
     if joints.drives is not None and joints.drives != "none":
         path = Path(joints.drives).expanduser()
-        stamp = path.stat().st_mtime_ns if path.is_file() else 0
+        stamp = 0
+        if path.is_file():
+            status = path.stat()
+            stamp = status.st_mtime_ns
+            inputs.setdefault((status.st_dev, status.st_ino), "drives file")
         return drives_of(robot, _drives_file(path, stamp), f"drives of {path.name}")
     default = robot.default_drives
     return Drives.none(robot.model.nv) if default is None or joints.drives == "none" or joints.model == "free" else default

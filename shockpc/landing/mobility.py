@@ -118,7 +118,8 @@ def _displaced(robot: Robot, state: Dynamics) -> Dynamics:
     which = np.repeat(np.arange(nb), 6)
     carried = state.supports[:, [joint.v.start for joint in robot.joints]].T[which]
     behind = carried[:, np.argmax(state.supports, axis=0), None]
-    pivot = (position + (state.rotation[0] @ robot.joint_origins[..., None])[..., 0])[which, None]
+    origins = np.array([-body.rotation.T @ body.offset for body in robot.bodies])  # of the joint that carries each body
+    pivot = (position + (state.rotation[0] @ origins[..., None])[..., 0])[which, None]
     v = shift - np.cross(omega, pivot)
     angular, linear = J[:3].T, J[3:].T
     change = np.concatenate([np.cross(omega, angular), np.cross(omega, linear) + np.cross(v, angular)], axis=-1) * behind

@@ -10,6 +10,7 @@ from shockpc.impact.impact import Impact
 from shockpc.landing.places import joint_places
 from shockpc.quantities.quantity import Places, Quantity
 
+ORIGIN = "the joint's origin (of a prismatic joint, where it has slid to)"
 AXES = "the joint has more than one axis"
 REDUNDANT = "contacts or loops are redundant, so the impulse through a joint is not determined"
 
@@ -33,9 +34,13 @@ def _force(impact: Impact, places: Places) -> Any:
 
 
 def _moment(impact: Impact, places: Places) -> Any:
-    """Their moments (N, S, n, 3) about the joints' origins, world axes [N m s]."""
-    bodies = [place.body for place in places]
-    loads, origins = impact.joint_loads[:, :, bodies], impact.joint_origins[:, None, bodies]
+    """Their moments (N, S, n, 3) about the origins of the joints' frames, world axes [N m s].
+
+    Joints that share a body carry one wrench, each about an origin of its own.
+    """
+    number = {joint.v.start: k for k, joint in enumerate(impact.landing.robot.single_joints)}
+    loads = impact.joint_loads[:, :, [place.body for place in places]]
+    origins = impact.joint_origins[:, None, [number[place.number] for place in places]]
     return loads[..., :3] - cross(origins, loads[..., 3:])
 
 
@@ -56,14 +61,14 @@ def _size(impact: Impact, values: Array) -> float:
 JOINTS = (
     Quantity("force", "joint", "impulse on the body, world axes", "N s", "greater", _force, _size, REDUNDANT, shared=True,
         vector=True),
-    Quantity("moment", "joint", "moment about the joint's origin, world axes", "N m s", "greater", _moment, _size, REDUNDANT,
-        shared=True, vector=True),
+    Quantity("moment", "joint", f"moment about {ORIGIN}, world axes", "N m s", "greater", _moment, _size, REDUNDANT, shared=True,
+        vector=True),
     Quantity("along", "joint", "impulse along the joint's axis", "N m s, N s", "greater", _along, _size, f"{AXES}; or {REDUNDANT}",
         shared=True, signed=True),
     Quantity("delta_qd", "joint", "jump of the joint's rate", "rad/s, m/s", "greater", _delta_qd, lambda i,
         x: float(np.abs(i.along(i.delta_qd).astype(float)).max()), AXES, signed=True),
     Quantity("joint_impulse", "joint", "impulse through the joint", "N s", "greater", lambda i, p: norm(_force(i, p)), _size,
         REDUNDANT, shared=True),
-    Quantity("joint_moment", "joint", "impulsive moment through the joint", "N m s", "greater", lambda i, p: norm(_moment(i, p)),
-        _size, REDUNDANT, shared=True),
+    Quantity("joint_moment", "joint", f"impulsive moment through the joint, about {ORIGIN}", "N m s", "greater",
+        lambda i, p: norm(_moment(i, p)), _size, REDUNDANT, shared=True),
 )  # fmt: skip

@@ -152,7 +152,7 @@ class JointLoad(NamedTuple):
     Attributes:
         joint: its name.
         force: (3,) impulse on the body from its parent, world axes [N s].
-        moment: (3,) about the joint's origin, world axes [N m s].
+        moment: (3,) about the joint's origin (of a prismatic joint, where it has slid to), world axes [N m s].
         along: part of the moment (of the force, if prismatic) along the joint's axis: what the drive carries [N m s, N s]; None
             for a joint of more than one axis.
         delta_qd: jump of its rate [rad/s, m/s]; of a ball joint its length.

@@ -12,6 +12,7 @@ from pathlib import Path
 from typing import NamedTuple
 
 from shockpc.text.errors import RobotError, UnknownName
+from shockpc.text.paths import read_file
 
 SETS: dict[str, tuple[str, ...]] = {
     "quadrupeds": (
@@ -161,7 +162,7 @@ def _closing_scenes() -> dict[Path, Path]:
     """By the project's own robots, the first scene that closes a loop."""
     closing: dict[Path, Path] = {}
     for scene in sorted((own_robots_folder() / "scenes").glob("*.toml")):
-        text = scene.read_text(encoding="utf-8")
+        text = read_file(scene, "scene file", RobotError).decode()
         robot = re.search(r'^robot = "\.\./(.+)"', text, re.MULTILINE)
         if "[[closure]]" in text and robot is not None:
             closing.setdefault(own_robots_folder() / robot[1], scene)

@@ -15,6 +15,7 @@ from shockpc.core.spatial import freeze
 from shockpc.robot.catalogue import own_robots_folder
 from shockpc.robot.robot import Drives, Robot
 from shockpc.text.errors import SceneError
+from shockpc.text.paths import read_file
 from shockpc.text.toml import LARGEST, checked, reading
 
 
@@ -89,7 +90,7 @@ def read_drives(path: Path) -> tuple[Drive, ...]:
 @functools.lru_cache(maxsize=16)
 def catalogue_drives(name: str | None) -> tuple[Drive, ...]:
     """The drives of robots/drives.toml that are known of a robot of the catalogue, with those of simulation models."""
-    tables = (own_robots_folder() / "drives.toml").read_text(encoding="utf-8").split("[[drive]]")[1:]
+    tables = read_file(own_robots_folder() / "drives.toml", "drives file", SceneError).decode().split("[[drive]]")[1:]
     # Those of other robots are not parsed: together they would take as long as a robot's file.
     if not (own := [table for table in tables if f'"{name}"' in table]):
         return ()

@@ -16,7 +16,7 @@ from xml.etree.ElementTree import Element, TreeBuilder
 from xml.parsers import expat
 
 from shockpc.text.errors import RobotError
-from shockpc.text.paths import read_file
+from shockpc.text.paths import inputs, read_file
 from shockpc.text.printed import listed
 
 _DEEPEST = 490  # elements within elements; TinyXML-2, by which Pinocchio and MuJoCo read, stops at 500
@@ -51,6 +51,12 @@ class OpenFolders(NamedTuple):
     def unchanged(self) -> bool:
         """Whether all that was read is still as it was."""
         return all(state == _state(path, state is not None and state[-1] is not None) for path, state in self.seen.items())
+
+    def remember(self) -> None:
+        """Note what was read as an input of this command, too, where the robot of an earlier one is used again."""
+        for state in self.seen.values():
+            if state is not None:
+                inputs.setdefault(state[:2], "file of the robot")
 
     def contain(self, path: Path) -> bool:
         """Whether a path, after following `..` and symbolic links, lies inside the folders."""
@@ -114,6 +120,7 @@ class OpenFolders(NamedTuple):
         """The name that a folder's package.xml gives to the package; None without one, or outside the open folders."""
         path = folder / "package.xml"
         readable = os.path.isfile(path) and self.contain(path)
+        self.note(path)
         match = re.search(rb"<name>\s*([^<]*?)\s*</name>", read_file(path, "file", RobotError)) if readable else None
         return match[1].decode(errors="replace") if match else None
 

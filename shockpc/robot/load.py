@@ -96,6 +96,7 @@ def shared_robot(
     source = _SOURCES.pop(key, None)
     if source is None or not source.folders.unchanged():
         source = read_source(robot, xacro=xacro, packages=packages, srdf=srdf, freed=free)
+    source.folders.remember()
     _SOURCES[key] = source
     for oldest in list(_SOURCES)[:-_KEPT]:
         _SOURCES.pop(oldest, None)

@@ -344,10 +344,26 @@ class Robot:
         model = self.model
         return tuple(_joint(model, model.joints[body.joint], body.joint, model.jointPlacements[body.joint]) for body in self.bodies)
 
-    @cached_property
-    def joint_origins(self) -> Array:
-        """(nb, 3) origin of the joint that carries each body, in the body's frame [m]."""
-        return read_only(np.array([-body.rotation.T @ body.offset for body in self.bodies]))
+    def joint_origins(self, Q: Array) -> Array:
+        """Origins (N, n, 3) of the frames of `single_joints`, each in the frame of the body that it moves [m].
+
+        A frame moves with its joint: that of a prismatic joint slides. Args: Q (N, nq) configurations.
+        """
+        origins = np.empty((len(Q), len(self.single_joints), 3))
+        first = 0
+        for body, joint in zip(self.bodies, self.joints, strict=True):
+            place, end = pin.SE3(body.rotation, body.offset), first + len(joint.parts or (joint,))
+            origins[:, end - 1] = place.actInv(np.zeros(3))  # the last part's frame is that which carries the body
+            if joint.parts:
+                model = self.model.joints[body.joint]
+                data = model.createData()
+                for k, q in enumerate(Q):
+                    model.calc(data, q)
+                    # The placement of the last part's frame in that of each part but the last.
+                    following = data.extract().iMlast.tolist()[1:]
+                    origins[k, first : end - 1] = [place.actInv(last.inverse().translation) for last in following]
+            first = end
+        return origins
 
     @cached_property
     def single_joints(self) -> tuple[Joint, ...]:

@@ -1,23 +1,13 @@
-"""Files of results: each is complete before it gets its name, and those of an earlier run do not remain beside the new ones."""
+"""Files of results: each is complete before it gets its name, and none replaces what the command has read."""
 
 import contextlib
 import os
-import re
 import stat
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from pathlib import Path
 
 from shockpc.text.errors import OutputError
-from shockpc.text.paths import inputs, read_file
-
-MANIFEST = ".shockpc-files"
-"""In a folder of results: SHA-256 and path of each file that the last run wrote there, as `sha256sum --check` reads them."""
-
-_RESULT = (
-    "(.+/)?(batch|bench|bodies|cases|check|claims|compare|contacts|correlations|damage|error-against-run-time|figure[0-9]+|joints|junit|landings?|limits|paper|parts|places?|points|postures|"
-    r"profile|quantities|report|robots?|sensitivity|sheet|shock|spectrum|summary|sweep|time)\.(csv|html|json|md|png|svg|xml)"
-)
-"""Names of results; a file of another name is never removed."""
+from shockpc.text.paths import inputs
 
 
 def check_folder(folder: Path, option: str) -> None:
@@ -38,12 +28,12 @@ def check_folder(folder: Path, option: str) -> None:
         ) from None
 
 
-def destination(path: Path, over_input: bool = False) -> Path:
+def destination(path: Path, replaceable: str = "") -> Path:
     """The file that is written at a path: that to which it leads, if it is a symbolic link.
 
     Args:
         path: as given.
-        over_input: whether it may be a file that this command has read.
+        replaceable: what a file that this command has read may be to be replaced all the same, such as "scene file".
 
     Raises:
         OutputError: what is there is a folder, a pipe, a device or a link to itself, or is read by the same command.
@@ -55,41 +45,45 @@ def destination(path: Path, over_input: bool = False) -> Path:
             if not stat.S_ISREG(status.st_mode):
                 kind = "a folder" if stat.S_ISDIR(status.st_mode) else "a pipe, a device or a link to itself"
                 raise OutputError(f'"{path}" is {kind}, but a file has to be written there; move it, or name another file')
-            if (status.st_dev, status.st_ino) in inputs and not over_input:
+            if inputs.get((status.st_dev, status.st_ino), replaceable) != replaceable:
                 raise OutputError(f'"{path}" is read by the same command, so it is not replaced; name another file')
     return target
 
 
-def write_folder(folder: Path, files: Mapping[str, str | bytes]) -> None:
-    """Write the files of a run into a folder, and remove those that an earlier run wrote there and this one does not.
+def write_folder(folder: Path, files: Mapping[str, str | bytes], owned: Iterable[str] = ()) -> None:
+    """Write the files of a run into a folder, and remove those of its other names; files of all other names stay as they are.
 
-    The contents are given by path relative to the folder, with slashes. An earlier file is removed only if it has the name of a
-    result and is unchanged since.
+    Args:
+        folder: is made if it does not exist.
+        files: the contents by path relative to the folder, with slashes.
+        owned: paths of files that this kind of run may have. What an earlier one left there is removed, if this one has no such
+            file and has not read it.
 
     Raises:
         OutputError: the folder cannot be written; if a file cannot have its name, nothing is.
     """
     real = Path(os.path.realpath(folder))
-    for name in (*files, MANIFEST):
+    for name in files:
         if os.path.realpath(destination(folder / name)) != str(real / name):
             raise OutputError(f'"{folder / name}" leads out of its folder by a link; remove it, or name another with --out')
-    try:
-        listed = read_file(folder / MANIFEST, "file", OutputError, output=True).decode()
-    except (OutputError, UnicodeDecodeError):
-        listed = ""
     for name, content in files.items():
         write_file(folder / name, content)
-    for digest, name in re.findall("(?m)^([0-9a-f]{64})  (.+)$", listed):
-        path = real / name
-        if name not in files and re.fullmatch(_RESULT, name) and os.path.realpath(path) == str(path) and path.is_relative_to(real):
-            with contextlib.suppress(OutputError, OSError):
-                if _digest(read_file(path, "file", OutputError, output=True)) == digest:
-                    path.unlink()
-                    path.parent.rmdir()
-    write_file(folder / MANIFEST, "".join(f"{_digest(_encoded(content))}  {name}\n" for name, content in files.items()))
+    for path in (real / name for name in owned if name not in files):
+        # What is no regular file, or lies behind a link, is none that a run wrote.
+        if os.path.realpath(path) == str(path) and path.is_relative_to(real) and path.is_file():
+            status = path.stat()
+            if (status.st_dev, status.st_ino) not in inputs:
+                _remove(path)
 
 
-def write_file(path: Path, content: str | bytes, over_input: bool = False, flush: bool = False) -> None:
+def _remove(path: Path) -> None:
+    try:
+        path.unlink()
+    except OSError as refusal:
+        raise OutputError(f'"{path}", of an earlier run, cannot be removed: {refusal.strerror}') from None
+
+
+def write_file(path: Path, content: str | bytes, replaceable: str = "", flush: bool = False) -> None:
     """Write a file under a temporary name beside its place and rename it; text is encoded in UTF-8. On failure no file is left.
 
     Every output goes through here, save the standard streams. The arguments are those of `destination`; and flush: whether the
@@ -98,7 +92,7 @@ def write_file(path: Path, content: str | bytes, over_input: bool = False, flush
     Raises:
         OutputError: it cannot be written, or a folder above it cannot be made; as `destination`.
     """
-    target = destination(path, over_input)
+    target = destination(path, replaceable)
     part = target.with_name(f".{target.stem}.{os.urandom(4).hex()}{target.suffix}")
     try:
         target.parent.mkdir(parents=True, exist_ok=True)
@@ -117,9 +111,3 @@ def write_file(path: Path, content: str | bytes, over_input: bool = False, flush
 
 def _encoded(content: str | bytes) -> bytes:
     return content if isinstance(content, bytes) else content.encode("utf-8", "backslashreplace")
-
-
-def _digest(content: bytes) -> str:
-    import hashlib
-
-    return hashlib.sha256(content).hexdigest()

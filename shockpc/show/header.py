@@ -106,8 +106,8 @@ def joint_model_text(profile: ShockProfile) -> str:
     """The model of the joints, and what it means or where the drives are from."""
     if not profile.robot.joint_names:
         return "none (the robot has no joints)"
-    drives = profile.landing.joint_model.drives
-    return f"{profile.joint_model}: {drives}" if drives else JOINT_MODELS[profile.joint_model]
+    model = profile.landing.joint_model
+    return model.summary if model.drives else JOINT_MODELS[profile.joint_model]
 
 
 def _drive_texts(profile: ShockProfile) -> list[str]:
@@ -120,7 +120,7 @@ def _drive_texts(profile: ShockProfile) -> list[str]:
         texts.append(f"rotor of {printable(name)}: {motor.inertia:g} kg m², {ratio}{behind}")
     texts += [f"locked: {', '.join(joints.locked)}"] if joints.locked else []
     if model.drives and joints.drives is None and model.armature.any():
-        texts.append("--drives none for free joints")
+        texts.append("--joints free for free joints")
     single = [joint for joint in robot.single_joints if joint.kind != "free"]
     ratios = {robot.gear_ratios[joint.name]: joint.name for joint in single if abs(robot.gear_ratios.get(joint.name, 1.0)) != 1.0}
     if ratios and model.unknown.any():
@@ -132,7 +132,7 @@ def _drive_texts(profile: ShockProfile) -> list[str]:
         times = (trunk.locked or 0.0) / trunk.as_modelled if trunk.as_modelled else math.inf
         more = (
             f": the shock of the trunk may be up to {times:{'.0f' if times >= 10.0 else '.2g'}} times larger (locked)"
-            if math.isfinite(times) and times > 1
+            if math.isfinite(times) and times >= 1.05
             else ""
         )
         texts.append(f"{subject}{more}")

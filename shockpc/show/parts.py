@@ -20,7 +20,7 @@ from shockpc.evaluation.table import Table
 from shockpc.landing.dynamics import PINOCCHIO
 from shockpc.landing.scene import scene_table
 from shockpc.show.document import json_text
-from shockpc.show.files import write_file
+from shockpc.show.files import destination, write_file
 from shockpc.show.tables import Sheet, as_csv
 from shockpc.text.errors import OutputError
 from shockpc.text.paths import read_file
@@ -86,6 +86,8 @@ class Parts:
         mark = json.dumps(description).encode()
         missing = [k for k in range(len(landings.parts)) if not _complete(_part(rows, self.format, k), mark)]
         yield landings.rows - sum((b - a) * landings.strikes for a, b in (landings.parts[k] for k in missing))
+        for path in (path for k in missing for part in [_part(rows, self.format, k)] for path in (part, _checksum(part))):
+            destination(path)  # other processes do not know what this one has read
         # The values of a grid may be as long as all parts; they are in the columns.
         notes = {key: value for key, value in description.items() if key != "vary"}
         save = functools.partial(_save, rows, self.format, json.dumps(notes, ensure_ascii=False), mark)

@@ -1,14 +1,17 @@
-"""Paths as users write them, checked before the operating system sees them, and the one function that reads a file."""
+"""Paths as users write them, checked before the operating system sees them, and the one function that opens a file."""
 
 import os
 import stat
 from pathlib import Path
+from typing import BinaryIO, TypeAlias
 
 LARGEST_FILE = 64 * 2**20
 """Bytes of the largest file that is read."""
 
-inputs: set[tuple[int, int]] = set()
-"""Device and inode of every file that the command has read, which none of its outputs may replace."""
+Inputs: TypeAlias = dict[tuple[int, int], str]
+
+inputs: Inputs = {}
+"""What every file is that the command has read, by device and inode; none of its outputs may replace one."""
 
 
 def usable_path(text: str) -> Path:
@@ -39,7 +42,7 @@ def usable_path(text: str) -> Path:
 
 
 def read_file(path: Path, what: str, error: type[Exception], *, output: bool = False) -> bytes:
-    """Read a whole file; every file that users name, or that such a file names, is read here.
+    """Read a whole file; what users name, or what such a file names, is read here or opened by `open_file`.
 
     Args:
         path: of the file.
@@ -48,25 +51,37 @@ def read_file(path: Path, what: str, error: type[Exception], *, output: bool = F
         output: whether it is an output of an earlier run, which this one may replace.
 
     Raises:
-        error: it is missing, a folder, not readable, not a regular file, or larger than 64 MB.
+        error: as `open_file`; or it is larger than 64 MB.
+    """
+    with open_file(path, what, error, output=output) as file:
+        size = os.fstat(file.fileno()).st_size
+        if size <= LARGEST_FILE:
+            return file.read(LARGEST_FILE + 1)
+    raise error(f'"{path}" has {size / 2**20:.0f} MB; files of up to {LARGEST_FILE // 2**20} MB are read')
+
+
+def open_file(path: Path, what: str, error: type[Exception], *, output: bool = False) -> BinaryIO:
+    """Open a file to read it, and remember that no output may replace it. The arguments are those of `read_file`.
+
+    Raises:
+        error: it is missing, a folder, not readable or not a regular file.
     """
     try:
         # Without O_NONBLOCK a pipe that nobody writes to would be waited for.
-        with open(os.open(path, os.O_RDONLY | os.O_NONBLOCK), "rb") as file:
-            status = os.fstat(file.fileno())
-            if stat.S_ISREG(status.st_mode) and status.st_size <= LARGEST_FILE:
-                if not output:
-                    inputs.add((status.st_dev, status.st_ino))
-                return file.read(LARGEST_FILE + 1)
+        number = os.open(path, os.O_RDONLY | os.O_NONBLOCK)
     except FileNotFoundError:
         where = "" if path.is_absolute() else f" (looked in {Path.cwd()})"
         raise error(f'no {what} "{path}"{where}') from None
-    except IsADirectoryError:
-        raise error(f'"{path}" is a folder; give the {what} in it') from None
     except OSError as refusal:
         raise error(f'"{path}" cannot be read: {refusal.strerror}; check its permissions') from None
     except ValueError:
         raise error(f'"{path}" is no path of a file: it holds a NUL character'.replace("\0", "\\0")) from None
-    if stat.S_ISREG(status.st_mode):
-        raise error(f'"{path}" has {status.st_size / 2**20:.0f} MB; files of up to {LARGEST_FILE // 2**20} MB are read')
-    raise error(f'"{path}" is a pipe or a device; save what it gives in a file')
+    status = os.fstat(number)
+    if not stat.S_ISREG(status.st_mode):
+        os.close(number)
+        if stat.S_ISDIR(status.st_mode):
+            raise error(f'"{path}" is a folder; give the {what} in it')
+        raise error(f'"{path}" is a pipe or a device; save what it gives in a file')
+    if not output:
+        inputs.setdefault((status.st_dev, status.st_ino), what)
+    return os.fdopen(number, "rb")

@@ -62,7 +62,9 @@ def data_of(robot: Robot) -> Data:
     )
 
 
-def forward_kinematics(robot: Robot, data: Data, q: Array | Balls, plane: Plane) -> tuple[Dynamics, list[tuple[arb_mat, arb_mat]]]:
+def forward_kinematics(
+    robot: Robot, data: Data, q: Array | Balls, plane: Plane
+) -> tuple[Dynamics, list[tuple[arb_mat, arb_mat]], Balls]:
     """A robot in one posture, at the precision of the present context.
 
     Args:
@@ -71,12 +73,13 @@ def forward_kinematics(robot: Robot, data: Data, q: Array | Balls, plane: Plane)
         q: (nq,) configuration in Pinocchio's layout, as doubles or balls.
         plane: along and about whose axes the velocities of a floating base are counted.
 
-    Returns: Jacobian and placements of the bodies (N = 1), without H, which few robots need; and rotation (3, 3) and origin (3, 1)
-        of each joint's frame.
+    Returns: Jacobian and placements of the bodies (N = 1), without H, which few robots need; rotation (3, 3) and origin (3, 1) of
+        the frame of each joint that carries a body; and origins (1, n, 3) of the frames of the elementary joints.
     """
     q, numbers = balls(q), zip(data.rotation.tolist(), data.offset.tolist(), data.axis.tolist(), strict=True)
     axes = matrix(np.stack([plane.e1, plane.e2, plane.normal], axis=1))
     places: list[tuple[arb_mat, arb_mat]] = []
+    origins: list[list[arb]] = []
     columns: list[list[arb]] = []
     for joint in robot.joints:
         R, p = places[joint.parent] if joint.parent >= 0 else (EYE, arb_mat(3, 1))
@@ -84,6 +87,7 @@ def forward_kinematics(robot: Robot, data: Data, q: Array | Balls, plane: Plane)
             base = robot.free_base and not places
             turned, moved, slides, spins = _through(part, q[part.q], *next(numbers))
             R, p = R * turned, arb_mat(3, 1) if base else p + R * moved
+            origins.append(p.entries())
             slides, spins = (axes, axes) if base else (R * slides, R * spins)
             columns += [[*[arb(0)] * 3, *slide] for slide in slides.transpose().table()]
             levers = (cross_matrix(p) * spins).transpose().table()
@@ -100,8 +104,9 @@ def forward_kinematics(robot: Robot, data: Data, q: Array | Balls, plane: Plane)
         np.array([p.entries() for _, p in frames], dtype=object)[None],
         (q[:3] if robot.free_base else balls(np.zeros(3)))[None],
         robot.supports,
+        q[None],
     )
-    return state, places
+    return state, places, np.array(origins, dtype=object)[None]
 
 
 def _through(

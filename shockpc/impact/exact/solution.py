@@ -27,7 +27,7 @@ BASE = {"free": [True] * 6, "planar": [True, True, False, False, False, True], "
 """Which velocities of a floating base are free: along the plane's first and second axis and its normal, then about them."""
 
 GEOMETRY = (
-    "landing", "blocks", "choice", "unique", "state", "_data", "_places", "_mimics", "_free", "_degrees", "_unit",
+    "landing", "blocks", "choice", "unique", "state", "_data", "_places", "_origins", "_mimics", "_free", "_degrees", "_unit",
     "_rows", "speeds", "approach",
 )  # fmt: skip
 """What of an impact does not depend on the inertial parameters."""
@@ -49,7 +49,7 @@ class BallImpact(Impact):
         robot, locked = landing.robot, landing.joint_model.locked
         self.landing, self.blocks, self.choice, self.unique = landing, landing.blocks, choice, choice.unique[None]
         self._data = data or data_of(robot)
-        self.state, self._places = forward_kinematics(robot, self._data, landing.q, landing.plane)
+        self.state, self._places, self._origins = forward_kinematics(robot, self._data, landing.q, landing.plane)
         self._carried = list(zip(self._data.mass, self._data.lever, self._data.inertia, strict=True))
         self._own_inertias = [body_inertia(*own, R) for own, (R, _) in zip(self._carried, self._places, strict=True)]
         column = {joint.name: joint.v.start for joint in robot.single_joints}
@@ -197,7 +197,7 @@ class BallImpact(Impact):
     @property
     def joint_origins(self) -> Balls:
         """As in `Impact`."""
-        return np.array([p.entries() for _, p in self._places], dtype=object)[None]
+        return self._origins
 
     @cached_property
     def _inertias(self) -> list[arb_mat]:

@@ -7,7 +7,7 @@ from typing import Any
 from shockpc.quantities.table import select
 from shockpc.robot.landmarks import BENT, is_imu
 from shockpc.show.header import count, proof_text, without_value
-from shockpc.show.reports.report import Picture, Report
+from shockpc.show.reports.report import Picture, Report, picture_files
 from shockpc.show.tables import Lines, Row, Sheet
 from shockpc.studies.batch import Batch, BatchRow
 
@@ -34,6 +34,7 @@ def batch_report(batch: Batch) -> Report:
             "rows": [_record(row) for row in batch.rows],
             "failures": list(map(vars, batch.failures)),
         },
+        others=picture_files("sheet"),
     )
 
 
@@ -91,14 +92,16 @@ def _notes(batch: Batch) -> Iterable[str]:
         yield from without_value((name, select(name.partition("@")[0]).quantity) for name in empty)
     models: dict[tuple[str, str], list[str]] = {}
     for row in rows:
-        drives = row.drives.replace(f"drives of {row.robot}, ", "drives ") or NO_DRIVES.get(row.joint_model, "")
+        drives = row.drives.replace(f"drives of {row.robot}, ", "drives ")
+        drives = f"{drives}, through springs" if drives and row.joint_model == "free" else drives
+        drives = drives or NO_DRIVES.get(row.joint_model, "")
         named = models.setdefault((row.joint_model, drives), [])
         named += [row.robot] * (row.robot not in named)
     yield "joints: " + "; ".join(
         f"{model}{f', {drives}' if drives else ''}: {', '.join(of)}" for (model, drives), of in models.items()
     )
     if any(row.drives and row.joint_model != "free" and row.scene.joints.drives is None for row in rows):
-        yield "--drives none for free joints"
+        yield "--joints free for free joints"
     if any(sum(map(is_imu, row.sensors)) > 1 for row in rows):
         yield "of several IMUs the one with the greatest shock; CSV and JSON hold all"
     if any(row.values["shock_max"] is None for row in rows):

@@ -3,10 +3,12 @@
 import math
 import os
 from collections.abc import Sequence
+from pathlib import Path
 from typing import Any, get_args
 from xml.etree import ElementTree as ET
 
 from shockpc.show.document import record
+from shockpc.show.files import destination
 from shockpc.show.header import count, proof_text
 from shockpc.show.reports.report import Report
 from shockpc.show.tables import Cell, Lines, Sheet, as_markdown
@@ -89,8 +91,7 @@ def _joint_model(check: Check, case: str) -> str:
     """What the joints of a case do, and where their drives are from; empty if it could not be computed."""
     if case not in check.profiles:
         return ""
-    model = check.profiles[case].landing.joint_model
-    return ": ".join(filter(None, (model.name, model.drives)))
+    return check.profiles[case].landing.joint_model.summary
 
 
 def _explained(check: Check, outcome: Outcome) -> str:
@@ -173,7 +174,7 @@ def append_summary(check: Check) -> None:
     if not name:
         return
     try:
-        with open(name, "a", encoding="utf-8") as summary:
+        with destination(Path(name)).open("a", encoding="utf-8") as summary:
             summary.write(as_markdown(check_sheet(check, for_terminal=False, most=MOST_ROWS)) + "\n")
     except OSError as refusal:
         raise OutputError(f'"{name}", which GITHUB_STEP_SUMMARY names, cannot be written: {refusal.strerror}') from None

@@ -12,7 +12,7 @@ from shockpc.quantities.profile import ShockProfile
 from shockpc.quantities.table import Selection, quantities_of, quantity
 from shockpc.show.document import content
 from shockpc.show.header import contact_name, count, header_lines, proof_text, shown_as, vector_text, warning_lines
-from shockpc.show.reports.report import Picture, Report
+from shockpc.show.reports.report import Picture, Report, picture_files
 from shockpc.show.tables import Lines, Row, Sheet, largest, rounded
 from shockpc.text.printed import few
 
@@ -63,6 +63,7 @@ def landing_report(profile: ShockProfile, bodies: Sequence[int] | None = None, s
             **({"parts": lambda: _parts_sheet(profile)} if profile.parts else {}),
         },
         document=lambda: content(profile),
+        others=("joints.csv", "parts.csv", *picture_files("damage", "time", "spectrum")),
         landings={contact_name(profile): profile},
     )
 
@@ -88,6 +89,7 @@ def landings_report(
         body=lambda _: [sheet(), *_damage_picture(profiles)],
         sheets={"summary": sheet},
         document=dict,
+        others=picture_files("damage"),
         landings=dict(zip(names, profiles, strict=True)),
         parts=parts,
     )

@@ -11,7 +11,7 @@ from shockpc.evaluation.recorded import CLOSED_BY, RATES_BY, RecordedLandings
 from shockpc.evaluation.table import Table
 from shockpc.quantities.profile import ShockProfile
 from shockpc.show.header import JOINT_MODELS, LEFT_OUT, count, proven_text, shown_as, without_value
-from shockpc.show.reports.report import Block, Picture, Report
+from shockpc.show.reports.report import Block, Picture, Report, picture_files
 from shockpc.show.tables import Lines, Row, Sheet
 from shockpc.studies.landings import STATISTICS, Agreement, Comparison
 from shockpc.text.printed import alike, few
@@ -72,6 +72,7 @@ def landings_report(
         warnings=list(_warnings(landings)),
         sheets=sheets,
         document=lambda: _document(table, landings, results, order, comparison),
+        others=("measured.csv", *picture_files("measured")),
         landings=worst or {},
     )
 

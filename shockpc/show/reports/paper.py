@@ -6,9 +6,10 @@ from typing import Any
 
 from shockpc.landing.scene import scene_text
 from shockpc.paper.claim import Claim, PaperFigure
+from shockpc.paper.figures import FIGURES
 from shockpc.paper.landings import scene
 from shockpc.show.document import record
-from shockpc.show.reports.report import Block, Picture, Report
+from shockpc.show.reports.report import Block, Picture, Report, picture_files
 from shockpc.show.tables import Lines, Row, Sheet
 
 OUTCOMES = ("does not hold", "as interpreted", "holds")
@@ -45,6 +46,7 @@ def paper_report(figures: Sequence[PaperFigure], verbose: bool = False, folder: 
         more=lambda: {
             f"{panel.scene}.toml": scene_text(scene(panel.scene), folder or Path()) for figure in figures for panel in figure.panels
         },
+        others=picture_files(*(f"figure{figure.number}" for figure in FIGURES)),
     )
 
 

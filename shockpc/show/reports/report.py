@@ -6,7 +6,6 @@ from typing import Any, NamedTuple
 
 from shockpc.quantities.profile import ShockProfile
 from shockpc.show.document import headed, json_text
-from shockpc.show.html import plotly
 from shockpc.show.tables import Lines, Sheet, as_csv, as_markdown, as_text, escaped
 
 
@@ -38,6 +37,11 @@ class Picture(NamedTuple):
         return render(self.name, self.draw)
 
 
+def picture_files(*names: str) -> tuple[str, ...]:
+    """The files of figures of these names."""
+    return tuple(f"{name}.{kind}" for name in names for kind in ("svg", "png"))
+
+
 Block = Sheet | Lines | Picture
 
 
@@ -57,6 +61,7 @@ class Report:
         document: the JSON document without its head; `null` where a thing does not exist, positions in metres.
         formats: texts in formats of other programs, by the name of the format.
         more: contents of further files by name.
+        others: names of the files that only some reports of the command have, this one perhaps not.
         landings: those that report.html shows in three dimensions, by name.
         parts: the reports of several results by the names of their folders. Their texts and documents are put together, and the
             body of this report, which then has no document of its own, follows.
@@ -72,6 +77,7 @@ class Report:
     document: Callable[[], Any]
     formats: Mapping[str, Callable[[], str]] = field(default_factory=dict)
     more: Callable[[], Mapping[str, str]] = dict
+    others: Sequence[str] = ()
     landings: Mapping[str, ShockProfile] = field(default_factory=dict)
     parts: Mapping[str, "Report"] = field(default_factory=dict)
 
@@ -90,30 +96,24 @@ class Report:
         """The document with its head, or a list of those of several results."""
         return [part.json() for part in self.parts.values()] if self.parts else headed(self.name, self.document())
 
-    def files(self, command: str = "") -> dict[str, str | bytes]:
-        """The files of a folder by name: figures, CSV, Markdown and JSON; several results have a folder each.
-
-        A report of landings has no report.html where Plotly is not installed. Args: command, that made the report.
-        """
-        files, library = self._files(), plotly() if self.landings else None
-        if self.landings and library is None:
-            return files
-        from shockpc.show.html.page import page
-
-        return {**files, "report.html": page(self, files, library, command)}
-
-    def _files(self) -> dict[str, str | bytes]:
+    def files(self) -> dict[str, str | bytes]:
+        """The files of a folder by name, save the page: figures, CSV, Markdown and JSON; several results have a folder each."""
         body = list(self.body(True))
         pictures = [block for block in body if isinstance(block, Picture)]
         document = {} if self.parts else {f"{self.name}.json": self.text("json")}
         return {
-            **{f"{name}/{file}": text for name, part in self.parts.items() for file, text in part._files().items()},
+            **{f"{name}/{file}": text for name, part in self.parts.items() for file, text in part.files().items()},
             **{file: content for picture in pictures for file, content in picture.files().items()},
             **{f"{name}.csv": as_csv(sheet()) for name, sheet in self.sheets.items()},
             f"{self.page}.md": self._markdown(body, figures=True),
             **document,
             **self.more(),
         }
+
+    @property
+    def owned(self) -> tuple[str, ...]:
+        """Names of files that this report may lack and others of its command have, as in `others`, with those of the parts."""
+        return *self.others, *(f"{name}/{file}" for name, part in self.parts.items() for file in part.others)
 
     def _markdown(self, body: Iterable[Block], figures: bool = False) -> str:
         """The Markdown document; of several results the part about all. Args: figures, whether their files are beside it."""

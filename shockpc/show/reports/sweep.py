@@ -47,6 +47,7 @@ def sweep_report(summary: Summary[VariedLandings]) -> Report:
             "messages": [{"text": text, "rows": count} for text, count in summary.messages],
             "quantities": [_record(summary, k) for k in range(len(summary.extents))],
         },
+        others=("correlations.csv",),
     )
 
 
