@@ -4,13 +4,14 @@ import json
 import re
 from dataclasses import replace
 
+import mujoco
 import numpy as np
 import pytest
 from commands import good, run
 from robot_texts import BODY, HINGE, arm, body, joint, link, mjcf, urdf, written
 from trees import known_robot, robot_from
 
-from shockpc import Joints, Posture, Scene, Strike, load_robot, shock_profile
+from shockpc import Contact, Joints, Posture, Scene, Strike, load_robot, shock_profile
 from shockpc.landing.joint_model import joint_model
 from shockpc.show.document import document
 
@@ -134,6 +135,60 @@ def test_the_base_of_an_mjcf_that_fixes_it_can_be_freed(base, tmp_path, capfd):
         assert numbers["scene"]["posture"]["reference"] == "home"
         for key in ("bodies", "contacts", "joints"):
             assert numbers[key] == expected[key]
+
+
+FLOATING = body("trunk", BODY + LEGS, "<freejoint/>", 'pos="0 0 1"')
+FLOATING_KEY = KEY.format("0.5 0 0.8 1 0 0 0 ")
+HUNG = (
+    '<equality><weld name="hook" body1="world" body2="trunk" anchor="0.1 0 0.2" relpose="0.3 0.2 1.6 0.9 0.1 0.3 -0.2"/></equality>'
+)
+HOLDS = {"hung": HUNG, "from the trunk": '<equality><weld body1="trunk"/></equality>'}
+
+
+@pytest.mark.parametrize("holds", HOLDS.values(), ids=HOLDS)
+def test_a_base_that_a_weld_of_the_file_holds_is_fixed(holds, tmp_path, capfd):
+    """It is where MuJoCo's rows of the weld are closed, whatever a keyframe says; the numbers are those of a base fixed there."""
+    text = mjcf(FLOATING, '<compiler angle="radian"/>', holds + FLOATING_KEY)
+    hung, loose = written(tmp_path, text, "hung.xml"), written(tmp_path, text.replace(holds, ""), "loose.xml")
+    contact = Contact(frame="foot", directions=("z",))
+    found = shock_profile(Scene(robot=hung, contact=contact, strike=Strike(velocity=(0.3, 0.2, -1.0))))
+    model = mujoco.MjModel.from_xml_path(hung)
+    data = mujoco.MjData(model)
+    data.qpos[:] = np.concatenate([found.q[:3], found.q[[6, 3, 4, 5]], found.q[7:]])
+    mujoco.mj_forward(model, data)
+    np.testing.assert_allclose(data.efc_pos[data.efc_type == mujoco.mjtConstraint.mjCNSTR_EQUALITY], np.zeros(6), atol=1e-12)
+    posture = Posture(base_position=tuple(found.q[:3]), base_quaternion=tuple(found.q[3:7]))
+    held = replace(found.scene, robot=loose, base="fixed", posture=posture)
+    expected = document(shock_profile(held))
+    for base in (None, "fixed"):
+        numbers = document(shock_profile(replace(found.scene, robot=hung, base=base)))
+        assert [numbers[key] for key in ("bodies", "contacts", "joints")] == [
+            expected[key] for key in ("bodies", "contacts", "joints")
+        ]
+    said = "\nbase         fixed to the world by a weld of the file; --base free releases it\n"
+    for command in (("analyze", hung, "--contact", "foot", "--slide"), ("robots", hung)):
+        assert said in good(capfd, *command)
+
+
+@pytest.mark.parametrize("base", ["free", "planar"])
+def test_a_weld_of_the_base_is_left_out_where_the_base_is_to_move(base, tmp_path):
+    """Every number is that of the file without the weld, and a warning says that it is left out."""
+    text = mjcf(FLOATING, after=HUNG + FLOATING_KEY)
+    hung, loose = written(tmp_path, text, "hung.xml"), written(tmp_path, text.replace(HUNG, ""), "loose.xml")
+    found, expected = (shock_profile(Scene(robot=robot, contact="foot", base=base)) for robot in (hung, loose))
+    for key in ("bodies", "contacts", "joints"):
+        assert document(found)[key] == document(expected)[key]
+    left_out = 'hung.xml: the weld of "trunk" to the world is left out, because the base is to move'
+    assert {*map(str, found.health.warnings)} - {*map(str, expected.health.warnings)} == {left_out}
+
+
+def test_the_header_names_what_else_ties_the_base_to_the_world(tmp_path, capfd):
+    """A base that turns about a point of the world does not fall freely."""
+    text = mjcf(FLOATING, after='<equality><connect body1="trunk" anchor="0 0 0.1"/></equality>')
+    options = ("--contact", "foot", "--velocity", "1,0,-1")
+    assert '\nbase         held to the world by "trunk–world" of the file' in good(
+        capfd, "analyze", written(tmp_path, text, "r.xml"), *options
+    )
 
 
 @pytest.mark.parametrize(

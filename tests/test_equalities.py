@@ -251,11 +251,13 @@ OFF = '<equality active="false"/>'
     ],
 )
 def test_equalities_that_are_not_active_are_left_out(default, words, active):
-    """As MuJoCo decides it: by the equality itself, else by its class, else by the class above that; also what has no remedy."""
+    """As MuJoCo decides it: by the equality itself, else by its class, else by the class above that; a flag switches all off."""
     text = chains("".join(tie.format(words) for tie in (CONNECT, FOLLOW, '<weld body1="b2" body2="c2"{}/>')), default)
     robot = robot_from(text, ".xml")
     assert mujoco.MjModel.from_xml_string(text).eq_active0.tolist() == [active] * 3
     assert (len(robot.loops), len(robot.mimics)) == ((2, 1) if active else (0, 0))
+    off = text.replace("<default>", '<option><flag equality="disable"/></option><default>', 1)
+    assert (robot_from(off, ".xml").loops, robot_from(off, ".xml").mimics) == ((), ())
     if not active:
         beyond = '<weld body1="b2" body2="c2" torquescale="0"{}/>', '<joint joint1="q" joint2="s" polycoef="0 1 0.5 0 0"{}/>'
         robot = robot_from(chains("".join(tie.format(words) for tie in beyond), default), ".xml")

@@ -144,6 +144,18 @@ REFUSED = {
         PAYLOAD.replace("$(arg payload)", f"${{'a' {by}}}" if by[0] != "-" else "${-'a'}"): TEXT
         for by in ("/ 2", "- 1", "** 2", "+ 1")
     },
+    # Whose text has an address, another one in every run.
+    **{
+        xacro(link(f"${{{given}}}")): f"an expression gives <{printed}>, a Python object; call it"
+        for given, printed in {
+            "load_yaml": "function create_global_symbols.<locals>.deprecate.<locals>.wrapper",
+            "xacro.load_yaml": "function load_yaml",
+            "[1, str(map(len, []))]": "map object",
+            "'leg_%s' % map(len, [])": "map object",
+            "xacro.message(xacro.tokenize)": "function tokenize",
+            "xacro.load_yaml(str(python.filter(len, [])))": "filter object",
+        }.items()
+    },
     included("none.xacro"): 'dog.urdf.xacro includes "{dog}/none.xacro", which does not exist',
     included("$(find cat)/a.xacro"): '$(find cat): no package "cat" among those given, in ROS_PACKAGE_PATH or above the file',
     xacro('<xacro:dog legs="4"/>'): CANNOT + "unknown macro name: xacro:dog",
@@ -239,6 +251,16 @@ def test_a_child_that_crashes_is_an_error(child: str, folder: Path, tmp_path: Pa
     (tmp_path / "child.py").write_text(f"import os\n{child}\n")
     monkeypatch.setattr(shockpc.robot.xacro, "_CHILD", tmp_path / "child.py")
     assert refusal(folder, PAYLOAD, NAME).startswith("dog.urdf.xacro: xacro gave no result")
+
+
+def test_the_limit_of_time_is_that_of_the_clock(folder: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch):
+    """A child that only waits uses no time of the processor, and is ended all the same."""
+    (tmp_path / "child.py").write_text("import time\ntime.sleep(60.0)\n")
+    monkeypatch.setattr(shockpc.robot.xacro, "_CHILD", tmp_path / "child.py")
+    monkeypatch.setattr(shockpc.robot.xacro, "SECONDS", 0.5)
+    begin = time.monotonic()
+    assert "gave no result within 0.5 s" in refusal(folder, PAYLOAD, NAME)
+    assert time.monotonic() - begin < 4.0
 
 
 def test_threads_do_not_mix(folder: Path):

@@ -427,6 +427,43 @@ def test_an_included_file_may_count_from_its_own_folder(tmp_path: Path):
     refused(RobotError, ['"more/hand.xml" is missing'], from_text, tmp_path, mjcf(floating('<include file="parts/limb.xml"/>')))
 
 
+@pytest.mark.parametrize("meshdir", ["", ' meshdir="meshes"'])
+@pytest.mark.parametrize("place", ["", "meshes", "parts", "parts/more"])
+def test_a_mesh_may_lie_beside_the_included_file_that_names_it(tmp_path: Path, place: str, meshdir: str):
+    """MuJoCo looks in the folder of meshes counted from the main file, then beside the file that has the mesh; so does this."""
+    for folder in ("meshes", "parts/more"):
+        (tmp_path / folder).mkdir(parents=True)
+    asset = f'<mujoco><compiler angle="radian"{meshdir}/><asset><mesh file="t.obj" scale="1 1 2"/></asset></mujoco>'
+    (tmp_path / "parts" / "more" / "assets.xml").write_text(asset)
+    (tmp_path / "parts" / "all.xml").write_text('<mujoco><include file="more/assets.xml"/></mujoco>')
+    (tmp_path / place / "t.obj").write_text(TETRAHEDRON)
+    text = mjcf(floating(body("b", '<geom type="mesh" mesh="t"/>')), '<include file="parts/all.xml"/>')
+    if place in ("meshes" if meshdir else "", "parts/more"):
+        robot, theirs = from_text(tmp_path, text), mujoco.MjModel.from_xml_path(str(tmp_path / "dog.xml"))
+        assert_equal(robot, theirs, theirs.qpos0)
+    else:
+        refused(RobotError, ['t.obj" is missing'], from_text, tmp_path, text)
+        with pytest.raises(ValueError, match=r"t\.obj"):
+            mujoco.MjModel.from_xml_path(str(tmp_path / "dog.xml"))
+
+
+OPTIONS = (
+    '<option apirate="100" timestep="1" mpr_iterations="50"><flag sensornoise="enable" contact="no"/></option>'
+    '<visual><headlight active="1" odd="2"/></visual><statistic meansize="1" odd="3"/>'
+)
+
+
+def test_options_that_cannot_change_an_impact_may_be_those_of_another_version(tmp_path: Path):
+    """MuJoCo itself refuses them; the robot is that of the file without them."""
+    text = mjcf(floating(body("b")), '<compiler angle="radian"/>')
+    with pytest.raises(ValueError, match="unrecognized attribute"):
+        mujoco.MjModel.from_xml_string(text.replace("<worldbody>", f"{OPTIONS}<worldbody>"))
+    robot = from_text(tmp_path, text.replace("<worldbody>", f"{OPTIONS}<worldbody>"))
+    theirs = mujoco.MjModel.from_xml_string(text)
+    assert_equal(robot, theirs, theirs.qpos0)
+    assert robot.warnings == ()
+
+
 def test_attached_models(tmp_path: Path):
     """A model that another one attaches brings its own includes and meshes."""
     (tmp_path / "legs").mkdir()

@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from commands import run
-from robot_texts import arm, link, mjcf, refused, written
+from robot_texts import LIMIT, arm, joint, link, mjcf, refused, urdf, written
 from trees import known_robot, robot_from
 
 from shockpc import Contact, Joints, Posture, Robot, Scene, SceneError, Strike, read_scene, shock_profile
@@ -98,6 +98,77 @@ def test_feet_are_low_ends_of_limbs(beyond: str, expected: str):
     """Neither rods of an ankle nor fingers nor a camera; a leg has one foot, however many of its bodies are named so."""
     robot = humanoid(beyond)
     assert feet(robot) == each_foot(robot) == tuple(map(expected.format, ("left", "right")))
+
+
+def legged(*parts: str, sides: tuple[str, ...] = ("left", "right"), turned: dict[str, str] | None = None) -> Robot:
+    """A URDF of legs under a base, each of these parts, in which {0} is the side; some legs are turned about the x axis."""
+    hips = [
+        joint(
+            f"hip_{side}",
+            "base",
+            f"thigh_{side}",
+            more=f'<origin xyz="0 0.1 0" rpy="{(turned or {}).get(side, "0 0 0")}"/>' + LIMIT,
+        )
+        for side in sides
+    ]
+    return robot_from(urdf(link("base"), *(part.format(side) for side in sides for part in (link("thigh_{0}"), *parts)), *hips))
+
+
+def fixed_at(parent: str, child: str, place: str, kind: str = "fixed") -> str:
+    """A joint of a leg. Args: place: of the child, in the parent [m]."""
+    return joint(f"to_{child}", parent, child, kind, more=f'<origin xyz="{place}"/>' + LIMIT)
+
+
+SHANK = link("shank_{0}") + fixed_at("thigh_{0}", "shank_{0}", "0 0 -0.3", "revolute")
+LIMBS = {
+    "a foot's frame at the knee, and a toe fixed below it": (
+        (
+            link("foot_{0}") + fixed_at("thigh_{0}", "foot_{0}", "0 0 -0.3", "revolute"),
+            link("toe_{0}") + fixed_at("foot_{0}", "toe_{0}", "0 0 -0.3"),
+        ),
+        "toe_{}",
+    ),
+    "rods named toe on the shank, which end just above the ankle": (
+        (
+            SHANK,
+            link("toe_a_{0}") + fixed_at("shank_{0}", "toe_a_{0}", "0.02 0 -0.1"),
+            link("toe_b_{0}") + fixed_at("toe_a_{0}", "toe_b_{0}", "0 0 -0.19"),
+            link("ankle_{0}") + fixed_at("shank_{0}", "ankle_{0}", "0 0 -0.3", "revolute"),
+        ),
+        "ankle_{}",
+    ),
+    "screws of a shank that is drawn last but two": (
+        (SHANK, *(link(f"screw_{k}_{{0}}", "1e-4") + fixed_at("shank_{0}", f"screw_{k}_{{0}}", "0 0 -0.01") for k in (1, 2))),
+        "shank_{}",
+    ),
+    "a heel and a sole of one foot": (
+        (SHANK, *(link(f"{name}_{{0}}") + fixed_at("shank_{0}", f"{name}_{{0}}", "0 0 -0.3") for name in ("foot_heel", "sole"))),
+        "sole_{}",
+    ),
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("case", LIMBS)
+def test_names_choose_only_among_the_low_ends_of_limbs(case: str):
+    """Where the frame that is named like a foot is at the knee, or a body follows that reaches lower, it is none."""
+    parts, expected = LIMBS[case]
+    assert each_foot(legged(*parts)) == (expected.format("left"), expected.format("right"))
+
+
+def test_legs_that_are_drawn_folded_have_feet_too():
+    """Of four legs of the same masses two are drawn upwards; an arm, whose masses are others, has no foot."""
+    sides = ("lf", "rf", "lh", "rh")
+    turned = {"lf": "3.141592653589793 0 0", "rh": "3.141592653589793 0 0"}
+    robot = legged(SHANK, link("end_{0}") + fixed_at("shank_{0}", "end_{0}", "0 0 -0.3"), sides=sides, turned=turned)
+    assert sorted(feet(robot)) == sorted(f"end_{side}" for side in sides)
+    arm = (
+        link("upper", "0.3")
+        + fixed_at("base", "upper", "0.1 0 0.1", "revolute")
+        + link("hand", "0.2")
+        + fixed_at("upper", "hand", "0 0 0.3", "revolute")
+    )
+    armed = robot_from(robot.source.xml.replace("</robot>", f"{arm}</robot>"))
+    assert sorted(feet(armed)) == sorted(f"end_{side}" for side in sides)
 
 
 def test_where_only_the_shank_is_named_its_lowest_point_is_struck():

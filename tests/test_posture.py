@@ -7,7 +7,7 @@ import pinocchio as pin
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-from robot_texts import LIMIT, body, floating, joint, link, mjcf, refused, urdf
+from robot_texts import BODY, LIMIT, body, floating, joint, link, mjcf, refused, urdf
 from scipy.spatial.transform import Rotation
 from trees import known_robot, random_rotations, robot_from
 
@@ -363,11 +363,46 @@ def test_straight_legs_are_bent_where_no_posture_is_known(knee, axis, angle):
     assert not [warning for warning in profile.health.warnings if warning.kind == "posture"]
 
 
-@pytest.mark.parametrize("text", [leg(bend="0 0.3 0"), leg("0 0"), leg(axis="1 0 0"), leg(foot="hand"), "solo12", "five_bar"])
+ARM = leg(foot="hand").replace("thigh", "upper").replace("shank", "forearm").replace("knee", "elbow").replace("ankle", "wrist")
+
+
+@pytest.mark.parametrize("text", [leg(bend="0 0.3 0"), leg("0 0"), leg(axis="1 0 0"), ARM, "solo12", "five_bar"])
 def test_other_limbs_are_left_as_they_are(text):
     """Bent already, without room or a parallel axis, not named like a leg; of a robot with a standing posture, or joined limbs."""
     robot = robot_from(text) if "<" in text else known_robot(text)
     assert "neutral_bent" not in robot.postures
+
+
+LEGS = """<body name="thigh" pos="0 0 0"><joint name="hip" axis="0 -1 0"/>{0}<body name="shank" pos="0 0 -0.3">
+<joint name="knee" axis="0 1 0" range="0 2.5"/>{0}
+<body name="{1}" pos="0 0 -0.25"><joint name="ankle" axis="0 1 0"/>{0}</body></body></body>"""
+DIFFER = {
+    "the foot has a name of its own": ("leg_end", ""),
+    "a keyframe that only places the base": ("foot", '<key name="home" qpos="0.1 0.2 0.9 1 0 0 0 0 0 0"/>'),
+    "both": ("end", '<key name="home" qpos="0 0 0.9 1 0 0 0 0 0 0"/>'),
+}
+
+
+@pytest.mark.parametrize("case", DIFFER)
+def test_a_robot_stands_the_same_way_as_a_urdf_and_as_an_mjcf(case):
+    """Although links that are named like a foot, and a keyframe of the base, are in one of the two files alone."""
+    foot, key = DIFFER[case]
+    text = mjcf(
+        f'<body name="base"><freejoint/>{BODY}{LEGS.format(BODY, foot)}</body>', '<compiler angle="radian"/>', KEYS.format(key)
+    )
+    robots = robot_from(leg()), robot_from(text, ".xml")
+    angles = [{name: robot.joint(name).value(configuration(robot)) for name in ("hip", "knee", "ankle")} for robot in robots]
+    assert angles[0]["knee"] == pytest.approx(math.pi / 6)
+    assert angles[0] == pytest.approx(angles[1], abs=1e-12)
+
+
+def test_a_keyframe_that_bends_a_joint_is_how_the_robot_stands():
+    """And so is one of a robot whose legs are not straight where every joint is at zero."""
+    straight = f'<body name="base"><freejoint/>{BODY}{LEGS.format(BODY, "foot")}</body>'
+    crooked = straight.replace('name="shank" pos="0 0 -0.3"', 'name="shank" pos="0.2 0 -0.3"')
+    for bodies, knee in ((straight, 0.1), (crooked, 0.0)):
+        key = KEYS.format(f'<key name="home" qpos="0 0 0.9 1 0 0 0 0 {knee} 0"/>')
+        assert reference_name(robot_from(mjcf(bodies, '<compiler angle="radian"/>', key), ".xml"), None) == "home"
 
 
 @pytest.mark.parametrize("name", ["g1", "alexander", "human"])

@@ -21,6 +21,9 @@ ANGLE = math.radians(30.0)
 STRAIGHT = math.radians(5.0)
 """Angle of a knee up to which a leg counts as straight."""
 
+LEG = rf"{LEG_END}|leg(?!ro)|thigh|knee|calf|shank"
+"""Names of parts of a leg; no finger of an "allegro" hand."""
+
 SHORT = 0.25
 """Share of the distance from a leg's first joint to its foot up to which a part of it is neither thigh nor shank."""
 
@@ -28,21 +31,30 @@ SHORT = 0.25
 def bent_legs(robot: Robot) -> Array | None:
     """The neutral configuration (nq,) with straight legs bent by 30° at the knee; None where no leg can be.
 
-    A leg ends in a link named like a foot, an ankle or a wheel. Its knee is the first joint whose axis is parallel to that of a
-    joint before it, the hip, with a thigh between them and a shank beyond, which ends at the next joint with such an axis, the
-    ankle, or at the foot. The knee turns to the side on which its limits leave more room, or forward; the hip turns so that the end
-    of the shank stays on the line from the hip on which it was, and the ankle keeps the direction of the foot.
+    A leg ends in a foot, and a link or joint of it is named like a part of a leg, a foot or a wheel. Its knee is the first joint
+    whose axis is parallel to that of a joint before it, the hip, with a thigh between them and a shank beyond, which ends at the
+    next joint with such an axis, the ankle, or at the foot. The knee turns to the side on which its limits leave more room, or
+    forward; the hip turns so that the end of the shank stays on the line from the hip on which it was, and the ankle keeps the
+    direction of the foot.
     """
     if robot.loops:
         return None
     placed, q = robot.joint_placements(robot.start), np.array(robot.start)
     for foot in each_foot(robot):
-        if any(is_foot(name) or re.search(LEG_END, name) for name in (foot, *robot.bodies[robot.frames[foot].body].links)):
+        if any(is_foot(name) or re.search(LEG, name) for name in (foot, *_limb_names(robot, robot.frames[foot].body))):
             for joint, turn in _turns(robot, placed, foot):
                 joint.set(joint.value(robot.start) + turn, q)
     robot.set_followers(q)
     # Limbs that a scene of the catalogue joins to one another cannot bend alone.
     return None if (q == robot.start).all() or closing_scene(robot.source.path) else q
+
+
+def _limb_names(robot: Robot, body: int) -> Iterator[str]:
+    """The names of the links and joints of a limb, from its last body to the first beyond the base."""
+    while body > 0:
+        yield from robot.bodies[body].links
+        yield robot.joints[body].name
+        body = robot.parents[body]
 
 
 def _turns(robot: Robot, placed: list[pin.SE3], foot: str) -> Iterator[tuple[Joint, float]]:

@@ -1,12 +1,14 @@
 """Places on a robot that its names and its standing posture give away: how it stands, feet to land on, sensors to protect."""
 
 import functools
+import math
 import re
+from collections.abc import Iterator
 
 import numpy as np
 import pinocchio as pin
 
-from shockpc.robot.robot import Robot
+from shockpc.robot.robot import Body, Frame, Robot
 
 STANDING = ("standing", "half_sitting", "stand", "home")
 """Reference postures taken for a landing when none is asked for, in this order."""
@@ -24,30 +26,37 @@ FOOT = r"(?i)foot(?!print)|feet|sole|toe|hoof|paw"
 LEG_END = r"(?i)ankle|wheel"
 IMU = r"(?i)imu|gyro|acceleromet"
 SENSOR = rf"{IMU}|camera"
+FASTENER = r"(?i)screw|bolt|rivet|washer"
 
 NEAR = 0.1
 """Height of a foot above the lowest point of its limb, as a share of the height of the robot."""
 
 LOW = 0.3
-"""Height of a limb's end that is not named like a foot above the lowest point of the robot, as such a share."""
+"""Height above the lowest point, as such a share: of a limb's end that is not named like a foot, above that of the robot; of
+further links of a foot that are named so, above that of the limb."""
+
+ALIKE = 0.05
+"""Relative difference of masses up to which limbs are legs of the same make."""
 
 
 def standing_posture(robot: Robot) -> str:
-    """The name of the posture in which a robot stands; if none is known to be one, that with bent legs, or else "neutral"."""
+    """The name of the posture in which a robot stands: that with bent legs if it was needed, one named so, or else "neutral"."""
     mjcf, names = robot.source.kind == "mjcf", tuple(robot.postures)
+    if BENT in names:
+        return BENT
     for pattern in (*STANDING, *VARIANTS, *(KEYFRAMES if mjcf else ())):
         for name in names:
             if re.fullmatch(pattern, name):
                 return name
     if mjcf and len(names) == 1:
         return names[0]
-    return BENT if BENT in names else "neutral"
+    return "neutral"
 
 
 @functools.lru_cache(maxsize=8)
-def _heights(robot: Robot) -> dict[str, float]:
-    """Height of every link, site and geom that moves, in the standing posture [m]; empty where none is above another."""
-    q = pin.normalize(robot.model, np.array(robot.postures.get(standing_posture(robot), robot.start)))
+def _heights(robot: Robot, posture: str) -> dict[str, float]:
+    """Height of every link, site and geom that moves, in a posture [m]; empty where none is above another."""
+    q = pin.normalize(robot.model, np.array(robot.postures.get(posture, robot.start)))
     placed = robot.joint_placements(q)
     heights = {}
     for frame in robot.frames.values():
@@ -70,48 +79,70 @@ def _limbs(robot: Robot) -> list[int]:
 
 
 def _ends(robot: Robot, names: tuple[str, ...]) -> tuple[str, ...]:
-    """Those of some frames that are at the end of a limb: no other of them is beyond, and nothing of the limb much lower."""
-    heights, limbs = _heights(robot), _limbs(robot)
+    """Those of some frames that are at the end of a limb: no other of them is beyond, and nothing of the limb much lower.
+
+    A frame beyond which a body of the limb reaches lower is part of the leg, and left out whatever it is named.
+    """
+    heights, limbs = _heights(robot, standing_posture(robot)), _limbs(robot)
     whole = max(heights.values()) - min(heights.values())
-    lowest: dict[int, float] = {}
+    lowest, beyond = dict[int, float](), [math.inf] * len(limbs)  # of each limb, and of the bodies that each one carries
     for name, height in heights.items():
-        limb = limbs[robot.frames[name].body]
-        lowest[limb] = min(height, lowest.get(limb, height))
-    carriers = set()
-    for name in names:
-        body = robot.parents[robot.frames[name].body]
-        while body >= 0 and body not in carriers:
-            carriers.add(body)
-            body = robot.parents[body]
-    bodies = {name: robot.frames[name].body for name in names}
-    low = {body for name, body in bodies.items() if heights[name] - lowest[limbs[body]] <= NEAR * whole}
-    return tuple(name for name, body in bodies.items() if body in low - carriers) or names
+        body = robot.frames[name].body
+        lowest[limbs[body]] = min(height, lowest.get(limbs[body], height))
+        for carrier in _carriers(robot, body):
+            beyond[carrier] = min(height, beyond[carrier])
+    bodies = {name: robot.frames[name].body for name in names if heights[name] <= beyond[robot.frames[name].body]}
+    carriers = {carrier for body in bodies.values() for carrier in _carriers(robot, body)}
+    above = {name: (heights[name] - lowest[limbs[body]]) / whole if whole else 0.0 for name, body in bodies.items()}
+    low = {body for name, body in bodies.items() if above[name] <= NEAR} - carriers
+    return tuple(name for name, body in bodies.items() if body in low and above[name] <= LOW) or tuple(bodies)
+
+
+def _carriers(robot: Robot, body: int) -> Iterator[int]:
+    """The bodies that carry one, from the next to the base."""
+    while (body := robot.parents[body]) >= 0:
+        yield body
+
+
+def _tip(body: Body, places: list[Frame]) -> str:
+    """The name of the end of a body that is the last of its limb. Args: places: its sites and geoms."""
+    if places:
+        return max(places, key=lambda place: float(np.linalg.norm(place.offset))).name
+    return next((link for link in reversed(body.links) if not re.search(FASTENER, link)), body.links[-1])
+
+
+def _with_twins(robot: Robot, low: list[int], ends: list[int]) -> list[int]:
+    """Those of the last bodies of limbs that are low, and those whose limbs have the same masses: some may be drawn folded."""
+    limbs = _limbs(robot)
+    masses = {i: [robot.bodies[k].mass for k in (i, *_carriers(robot, i)) if limbs[k] == limbs[i]] for i in ends}
+
+    def alike(one: list[float], other: list[float]) -> bool:
+        return len(one) == len(other) and bool(np.allclose(one, other, rtol=ALIKE))
+
+    return [i for i in ends if i in low or any(alike(masses[i], masses[k]) for k in low)]
 
 
 def feet(robot: Robot) -> tuple[str, ...]:
     """What a robot is likely to land on: links named like a foot, else a site or geom of each body named so, else the limbs' ends.
 
     A foot is at the end of its limb, and low in the standing posture; rods of an ankle, hands and cameras are not. The end of a
-    limb is the site or geom of its last body that is farthest from the body's origin, or else the body's last link.
+    limb is the site or geom of its last body that is farthest from the body's origin, or else its last link but for screws.
     """
     links = tuple(link for link in robot.links if re.search(FOOT, link) and not re.search(SENSOR, link))
-    if links:
-        return _ends(robot, links)
+    if links and (named_links := _ends(robot, links)):
+        return named_links
     places = [f for f in robot.frames.values() if f.kind in ("site", "geom") and f.body >= 0 and not re.search(SENSOR, f.name)]
     named = {place.body: place.name for place in reversed(places) if re.search(FOOT, place.name)}
-    if named:
-        return _ends(robot, tuple(named[body] for body in sorted(named)))
+    if named and (named_places := _ends(robot, tuple(named[body] for body in sorted(named)))):
+        return named_places
     ends = [i for i in range(len(robot.bodies)) if i not in robot.parents]
-    tips = {i: [place for place in places if place.body == i] for i in ends}
-    names = {
-        i: max(candidates, key=lambda place: float(np.linalg.norm(place.offset))).name if candidates else robot.bodies[i].links[-1]
-        for i, candidates in tips.items()
-    }
+    names = {i: _tip(robot.bodies[i], [place for place in places if place.body == i]) for i in ends}
     if legs := [i for i in ends if re.search(LEG_END, robot.bodies[i].links[-1])]:
         return _ends(robot, tuple(names[i] for i in legs))
-    heights = _heights(robot)
+    heights = _heights(robot, standing_posture(robot))
     limit = min(heights.values()) + LOW * (max(heights.values()) - min(heights.values()))
-    return tuple(name for name in names.values() if heights[name] <= limit) or tuple(names.values())
+    low = [i for i in ends if heights[names[i]] <= limit]
+    return tuple(names[i] for i in _with_twins(robot, low, ends)) or tuple(names.values())
 
 
 def each_foot(robot: Robot) -> tuple[str, ...]:

@@ -153,7 +153,10 @@ def _finished(robot: Robot, srdf: Path | None) -> Robot:
                 joint.set(value, robot.start)
     robot.set_followers(robot.start)
     freeze(robot.start)
-    if standing_posture(robot) == "neutral" and (bent := bent_legs(robot)) is not None:
+    name, joints = standing_posture(robot), slice(7 * robot.free_base, None)
+    # A keyframe that only places the base says nothing of the legs: the same robot as a URDF has none.
+    placed = robot.source.kind == "mjcf" and name in postures and np.array_equal(postures[name][joints], robot.start[joints])
+    if (name == "neutral" or placed) and (bent := bent_legs(robot)) is not None:
         postures[BENT] = read_only(bent)
     # Of its own joints, which a second copy would have to find again.
     vars(robot)["default_drives"] = default_drives(robot)

@@ -26,6 +26,7 @@ _CONNECT, _WELD, _JOINT, _TENDON = range(4)  # mjtEq
 _WRAPPED_JOINT = 1  # mjtWrap
 _MESH = 7  # mjtGeom; its frame depends on the file of the mesh
 _SITE = 6  # mjtObj
+_NO_EQUALITY = 2  # mjtDisableBit
 # Where Pinocchio's coordinates of a joint are among MuJoCo's, whose quaternions begin with the scalar part.
 _COORDINATES = {_FREE: (0, 1, 2, 4, 5, 6, 3), _BALL: (1, 2, 3, 0), _SLIDE: (0,), _HINGE: (0,)}
 
@@ -88,12 +89,27 @@ def build_mjcf(source: RobotSource, bodies: RobotBodies) -> Robot:
     robot = Robot(source, model, start, postures, (), (), (*file.warnings, *notes, *left_out))
     equalities = [equality for equality in _equalities(m) if set(equality[2]) <= set(numbers)]
     loops = tuple(_loops(m, robot, equalities))
+    welds = [loop for loop in loops if floats and _welds_base(loop)]
+    loops = tuple(loop for loop in loops if not (floats and _welds_base(loop)))
     if floats and any(-1 in loop.bodies for loop in loops):  # where they meet
         start[:7] = m.qpos0[order][:7]
+    if welds and source.freed:
+        released = f'the weld of "{robot.bodies[0].name}" to the world is left out, because the base is to move'
+        robot = replace(robot, notes=(*robot.notes, released))
+    elif welds:  # where it holds the base, whatever a keyframe says
+        ends = {body: pin.SE3(*end) for body, *end in zip(welds[0].bodies, welds[0].rotations, welds[0].points, strict=True)}
+        start[:7] = pin.SE3ToXYZQUAT(ends[-1] * ends[0].inverse())
+        held = {name: read_only([*start[:7], *q[7:]]) for name, q in postures.items()}
+        robot = replace(robot, postures=held, welded=True)
     springs, gear_ratios = _springs_and_ratios(m, joints)
     start, relaxed = read_only(start), read_only(np.array(m.qpos_spring[order])) if springs else None
     mimics = _mimics(m, equalities)
     return replace(robot, start=start, loops=loops, mimics=mimics, springs=springs, relaxed=relaxed, gear_ratios=gear_ratios)
+
+
+def _welds_base(loop: Loop) -> bool:
+    """Whether a loop of a robot with a floating base holds the place and the orientation of the base in the world."""
+    return loop.holds_orientation and set(loop.bodies) == {-1, 0}
 
 
 def qpos_order(robot: Robot) -> tuple[np.ndarray, int]:
@@ -219,7 +235,7 @@ def _springs_and_ratios(m: Any, joints: Sequence[int]) -> tuple[dict[str, float]
 
 
 def _equalities(m: Any) -> Iterator[Equality]:
-    for number in np.flatnonzero(m.eq_active0):
+    for number in np.flatnonzero(m.eq_active0 * (not m.opt.disableflags & _NO_EQUALITY)):
         ends = [int(m.eq_obj1id[number]), int(m.eq_obj2id[number])]
         match int(m.eq_type[number]):
             case 2 | 3 as kind:  # joint, tendon

@@ -5,6 +5,7 @@ MuJoCo never sees a path: includes are inserted, and meshes that give mass are p
 
 import functools
 import math
+import os
 import re
 import warnings
 from collections.abc import Mapping
@@ -26,6 +27,8 @@ from shockpc.text.printed import listed
 _UNUSED_SECTIONS = ("contact", "custom", "sensor", "statistic", "visual")
 _UNUSED_ELEMENTS = ("hfield", "light", "material", "skin", "texture")
 _UNUSED_ATTRIBUTES = ("material", "texture")
+_OPTION = ("flag", "equality")
+"""All of <option> that can change an impact: whether equalities hold."""
 _LARGEST = 20_000  # elements; MuJoCo takes several seconds for so many, which grow with the square
 _TOO_LARGE = f"MuJoCo cannot compile it within {LIMITS}; look for a count, a size or models within models that grow without end"
 _NOT_FINITE = re.compile(r"[+-]?(nan(\(\w*\))?|inf|infinity)", re.IGNORECASE)
@@ -68,12 +71,14 @@ class Compiled(NamedTuple):
 def insert_includes(root: Element, folders: OpenFolders) -> str:
     """Replace every <include> of a <mujoco> element by the contents of its file, and return the text of the whole model.
 
-    The path of every mesh is written relative to the main file. The element is changed in place.
+    The path of every mesh is written relative to the main file; one that is not found from there may lie beside the included file
+    that names it. The element is changed in place.
 
     Raises:
         RobotError: an included file is missing, outside the open folders, or included twice.
     """
-    _include(root, folders, folders, [folders.file])
+    included: dict[Element, Path] = {}
+    _include(root, folders, folders, [folders.file], included)
     meshdir, strip = "", False
     for compiler in root.findall("compiler"):
         meshdir = compiler.attrib.pop("meshdir", compiler.attrib.pop("assetdir", meshdir))
@@ -81,15 +86,33 @@ def insert_includes(root: Element, folders: OpenFolders) -> str:
     for mesh in root.findall("asset/mesh[@file]"):
         file = Path(mesh.get("file", ""))
         mesh.attrib.setdefault("name", file.stem)
-        mesh.set("file", str(Path(meshdir) / (file.name if strip else file)))
+        file = Path(file.name) if strip else file
+        path = Path(meshdir) / file
+        if mesh in included and not _found(folders, path):  # MuJoCo then leaves out the folder of meshes, too
+            beside = Path(os.path.relpath(included[mesh].parent / file, folders.file.parent))
+            path = beside if _found(folders, beside) else path
+        mesh.set("file", str(path))
     return tostring(root, encoding="unicode")
 
 
-def _include(parent: Element, folders: OpenFolders, part_folders: OpenFolders, opened: list[Path]) -> None:
-    """Insert included files below one element, found from the folder of the main file, or else of the file that includes them."""
+def _found(folders: OpenFolders, path: Path) -> bool:
+    try:
+        folders.asset(str(path))
+    except RobotError:
+        return False
+    return True
+
+
+def _include(
+    parent: Element, folders: OpenFolders, part_folders: OpenFolders, opened: list[Path], included: dict[Element, Path]
+) -> None:
+    """Insert included files below one element, found from the folder of the main file, or else of the file that includes them.
+
+    Their meshes are added to `included`, with the file that names each one.
+    """
     for child in list(parent):
         if child.tag != "include":
-            _include(child, folders, part_folders, opened)
+            _include(child, folders, part_folders, opened, included)
             continue
         uri = child.get("file", "")
         try:
@@ -103,7 +126,8 @@ def _include(parent: Element, folders: OpenFolders, part_folders: OpenFolders, o
             raise RobotError(f'{folders.file.name} includes "{uri}" twice; MuJoCo allows a file once, so save it under two names')
         opened.append(path)
         part = read_xml(path)
-        _include(part, folders, folders._replace(file=path), opened)
+        included |= dict.fromkeys(part.iter("mesh"), path)
+        _include(part, folders, folders._replace(file=path), opened, included)
         place = list(parent).index(child)
         parent[place : place + 1] = list(part)
 
@@ -121,6 +145,10 @@ def _without_files(root: Element, folders: OpenFolders, parts: dict[str, bytes])
         remedy = "lower the count of <replicate>, <composite> or <flexcomp>"
         raise RobotError(f"{size} elements after replication, and up to {_LARGEST} are read; {remedy}")
     root[:] = [section for section in root if section.tag not in _UNUSED_SECTIONS]
+    for option in root.findall("option"):  # files keep attributes that other versions of MuJoCo had, which it refuses
+        option.attrib.clear()
+        for part in option:
+            part.attrib = {key: value for key, value in part.attrib.items() if (part.tag, key) == _OPTION}
     for element in root.iter():
         element[:] = [child for child in element if child.tag not in _UNUSED_ELEMENTS]
         for key in _UNUSED_ATTRIBUTES:

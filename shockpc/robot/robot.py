@@ -227,6 +227,7 @@ class Robot:
         relaxed: (nq,) configuration in which these springs are without force; None where the file gives none.
         gear_ratios: by joint, where the file gives a ratio without the inertia of the rotor [1].
         default_drives: of a robot of the catalogue whose file gives no reflected inertia; None where none are known.
+        welded: whether the file welds the base, which could move freely, to the world; its postures have it where it is held.
     """
 
     source: RobotSource
@@ -241,6 +242,7 @@ class Robot:
     relaxed: Array | None = None
     gear_ratios: Mapping[str, float] = field(default_factory=dict)
     default_drives: Drives | None = None
+    welded: bool = False
 
     def __repr__(self) -> str:
         return f"Robot(name={self.name!r}, free_base={self.free_base}, mass={self.mass})"
@@ -305,8 +307,8 @@ class Robot:
 
     @property
     def usual_base(self) -> Literal["free", "fixed"]:
-        """How the base moves unless a scene says otherwise: a root link called "world" stands for the ground."""
-        return "free" if self.free_base and self.bodies[0].name != WORLD else "fixed"
+        """How the base moves unless a scene says otherwise: a root link called "world" stands for the ground, and a weld holds."""
+        return "free" if self.free_base and self.bodies[0].name != WORLD and not self.welded else "fixed"
 
     @cached_property
     def bodies(self) -> tuple[Body, ...]:

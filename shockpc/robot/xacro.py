@@ -6,6 +6,7 @@ code of a document runs: `xacro_expression` evaluates its expressions. What the 
 
 import difflib
 import glob
+import html
 import importlib.util
 import json
 import os
@@ -31,6 +32,8 @@ _CHILD = Path(__file__).with_name("xacro_child.py")
 _PLACES = ("when ", "in file:", "included from:", "instantiated from:")
 _ARGUMENT = re.compile(r"""<xacro:arg\s[^>]*?\bname\s*=\s*["']([^"']+)|(?:\$\(\s*arg\s+|\bxacro\.arg\(\s*["'])([^\s"')]+)""")
 _NO_TEXT = re.compile("[\0\ud800-\udfff]")
+_OBJECT = re.compile(r"""(?:&lt;|<)((?:[^<>&"']|<locals>|&lt;locals&gt;){1,200}) at 0x[0-9a-f]+(?:&gt;|>)""")
+"""What Python prints of a function or an iterator, which differs from run to run."""
 
 
 def expand_xacro(text: str, folders: OpenFolders, arguments: Mapping[str, str]) -> tuple[str, tuple[str, ...]]:
@@ -82,7 +85,7 @@ def _result(request: dict[str, Any], folders: OpenFolders, texts: list[str], mis
     ):
         assert child.stdin is not None
         assert child.stdout is not None
-        clock = threading.Timer(10.0 * SECONDS, child.kill)  # of which a busy machine gives it a part
+        clock = threading.Timer(SECONDS, child.kill)
         clock.start()
         answer: Any = request
         try:
@@ -96,6 +99,9 @@ def _result(request: dict[str, Any], folders: OpenFolders, texts: list[str], mis
                     what = "a NUL character or half of a surrogate pair (\\ud800 to \\udfff)"
                     whose = "an expression, an argument or a YAML file"
                     raise RobotError(f"{folders.file.name}: {whose} contains {what}, which no XML text can; remove it")
+                if printed := _OBJECT.search("\n".join(message.values())):
+                    remedy = "a Python object; call it, or take the numbers and texts out of it, as list(...) and an index do"
+                    raise RobotError(f"{folders.file.name}: an expression gives <{html.unescape(printed[1])}>, {remedy}")
                 match message:
                     case {"read": file}:
                         answer = _read(file, folders, texts)

@@ -14,7 +14,7 @@ from shockpc.quantities.profile import ShockProfile
 from shockpc.quantities.quantity import Quantity
 from shockpc.robot.landmarks import BENT
 from shockpc.robot.robot import WORLD, Robot
-from shockpc.text.printed import few, printable
+from shockpc.text.printed import few, listed, printable
 
 if TYPE_CHECKING:
     from shockpc.evaluation.columns import Column
@@ -34,6 +34,7 @@ BASES = {
     "fixed": "fixed to the world; --base free releases it",
     "world": f'fixed to the world, because its root link is called "{WORLD}"; --base free releases it',
     "file": "fixed in the file; --base free releases it",
+    "weld": "fixed to the world by a weld of the file; --base free releases it",
 }
 ROUNDED = 1e-6
 """Deflection of a spring that postures with six decimals leave where it is relaxed [rad, m]."""
@@ -97,9 +98,12 @@ def plane_text(profile: ShockProfile) -> str:
 
 def base_text(robot: Robot, base: Base) -> str:
     """How the base moves, why, and what changes it."""
+    ties = [loop.name for loop in robot.loops if set(loop.bodies) == {-1, 0}]
+    if robot.free_base and ties and base != "fixed":
+        return f"held to the world by {listed(ties)} of the file; --base fixed holds it altogether"
     if base != "fixed" or not robot.free_base:
         return BASES[base if robot.free_base else "file"]
-    return BASES["world" if robot.usual_base == "fixed" else "fixed"]
+    return BASES["weld" if robot.welded else "world" if robot.usual_base == "fixed" else "fixed"]
 
 
 def joint_model_text(profile: ShockProfile) -> str:
