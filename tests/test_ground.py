@@ -415,11 +415,11 @@ def test_files_over_time(capfd, here):
 @pytest.mark.parametrize(
     ("changes", "error", "text"),
     [
-        ({"friction": -0.1}, SceneError, "-0.1 is no coefficient"),
-        ({"contact_stiffness": 0.0}, SceneError, "0 N/m has to be above zero"),
+        ({"friction": -0.1}, SceneError, "friction must be ≥ 0, got -0.1"),
+        ({"contact_stiffness": 0.0}, SceneError, "contact_stiffness must be > 0 N/m, got 0"),
         ({"friction": 0.3, "contact_stiffness": K}, SceneError, "leave one of them out"),
         ({"contact_damping": 1.0}, SceneError, "give contact_stiffness too"),
-        ({"contact_stiffness": K, "contact_damping": 0.0}, SceneError, "above zero; leave it out"),
+        ({"contact_stiffness": K, "contact_damping": 0.0}, SceneError, "contact_damping must be > 0 N s/m, got 0"),
         ({"contact_stiffness": K, "contact_damping": 1.0, "contact": SLIDING}, SceneError, "two ways to say one thing"),
         ({"friction": 0.3, "contact": SLIDING}, SceneError, "slides without friction, and a friction is given"),
         ({"friction": 0.3, "contact": (Contact(frame="LF_FOOT", kind="flat"),)}, SceneError, "is flat, and friction is for"),

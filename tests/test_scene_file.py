@@ -19,6 +19,7 @@ from hypothesis import strategies as st
 from robot_texts import refused
 
 from shockpc import Closure, Contact, Joints, Part, Place, Point, Posture, Rotor, Scene, Strike, read_scene, shock_profile
+from shockpc.landing.record import options_of
 from shockpc.landing.scene import check_scene, scene_schema, scene_table, scene_text
 from shockpc.show.document import document as document_of
 from shockpc.show.document import json_text
@@ -310,8 +311,13 @@ def values(kind):
 
 
 def records(kind, **given):
-    """Any record of this type."""
-    return st.builds(kind, **({name: values(hint) for name, hint in get_type_hints(kind).items()} | given))
+    """Any record of this type whose options are valid."""
+    options = options_of(kind)
+
+    def valid(name, hint):
+        return values(hint).filter(lambda value: name not in options or not options[name].fault(value))
+
+    return st.builds(kind, **({name: valid(name, hint) for name, hint in get_type_hints(kind).items()} | given))
 
 
 NO_PATH = NAMES.filter(lambda name: "/" not in name and "\0" not in name and not Path(name).suffix)

@@ -29,7 +29,7 @@ def batch(
     rank: str = in_output(
         "Quantity by which landings are ranked, the worst first; shock_max by default.", "KEY[@PLACE]", default="shock_max"
     ),
-    strict: bool = STRICT,
+    strict: bool = _in_robots(STRICT),
     output: OutputOptions,
     figures: bool = in_output("Also draw the worst landing of each robot on one contact sheet in that folder."),
 ) -> int:

@@ -28,6 +28,10 @@ SIGTERM.
 """
 
 
+class Declared(dict[str, tuple[Any, Any]]):
+    """Options that a field of a record collects: type and declaration by name."""
+
+
 class Help(NamedTuple):
     """What the help of a command says besides its options.
 
@@ -91,19 +95,27 @@ def _taking_options(command: Command) -> Command:
     declared = {name: (parameter.annotation, parameter.default) for name, parameter in own.items() if name not in records}
     for record in records.values():
         fields, kinds = record._field_defaults, record.__annotations__
-        declared |= {field: (kinds[field], option) for field, option in fields.items() if f"{field}_" not in own}
+        for field, option in fields.items():
+            collected = option if isinstance(option, Declared) else {field: (kinds[field], option)}
+            declared |= {name: one for name, one in collected.items() if f"{name}_" not in own}
 
     @functools.wraps(command)
     def run(**typed: Any) -> int | None:
         typed = {name: tuple(value) if isinstance(value, list) else value for name, value in typed.items()}
         for name, record in records.items():
-            typed[name] = record(**{field: typed.pop(field, ()) for field in record._fields})
+            fields = record._field_defaults
+            typed[name] = record(**{field: _collected(option, field, typed) for field, option in fields.items()})
         return command(**typed)
 
     # What Typer reads.
     vars(run)["__signature__"] = inspect.Signature([_for_typer(name, *declaration) for name, declaration in declared.items()])
     run.__annotations__ = {}
     return run
+
+
+def _collected(option: Any, field: str, typed: dict[str, Any]) -> Any:
+    """What was typed for a field of a record, which is taken out."""
+    return {name: typed.pop(name, None) for name in option} if isinstance(option, Declared) else typed.pop(field, ())
 
 
 def _for_typer(name: str, kind: Any, declared: Any) -> inspect.Parameter:

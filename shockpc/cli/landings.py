@@ -5,9 +5,11 @@ from pathlib import Path
 from typing import Literal
 
 from shockpc.cli.declare import argument, command, group
-from shockpc.cli.options import JOINT_MODELS, QUANTITY, ROBOT, STRICT, OutputOptions, RunOptions, SceneOptions, in_run
+from shockpc.cli.options import QUANTITY, ROBOT, OutputOptions, RunOptions, SceneOptions, in_run
 from shockpc.cli.parse import JointModelName, joint_models, path, renaming
 from shockpc.cli.process import print_error
+from shockpc.landing.joint_model import Joints
+from shockpc.landing.record import options_of
 
 _in_table, _in_joints = group("Table"), group("Joint model")
 
@@ -41,7 +43,9 @@ def landings(
         renaming,
     ),
     joints_: tuple[JointModelName, ...] | None = _in_joints(
-        f"{JOINT_MODELS} Several, with commas between them, are compared with what was measured.", "MODEL[,MODEL]", joint_models
+        f"{options_of(Joints)['model'].text} Several, with commas between them, are compared with what was measured.",
+        "MODEL[,MODEL]",
+        joint_models,
     ),
     quantity: tuple[str, ...] = QUANTITY,
     rank: str | None = _in_table("Order the landings by a quantity, the worst first.", "KEY[@PLACE]"),
@@ -50,7 +54,6 @@ def landings(
     ),
     prove: int = in_run("Landings that are compared with a proof; 20 by default.", "N", default=20, least=0),
     rows: Literal["parquet", "csv"] | None = in_run("With --out, write the rows in parts, which --resume continues."),
-    strict: bool = STRICT,
     run: RunOptions,
     output: OutputOptions,
 ) -> int:
@@ -72,7 +75,7 @@ def landings(
     from shockpc.text.errors import ShockError, StudyError
 
     models = joints_ or ()
-    options = options._replace(joints=models[0] if models else None)
+    options = options._replace(given={**options.given, "joints": models[0] if models else None})
     if (run.resume or rows) and (output.out is None or not rows):
         raise StudyError("rows in parts need a folder and a format: --out DIR --rows parquet")
     if table.is_dir():
@@ -119,4 +122,4 @@ def landings(
         except ShockError as error:
             print_error(f'landing "{name}" is not in report.html: {error}')
     emit(landings_report(str(table), study, results, ranked, comparison, worst), output)
-    return exit_code(len(results.messages), len(results), strict, results.defects)
+    return exit_code(len(results.messages), len(results), run.strict, results.defects)

@@ -55,7 +55,7 @@ def place(
     apart: float | None = _in_sensors(
         "This distance, along x, y or z of the body; a tenth of the body by default [m].", "D", finite
     ),
-    strict: bool = STRICT,
+    strict: bool = _in_landings(STRICT),
     output: OutputOptions,
 ) -> int:
     from shockpc.cli.output import emit, exit_code

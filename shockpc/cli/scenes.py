@@ -40,8 +40,7 @@ def scenes_from(
     scene = _scene_of(robot)
     scene = _with(
         scene,
-        base=options.base,
-        srdf=None if options.srdf is None else str(options.srdf),
+        **{name: str(value) for name, value in options.fields(Scene).items() if name in ("base", "srdf")},
         xacro={**scene.xacro, **dict(options.xacro)},
         packages={**scene.packages, **dict(options.package)},
     )
@@ -49,32 +48,17 @@ def scenes_from(
         loaded = robot_of(scene, [name.strip() for text in options.contact for name in (text, *text.split("+"))])
     scene = _with(
         scene,
-        plane=options.plane,
+        **{name: value for name, value in options.fields(Scene).items() if name not in ("base", "srdf", "contact_stiffness")},
         posture=_posture(scene.posture, options),
         strike=_strike(scene.strike, options),
         stance=tuple(dict.fromkeys(frame for text in options.stance for frame in match_contacts(loaded, text))) or None,
         joints=_joints(scene.joints, options),
-        assemble=options.assemble or None,
-        v_in=options.v_in,
-        pulse=options.pulse,
-        range_g=options.range_g,
-        friction=options.friction,
-        contact_stiffness=options.contact_stiffness and options.contact_stiffness[0],
-        contact_damping=options.contact_damping,
-        ground_tolerance=options.ground_tolerance,
         part=scene.part + tuple(Part(name=at, at=at, rating=rating) for at, rating in options.part),
         point=scene.point + tuple(point for text in options.at for point in points_at(loaded, text)),
     )
-    if options.contact_stiffness is not None:
-        scene = dataclasses.replace(scene, tangential_stiffness=options.contact_stiffness[1])
-    changes = {
-        "offset": options.offset,
-        "at": options.contact_point,
-        "restitution": options.restitution,
-        "restitution_along": options.restitution_along,
-        "kind": "flat" if options.flat else None,
-        "normal": options.normal,
-    }
+    if (stiffness := options.given.get("contact_stiffness")) is not None:
+        scene = dataclasses.replace(scene, contact_stiffness=stiffness[0], tangential_stiffness=stiffness[1])
+    changes = options.fields(Contact) | ({"kind": "flat"} if options.flat else {})
     landings = _contacts(loaded, scene, options, on_each_foot)
 
     def changed(contact: Contact) -> Contact:
@@ -211,10 +195,10 @@ def _with(record: Record, **values: Any) -> Record:
 
 
 def _posture(posture: Posture, options: SceneOptions) -> Posture:
-    if options.base_rpy is not None:
+    given = options.fields(Posture)
+    if "base_rpy_deg" in given:
         posture = dataclasses.replace(posture, base_quaternion=None)
-    joints = _replaced(posture.joints_deg, options.set)
-    return _with(posture, reference=options.posture, base_rpy_deg=options.base_rpy, joints_deg=joints)
+    return _with(posture, **given, joints_deg=_replaced(posture.joints_deg, options.set))
 
 
 def _joints(joints: Joints, options: SceneOptions) -> Joints:
@@ -225,8 +209,7 @@ def _joints(joints: Joints, options: SceneOptions) -> Joints:
     armature = {name: one for name, one in joints.armature.items() if name not in dict(options.rotor)}
     return _with(
         joints,
-        model=options.joints,
-        drives=options.drives,
+        **options.fields(Joints),
         armature=_replaced(armature, options.armature),
         rotor=_replaced(rotor, motors),
         stiffness=_replaced(joints.stiffness, options.joint_stiffness),
@@ -236,22 +219,14 @@ def _joints(joints: Joints, options: SceneOptions) -> Joints:
 
 def _strike(strike: Strike, options: SceneOptions) -> Strike:
     """The strike with the options applied; one way of giving the velocity replaces the scene's way."""
-    if options.velocity is not None or options.drop_height is not None:
+    given = options.fields(Strike)
+    if {"velocity", "drop_height"} & given.keys():
         strike = dataclasses.replace(strike, speed=None, strike_angle_deg=None, velocity=None, drop_height=None, forward_speed=None)
-    elif options.speed is not None:
+    elif "speed" in given:
         strike = dataclasses.replace(strike, velocity=None, drop_height=None, forward_speed=None)
-    elif options.strike_angle is not None or options.forward_speed is not None:
+    elif {"strike_angle_deg", "forward_speed"} & given.keys():
         strike = dataclasses.replace(strike, velocity=None, strike_angle_deg=None, forward_speed=None)
-    return _with(
-        strike,
-        speed=options.speed,
-        strike_angle_deg=options.strike_angle,
-        velocity=options.velocity,
-        drop_height=options.drop_height,
-        forward_speed=options.forward_speed,
-        angular_velocity=options.angular_velocity,
-        joint_velocities=_replaced(strike.joint_velocities, options.joint_velocity),
-    )
+    return _with(strike, **given, joint_velocities=_replaced(strike.joint_velocities, options.joint_velocity))
 
 
 def _replaced(values: Mapping[str, T], settings: Iterable[tuple[str, T]]) -> dict[str, T]:

@@ -5,7 +5,7 @@ from pathlib import Path
 from typing import Literal
 
 from shockpc.cli.declare import command, group
-from shockpc.cli.options import QUANTITY, ROBOT, STRICT, RunOptions, SceneOptions, in_run
+from shockpc.cli.options import QUANTITY, ROBOT, RunOptions, SceneOptions, in_run
 from shockpc.cli.parse import Variable, out_folder, variable
 from shockpc.cli.process import print_error
 
@@ -54,7 +54,6 @@ def sweep(
     prove: int = _in_computed("Random landings that are compared with a proof; 100 by default.", "N", default=100),
     out: Path = in_run("Folder of the rows, the summary and the figure.", "DIR", out_folder),
     format_: Literal["parquet", "csv"] = in_run("Format of the rows; parquet by default.", default="parquet"),
-    strict: bool = STRICT,
     run: RunOptions,
 ) -> int:
     from shockpc.cli.output import exit_code, write_report
@@ -98,4 +97,4 @@ def sweep(
         report = sweep_report(summary)
         write_report(report, out)
         sys.stdout.write(report.text("table"))
-    return exit_code(summary.failed, summary.rows, strict, table.defects)
+    return exit_code(summary.failed, summary.rows, run.strict, table.defects)

@@ -9,7 +9,7 @@ import numpy as np
 from shockpc.core.spatial import Array, cross
 from shockpc.landing.dynamics import dynamics
 from shockpc.landing.posture import configuration
-from shockpc.landing.record import Record
+from shockpc.landing.record import Record, documented, option
 from shockpc.landing.rows import Block
 from shockpc.robot.geometry import Shape, body_outline
 from shockpc.robot.landmarks import feet, is_foot
@@ -23,34 +23,42 @@ FAR = 0.1
 AXES = {"x": (1.0, 0.0, 0.0), "y": (0.0, 1.0, 0.0), "z": (0.0, 0.0, 1.0)}
 
 
+@documented
 @dataclass(frozen=True, kw_only=True, eq=False, repr=False)
 class Contact(Record):
     """A contact as a scene states it.
 
     Attributes:
         frame: link or frame that strikes.
-        offset: contact point from that frame's origin, in the frame's axes [m].
-        at: "frame" takes that point; "lowest" takes the lowest point of the link's own collision geometry (visual, if the file
-            has no other), or of the geom, in this posture (the middle of all that are equally low), and adds the offset to it.
         directions: world axes or vectors along which the contact stops the point; the others slide.
         kind: "point" leaves the link free to turn about the contact; "flat" is a sole that also stops it from tilting, and from
             twisting if it sticks.
-        restitution: speed after impact over speed before it [1].
-        restitution_along: "normal" reverses the velocity along the ground's normal alone (Newton), so that a contact that sticks
-            does not move along the ground; "directions" along each direction (shock paper, Eq. 4). Of a contact that slides both
-            are the same.
-        normal: of the ground at this contact, world axes; by default vertical.
         velocity: of the contact point before the impact, world axes, where it is not that of the robot's motion [m/s].
     """
 
     frame: str
-    offset: tuple[float, float, float] = (0.0, 0.0, 0.0)
-    at: Literal["frame", "lowest"] = "frame"
+    offset: tuple[float, float, float] = option(
+        (0.0, 0.0, 0.0), "Contact point from the frame's origin, in its axes.", "Contact", "X,Y,Z", unit="m"
+    )
+    at: Literal["frame", "lowest"] = option(
+        "frame",
+        "Contact point at the frame's origin, or at the lowest point of the link's own collision geometry (visual, if the file has "
+        "no other), or of the geom, in this posture (the middle of all that are equally low); the offset is added.",
+        "Contact",
+        name="contact-point",
+    )
     directions: tuple[Literal["x", "y", "z"] | tuple[float, float, float], ...] = ("x", "y", "z")
     kind: Literal["point", "flat"] = "point"
-    restitution: float = 0.0
-    restitution_along: Literal["normal", "directions"] = "normal"
-    normal: tuple[float, float, float] | None = None
+    restitution: float = option(0.0, "Coefficient of restitution, 0 (default) to 1.", "Contact", "E", least=0.0, greatest=1.0)
+    restitution_along: Literal["normal", "directions"] = option(
+        "normal",
+        "What restitution reverses: the velocity along the normal alone (default; Newton's law), or along every direction in which "
+        "the contact stops (Eq. 4 of the paper), so that a sticking contact rebounds along the ground too.",
+        "Contact",
+    )
+    normal: tuple[float, float, float] | None = option(
+        None, "Normal of the ground at the contact: a slope, or a wall; vertical by default.", "Contact", "X,Y,Z"
+    )
     velocity: tuple[float, float, float] | None = None
 
     @property

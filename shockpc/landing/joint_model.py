@@ -15,7 +15,7 @@ from typing import Literal, NamedTuple
 import numpy as np
 
 from shockpc.core.spatial import Array
-from shockpc.landing.record import Record
+from shockpc.landing.record import Record, documented, option
 from shockpc.robot.drives import Drive, drives_of, read_drives
 from shockpc.robot.robot import Drives, Robot
 from shockpc.text.errors import SceneError
@@ -39,17 +39,12 @@ class Rotor(Record):
     stiffness: float | None = None
 
 
+@documented
 @dataclass(frozen=True, kw_only=True, eq=False, repr=False)
 class Joints(Record):
     """The drives as a scene states them; patterns are joint names or globs, of which later ones go over earlier ones.
 
     Attributes:
-        model: all joints free (whatever the file says, except where drives, armature or rotor give an inertia), geared, or locked;
-            by default as the file and the drives say, and rigid the same with springs that do not yield: a joint with its own
-            spring is locked, a rotor behind one is joined to its joint.
-        drives: a file of drives in the form of robots/drives.toml, which replace those of the robot's file; or "none", which
-            leaves those of the file. By default the published and derived drives of a robot of the catalogue whose file gives no
-            reflected inertia.
         armature: reflected inertia by pattern [kg m²; kg for a prismatic joint].
         rotor: rotor and gearbox by pattern; their reflected inertia is gear_ratio² · inertia.
         stiffness: of springs of the joints themselves, such as in a compliant leg, by pattern [N m/rad, N/m].
@@ -57,8 +52,21 @@ class Joints(Record):
             velocities.
     """
 
-    model: Literal["free", "geared", "rigid", "locked"] | None = None
-    drives: str | None = None
+    model: Literal["free", "geared", "rigid", "locked"] | None = option(
+        None,
+        "All joints turn freely (free) except where --armature, --rotor or --drives FILE gives an inertia, resist by their "
+        "reflected inertia (geared) or are locked; or they are as modelled, with springs that do not yield (rigid): a joint with "
+        "its own spring is locked, a rotor behind one is joined to its joint.",
+        "Joint model",
+        name="joints",
+    )
+    drives: str | None = option(
+        None,
+        "Drives in the form of robots/drives.toml, or none, which leaves what the robot's own file gives; by default those known "
+        "of a robot of the catalogue.",
+        "Joint model",
+        "FILE|none",
+    )
     armature: Mapping[str, float] = field(default_factory=dict)
     rotor: Mapping[str, Rotor] = field(default_factory=dict)
     stiffness: Mapping[str, float] = field(default_factory=dict)

@@ -1,4 +1,7 @@
-"""The base class of the parts of a scene."""
+"""The parts of a scene: their base class, and how a field is declared as an option, once for Python, TOML and the command line."""
+
+import dataclasses
+from typing import Any, NamedTuple, TypeVar
 
 CHECKED = {"extra": "forbid", "allow_inf_nan": False}
 """How scene files are checked against the records they become: no unknown keys, no numbers that are not finite."""
@@ -18,3 +21,71 @@ class Record:
 
     def __repr__(self) -> str:
         return f"{type(self).__name__}({', '.join(f'{name}={value!r}' for name, value in vars(self).items())})"
+
+
+class Option(NamedTuple):
+    """What is known of a field besides its type: the command-line option, checks and what a sweep varies follow from it.
+
+    Attributes:
+        help: a sentence; the unit follows it.
+        heading: under which the help of a command lists it.
+        form: of the value on the command line, such as "X,Y,Z".
+        name: on the command line; by default the field's.
+        unit: of a number; empty without one.
+        least: the least value that is valid.
+        above: what a value has to be above.
+        greatest: the greatest value that is valid.
+        varies: whether a sweep can vary it, by its name on the command line.
+    """
+
+    help: str
+    heading: str
+    form: str | None = None
+    name: str = ""
+    unit: str = ""
+    least: float | None = None
+    above: float | None = None
+    greatest: float | None = None
+    varies: bool = False
+
+    @property
+    def text(self) -> str:
+        """The help with the unit."""
+        return f"{self.help[:-1]} [{self.unit}]." if self.unit not in ("", "1") else self.help
+
+    def fault(self, value: Any) -> str:
+        """Why a number is not valid; empty if it is, or is no number."""
+        if not isinstance(value, float):
+            return ""
+        bounds = (
+            ("≥", self.least, self.least is None or value >= self.least),
+            (">", self.above, self.above is None or value > self.above),
+            ("≤", self.greatest, self.greatest is None or value <= self.greatest),
+        )
+        wanted = [f"{sign} {bound:g}" for sign, bound, _ in bounds if bound is not None]
+        unit = f" {self.unit}" if self.unit not in ("", "1") else ""
+        return "" if all(holds for *_, holds in bounds) else f"must be {' and '.join(wanted)}{unit}, got {value:g}"
+
+
+def option(default: Any, help_: str, heading: str, form: str | None = None, **further: Any) -> Any:
+    """A field of a record that is an option; the arguments are those of `Option`."""
+    declared = Option(help_, heading, form, **further)
+    return dataclasses.field(default=default, metadata={"option": declared, "description": declared.text})
+
+
+def options_of(record: type) -> dict[str, Option]:
+    """The options among the fields of a record, by field."""
+    found = {part.name: part.metadata.get("option") for part in dataclasses.fields(record)}
+    return {name: one._replace(name=one.name or name.removesuffix("_deg").replace("_", "-")) for name, one in found.items() if one}
+
+
+R = TypeVar("R", bound=type)
+
+
+def documented(record: R) -> R:
+    """A record whose docstring lists its options besides the attributes that it describes itself."""
+    lines = [f"        {name}: {one.text}" for name, one in options_of(record).items()]
+    own, mark, rest = (record.__doc__ or "").partition("    Raises:")
+    if record.__doc__:
+        record.__doc__ = "\n".join([own.rstrip(), *lines, "", f"    {mark.strip()}{rest}" if mark else "    "])
+    return record

@@ -21,7 +21,7 @@ from shockpc.landing.contact import Contact
 from shockpc.landing.freedom import Base
 from shockpc.landing.joint_model import Joints
 from shockpc.landing.posture import Posture
-from shockpc.landing.record import Record
+from shockpc.landing.record import Record, documented, option
 from shockpc.robot.load import shared_robot
 from shockpc.robot.robot import Robot
 from shockpc.text.errors import SceneError
@@ -39,6 +39,11 @@ SLOWEST, FASTEST = 1e-9, 1e9
 """Range of speeds [m/s]; outside it squares overflow or underflow."""
 
 
+STRIKE, RESULTS, POSTURE = "Velocity before the impact", "What is computed", "Posture"
+"""Headings of options."""
+
+
+@documented
 @dataclass(frozen=True, kw_only=True, eq=False, repr=False)
 class Strike(Record):
     """Velocity of the robot relative to the ground before the impact; 1 m/s straight down by default.
@@ -47,22 +52,36 @@ class Strike(Record):
     and the joint velocities are superposed.
 
     Attributes:
-        speed: magnitude of the velocity [m/s].
-        strike_angle_deg: angle of the velocity from the vertical in the plane, positive for forward motion [deg].
-        velocity: the velocity as a vector, world axes [m/s].
-        drop_height: height of the free fall before the impact, which gives the vertical velocity alone: with a strike angle or a
-            forward speed the robot also moves forward [m].
-        forward_speed: horizontal velocity in the plane after a fall from `drop_height` [m/s].
-        angular_velocity: angular velocity of the base, world axes [rad/s].
         joint_velocities: joint velocities by name or glob [rad/s; m/s for a prismatic joint].
     """
 
-    speed: float | None = None
-    strike_angle_deg: float | None = None
-    velocity: tuple[float, float, float] | None = None
-    drop_height: float | None = None
-    forward_speed: float | None = None
-    angular_velocity: tuple[float, float, float] | None = None
+    speed: float | None = option(
+        None, "Speed along the strike angle; 1 by default.", STRIKE, "V", unit="m/s", above=0.0, varies=True
+    )
+    strike_angle_deg: float | None = option(
+        None,
+        "Angle of the velocity from the vertical in the plane, positive moving forward.",
+        STRIKE,
+        "DEG",
+        unit="deg",
+        varies=True,
+    )
+    velocity: tuple[float, float, float] | None = option(None, "Velocity of the robot, world axes.", STRIKE, "VX,VY,VZ", unit="m/s")
+    drop_height: float | None = option(
+        None,
+        "Height of a free fall that ends in the impact and gives the vertical velocity alone, with a --strike-angle or a "
+        "--forward-speed while moving forward.",
+        STRIKE,
+        "H",
+        unit="m",
+        above=0.0,
+    )
+    forward_speed: float | None = option(
+        None, "Horizontal speed in the plane after the fall from --drop-height.", STRIKE, "V", unit="m/s"
+    )
+    angular_velocity: tuple[float, float, float] | None = option(
+        None, "Angular velocity of the base, world axes.", STRIKE, "WX,WY,WZ", unit="rad/s"
+    )
     joint_velocities: Mapping[str, float] = field(default_factory=dict)
 
     def vector(self, plane: Plane) -> Array:
@@ -190,18 +209,13 @@ class Part(Record):
     torque_duration: float | None = None
 
 
+@documented
 @dataclass(frozen=True, kw_only=True, eq=False, repr=False)
 class Scene(Record):
     """One landing of one robot.
 
     Attributes:
         robot: a name that `shockpc robots` lists, or the path of a URDF, xacro or MJCF file.
-        base: free; planar (moves and rotates in the plane only); fixed. By default free, or fixed where an MJCF file fixes it
-            or the root link is called world. With free and planar the one top-level body of such a file gets a free joint.
-        plane: in which CoPc and RoPc are given and figures are drawn, and in which the strike angle is measured: xz (sagittal), yz
-            (frontal), xy (horizontal), or the normal of another plane; auto is xz, or yz where more than half of the motion before
-            the impact is sideways, as `with_plane` says.
-        srdf: file of reference postures; by default the one beside the robot.
         packages: folders of packages, for `package://` and `$(find …)`.
         xacro: arguments of a xacro file.
         posture: posture of base and joints.
@@ -209,29 +223,30 @@ class Scene(Record):
         contact: the contacts that strike at the same time; from Python also one contact, or names of frames.
         stance: frames that are already on the ground and stay where they are.
         closure: loops, in addition to those of the robot's file.
-        assemble: patterns of the joints that may move to close the loops; by default all joints that the posture does not set.
         joints: joint model (free, geared or locked).
         point: points at which the shock is computed, in addition to the robot's sensors.
         part: parts and what they withstand.
-        v_in: speed that normalises shock: of the contact, or of the robot's centre of mass.
-        pulse: shape and duration of the pulse for peak accelerations, such as "half-sine:5ms".
-        range_g: measuring range of the sensors, with which peak accelerations are compared [g].
-        friction: coefficient of friction, with which the impact is solved a second time; restitution acts along the normal alone
-            then [1].
-        contact_stiffness: stiffness of every contact, for forces, accelerations and their times [N/m].
-        tangential_stiffness: its stiffness along the ground; by default the same [N/m].
-        contact_damping: of a viscous damper along the normal beside that stiffness; it gives each contact a restitution [N s/m].
-        ground_tolerance: by how much the lowest points of contacts and of other links may differ in height that flat ground is
-            taken to touch together, in warnings and in the quantity `feasible` [m].
+        tangential_stiffness: of every contact along the ground; by default that along the normal [N/m].
 
     Raises:
         SceneError: a path holds a NUL character.
     """
 
     robot: str
-    base: Base | None = None
-    plane: Literal["auto", "xz", "yz", "xy"] | tuple[float, float, float] = "auto"
-    srdf: str | None = None
+    base: Base | None = option(
+        None,
+        "How the base may move: free, in the plane only (planar), or not (fixed). By default free, or fixed where the file fixes "
+        "it or its root link is called world; free and planar give the base of such an MJCF file a free joint.",
+        POSTURE,
+    )
+    plane: Literal["auto", "xz", "yz", "xy"] | tuple[float, float, float] = option(
+        "auto",
+        "Plane of CoPc, RoPc, figures and the strike angle: xz (sagittal), yz (frontal), xy, or a normal NX,NY,NZ; by default "
+        "auto: xz, or yz where more than half of the motion before the impact is sideways (velocity along y, rotation about x).",
+        RESULTS,
+        "PLANE",
+    )
+    srdf: str | None = option(None, "File of reference postures; by default the one beside the robot.", POSTURE, "FILE")
     packages: Mapping[str, str] = field(default_factory=dict)
     xacro: Mapping[str, str] = field(default_factory=dict)
     posture: Posture = field(default_factory=Posture)
@@ -239,18 +254,63 @@ class Scene(Record):
     contact: tuple[Contact, ...] = ()
     stance: tuple[str, ...] = ()
     closure: tuple[Closure, ...] = ()
-    assemble: tuple[str, ...] = ()
+    assemble: tuple[str, ...] = option(
+        (), "The only joints that may move to close loops; by default all that the posture does not set.", POSTURE, "JOINT"
+    )
     joints: Joints = field(default_factory=Joints)
     point: tuple[Point, ...] = ()
     part: tuple[Part, ...] = ()
-    v_in: Literal["contact", "com"] = "contact"
-    pulse: str | None = None
-    range_g: float | None = None
-    friction: float | None = None
-    contact_stiffness: float | None = None
+    v_in: Literal["contact", "com"] = option(
+        "contact", "The speed that shock is relative to: of the contact (default) or of the centre of mass.", RESULTS
+    )
+    pulse: str | None = option(
+        None,
+        "Also give peak accelerations, for example half-sine:5ms; shapes are half-sine, saw-tooth, haversine and rectangle.",
+        RESULTS,
+        "SHAPE:LENGTH",
+    )
+    range_g: float | None = option(
+        None, "Measuring range of the sensors, compared with the peaks.", RESULTS, "G", unit="g", above=0.0
+    )
+    friction: float | None = option(
+        None,
+        "Also solve with this coefficient of friction, and restitution along the normal alone (quantities *_friction); all others "
+        "are those of contacts that stick.",
+        RESULTS,
+        "MU",
+        unit="1",
+        least=0.0,
+        varies=True,
+    )
+    contact_stiffness: float | None = option(
+        None,
+        "Also give forces, accelerations and their times on contacts of this stiffness, in every direction or along the normal and "
+        "along the ground.",
+        RESULTS,
+        "K or KN:KT",
+        unit="N/m",
+        above=0.0,
+        varies=True,
+    )
     tangential_stiffness: float | None = None
-    contact_damping: float | None = None
-    ground_tolerance: float = 0.005
+    contact_damping: float | None = option(
+        None,
+        "Damping of these contacts along the normal, in place of --restitution: taken as the restitution of the mode that carries "
+        "the contact's force.",
+        RESULTS,
+        "C",
+        unit="N s/m",
+        above=0.0,
+    )
+    ground_tolerance: float = option(
+        0.005,
+        "By how much the lowest points of contacts and other links may differ in height that flat ground is taken to touch "
+        "together, in warnings and in what is feasible; 0.005 by default.",
+        RESULTS,
+        "H",
+        unit="m",
+        least=0.0,
+    )
 
     if TYPE_CHECKING:  # what is accepted; the fields above are what is held
 

@@ -96,7 +96,10 @@ def _record(table: Mapping[str, Any], kind: type, key: str, faults: list[str]) -
     kinds, values = _kinds(kind), {}
     for item in fields(kind):
         if item.name in table:
-            values[item.name] = checked(table[item.name], kinds[item.name], f"{key}{item.name}", faults)
+            before = len(faults)
+            values[item.name] = value = checked(table[item.name], kinds[item.name], f"{key}{item.name}", faults)
+            if "option" in item.metadata and len(faults) == before and (fault := item.metadata["option"].fault(value)):
+                faults.append(f"{key}{item.name} {fault}")
         elif item.default is item.default_factory is dataclasses.MISSING:
             faults.append(f"{key}{item.name} is missing; every {kind.__name__.lower()} needs it")
     faults += [unknown_key(f"{key}{name}", name, kinds) for name in table if name not in kinds]
