@@ -38,6 +38,8 @@ class Evaluation(Generic[L]):
             in double precision.
         feasible: whether rows that flat ground does not allow are left out. Rows that could not be computed are not.
         look: is called with the profile of every row, where every row is proven; what it gives is kept.
+        trusted: condition up to which rows keep the numbers of double precision that otherwise would need a proof, such as those
+            whose contacts or loops depend on one another.
     """
 
     landings: L
@@ -45,6 +47,7 @@ class Evaluation(Generic[L]):
     prove: int | None = 100
     feasible: bool = False
     look: Callable[[ShockProfile], Any] | None = field(default=None, repr=False)
+    trusted: float = 0.0
 
     @property
     def headings(self) -> tuple[str, ...]:
@@ -168,6 +171,7 @@ class Evaluation(Generic[L]):
         further = {name: x[:, None] for name, x in group.further.items()}
         for name, x in (values | further | {"condition": condition[:, None]}).items():
             whole[name][group.postures] = x
+        unsafe = unsafe & ~(condition <= self.trusted)[:, None]
         prove[group.postures] = unsafe | any(column.selection.quantity.alone(landing.scene) for column in self.computed)
         for i, s, error in not_approaching(landing, parting):
             errors.note([int(rows[i, s])], error)

@@ -1,9 +1,9 @@
 """What a sweep varies, as text and as records: joints, base attitude, strike, contact, inertia and length of links, drives."""
 
 import math
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, replace
-from typing import Literal
+from typing import Any, Literal
 
 import numpy as np
 
@@ -108,6 +108,22 @@ class Variation:
     def joints(self, robot: Robot) -> tuple[Joint, ...]:
         """The joints that a joint's variation sets: what follows another joint is not among them."""
         return settable_joints(robot, self.target, StudyError)
+
+
+def pairs(vary: Mapping[str, Any] | Iterable[tuple[str, Any]]) -> list[tuple[str, Any]]:
+    """Subjects with their values, given as a mapping or as pairs.
+
+    Raises:
+        StudyError: they are given in another way.
+    """
+    given: Any = vary.items() if isinstance(vary, Mapping) else vary
+    ones = list(given) if isinstance(given, Iterable) and not isinstance(given, str) else [given]
+    for one in ones:
+        if not (isinstance(one, tuple | list) and len(one) == 2 and isinstance(one[0], str)):
+            raise StudyError(
+                f'what varies is {one!r}; give values by subject, such as {{"strike-angle": "0:30"}}, or pairs of both'
+            )
+    return [(subject, values) for subject, values in ones]
 
 
 def variation(robot: Robot, subject: str, values: "str | float | Iterable[float | str] | None" = None) -> Variation:

@@ -277,6 +277,17 @@ def held_joints(robot: Robot, posture: Posture, movable: tuple[str, ...]) -> np.
     return held
 
 
+def displaced(robot: Robot, q: Array, steps: Array) -> Array:
+    """The configurations (n, nq) that are reached from one by joint velocities over a time of one.
+
+    Args:
+        robot: the robot.
+        q: (nq,) configuration.
+        steps: (n, nv) velocities times the time, Pinocchio's layout [rad, m].
+    """
+    return np.array([pin.integrate(robot.model, q, step) if step.any() else q for step in steps])
+
+
 def outside_limits(robot: Robot, q: Array) -> tuple[Diagnostic, ...]:
     """Warnings of the joints outside their limits, one for all that are equally far out, with the consequence."""
     found: dict[str, dict[str, float]] = {}

@@ -166,18 +166,20 @@ def varied_bodies(robot: Robot, changes: Iterable[tuple[Property, str, Array, bo
     return mass, com, inertia
 
 
-def with_inertias(robot: Robot, mass: Array, lever: Array, inertia: Array) -> Robot:
-    """The robot with other inertias of its bodies.
+def with_inertias(robot: Robot, mass: Array, com: Array, inertia: Array) -> Robot:
+    """The robot with other inertias of its bodies, also such as nothing has: below zero, as a step of a difference may be.
 
     Args:
         robot: the robot.
         mass: (nb,) [kg].
-        lever: (nb, 3) centres of mass in the frames of the joints [m].
-        inertia: (nb, 3, 3) about these, axes of the frames of the joints [kg m²].
+        com: (nb, 3) centres of mass in the bodies' frames [m].
+        inertia: (nb, 3, 3) about these, axes of the frames [kg m²].
     """
     model = pin.Model(robot.model)
-    for body, *own in zip(robot.bodies, mass, lever, inertia, strict=True):
-        model.inertias[body.joint] = pin.Inertia(*own)
+    for body, m, c, moment in zip(robot.bodies, mass, com, inertia, strict=True):
+        R, own = body.rotation, pin.Inertia.Zero()  # whose constructor would refuse an inertia that none has
+        own.mass, own.lever, own.inertia = float(m), R @ c + body.offset, R @ moment @ R.T
+        model.inertias[body.joint] = own
     return replace(robot, model=model)
 
 

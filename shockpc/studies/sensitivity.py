@@ -1,12 +1,10 @@
 """What would change a number of some landings most: its derivatives by every mass, inertia, joint value and the strike.
 
-Each parameter is changed by 2^-100 in ball arithmetic, and the quantity is computed anew (`exact.derivative`): one way for every
-quantity of the table and every parameter, exact to the last digit of a double. What is computed in double precision (extremes over
-geometry, friction, contacts of finite stiffness) has central differences of the same landing with the parameter varied, and their
-error. Over several landings the number is the worst of them or their mean, and its change is that of the values to first order.
+Each parameter is varied by a step and by half of it to both sides of its value, and the landings are computed as those of any other
+study. Two central differences give the derivative, and how far they are apart its error: where they differ there is none. Over
+several landings the number is the worst of them or their mean, and its change is that of the values to first order.
 """
 
-import functools
 import math
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
@@ -16,27 +14,33 @@ import numpy as np
 
 from shockpc.core.spatial import Array, read_only
 from shockpc.evaluation.columns import Column, column
-from shockpc.evaluation.variation import OF_A_LINK, variation
-from shockpc.impact.exact.derivative import central_difference, derivatives
-from shockpc.impact.exact.solution import BallImpact
+from shockpc.evaluation.evaluate import Evaluation, profiles
+from shockpc.evaluation.one_by_one import STEPS, Kind, Parameter, VariedOneByOne, link_parameters, parameters
+from shockpc.evaluation.variation import OF_A_LINK, pairs, variation
 from shockpc.landing.scene import Point, Scene
-from shockpc.profile import shock_profile
 from shockpc.quantities.profile import ShockProfile
 from shockpc.robot.changes import Property
 from shockpc.robot.robot import Robot
-from shockpc.studies.parameters import Kind, Parameter, in_doubles, link_parameters, parameters
 from shockpc.studies.question import common_robot, refuse_ground
-from shockpc.text.errors import ShockError, StudyError
+from shockpc.text.errors import StudyError
 from shockpc.text.trace import Trace
 
 ZERO = 1e-12
 """Share of its natural size below which a number is zero but for rounding."""
 
-STEP = 2.0**-8
-"""Step of differences in double precision, as a share of the size of the parameter."""
-
 SETTLED, SMALL = 1e-3, 1e-4
-"""Largest error of such a difference with which it is a derivative, as a share of it, or of the number for a change by the size."""
+"""Largest error of a difference with which it is a derivative, as a share of it, or of the number for a change by the size."""
+
+TRUSTED = 1e10
+"""Condition up to which rows are left in double precision: differences that do not agree show where it is not enough."""
+
+ROUNDING = 4.0
+"""Rounding of a derivative, at most, relative to the median of what rounding leaves of second differences."""
+
+UNSETTLED = (
+    "the difference does not settle: the number has a kink or a jump near this value, such as where a contact opens, its lowest "
+    "point jumps, or contacts or loops depend on one another at this value alone"
+)
 
 Key = tuple[Kind, str, str]
 """What a parameter is called: kind, axis and name."""
@@ -71,7 +75,7 @@ class Effect(Change):
 
     Attributes:
         derivatives: (L,) of the number in each landing [its unit/unit].
-        error: largest error of these, if they are differences; 0 of exact ones [its unit/unit].
+        error: largest error of these [its unit/unit].
         reason: why there are no derivatives; empty if there are.
         up: change of the target by the step [its unit].
         down: change by the opposite step [its unit].
@@ -95,7 +99,6 @@ class Sensitivity:
         values: (L,) of it in each landing; of several landings the magnitudes [its unit].
         mean: whether the mean over the landings is the target, and not the worst of them.
         percent: steps as a share of the parameters' sizes, or of the ranges that are given [%].
-        exact: whether the derivatives are exact, and not differences.
         effects: of every change: bodies first, then joints, then the strike.
     """
 
@@ -105,7 +108,6 @@ class Sensitivity:
     values: Array
     mean: bool
     percent: float
-    exact: bool
     effects: tuple[Effect, ...]
 
     @property
@@ -124,10 +126,10 @@ class Sensitivity:
         known = (effect for effect in self.effects if not effect.reason)
         return tuple(sorted(known, key=lambda effect: -max(abs(effect.up), abs(effect.down))))
 
-    def digits(self, effects: Iterable[Effect]) -> int:
-        """Number of digits to which some derivatives are known at least, where they are differences."""
+    def error(self, effects: Iterable[Effect]) -> float:
+        """The largest error of the derivatives of some effects, each as a share of its largest [1]."""
         shares = [effect.error / largest for effect in effects if (largest := float(np.abs(effect.derivatives).max())) > 0.0]
-        return max(0, math.floor(-math.log10(max([*shares, 1e-15]))))
+        return max(shares, default=0.0)
 
     def worse(self, change: float) -> bool | None:
         """Whether a change of the target makes it worse; None if neither direction is worse."""
@@ -143,11 +145,11 @@ def sensitivity(
     *,
     mean: bool = False,
     groups: Sequence[str] = (),
-    vary: Iterable[tuple[str, Any]] = (),
+    vary: Mapping[str, Any] | Iterable[tuple[str, Any]] = (),
     percent: float = 1.0,
     trace: Trace | None = None,
 ) -> Sensitivity:
-    """The derivatives of a number of some landings: exact, or differences where the number is computed in double precision.
+    """The derivatives of a number of some landings, each a difference with an error.
 
     Contact points stay where they are on their links; one that is the lowest point of a link moves as the link turns. Joints that
     follow others follow, and loops stay closed.
@@ -158,7 +160,8 @@ def sensitivity(
         robot: the scenes' robot, if it is loaded already.
         mean: whether the mean over several landings is the target, and not the worst of them.
         groups: names or globs of bodies and joints whose values change by one factor, each away from zero.
-        vary: subjects with their ranges, as in `variation`; then only these are changed, each by a share of its range.
+        vary: ranges by subject, as in `variation`: {"mass:*_SHANK": "0.8x:1.2x", "strike-angle": [0, 30]}, or pairs of both; then
+            only these are changed, each by a share of its range.
         percent: this share, or that of the parameters' own sizes [%].
         trace: collects what each stage cost.
 
@@ -168,35 +171,43 @@ def sensitivity(
         ShockError: a landing cannot be computed.
     """
     trace = trace or Trace()
+    for name, given, kind, words in (
+        ("landings", landings, Scene | Mapping, "a scene, or scenes by name"),
+        ("target", target, str | Point, "QUANTITY@PLACE, or a point"),
+        ("groups", groups, tuple | list, "names or globs of bodies and joints in a list"),
+        ("percent", percent, int | float, "a number"),
+    ):
+        if not isinstance(given, kind):
+            raise StudyError(f"{name} is {given!r}; give {words}")
     scenes = {"": landings} if isinstance(landings, Scene) else landings
     if not 0.0 < percent <= 100.0:
         raise StudyError(f"a step of {percent:g} % is not valid; give one above zero and at most 100")
-    robot = robot or common_robot(scenes)
-    profiles = tuple(shock_profile(scene, robot, trace) for scene in scenes.values())
+    robot = robot if robot is not None and scenes else common_robot(scenes)
+    chosen = pairs(vary)
+    solved = profiles({name: (scene, robot) for name, scene in scenes.items()}, trace)
     text = f"shock@{target.label}" if isinstance(target, Point) else target
-    asked = [column(profile, text, lambda entry: entry.compute is not None and entry.key != "feasible") for profile in profiles]
+    asked = [column(profile, text, lambda entry: entry.compute is not None and entry.key != "feasible") for profile in solved]
     entry = asked[0].selection.quantity
     for scene in scenes.values():
         if not entry.of_ground(scene):
             refuse_ground(scene, others="name a quantity that depends on it, such as shock_friction or peak_force")
-    values, sizes, exact = np.array([_value(*pair) for pair in zip(profiles, asked, strict=True)]).T
-    known = [{one[:3]: one for one in parameters(profile)} for profile in profiles]
+    values = np.array([_value(*pair) for pair in zip(solved, asked, strict=True)])
+    known = [{one[:3]: one for one in parameters(profile.landing)} for profile in solved]
     every: dict[Key, Parameter] = {key: one for of_landing in reversed(known) for key, one in of_landing.items()}
     every = {key: every[key] for of_landing in known for key in of_landing}
-    chosen = list(vary)
     share = percent / 100.0
     changes = [_varied(robot, every, known, *one, share) for one in chosen] or _changes(robot, every, groups, share)
     rows = []
-    for profile, of_landing, own, size in zip(profiles, known, asked, sizes, strict=True):
+    for profile, of_landing, own in zip(solved, known, asked, strict=True):
         with trace.stage("derivatives"):
             wanted = {key: one for key, one in of_landing.items() if any(key in change.parts for change in changes)}
-            rows.append(_derivatives(profile, wanted, own, size) if exact.all() else _differences(profile, wanted, own))
+            rows.append(_slopes(profile, wanted, own))
     signs = np.sign(values) if len(values) > 1 and asked[0].selection.signed else np.ones(len(values))
     effects = tuple(_effect(change, rows, asked[0], mean, signs, signs * values) for change in changes)
     existing = [effect.derivatives for effect in effects if not effect.reason]
     if existing and not chosen and not np.any(existing):
         raise StudyError(f"{asked[0].title} does not change to first order with any parameter here; choose another quantity")
-    return Sensitivity(tuple(scenes), profiles, asked[0], signs * values, mean, percent, bool(exact.all()), effects)
+    return Sensitivity(tuple(scenes), solved, asked[0], signs * values, mean, percent, effects)
 
 
 def _worst(target: Column, values: Array) -> int:
@@ -285,66 +296,60 @@ class _Slope(NamedTuple):
     reason: str = ""
 
 
-def _derivatives(profile: ShockProfile, wanted: Mapping[Key, Parameter], asked: Column, size: float) -> dict[Key, _Slope]:
-    """The exact derivatives of the number by the parameters that are wanted."""
-    paths = {key: one.path for key, one in wanted.items() if one.path is not None}
-    slopes = derivatives(profile.proof, list(paths.values()), functools.partial(_number, asked), size)
-    known = dict(zip(paths, map(_Slope, slopes.tolist()), strict=True))
-    return {key: known.get(key, _Slope(np.nan, reason=one.reason)) for key, one in wanted.items()}
+def _slopes(profile: ShockProfile, wanted: Mapping[Key, Parameter], asked: Column) -> dict[Key, _Slope]:
+    """The derivatives of the number by the parameters that are wanted: differences of landings beside the given one.
+
+    Of two steps h and h/2 the central differences D(h) and D(h/2) give (4 D(h/2) − D(h)) / 3, off by h⁴ (Richardson). The error is
+    stated as |D(h) − D(h/2)|, or as the part of the second differences that does not vanish with h, which is that of a kink or a
+    jump, if that is larger. Of most parameters this part is rounding, which is added, and a smaller derivative is zero. A gradient
+    of the number would take the place of the differences here.
+
+    Args:
+        profile: the given landing.
+        wanted: the parameters.
+        asked: the number.
+    """
+    varied = {key: one for key, one in wanted.items() if not one.reason}
+    slopes = {key: _Slope(np.nan, reason=one.reason) for key, one in wanted.items()}
+    if not varied:
+        return slopes
+    source = VariedOneByOne(profile.landing, tuple(varied.values()))
+    table, here = Evaluation(source, (asked,), prove=0, trusted=TRUSTED).table(), _number(profile, asked)
+    after, before = np.moveaxis(table.values(asked).reshape(-1, 2, len(STEPS) // 2), 1, 0)
+    steps = source.steps[:, None] * STEPS[: len(STEPS) // 2]
+    (whole, half), (bend, kink) = ((after - before) / (2.0 * steps)).T, ((after - 2.0 * here + before) / steps).T
+    left = np.abs(2.0 * kink - bend)
+    rounding = ROUNDING * np.median(np.nan_to_num(left * source.steps)) / source.steps
+    for k, (key, one) in enumerate(varied.items()):
+        value, error = (4.0 * half[k] - whole[k]) / 3.0, max(abs(whole[k] - half[k]), left[k]) + rounding[k]
+        message = next((table.messages[i] for i in range(len(STEPS) * k, len(STEPS) * (k + 1)) if i in table.messages), "")
+        if message:
+            slopes[key] = _Slope(np.nan, reason=f"beside this value there is no such number: {message}")
+        elif not error <= max(SETTLED * abs(value), SMALL * abs(here) / (one.size or 1.0)):
+            slopes[key] = _Slope(np.nan, float(error), UNSETTLED)
+        else:
+            slopes[key] = _Slope(float(value) if abs(value) > rounding[k] else 0.0, float(error))
+    return slopes
 
 
-def _differences(profile: ShockProfile, wanted: Mapping[Key, Parameter], asked: Column) -> dict[Key, _Slope]:
-    """Differences of the number of the same landing with each parameter varied, in double precision."""
-    proof = profile.proof
-    here = float(proof.read(functools.partial(_number, asked)))
-
-    def slope(one: Parameter) -> _Slope:
-        if (path := one.path) is None:
-            return _Slope(np.nan, reason=one.reason)
-
-        def number(t: float) -> float:
-            return float(proof.read(lambda impact: _number(asked, BallImpact(in_doubles(path(impact, t)), impact.choice))))
-
-        step = one.size or 1.0
-        try:
-            value, error = central_difference(number, here, STEP * step)
-        except ShockError as refusal:
-            return _Slope(np.nan, reason=f"beside this value there is no such number: {refusal}")
-        if not error <= max(SETTLED * abs(value), SMALL * abs(here) / step):
-            reason = (
-                "the difference does not settle: the number has a kink or a jump near this value, such as where a contact opens"
-            )
-            return _Slope(np.nan, error, reason)
-        return _Slope(value, error)
-
-    return {key: slope(one) for key, one in wanted.items()}
+def _number(profile: ShockProfile, asked: Column) -> float:
+    return float(asked.selection.scalar(profile.values(asked.selection.quantity, [asked.place]))[0])
 
 
-def _value(profile: ShockProfile, asked: Column) -> tuple[float, float, bool]:
-    """The number, its natural size, and whether it is computed in ball arithmetic.
+def _value(profile: ShockProfile, asked: Column) -> float:
+    """The number.
 
     Raises:
         StudyError: there is none, or it is zero.
     """
-    entry = asked.selection.quantity
-    value = float(asked.selection.scalar(profile.values(entry, [asked.place]))[0])
+    entry, value = asked.selection.quantity, _number(profile, asked)
     if not math.isfinite(value):
         raise StudyError(f"there is no {asked.title} in this landing: {entry.missing or 'it is infinite'}")
-
-    def natural_size(impact: BallImpact) -> tuple[float, bool]:
-        values = entry.formula(impact, [asked.place])
-        exact = values.dtype == object and not entry.of_ground(profile.scene)
-        return float(np.max(entry.size(impact, values.astype(float)))), exact
-
-    size, exact = profile.proof.read(natural_size)
+    where = [asked.place]
+    size = profile.proof.read(lambda impact: float(np.max(entry.size(impact, entry.formula(impact, where).astype(float)))))
     if abs(value) <= ZERO * max(size, abs(value)):
         raise StudyError(
             f"{asked.title} is zero in this landing: a length has no derivative where it is zero, and changes cannot be relative "
             "to it; name another place, or change the strike"
         )
-    return value, max(size, abs(value)), exact
-
-
-def _number(asked: Column, impact: BallImpact) -> Any:
-    """The number of an impact."""
-    return asked.selection.scalar(np.asarray(asked.selection.quantity.formula(impact, [asked.place])[0, 0]))[0]
+    return value

@@ -7,7 +7,7 @@ from typing import Any
 
 from shockpc.evaluation.columns import Column, selected
 from shockpc.evaluation.evaluate import Evaluation
-from shockpc.evaluation.variation import Variation, each_of, variation
+from shockpc.evaluation.variation import Variation, each_of, pairs, variation
 from shockpc.evaluation.varied import VariedLandings
 from shockpc.evaluation.varied_scene import applied, armature_set
 from shockpc.landing.places import Place, body_places, moving_point
@@ -65,7 +65,7 @@ def sweep(
     """
     robot = robot or robot_of(scene)
     # A mapping holds each subject once; pairs may repeat one, which is refused below.
-    vary, vary_each = (given.items() if isinstance(given, Mapping) else given for given in (vary, vary_each))
+    vary, vary_each = pairs(vary), pairs(vary_each)
     for name, number in {"seed": seed, "prove": prove}.items():
         if number < 0:
             raise StudyError(f"{name} is {number}, and it has to be a whole number from 0")

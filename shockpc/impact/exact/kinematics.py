@@ -159,10 +159,10 @@ def shift(r: arb_mat) -> arb_mat:
     return T
 
 
-def body_coms(data: Data, levers: Balls) -> Balls:
-    """Centres of mass (nb, 3) in the bodies' frames [m]. Args: levers (nb, 3) in the joints' frames [m]."""
+def body_coms(data: Data) -> Balls:
+    """Centres of mass (nb, 3) in the bodies' frames [m]."""
     turns = [_rotation(quaternion).transpose() for quaternion in data.body_rotation.tolist()]
-    levers = levers - data.body_offset
+    levers = balls(data.lever) - data.body_offset
     return np.array([(R * arb_mat(3, 1, lever)).entries() for R, lever in zip(turns, levers.tolist(), strict=True)], dtype=object)
 
 

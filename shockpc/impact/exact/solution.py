@@ -26,18 +26,12 @@ from shockpc.landing.rows import Block, block_wrenches, row_jacobian
 BASE = {"free": [True] * 6, "planar": [True, True, False, False, False, True], "fixed": [False] * 6}
 """Which velocities of a floating base are free: along the plane's first and second axis and its normal, then about them."""
 
-GEOMETRY = (
-    "landing", "blocks", "choice", "unique", "state", "_data", "_places", "_origins", "_mimics", "_free", "_degrees", "_unit",
-    "_rows", "speeds", "approach",
-)  # fmt: skip
-"""What of an impact does not depend on the inertial parameters."""
-
 
 class BallImpact(Impact):
     """An impact in one posture (N = S = 1) at the precision of the present context; what is derived is computed when it is read.
 
     Args:
-        landing: the landing; its configuration may be balls, where it lies between doubles, and so may its motion and armature.
+        landing: the landing.
         choice: which of its rows are independent.
         data: the robot's own numbers; by default as loaded.
 
@@ -50,8 +44,8 @@ class BallImpact(Impact):
         self.landing, self.blocks, self.choice, self.unique = landing, landing.blocks, choice, choice.unique[None]
         self._data = data or data_of(robot)
         self.state, self._places, self._origins = forward_kinematics(robot, self._data, landing.q, landing.plane)
-        self._carried = list(zip(self._data.mass, self._data.lever, self._data.inertia, strict=True))
-        self._own_inertias = [body_inertia(*own, R) for own, (R, _) in zip(self._carried, self._places, strict=True)]
+        carried = zip(self._data.mass, self._data.lever, self._data.inertia, strict=True)
+        self._own_inertias = [body_inertia(*own, R) for own, (R, _) in zip(carried, self._places, strict=True)]
         column = {joint.name: joint.v.start for joint in robot.single_joints}
         self._mimics = [(column[m.joint], [(column[name], by) for name, by in m.leaders.items()]) for m in robot.mimics]
         free = ~locked
@@ -61,33 +55,6 @@ class BallImpact(Impact):
         self._free, flags = np.flatnonzero(free)[::-1], free.tolist()
         self._degrees = [sum(flags[joint.v]) for joint in robot.joints]
         self.resistances: dict[int, Any] = {}
-        self._responses: dict[int, tuple[arb_mat, arb_mat, arb_mat]] = {}
-
-    def with_body(self, body: int, mass: Any, lever: Array | Balls, inertia: Array | Balls) -> "BallImpact":
-        """The impact with other inertial parameters of a body, each as in `exact.kinematics.Data`, to first order in their change.
-
-        With dH = Jᵀ dI J for the twist J q̇ of the body, Eq. 4 gives H dΔq̇ − J_cᵀ dλ = −Jᵀ dI J Δq̇ and J_c dΔq̇ = 0.
-        """
-        other, (R, p), (rates, impulse) = object.__new__(BallImpact), self._places[body], self._solution
-        vars(other).update({name: value for name, value in vars(self).items() if name in GEOMETRY}, resistances={})
-        other._carried, other._own_inertias = self._carried.copy(), self._own_inertias.copy()
-        other._carried[body], other._own_inertias[body] = (mass, lever, inertia), body_inertia(mass, lever, inertia, R)
-        if body not in self._responses:
-            self._responses[body] = self._response(body)
-        J, by_rates, by_impulse = self._responses[body]
-        wrench = shift(p) * (other._own_inertias[body] - self._own_inertias[body]) * shift(p).transpose() * J * rates
-        other._solution = rates - by_rates * wrench, impulse + by_impulse * wrench
-        return other
-
-    def _response(self, body: int) -> tuple[arb_mat, arb_mat, arb_mat]:
-        """J (6, ny) of a body's twist; velocities (ny, 6) and impulses (r, 6) by unit wrenches on it while the rows are held."""
-        J = matrix(self._reduced(np.where(self.state.supports[body], self.state.J[0], 0.0)))
-        return J, *self._held_response(J, self._rows[self.choice.rows])
-
-    def carried(self, body: int) -> tuple[Any, Balls, Balls]:
-        """Mass, lever (3,) and inertia (3, 3) of a body, as in `exact.kinematics.Data`."""
-        mass, lever, inertia = map(balls, self._carried[body])
-        return mass[()], lever, inertia
 
     def exact(self, values: Array) -> Balls:
         """Doubles as balls."""
@@ -101,12 +68,12 @@ class BallImpact(Impact):
     @property
     def masses(self) -> Balls:
         """As in `Impact`."""
-        return balls(np.array([mass for mass, _, _ in self._carried]))[None]
+        return balls(self._data.mass)[None]
 
     @cached_property
     def coms(self) -> Balls:
         """As in `Impact`."""
-        return body_coms(self._data, np.stack([balls(lever) for _, lever, _ in self._carried]))[None]
+        return body_coms(self._data)[None]
 
     @cached_property
     def _joint_inertia(self) -> Balls:
@@ -222,22 +189,21 @@ class BallImpact(Impact):
         """
         J = matrix(self._reduced(row_jacobian(self.state, [block])[0]))
         R = self._reduced(row_jacobian(self.state, held)[0])[independent] if independent else None
-        return J * self._held_response(J, R)[0]
+        return J * self._held_response(J, R)
 
     def rigid_mobility(self, block: Block) -> arb_mat:
         """The same (n, n) of the whole robot as one rigid body: every joint locked, the base free, and nothing held."""
         wrenches = matrix(block_wrenches(self.state, block)[0])
         return wrenches * _solve(sum(self._inertias, start=arb_mat(6, 6)), wrenches.transpose(), of_inertia=True)
 
-    def _held_response(self, J: arb_mat, held: Balls | None) -> tuple[arb_mat, arb_mat]:
-        """Free velocities (ny, n) by unit impulses along rows J (n, ny) while rows (r, ny) are held, and their impulses (r, n)."""
+    def _held_response(self, J: arb_mat, held: Balls | None) -> arb_mat:
+        """Free velocities (ny, n) by unit impulses along rows J (n, ny) while rows (r, ny) are held."""
         free = self._by_inertia(J.transpose())
         if held is None:
-            return free, arb_mat(0, free.ncols())
+            return free
         R = matrix(held)
         by_held = self._by_inertia(R.transpose())
-        impulse = _solve(R * by_held, R * free)
-        return free - by_held * impulse, impulse
+        return free - by_held * _solve(R * by_held, R * free)
 
     def _by_inertia(self, B: arb_mat) -> arb_mat:
         """H⁻¹ B (ny, m) by articulated-body inertias (Featherstone 2008, Chapter 7), or by elimination where joints follow others.

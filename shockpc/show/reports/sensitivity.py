@@ -73,7 +73,8 @@ def _document(study: Sensitivity) -> dict[str, Any]:
         "unit": study.target.selection.quantity.unit,
         "worse": study.target.selection.quantity.worse,
         "over": "mean" if study.mean else "worst",
-        **record(study, "value", "percent", "exact"),
+        **record(study, "value", "percent"),
+        "exact": False,  # they were, in documents of version 1 that are older
         "landings": [
             {"landing": name or None, "value": float(value), "warnings": profile.health.warnings, "scene": profile.scene}
             for name, value, profile in zip(study.landings, study.values, study.profiles, strict=True)
@@ -117,17 +118,14 @@ def _table(study: Sensitivity, most: int | None) -> Sheet:
         "reflected inertia (without one: the inertia that the joint moves), of a radian, or of the robot's length",
         f"to first order: {opposite}; of a larger one the effect is not in proportion",
         *left,
-        *([] if study.exact or not rows else [_accuracy(study, study.ranked[: len(rows)])]),
+        *([_accuracy(study, study.ranked[: len(rows)])] if rows else []),
         *(f"{listed(names, 4)}: no derivative, because {reason}" for reason, names in without.items()),
     ]
     return Sheet(f"effect on the {study.target.title}{'' if single else f', {_over(study)}'}", header, rows, notes)
 
 
 def _accuracy(study: Sensitivity, shown: Sequence[Effect]) -> str:
-    return (
-        f"the {study.target.selection.quantity.title} is computed in double precision: its derivatives are central differences, "
-        f"known to {count(study.digits(shown), 'digit')} at least"
-    )
+    return f"derivatives are differences, with an error of at most {max(study.error(shown), 1e-15):.0e} of each"
 
 
 def _spreadsheet(study: Sensitivity) -> Sheet:

@@ -1,0 +1,308 @@
+"""Landings that differ from one in one parameter at a time: masses, inertias, joint values and the strike, beside their values.
+
+Everything but the closing of loops is linear in a parameter, so it is known by the rates at which it changes the inertias, the
+joints and the velocity before the impact. All rows share their landing, and are one group.
+"""
+
+import functools
+import math
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass, field, replace
+from typing import Any, Literal, NamedTuple
+
+import numpy as np
+
+from shockpc.core.spatial import Array
+from shockpc.evaluation.landings import Group, Part, Refusal
+from shockpc.landing.closure import assemble, closure_block
+from shockpc.landing.dynamics import Design, dynamics
+from shockpc.landing.freedom import free_columns
+from shockpc.landing.landing import PosedLanding
+from shockpc.landing.posture import displaced, held_joints
+from shockpc.landing.rows import row_jacobian
+from shockpc.landing.scene import Scene
+from shockpc.profile import profile_of
+from shockpc.quantities.profile import ShockProfile
+from shockpc.robot.changes import Property, links_with_mass, varied_bodies, with_inertias
+from shockpc.robot.robot import Joint, Robot
+from shockpc.text.errors import ShockError
+
+Kind = Literal["mass", "proportion", "com", "inertia", "armature", "angle", "strike"]
+"""What is changed: mass alone, mass and inertia in proportion, centre of mass, inertia, reflected inertia, joint value, strike."""
+
+INERTIA_ENTRIES = ((0, 0), (1, 1), (2, 2), (0, 1), (0, 2), (1, 2))
+"""The entries of an inertia by row and column; those off the diagonal stand for both of their places."""
+
+STEP = 2.0**-11
+"""Largest step of a row from the value of its parameter, as a share of the parameter's size."""
+
+LEAST_SHARE = 1e-6
+"""Least share of the inertia by which a parameter's size is taken to change it."""
+
+STEPS = np.array([1.0, 0.5, -1.0, -0.5])
+"""The steps of the rows of a parameter, as shares of the largest."""
+
+
+class Parameter(NamedTuple):
+    """A parameter of a landing.
+
+    Attributes:
+        kind: of the parameter.
+        axis: which component of it, such as "x" or "xy"; empty if there is one.
+        name: body or joint; empty for the strike.
+        value: present value [unit].
+        unit: SI unit; "1" for a proportion.
+        size: what a change is compared with: the mass, the mean moment of inertia and the radius of gyration of the body, the
+            reflected inertia of the joint (without one, the inertia that the joint moves), a radian, or the robot's length [unit].
+        rates: by how much a unit of it changes "mass" (nb,), "com" (nb, 3) and "inertia" (nb, 3, 3) of the bodies and "armature"
+            (nv,) of the joints, as in `Design`, "joints" (nv,) by velocity, and "velocity" (3,) of the base before the impact.
+        reason: why it cannot change; empty if it can.
+    """
+
+    kind: Kind
+    axis: str
+    name: str
+    value: float
+    unit: str
+    size: float
+    rates: Mapping[str, Array]
+    reason: str = ""
+
+
+@dataclass(frozen=True, eq=False)
+class VariedOneByOne:
+    """Landings beside a given one, four for each of some parameters: a step and half of it to both sides.
+
+    Attributes:
+        landing: the given one.
+        parameters: which can change.
+    """
+
+    landing: PosedLanding
+    parameters: tuple[Parameter, ...] = field(repr=False)
+
+    noun, strikes, further, headings = "sensitivity", 1, (), ("parameter", "step")
+
+    @functools.cached_property
+    def steps(self) -> Array:
+        """The largest step (p,) of each parameter [its unit]: that of an inertia changes H by the share `STEP` of itself.
+
+        What follows from H varies on the scale on which H does, and not with the size of a body that hardly counts. With A = H⁻¹ dH
+        for a change by the size, H + t dH is singular for no |t| below 1 / √tr A², in which the sum of A's squared eigenvalues is;
+        with a centre of mass H changes as its square, too.
+        """
+        sizes = np.array([one.size or 1.0 for one in self.parameters])
+        landing, n = self.landing, len(sizes)
+        changed = dynamics(landing.robot, np.repeat(landing.q[None], n, axis=0), None, self._design(sizes, np.ones(1))).H
+        H, change, G = landing.state.H[0], changed - landing.state.H, landing.free_columns(landing.state)
+        if G is not None:
+            H, change = G[0].T @ H @ G[0], G[0].T @ change @ G[0]
+        A = np.linalg.solve(H, change)
+        share = np.maximum(np.sqrt(np.abs(np.einsum("nij,nji->n", A, A))), LEAST_SHARE)
+        share = np.where([one.kind == "com" for one in self.parameters], np.maximum(share, np.sqrt(share)), share)
+        inertial = [not one.rates.keys().isdisjoint(Design._fields) for one in self.parameters]
+        return STEP * sizes / np.where(inertial, share, 1.0)
+
+    @property
+    def rows(self) -> int:
+        """Number of rows."""
+        return len(STEPS) * len(self.parameters)
+
+    @property
+    def parts(self) -> tuple[tuple[int, int], ...]:
+        """All rows at once."""
+        return ((0, self.rows),)
+
+    @property
+    def opens(self) -> bool:
+        """Whether a contact that would be pulled opens, because there is friction."""
+        return self.scene.friction is not None
+
+    @property
+    def robot(self) -> Robot:
+        """The robot of the given landing."""
+        return self.landing.robot
+
+    @property
+    def scene(self) -> Scene:
+        """The given landing."""
+        return self.landing.scene
+
+    @property
+    def description(self) -> dict[str, Any]:
+        """The names of the parameters."""
+        return {"parameters": [one[:3] for one in self.parameters], "steps": self.steps.tolist()}
+
+    def compared(self, count: int) -> np.ndarray:
+        """The first rows."""
+        return np.arange(min(count, self.rows))
+
+    def own(self, k: int) -> None:
+        """Nothing."""
+
+    def part(self, k: int, own: None) -> Part:
+        """All rows, in the order of the parameters, those of a parameter in the order of `STEPS`."""
+        landing, robot, n = self.landing, self.robot, len(STEPS)
+        names = [" ".join(filter(None, one[:3])) for one in self.parameters]
+        labels = {"parameter": np.repeat(names, n), "step": np.outer(self.steps, STEPS).ravel()}
+        design, velocity = self._design(self.steps, STEPS), self._varied("velocity", landing.before.velocity, self.steps, STEPS)
+        Q = displaced(robot, landing.q, self._varied("joints", np.zeros(robot.model.nv), self.steps, STEPS))
+        groups, solved = list[Group | Refusal](), np.ones(self.rows, dtype=bool)
+        held = held_joints(robot, self.scene.posture, self.scene.assemble) | robot.velocities(robot.followers)
+        for i in np.flatnonzero((landing.q != Q).any(axis=1)) if landing.loops else ():
+            try:
+                Q[i] = assemble(robot, Q[i], landing.loops, landing.plane, held).q
+            except ShockError as error:
+                solved[i] = False
+                groups.append(Refusal(np.array([i]), error))
+        inertias = Design(*(x[solved] for x in design))
+        groups.append(Group(np.flatnonzero(solved), landing, Q[solved], velocity[solved, None], inertias))
+
+        def profile(i: int) -> ShockProfile:
+            whole = robot
+            if self.parameters[i // n].rates.keys() & {"mass", "com", "inertia"}:
+                whole = with_inertias(robot, design.mass[i], design.com[i], design.inertia[i])
+            state, joints = (
+                dynamics(whole, Q[i : i + 1], design.armature[i]),
+                landing.joint_model._replace(armature=design.armature[i]),
+            )
+            before = landing.before._replace(velocity=velocity[i])
+            return profile_of(replace(landing, robot=whole, joint_model=joints, before=before, q=Q[i], state=state))
+
+        return Part(labels, groups, profile)
+
+    def _design(self, steps: Array, shares: Array) -> Design:
+        own = Design.of(self.robot, self.landing.joint_model.armature)
+        return Design(*(self._varied(name, value[0], steps, shares) for name, value in own._asdict().items()))
+
+    def _varied(self, what: str, value: Array, steps: Array, shares: Array) -> Array:
+        """What the rates of a name change (p s, ...), after shares (s,) of steps (p,). Args: value, in the given landing."""
+        out = np.repeat(value[None], len(steps) * len(shares), axis=0)
+        for rows, one, step in zip(np.split(out, len(steps)), self.parameters, steps, strict=True):
+            if what in one.rates:
+                rows += np.multiply.outer(step * shares, one.rates[what])
+        return out
+
+
+def parameters(landing: PosedLanding) -> list[Parameter]:
+    """All parameters of a landing: bodies first, then joints, then the strike."""
+    return [*_inertial(landing.robot), *_armatures(landing), *_joint_values(landing), *_strike(landing)]
+
+
+def link_parameters(robot: Robot, what: Property, pattern: str, factor: bool) -> Iterator[Parameter]:
+    """Mass, inertia or centre of mass of all links that a pattern means, changed together as in `robot.changes.Change`.
+
+    Args:
+        robot: the robot.
+        what: is changed.
+        pattern: name or glob of links.
+        factor: whether it is multiplied; its unit is then "1".
+
+    Returns: the part of each body; the effect is the sum of theirs.
+    """
+    links = links_with_mass(robot, pattern)
+    moved, h = what.startswith("com"), 1e-5
+    about = {link: 0.0 if moved else 1.0 if factor else mass for link, mass in links.items()}
+    # The bodies' inertias are smooth functions of each value, so that about ten digits of their differences are left.
+    near = [(what, link, np.array([value + h, value - h]), factor) for link, value in about.items()]
+    rates = {name: (x[0] - x[1]) / (2.0 * h) for name, x in zip(Design._fields, varied_bodies(robot, near), strict=False)}
+    kind: Kind = "com" if moved else "inertia" if what == "inertia" else "proportion"
+    unit = "1" if factor else "m" if moved else "kg"
+    for i in sorted({robot.frames[link].body for link in links}):
+        axis, name = what[-1] if moved else "", f"{pattern} on {robot.bodies[i].name}"
+        size = 1.0 if factor else float(robot.gyration[i] if moved else robot.masses[i])
+        yield Parameter(kind, axis, name, math.nan, unit, size, {key: _of_one(x[i], i, x) for key, x in rates.items()})
+
+
+def _of_one(rate: Array | float, body: int, like: Array) -> Array:
+    """The rate of one body among zeros for the others. Args: like (nb, ...), of all bodies."""
+    out = np.zeros_like(like)
+    out[body] = rate
+    return out
+
+
+def _inertial(robot: Robot) -> Iterator[Parameter]:
+    mass, com, inertia = robot.masses, robot.coms, robot.inertias
+    for i, body in enumerate(robot.bodies):
+        # As of a point at the centre of mass, and with everything in proportion.
+        yield Parameter("mass", "", body.name, body.mass, "kg", body.mass, {"mass": _of_one(1.0, i, mass)})
+        whole = {"mass": _of_one(body.mass, i, mass), "inertia": _of_one(body.inertia, i, inertia)}
+        yield Parameter("proportion", "", body.name, 1.0, "1", 1.0, whole)
+        for axis, x, along in zip("xyz", body.com, np.eye(3), strict=True):
+            yield Parameter("com", axis, body.name, float(x), "m", float(robot.gyration[i]), {"com": _of_one(along, i, com)})
+        for j, k in INERTIA_ENTRIES:
+            entry = np.zeros((3, 3))
+            entry[[j, k], [k, j]] = 1.0
+            size, rates = float(np.trace(body.inertia)) / 3.0, {"inertia": _of_one(entry, i, inertia)}
+            yield Parameter("inertia", "xyz"[j] + "xyz"[k], body.name, float(body.inertia[j, k]), "kg m²", size, rates)
+
+
+def _armatures(landing: PosedLanding) -> Iterator[Parameter]:
+    model, moved = landing.joint_model, np.diag(landing.state.H[0])
+    for joint, axis, unit, v in _coordinates(landing.robot):
+        if not model.locked[v]:
+            unit, value = "kg m²" if unit == "rad" else "kg", float(model.armature[v])
+            rates = {"armature": _of_one(1.0, v, model.armature)}
+            yield Parameter("armature", axis, joint.name, value, unit, value or float(moved[v]), rates)
+
+
+def _strike(landing: PosedLanding) -> Iterator[Parameter]:
+    """The strike angle: the robot's velocity turns in the plane, from straight down towards forward."""
+    if not landing.plane.level:
+        turn = np.cross(np.cross(landing.plane.forward, [0.0, 0.0, 1.0]), landing.before.velocity)
+        yield Parameter("strike", "", "", landing.strike_angle, "rad", 1.0, {"velocity": turn})
+
+
+def _joint_values(landing: PosedLanding) -> Iterator[Parameter]:
+    for joint, axis, unit, v in _coordinates(landing.robot):
+        rates, reason = _rates(landing, v)
+        # A rotation about several axes has no value, and counts from where it is.
+        part = next((part for part in joint.parts if part.v.start == v), joint)
+        value = part.value(landing.q) if part.axis is not None else 0.0
+        size = 1.0 if unit == "rad" else landing.length
+        yield Parameter("angle", axis, joint.name, value, unit, size, {"joints": rates}, reason)
+
+
+def _rates(landing: PosedLanding, column: int) -> tuple[Array, str]:
+    """The rates (nv,) of all joints when one moves at unit rate: followers follow, and loops stay closed by the least motion.
+
+    Returns: the rates, and why there are none.
+    """
+    robot, state = landing.robot, landing.state
+    only = np.ones(robot.model.nv, dtype=bool)
+    only[column] = False
+    rotation = state.rotation[:, 0]
+    G = free_columns(robot, "fixed", landing.plane, rotation, only)
+    rates = np.ones(1) if G is None else G[0, :, 0]
+    if not landing.loops:
+        return rates, ""
+    if landing.before.joint_rates.any():
+        return rates, "the loops tie the joints that move before the impact, and how fast they move depends on the posture"
+    K = row_jacobian(state, [closure_block(loop) for loop in landing.loops])[0]
+    held = held_joints(robot, landing.scene.posture, landing.scene.assemble)
+    held |= robot.velocities(robot.followers)
+    held[column] = True
+    if not held.all():
+        others = free_columns(robot, "fixed", landing.plane, rotation, held)
+        if others is not None:
+            rates = rates + others[0] @ np.linalg.lstsq(K @ others[0], -K @ rates, rcond=1e-10)[0]
+    if np.abs(K @ rates).max() > 1e-9 * np.abs(rates).max():
+        return rates, "the loops, and the joints that the posture sets, hold it"
+    return rates, ""
+
+
+def _coordinates(robot: Robot) -> Iterator[tuple[Joint, str, str, int]]:
+    """The velocities of the joints that follow no other: joint, which of its velocities, unit of the coordinate, column."""
+    for joint in robot.single_joints[robot.free_base :]:
+        if joint.name not in robot.followers:
+            for axis, unit, column in zip(*AXES.get(joint.kind, ONE), range(joint.v.start, joint.v.stop), strict=True):
+                yield joint, axis, joint.unit if joint.axis is not None else unit, column
+
+
+ONE = ("",), ("rad",)
+AXES = {
+    "ball": (("x", "y", "z"), ("rad",) * 3),
+    "planar": (("x", "y", "turn"), ("m", "m", "rad")),
+    "free": (("x", "y", "z", "turn x", "turn y", "turn z"), ("m",) * 3 + ("rad",) * 3),
+}
+"""Of joints with several velocities: their names and the units of what they move."""
