@@ -340,7 +340,7 @@ def test_a_loop_is_followed_through_a_sweep():
     given = scene("five_bar")
     made = sweep(given, robot=robot_of(given), vary={"front_hip": "-90:30:25"}, prove=0)
     angles = []
-    for row in range(made.rows):
+    for row in range(made.landings.rows):
         case, robot = made.landings.case(row)
         q = resolve(case, robot).q
         angles.append(q[[robot.joint(f"{side}_knee").q.start for side in ("front", "rear")]])

@@ -11,9 +11,12 @@ import pytest
 from commands import good, run
 from trees import known_robot
 
+from shockpc.evaluation.variation import motion_range
+from shockpc.landing.closure import follow
 from shockpc.landing.contact import Contact
 from shockpc.landing.joint_model import Joints
-from shockpc.landing.posture import Posture
+from shockpc.landing.landing import resolve
+from shockpc.landing.posture import Posture, held_joints, set_joints
 from shockpc.landing.scene import Part, Point, Scene, Strike, robot_of
 from shockpc.paper.landings import scene
 from shockpc.profile import shock_profile
@@ -21,6 +24,7 @@ from shockpc.quantities.table import select
 from shockpc.studies.limits import limits
 from shockpc.studies.place.study import place
 from shockpc.studies.sensitivity import sensitivity
+from shockpc.studies.sweep import sweep
 from shockpc.text.errors import SolveError, StudyError
 
 IMU = Point(frame="trunk_imu")
@@ -374,3 +378,111 @@ def test_command(capfd, tmp_path):
 def test_the_only_place_of_a_quantity_need_not_be_named():
     found = limits(HYQ, "lf_kfe_joint", "friction_needed", 0.6, joint_range=SPAN, step=0.1, robot=known_robot("hyq"))
     assert found.target.name == "friction_needed@lf_foot"
+
+
+LEG = """<robot name="leg"><link name="base"/>
+<joint name="hip" type="revolute"><parent link="base"/><child link="upper"/><axis xyz="0 1 0"/>
+  <limit lower="-2" upper="2" effort="9" velocity="9"/></joint>
+<link name="upper"><inertial><origin xyz="0 0 -0.3"/><mass value="2"/>
+  <inertia ixx="0.001" iyy="0.001" izz="0.001" ixy="0" ixz="0" iyz="0"/></inertial></link>
+<joint name="knee" type="revolute"><origin xyz="0 0 -0.3"/><parent link="upper"/><child link="lower"/><axis xyz="0 1 0"/>
+  <limit lower="0.2" upper="1.5" effort="9" velocity="9"/></joint>
+<link name="lower"><inertial><origin xyz="0 0 -0.4"/><mass value="0.5"/>
+  <inertia ixx="0.001" iyy="0.001" izz="0.001" ixy="0" ixz="0" iyz="0"/></inertial></link>
+<joint name="ankle" type="fixed"><origin xyz="0 0 -0.4"/><parent link="lower"/><child link="foot"/></joint>
+<link name="foot"/></robot>"""
+
+
+@pytest.mark.parametrize("bound", [0.6, 1.0, 3.0])
+@pytest.mark.parametrize("step", [0.01, 0.2])
+def test_impulse_of_a_two_link_leg(tmp_path, bound, step):
+    """The upper link (length l, mass m at the knee, inertia I) is vertical, the lower one (k, n at the foot, I) turned by β.
+
+    With H = [[A, C cos β], [C cos β, B]] for their rotations, A = (m + n) l² + I, B = n k² + I, C = n l k, the mobility of the foot
+    along the vertical is w = k² sin² β A / (A B − C² cos² β). The foot slides, so at 1 m/s the impulse is cos θ / w.
+    """
+    (tmp_path / "leg.urdf").write_text(LEG)
+    contact = Contact(frame="foot", directions=("z",))
+    scene = Scene(robot=str(tmp_path / "leg.urdf"), base="fixed", contact=(contact,), posture=Posture(joints={"knee": 1.0}))
+    found = limits(scene, "knee", "total_impulse", bound, strikes=(-0.3, 0.5), step=step)
+    m, n, upper, k, inertia = 2.0, 0.5, 0.3, 0.4, 1e-3
+    A, B, C = (m + n) * upper**2 + inertia, n * k**2 + inertia, n * upper * k
+    best = (A * B - (C * math.cos(1.5)) ** 2) / (A * (k * math.sin(1.5)) ** 2)
+    assert [one.strikes for one in found.limits][-1] == (-0.3, 0.5)
+    for one in found.limits:
+        cosine = max(math.cos(angle) for angle in (*one.strikes, 0.0) if one.strikes[0] <= angle <= one.strikes[1])
+        expected = math.asin(math.sqrt((A * B - C**2) / (bound / cosine * k**2 * A - C**2)))
+        ((low, high, *kinds),) = one.allowed
+        assert kinds == ["bound", "range"]
+        assert (low, high) == (pytest.approx(expected, abs=2e-6), 1.5)
+        assert one.best == pytest.approx(cosine * best, rel=1e-9)
+
+
+def test_a_joint_is_looked_at_in_the_same_range_by_every_study():
+    """ANYmal B's file has limits of ±540°; a turn holds every posture. HyQ's are those of the file."""
+    for name, frame, point, joint in (
+        ("anymal_b", "LF_FOOT", "imu_link", "LF_KFE"),
+        ("hyq", "lf_foot", "trunk_imu", "lf_kfe_joint"),
+    ):
+        robot = known_robot(name)
+        scene = Scene(robot=name, contact=(Contact(frame=frame),))
+        (drawn,) = sweep(scene, {f"joint:{joint}": None}, robot=robot, sample=9).landings.variations
+        found = limits(scene, joint, Point(frame=point), 0.1, strikes=(0.0, 0.0), step=0.5, robot=robot)
+        assert drawn.span == pytest.approx(np.degrees(found.range), abs=1e-12)
+        assert found.range == motion_range([robot.joint(joint)])
+        assert found.range[1] - found.range[0] <= 2.0 * math.pi
+
+
+@pytest.mark.parametrize(("low", "high", "taken"), [(-150.0, 0.0, True), (-150.0, 359.0, True), (-150.0, 400.0, False)])
+def test_limits_and_sweeps_take_the_same_values(low, high, taken):
+    """Also beyond the limits of the file, as the question may be where they should be; but not beyond a whole turn."""
+    robot, text = known_robot("hyq"), 'outside the limits of joint "lf_kfe_joint"'
+    span = (math.radians(low), math.radians(high))
+    for study in (
+        lambda: sweep(HYQ, {"lf_kfe_joint": [low, high]}, robot=robot),
+        lambda: limits(HYQ, "lf_kfe_joint", IMU, 0.1, joint_range=span, strikes=(0.0, 0.0), step=0.5, robot=robot),
+    ):
+        if taken:
+            study()
+        else:
+            with pytest.raises(StudyError, match=text):
+                study()
+
+
+def test_a_sweep_beyond_the_limits_of_the_file_says_so(capfd, tmp_path):
+    text = run(capfd, "sweep", "hyq", "--contact", "lf_foot", "--vary", "lf_kfe_joint=-150:-10:3", "--out", tmp_path)
+    assert "lf_kfe_joint from -150 to -10 deg leaves the limits of the robot file, -140 to -20 deg" in text.out + text.err
+
+
+@pytest.mark.parametrize(
+    ("base", "subject", "span", "target"),
+    [
+        (HYQ, "mass:trunk", (20.0, 90.0), "shock@trunk_imu"),
+        (dataclasses.replace(HYQ, **STIFF), "contact-stiffness", (1e4, 2e5), "peak_acceleration@trunk_imu"),
+        (HYQ, "base-pitch", (-0.4, 0.4), "shock@trunk_imu"),
+    ],
+)
+def test_other_variations_have_limits_too(base, subject, span, target):
+    """Ends are where a sweep of the same quantity, row by row, meets the bound."""
+    robot = known_robot("hyq")
+    given = {"joint_range": span, "strikes": (0.0, 0.0), "robot": robot, "step": (span[1] - span[0]) / 8}
+    bound = float(np.median(limits(base, subject, target, 1.0, **given).scan.own)) * 1.001
+    found = limits(base, subject, target, bound, **given)
+    size = math.degrees(1.0) if found.unit == "rad" else 1.0
+    ends = [end for one in found.limits[-1].allowed for end, kind in zip(one[:2], one[2:], strict=True) if kind == "bound"]
+    assert ends
+    table = sweep(base, {subject: [size * end for end in ends]}, robot=robot, quantities=[target], prove=0).table()
+    np.testing.assert_allclose(table.values(table.column(target)), bound, rtol=1e-5)
+
+
+def test_a_loop_is_followed_to_its_last_digit():
+    """A last step below the tolerance closes what is open by hardly more; the loop is not refused for it."""
+    base = dataclasses.replace(scene("five_bar"), posture=Posture(joints_deg={"front_hip": 62.0, "rear_hip": -60.0}))
+    landing = resolve(base, robot_of(base))
+    joint, held = landing.robot.joint("front_hip"), held_joints(landing.robot, base.posture, ())
+    for value in np.radians(np.linspace(62.0, 62.5, 200)):
+        q = landing.q.copy()
+        set_joints(landing.robot, [(joint, value)], q)
+        assert joint.value(follow(landing.robot, landing.q, q, landing.loops, landing.plane, held)) == pytest.approx(
+            value, abs=1e-12
+        )

@@ -500,7 +500,12 @@ def test_prismatic_joints_are_varied_in_metres():
 def test_values_that_differ_by_rounding_alone_are_counted(values):
     """80 intervals do not fit between neighbouring doubles; all values are counted about the middle of a wider range."""
     column = Column(select("shock"), Place("imu"))
-    extent = _extent(column, Table((column,), {column.name: np.array(values)}, {}), np.ones(len(values), dtype=bool), 0)
+    extent = _extent(
+        column,
+        Table((column,), {column.name: np.array(values), "proven": np.zeros(len(values), dtype=bool)}, {}),
+        np.ones(len(values), dtype=bool),
+        0,
+    )
     assert extent.counts[39:41].sum() == extent.counts.sum() == len(values)
     assert extent.span[0] <= min(values) <= max(values) <= extent.span[1]
 

@@ -17,13 +17,15 @@ _in_question = group("Question")
 def limits(
     *,
     robot: str = ROBOT,
-    joint: str = _in_question("The joint, by name; joints that a glob matches all have the same value.", "JOINT"),
+    joint: str = _in_question(
+        "The joint, by name; joints that a glob matches all have the same value. Or what else sweep varies, with --range.", "JOINT"
+    ),
     at_: str | None = _in_question("The shock at this point, offset in the frame [m].", FRAME),
     quantity: str | None = TARGET,
     max_: float | None = _in_question("The bound, in the unit of the number: the greatest value allowed.", "VALUE", finite),
     min_: float | None = _in_question("The least value allowed, of a number of which less is worse: a margin.", "VALUE", finite),
     range_: Span | None = _in_question(
-        "Values of the joint to look at; the file's limits by default [deg; m if prismatic].", "LOW:HIGH", span
+        "Values of the joint to look at; the file's limits by default, at most a turn [deg; m if prismatic].", "LOW:HIGH", span
     ),
     strikes: Span | None = _in_question(
         "Strike angles to look at; -30:75 by default, the scene's for a quantity of one posture at a time [deg].", "LOW:HIGH", span
@@ -39,12 +41,14 @@ def limits(
 ) -> None:
     from shockpc.cli.output import emit
     from shockpc.cli.scenes import one_scene
+    from shockpc.evaluation.variation import ATTITUDE, kind_of
     from shockpc.show.reports.limits import limits_report
     from shockpc.studies.limits import limits as study
 
     loaded, scene = one_scene(robot, options)
-    joints = [loaded.joint(name) for name in loaded.match_joints(joint)]
-    unit = 1.0 if joints[0].kind == "prismatic" else math.radians(1.0)
+    kind, pattern = kind_of(loaded, joint)
+    turns = kind in ATTITUDE or (kind == "joint" and loaded.joint(loaded.match_joints(pattern)[0]).kind != "prismatic")
+    unit = math.radians(1.0) if turns else 1.0
     result = study(
         scene,
         joint,

@@ -199,7 +199,9 @@ class Postures(NamedTuple):
         return values_of(impact, wanted, parting.shape[:2]), parting
 
 
-def postures(landing: PosedLanding, Q: Array, wanted: Sequence[Column], design: Design | None = None) -> Postures:
+def postures(
+    landing: PosedLanding, Q: Array, wanted: Sequence[Column], design: Design | None = None, redundant: bool = True
+) -> Postures:
     """Steps 1 and 2 in a few postures, in double precision.
 
     Args:
@@ -207,19 +209,25 @@ def postures(landing: PosedLanding, Q: Array, wanted: Sequence[Column], design: 
         Q: (m, nq) configurations.
         wanted: what will be read of them.
         design: the inertias in each posture; the landing's own by default.
+        redundant: as for `needs_proof`.
     """
     own = landing.before.velocity.ndim > 1 or not landing.translates
     state = dynamics(landing.robot, Q, landing.joint_model.armature, design)
     everywhere = any(c.selection.quantity.of == "joint" or c.selection.quantity.key == "shock_min" for c in wanted)
     carriers = None if everywhere else list(dict.fromkeys(c.place.body for c in wanted if c.place.body >= 0)) or [0]
     equation, solution, jumps = impact_jumps(landing, state, own, carriers)
-    condition, prove = needs_proof(landing, equation, solution)
+    condition, prove = needs_proof(landing, equation, solution, redundant)
     jumps = in_body_axes(jumps, state.rotation if carriers is None else state.rotation[:, carriers])
     return Postures(landing, Q, equation, solution, jumps, carriers, condition, prove, design)
 
 
 def columns(
-    landing: PosedLanding, Q: Array, strikes: Array | None, wanted: Sequence[Column], design: Design | None = None
+    landing: PosedLanding,
+    Q: Array,
+    strikes: Array | None,
+    wanted: Sequence[Column],
+    design: Design | None = None,
+    redundant: bool = True,
 ) -> tuple[dict[str, Array], Array, np.ndarray, np.ndarray]:
     """Every column for m postures and S strikes of each, in double precision; NaN where a proof is needed.
 
@@ -230,6 +238,7 @@ def columns(
             posture has one (S = 1).
         wanted: the columns.
         design: the inertias in each posture; the landing's own by default.
+        redundant: whether all postures with redundant rows need a proof, and not only those with fewer independent rows.
 
     Returns: columns (m, S) by name; the condition (m,) of each posture; which rows (m, S) need a proof, those too that friction may
         refuse; and which contacts (m, S, c) do not approach the ground.
@@ -238,12 +247,13 @@ def columns(
     for k in range(0, len(Q), BLOCK):
         rows = slice(k, k + BLOCK)
         own = landing.motions(rows) if strikes is None else landing
-        block = postures(own, Q[rows], wanted, None if design is None else design.rows(rows))
+        block = postures(own, Q[rows], wanted, None if design is None else design.rows(rows), redundant)
         values, parting = block.values(None if strikes is None else strikes[rows], wanted)
         prove = block.prove[:, None] | np.any([np.isnan(values[name]) for name in feasible], axis=0)
-        parts.append((values, block.condition, np.broadcast_to(prove, parting.shape[:2]), parting))
+        parts.append((values, block.condition, np.broadcast_to(prove, parting.shape[:2]), parting, block.solution.rank))
     computed = {name: np.concatenate([values[name] for values, *_ in parts]) for name in parts[0][0]}
-    condition, prove, parting = (np.concatenate(of_all) for of_all in list(zip(*parts, strict=True))[1:])
+    condition, prove, parting, rank = (np.concatenate(of_all) for of_all in list(zip(*parts, strict=True))[1:])
+    prove = prove | (rank < rank.max())[:, None]
     return computed, condition, prove, parting
 
 

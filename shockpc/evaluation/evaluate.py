@@ -40,6 +40,8 @@ class Evaluation(Generic[L]):
         look: is called with the profile of every row, where every row is proven; what it gives is kept.
         trusted: condition up to which rows keep the numbers of double precision that otherwise would need a proof, such as those
             whose contacts or loops depend on one another.
+        redundant: whether all rows need a proof in which contacts or loops are redundant, and not only those in which they are more
+            so than in others of the landing.
     """
 
     landings: L
@@ -48,6 +50,7 @@ class Evaluation(Generic[L]):
     feasible: bool = False
     look: Callable[[ShockProfile], Any] | None = field(default=None, repr=False)
     trusted: float = 0.0
+    redundant: bool = True
 
     @property
     def headings(self) -> tuple[str, ...]:
@@ -167,7 +170,7 @@ class Evaluation(Generic[L]):
     def _solve(self, group: Group, rows: np.ndarray, whole: dict[str, Any], prove: np.ndarray, errors: "_Errors") -> None:
         """Fill in the columns (n, S) of a group, and which rows (n, S) need a proof."""
         landing = group.landing
-        values, condition, unsafe, parting = columns(landing, group.Q, group.strikes, self.computed, group.design)
+        values, condition, unsafe, parting = columns(landing, group.Q, group.strikes, self.computed, group.design, self.redundant)
         further = {name: x[:, None] for name, x in group.further.items()}
         for name, x in (values | further | {"condition": condition[:, None]}).items():
             whole[name][group.postures] = x

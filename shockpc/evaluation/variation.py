@@ -40,6 +40,12 @@ CUT = 3.0
 
 Law = Literal["uniform", "log-uniform", "normal"]
 
+ROUNDED = 1e-2
+"""By how much a value may miss limits, which files state in rounded decimals [deg, m]."""
+
+TURN = 360.0
+"""A whole turn [deg]."""
+
 MOST = 1_000_000
 """Values of one quantity in a grid."""
 
@@ -141,9 +147,9 @@ def variation(robot: Robot, subject: str, values: "str | float | Iterable[float 
 
     Raises:
         UnknownName: the robot has no such joint or link.
-        StudyError: the values do not fit the subject, there are none, or they are outside the limits of a joint.
+        StudyError: the values do not fit the subject, there are none, or they are beyond the limits of a joint and a whole turn.
     """
-    kind, target = _kind(robot, subject)
+    kind, target = kind_of(robot, subject)
     if kind == "contact":
         return _contacts(robot, subject, values)
     numbers, span, law, factor = _numbers(subject, values)
@@ -183,6 +189,19 @@ def variation(robot: Robot, subject: str, values: "str | float | Iterable[float 
     return Variation(subject, kind, target, "-" if factor else unit, numbers, span, law, factor)
 
 
+def motion_range(joints: Iterable[Joint]) -> tuple[float, float]:
+    """The values that are looked at of joints that all have the same value, where none are given [rad, m].
+
+    They are the limits in the robot's file. Of joints that turn by a whole turn or more it is one turn about zero, −180° to 180°,
+    which holds every posture of theirs: files write "no limit" in many ways. Infinite where joints slide without limits; empty
+    where the joints have no value in common.
+    """
+    limits = [(-math.inf, math.inf) if joint.kind == "continuous" else joint.limits for joint in joints]
+    low, high = max(least for least, _ in limits), min(greatest for _, greatest in limits)
+    turns = any(joint.unit == "rad" for joint in joints)
+    return (-math.pi, math.pi) if turns and high - low >= 2.0 * math.pi else (low, high)
+
+
 def each_of(robot: Robot, varied: Variation) -> tuple[Variation, ...]:
     """A variation with a quantity of its own for each joint or link that matches; one of the whole landing as it is."""
     if varied.kind == "joint":
@@ -194,7 +213,13 @@ def each_of(robot: Robot, varied: Variation) -> tuple[Variation, ...]:
     return (varied,)
 
 
-def _kind(robot: Robot, subject: str) -> tuple[str, str]:
+def kind_of(robot: Robot, subject: str) -> tuple[str, str]:
+    """Kind and target of a `Variation`, from its subject.
+
+    Raises:
+        UnknownName: the robot has no such joint.
+        StudyError: the subject names nothing, or the base of the robot is fixed.
+    """
     word, colon, target = subject.partition(":")
     if word == "joint" and colon:
         return "joint", target
@@ -278,16 +303,32 @@ def _unit(robot: Robot, subject: str, pattern: str, units: dict[str, str]) -> st
     return common.pop()
 
 
+def beyond_limits(robot: Robot, varied: Variation) -> str:
+    """That values of a joint are outside the limits of the robot's file, and by which; empty where none is."""
+    if varied.kind != "joint":
+        return ""
+    size, joints = math.degrees(1.0) if varied.unit == "deg" else 1.0, varied.joints(robot)
+    low, high = size * max(joint.limits[0] for joint in joints), size * min(joint.limits[1] for joint in joints)
+    values = [value for value in varied.span or varied.values if isinstance(value, float)]
+    if not values or (min(values) >= low - ROUNDED and max(values) <= high + ROUNDED):
+        return ""
+    return (
+        f"{varied.subject} from {min(values):g} to {max(values):g} {varied.unit} leaves the limits of the robot file, {low:.6g} to "
+        f"{high:.6g} {varied.unit}; these landings are computed all the same"
+    )
+
+
 def _within_limits(robot: Robot, varied: Variation) -> Variation:
-    """Refuse joints that one number cannot set and values outside limits."""
-    size = 180.0 / math.pi if varied.unit == "deg" else 1.0
+    """Refuse joints that one number cannot set, and angles beyond a whole turn and the limits of the file.
+
+    Other values outside the limits are computed, as an analysis does: what the limits should be may be the question.
+    """
     for joint in varied.joints(robot):
-        low, high = (limit * size for limit in joint.limits)
-        for value in varied.span or varied.values:
-            # Files state limits in rounded decimals.
-            if isinstance(value, float) and not low - 1e-2 <= value <= high + 1e-2:
+        low, high = (math.degrees(limit) for limit in joint.limits)
+        for value in varied.span or varied.values if varied.unit == "deg" else ():
+            if isinstance(value, float) and not min(low, -TURN) - ROUNDED <= value <= max(high, TURN) + ROUNDED:
                 raise StudyError(
-                    f'{varied.subject}: {value:g} {varied.unit} is outside the limits of joint "{joint.name}", {low:.6g} to '
-                    f"{high:.6g} {varied.unit}; give values within them"
+                    f'{varied.subject}: {value:g} deg is outside the limits of joint "{joint.name}", {low:.6g} to {high:.6g} deg, '
+                    f"and more than a whole turn; give values from {min(low, -TURN):.6g} to {max(high, TURN):.6g} deg"
                 )
     return varied

@@ -331,13 +331,14 @@ class _Linkage(NamedTuple):
 
     def reached(self, q: Array, cut: float, most: int) -> tuple[Array, float]:
         """The configuration of least gap on the way from q, and that gap as a share of the robot's size; as in `steps`."""
-        best, least = q, np.inf
+        best, least, last = q, np.inf, False
         for state, passed, step in self.steps(q, cut, most):
             gap = float(np.abs(self.gap(state)).max()) / _size(state)
             if gap < least:
                 best, least = passed, gap
-            if gap <= CLOSED or step <= CLOSED:
+            if gap <= CLOSED or last:
                 break
+            last = step <= CLOSED  # one more, as it may close what is hardly open
         return best, least
 
     def starts(self, q: Array, count: int) -> Iterator[Array]:

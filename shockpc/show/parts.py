@@ -142,9 +142,11 @@ class Parts:
         place = (*self.evaluation.headings, "message").index(name)  # the file may hold the heading escaped
         with path.open(encoding="utf-8", newline="") as file:
             cells = [line[place] for line in csv.reader(file)][1:]
-        if name == "message":
-            return np.array(cells, dtype=object)
-        return np.array([cell == "yes" if name == "proven" else float(cell or "nan") for cell in cells])
+        if name == "proven":
+            return np.array([cell == "yes" for cell in cells])
+        if name in (*self.evaluation.landings.headings, "message"):
+            return _texts_or_numbers(cells)
+        return np.array([float(cell or "nan") for cell in cells])
 
     @property
     def _rows(self) -> Path:
@@ -167,6 +169,14 @@ class Parts:
         }
         description: dict[str, Any] = json.loads(json.dumps(content))
         return description
+
+
+def _texts_or_numbers(cells: list[str]) -> np.ndarray:
+    """What tells rows apart: numbers, or texts such as the names of contacts and messages."""
+    try:
+        return np.array([float(cell) for cell in cells])
+    except ValueError:
+        return np.array(cells, dtype=object)
 
 
 def _part(rows: Path, format_: Format, k: int) -> Path:

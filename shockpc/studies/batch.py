@@ -151,7 +151,7 @@ def batch(
     sign = -1.0 if selection.quantity.worse == "less" else 1.0
     rows.sort(key=lambda row: (badness(row, name, sign, selection.signed), badness(row, "shock_com", 1.0, False)), reverse=True)
     values = {text: np.array([_number(table.looks.get(i), text) for i in range(len(table))]) for text in texts}
-    columns = {**{name: table.columns[name] for name in HEADINGS}, **values}
+    columns = {**{name: table.columns[name] for name in HEADINGS}, **values, "proven": table.columns["proven"]}
     return Batch(tuple(texts), name, tuple(rows), tuple(failures), replace(table, columns=columns, looks={}))
 
 

@@ -7,7 +7,7 @@ from typing import Any
 
 from shockpc.evaluation.columns import Column, selected
 from shockpc.evaluation.evaluate import Evaluation
-from shockpc.evaluation.variation import Variation, each_of, pairs, variation
+from shockpc.evaluation.variation import Variation, each_of, motion_range, pairs, variation
 from shockpc.evaluation.varied import VariedLandings
 from shockpc.evaluation.varied_scene import applied, armature_set
 from shockpc.landing.places import Place, body_places, moving_point
@@ -136,10 +136,7 @@ def _complete(robot: Robot, varied: Variation, sample: bool) -> Variation:
     """A variation with the range of its joint, if it was given no values."""
     if not varied.values and varied.span is None:
         joint = robot.joint(varied.target)
-        size = 1.0 if varied.unit == "m" else 180.0 / math.pi
-        low, high = (limit * size for limit in joint.limits)
-        if joint.kind == "continuous" or (varied.unit == "deg" and not high - low < 1e6):
-            low, high = -180.0, 180.0
+        low, high = (limit if varied.unit == "m" else math.degrees(limit) for limit in motion_range([joint]))
         if not high > low or not math.isfinite(high - low):
             raise StudyError(
                 f'joint "{joint.name}" has no range of motion in the robot file; give values, such as {joint.name}=0:0.1:5'

@@ -6,7 +6,7 @@ import numpy as np
 from matplotlib.figure import Figure
 
 from shockpc.show.figure.style import BANDS, INK, PAPER, SHOCK, new_chart
-from shockpc.show.header import contact_name
+from shockpc.show.header import UNITS, contact_name
 from shockpc.studies.limits import JointLimits
 from shockpc.text.printed import printable
 
@@ -21,23 +21,21 @@ COLOURS = (*BANDS[:5], *BANDS[6:])
 
 ALLOWED = "#2f7d4f"
 
-SAMPLES = (600, 211)
-"""Postures and strike angles of the map, at most."""
+SAMPLES = 600
+"""Postures of the map, at most."""
 
 
 def draw_limits(found: JointLimits) -> Figure:
     """Draw the map."""
-    scale, unit = (math.degrees(1.0), "deg") if found.unit == "rad" else (1e3, "mm")
+    scale, unit = UNITS.get(found.unit, (1.0, found.unit))
     robot, foot = printable(found.profile.robot.name), printable(contact_name(found.profile), 60)
     figure = new_chart(
         7.2, 4.6, f"{found.target.title[:1].upper()}{printable(found.target.title, 60)[1:]} of {robot} landing on {foot}"
     )
     axes, strip = figure.subplots(2, 1, sharex=True, height_ratios=(14, 1))
-    chosen = np.unique(np.linspace(0, len(found.scan.values) - 1, min(SAMPLES[0], len(found.scan.values))).astype(int))
-    low, high = found.strikes
-    strikes = np.linspace(low, high, SAMPLES[1]) if high > low else np.array([low - 0.02, low + 0.02])
-    x, y = scale * found.scan.values[chosen], np.degrees(strikes)
-    numbers = found.scan.over(strikes)[chosen].T
+    chosen = np.unique(np.linspace(0, len(found.scan.values) - 1, min(SAMPLES, len(found.scan.values))).astype(int))
+    strikes, numbers = found.scan.map()
+    x, y, numbers = scale * found.scan.values[chosen], np.degrees(strikes), numbers[chosen].T
     below, bound = found.bound.below, found.bound.value
     levels = [bound * share for share in (LEAST if below else SHARES)]
     drawn = axes.contourf(x, y, numbers, levels=levels, colors=COLOURS[:: -1 if below else 1], extend="max", antialiased=False)

@@ -100,7 +100,7 @@ def _document(found: JointLimits) -> dict[str, Any]:
         "target": found.target.name,
         "target_unit": found.target.selection.quantity.unit,
         "joints": found.joints,
-        "unit": "deg" if found.unit == "rad" else "m",
+        "unit": found.unit.replace("rad", "deg"),
         "max": None if found.bound.below else found.bound.value,
         "min": found.bound.value if found.bound.below else None,
         "warnings": found.profile.health.warnings,
@@ -234,13 +234,18 @@ def _worst(found: JointLimits) -> str:
     return "least" if found.bound.below else "greatest"
 
 
+def _scale(found: JointLimits) -> tuple[float, str]:
+    """What a value is multiplied by in tables, and the unit."""
+    return UNITS.get(found.unit, (1.0, found.unit))
+
+
 def _unit(found: JointLimits) -> str:
-    return UNITS[found.unit][1]
+    return _scale(found)[1]
 
 
 def _number(found: JointLimits, value: float) -> float:
     """A value of the joint in that unit."""
-    return round(UNITS[found.unit][0] * value, 9) + 0.0
+    return round(_scale(found)[0] * value, 9) + 0.0
 
 
 def _degrees(angle: float) -> float:

@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 
 from shockpc.evaluation.summary import PERCENTILES, Extent, Summary
+from shockpc.evaluation.variation import beyond_limits
 from shockpc.evaluation.varied import VariedLandings
 from shockpc.show.document import record
 from shockpc.show.header import LEFT_OUT, proven_text, without_value
@@ -121,6 +122,7 @@ def _lines(summary: Summary[VariedLandings]) -> Iterator[str]:
         yield f"warning: flat ground does not allow {refused} of {summary.rows} landings: {listed}; {left}"
     yield from (f"warning: {warning}" for warning in summary.evaluation.landings.case(0)[1].change_warnings)
     sweep = summary.evaluation.landings
+    yield from (f"warning: {text}" for varied in sweep.variations if (text := beyond_limits(sweep.robot, varied)))
     stiff = sweep.scene.contact_stiffness is not None or any(varied.kind == "contact-stiffness" for varied in sweep.variations)
     if not stiff or not any((entry := column.selection.quantity).unproven or entry.stiff for column in summary.evaluation.computed):
         for varied in (varied for varied in sweep.variations if varied.kind.endswith("-stiffness")):

@@ -1,0 +1,123 @@
+"""Landings that differ in one quantity, each at strike angles of its own."""
+
+from collections.abc import Iterator
+from dataclasses import dataclass, field, replace
+from typing import Any
+
+import numpy as np
+
+from shockpc.core.spatial import Array
+from shockpc.evaluation.landings import Group, Part, Refusal
+from shockpc.evaluation.variation import Variation
+from shockpc.evaluation.varied import VariedLandings
+from shockpc.evaluation.varied_scene import applied
+from shockpc.landing.landing import PosedLanding, following
+from shockpc.landing.scene import Scene, Strike
+from shockpc.profile import shock_profile
+from shockpc.quantities.profile import ShockProfile
+from shockpc.robot.robot import Robot
+
+PART = 1024
+"""Largest number of postures of a part."""
+
+
+@dataclass(frozen=True, eq=False)
+class StrikeGrid:
+    """Landings that differ in one quantity, each at strike angles of its own.
+
+    The strike angle turns the part of the velocity that is in the plane; the part out of it, and what else moves, stays as it is.
+
+    Attributes:
+        landing: in the scene's own posture.
+        varied: the quantity, with its values in n postures.
+        angles: (n, S) strike angles of each posture [rad].
+        Q: (n, nq) configurations of a joint's values; None for other quantities.
+    """
+
+    landing: PosedLanding = field(repr=False)
+    varied: Variation
+    angles: Array = field(repr=False)
+    Q: Array | None = field(default=None, repr=False)
+
+    noun, further = "limits", ()
+
+    @property
+    def robot(self) -> Robot:
+        """The robot of the scene."""
+        return self.landing.robot
+
+    @property
+    def scene(self) -> Scene:
+        """The landing that is varied."""
+        return self.landing.scene
+
+    @property
+    def strikes(self) -> int:
+        """Number of strike angles of each posture."""
+        return int(self.angles.shape[1])
+
+    @property
+    def rows(self) -> int:
+        """Number of rows."""
+        return self.angles.size
+
+    @property
+    def parts(self) -> tuple[tuple[int, int], ...]:
+        """Of `PART` postures each."""
+        n = len(self.angles)
+        return tuple((k, min(k + PART, n)) for k in range(0, n, PART))
+
+    @property
+    def headings(self) -> tuple[str, ...]:
+        """Of the value and of the strike angle."""
+        return self.varied.column, "strike angle [rad]"
+
+    @property
+    def opens(self) -> bool:
+        """Whether a contact that would be pulled opens, because there is friction."""
+        return self.scene.friction is not None or self.varied.kind == "friction"
+
+    @property
+    def description(self) -> dict[str, Any]:
+        """The values, and the strike angles of each."""
+        return {"subject": self.varied.subject, "values": self.varied.values, "strike angles": self.angles.tolist()}
+
+    def compared(self, count: int) -> np.ndarray:
+        """No rows: those that need a proof have one."""
+        return np.arange(0)
+
+    def own(self, k: int) -> None:
+        """Nothing."""
+
+    def part(self, k: int, own: None) -> Part:
+        """Some postures: those of a joint in one landing, those of another quantity as in a sweep."""
+        (a, b), S = self.parts[k], self.strikes
+        angles, values = self.angles[a:b], self.varied.values[a:b]
+        sweep = VariedLandings(self.scene, self.robot, (replace(self.varied, values=values),))
+
+        def groups() -> Iterator[Group | Refusal]:
+            found = sweep.part(0, None).groups if self.Q is None else [Group(np.arange(b - a), self.landing, self.Q[a:b])]
+            for one in found:
+                yield one if isinstance(one, Refusal) else one._replace(strikes=self.velocities(angles[one.postures]))
+
+        def profile(i: int) -> ShockProfile:
+            if self.Q is None:
+                scene, robot = sweep.case(i // S)
+            else:
+                scene, robot = applied(self.scene, self.robot, self.varied, values[i // S])
+                scene = following(scene, self.landing.at(self.Q[a + i // S])) if self.landing.loops else scene
+            x, y, z = self.velocities(angles.flat[i]).tolist()
+            given = scene.strike
+            strike = Strike(velocity=(x, y, z), angular_velocity=given.angular_velocity, joint_velocities=given.joint_velocities)
+            return shock_profile(replace(scene, strike=strike), robot)
+
+        labels = {self.headings[0]: np.repeat(values, S), self.headings[1]: angles.ravel()}
+        return Part(labels, groups(), profile)
+
+    def velocities(self, angles: Any) -> Array:
+        """The velocities (..., 3) of the base before the impact at strike angles (...) [rad], world axes [m/s]."""
+        velocity, plane = self.landing.before.velocity, self.landing.plane
+        out_of_plane = (velocity @ plane.normal) * plane.normal
+        sine, cosine = np.sin(angles)[..., None], np.cos(angles)[..., None]
+        in_plane = sine * plane.forward - cosine * np.array([0.0, 0.0, 1.0])
+        return np.asarray(float(np.linalg.norm(velocity - out_of_plane)) * in_plane + out_of_plane)
