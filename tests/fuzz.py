@@ -1,5 +1,8 @@
 """Thousands of hostile inputs through the command line: `python tests/fuzz.py 100000 [--from NUMBER] [--workers N]`.
 
+`python tests/fuzz.py 2000 --defects [NAME …]` puts defects into the commands one by one, and asks that so many cases find each;
+it takes some ten minutes.
+
 Cases run one after the other in forks of this process, in which everything is imported; every tenth has a fork of its own. Where
 this is root, the forks are nobody, who may write in the folder of the case alone. What must hold: exit code 0, 2 or 3, or 1 from
 `check`; no traceback, signal or hang; on failure one message and no new file; complete files; valid JSON; no control character in
@@ -29,19 +32,27 @@ import tempfile
 import time
 import traceback
 import warnings
+from collections.abc import Iterator
 from contextlib import redirect_stderr, redirect_stdout
 from multiprocessing.connection import Connection
 from pathlib import Path
-from typing import NamedTuple
+from typing import Any, BinaryIO, NamedTuple
 from xml.etree import ElementTree
 
 os.environ |= dict.fromkeys(("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS"), "1")  # one thread for each process
 
 try:
+    import numpy as np
     from hostile import COMMANDS, FILES, SECRETS, STUDIES, TOKEN, UNFINISHED, Case, case
 
     from shockpc.cli import process
     from shockpc.cli.entry import main as run_command
+    from shockpc.evaluation import recorded_table as landing_tables
+    from shockpc.evaluation import table_files as tables
+    from shockpc.robot import files as robot_files
+    from shockpc.robot import urdf
+    from shockpc.show.parts import Parts
+    from shockpc.text import printed
 except ModuleNotFoundError as missing:
     print(f"{missing.name} is not installed; in a clone of the repository: pip install '.[dev]'", file=sys.stderr)
     sys.exit(2)
@@ -244,18 +255,21 @@ def _violations(made: Case, outcome: Outcome, folder: Path) -> list[str]:
     named = re.search(
         "outside|link", " ".join([*words, *(str(data) for name, data in made.files.items() if name.endswith(".toml"))])
     )
-    seen = [path.name for path in (folder / "outside").iterdir() if path.stat().st_atime > 1]
+    seen = [path.name for path in (folder / "outside").iterdir() if path.stat().st_atime > 1 and path.name in SECRETS]
+    added = [path.name for path in (folder / "outside").iterdir() if path.read_bytes() != SECRETS.get(path.name)]
     # Documents hold names as they are.
     text = out + err if not {"json", "csv"} & set(words) else "".join(sign for sign in out + err if ord(sign) < 0x7F)
     last = re.findall(r"--format (\S+)", " ".join(words))[-1:]  # of several formats the last one is printed
     documents = {"stdout.json": outcome.out} if code == 0 and last == ["json"] and "--help" not in words else {}
     holds = {
+        f"exit code {code} for an input that has to be refused": not made.refused or code == 2,
         f"exit code {code}": code in (0, 2, 3) or (code == 1 and words[0] == "check"),
         f"files after a failure: {[*outcome.files]}": checks or not (failed and outcome.files),
         "on failure not one message": checks or not failed or (not out and err.count("\n") == 1),
         f"no message: {lines[:1]}": not lines or "--explain" in words,
         "a message of more than 3000 characters": all(len(line) < 3000 for line in err.splitlines()),
         "control characters": all(sign.isprintable() or sign == "\n" for sign in text),
+        f"written outside the folder: {added}": not added,
         f"read outside the open folders: {seen}": bool(named) or not (seen or TOKEN in out + err),
         **{f"{name} is incomplete": _complete(name, content) for name, content in (outcome.files | documents).items()},
     }
@@ -275,11 +289,72 @@ def _complete(name: str, content: bytes) -> bool:
     return content.endswith(end) and not re.search(r"(^|/)\.[^/]*\.[a-z0-9_]{8}(\.\w+)?$", name)
 
 
+def _old_arrays(stream: BinaryIO) -> dict[str, np.ndarray]:
+    """Arrays as NumPy reads them, whose members may be anything."""
+    with np.load(stream) as file:
+        return {name: file[name] for name in file.files}
+
+
+@contextlib.contextmanager
+def _waiting(path: Path) -> Iterator[BinaryIO]:
+    """A file that is opened whatever it is."""
+    with path.open("rb") as file:
+        yield file
+
+
+def _any_mass(subject: str, owner: ElementTree.Element, tag: str, *more: Any, **named: Any) -> Any:
+    values = _numbers(subject, owner, tag, *more, **named)
+    return np.abs(values) if tag == "mass" else values
+
+
+_numbers = urdf._numbers
+
+_SQUARE = tuple((re.compile(rf"(?:.*/)?joint_states?/(.+)/{end}"), "q_{}") for end in ("position", "velocity"))
+
+DEFECTS: dict[str, tuple[tuple[object, str, object], ...]] = {
+    "fence": ((robot_files.OpenFolders, "contain", lambda *_: True),),
+    "mass": ((urdf, "_numbers", _any_mass),),
+    "field": ((tables.csv, "Error", KeyError),),
+    "member": ((tables, "_read_npz", _old_arrays),),
+    "growth": ((tables, "_refuse_size", lambda *_: None),),
+    "pipe": ((tables, "_opened", _waiting),),
+    "planted": ((Parts, "_refuse_links", lambda *_: None),),
+    "square": ((landing_tables, "ROS", _SQUARE),),
+    "digits": ((tables, "_refuse_other_digits", lambda *_: None),),
+    "elements": ((robot_files, "_MOST_ELEMENTS", 10**9),),
+    "signs": ((printed, "visible", lambda text, *_: text), (process, "visible", lambda text, *_: text)),
+}
+"""What is put in the place of what, by the name of the defect."""
+
+
+def _find(names: list[str], numbers: range) -> int:
+    """Put in defects one by one, each in a process of its own: 1 unless a case finds each."""
+    left = []
+    for name in names:
+        child = os.fork()
+        if not child:
+            global SECONDS
+            SECONDS = 5  # a hang is waited for
+            for place, attribute, instead in DEFECTS[name]:
+                setattr(place, attribute, instead)
+            _drop_privileges()
+            found = next((found for found in map(check, numbers) if found.violations), None)
+            text = f"case {found.number}: {found.violations[0]}" if found else f"not found in {len(numbers)} cases"
+            print(f"{name}: {text}", flush=True)
+            if _forks:
+                _end_fork()
+            os._exit(found is None)
+        if os.waitstatus_to_exitcode(os.waitpid(child, 0)[1]):
+            left.append(name)
+    return 1 if left else 0
+
+
 def main() -> int:
     options = argparse.ArgumentParser(description="Run commands on hostile inputs.")
     options.add_argument("count", type=int, nargs="?", default=100_000, help="cases [100000]")
     options.add_argument("--from", dest="first", type=int, default=0, metavar="NUMBER", help="number of the first case [0]")
     options.add_argument("--workers", type=int, default=os.cpu_count(), help="processes [one for each core]")
+    options.add_argument("--defects", nargs="*", metavar="NAME", help=f"put in these defects, or all: {', '.join(DEFECTS)}")
     options.add_argument("--keep", type=Path, metavar="FOLDER", help="write the files of the first case there, and run nothing")
     given = options.parse_args()
     prepare()
@@ -287,6 +362,8 @@ def main() -> int:
         case(given.first).write(given.keep)
         print(f"cd {given.keep}; shockpc", *map(repr, case(given.first).words))
         return 0
+    if given.defects is not None:
+        return _find(given.defects or list(DEFECTS), range(given.first, given.first + given.count))
     ended, violated, start = collections.Counter(), 0, time.monotonic()
     signal_of_parent = signal.signal(signal.SIGINT, signal.SIG_IGN)  # inherited: only this process answers Ctrl-C
     with multiprocessing.get_context("fork").Pool(given.workers, _drop_privileges) as pool:

@@ -351,7 +351,7 @@ def test_a_loop_is_followed_through_a_sweep():
     assert np.all(np.diff(front) < 0.0)
     assert np.abs(np.diff(front)).max() < 0.1
     assert np.all(front * (np.radians(-60.0) - hips) > -1e-12)
-    assert all(f"--set {side}_knee=" in _options(made, 3)[0] for side in ("front", "rear"))
+    assert all(f"--set {side}_knee=" in _options(made.landings, 3)[0] for side in ("front", "rear"))
 
 
 def test_another_start_closes_a_loop_with_a_warning():

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from shockpc.core.crossing import Signals, first_crossing
+from shockpc.core.crossing import Effort, Signals, first_crossing
 
 
 def signals(constant, cosine, sine, linear=0.0, either=False):
@@ -17,10 +17,10 @@ def signals(constant, cosine, sine, linear=0.0, either=False):
 def test_a_signal_that_only_just_reaches_zero(dip):
     """1 + (1 ± dip) cos t near t = π; a fast oscillation beside it changes nothing."""
     sigma = np.array([1.0, 40.0])
-    reached, index = first_crossing(sigma, signals(1.0, [[1.0 + dip, 0.0]], [[0.0, 0.0]]), 20.0)
+    reached, index = first_crossing(sigma, signals(1.0, [[1.0 + dip, 0.0]], [[0.0, 0.0]]), 20.0, Effort())
     assert index == 0
     assert reached == pytest.approx(np.arccos(-1.0 / (1.0 + dip)), abs=1e-8)
-    assert first_crossing(sigma, signals(1.0, [[1.0 - dip, 0.0]], [[0.0, 0.0]]), 20.0) == (20.0, None)
+    assert first_crossing(sigma, signals(1.0, [[1.0 - dip, 0.0]], [[0.0, 0.0]]), 20.0, Effort()) == (20.0, None)
 
 
 @pytest.mark.parametrize("seed", range(20))
@@ -29,7 +29,7 @@ def test_the_first_of_several_roots(seed):
     rng = np.random.default_rng(seed)
     sigma, cosine, sine = 10.0 ** rng.uniform(-1.0, 2.0, 4), rng.normal(size=(3, 4)), rng.normal(size=(3, 4))
     sums = signals(1.0 - cosine.sum(axis=1) + rng.uniform(0.0, 3.0, 3), cosine, sine, [0.0, 0.1, -0.1])
-    time, index = first_crossing(sigma, sums, 3.0)
+    time, index = first_crossing(sigma, sums, 3.0, Effort())
     t = np.linspace(0.0, 3.0, 100001)
     angle = np.outer(t, sigma)
     values = sums.constant + np.outer(t, sums.linear) + np.cos(angle) @ cosine.T + np.sin(angle) @ sine.T
@@ -44,6 +44,6 @@ def test_the_first_of_several_roots(seed):
 def test_a_signal_of_either_sign_ends_where_it_changes_sign():
     """The signal sin 2t − 2 sin t, −t³ at first, changes sign at π; and a straight line falls without any oscillation."""
     sigma = np.array([1.0, 2.0])
-    time, _ = first_crossing(sigma, signals(0.0, [[0.0, 0.0]], [[-2.0, 1.0]], either=True), 20.0)
+    time, _ = first_crossing(sigma, signals(0.0, [[0.0, 0.0]], [[-2.0, 1.0]], either=True), 20.0, Effort())
     assert time == pytest.approx(np.pi)
-    assert first_crossing(sigma, signals(1.0, [[0.0, 0.0]], [[0.0, 0.0]], -0.5), 20.0) == (2.0, 0)
+    assert first_crossing(sigma, signals(1.0, [[0.0, 0.0]], [[0.0, 0.0]], -0.5), 20.0, Effort()) == (2.0, 0)

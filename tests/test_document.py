@@ -99,7 +99,7 @@ RECORDS = {
     "felt": "frame:str delta_v:vector shock:float",
     "loaded": "joint:str delta_qd:float? along:float?",
     "springs": "contact_stiffness:float difference:float contacts:pressed* points:shaken* joints:turned* bodies:jolted* "
-    "modes:mode* compression:float springs_count:float? spectra:dict",
+    "modes:mode* compression:float springs_count:float? spectra:dict?",
     "pressed": "frame:str duration:float peak_force:float peak_force_time:float restitution:float",
     "shaken": "frame:str peak_acceleration:float peak_acceleration_time:float shock_compressed:float delta_v_compressed:vector "
     "shock_separated:float delta_v_separated:vector",

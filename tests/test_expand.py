@@ -382,3 +382,20 @@ def test_expressions_run_nothing(expression: str, folder: Path, tmp_path: Path, 
     assert "classified" not in message
     assert secret.exists()
     assert not made.exists()
+
+
+def test_the_time_of_a_text_in_which_no_element_ends_is_linear(folder: Path):
+    """100 000 beginnings of an argument within a comment: each would be followed to the end of the text."""
+    text = PAYLOAD.replace("</robot>", f"<!-- {'<xacro:arg ' * 100_000} --></robot>")
+    start = time.process_time()
+    assert '<mass value="2.5"/>' in read(folder, text, NAME, xacro={"payload": "2.5"}).xml
+    assert time.process_time() - start < 5.0
+
+
+def test_the_time_of_a_package_without_a_name_is_linear(folder: Path):
+    """Blanks after each <name>, of which every one could be the end of the name."""
+    (folder / "package.xml").write_text("<name>" + " " * 100_000)
+    start = time.process_time()
+    text = xacro(link("base", mass="1"), '<xacro:include filename="$(find cat)/cat.xacro"/>')
+    assert 'no package "cat"' in refusal(folder, text, NAME)
+    assert time.process_time() - start < 5.0

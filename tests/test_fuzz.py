@@ -17,6 +17,26 @@ def test_hostile_inputs():
     assert (done.returncode, done.stderr) == (0, ""), done.stdout + done.stderr
 
 
+def test_defects_that_are_put_in_are_found():
+    """A few that are found soon; `python tests/fuzz.py 2000 --defects` puts in all, which takes minutes."""
+    words = [sys.executable, str(Path(__file__).with_name("fuzz.py")), "17", "--from", "3", "--defects", "fence", "field", "member"]
+    done = subprocess.run(words, capture_output=True, text=True, check=False)
+    assert (done.returncode, done.stderr) == (0, ""), done.stdout + done.stderr
+    assert [line.partition(":")[0] for line in done.stdout.splitlines()] == ["fence", "field", "member"]
+
+
+def test_every_rule_has_cases_of_its_own(monkeypatch):
+    """Each is what a number in every so many is of, so that 2000 cases hold dozens of each."""
+    for folder in hostile.CONTINUED:
+        monkeypatch.setitem(hostile.UNFINISHED, f"{folder}/rows.csv", b"1,2")
+    asked = []
+    named = [lambda rng, files, rule=rule: asked.append(rule.__name__) or rule(rng, files) for rule in hostile.RULES]
+    monkeypatch.setattr(hostile, "RULES", named)
+    for number in range(4 * len(named)):
+        hostile.case(number)
+    assert len(asked) == len(set(asked)) == len(named)
+
+
 def test_every_command_gets_hostile_inputs():
     assert {line.split()[0] for line in hostile.COMMANDS} == set(COMMANDS)
 

@@ -407,6 +407,18 @@ def test_files_over_time(capfd, here):
     spectra, (point,) = read["stiffness"]["spectra"], read["points"]
     expected = 2.0 * math.pi * spectra["frequencies"][0] * max(map(abs, point["delta_v"])) / GRAVITY
     assert spectra["points"][0]["response"][0][0] == pytest.approx(expected, rel=1e-3)
+    assert json.loads(good(capfd, "analyze", *words, "--format", "json"))["stiffness"]["spectra"] is None
+    assert json.loads(good(capfd, "analyze", *words, "--spectrum", "--format", "json"))["stiffness"]["spectra"] == spectra
+
+
+@pytest.mark.parametrize("stiffness", ["1e-3", "1e-30"])
+def test_the_spectrum_of_a_contact_that_lasts_long_is_refused(capfd, here, stiffness):
+    """Its samples grow with the duration, 94 s to 3e15 s of contact; the other results do not need it."""
+    words = ("anymal_b", "--contact", "LF_FOOT", "--contact-stiffness", stiffness, "--format", "json")
+    assert json.loads(good(capfd, "analyze", *words))["stiffness"]["contacts"][0]["duration"] > 90.0
+    outcome = run(capfd, "analyze", *words, "--spectrum")
+    assert (outcome.code, outcome.out) == (3, "")
+    assert "a shock response spectrum is computed of up to 2 s; take stiffer contacts, or leave --spectrum out" in outcome.err
 
 
 # Refusals, and scenes without either

@@ -5,6 +5,7 @@ import io
 import json
 import re
 import shlex
+import tracemalloc
 from dataclasses import replace
 from html.parser import HTMLParser
 
@@ -146,6 +147,36 @@ def test_a_box_keeps_its_area_and_has_short_edges():
     np.testing.assert_allclose(area(box), 2.0 * (0.6 + 0.2 + 0.12), rtol=1e-12)
     sides = box.vertices[box.triangles] - box.vertices[np.roll(box.triangles, -1, axis=1)]
     assert np.linalg.norm(sides, axis=2).max() <= 1.0 / 30.0
+
+
+def test_large_triangles_are_divided_up_to_a_number():
+    """Ten thousand triangles as large as the robot would become millions; a body after them keeps its own."""
+    corners = np.random.default_rng(0).normal(size=(30_000, 3))
+    large = Shape("a", corners, mesh=Mesh(corners, np.arange(30_000).reshape(-1, 3)))
+    tracemalloc.start()
+    many, one = surfaces([[large], [sphere(1)]], 20_000)
+    most = tracemalloc.get_traced_memory()[1]
+    tracemalloc.stop()
+    assert len(many.triangles) + len(one.triangles) <= 20_000
+    assert len(one.triangles) > 0
+    assert most < 3e8
+
+
+@pytest.mark.parametrize("failure", [MemoryError(), ValueError("Out of range float values are not JSON compliant")])
+def test_a_page_that_cannot_be_made_is_a_warning(capfd, here, monkeypatch, failure):
+    """The other files are written, and the results printed."""
+
+    def fails(*_):
+        raise failure
+
+    good(capfd, "analyze", "stick.urdf", "--contact", "foot", "--out", "whole")
+    monkeypatch.setattr("shockpc.show.html.page.surfaces", fails)
+    outcome = run(capfd, "analyze", "stick.urdf", "--contact", "foot", "--out", "out")
+    assert outcome.code == 0
+    reason = str(failure) or "the memory of this computer does not suffice"
+    assert outcome.err == f"shockpc: report.html cannot be made: {reason}; the other files are complete\n"
+    whole, found = ({path.name for path in (here / folder).iterdir()} for folder in ("whole", "out"))
+    assert whole - found == {"report.html"}
 
 
 def test_page_of_several_landings(moving):

@@ -53,6 +53,7 @@ FILES: dict[str | bytes, str] = {
     f"{arm()}<robot/>": NO_XML,
     f"{arm()}</robot> more": NO_XML,
     "<robot>" * 900: ": line 1: elements are nested more than 490 deep",
+    "<robot>" + "<a b='1'/>" * 250_000 + "</robot>": ": line 1: up to 500000 elements and attributes are read, and there are more",
     '<sdf version="1.7"/>': " begins with <sdf>: an SDF file, which Pinocchio's wheel cannot read; convert it to URDF, for "
     "example with sdf2urdf.py of pysdf",
     "<html></html>": " begins with <html>: a web page; download the file itself (on GitHub: the raw file). Robots begin with",

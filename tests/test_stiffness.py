@@ -5,6 +5,7 @@ import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
 
+from shockpc.core import crossing, stiffness
 from shockpc.core.impulse import solve_impact
 from shockpc.core.stiffness import Elements, attach_rotors, damper_restitution, simulate_landing
 
@@ -339,3 +340,30 @@ def test_a_peak_that_oscillates_too_often_is_refused():
     motion = simulate_landing(M, with_springs(normals(rows, 1e3), springs, 1e10), velocity * [1.0, 0.5])
     with pytest.raises(ArithmeticError, match="the fastest mode oscillates more than 8738 times"):
         motion.peak(M @ motion.response[None])
+
+
+def test_what_takes_too_many_terms_is_refused(monkeypatch):
+    """Their number does not depend on the machine, as a time would: one fewer than a motion, or a peak, takes is refused."""
+    elements = with_springs(normals([[1.0, 0.0]]), np.array([[1.0, -1.0]]), 1e4)
+    M, velocity, spent = np.eye(2), np.array([-1.0, 0.0]), []
+
+    class Counted(crossing.Effort):
+        def spend(self, terms):
+            super().spend(terms)
+            spent.append(self.terms)
+
+    monkeypatch.setattr(stiffness, "Effort", Counted)
+    motion = simulate_landing(M, elements, velocity)
+    for_events = max(spent)
+    spent.clear()
+    motion.peak(motion.response[None])
+    for_peak = max(spent)
+    for most, act in (
+        (for_events, lambda: simulate_landing(M, elements, velocity)),
+        (for_peak, lambda: motion.peak(motion.response[None])),
+    ):
+        monkeypatch.setattr(crossing, "MOST_TERMS", most)
+        act()
+        monkeypatch.setattr(crossing, "MOST_TERMS", most - 1)
+        with pytest.raises(ArithmeticError, match="terms to follow; take the stiffest springs as rigid"):
+            act()

@@ -231,6 +231,36 @@ def test_damaged_part_is_computed_again(capfd, undamaged, tmp_path, damage):
     assert files(out) == files(whole)
 
 
+@pytest.mark.parametrize("kind", ["link", "dangling link", "pipe"])
+@pytest.mark.parametrize("name", ["sweep.json", "rows", "checksums", "rows/part-00000.X", "checksums/part-00000.sha256"])
+def test_links_and_pipes_in_a_folder_are_refused(capfd, undamaged, tmp_path, name, kind):
+    """A link would be followed to a file that is no part of the study, and a pipe waited for."""
+    words, whole, _ = undamaged
+    out, elsewhere = Path(shutil.copytree(whole, tmp_path / "out")), tmp_path / "elsewhere"
+    path = out / name.replace("X", words[-1])
+    path.rename(elsewhere)
+    if kind == "pipe":
+        os.mkfifo(path)
+    else:
+        path.symlink_to(elsewhere if kind == "link" else tmp_path / "nothing")
+    before = files(elsewhere) if elsewhere.is_dir() else elsewhere.read_bytes()
+    outcome = run(capfd, *words, "--out", out, "--resume")
+    assert outcome.code == 2
+    assert f'"{path}" is no ' in outcome.err
+    assert before == (files(elsewhere) if elsewhere.is_dir() else elsewhere.read_bytes())
+    assert not (tmp_path / "nothing").exists()
+
+
+def test_a_part_without_end_is_computed_again(capfd, undamaged, tmp_path):
+    """A sparse file of a terabyte is not read."""
+    words, whole, _ = undamaged
+    out = Path(shutil.copytree(whole, tmp_path / "out"))
+    for path in (out / f"rows/part-00000.{words[-1]}", out / "checksums/part-00000.sha256"):
+        os.truncate(path, 2**40)
+        good(capfd, *words, "--out", out, "--resume")
+        assert files(out) == files(whole)
+
+
 @pytest.mark.parametrize("format_", ["csv", "parquet"])
 def test_landings_that_the_ground_does_not_allow_are_left_out(capfd, stick, tmp_path, format_):
     """The other rows are those of the whole table; the summary counts what is left out, and --resume keeps the count."""

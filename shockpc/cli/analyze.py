@@ -24,7 +24,9 @@ def analyze(
         "Write the scene that this command line describes, a file for each landing.", "FILE", scene_file
     ),
     force: bool = in_output("Let --save-scene replace a file."),
-    spectrum: bool = in_output("With a contact stiffness and --out, draw the shock response spectrum of sensors and points too."),
+    spectrum: bool = in_output(
+        "With a contact stiffness and --out, draw the shock response spectrum of sensors and points too; in JSON, give it."
+    ),
     explain: bool = EXPLAIN,
 ) -> None:
     from shockpc.cli.progress import ShownTrace
@@ -39,9 +41,10 @@ def analyze(
         from shockpc.show.reports.landing import landings_report
         from shockpc.text.errors import StudyError
     loaded, scenes = scenes_from(robot, options, trace)
-    if spectrum and (output.out is None or any(scene.contact_stiffness is None for scene in scenes)):
-        missing = "--out" if output.out is None else "--contact-stiffness"
-        raise StudyError(f"--spectrum draws a figure of a landing on contacts of finite stiffness; give {missing} too")
+    shown = output.out is not None or output.format == "json"
+    if spectrum and not (shown and all(scene.contact_stiffness is not None for scene in scenes)):
+        missing = "--contact-stiffness" if shown else "--out, or --format json,"
+        raise StudyError(f"--spectrum is in the files of a landing on contacts of finite stiffness; give {missing} too")
     bodies = sorted({i for pattern in body for i in loaded.match_bodies(pattern)}) or None
     files = [] if save_scene is None else scene_files(scenes, save_scene, force)
     profiles = [shock_profile(scene, loaded, trace) for scene in scenes]

@@ -68,7 +68,7 @@ def write_report(report: "Report", folder: Path) -> None:
     from shockpc.show.folder import write_report_folder
 
     with ShownTrace().stage("figures and files"):
-        write_report_folder(folder, report, _command())
+        write_report_folder(folder, report, _command(), print_error)
     if report.landings and plotly() is None:
         print_error(INSTALL)
 

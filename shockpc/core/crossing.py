@@ -20,6 +20,26 @@ NEGLIGIBLE = 1e-11
 """Share of its terms below which the sum of them counts as zero."""
 
 
+MOST_TERMS = 2**31
+"""Bound of the number of terms of oscillations that are evaluated for the events of a motion, or for a peak: some ten seconds."""
+
+
+class Effort:
+    """The terms that were evaluated. What takes too long is refused by their number, which is the same on every machine."""
+
+    def __init__(self) -> None:
+        self.terms = 0
+
+    def spend(self, terms: int) -> None:
+        """Add some terms; ArithmeticError above `MOST_TERMS`."""
+        self.terms += terms
+        if self.terms > MOST_TERMS:
+            raise ArithmeticError(
+                f"forces that oscillate at far different frequencies take more than {MOST_TERMS:.1g} terms to follow; take the "
+                "stiffest springs as rigid, or a stiffer contact"
+            )
+
+
 class Signals(NamedTuple):
     """Signals s, constant + linear t + Re Σ_j wave_j exp(iσ_j t), whose fall below −tolerance is sought.
 
@@ -37,18 +57,19 @@ class Signals(NamedTuple):
     wave: ComplexArray
 
 
-def first_crossing(sigma: Array, signals: Signals, horizon: float) -> tuple[float, int | None]:
+def first_crossing(sigma: Array, signals: Signals, horizon: float, effort: Effort) -> tuple[float, int | None]:
     """Find the first time at which a signal falls below −tolerance.
 
     Args:
         sigma: (m,) frequencies [rad/s].
         signals: s of them.
         horizon: where the search ends [s]; may be infinite.
+        effort: of the whole motion.
 
     Returns: the time [s] and the index of the signal; the horizon (or zero, if that is infinite) and None if no signal falls.
 
     Raises:
-        ArithmeticError: the horizon, or the first fall, is too many periods away.
+        ArithmeticError: the horizon, or the first fall, is too many periods away, or takes too many terms.
     """
     sign, turning = _first_sign(sigma, signals), 1j * sigma
     wave, constant, linear = sign[:, None] * signals.wave, sign * signals.constant + signals.tolerance, sign * signals.linear
@@ -58,6 +79,7 @@ def first_crossing(sigma: Array, signals: Signals, horizon: float) -> tuple[floa
         return 0.0, int(start.argmin())
 
     def search(a: float, b: float, count: int, depth: int) -> tuple[float, int] | None:
+        effort.spend((count + 1) * wave.size)
         t = a + (b - a) / count * np.arange(count + 1.0)
         t[-1] = b
         value = constant + t[:, None] * linear + oscillations(t[:, None] * sigma, wave)

@@ -36,7 +36,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from shockpc.core.crossing import MOST_SAMPLES, ComplexArray, Signals, first_crossing, oscillations, rate_of_change
+from shockpc.core.crossing import MOST_SAMPLES, ComplexArray, Effort, Signals, first_crossing, oscillations, rate_of_change
 from shockpc.core.spatial import Array
 
 OPEN, LOADING, UNLOADING = range(3)
@@ -231,11 +231,11 @@ class Motion(NamedTuple):
             maxima of the samples are refined to rounding.
 
         Raises:
-            ArithmeticError: the frequencies lie too far apart to sample the motion.
+            ArithmeticError: the frequencies lie too far apart to sample the motion, or it takes too many terms.
         """
         P = np.nan_to_num(outputs)
         starts = np.array([segment.level + segment.wave.real.sum(axis=1) for segment in self.segments])
-        largest, when = _peak(P, self.segments, np.square(P @ starts.T).sum(axis=1).max(axis=1))
+        largest, when = _peak(P, self.segments, np.square(P @ starts.T).sum(axis=1).max(axis=1), Effort())
         return np.where(np.isnan(outputs).any(axis=(1, 2)), np.nan, largest), when
 
 
@@ -360,6 +360,7 @@ class _State:
         displacement: (d,) ∫u dt.
         noise: size of z and u that counts as rounding.
         fastest: largest natural frequency of a single element [rad/s].
+        effort: of the search for events.
     """
 
     def __init__(self, elements: Elements, factor: Array, inverse: Array, velocity: Array):
@@ -375,6 +376,7 @@ class _State:
         speed = float(np.linalg.norm(self.u))
         self.noise = NEGLIGIBLE * speed
         self.fastest = float((self.slope * self.length).max())
+        self.effort = Effort()
         closing = elements.contact[elements.normal & (self.W @ self.u < -1e-13 * self.length * speed)]
         self.mode = np.where((elements.contact < 0) | np.any(elements.contact == closing[:, None], axis=0), LOADING, OPEN)
 
@@ -429,7 +431,7 @@ class _State:
         of_z = to_all @ U
         wave = np.concatenate([1j * of_u, of_z, path]) * (zeta - 1j * upsilon)
         signals = Signals(either, tolerance, offset + sign * constant[row], sign * linear[row], sign[:, None] * wave[row])
-        length, first = first_crossing(sigma, signals, horizon)
+        length, first = first_crossing(sigma, signals, horizon, self.effort)
         of_forces = slice(len(along), 2 * len(along))
         level, wave = -self.slope * constant[of_forces], -self.slope[:, None] * wave[of_forces]
         segment = Segment(time, length, sigma, of_z, V, zeta, upsilon, drift, level, wave, self.jump, self.displacement)
@@ -507,13 +509,13 @@ def _graded_svd(F: Array) -> tuple[Array, Array, Array]:
     return Bt.T[np.argsort(order)], sigma, Q @ A
 
 
-def _peak(outputs: Array, segments: Sequence[Segment], least: Array) -> tuple[Array, Array]:
+def _peak(outputs: Array, segments: Sequence[Segment], least: Array, effort: Effort) -> tuple[Array, Array]:
     """As `Motion.peak`, within some segments; zero where they have none above the square root of least (m,)."""
     (m, k, r), count = outputs.shape, len(segments)
 
     def in_halves() -> tuple[Array, Array]:
-        first, early = _peak(outputs, segments[: count // 2], least)
-        second, late = _peak(outputs, segments[count // 2 :], np.maximum(least, first**2))
+        first, early = _peak(outputs, segments[: count // 2], least, effort)
+        second, late = _peak(outputs, segments[count // 2 :], np.maximum(least, first**2), effort)
         return np.maximum(first, second), np.where(second > first, late, early)
 
     if count > MOST_TOGETHER:
@@ -532,7 +534,7 @@ def _peak(outputs: Array, segments: Sequence[Segment], least: Array) -> tuple[Ar
     if not (kept.all() and own.all()):
         largest, when = np.zeros((2, m))
         if kept.any():
-            largest[own], when[own] = _peak(outputs[own], [segments[i] for i in np.flatnonzero(kept).tolist()], least[own])
+            largest[own], when[own] = _peak(outputs[own], [segments[i] for i in np.flatnonzero(kept).tolist()], least[own], effort)
         return largest, when
     rate = np.where(larger[..., None], rate_of_change(omega[:, None, None], size), 0.0).max(axis=(1, 2))
     steps = np.minimum(lengths * rate / 0.2, 2.0 * MOST_SAMPLES).astype(int) + 1
@@ -542,6 +544,7 @@ def _peak(outputs: Array, segments: Sequence[Segment], least: Array) -> tuple[Ar
         raise ArithmeticError(
             f"the fastest mode oscillates more than {MOST_SAMPLES // 30} times in {lengths[0]:.3g} s; take the stiffest as rigid"
         )
+    effort.spend(int((steps + 1).sum()) * r * (modes + m * k))
     ends, step = np.cumsum(steps + 1), lengths / steps
     begins, own = ends - steps - 1, np.repeat(np.arange(count), steps + 1)
     t = (np.arange(len(own)) - begins[own]) * step[own]

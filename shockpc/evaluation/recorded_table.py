@@ -14,6 +14,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from shockpc.core.spatial import Array
+from shockpc.evaluation.table_files import number
 from shockpc.landing.contact import Contact, landing_frames
 from shockpc.landing.landing import PosedLanding, landing_of
 from shockpc.landing.motion import Motion
@@ -44,20 +45,23 @@ FRICTION = ("friction", "mu")
 REMARKS = (*LABELS["row"], *LABELS["time"], *FRICTION, "contact")
 """Columns that are neither of the robot's state nor measured."""
 
-COLUMN = re.compile(r"(?:(?P<after>after(?:(?P<ms>\d+(?:\.\d+)?)ms)?_)|(?P<rate>before_|qd_)|q_)?(?P<name>.+?)(?P<deg>_deg)?")
+COLUMN = re.compile(
+    r"(?:(?P<after>after(?:(?P<ms>[0-9]{1,9}(?:\.[0-9]{1,9})?)ms)?_)|(?P<rate>before_|qd_)|q_)?(?P<name>.+?)(?P<deg>_deg)?"
+)
 BASE = re.compile(
     r"(?:base_)?(?:(?P<quaternion>q[wxyz])|(?P<angle>roll|pitch|yaw)|(?P<place>[xyz])|(?P<twist>[vw][xyz])(?P<body>_body)?)"
 )
 CONTACT_VELOCITY = re.compile(r"v([xyz])@(.+)")
 ROS = (
-    (re.compile(r"(?:.*/)?joint_states?/(.+)/position"), "q_{}"),
-    (re.compile(r"(?:.*/)?joint_states?/(.+)/velocity"), "before_{}"),
+    (re.compile(r"(?=.*/position\Z)(?:.*/)?joint_states?/(.+)/position"), "q_{}"),
+    (re.compile(r"(?=.*/velocity\Z)(?:.*/)?joint_states?/(.+)/velocity"), "before_{}"),
     (re.compile(r".*pose/orientation/([wxyz])"), "base_q{}"),
     (re.compile(r".*pose/position/([xyz])"), "base_{}"),
     (re.compile(r".*twist/linear/([xyz])"), "base_v{}_body"),
     (re.compile(r".*twist/angular/([xyz])"), "base_w{}_body"),
 )
-"""Columns of recorded ROS messages JointState and Odometry, whose twist is in the axes of the base."""
+"""Columns of recorded ROS messages JointState and Odometry, whose twist is in the axes of the base. A name that ends otherwise is
+left at once, so that the time is linear in its length."""
 
 
 class Measured(NamedTuple):
@@ -255,7 +259,7 @@ def _expanded(columns: Mapping[str, np.ndarray], robot: Robot) -> dict[str, np.n
     expanded: dict[str, Any] = {}
     numbered: dict[str, dict[int, np.ndarray]] = {}
     for name, values in columns.items():
-        if match := re.fullmatch(r"(qpos|qvel)(?:_|\.|\[)?(\d+)\]?", name):
+        if match := re.fullmatch(r"(qpos|qvel)(?:_|\.|\[)?([0-9]{1,9})\]?", name):
             numbered.setdefault(match[1], {})[int(match[2])] = values
         elif not name.endswith("/effort"):
             expanded[next((form.format(m[1]) for pattern, form in ROS if (m := pattern.fullmatch(name))), name)] = values
@@ -280,6 +284,9 @@ def _finite(name: str, values: np.ndarray, known: bool = True) -> Array:
     try:
         if values.dtype.kind == "M":
             raise ValueError
+        if values.dtype.kind in "UO":
+            cells = (number(cell) if isinstance(cell, str) else float(cell) for cell in values.ravel().tolist())
+            values = np.array(list(cells)).reshape(values.shape)
         numbers = values.astype(float)
     except (ValueError, TypeError):
         raise StudyError(f"column {name} has to hold numbers") from None

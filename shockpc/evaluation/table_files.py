@@ -1,43 +1,52 @@
 """Files of recorded landings: columns by name from CSV, Parquet and NPZ."""
 
+import collections
 import csv
 import io
 import itertools
+import lzma
+import math
+import os
 import zipfile
 import zlib
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from pathlib import Path
+from typing import IO, Any
 
 import numpy as np
 
 from shockpc.text.errors import StudyError
 from shockpc.text.paths import open_file, usable_path
 
-BLOCK = 8192
-"""Rows of a CSV file that are read together."""
+BLOCK = 2**20
+"""Cells of a CSV file that are read together."""
+
+LARGEST_TABLE = 2**30
+"""Bytes of the largest table that is read, as a file and as arrays of numbers with 8 bytes each."""
+
+MOST_ROWS = 2**24
+"""Rows of the longest table that is read."""
+
+NPY_HEADERS = {(1, 0): np.lib.format.read_array_header_1_0, (2, 0): np.lib.format.read_array_header_2_0}
+"""How the header of an array is read, by the version of its format."""
 
 
 def read_table(path: Path) -> dict[str, np.ndarray]:
     """The columns of a CSV, Parquet or NPZ file by name: numbers or texts, (n,); arrays of NPZ may be (n, k).
 
     Raises:
-        StudyError: the file cannot be read, has no rows, a name twice, a cell that is no number among numbers, or a column that
-            holds neither real numbers nor texts.
+        StudyError: the file cannot be read, is no regular file, takes more than 1 GB, has no rows, a name twice, a cell that is no
+            number among numbers, or a column that holds neither real numbers nor texts.
     """
     path = usable_path(str(path))
+    readers = {".csv": _read_csv, ".parquet": _read_parquet, ".npz": _read_npz}
+    if (reader := readers.get(path.suffix.casefold())) is None:
+        raise StudyError(f'"{path}" is not a table of landings; valid are .csv, .parquet and .npz files')
     try:
-        match path.suffix.casefold():
-            case ".csv":
-                columns = _read_csv(path)
-            case ".parquet":
-                columns = _read_parquet(path)
-            case ".npz":
-                with open_file(path, "table", StudyError) as stream, np.load(stream, allow_pickle=False) as file:
-                    columns = {name: file[name] for name in file.files}
-                columns |= {name: np.char.decode(values) for name, values in columns.items() if values.dtype.kind == "S"}
-            case _:
-                raise StudyError(f'"{path}" is not a table of landings; valid are .csv, .parquet and .npz files')
-    except (OSError, ValueError, EOFError, RuntimeError, zipfile.BadZipFile, zlib.error) as refusal:
+        with open_file(path, "table", StudyError) as file:
+            _refuse_size(os.fstat(file.fileno()).st_size)
+            columns = reader(file)
+    except (OSError, ValueError, EOFError, RuntimeError, zipfile.BadZipFile, zlib.error, lzma.LZMAError) as refusal:
         raise StudyError(f'table "{path}" cannot be read: {refusal}') from None
     for name, values in columns.items():
         if values.ndim == 0 or values.dtype.kind not in "fiubOUM":
@@ -49,39 +58,83 @@ def read_table(path: Path) -> dict[str, np.ndarray]:
     return columns
 
 
-def _read_csv(path: Path) -> dict[str, np.ndarray]:
+def _refuse_size(size: int) -> None:
+    """Refuse more than `LARGEST_TABLE` bytes."""
+    if size > LARGEST_TABLE:
+        limit = f"up to {LARGEST_TABLE // 2**20} MB are read"
+        raise ValueError(f"it takes {size / 2**20:.0f} MB, and {limit}; leave columns out, shorten texts, or split the table")
+
+
+def _refuse_rows(count: int) -> None:
+    """Refuse more than `MOST_ROWS` rows."""
+    if count > MOST_ROWS:
+        raise ValueError(f"it has {count:.3g} rows, and up to {MOST_ROWS} are read; split the table")
+
+
+def _refuse_twice(names: Iterable[str]) -> None:
+    """Refuse two columns of one name."""
+    if twice := [name for name, count in collections.Counter(names).items() if count > 1]:
+        raise ValueError(f'it has two columns "{twice[0]}"')
+
+
+def _text_size(cells: Sequence[object]) -> int:
+    """Bytes of texts as an array, in which each takes as much as the longest."""
+    return 4 * len(cells) * max((len(cell) for cell in cells if isinstance(cell, str)), default=0)
+
+
+def _read_csv(stream: IO[bytes]) -> dict[str, np.ndarray]:
     blocks: list[list[np.ndarray]] = []
-    with open_file(path, "table", StudyError) as content, io.TextIOWrapper(content, "utf-8-sig", newline="") as file:
-        lines = csv.reader(file)
-        header = [name.strip() for name in next(lines, [])]
-        if twice := [name for k, name in enumerate(header) if name in header[:k]]:
-            raise ValueError(f'it has two columns "{twice[0]}"')
-        rows, count = (row for row in lines if row), 0
-        while block := list(itertools.islice(rows, BLOCK)):
-            for i, row in enumerate(block):
-                if len(row) != len(header):
-                    raise ValueError(f"row {count + i} has {len(row)} cells, and the header {len(header)}")
-            cells = list(zip(*block, strict=True))
-            # The first cell that is not empty decides whether a column holds texts.
-            first = (next(filter(str.strip, column), "") for column in cells)
-            texts = [column.dtype.kind == "U" for column in blocks[0]] if blocks else list(map(_is_text, first))
-            columns = zip(header, texts, cells, strict=True)
-            blocks.append([np.char.strip(cells) if text else _numbers(name, cells, count) for name, text, cells in columns])
-            count += len(block)
+    with io.TextIOWrapper(stream, "utf-8-sig", newline="") as text:
+        # Not strict, a quotation mark that is not closed would take the rest of the file into one cell.
+        lines = csv.reader(text, strict=True)
+        try:
+            header = [name.strip() for name in next(lines, [])]
+            _refuse_twice(header)
+            rows, count, size = (row for row in lines if row), 0, 0
+            while block := list(itertools.islice(rows, max(1, BLOCK // max(len(header), 1)))):
+                for i, row in enumerate(block):
+                    if len(row) != len(header):
+                        raise ValueError(f"row {count + i} has {len(row)} cells, and the header {len(header)}")
+                cells = list(zip(*block, strict=True))
+                # The first cell that is not empty decides whether a column holds texts.
+                first = (next(filter(str.strip, column), "") for column in cells)
+                texts = [column.dtype.kind == "U" for column in blocks[0]] if blocks else list(map(_is_text, first))
+                size += sum(_text_size(column) if text else 8 * len(column) for text, column in zip(texts, cells, strict=True))
+                _refuse_size(size)
+                columns = zip(header, texts, cells, strict=True)
+                blocks.append([np.char.strip(cells) if text else _numbers(name, cells, count) for name, text, cells in columns])
+                count += len(block)
+                _refuse_rows(count)
+        except csv.Error as refusal:
+            raise ValueError(f"line {lines.line_num}: {refusal}; is a quotation mark not closed?") from None
+    lengths = [max(columns[k].dtype.itemsize for columns in blocks) for k in range(len(header))] if blocks else []
+    _refuse_size(sum(lengths) * count)
     return {name: np.concatenate([columns[k] for columns in blocks]) for k, name in enumerate(header if blocks else ())}
 
 
 def _is_text(cell: str) -> bool:
     try:
-        float(cell)
+        number(cell)
     except ValueError:
         return bool(cell.strip())
     return False
 
 
+def number(cell: str) -> float:
+    """A number as every program writes it; ValueError for what Python alone reads as one: 1_0, and digits of other scripts."""
+    _refuse_other_digits(cell)
+    return float(cell)
+
+
+def _refuse_other_digits(text: str) -> None:
+    if "_" in text or not text.isascii():
+        raise ValueError(f'"{text}" is not a number')
+
+
 def _numbers(name: str, cells: Sequence[str], first: int) -> np.ndarray:
     """Cells as numbers, NaN where they are empty. Args: first, number of their first row."""
     try:
+        _refuse_other_digits("".join(cells))
         return np.array(cells, dtype=float)
     except ValueError:
         if wrong := [i for i, cell in enumerate(cells) if _is_text(cell)]:
@@ -89,18 +142,68 @@ def _numbers(name: str, cells: Sequence[str], first: int) -> np.ndarray:
         return np.array([cell if cell.strip() else "nan" for cell in cells], dtype=float)
 
 
-def _read_parquet(path: Path) -> dict[str, np.ndarray]:
+def _read_npz(stream: IO[bytes]) -> dict[str, np.ndarray]:
+    columns, size = dict[str, np.ndarray](), 0
+    with zipfile.ZipFile(stream) as archive:
+        members = archive.infolist()
+        _refuse_twice(member.filename.removesuffix(".npy") for member in members)
+        _refuse_size(sum(member.file_size for member in members))  # of which no more is read
+        for member in members:
+            content = io.BytesIO(archive.read(member.filename))
+            try:
+                header = NPY_HEADERS[np.lib.format.read_magic(content)]
+                shape, fortran, kind = header(content)
+            except Exception as refusal:  # of many kinds, because a literal of Python is read
+                raise ValueError(f'its member "{member.filename}" is no array ({type(refusal).__name__})') from None
+            count = math.prod(shape)
+            if kind.hasobject or kind.itemsize == 0 or count * kind.itemsize != len(content.getbuffer()) - content.tell():
+                raise ValueError(f'its member "{member.filename}" is {kind} of shape {shape}, and not as many bytes')
+            size += max(8 * count, len(content.getbuffer()) * (4 if kind.kind == "S" else 1))
+            _refuse_size(size)
+            _refuse_rows(math.prod(shape[:1]))
+            values = np.ndarray(shape, kind, content.getbuffer()[content.tell() :], order="F" if fortran else "C")
+            columns[member.filename.removesuffix(".npy")] = np.char.decode(values) if kind.kind == "S" else values
+    return columns
+
+
+def _read_parquet(stream: IO[bytes]) -> dict[str, np.ndarray]:
     try:
         import pyarrow.parquet  # an extra
     except ImportError:
         raise StudyError(
             'Parquet files need the package "pyarrow"; install it with: pip install pyarrow, or give a CSV or NPZ file'
         ) from None
-    with open_file(path, "table", StudyError) as content:  # a path with a colon would be read as an address
-        table = pyarrow.parquet.read_table(content)
-    columns = {name: np.asarray(table[name].to_numpy()) for name in table.column_names}
+    try:
+        file = pyarrow.parquet.ParquetFile(stream)
+        _refuse_rows(file.metadata.num_rows)
+        groups = [file.metadata.row_group(k) for k in range(file.metadata.num_row_groups)]
+        parts = [group.column(k) for group in groups for k in range(group.num_columns)]
+        _refuse_size(sum(max(part.total_uncompressed_size, 8 * part.num_values) for part in parts))
+        _refuse_twice(file.schema_arrow.names)
+        # A text that many rows share is kept once: a small file could take any memory if each had its own.
+        leaves = [file.schema.column(k) for k in range(file.metadata.num_columns)]
+        coded = [leaf.path for leaf in leaves if leaf.physical_type == "BYTE_ARRAY"]
+        table = pyarrow.parquet.ParquetFile(stream, read_dictionary=coded).read()
+        columns = {name: _parquet_column(table[name]) for name in table.column_names}
+    except pyarrow.ArrowException as refusal:
+        raise ValueError(str(refusal)) from None
     for name, values in columns.items():
         if values.dtype.kind == "O":
             texts = (cell.decode() if isinstance(cell, bytes) else cell for cell in values.tolist())
             columns[name] = np.array(["" if cell is None else cell for cell in texts], dtype=object)
+    _refuse_size(sum(_text_size(values.tolist()) if values.dtype.kind == "O" else values.nbytes for values in columns.values()))
     return columns
+
+
+def _parquet_column(column: Any) -> np.ndarray:
+    """A column of pyarrow as an array; rows whose text is the same share it."""
+    import pyarrow
+
+    if not pyarrow.types.is_dictionary(column.type):
+        return np.asarray(column.to_numpy())
+    # pyarrow's own conversion takes a missing value for the first of the dictionary.
+    parts = [np.zeros(0, dtype=object)]
+    for chunk in column.chunks:
+        values = np.array([*chunk.dictionary.to_pylist(), None], dtype=object)
+        parts.append(values[chunk.indices.fill_null(len(values) - 1).to_numpy()])
+    return np.concatenate(parts)

@@ -31,6 +31,9 @@ SPECTRUM = tuple(float(f) for f in np.geomspace(10.0, 2000.0, 93).round(3))
 DAMPING = (0.0, 0.05)
 """Damping ratios of the same."""
 
+LONGEST_SPECTRUM = 2.0
+"""Duration of a contact up to which the spectrum is computed [s]: its samples follow from the largest frequency."""
+
 Compute = Callable[[Impact, Sequence[Place]], Any]
 
 LEAST_HELD = 1e-6
@@ -184,9 +187,16 @@ class CompliantLanding:
         """Largest acceleration (f, n) of oscillators of the frequencies `SPECTRUM` at n points, in the axis in which it is largest.
 
         The acceleration of the points is that until all contacts are open.
+
+        Raises:
+            SolveError: the contact lasts longer than `LONGEST_SPECTRUM`.
         """
         if not places:
             return np.zeros((len(SPECTRUM), 0))
+        if self.motion.duration > LONGEST_SPECTRUM:
+            lasts = f"on {self.landing.scene.contact_stiffness:g} N/m the contact lasts {self.motion.duration:.3g} s"
+            limit = f"a shock response spectrum is computed of up to {LONGEST_SPECTRUM:g} s"
+            raise SolveError(f"{lasts}, and {limit}; take stiffer contacts, or leave --spectrum out")
         count = int(np.ceil(self.motion.duration * SAMPLES_A_PERIOD * SPECTRUM[-1])) + 64
         times = np.linspace(0.0, self.motion.duration, count + 1)
         history = self.history(compute, places, times).reshape(count + 1, -1)

@@ -31,6 +31,9 @@ STEP = 1e-4
 SLACK = 2.0
 """Times the effect of rounding, to first order, that still counts as that."""
 
+MOST_KNOWN = 64
+"""Postures and rows of a robot of which this is kept."""
+
 _KNOWN: "WeakKeyDictionary[Robot, dict[tuple[object, ...], tuple[int, float]]]" = WeakKeyDictionary()
 
 
@@ -69,11 +72,13 @@ class Mechanism(NamedTuple):
         if not np.any(rounding_of(self.robot) > LEAST):
             return count, 0.0
         structure = tuple((b.kind, b.body, b.other, b.axes_body, b.forces.tobytes(), b.moments.tobytes()) for b in blocks)
-        key = (self.base, self.plane.normal.tobytes(), self.locked.tobytes(), *(loop.name for loop in self.loops), *structure)
+        key = (q.tobytes(), self.base, self.plane.normal.tobytes(), self.locked.tobytes(), *(loop.name for loop in self.loops))
         known = _KNOWN.setdefault(self.robot, {})
-        if key not in known:
-            known[key] = max(self._independent(blocks, other) for other in self._others(q))
-        return known[key]
+        if (*key, *structure) not in known:
+            if len(known) > MOST_KNOWN:
+                known.clear()
+            known[*key, *structure] = max(self._independent(blocks, other) for other in (q, *self._others(q)))
+        return known[*key, *structure]
 
     def _others(self, q: Array) -> list[Array]:
         """Other postures, loops closed."""

@@ -20,6 +20,7 @@ from shockpc.text.paths import inputs, read_file
 from shockpc.text.printed import listed
 
 _DEEPEST = 490  # elements within elements; TinyXML-2, by which Pinocchio and MuJoCo read, stops at 500
+_MOST_ELEMENTS = 500_000  # with their attributes; 64 MB could hold sixteen million, which take gigabytes
 _MARKS_AND_BLANKS = rb"\s*+(\xef\xbb\xbf\s*+)*+"
 _LATIN = (b"iso-8859-1", b"iso-8859-15", b"latin-1", b"windows-1252")
 
@@ -121,8 +122,8 @@ class OpenFolders(NamedTuple):
         path = folder / "package.xml"
         readable = os.path.isfile(path) and self.contain(path)
         self.note(path)
-        match = re.search(rb"<name>\s*([^<]*?)\s*</name>", read_file(path, "file", RobotError)) if readable else None
-        return match[1].decode(errors="replace") if match else None
+        match = re.search(rb"<name>([^<]*)</name>", read_file(path, "file", RobotError)) if readable else None
+        return match[1].strip().decode(errors="replace") if match else None
 
 
 def open_folders(file: Path, packages: Mapping[str, str]) -> OpenFolders:
@@ -213,18 +214,21 @@ def parse_xml(text: str, name: str) -> Element:
     Tags and attributes carry their prefixes as written; values are without blanks around them.
 
     Raises:
-        RobotError: the text is not well-formed, has a DOCTYPE, or has more than 490 levels.
+        RobotError: the text is not well-formed, has a DOCTYPE, more than 490 levels, or more than 500 000 elements and attributes.
     """
     parser = expat.ParserCreate("utf-8")
     parser.buffer_text = True
     builder = TreeBuilder()
-    depth, ended = 0, None
+    depth, count, ended = 0, 0, None
 
     def start(tag: str, attributes: dict[str, str]) -> None:
-        nonlocal depth
-        depth += 1
+        nonlocal depth, count
+        depth, count = depth + 1, count + 1 + len(attributes)
         if depth > _DEEPEST:
             raise RobotError(f"{name}: line {parser.CurrentLineNumber}: elements are nested more than {_DEEPEST} deep")
+        if count > _MOST_ELEMENTS:
+            limit = f"up to {_MOST_ELEMENTS} elements and attributes are read"
+            raise RobotError(f"{name}: line {parser.CurrentLineNumber}: {limit}, and there are more; leave out what is not used")
         builder.start(tag, {key: value.strip() for key, value in attributes.items()})
 
     def end(tag: str) -> None:

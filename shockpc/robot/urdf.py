@@ -26,7 +26,8 @@ _Order: TypeAlias = dict[str, tuple[str, str]]
 def vector(text: str | None, size: int) -> Array | None:
     """So many finite numbers (size,), separated by blanks; None if the text is anything else."""
     try:
-        values = [float(word.replace("_", "?")) for word in (text or "").split()]
+        # Python alone reads 1_0 and the digits of other scripts.
+        values = [float(word if word.isascii() and "_" not in word else "") for word in (text or "").split()]
     except ValueError:
         return None
     return np.array(values) if len(values) == size and all(map(math.isfinite, values)) else None

@@ -30,7 +30,8 @@ MEMORY = 2**30
 _CHILD = Path(__file__).with_name("xacro_child.py")
 # xacro's lines about where something happened mean nothing without the file at hand.
 _PLACES = ("when ", "in file:", "included from:", "instantiated from:")
-_ARGUMENT = re.compile(r"""<xacro:arg\s[^>]*?\bname\s*=\s*["']([^"']+)|(?:\$\(\s*arg\s+|\bxacro\.arg\(\s*["'])([^\s"')]+)""")
+# Up to the next element, so that the time is linear in the length of a text in which none ends.
+_ARGUMENT = re.compile(r"""<xacro:arg\s[^<>]*?\bname\s*=\s*["']([^"']+)|(?:\$\(\s*arg\s+|\bxacro\.arg\(\s*["'])([^\s"')]+)""")
 _NO_TEXT = re.compile("[\0\ud800-\udfff]")
 _OBJECT = re.compile(r"""(?:&lt;|<)((?:[^<>&"']|<locals>|&lt;locals&gt;){1,200}) at 0x[0-9a-f]+(?:&gt;|>)""")
 """What Python prints of a function or an iterator, which differs from run to run."""

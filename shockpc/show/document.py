@@ -41,13 +41,18 @@ TYPES = {"translates": bool}
 """Of what is not a length, a ratio or another measure."""
 
 
-def document(profile: ShockProfile) -> dict[str, Any]:
-    """The document of one profile, as it is printed and written."""
-    return headed("profile", content(profile))
+def document(profile: ShockProfile, spectrum: bool = False) -> dict[str, Any]:
+    """The document of one profile, as it is printed and written. Args: as `content`."""
+    return headed("profile", content(profile, spectrum))
 
 
-def content(profile: ShockProfile) -> dict[str, Any]:
-    """The document of a profile without its head: every quantity at every place; positions in metres, axes as the table says."""
+def content(profile: ShockProfile, spectrum: bool = False) -> dict[str, Any]:
+    """The document of a profile without its head: every quantity at every place; positions in metres, axes as the table says.
+
+    Args:
+        profile: the landing.
+        spectrum: whether it has the shock response spectra of the points, with a contact stiffness.
+    """
     robot, assembly = profile.robot, profile.assembly
     (whole,) = _selected(profile, "robot")
     size = {"name": robot.name, "file": robot.label, "mass": whole.pop("mass"), "n_bodies": len(robot.bodies), "nv": robot.model.nv}
@@ -83,7 +88,7 @@ def content(profile: ShockProfile) -> dict[str, Any]:
         "loads_unique": profile.health.rank == profile.health.rows,
         **whole,
         "friction": _friction(profile),
-        "stiffness": _stiffness(profile),
+        "stiffness": _stiffness(profile, spectrum),
         "drives": _drives(profile),
         "parts": [
             {"part": one.part, "body": one.body, "critical": one.strength} | quantities | {"governed_by": one.governed_by}
@@ -138,7 +143,7 @@ def _friction(profile: ShockProfile) -> dict[str, Any] | None:
     }
 
 
-def _stiffness(profile: ShockProfile) -> dict[str, Any] | None:
+def _stiffness(profile: ShockProfile, spectrum: bool) -> dict[str, Any] | None:
     """The landing on contacts of finite stiffness, in double precision; None without a stiffness."""
     if (stiffness := profile.stiffness) is None:
         return None
@@ -167,7 +172,7 @@ def _stiffness(profile: ShockProfile) -> dict[str, Any] | None:
         ],
         "compression": stiffness.compressed,
         "springs_count": profile.spring_time if math.isfinite(profile.spring_time) else None,
-        "spectra": _spectra(profile, stiffness),
+        "spectra": _spectra(profile, stiffness) if spectrum else None,
     }  # fmt: skip
 
 

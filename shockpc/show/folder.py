@@ -1,5 +1,6 @@
 """The folder of a report: its files, with the page report.html where it can be made."""
 
+from collections.abc import Callable
 from pathlib import Path
 
 from shockpc.show.files import write_folder
@@ -10,26 +11,37 @@ from shockpc.show.reports.report import Report
 PAGE = "report.html"
 
 
-def report_files(report: Report, command: str = "") -> dict[str, str | bytes]:
+def report_files(report: Report, command: str = "", warn: Callable[[str], None] | None = None) -> dict[str, str | bytes]:
     """The files of a report by name. One of landings has no page where Plotly is not installed.
 
     Args:
         report: the result.
         command: the command line that made it.
+        warn: is told why the page cannot be made, for which the other files are still made; without it the error is raised.
     """
     files, library = report.files(), plotly() if report.landings else None
-    return files if report.landings and library is None else {**files, PAGE: page(report, files, library, command)}
+    if report.landings and library is None:
+        return files
+    try:
+        return {**files, PAGE: page(report, files, library, command)}
+    except (MemoryError, ArithmeticError, ValueError) as failure:
+        if warn is None:
+            raise
+        reason = "the memory of this computer does not suffice" if isinstance(failure, MemoryError) else str(failure)
+        warn(f"{PAGE} cannot be made: {reason}; the other files are complete")
+        return files
 
 
-def write_report_folder(folder: Path, report: Report, command: str = "") -> None:
+def write_report_folder(folder: Path, report: Report, command: str = "", warn: Callable[[str], None] | None = None) -> None:
     """Write the files of a report into a folder, and remove those of an earlier run of the command that this one does not have.
 
     Args:
         folder: is made if it does not exist.
         report: the result.
         command: the command line that made it.
+        warn: is told why the page cannot be made.
 
     Raises:
         OutputError: as `write_folder`.
     """
-    write_folder(folder, report_files(report, command), (*report.owned, PAGE))
+    write_folder(folder, report_files(report, command, warn), (*report.owned, PAGE))

@@ -5,7 +5,9 @@ import functools
 import hashlib
 import io
 import json
+import os
 import platform
+import stat
 from collections.abc import Iterator, Mapping
 from concurrent.futures import Executor
 from dataclasses import dataclass
@@ -27,6 +29,9 @@ from shockpc.text.paths import read_file
 
 Format = Literal["parquet", "csv"]
 
+LARGEST_PART = 2**30
+"""Bytes above which a file is no part that was written here."""
+
 
 @dataclass(frozen=True)
 class Parts:
@@ -46,16 +51,14 @@ class Parts:
         """Make the folder and describe the study in it. Args: resume, whether it may hold parts of the same study, which are kept.
 
         Raises:
-            OutputError: the folder holds a sweep and is not to be continued, or another sweep; it cannot be written; `pyarrow` is
-                not installed.
+            OutputError: the folder holds a sweep and is not to be continued, or another sweep, or a link, a pipe or a device where
+                a file of it has to be; it cannot be written; `pyarrow` is not installed.
         """
         if self.format == "parquet":
             _arrow()
-        path, description, noun = (
-            self.folder / f"{self.evaluation.landings.noun}.json",
-            self._description(),
-            self.evaluation.landings.noun,
-        )
+        noun = self.evaluation.landings.noun
+        path, description = self.folder / f"{noun}.json", self._description()
+        self._refuse_links(path)
         if path.exists() or self._rows.exists():
             if not resume:
                 raise OutputError(
@@ -72,6 +75,15 @@ class Parts:
                     "this one; name another folder with --out"
                 )
         write_file(path, json_text(description))
+
+    def _refuse_links(self, described: Path) -> None:
+        """Refuse what is no file or folder of a study: links, which would be followed, and pipes, which would be waited for."""
+        folders = self._rows, _checksum(self._rows / "part").parent
+        of_rows = (path for folder in folders if not folder.is_symlink() for path in sorted(folder.glob("*part-*")))
+        for path in (*folders, described, *of_rows):
+            if os.path.lexists(path) and stat.S_IFMT(os.lstat(path).st_mode) != (stat.S_IFDIR if path in folders else stat.S_IFREG):
+                kind = "folder" if path in folders else "regular file"
+                raise OutputError(f'"{path}" is no {kind}, which it has to be; remove it, or name another folder with --out')
 
     def write(self, executor: Executor | None) -> Iterator[int]:
         """Compute the parts that are missing or damaged; yield the number of rows that were there, then of each part.
@@ -206,6 +218,8 @@ def _digest(content: bytes, mark: bytes, counts: str) -> str:
 def _complete(part: Path, mark: bytes) -> bool:
     """Whether a part is there, as it was written for this sweep: its columns, its rows and every byte."""
     try:
+        if max(part.stat().st_size, _checksum(part).stat().st_size) > LARGEST_PART:
+            return False
         noted = _noted(part)[0]
         return noted == _digest(part.read_bytes(), mark, noted.partition(" ")[2])
     except (OSError, ValueError):

@@ -44,7 +44,7 @@ def message(text: str) -> str:
 
 def alike(texts: Iterable[str]) -> Counter[str]:
     """How often each message occurs; those that differ only in the gap of a loop that stays open are one."""
-    return Counter(re.sub(r"[\d.e+-]+(?= (mm apart|deg turned))", "some", text) for text in texts)
+    return Counter(re.sub(r"(?<![\d.e+-])[\d.e+-]++(?= (mm apart|deg turned))", "some", text) for text in texts)
 
 
 def few(names: Sequence[str], most: int, separator: str = ", ", what: str = "") -> str:

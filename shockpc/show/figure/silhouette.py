@@ -26,6 +26,10 @@ LARGEST_GRID = 2500
 """Most cells along a side, whatever resolution is requested."""
 
 
+MOST_CROSSINGS = 10**7
+"""Most rows of the grid that the edges of a mesh cross, all together; a mesh that would cross more has a coarser grid."""
+
+
 def to_plane(points: Array, plane: Plane) -> Array:
     """Plane coordinates (..., 2) of world points (..., 3): along e1 and e2 [m]."""
     return np.asarray(points @ np.stack([plane.e1, plane.e2], axis=1))
@@ -98,6 +102,7 @@ def _projection(vertices: Array, triangles: NDArray[np.int64], edges: Edges, pix
     low = vertices.min(axis=0)
     extent = np.ptp(vertices, axis=0)
     pixel = max(pixel, float(extent.max()) / LARGEST_GRID)
+    pixel *= max(1.0, float(np.abs(vertices[edges.high, 1] - vertices[edges.low, 1]).sum()) / pixel / MOST_CROSSINGS)
     width, height = (int(n) + 5 for n in extent / pixel)
     x, y = ((vertices - low) / pixel + 2.0).T
     row = np.ceil(y).astype(np.int64)

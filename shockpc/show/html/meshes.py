@@ -16,6 +16,9 @@ from shockpc.robot.geometry import Shape, facets
 FINEST, LONGEST = 1 / 2000, 1 / 30
 """Smallest cell of the grid, and longest edge of a triangle, as shares of the robot's size."""
 
+MOST_DIVIDED = 8
+"""How many times as many triangles as in the end there may be while edges are divided."""
+
 FLAT = 1e-2
 """Share of the largest curvature of a sum of squares below which a direction counts as flat; there a vertex stays at the mean."""
 
@@ -37,13 +40,17 @@ def surfaces(bodies: Sequence[Sequence[Shape]], most: int) -> list[Surface]:
 
     Args:
         bodies: the shapes of each body.
-        most: number of triangles of all bodies together, about.
+        most: number of triangles of all bodies together, about; `MOST_DIVIDED` times as many while edges are divided.
     """
     meshes = [_joined(map(_triangles, shapes)) for shapes in bodies]
     size = max((float(np.ptp(mesh.vertices, axis=0).max()) for mesh in meshes if len(mesh.vertices)), default=1.0) or 1.0
     cell = FINEST * size
     for divide in (False, True):
-        meshes = [_divided(mesh, LONGEST * size) if divide else mesh for mesh in meshes]
+        if divide:
+            left = MOST_DIVIDED * most
+            for k, mesh in enumerate(meshes):
+                meshes[k] = _divided(mesh, LONGEST * size, left)
+                left -= len(meshes[k].triangles)
         while (count := sum(_count(mesh, cell) for mesh in meshes)) > most:
             cell *= max(1.1, (count / most) ** 0.5)
         meshes = [_clustered(mesh, cell) for mesh in meshes]
@@ -114,15 +121,19 @@ def _clustered(surface: Surface, cell: float) -> Surface:
     return Surface(merged[used], (np.cumsum(used) - 1)[triangles[first]])
 
 
-def _divided(surface: Surface, longest: float) -> Surface:
-    """The surface with edges halved until none is longer than a limit [m]; both triangles at an edge are divided there."""
+def _divided(surface: Surface, longest: float, most: int) -> Surface:
+    """The surface with edges halved until none is longer than a limit [m]; both triangles at an edge are divided there.
+
+    Edges stay longer where there would be more triangles: a round makes at most four of one.
+    """
     vertices, triangles = surface
-    short = []
-    while len(triangles):
+    short, count = [], 0
+    while len(triangles) and count + 4 * len(triangles) <= most:
         ends = triangles, np.roll(triangles, -1, axis=1)
         divide = np.linalg.norm(vertices[ends[0]] - vertices[ends[1]], axis=2) > longest
         number = divide.sum(axis=1)
         short.append(triangles[number == 0])
+        count += len(short[-1])
         low, high = (each[divide] for each in (np.minimum(*ends), np.maximum(*ends)))
         edges, index = np.unique(low * len(vertices) + high, return_inverse=True)
         low, high = np.divmod(edges, len(vertices))

@@ -35,7 +35,8 @@ def landing_report(profile: ShockProfile, bodies: Sequence[int] | None = None, s
     """Everything of one landing; of the bodies only those that are given by their indices, save in the document.
 
     The files are profile.json, bodies.csv, points.csv, contacts.csv, joints.csv, report.md, shock.svg and shock.png; with parts
-    also parts.csv and damage.svg, with a contact stiffness time.svg, and on request spectrum.svg, the shock response spectrum.
+    also parts.csv and damage.svg, with a contact stiffness time.svg, and on request spectrum.svg, the shock response spectrum,
+    which then is in profile.json too.
     """
     return Report(
         name="profile",
@@ -62,7 +63,7 @@ def landing_report(profile: ShockProfile, bodies: Sequence[int] | None = None, s
             **({"joints": lambda: _joints_sheet(profile)} if profile.loads else {}),
             **({"parts": lambda: _parts_sheet(profile)} if profile.parts else {}),
         },
-        document=lambda: content(profile),
+        document=lambda: content(profile, spectrum),
         others=("joints.csv", "parts.csv", *picture_files("damage", "time", "spectrum")),
         landings={contact_name(profile): profile},
     )
