@@ -6,27 +6,34 @@ only the others need a landing of their own.
 
 import functools
 import math
-from collections.abc import Iterator
-from dataclasses import dataclass, field, fields
-from typing import Any, cast
+from collections.abc import Iterable, Iterator, Mapping
+from dataclasses import dataclass, field, fields, replace
+from typing import Any, TypeAlias, cast
 
 import numpy as np
 
 from shockpc.core.spatial import Array
 from shockpc.evaluation.landings import GROUP, ROWS, Group, Part, Refusal
-from shockpc.evaluation.variation import ATTITUDE, INERTIAL, OF_A_LINK, Variation
+from shockpc.evaluation.variation import ATTITUDE, INERTIAL, OF_A_LINK, Variation, each_of, motion_range, pairs
+from shockpc.evaluation.variation import variation as read_variation
 from shockpc.evaluation.varied_scene import applied, armature_set, robot_changes
 from shockpc.landing.dynamics import Design
 from shockpc.landing.landing import PosedLanding, following, resolve
 from shockpc.landing.posture import set_many
-from shockpc.landing.scene import GRAVITY, Scene
+from shockpc.landing.scene import GRAVITY, Scene, check_scene, plane_of, robot_of
 from shockpc.profile import shock_profile
 from shockpc.quantities.profile import ShockProfile
 from shockpc.robot.changes import Change, Property, changed, varied_bodies
 from shockpc.robot.robot import Robot
-from shockpc.text.errors import ShockError, refusal
+from shockpc.text.errors import ShockError, StudyError, refusal
+
+MOST_ROWS = 10**8
+"""Rows of a sweep: so many take an hour, and a column of them 0.8 GB."""
 
 DEG = math.pi / 180.0
+
+Varied: TypeAlias = Mapping[str, Any] | Iterable[tuple[str, Any]]
+"""What varies: values by subject."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -314,3 +321,96 @@ def _strata(n: int, rows: np.ndarray, seed: int, number: int) -> np.ndarray:
         out[outside] = left << bits | right
         outside = out >= n
     return out.astype(np.int64)
+
+
+def varied_landings(
+    scene: Scene,
+    vary: Varied = (),
+    *,
+    robot: Robot | None = None,
+    vary_each: Varied = (),
+    sample: int | None = None,
+    lhs: bool = False,
+    seed: int = 0,
+    held: bool = False,
+) -> VariedLandings:
+    """Landings that differ from one, checked.
+
+    Args:
+        scene: the landing that is varied.
+        vary: values by subject, as in `variation`: {"*_KFE": "-120:-10:200", "strike-angle": [0, 15, 30]}.
+        robot: the scene's robot, if it is loaded already.
+        vary_each: the same, with a quantity of its own for each joint or link that a pattern matches.
+        sample: number of random rows instead of the full grid. If neither a joint nor what the robot and the ground are is varied,
+            all joints are, within their limits.
+        lhs: whether the sample is a Latin hypercube.
+        seed: of the random numbers.
+        held: whether joints that are not varied stay where the scene has them in any sample.
+
+    Raises:
+        ShockError: a name is not known, values do not fit, nothing varies, or the landing cannot be resolved.
+    """
+    robot = robot or robot_of(scene)
+    # A mapping holds each subject once; pairs may repeat one, which is refused below.
+    vary, vary_each = pairs(vary), pairs(vary_each)
+    if seed < 0:
+        raise StudyError(f"seed is {seed}, and it has to be a whole number from 0")
+    variations = [read_variation(robot, subject, values) for subject, values in vary]
+    variations += [varied for subject, values in vary_each for varied in each_of(robot, read_variation(robot, subject, values))]
+    if sample is not None:
+        if sample < 1:
+            raise StudyError(f"a sample of {sample} rows is empty; give a number above zero")
+        if not held and not any(varied.kind == "joint" or varied.uncertain for varied in variations):
+            variations += [read_variation(robot, f"joint:{joint.name}") for joint in robot.independent_joints]
+    elif lhs:
+        raise StudyError("a Latin hypercube is a sample; give its number of rows with --sample")
+    if not variations:
+        raise StudyError("nothing varies; name a joint or another quantity with --vary, or draw random postures with --sample")
+    variations = [part for varied in variations for part in ((varied,) if varied.values or varied.span else each_of(robot, varied))]
+    variations = [_complete(robot, varied, sample is not None) for varied in variations]
+    _refuse_twice(robot, variations)
+    if scene.posture.base_quaternion is not None and any(varied.kind.startswith("base-") for varied in variations):
+        raise StudyError("the base's attitude is varied, but the scene gives it as a quaternion; give base_rpy_deg instead")
+    scene = check_scene(scene)
+    source = VariedLandings(scene, robot, tuple(variations), sample, lhs, seed)
+    if source.rows > MOST_ROWS:
+        raise StudyError(
+            f"{source.rows:.4g} landings are more than {MOST_ROWS:.0e}; give fewer values, or draw a sample with --sample"
+        )
+    plane = plane_of(scene)
+    for varied in source.axes:
+        for value in (varied.values or varied.span or ()) if varied.stage == 2 else ():
+            applied(scene, robot, varied, value)[0].strike.vector(plane)
+        if varied.kind == "armature":
+            armature_set(scene, robot, varied)
+        if varied.kind == "joint-stiffness":
+            applied(scene, robot, varied, 1.0)
+    return source
+
+
+def _complete(robot: Robot, varied: Variation, sample: bool) -> Variation:
+    """A variation with the range of its joint, if it was given no values."""
+    if not varied.values and varied.span is None:
+        joint = robot.joint(varied.target)
+        low, high = (limit if varied.unit == "m" else math.degrees(limit) for limit in motion_range([joint]))
+        if not high > low or not math.isfinite(high - low):
+            raise StudyError(
+                f'joint "{joint.name}" has no range of motion in the robot file; give values, such as {joint.name}=0:0.1:5'
+            )
+        varied = replace(varied, subject=joint.name, span=(low, high))
+    if not sample and varied.span is not None:
+        raise StudyError(
+            f"{varied.subject}: a range is drawn from by --sample N; for a grid give the number of values too, such as "
+            f"{varied.span[0]:g}:{varied.span[1]:g}:10"
+        )
+    return varied
+
+
+def _refuse_twice(robot: Robot, variations: list[Variation]) -> None:
+    seen: dict[str, str] = {}
+    for varied in variations:
+        own = [joint.name for joint in varied.joints(robot)] if varied.kind == "joint" else [varied.subject]
+        for name in own:
+            if name in seen:
+                raise StudyError(f'"{name}" is varied twice, by "{seen[name]}" and by "{varied.subject}"; keep one of them')
+            seen[name] = varied.subject

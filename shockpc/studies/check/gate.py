@@ -8,7 +8,7 @@ import itertools
 import math
 import shlex
 from collections.abc import Callable, Iterator, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any, Literal, NamedTuple
 
@@ -16,7 +16,7 @@ import numpy as np
 
 from shockpc.evaluation.columns import Column, places_at
 from shockpc.evaluation.evaluate import Evaluation, proven
-from shockpc.evaluation.varied import VariedLandings
+from shockpc.evaluation.varied import VariedLandings, varied_landings
 from shockpc.landing.landing import PosedLanding, resolve
 from shockpc.landing.places import Place
 from shockpc.landing.scene import Scene, robot_of
@@ -27,7 +27,6 @@ from shockpc.robot.robot import Robot
 from shockpc.studies.check.baseline import Baseline, Key, case_record, refuse_other_scene
 from shockpc.studies.check.budgets import Budget, Budgets, Case
 from shockpc.studies.check.design import design_changes, rounded
-from shockpc.studies.sweep import sweep
 from shockpc.text.errors import DefectError, ShockError, StudyError
 from shockpc.text.names import match
 from shockpc.text.printed import few, printable
@@ -256,9 +255,9 @@ def _designs(
         [(unknown.quantity, unknown.values) for unknown in case.vary if unknown.quantity],
         [(unknown.each, unknown.values) for unknown in case.vary if unknown.each],
     )
-    made = sweep(scene, vary, robot=robot, vary_each=each, sample=int(case.designs), lhs=True, prove=0, held=True)
+    source = varied_landings(scene, vary, robot=robot, vary_each=each, sample=int(case.designs), lhs=True, held=True)
     wanted = [Column(selection, place) for selection, own in zip(selections, places, strict=True) for place in own]
-    return replace(made, computed=tuple({column.name: column for column in wanted}.values()))
+    return Evaluation(source, tuple({column.name: column for column in wanted}.values()), prove=0)
 
 
 def _percentiles(planned: _Planned, budgets: Sequence[Budget]) -> tuple[dict[int, list[float]], str]:
