@@ -496,14 +496,52 @@ print(hashlib.sha256(b"".join(files.values())).hexdigest(), "matplotlib.pyplot" 
 
 
 def test_settings_of_matplotlib_change_nothing(tmp_path, monkeypatch):
-    """A matplotlibrc in the current folder is not read, nor an unknown backend used; pyplot is not imported."""
+    """Neither a matplotlibrc in the current folder nor a backend; pyplot is not imported."""
     plain = python(SCRIPT)
-    (tmp_path / "matplotlibrc").write_bytes(b"font.size: 40\n\xff")  # which would be an error
+    (tmp_path / "matplotlibrc").write_text("font.size: 40\naxes.facecolor: no-such-colour\n")
     monkeypatch.chdir(tmp_path)
-    changed = python(SCRIPT, MPLBACKEND="no-such-backend", PYTHONPATH=str(Path(shockpc.__file__).parents[1]))
+    changed = python(SCRIPT, MPLBACKEND="pdf", PYTHONPATH=str(Path(shockpc.__file__).parents[1]))
     assert (plain.returncode, changed.returncode) == (0, 0), changed.stderr
     assert changed.stdout == plain.stdout
     assert plain.stdout.endswith(" False\n")
+
+
+WATCHED = """
+import os, sys
+import numpy  # which itself sets a variable for a moment
+seen = []
+sys.addaudithook(lambda event, _: seen.append(event) if event in ("os.chdir", "os.putenv", "os.unsetenv") else None)
+before = os.getcwd(), dict(os.environ)
+import shockpc.show.figure
+assert (os.getcwd(), dict(os.environ)) == before
+print(seen)
+import matplotlib
+print(matplotlib.get_backend(), matplotlib.rcParams["font.size"])
+"""
+
+
+def test_importing_figures_changes_neither_folder_nor_environment(tmp_path, monkeypatch):
+    """Not even for a moment, in which other threads would see it; and the user's settings hold for the user's own figures."""
+    (tmp_path / "matplotlibrc").write_text("font.size: 40\n")
+    monkeypatch.chdir(tmp_path)
+    folders = {"MPLCONFIGDIR": str(tmp_path), "PYTHONPATH": str(Path(shockpc.__file__).parents[1])}
+    outcome = python(WATCHED, MPLBACKEND="pdf", **folders)
+    assert outcome.returncode == 0, outcome.stderr
+    assert outcome.stdout.splitlines() == ["[]", "pdf 40.0"]
+
+
+def test_settings_that_matplotlib_refuses_are_named(tmp_path, monkeypatch):
+    """A file that is no text is an error of one line; a backend, which no figure needs, is none of a command."""
+    monkeypatch.chdir(tmp_path)
+    command = (
+        "from shockpc.cli.entry import entry; import sys; sys.argv[1:] = 'analyze beam --contact tip --out o'.split(); entry()"
+    )
+    path = {"PYTHONPATH": str(Path(shockpc.__file__).parents[1])}
+    assert python(command, MPLBACKEND="no-such-backend", **path).returncode == 0
+    (tmp_path / "matplotlibrc").write_bytes(b"font.size: 40\n\xff")
+    refused = python(command, **path)
+    assert (refused.returncode, refused.stderr.count("\n")) == (2, 1)
+    assert "matplotlibrc" in refused.stderr
 
 
 # Figures of the paper

@@ -16,6 +16,7 @@ from browser import CHROMIUM, Browser
 from commands import STICK_WITH_IMU, good, run
 
 from shockpc import Contact, Joints, Posture, Scene, SolveError, Strike, shock_profile
+from shockpc.impact.solve import CONTRADICTION
 from shockpc.robot.geometry import Shape
 from shockpc.robot.meshes import Mesh
 from shockpc.show.folder import report_files
@@ -359,6 +360,26 @@ def test_a_strike_that_contradicts_the_contacts_is_told_from_others(here):
     assert np.abs(left[:, :3] @ across + left[:, 3]).max() > 0.1
     with pytest.raises(SolveError):
         shock_profile(replace(profile.scene, strike=Strike(velocity=across)))
+
+
+@pytest.mark.parametrize("across", [1e-12, 1e-10, 1e-8, 1e-7, 1e-2])
+def test_page_and_analysis_refuse_the_same_strikes(here, across):
+    """What `contradicts` of report.js computes of the data decides as the analysis does, with the analysis's number."""
+    (here / "stick.urdf").write_text(STICK_WITH_IMU)
+    scene = Scene(robot="stick.urdf", contact=Contact(frame="foot", directions=("z", "y")), base="fixed")
+    profile = shock_profile(replace(scene, posture=Posture(joints_deg={"knee": 30.0})))
+    data = data_of(html_of(landing_report(profile)))
+    model, s = data["landings"][0]["models"]["as modelled"], np.append(profile.strike + np.array([0.0, across, 0.0]), 1.0)
+    left, speeds = (np.abs(np.array(model[key]) @ s) for key in ("left", "speeds"))
+    length = np.sqrt(s @ np.array(model["motion"]) @ s)
+    refused = bool(np.any(left > data["contradiction"] * speeds.max() + np.array(model["rounding"]) * length))
+    assert refused == (across > CONTRADICTION)
+    try:
+        shock_profile(replace(profile.scene, strike=Strike(velocity=tuple(s[:3].tolist()))))
+    except SolveError:
+        assert refused
+    else:
+        assert not refused
 
 
 STUDIES = {

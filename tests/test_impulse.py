@@ -5,7 +5,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from shockpc.core.impulse import choose_rows, solve_impact, weakest_columns
+from shockpc.core.impulse import TOLERANCE, choose_rows, solve_impact, weakest_columns
 
 SEEDS = st.integers(0, 2**32 - 1)
 SIZES = st.integers(1, 12)
@@ -22,7 +22,7 @@ def system(seed, n, rows, k=2):
 def solved(H, J, b, terms=None):
     """Jump, impulses and the choice of rows, if one was needed, of one posture."""
     sizes = np.abs(J) if terms is None else terms
-    found = solve_impact(H[None], J[None], b[None], lambda k: sizes)
+    found = solve_impact(H[None], J[None], b[None], lambda k: sizes, TOLERANCE)
     assert found.rank[0] == (len(found.choices[0].rows) if found.choices else len(J))
     return found.delta_qd[0], found.impulse[0], found.choices.get(0), int(found.rank[0])
 
@@ -134,6 +134,6 @@ def test_velocities_without_inertia_are_found(name):
     assert weakest_columns(H) == columns
     both = np.stack([H, np.eye(len(H))])
     J = np.ones((2, 1, len(H)))
-    found = solve_impact(both, J, np.ones((2, 1, 1)), lambda k: J[k])
+    found = solve_impact(both, J, np.ones((2, 1, 1)), lambda k: J[k], TOLERANCE)
     assert (found.condition[0] < 1e15) == (name == "inertia of rounding")
     np.testing.assert_allclose(found.delta_qd[1], -1.0 / len(H))

@@ -55,6 +55,16 @@ def test_a_knee_carries_more_when_locked():
 # Effective masses, mitigation, friction
 
 
+def test_joints_that_move_the_contact_by_rounding_alone_mitigate_nothing(tmp_path):
+    """A contact on the axis of the only joint, which is there to 17 digits: factors of exactly zero, stuck or sliding."""
+    tilted = '<origin xyz="0.18 0.192 0.144"/>'  # 0.3 m along the axis
+    axle = joint("axle", "base", "wheel", "continuous", "0.6 0.64 0.48", "")
+    text = urdf(link("base"), link("wheel"), '<link name="hub"/>', axle, joint("end", "wheel", "hub", "fixed", more=tilted))
+    (tmp_path / "wheel.urdf").write_text(text)
+    (contact,) = shock_profile(Scene(robot=str(tmp_path / "wheel.urdf"), contact=Contact(frame="hub"))).contacts
+    assert (contact.mitigation, contact.mitigation_frictionless) == (0.0, 0.0)
+
+
 def response(H, J, K):
     """Velocity of a point after unit impulses on it along x, y and z (3, 3), while the rows K stay held."""
     whole = np.block([[H, K.T], [K, np.zeros((len(K), len(K)))]])

@@ -6,7 +6,7 @@ import pytest
 from scipy.integrate import solve_ivp
 
 from shockpc.core import crossing, stiffness
-from shockpc.core.impulse import solve_impact
+from shockpc.core.impulse import TOLERANCE, solve_impact
 from shockpc.core.stiffness import Elements, attach_rotors, damper_restitution, simulate_landing
 
 SEEDS = range(6)
@@ -43,7 +43,7 @@ def landing(seed, n=6, contacts=1):
 def impulsive(M, rows, velocity, restitution):
     """The jump of Eq. 4."""
     b = (1.0 + restitution) * rows @ velocity
-    return solve_impact(M[None], rows[None], b[None, :, None], lambda _: np.abs(rows)).delta_qd[0, :, 0]
+    return solve_impact(M[None], rows[None], b[None, :, None], lambda _: np.abs(rows), TOLERANCE).delta_qd[0, :, 0]
 
 
 # Closed forms

@@ -24,6 +24,8 @@ def entry() -> None:
     prepare()
     # Threads of the linear algebra library take a third of a short run, and small matrices gain nothing from them.
     os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
+    # Figures need no backend, and matplotlib refuses to be imported where the environment names an unknown one.
+    os.environ.pop("MPLBACKEND", None)
     # Libraries make many objects while they are imported, none of them garbage; searching them takes a twentieth of a short run.
     gc.set_threshold(100_000)
     # A result that is not finite is refused or reported where it arises; NumPy's lines about it help nobody.

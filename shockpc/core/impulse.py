@@ -93,7 +93,7 @@ def solve_impact(
     J_c: Array,
     b: Array,
     terms: Callable[[int], Array],
-    tolerance: float = TOLERANCE,
+    tolerance: float,
     most: Callable[[], tuple[int, float]] | None = None,
 ) -> Solution:
     """The jump of least kinetic energy that meets the contact: Δq̇ = −H⁻¹ J_cᵀ Λ b, λ = −Λ b, Λ = (J_c H⁻¹ J_cᵀ)⁻¹.

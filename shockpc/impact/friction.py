@@ -4,7 +4,6 @@ The inertia and the rows of a landing in its posture go to the solver of `core.f
 stay closed.
 """
 
-import functools
 from dataclasses import replace
 from typing import NamedTuple
 
@@ -13,6 +12,7 @@ import numpy as np
 from shockpc.core.bodies import body_jumps, in_body_axes
 from shockpc.core.friction import solve_friction
 from shockpc.core.impulse import Solution, solve_impact
+from shockpc.core.memo import memoized
 from shockpc.core.spatial import Array, freeze
 from shockpc.impact.impact import DoubleImpact
 from shockpc.impact.solve import independent_rows
@@ -91,7 +91,7 @@ def contact_rows(landing: PosedLanding) -> ContactRows:
     return ContactRows(equation, turn, np.concatenate(axes), number, normal, restitution, speeds, basis, basis.T @ H @ basis, J)
 
 
-@functools.lru_cache(maxsize=4)
+@memoized()
 def friction_of(landing: PosedLanding) -> FrictionResult:
     """The landing with the scene's coefficient of friction.
 

@@ -1,6 +1,7 @@
 """Step 1 for one posture: choose the independent rows, enclose the impact, and refuse what no impact can do."""
 
 import math
+from typing import NamedTuple
 
 import numpy as np
 
@@ -116,33 +117,55 @@ def _without_inertia(landing: PosedLanding, equation: Equation) -> SolveError:
     )
 
 
-def speeds_left(proof: Proof) -> Array:
-    """What is left along the dependent rows (n, 4) of the speeds that an impact undoes [m/s, rad/s]; columns as of `Proof.jumps`.
+class Residual(NamedTuple):
+    """What is left of the speeds that an impact undoes, along the dependent rows; the four columns are as of `Proof.jumps`.
 
-    A strike for which something is left contradicts the rows, and has no solution.
+    A strike for which more is left than `CONTRADICTION` of its greatest speed and rounding contradicts the rows: it has no verdict.
+
+    Attributes:
+        rows: (n,) numbers of the dependent rows.
+        left: (n, 4) along these rows [m/s, rad/s].
+        speeds: (nc, 4) that are to be undone, along all rows [m/s, rad/s].
+        rounding: (n,) largest share of the length of the motion that is left by rounding.
+        motion: (nv, 4) jumps of the joint velocities in units of the rows.
     """
-    landing = proof.landing
-    b = landing.equation(landing.state).b[0]
-    left = row_jacobian(landing.state, landing.blocks)[0] @ proof.delta_qd + b
-    return np.asarray(np.delete(left, proof.choice.rows, axis=0))
+
+    rows: np.ndarray
+    left: Array
+    speeds: Array
+    rounding: Array
+    motion: Array
+
+    @property
+    def excess(self) -> Array:
+        """By how much (n,) more is left of the landing's own strike; a contradiction if it is above zero."""
+        allowed = CONTRADICTION * np.abs(self.speeds[:, 3]).max() + self.rounding * np.linalg.norm(self.motion[:, 3])
+        return np.asarray(np.abs(self.left[:, 3]) - allowed)
 
 
-def _refuse_contradiction(landing: PosedLanding, equation: Equation, proof: Proof) -> None:
-    """Refuse rows that cannot be met, because they contradict one another or ask for a motion that the mechanism does not have."""
-    b, state, blocks = equation.b[0, :, 3], equation.state, equation.blocks
-    delta_qd = proof.delta_qd[:, 3]
-    left = row_jacobian(state, blocks)[0] @ delta_qd + equation.b[0, :, 3]
+def residual(proof: Proof) -> Residual:
+    """What a solution leaves along the dependent rows."""
+    landing, state, blocks = proof.landing, proof.landing.state, proof.landing.blocks
+    equation = landing.equation(state)
+    b = equation.b[0]
+    rows = np.delete(np.arange(len(b)), proof.choice.rows)
+    left = row_jacobian(state, blocks)[0] @ proof.delta_qd + b
     # The independent rows are met to the last digit of the proof. In the others a share of each term is rounding: that of double
     # precision here, and that with which they were found dependent. That of a file's digits counts only where rows differ by it.
     tolerance = max(equation.tolerance if proof.choice.apart else UNCERTAIN[1] * TOLERANCE, proof.choice.slack)
     terms = row_terms(state, blocks)[0]
     size = levers(terms)
-    rounding = tolerance * len(b) * np.linalg.norm(terms / size, axis=1) * np.linalg.norm(size * delta_qd)
-    excess = np.abs(left) - CONTRADICTION * np.abs(b).max() - rounding
-    excess[proof.choice.rows] = 0.0
-    worst = int(np.argmax(excess))
-    if excess[worst] <= 0.0:
+    rounding = tolerance * len(b) * np.linalg.norm(terms / size, axis=1)
+    return Residual(rows, left[rows], b, rounding[rows], size[:, None] * proof.delta_qd)
+
+
+def _refuse_contradiction(landing: PosedLanding, equation: Equation, proof: Proof) -> None:
+    """Refuse rows that cannot be met, because they contradict one another or ask for a motion that the mechanism does not have."""
+    found = residual(proof)
+    if not found.excess.max(initial=0.0) > 0.0:
         return
+    k = int(np.argmax(found.excess))
+    worst, left = int(found.rows[k]), float(found.left[k, 3])
     block, axis = _direction(equation, worst)
     free = ""
     if not landing.robot.free_base:
@@ -153,7 +176,7 @@ def _refuse_contradiction(landing: PosedLanding, equation: Equation, proof: Proo
     elif landing.base != "free" and landing.robot.bodies[0].mass:
         free = ", or free the base"
     raise SolveError(
-        f"no verdict: {block.name} cannot be stopped in {_posture(landing)}: {abs(left[worst]):.3g} m/s are left along ({axis}), "
+        f"no verdict: {block.name} cannot be stopped in {_posture(landing)}: {abs(left):.3g} m/s are left along ({axis}), "
         "because the mechanism cannot move that way here, or another contact asks for the opposite; leave that direction out of "
         f"the contact or of the strike, take another contact point or posture{free}",
         blocks=[block.frame],

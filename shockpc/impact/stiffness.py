@@ -12,6 +12,7 @@ from typing import Any
 import numpy as np
 
 from shockpc.core.impulse import Solution
+from shockpc.core.memo import memoized
 from shockpc.core.spatial import Array, freeze
 from shockpc.core.spectrum import SAMPLES_A_PERIOD, shock_response
 from shockpc.core.stiffness import Elements, History, attach_rotors, simulate_landing
@@ -298,7 +299,7 @@ class CompliantLanding:
         return np.asarray(amplitude / np.where(total > 0.0, total, 1.0))
 
 
-@functools.lru_cache(maxsize=4)
+@memoized()
 def compliant_landing(landing: PosedLanding) -> CompliantLanding:
     """The landing on contacts of the scene's stiffness, with the restitution of the contacts.
 

@@ -5,7 +5,6 @@ would cost digits. Whole matrices are copied out of Pinocchio, whose buffers do 
 is array work.
 """
 
-import functools
 import threading
 from typing import NamedTuple
 
@@ -13,6 +12,7 @@ import numpy as np
 import pinocchio as pin
 
 from shockpc.core.inertia import Inertia, Momenta, matrix_of
+from shockpc.core.memo import memoized
 from shockpc.core.spatial import Array, cross_matrix
 from shockpc.robot.robot import Robot
 
@@ -161,7 +161,7 @@ def _momenta(robot: Robot, J: Array, rotation: Array, position: Array, design: D
     return np.concatenate([angular, m * v + np.cross(omega, h)], axis=-1).swapaxes(1, 2)
 
 
-@functools.lru_cache(maxsize=16)
+@memoized(most=16)
 def _workspace(robot: Robot, thread: int) -> tuple[pin.Model, pin.Data, Array, Array, Array, Array, bool]:
     """A copy of a robot's model with its data for one thread; preparing it costs more than using it.
 

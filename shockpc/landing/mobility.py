@@ -2,12 +2,12 @@
 
 from collections.abc import Sequence
 from typing import NamedTuple
-from weakref import WeakKeyDictionary
 
 import numpy as np
 import pinocchio as pin
 
 from shockpc.core.impulse import in_terms, levers
+from shockpc.core.memo import memoized
 from shockpc.core.spatial import Array, Plane, cross_matrix
 from shockpc.landing.closure import closed_nearby
 from shockpc.landing.dynamics import Dynamics, dynamics
@@ -33,8 +33,6 @@ SLACK = 2.0
 
 MOST_KNOWN = 64
 """Postures and rows of a robot of which this is kept."""
-
-_KNOWN: "WeakKeyDictionary[Robot, dict[tuple[object, ...], tuple[int, float]]]" = WeakKeyDictionary()
 
 
 class Mechanism(NamedTuple):
@@ -73,7 +71,7 @@ class Mechanism(NamedTuple):
             return count, 0.0
         structure = tuple((b.kind, b.body, b.other, b.axes_body, b.forces.tobytes(), b.moments.tobytes()) for b in blocks)
         key = (q.tobytes(), self.base, self.plane.normal.tobytes(), self.locked.tobytes(), *(loop.name for loop in self.loops))
-        known = _KNOWN.setdefault(self.robot, {})
+        known = _known(self.robot)
         if (*key, *structure) not in known:
             if len(known) > MOST_KNOWN:
                 known.clear()
@@ -113,6 +111,12 @@ class Mechanism(NamedTuple):
             rank -= 1
         effect = np.linalg.norm(U[:, rank:].T @ changes, axis=-1).sum(axis=0)
         return rank, SLACK * float(effect.max(initial=0.0))
+
+
+@memoized()
+def _known(robot: Robot) -> dict[tuple[object, ...], tuple[int, float]]:
+    """What `most_independent` has found of a robot, by what is free and held."""
+    return {}
 
 
 def _displaced(robot: Robot, state: Dynamics) -> Dynamics:

@@ -1,10 +1,10 @@
 """Places of a landing that numbers belong to: the robot, its bodies, points on them, parts, joints and contacts."""
 
-import functools
 from typing import Literal, NamedTuple
 
 import numpy as np
 
+from shockpc.core.memo import memoized
 from shockpc.core.spatial import Array, read_only
 from shockpc.landing.scene import Part, Point, point_at
 from shockpc.robot.landmarks import sensors
@@ -36,7 +36,7 @@ class Place(NamedTuple):
     number: int = 0
 
 
-@functools.lru_cache(maxsize=8)
+@memoized()
 def body_places(robot: Robot) -> tuple[Place, ...]:
     """The bodies, each with its centre of mass."""
     return tuple(Place(body.name, i, body.com, centre=True) for i, body in enumerate(robot.bodies))
@@ -95,7 +95,7 @@ def part_places(robot: Robot, parts: tuple[Part, ...]) -> tuple[Place, ...]:
     return tuple(places)
 
 
-@functools.lru_cache(maxsize=8)
+@memoized()
 def joint_places(robot: Robot) -> tuple[Place, ...]:
     """The joints between bodies, as the file has them."""
     carried = ((i, part) for i, joint in enumerate(robot.joints) for part in joint.parts or (joint,))

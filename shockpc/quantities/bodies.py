@@ -1,11 +1,11 @@
 """Step 3 for the bodies: centres and radii of percussion (shock paper, Eqs. 11 and 12), and shock over their geometry."""
 
-import functools
 from typing import Any
 
 import numpy as np
 
 from shockpc.core.extremes import Pieces, greatest_shock, shock_extremes
+from shockpc.core.memo import memoized
 from shockpc.core.percussion import Percussion, off_plane_share, percussion, translation
 from shockpc.core.spatial import Array, velocity_at
 from shockpc.impact.impact import Impact
@@ -94,7 +94,7 @@ def _greatest(impact: Impact, places: Places) -> Array:
     return np.asarray(np.stack(speeds, axis=-1) / impact.v_in.astype(float)[..., None])
 
 
-@functools.lru_cache(maxsize=256)
+@memoized()
 def _pieces(robot: Robot, body: int) -> Pieces:
     return Pieces.of([[(shape.points, shape.rounding) for shape in body_outline(robot).shapes[body]]])
 

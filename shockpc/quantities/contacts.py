@@ -235,7 +235,7 @@ def _part(A: BallMatrix, rows: list[int], columns: list[int]) -> BallMatrix:
 def _moving_axes(A: BallMatrix, whole: float = 0.0) -> list[int]:
     """World axes along which a point of mobility A, part of a whole, moves independently: elimination, largest pivot first."""
     S, n = A.table(), A.nrows()
-    least = STRUCTURAL * max(_largest(A), STRUCTURAL * whole)
+    least = STRUCTURAL * max(_largest(A), whole)
     chosen: list[int] = []
     left = list(range(n))
     while left:

@@ -1,12 +1,12 @@
 """What a landing on flat ground cannot be, and numbers that look as if they were meant in another unit."""
 
-import functools
 import math
 from collections.abc import Iterator, Mapping, Sequence
 from typing import NamedTuple
 
 import numpy as np
 
+from shockpc.core.memo import memoized
 from shockpc.core.spatial import Array
 from shockpc.landing.dynamics import dynamics
 from shockpc.landing.landing import Landing, PosedLanding
@@ -125,7 +125,7 @@ def levels(landing: Landing, rotation: Array, position: Array, points: Array) ->
     return Levels(core, surface, lowest, struck, others, inside, landing.scene.ground_tolerance)
 
 
-@functools.lru_cache(maxsize=8)
+@memoized()
 def _by_body(robot: Robot) -> tuple[tuple[np.ndarray, Array, Array, float], ...]:
     """For each body: its n pieces, their points (k, 3), semi-axes (3n, 3), the first of each first; a radius around all."""
     pieces, found = body_outline(robot).pieces, []

@@ -1,10 +1,10 @@
 """What an impact does to the robot as a whole, and how far its numbers are known."""
 
-import functools
 from typing import Any
 
 import numpy as np
 
+from shockpc.core.memo import memoized
 from shockpc.core.spatial import Array
 from shockpc.impact.impact import DoubleImpact, Impact
 from shockpc.landing.motion import approach_speeds
@@ -69,7 +69,7 @@ def _moment_size(impact: Impact, values: Array) -> Any:
     return _force_size(impact, values) * (size or 1.0)
 
 
-@functools.lru_cache(maxsize=1)
+@memoized()
 def _levels(impact: Impact) -> Levels | None:
     """Heights of the robot's geometry, from doubles; None where no contact is on flat ground."""
     if not (level := on_ground(impact.landing)):

@@ -16,6 +16,7 @@ import numpy as np
 import pinocchio as pin
 
 from shockpc.core.extremes import Pieces
+from shockpc.core.memo import memoized
 from shockpc.core.spatial import Array, read_only
 from shockpc.robot.files import shared_xml
 from shockpc.robot.meshes import Mesh, distance, hull, hull_corners, read_mesh
@@ -124,12 +125,12 @@ class Outline(NamedTuple):
     warnings: tuple[str, ...]
 
 
-@functools.lru_cache(maxsize=8)
+@memoized()
 def outline(robot: Robot, kind: Kind, hulls: bool = True) -> Outline:
     """Read the collision or visual shapes of every body, as the robot's file gives them.
 
     Primitives are exact; meshes keep their triangles beside the corners of their hull, or all their vertices without `hulls`. A
-    shape that cannot be read is left out and named in the warning. The results for the last few robots are kept.
+    shape that cannot be read is left out and named in the warning. The robot holds the result.
     """
     shapes: list[list[Shape]] = [[] for _ in robot.bodies]
     unread: list[Unread] = []
@@ -164,7 +165,7 @@ def drawn_outline(robot: Robot) -> Outline:
     return outline(robot, "visual", not _is_solid(robot.source))
 
 
-@functools.lru_cache(maxsize=16)
+@memoized()
 def robot_size(robot: Robot, shapes: bool = True) -> float:
     """Diagonal of the box around all frames, centres of mass and shapes of a robot in its neutral posture [m].
 
@@ -218,7 +219,7 @@ def inertia_box(body: Body) -> Shape | None:
     return Shape(body.name, read_only(body.com + _primitive(body.name, "box", half).points @ axes.T))
 
 
-@functools.lru_cache(maxsize=4)
+@memoized()
 def _shapes(source: RobotSource, kind: Kind, hulls: bool) -> tuple[Shape | Unread, ...]:
     """The shapes of a file, each in the frame of its link. Variants of a robot share them."""
     corners = hull_corners if hulls else np.asarray

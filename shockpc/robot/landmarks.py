@@ -1,6 +1,5 @@
 """Places on a robot that its names and its standing posture give away: how it stands, feet to land on, sensors to protect."""
 
-import functools
 import math
 import re
 from collections.abc import Iterator
@@ -8,6 +7,7 @@ from collections.abc import Iterator
 import numpy as np
 import pinocchio as pin
 
+from shockpc.core.memo import memoized
 from shockpc.robot.robot import Body, Frame, Robot
 
 STANDING = ("standing", "half_sitting", "stand", "home")
@@ -53,7 +53,7 @@ def standing_posture(robot: Robot) -> str:
     return "neutral"
 
 
-@functools.lru_cache(maxsize=8)
+@memoized()
 def _heights(robot: Robot, posture: str) -> dict[str, float]:
     """Height of every link, site and geom that moves, in a posture [m]; empty where none is above another."""
     q = pin.normalize(robot.model, np.array(robot.postures.get(posture, robot.start)))

@@ -1,7 +1,6 @@
 """From a name, a file, or what another library loaded to a Robot. What cannot be computed is refused by name."""
 
 import contextlib
-import functools
 import os
 from collections.abc import Hashable, Iterator, Mapping, Sequence
 from dataclasses import replace
@@ -28,8 +27,8 @@ if TYPE_CHECKING:
 
 _MEMORY = 8 * 2**30  # bytes; 511 velocities
 _KEPT = 16
-_SOURCES: dict[Hashable, RobotSource] = {}
-"""What was read last for `shared_robot`, the latest at the end."""
+_SHARED: "dict[Hashable, tuple[RobotSource, dict[RobotBodies | None, Robot]]]" = {}
+"""The sources that were read last for `shared_robot`, the latest at the end, and the robots that were built of each."""
 
 
 def load_robot(
@@ -72,13 +71,13 @@ def load_robot(
     if geometry is not None:
         raise RobotError("geometry belongs to a pinocchio.Model; files name their shapes themselves, so leave it out")
     if isinstance(robot, str | os.PathLike):
-        return _robot_of(read_source(os.fspath(robot), xacro=xacro, packages=packages, srdf=srdf, freed=free), frames)
+        return _robot_of(read_source(os.fspath(robot), xacro=xacro, packages=packages, srdf=srdf, freed=free), frames, {})
     if type(robot).__module__.partition(".")[0] != "yourdfpy":
         given = f"{type(robot).__module__}.{type(robot).__qualname__}"
         raise RobotError(f"a {given} is not a robot; give a name, a path, a pinocchio.Model or a yourdfpy.URDF")
     if xacro or frames:
         raise RobotError("xacro and frames have no effect on a yourdfpy.URDF; leave them out")
-    return _robot_of(source_of_yourdfpy(robot, packages or {}, srdf), ())
+    return _robot_of(source_of_yourdfpy(robot, packages or {}, srdf), (), {})
 
 
 def shared_robot(
@@ -87,29 +86,33 @@ def shared_robot(
     """As `load_robot`, but the same object for all who ask for the same robot, until a file that it was read from changes.
 
     Robots are the same if the file, the xacro arguments, the packages, the SRDF and, of several robots in one MJCF, the bodies
-    are, and whether its base is freed. The last few are kept. Nobody may change the object.
+    are, and whether its base is freed. The last 16 are kept, so that a command reads a file once. Nobody may change the object.
 
     Raises:
         ShockError: as for `load_robot`.
     """
     key = robot, *(tuple(sorted(given.items())) for given in (xacro, packages)), srdf, free, os.environ.get("ROS_PACKAGE_PATH")
-    source = _SOURCES.pop(key, None)
-    if source is None or not source.folders.unchanged():
-        source = read_source(robot, xacro=xacro, packages=packages, srdf=srdf, freed=free)
-    source.folders.remember()
-    _SOURCES[key] = source
-    for oldest in list(_SOURCES)[:-_KEPT]:
-        _SOURCES.pop(oldest, None)
-    return _robot_of(source, frames)
+    shared = _SHARED.pop(key, None)
+    if shared is None or not shared[0].folders.unchanged():
+        shared = read_source(robot, xacro=xacro, packages=packages, srdf=srdf, freed=free), {}
+    shared[0].folders.remember()
+    _SHARED[key] = shared
+    for oldest in list(_SHARED)[:-_KEPT]:
+        _SHARED.pop(oldest, None)
+    return _robot_of(shared[0], frames, shared[1])
 
 
-def _robot_of(source: RobotSource, frames: Sequence[str]) -> Robot:
+def _robot_of(source: RobotSource, frames: Sequence[str], built: "dict[RobotBodies | None, Robot]") -> Robot:
+    """A robot of a source. Args: built, those that there are already, to which this one is added."""
     with _naming(source.path.name):
-        if source.kind != "mjcf":
-            return _built(source, None)
-        from shockpc.robot.mjcf import robot_bodies
+        bodies = None
+        if source.kind == "mjcf":
+            from shockpc.robot.mjcf import robot_bodies
 
-        return _built(source, robot_bodies(source, frames))
+            bodies = robot_bodies(source, frames)
+        if bodies not in built:
+            built[bodies] = _built(source, bodies)
+        return built[bodies]
 
 
 @contextlib.contextmanager
@@ -121,7 +124,6 @@ def _naming(file: str) -> Iterator[None]:
         raise RobotError(str(refusal) if str(refusal).startswith(file) else f"{file}: {refusal}", **refusal.data) from None
 
 
-@functools.lru_cache(maxsize=_KEPT)
 def _built(source: RobotSource, bodies: "RobotBodies | None") -> Robot:
     """The robot of a file, or of some bodies of an MJCF. Messages do not name the file."""
     if bodies is None:

@@ -4,24 +4,28 @@ MuJoCo never sees a path: includes are inserted, and meshes that give mass are p
 """
 
 import functools
+import importlib.util
 import math
 import os
 import re
 import warnings
 from collections.abc import Mapping
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple
 from xml.etree.ElementTree import Element, tostring
 
 import numpy as np
 
+from shockpc.core.memo import memoized
 from shockpc.core.spatial import Array
 from shockpc.robot.child import LIMITS, in_child
 from shockpc.robot.files import OpenFolders, parse_xml, read_xml
-from shockpc.robot.robot import RobotSource
 from shockpc.text.errors import RobotError
 from shockpc.text.paths import read_file
 from shockpc.text.printed import listed
+
+if TYPE_CHECKING:
+    from shockpc.robot.robot import RobotSource
 
 # Sections and attributes that change no mass and no motion, some of which name files.
 _UNUSED_SECTIONS = ("contact", "custom", "sensor", "statistic", "visual")
@@ -175,8 +179,8 @@ def _without_files(root: Element, folders: OpenFolders, parts: dict[str, bytes])
     return tostring(root, encoding="unicode")
 
 
-@functools.lru_cache(maxsize=16)
-def compiled(source: RobotSource) -> Compiled:
+@memoized()
+def compiled(source: "RobotSource") -> Compiled:
     """Compile an MJCF; the result is kept, so that asking again costs nothing. Only the meshes that give a body its mass are read.
 
     MuJoCo compiles in a child process, because a small file can ask for any amount of time and memory.
@@ -184,37 +188,43 @@ def compiled(source: RobotSource) -> Compiled:
     Raises:
         RobotError: MuJoCo is not installed or refuses the file, or a mesh that gives a body its mass cannot be read.
     """
-    try:
-        import mujoco
-    except ImportError:
-        raise RobotError("an MJCF file is read by MuJoCo. Install it: pip install mujoco") from None
-    answer = in_child(functools.partial(_compile, mujoco, source))
+    if importlib.util.find_spec("mujoco") is None:
+        raise RobotError("an MJCF file is read by MuJoCo. Install it: pip install mujoco")
+    work = functools.partial(_compile, source.xml, source.folders, source.freed)
+    answer = in_child(work, libraries=("mujoco", __name__))
     if answer is None:
         raise RobotError(_TOO_LARGE)
+    import mujoco
+
     compiled_here, binary, seen = answer
     source.folders.seen.update(seen)
     return compiled_here._replace(model=mujoco.MjModel.from_binary_path("model.mjb", {"model.mjb": binary}))
 
 
-def _compile(mujoco: Any, source: RobotSource) -> tuple[Compiled, bytes, Mapping[Path, Any]]:
-    """All but the model, which is given as MuJoCo saves it, and the state of the files that were read."""
+def _compile(xml: str, folders: OpenFolders, freed: bool) -> tuple[Compiled, bytes, Mapping[Path, Any]]:
+    """All but the model, which is given as MuJoCo saves it, and the state of the files that were read.
+
+    Args: xml, folders and freed, of a `RobotSource`, whose import would take the child as long as that of MuJoCo.
+    """
+    import mujoco
+
     parts: dict[str, bytes] = {}
     notes: list[str] = []
     mujoco.set_mju_user_warning(notes.append)  # by default it writes to standard error and into a file
     try:
         with warnings.catch_warnings(record=True) as caught:
             warnings.simplefilter("always")
-            text = _without_files(parse_xml(source.xml, source.path.name), source.folders, parts)
+            text = _without_files(parse_xml(xml, folders.file.name), folders, parts)
             spec = mujoco.MjSpec.from_string(text, include=parts)
             spec.compiler.fusestatic = False  # it would drop links
-            freed = source.freed and _free_base(mujoco, spec)
+            added = freed and _free_base(mujoco, spec)
             keys = tuple((key.name or f"key_{number}", tuple(key.qpos)) for number, key in enumerate(spec.keys))
             for key in list(spec.keys):
                 spec.delete(key)
             _name(mujoco, spec)
-            boxes = _load_meshes(mujoco, spec, source)
+            boxes = _load_meshes(mujoco, spec, folders)
             model = spec.compile()
-            if freed:
+            if added:
                 keys = tuple((name, (*model.qpos0[:7], *qpos) if qpos else qpos) for name, qpos in keys)
     except (MemoryError, RuntimeError):  # the latter when an array is too large, or a model is attached to itself
         raise RobotError(_TOO_LARGE) from None
@@ -228,7 +238,7 @@ def _compile(mujoco: Any, source: RobotSource) -> tuple[Compiled, bytes, Mapping
     binary = np.zeros(mujoco.mj_sizeModel(model), dtype=np.uint8)
     mujoco.mj_saveModel(model, None, binary)
     found = Compiled(None, keys, {int(geom.id): mesh for geom, mesh in boxes}, tuple(messages))
-    return found, binary.tobytes(), source.folders.seen
+    return found, binary.tobytes(), folders.seen
 
 
 def _free_base(mujoco: Any, spec: Any) -> bool:
@@ -268,7 +278,7 @@ def _name(mujoco: Any, spec: Any) -> None:
             joint.name = joint.name or free(f"{body.name}_{kind}")
 
 
-def _load_meshes(mujoco: Any, spec: Any, source: RobotSource) -> list[tuple[Any, MeshFile]]:
+def _load_meshes(mujoco: Any, spec: Any, folders: OpenFolders) -> list[tuple[Any, MeshFile]]:
     """Read the meshes that give mass; the geoms of others, returned with their files, become boxes without mass in their places."""
     meshes, boxes, assets = {mesh.name: mesh for mesh in spec.meshes}, [], {}
     needed: dict[str, str] = {}
@@ -289,7 +299,7 @@ def _load_meshes(mujoco: Any, spec: Any, source: RobotSource) -> list[tuple[Any,
             spec.delete(mesh)
         elif mesh.file:
             try:
-                path = source.folders.asset(mesh.file)
+                path = folders.asset(mesh.file)
                 mesh.file = f"mesh_{number}{path.suffix}"
                 assets[mesh.file] = read_file(path, "mesh", RobotError)
             except RobotError as refusal:

@@ -5,13 +5,13 @@ number near a multiple of 15 degrees within its last digit is taken as that mult
 numbers with four decimals or more it is half a unit in the last one; with fewer they are taken as meant.
 """
 
-import functools
 import math
 from decimal import Decimal
 from xml.etree.ElementTree import Element
 
 import numpy as np
 
+from shockpc.core.memo import memoized
 from shockpc.core.spatial import Array
 from shockpc.robot.files import shared_xml
 from shockpc.robot.robot import Robot
@@ -28,7 +28,7 @@ MEANT = 4
 COSINES = np.cos(np.arange(13) * np.pi / 12.0)
 
 
-@functools.lru_cache(maxsize=8)
+@memoized()
 def rounding_of(robot: Robot) -> Array:
     """How far (nb, 2) every body may be turned [rad] and shifted [m] against the one that carries it, by rounding."""
     if robot.source.kind == "urdf":

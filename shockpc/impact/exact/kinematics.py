@@ -5,12 +5,12 @@ an elementary joint is affine in the sine and cosine of its angle, and its place
 (moment, force) are written in world axes at the base's origin, where those of different bodies may be added.
 """
 
-import functools
 from typing import Any, NamedTuple, TypeAlias
 
 import numpy as np
 from flint import arb, arb_mat
 
+from shockpc.core.memo import memoized
 from shockpc.core.spatial import Array, Plane, quaternion_of
 from shockpc.impact.exact.balls import Balls, balls, cross_matrix, entries, matrix, rotation_matrix
 from shockpc.landing.dynamics import Dynamics
@@ -45,7 +45,7 @@ class Data(NamedTuple):
     body_offset: Array
 
 
-@functools.lru_cache(maxsize=8)
+@memoized()
 def data_of(robot: Robot) -> Data:
     """The numbers of a robot as loaded. Rotation matrices become quaternions, so that they can be made exactly orthogonal."""
     parts = robot.single_joints

@@ -1,6 +1,5 @@
 """A landing in the plane of the figure: silhouettes and shock of the bodies, places of all marks, the window that holds them."""
 
-import functools
 import math
 from collections.abc import Sequence
 from typing import NamedTuple
@@ -8,6 +7,7 @@ from typing import NamedTuple
 import numpy as np
 import shapely
 
+from shockpc.core.memo import memoized
 from shockpc.core.spatial import Array, plane_from
 from shockpc.landing.closure import all_loops
 from shockpc.quantities.profile import ShockProfile
@@ -185,7 +185,7 @@ def field_of(profile: ShockProfile, body: int, points: Array) -> Field:
     return Field(c / profile.v_in, (np.stack([along, up], axis=1) + np.outer(deeper, slope)) / profile.v_in)
 
 
-@functools.lru_cache(maxsize=4)
+@memoized(most=4)
 def _silhouettes(
     robot: Robot, rotation: bytes, position: bytes, normal: tuple[float, ...]
 ) -> tuple[tuple[Region, ...], tuple[Array, ...], tuple[bool, ...]]:

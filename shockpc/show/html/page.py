@@ -19,7 +19,7 @@ from shockpc.core.pulse import peak_acceleration
 from shockpc.core.spatial import Array
 from shockpc.impact.exact.proof import Proof
 from shockpc.impact.impact import DoubleImpact
-from shockpc.impact.solve import speeds_left
+from shockpc.impact.solve import CONTRADICTION, residual
 from shockpc.landing.places import Kind
 from shockpc.landing.scene import GRAVITY, scene_text
 from shockpc.quantities.bodies import ROUNDED
@@ -234,6 +234,7 @@ def _data(shown: Mapping[str, ShockProfile]) -> dict[str, Any]:
             _landing(name, profile, drawn[id(profile.robot)], different.index(geometries[id(profile.robot)]))
             for name, profile in shown.items()
         ],
+        "contradiction": CONTRADICTION,
         "styles": STYLES,
         "config": CONFIG,
     }
@@ -263,6 +264,13 @@ def _landing(name: str, profile: ShockProfile, drawn: Sequence[Surface], geometr
     def columns(values: Array) -> Any:
         """M and a, so that the values are M s + a for the velocity s of the base."""
         return np.concatenate([values[..., :3], (values[..., 3] - values[..., :3] @ own)[..., None]], axis=-1).tolist()
+
+    def contradiction(proof: Proof) -> dict[str, Any]:
+        """What a strike leaves along the rows that depend on others, and how much of it may be; MᵀM of the motion."""
+        found = residual(proof)
+        motion = np.array(columns(found.motion))
+        parts = {"left": columns(found.left), "speeds": columns(found.speeds), "motion": (motion.T @ motion).tolist()}
+        return {**parts, "rounding": found.rounding.tolist()} if len(found.rows) else {"left": []}
 
     proofs = {"free": profile.proof_with("free"), "as modelled": profile.proof, "locked": profile.proof_with("locked")}
     blocks = landing.blocks[: len(profile.contacts)]
@@ -295,7 +303,7 @@ def _landing(name: str, profile: ShockProfile, drawn: Sequence[Surface], geometr
         "rotation": profile.rotation.tolist(),
         "position": profile.position.tolist(),
         "models": {
-            key: proof and {"jumps": columns(proof.jumps), "left": columns(speeds_left(proof)), **_impulses(proof)}
+            key: proof and {"jumps": columns(proof.jumps), **contradiction(proof), **_impulses(proof)}
             for key, proof in proofs.items()
         },
         "joints": [printable(place.name) for place in profile.places("joint")],

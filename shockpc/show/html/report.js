@@ -44,6 +44,14 @@
     update();
   }
 
+  // Whether more is left along the rows that depend on others than rounding leaves, as the analysis decides it.
+  function contradicts(model, strike) {
+    if (!model.left.length) return false;
+    const along = (row) => row.reduce((total, x, k) => total + x * strike[k], 0);
+    const length = Math.sqrt(Math.max(0, along(model.motion.map(along)))), fastest = Math.max(...model.speeds.map(along).map(Math.abs));
+    return model.left.some((row, k) => Math.abs(along(row)) > data.contradiction * fastest + model.rounding[k] * length);
+  }
+
   // All numbers of the strike and the joint model that are set; without an impact they are NaN.
   function computed() {
     const [theta, psi, speed] = inputs.map((name, k) => byId(name).valueAsNumber * (k < 2 ? Math.PI / 180 : 1));
@@ -53,7 +61,7 @@
     const before = landing.contacts.map((contact) => approach(contact, s)), fastest = Math.max(...before.map(norm));
     const parting = landing.contacts.find((contact, k) => !(dot(before[k], contact.normal) < -1e-9 * norm(before[k])));
     const refusal = parting ? `${parting.name} does not approach the ground: there is no impact` :
-      model.left.every((row) => Math.abs(along(row)) <= 1e-6 * fastest) ? "" :
+      !contradicts(model, [...s, 1]) ? "" :
         "the mechanism or other contacts prevent that a contact is stopped for this strike: no verdict";
     const values = (rows) => rows.map((row) => (refusal || !row ? NaN : along(row)));
     const v_in = refusal ? NaN : Math.max(...landing.reference.map((motion) => norm(approach(motion, s))));
