@@ -22,7 +22,8 @@ from shockpc.landing.dynamics import Dynamics, dynamics
 from shockpc.landing.landing import Landing, PosedLanding, resolve
 from shockpc.landing.posture import check_rotations
 from shockpc.landing.rows import Equation
-from shockpc.landing.scene import Scene, robot_of
+from shockpc.landing.scene import Scene
+from shockpc.landing.scene_file import robot_of
 from shockpc.quantities.profile import ShockMaps, ShockProfile
 from shockpc.robot.robot import Robot
 from shockpc.text.errors import SceneError

@@ -3,7 +3,8 @@
 import os
 from pathlib import Path
 
-from shockpc.landing.scene import Scene, read_scene
+from shockpc.landing.scene import Scene
+from shockpc.landing.scene_file import read_scene
 from shockpc.show.reports.check import check_sheet, place_text
 from shockpc.show.tables import as_text
 from shockpc.studies.check.budgets import Budget, Budgets, Case

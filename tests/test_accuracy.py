@@ -30,7 +30,7 @@ from shockpc.landing.joint_model import without_springs
 from shockpc.landing.landing import PosedLanding
 from shockpc.landing.motion import Motion
 from shockpc.landing.posture import configuration
-from shockpc.landing.scene import plane_of
+from shockpc.landing.scene_file import plane_of
 from shockpc.quantities.accuracy import double_error
 
 ROUNDING = 2.3e-16

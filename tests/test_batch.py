@@ -11,8 +11,7 @@ import pytest
 from commands import Outcome, good, interrupted, run
 
 from shockpc.evaluation.executor import executor
-from shockpc.landing.contact import Contact
-from shockpc.landing.scene import Scene
+from shockpc.landing.scene import Contact, Scene
 from shockpc.profile import shock_profile
 from shockpc.robot.catalogue import SETS, robots_of_set
 from shockpc.robot.landmarks import each_foot

@@ -9,8 +9,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from trees import known_robot
 
-from shockpc.landing.contact import Contact
-from shockpc.landing.scene import Scene, Strike
+from shockpc.landing.scene import Contact, Scene, Strike
 from shockpc.profile import shock_profile
 
 GYRATION_2 = 1.0 / 12.0

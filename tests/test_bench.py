@@ -14,9 +14,7 @@ from shockpc.bench.methods import DIRECT, PROVEN, UnsuitedError, system_of
 from shockpc.bench.mujoco_peer import MUJOCO
 from shockpc.bench.report import suite_report
 from shockpc.bench.stiff_contacts import STIFFNESSES, stiff_contacts
-from shockpc.landing.closure import Closure, Place
-from shockpc.landing.contact import Contact
-from shockpc.landing.scene import Scene, Strike
+from shockpc.landing.scene import Closure, Contact, Place, Scene, Strike
 from shockpc.profile import shock_profile
 from shockpc.quantities.accuracy import double_error
 from shockpc.show.folder import write_report_folder

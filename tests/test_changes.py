@@ -5,9 +5,7 @@ import pytest
 import robot_texts
 from robot_texts import LIMIT, joint, link, loaded, urdf
 
-from shockpc.landing.joint_model import Joints
-from shockpc.landing.posture import Posture
-from shockpc.landing.scene import Scene
+from shockpc.landing.scene import Joints, Posture, Scene
 from shockpc.profile import shock_profile
 from shockpc.robot import geometry
 from shockpc.robot.changes import Change, changed, links_with_mass, read_changes

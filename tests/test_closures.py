@@ -13,7 +13,7 @@ from shockpc import Closure, Contact, Joints, Place, Posture, Scene, SceneError,
 from shockpc.landing.closure import closure_block, closure_gap, loop_of
 from shockpc.landing.dynamics import dynamics
 from shockpc.landing.rows import row_jacobian
-from shockpc.landing.scene import robot_of
+from shockpc.landing.scene_file import robot_of
 from shockpc.paper.landings import land, scene
 from shockpc.show.reports.sweep import _options
 from shockpc.studies.sweep import sweep

@@ -13,9 +13,7 @@ import pytest
 from commands import STICK_WITH_IMU, good, run
 from robot_texts import loaded
 
-from shockpc.landing.contact import Contact
-from shockpc.landing.joint_model import Joints
-from shockpc.landing.scene import Scene, Strike
+from shockpc.landing.scene import Contact, Joints, Scene, Strike
 from shockpc.profile import shock_profile
 from shockpc.quantities.table import select
 from shockpc.robot.changes import changed, read_changes

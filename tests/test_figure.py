@@ -22,7 +22,7 @@ import shockpc
 import shockpc.show.figure.view
 from shockpc import Contact, Joints, Scene, Strike, load_robot, shock_profile
 from shockpc.core.spatial import plane_from
-from shockpc.landing.scene import with_plane
+from shockpc.landing.scene_file import with_plane
 from shockpc.paper.figures import FIGURES, paper_figures
 from shockpc.robot.geometry import Shape
 from shockpc.robot.meshes import Mesh

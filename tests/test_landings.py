@@ -27,7 +27,7 @@ from shockpc.evaluation.recorded_table import rows_of, rows_of_scenes
 from shockpc.evaluation.table_files import read_table
 from shockpc.landing.landing import landing_of
 from shockpc.landing.motion import Motion
-from shockpc.landing.scene import scene_text
+from shockpc.landing.scene_file import scene_text
 from shockpc.quantities.table import quantity
 from shockpc.studies.landings import STATISTICS, compare_measured
 from shockpc.text.errors import SceneError, SolveError, StudyError, UnknownName

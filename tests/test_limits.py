@@ -13,11 +13,10 @@ from trees import known_robot
 
 from shockpc.evaluation.variation import motion_range
 from shockpc.landing.closure import follow
-from shockpc.landing.contact import Contact
-from shockpc.landing.joint_model import Joints
 from shockpc.landing.landing import resolve
-from shockpc.landing.posture import Posture, held_joints, set_joints
-from shockpc.landing.scene import Part, Point, Scene, Strike, robot_of
+from shockpc.landing.posture import held_joints, set_joints
+from shockpc.landing.scene import Contact, Joints, Part, Point, Posture, Scene, Strike
+from shockpc.landing.scene_file import robot_of
 from shockpc.paper.landings import scene
 from shockpc.profile import shock_profile
 from shockpc.quantities.table import select

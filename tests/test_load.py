@@ -11,7 +11,7 @@ from robot_texts import BODY, LIMIT, arm, body, floating, joint, link, mjcf, ref
 import shockpc
 from shockpc import Contact, Joints, RobotError, Scene, StudyError, UnknownName, load_robot, shock_profile
 from shockpc.landing.landing import resolve
-from shockpc.landing.scene import robot_of
+from shockpc.landing.scene_file import robot_of
 from shockpc.robot.catalogue import SETS, data_folder
 from shockpc.robot.changes import changed, read_changes
 from shockpc.robot.geometry import outline

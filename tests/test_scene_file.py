@@ -20,7 +20,7 @@ from robot_texts import refused
 
 from shockpc import Closure, Contact, Joints, Part, Place, Point, Posture, Rotor, Scene, Strike, read_scene, shock_profile
 from shockpc.landing.record import options_of
-from shockpc.landing.scene import check_scene, scene_schema, scene_table, scene_text
+from shockpc.landing.scene_file import check_scene, scene_schema, scene_table, scene_text
 from shockpc.show.document import document as document_of
 from shockpc.show.document import json_text
 from shockpc.text.errors import SceneError, ShockError

@@ -17,10 +17,7 @@ from trees import known_robot, robot_from
 from shockpc.evaluation.columns import proven_columns
 from shockpc.evaluation.variation import variation
 from shockpc.evaluation.varied_scene import applied
-from shockpc.landing.contact import Contact
-from shockpc.landing.joint_model import Joints
-from shockpc.landing.posture import Posture
-from shockpc.landing.scene import Part, Point, Scene, Strike
+from shockpc.landing.scene import Contact, Joints, Part, Point, Posture, Scene, Strike
 from shockpc.profile import profile_of, shock_profile
 from shockpc.robot.changes import Change, changed, links_with_mass
 from shockpc.studies.sensitivity import sensitivity

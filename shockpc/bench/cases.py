@@ -12,7 +12,7 @@ import numpy as np
 
 from shockpc import Closure, Contact, Joints, Place, Posture, Robot, Scene, Strike, load_robot
 from shockpc.core.spatial import Array
-from shockpc.landing.scene import robot_of as scene_robot
+from shockpc.landing.scene_file import robot_of as scene_robot
 from shockpc.robot.catalogue import SETS
 from shockpc.robot.landmarks import each_foot
 

@@ -4,7 +4,7 @@ from dataclasses import replace
 
 from shockpc import Joints, read_scene
 from shockpc.evaluation.table_files import read_table
-from shockpc.landing.scene import robot_of
+from shockpc.landing.scene_file import robot_of
 from shockpc.robot.catalogue import own_robots_folder
 from shockpc.show.reports.landings import agreement_sheet
 from shockpc.show.tables import Sheet

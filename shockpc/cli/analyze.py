@@ -35,7 +35,7 @@ def analyze(
     with trace.stage("imports"):
         from shockpc.cli.output import emit, scene_files
         from shockpc.cli.scenes import file_names, scenes_from
-        from shockpc.landing.scene import scene_text
+        from shockpc.landing.scene_file import scene_text
         from shockpc.profile import shock_profile
         from shockpc.show.files import write_file
         from shockpc.show.reports.landing import landings_report

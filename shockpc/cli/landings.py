@@ -8,8 +8,8 @@ from shockpc.cli.declare import argument, command, group
 from shockpc.cli.options import QUANTITY, ROBOT, OutputOptions, RunOptions, SceneOptions, in_run
 from shockpc.cli.parse import JointModelName, joint_models, path, renaming
 from shockpc.cli.process import print_error
-from shockpc.landing.joint_model import Joints
 from shockpc.landing.record import options_of
+from shockpc.landing.scene import Joints
 
 _in_table, _in_joints = group("Table"), group("Joint model")
 
@@ -68,7 +68,8 @@ def landings(
     from shockpc.evaluation.recorded_table import rows_of, rows_of_scenes
     from shockpc.evaluation.table_files import read_table
     from shockpc.landing.landing import landing_of
-    from shockpc.landing.scene import Scene, scene_text
+    from shockpc.landing.scene import Scene
+    from shockpc.landing.scene_file import scene_text
     from shockpc.show.parts import Parts
     from shockpc.show.reports.landings import landings_report
     from shockpc.studies.landings import compare_measured

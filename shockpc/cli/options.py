@@ -22,11 +22,8 @@ from shockpc.cli.parse import (
     stiffness,
     vector,
 )
-from shockpc.landing.contact import Contact
-from shockpc.landing.joint_model import Joints
-from shockpc.landing.posture import Posture
 from shockpc.landing.record import options_of
-from shockpc.landing.scene import Scene, Strike
+from shockpc.landing.scene import Contact, Joints, Posture, Scene, Strike
 from shockpc.text.errors import StudyError
 
 _in_files, _in_contact, _in_posture = group("Robot files"), group("Contact"), group("Posture")

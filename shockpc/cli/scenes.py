@@ -6,10 +6,9 @@ from pathlib import Path
 from typing import Any, TypeVar
 
 from shockpc.cli.options import SceneOptions
-from shockpc.landing.contact import Contact, foot_contact, landing_frames, match_contacts
-from shockpc.landing.joint_model import Joints, Rotor
-from shockpc.landing.posture import Posture
-from shockpc.landing.scene import Part, Scene, Strike, check_scene, plane_of, points_at, read_scene, robot_of
+from shockpc.landing.contact import foot_contact, landing_frames, match_contacts
+from shockpc.landing.scene import Contact, Joints, Part, Posture, Rotor, Scene, Strike
+from shockpc.landing.scene_file import check_scene, plane_of, points_at, read_scene, robot_of
 from shockpc.robot.landmarks import each_foot, feet
 from shockpc.robot.robot import Robot
 from shockpc.text.errors import SceneError, ShockError, UnknownName

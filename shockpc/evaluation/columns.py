@@ -13,7 +13,7 @@ from shockpc.landing.dynamics import Design, dynamics
 from shockpc.landing.landing import PosedLanding
 from shockpc.landing.places import Place, moving_point
 from shockpc.landing.rows import Equation
-from shockpc.landing.scene import points_at
+from shockpc.landing.scene_file import points_at
 from shockpc.profile import impact_jumps, needs_proof
 from shockpc.quantities.contacts import STANDS
 from shockpc.quantities.profile import ShockProfile

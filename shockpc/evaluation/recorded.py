@@ -19,8 +19,8 @@ from shockpc.landing.dynamics import dynamics
 from shockpc.landing.landing import PosedLanding, landing_of, with_loops
 from shockpc.landing.motion import Motion
 from shockpc.landing.places import Place, point_places
-from shockpc.landing.posture import Posture, held_joints
-from shockpc.landing.scene import Scene, Strike
+from shockpc.landing.posture import held_joints
+from shockpc.landing.scene import Posture, Scene, Strike
 from shockpc.profile import profile_of
 from shockpc.quantities.profile import ShockProfile
 from shockpc.quantities.table import Selection, select

@@ -15,11 +15,11 @@ import numpy as np
 
 from shockpc.core.spatial import Array
 from shockpc.evaluation.table_files import number
-from shockpc.landing.contact import Contact, landing_frames
+from shockpc.landing.contact import landing_frames
 from shockpc.landing.landing import PosedLanding, landing_of
 from shockpc.landing.motion import Motion
-from shockpc.landing.posture import Posture, set_many, settable_joints
-from shockpc.landing.scene import Scene, Strike
+from shockpc.landing.posture import set_many, settable_joints
+from shockpc.landing.scene import Contact, Posture, Scene, Strike
 from shockpc.robot.mjcf import qpos_order, qvel_order
 from shockpc.robot.robot import Robot
 from shockpc.text.errors import ShockError, StudyError

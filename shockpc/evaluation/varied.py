@@ -20,7 +20,8 @@ from shockpc.evaluation.varied_scene import applied, armature_set, robot_changes
 from shockpc.landing.dynamics import Design
 from shockpc.landing.landing import PosedLanding, following, resolve
 from shockpc.landing.posture import set_many
-from shockpc.landing.scene import GRAVITY, Scene, check_scene, plane_of, robot_of
+from shockpc.landing.scene import GRAVITY, Scene
+from shockpc.landing.scene_file import check_scene, plane_of, robot_of
 from shockpc.profile import shock_profile
 from shockpc.quantities.profile import ShockProfile
 from shockpc.robot.changes import Change, Property, changed, varied_bodies

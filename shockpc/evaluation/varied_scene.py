@@ -7,9 +7,8 @@ from typing import Any, TypeVar, cast
 import numpy as np
 
 from shockpc.evaluation.variation import ATTITUDE, DRIVEN, OF_A_LINK, Variation, variation
-from shockpc.landing.contact import Contact
-from shockpc.landing.joint_model import JointModel, Joints, Rotor, joint_model
-from shockpc.landing.scene import Scene
+from shockpc.landing.joint_model import JointModel, joint_model
+from shockpc.landing.scene import Contact, Joints, Rotor, Scene
 from shockpc.robot.changes import Change, Property, changed
 from shockpc.robot.robot import Robot
 from shockpc.text.errors import StudyError

@@ -5,8 +5,7 @@ such as a planar loop closed by a point in space, are normal: the solver counts 
 """
 
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
-from typing import Literal, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 import pinocchio as pin
@@ -15,8 +14,8 @@ from shockpc.core.spatial import Array, Plane
 from shockpc.landing.contact import unit_directions
 from shockpc.landing.dynamics import Dynamics, dynamics
 from shockpc.landing.freedom import free_columns
-from shockpc.landing.record import Record
 from shockpc.landing.rows import Block, point_at, row_jacobian
+from shockpc.landing.scene import Closure
 from shockpc.robot.robot import Loop, Robot
 from shockpc.text.diagnostic import Diagnostic
 from shockpc.text.errors import SceneError
@@ -37,36 +36,6 @@ STEPS, NEAR_STEPS, RETRIES, SPREAD = 50, 12, 8, 0.25
 
 STRIDE, LEAP, SHORTEST = 0.2, 0.5, 1e-3
 """Following loops: first stride of the held joints, how far the others may move in one stride, and shortest stride [rad, m]."""
-
-
-@dataclass(frozen=True, kw_only=True, eq=False, repr=False)
-class Place(Record):
-    """One end of a closure.
-
-    Attributes:
-        frame: link, joint or site; it may be fixed to the world.
-        offset: from that frame's origin, in its axes [m].
-    """
-
-    frame: str
-    offset: tuple[float, float, float] = (0.0, 0.0, 0.0)
-
-
-@dataclass(frozen=True, kw_only=True, eq=False, repr=False)
-class Closure(Record):
-    """A closed loop as a scene states it.
-
-    Attributes:
-        a: one end.
-        b: the other end.
-        kind: "point" holds two points together, "frame" holds their orientations too.
-        directions: axes of frame a, or vectors in them, along which the points are held.
-    """
-
-    a: Place
-    b: Place
-    kind: Literal["point", "frame"] = "point"
-    directions: tuple[Literal["x", "y", "z"] | tuple[float, float, float], ...] = ("x", "y", "z")
 
 
 def all_loops(robot: Robot, closures: Sequence[Closure]) -> tuple[Loop, ...]:

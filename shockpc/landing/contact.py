@@ -1,6 +1,5 @@
 """Contact points: names, offsets and directions, described as rows of J_c."""
 
-from dataclasses import dataclass
 from functools import partial
 from typing import Literal
 
@@ -9,8 +8,8 @@ import numpy as np
 from shockpc.core.spatial import Array, cross
 from shockpc.landing.dynamics import dynamics
 from shockpc.landing.posture import configuration
-from shockpc.landing.record import Record, documented, option
 from shockpc.landing.rows import Block
+from shockpc.landing.scene import Contact
 from shockpc.robot.geometry import Shape, body_outline
 from shockpc.robot.landmarks import feet, is_foot
 from shockpc.robot.robot import Robot
@@ -23,48 +22,9 @@ FAR = 0.1
 AXES = {"x": (1.0, 0.0, 0.0), "y": (0.0, 1.0, 0.0), "z": (0.0, 0.0, 1.0)}
 
 
-@documented
-@dataclass(frozen=True, kw_only=True, eq=False, repr=False)
-class Contact(Record):
-    """A contact as a scene states it.
-
-    Attributes:
-        frame: link or frame that strikes.
-        directions: world axes or vectors along which the contact stops the point; the others slide.
-        kind: "point" leaves the link free to turn about the contact; "flat" is a sole that also stops it from tilting, and from
-            twisting if it sticks.
-        velocity: of the contact point before the impact, world axes, where it is not that of the robot's motion [m/s].
-    """
-
-    frame: str
-    offset: tuple[float, float, float] = option(
-        (0.0, 0.0, 0.0), "Contact point from the frame's origin, in its axes.", "Contact", "X,Y,Z", unit="m"
-    )
-    at: Literal["frame", "lowest"] = option(
-        "frame",
-        "Contact point at the frame's origin, or at the lowest point of the link's own collision geometry (visual, if the file has "
-        "no other), or of the geom, in this posture (the middle of all that are equally low); the offset is added.",
-        "Contact",
-        name="contact-point",
-    )
-    directions: tuple[Literal["x", "y", "z"] | tuple[float, float, float], ...] = ("x", "y", "z")
-    kind: Literal["point", "flat"] = "point"
-    restitution: float = option(0.0, "Coefficient of restitution, 0 (default) to 1.", "Contact", "E", least=0.0, greatest=1.0)
-    restitution_along: Literal["normal", "directions"] = option(
-        "normal",
-        "What restitution reverses: the velocity along the normal alone (default; Newton's law), or along every direction in which "
-        "the contact stops (Eq. 4 of the paper), so that a sticking contact rebounds along the ground too.",
-        "Contact",
-    )
-    normal: tuple[float, float, float] | None = option(
-        None, "Normal of the ground at the contact: a slope, or a wall; vertical by default.", "Contact", "X,Y,Z"
-    )
-    velocity: tuple[float, float, float] | None = None
-
-    @property
-    def sticks(self) -> bool:
-        """Whether its directions span space, so that nothing slides."""
-        return bool(np.linalg.matrix_rank(unit_directions(self.frame, self.directions)) == 3)
+def sticks(contact: Contact) -> bool:
+    """Whether a contact's directions span space, so that nothing slides."""
+    return bool(np.linalg.matrix_rank(unit_directions(contact.frame, contact.directions)) == 3)
 
 
 def match_contacts(robot: Robot, pattern: str) -> tuple[str, ...]:

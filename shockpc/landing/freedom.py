@@ -4,15 +4,12 @@ A base that cannot move, or moves in the plane alone, a joint that holds, and a 
 unknowns, the same equation.
 """
 
-from typing import Literal
-
 import numpy as np
 
 from shockpc.core.spatial import Array, Plane
+from shockpc.landing.scene import Base
 from shockpc.robot.robot import Robot
 from shockpc.text.errors import SceneError
-
-Base = Literal["free", "planar", "fixed"]
 
 
 def free_columns(robot: Robot, base: Base, plane: Plane, base_rotation: Array, locked: np.ndarray) -> Array | None:

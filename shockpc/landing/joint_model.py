@@ -7,70 +7,19 @@ more than this one.
 """
 
 import functools
-from collections.abc import Mapping
-from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Literal, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 
 from shockpc.core.spatial import Array
-from shockpc.landing.record import Record, documented, option
+from shockpc.landing.scene import Joints
 from shockpc.robot.drives import Drive, drives_of, read_drives
 from shockpc.robot.robot import Drives, Robot
 from shockpc.text.errors import SceneError
 from shockpc.text.paths import inputs
 from shockpc.text.printed import listed
 from shockpc.text.toml import LARGEST
-
-
-@dataclass(frozen=True, kw_only=True, eq=False, repr=False)
-class Rotor(Record):
-    """A motor behind a gearbox.
-
-    Attributes:
-        inertia: of the rotor about its own axis [kg m²].
-        gear_ratio: turns of the rotor for one of the joint [1]; by default that of the robot's file.
-        stiffness: of a spring between gearbox and joint (series elastic) [N m/rad, N/m]; rigid by default.
-    """
-
-    inertia: float
-    gear_ratio: float | None = None
-    stiffness: float | None = None
-
-
-@documented
-@dataclass(frozen=True, kw_only=True, eq=False, repr=False)
-class Joints(Record):
-    """The drives as a scene states them; patterns are joint names or globs, of which later ones go over earlier ones.
-
-    Attributes:
-        armature: reflected inertia by pattern [kg m²; kg for a prismatic joint].
-        rotor: rotor and gearbox by pattern; their reflected inertia is gear_ratio² · inertia.
-        stiffness: of springs of the joints themselves, such as in a compliant leg, by pattern [N m/rad, N/m].
-        locked: patterns of joints that hold the rate that they have before the impact: none, or that of the strike's joint
-            velocities.
-    """
-
-    model: Literal["free", "geared", "rigid", "locked"] | None = option(
-        None,
-        "All joints turn freely (free) except where --armature, --rotor or --drives FILE gives an inertia, resist by their "
-        "reflected inertia (geared) or are locked; or they are as modelled, with springs that do not yield (rigid): a joint with "
-        "its own spring is locked, a rotor behind one is joined to its joint.",
-        "Joint model",
-        name="joints",
-    )
-    drives: str | None = option(
-        None,
-        "Drives in the form of robots/drives.toml, or none, which leaves what the robot's own file gives; by default those known "
-        "of a robot of the catalogue.",
-        "Joint model",
-        "FILE|none",
-    )
-    armature: Mapping[str, float] = field(default_factory=dict)
-    rotor: Mapping[str, Rotor] = field(default_factory=dict)
-    stiffness: Mapping[str, float] = field(default_factory=dict)
-    locked: tuple[str, ...] = ()
 
 
 class JointModel(NamedTuple):

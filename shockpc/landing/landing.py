@@ -13,9 +13,9 @@ from shockpc.core.inertia import definite
 from shockpc.core.pulse import Pulse, pulse_from
 from shockpc.core.spatial import Array, Plane, freeze, velocity_at
 from shockpc.landing.closure import Assembly, all_loops, assemble, closure_block, follow
-from shockpc.landing.contact import Contact, contact_block, locate_lowest_point
+from shockpc.landing.contact import contact_block, locate_lowest_point
 from shockpc.landing.dynamics import Dynamics, dynamics
-from shockpc.landing.freedom import Base, free_columns
+from shockpc.landing.freedom import free_columns
 from shockpc.landing.joint_model import JointModel, joint_model
 from shockpc.landing.mobility import Mechanism
 from shockpc.landing.motion import Motion, approach_speeds, twist_before
@@ -23,7 +23,8 @@ from shockpc.landing.places import Kind, Place, body_places, joint_places, part_
 from shockpc.landing.posture import configuration, held_joints, outside_limits, reference_name, settable_joints
 from shockpc.landing.ratings import check_parts, strength, torque_limits
 from shockpc.landing.rows import Block, Equation, block_point, row_jacobian, slices_of
-from shockpc.landing.scene import Scene, check_scene, plane_of, with_paths, with_plane
+from shockpc.landing.scene import Base, Contact, Scene
+from shockpc.landing.scene_file import check_scene, plane_of, with_paths, with_plane
 from shockpc.robot.catalogue import closing_scene
 from shockpc.robot.robot import Loop, Robot
 from shockpc.text.diagnostic import Diagnostic

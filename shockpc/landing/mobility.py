@@ -11,8 +11,9 @@ from shockpc.core.memo import memoized
 from shockpc.core.spatial import Array, Plane, cross_matrix
 from shockpc.landing.closure import closed_nearby
 from shockpc.landing.dynamics import Dynamics, dynamics
-from shockpc.landing.freedom import Base, free_columns
+from shockpc.landing.freedom import free_columns
 from shockpc.landing.rows import Block, row_jacobian, row_terms, row_tolerance
+from shockpc.landing.scene import Base
 from shockpc.robot.robot import Loop, Robot
 from shockpc.robot.rounding import rounding_of
 

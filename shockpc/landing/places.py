@@ -6,7 +6,8 @@ import numpy as np
 
 from shockpc.core.memo import memoized
 from shockpc.core.spatial import Array, read_only
-from shockpc.landing.scene import Part, Point, point_at
+from shockpc.landing.scene import Part, Point
+from shockpc.landing.scene_file import point_at
 from shockpc.robot.landmarks import sensors
 from shockpc.robot.robot import Robot
 from shockpc.text.errors import SceneError, StudyError

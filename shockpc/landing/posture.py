@@ -2,14 +2,14 @@
 
 import math
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import replace
 from typing import Any, Literal, TypeAlias
 
 import numpy as np
 import pinocchio as pin
 
 from shockpc.core.spatial import Array
-from shockpc.landing.record import Record, documented, option
+from shockpc.landing.scene import Posture
 from shockpc.robot.landmarks import standing_posture
 from shockpc.robot.limits import LIMIT_SLACK
 from shockpc.robot.robot import Joint, Robot
@@ -19,36 +19,6 @@ from shockpc.text.printed import listed, printable
 
 Quaternion: TypeAlias = Literal["xyzw", "wxyz"]
 """Where the scalar part of a quaternion stands."""
-
-
-@documented
-@dataclass(frozen=True, kw_only=True, eq=False, repr=False)
-class Posture(Record):
-    """A posture as a scene states it; each part overrides the one before.
-
-    Attributes:
-        base_position: position of the base frame in the world [m]. The shock does not depend on it.
-        base_quaternion: attitude of the base as a quaternion x, y, z, w.
-        joints: joint values by name or glob [rad; m for a prismatic joint].
-        joints_deg: joint values by name or glob [deg; m for a prismatic joint].
-        joint_quaternions: rotations of ball joints by name, as quaternions x, y, z, w.
-    """
-
-    reference: str | None = option(
-        None, "A reference posture of the robot, or neutral; by default the standing one.", "Posture", "NAME", name="posture"
-    )
-    base_position: tuple[float, float, float] | None = None
-    base_rpy_deg: tuple[float, float, float] | None = option(
-        None,
-        "Roll, pitch and yaw of the base about the world's fixed x, y and z; a positive pitch is nose down.",
-        "Posture",
-        "R,P,Y",
-        unit="deg",
-    )
-    base_quaternion: tuple[float, float, float, float] | None = None
-    joints: Mapping[str, float] = field(default_factory=dict)
-    joints_deg: Mapping[str, float] = field(default_factory=dict)
-    joint_quaternions: Mapping[str, tuple[float, float, float, float]] = field(default_factory=dict)
 
 
 def reference_name(robot: Robot, wanted: str | None) -> str:

@@ -1,46 +1,188 @@
-"""A scene: one landing of one robot. Read from and written to TOML files.
+"""A scene: one landing of one robot, as it is asked for.
 
-The scene holds everything that the result depends on: robot, posture, strike, contacts and plane. Scenes from files and scenes
-built in Python are checked against the same field types. Only the JSON Schema is made by pydantic, whose import would lengthen the
-start of every command by a third.
+The scene holds everything that the result depends on: robot, posture, strike, contacts and plane. A field that is an option is
+declared here once; the option of commands, the key of files, their schema and checks, and what a sweep varies follow. Importing
+this module loads no library, so that commands print their help at once.
 """
 
-import dataclasses
 import math
 import os
-from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, field, replace
-from pathlib import Path
-from typing import TYPE_CHECKING, Any, Literal, TypeVar
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING, Any, Literal
 
-import numpy as np
-
-from shockpc.core.spatial import Array, Plane, plane_from
-from shockpc.landing.closure import Closure
-from shockpc.landing.contact import Contact
-from shockpc.landing.freedom import Base
-from shockpc.landing.joint_model import Joints
-from shockpc.landing.posture import Posture
 from shockpc.landing.record import Record, documented, option
-from shockpc.robot.load import shared_robot
-from shockpc.robot.robot import Robot
 from shockpc.text.errors import SceneError
-from shockpc.text.paths import usable_path
-from shockpc.text.printed import printable
-from shockpc.text.toml import checked, inline, reading, toml_lines
+
+if TYPE_CHECKING:
+    from shockpc.core.spatial import Array, Plane
 
 GRAVITY = 9.80665
 """Standard acceleration of free fall [m/s²]: converts a drop height to a speed."""
 
-PLANES = {"xz": (0.0, -1.0, 0.0), "yz": (1.0, 0.0, 0.0), "xy": (0.0, 0.0, 1.0)}
-"""The named planes by their normals."""
-
 SLOWEST, FASTEST = 1e-9, 1e9
 """Range of speeds [m/s]; outside it squares overflow or underflow."""
 
-
 STRIKE, RESULTS, POSTURE = "Velocity before the impact", "What is computed", "Posture"
 """Headings of options."""
+
+Base = Literal["free", "planar", "fixed"]
+"""How the base may move."""
+
+
+@documented
+@dataclass(frozen=True, kw_only=True, eq=False, repr=False)
+class Contact(Record):
+    """A contact as a scene states it.
+
+    Attributes:
+        frame: link or frame that strikes.
+        directions: world axes or vectors along which the contact stops the point; the others slide.
+        kind: "point" leaves the link free to turn about the contact; "flat" is a sole that also stops it from tilting, and from
+            twisting if it sticks.
+        velocity: of the contact point before the impact, world axes, where it is not that of the robot's motion [m/s].
+    """
+
+    frame: str
+    offset: tuple[float, float, float] = option(
+        (0.0, 0.0, 0.0), "Contact point from the frame's origin, in its axes.", "Contact", "X,Y,Z", unit="m"
+    )
+    at: Literal["frame", "lowest"] = option(
+        "frame",
+        "Contact point at the frame's origin, or at the lowest point of the link's own collision geometry (visual, if the file has "
+        "no other), or of the geom, in this posture (the middle of all that are equally low); the offset is added.",
+        "Contact",
+        name="contact-point",
+    )
+    directions: tuple[Literal["x", "y", "z"] | tuple[float, float, float], ...] = ("x", "y", "z")
+    kind: Literal["point", "flat"] = "point"
+    restitution: float = option(0.0, "Coefficient of restitution, 0 (default) to 1.", "Contact", "E", least=0.0, greatest=1.0)
+    restitution_along: Literal["normal", "directions"] = option(
+        "normal",
+        "What restitution reverses: the velocity along the normal alone (default; Newton's law), or along every direction in which "
+        "the contact stops (Eq. 4 of the paper), so that a sticking contact rebounds along the ground too.",
+        "Contact",
+    )
+    normal: tuple[float, float, float] | None = option(
+        None, "Normal of the ground at the contact: a slope, or a wall; vertical by default.", "Contact", "X,Y,Z"
+    )
+    velocity: tuple[float, float, float] | None = None
+
+    @property
+    def sticks(self) -> bool:
+        """Whether its directions span space, so that nothing slides."""
+        from shockpc.landing.contact import sticks
+
+        return sticks(self)
+
+
+@dataclass(frozen=True, kw_only=True, eq=False, repr=False)
+class Place(Record):
+    """One end of a closure.
+
+    Attributes:
+        frame: link, joint or site; it may be fixed to the world.
+        offset: from that frame's origin, in its axes [m].
+    """
+
+    frame: str
+    offset: tuple[float, float, float] = (0.0, 0.0, 0.0)
+
+
+@dataclass(frozen=True, kw_only=True, eq=False, repr=False)
+class Closure(Record):
+    """A closed loop as a scene states it.
+
+    Attributes:
+        a: one end.
+        b: the other end.
+        kind: "point" holds two points together, "frame" holds their orientations too.
+        directions: axes of frame a, or vectors in them, along which the points are held.
+    """
+
+    a: Place
+    b: Place
+    kind: Literal["point", "frame"] = "point"
+    directions: tuple[Literal["x", "y", "z"] | tuple[float, float, float], ...] = ("x", "y", "z")
+
+
+@documented
+@dataclass(frozen=True, kw_only=True, eq=False, repr=False)
+class Posture(Record):
+    """A posture as a scene states it; each part overrides the one before.
+
+    Attributes:
+        base_position: position of the base frame in the world [m]. The shock does not depend on it.
+        base_quaternion: attitude of the base as a quaternion x, y, z, w.
+        joints: joint values by name or glob [rad; m for a prismatic joint].
+        joints_deg: joint values by name or glob [deg; m for a prismatic joint].
+        joint_quaternions: rotations of ball joints by name, as quaternions x, y, z, w.
+    """
+
+    reference: str | None = option(
+        None, "A reference posture of the robot, or neutral; by default the standing one.", "Posture", "NAME", name="posture"
+    )
+    base_position: tuple[float, float, float] | None = None
+    base_rpy_deg: tuple[float, float, float] | None = option(
+        None,
+        "Roll, pitch and yaw of the base about the world's fixed x, y and z; a positive pitch is nose down.",
+        "Posture",
+        "R,P,Y",
+        unit="deg",
+    )
+    base_quaternion: tuple[float, float, float, float] | None = None
+    joints: Mapping[str, float] = field(default_factory=dict)
+    joints_deg: Mapping[str, float] = field(default_factory=dict)
+    joint_quaternions: Mapping[str, tuple[float, float, float, float]] = field(default_factory=dict)
+
+
+@dataclass(frozen=True, kw_only=True, eq=False, repr=False)
+class Rotor(Record):
+    """A motor behind a gearbox.
+
+    Attributes:
+        inertia: of the rotor about its own axis [kg m²].
+        gear_ratio: turns of the rotor for one of the joint [1]; by default that of the robot's file.
+        stiffness: of a spring between gearbox and joint (series elastic) [N m/rad, N/m]; rigid by default.
+    """
+
+    inertia: float
+    gear_ratio: float | None = None
+    stiffness: float | None = None
+
+
+@documented
+@dataclass(frozen=True, kw_only=True, eq=False, repr=False)
+class Joints(Record):
+    """The drives as a scene states them; patterns are joint names or globs, of which later ones go over earlier ones.
+
+    Attributes:
+        armature: reflected inertia by pattern [kg m²; kg for a prismatic joint].
+        rotor: rotor and gearbox by pattern; their reflected inertia is gear_ratio² · inertia.
+        stiffness: of springs of the joints themselves, such as in a compliant leg, by pattern [N m/rad, N/m].
+        locked: patterns of joints that hold the rate that they have before the impact: none, or that of the strike's joint
+            velocities.
+    """
+
+    model: Literal["free", "geared", "rigid", "locked"] | None = option(
+        None,
+        "All joints turn freely (free) except where --armature, --rotor or --drives FILE gives an inertia, resist by their "
+        "reflected inertia (geared) or are locked; or they are as modelled, with springs that do not yield (rigid): a joint with "
+        "its own spring is locked, a rotor behind one is joined to its joint.",
+        "Joint model",
+        name="joints",
+    )
+    drives: str | None = option(
+        None,
+        "Drives in the form of robots/drives.toml, or none, which leaves what the robot's own file gives; by default those known "
+        "of a robot of the catalogue.",
+        "Joint model",
+        "FILE|none",
+    )
+    armature: Mapping[str, float] = field(default_factory=dict)
+    rotor: Mapping[str, Rotor] = field(default_factory=dict)
+    stiffness: Mapping[str, float] = field(default_factory=dict)
+    locked: tuple[str, ...] = ()
 
 
 @documented
@@ -84,7 +226,7 @@ class Strike(Record):
     )
     joint_velocities: Mapping[str, float] = field(default_factory=dict)
 
-    def vector(self, plane: Plane) -> Array:
+    def vector(self, plane: "Plane") -> "Array":
         """The velocity (3,) in world axes [m/s]: speed · (sin θ · forward − cos θ · z).
 
         Down is −z of the world for every plane. Forward is the horizontal direction in the plane with a positive x component, or a
@@ -93,6 +235,8 @@ class Strike(Record):
         Raises:
             SceneError: it is given in two ways at once, the speed is out of range, or an angle is given in a horizontal plane.
         """
+        import numpy as np
+
         ways = [self.speed is not None, self.velocity is not None, self.drop_height is not None]
         angles = self.strike_angle_deg is not None, self.forward_speed is not None
         if sum(ways) > 1 or all(angles) or (self.velocity is not None and any(angles)):
@@ -150,38 +294,6 @@ class Point(Record):
     def label(self) -> str:
         """The point as it is typed, FRAME or FRAME:x,y,z."""
         return self.frame + (":" + ",".join(f"{x:g}" for x in self.offset) if any(self.offset) else "")
-
-
-def points_at(robot: Robot, text: str) -> tuple[Point, ...]:
-    """The points that FRAME or FRAME:x,y,z means. The frame's own name may hold a colon; a glob means a point on each frame.
-
-    Raises:
-        UnknownName: the robot has no such frame.
-        SceneError: the offset is not three finite numbers.
-    """
-    frame, colon, offset = text.rpartition(":")
-    if not colon or text in robot.frames:
-        return tuple(Point(frame=name) for name in robot.match_frames(text))
-    try:
-        x, y, z = map(float, offset.split(","))
-        valid = math.isfinite(x + y + z)
-    except ValueError:
-        valid = False
-    if not valid:
-        raise SceneError(f'"{text}" is not a point; give FRAME or FRAME:x,y,z, such as {frame}:0,0,0.1')
-    return tuple(Point(frame=name, offset=(x, y, z)) for name in robot.match_frames(frame))
-
-
-def point_at(robot: Robot, text: str) -> Point:
-    """The one point that a text means, as in `points_at`.
-
-    Raises:
-        ShockError: as for `points_at`, or a glob means several points.
-    """
-    first, *others = points_at(robot, text)
-    if others:
-        raise robot.unknown("single point", text, (point.label for point in (first, *others)))
-    return first
 
 
 @dataclass(frozen=True, kw_only=True, eq=False, repr=False)
@@ -358,169 +470,4 @@ class Scene(Record):
             *(self.packages.values() if isinstance(self.packages, Mapping) else ()),
         ):
             if isinstance(path, str) and "\0" in path:
-                raise SceneError(f"{inline(path)} cannot be the path of a file: it holds a NUL character")
-
-
-ARM = 0.5
-"""Distance from the base at which a rotation counts as a velocity where the plane is chosen [m]."""
-
-S = TypeVar("S", bound=Scene)
-
-
-def with_plane(scene: Scene) -> Scene:
-    """The scene with its own plane, or that in which its motion before the impact happens.
-
-    That is the frontal plane where more than half of the motion is sideways. The jumps do not decide: they turn with the foot that
-    is struck, the posture and the masses, so that two designs would be compared in different planes.
-
-    Raises:
-        SceneError: as for `Strike.vector`.
-    """
-    return scene if scene.plane != "auto" else replace(scene, plane="yz" if sideways(scene.strike) > 0.5 else "xz")
-
-
-def sideways(strike: Strike) -> float:
-    """Share of a motion before the impact that is in the frontal plane alone: along y, and about x as in a fall to the side [1].
-
-    A rotation counts as the velocity at `ARM` from the base; a strike angle is in the sagittal plane.
-
-    Raises:
-        SceneError: as for `Strike.vector`.
-    """
-    turning = ARM * np.array(strike.angular_velocity or (0.0, 0.0, 0.0))
-    motion = np.concatenate([strike.vector(plane_from(PLANES["xz"])), turning])
-    return float(np.hypot(motion[1], motion[3]) / (np.linalg.norm(motion) or 1.0))
-
-
-def plane_of(scene: Scene) -> Plane:
-    """The plane of a scene as unit vectors.
-
-    Raises:
-        SceneError: the normal has length zero.
-    """
-    plane = with_plane(scene).plane
-    try:
-        return plane_from(PLANES[plane] if isinstance(plane, str) else plane)
-    except ValueError as refusal:
-        raise SceneError(f"plane: {refusal}; valid are auto, xz, yz, xy or a normal such as 0,-1,0") from None
-
-
-def check_scene(scene: Scene) -> Scene:
-    """Check a scene built in Python as a file is checked.
-
-    Returns: the scene with every list and array as a tuple of floats.
-
-    Raises:
-        SceneError: a field has a wrong type, length or word, or a number is not finite or out of range.
-    """
-    if not isinstance(scene, Scene):
-        raise SceneError(
-            f"{printable(repr(scene), 60)} is not a Scene; make one with Scene(robot=..., contact=...), or by read_scene"
-        )
-    faults: list[str] = []
-    found: Scene | None = checked(scene, Scene, "", faults)
-    if found is None:
-        raise SceneError("; ".join(faults))
-    return found
-
-
-def robot_of(scene: Scene, frames: Sequence[str] = ()) -> Robot:
-    """The robot of a scene, with its xacro arguments, packages and postures: one object for all scenes of the same robot.
-
-    It is loaded again when one of its files has changed.
-
-    Args:
-        scene: the scene.
-        frames: names or globs of the contacts, where they are not in the scene yet.
-
-    Raises:
-        ShockError: a field of the scene is not valid, or the robot cannot be read.
-    """
-    scene = check_scene(scene)
-    frames = frames or [contact.frame for contact in scene.contact]
-    return shared_robot(scene.robot, scene.xacro, scene.packages, scene.srdf, frames, scene.base in ("free", "planar"))
-
-
-def read_scene(path: Path | str) -> Scene:
-    """Read a scene file. Paths in it are relative to the file's folder and are returned as absolute paths.
-
-    Raises:
-        SceneError: the file cannot be read or is not a scene; the text names the file, the key and what would be valid.
-    """
-    path = Path(path)
-    with reading(path, "scene", SceneError) as table:
-        return scene_from(Scene, table, path.resolve().parent)
-
-
-def scene_from(kind: type[S], table: Mapping[str, Any], folder: Path, key: str = "") -> S:
-    """A scene from its table. Paths in it are relative to a folder and become absolute.
-
-    Args:
-        kind: `Scene`, or one with more fields.
-        table: as TOML gives it.
-        folder: where the file lies.
-        key: position of the table in the file, for messages.
-
-    Raises:
-        SceneError: a key or its value does not fit; the text says what would be valid.
-    """
-    faults: list[str] = []
-    scene: S | None = checked(table, kind, key, faults)
-    if scene is None or faults:
-        raise SceneError("; ".join(faults))
-    try:
-        return with_paths(scene, lambda found: os.path.normpath(folder / usable_path(found)))
-    except ValueError as refusal:
-        raise SceneError(str(refusal)) from None
-
-
-def scene_text(scene: Scene, folder: Path) -> str:
-    """The TOML text of a scene for a file in `folder`, with paths relative to the folder."""
-    here = folder.resolve()
-
-    def relative(found: str) -> str:
-        path = os.path.relpath(found, here)
-        # Without a separator or a suffix, a path would be read as a robot's name.
-        clear = path in (os.curdir, os.pardir) or os.sep in path or Path(path).suffix
-        return path if clear else os.path.join(os.curdir, path)
-
-    return "\n".join(toml_lines(scene_table(with_paths(scene, relative)))) + "\n"
-
-
-def scene_schema() -> dict[str, Any]:
-    """The JSON Schema of a scene file, for editors."""
-    return record_schema(Scene) | {"title": "shockpc scene"}
-
-
-def record_schema(record: type) -> dict[str, Any]:
-    """The JSON Schema of a table that becomes a record."""
-    from pydantic import TypeAdapter
-
-    return TypeAdapter(record).json_schema()
-
-
-def scene_table(record: Any) -> dict[str, Any]:
-    """A scene, or a part of one, as nested tables for TOML and JSON; fields that are not set are left out."""
-
-    def plain(value: Any) -> Any:
-        if isinstance(value, Mapping):
-            parts = {key: plain(part) for key, part in value.items()}
-            return {key: part for key, part in parts.items() if part is not None and part not in ({}, [])}
-        return [plain(part) for part in value] if isinstance(value, tuple) else value
-
-    table: dict[str, Any] = plain(dataclasses.asdict(record))
-    return table
-
-
-def with_paths(scene: S, change: Callable[[str], str]) -> S:
-    """The scene with every path in it changed; a robot's name is not a path."""
-    robot, joints = scene.robot, scene.joints
-    if os.sep in robot or Path(robot).suffix:
-        robot = change(robot)
-    return dataclasses.replace(
-        scene,
-        robot=robot,
-        srdf=None if scene.srdf is None else change(scene.srdf),
-        packages={name: change(folder) for name, folder in scene.packages.items()},
-        joints=dataclasses.replace(joints, drives=change(joints.drives)) if joints.drives not in (None, "none") else joints,
-    )
+                raise SceneError(f"{path!r} cannot be the path of a file: it holds a NUL character")

@@ -20,7 +20,8 @@ from shockpc.landing.joint_model import without_springs
 from shockpc.landing.landing import PosedLanding
 from shockpc.landing.places import Kind, Place, body_places, point_place
 from shockpc.landing.ratings import Strength, strength, torque_limits
-from shockpc.landing.scene import Scene, point_at
+from shockpc.landing.scene import Scene
+from shockpc.landing.scene_file import point_at
 from shockpc.quantities.accuracy import (
     AT_REST,
     Health,

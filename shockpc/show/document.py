@@ -16,7 +16,8 @@ import numpy as np
 import shockpc
 from shockpc.landing.dynamics import PINOCCHIO
 from shockpc.landing.places import Kind
-from shockpc.landing.scene import GRAVITY, Scene, scene_table
+from shockpc.landing.scene import GRAVITY, Scene
+from shockpc.landing.scene_file import scene_table
 from shockpc.quantities.ground import GROUND
 from shockpc.quantities.profile import ShockProfile
 from shockpc.quantities.table import quantities_of, quantity

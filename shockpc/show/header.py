@@ -6,9 +6,9 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from shockpc.landing.freedom import Base
 from shockpc.landing.rows import slices_of
-from shockpc.landing.scene import sideways
+from shockpc.landing.scene import Base
+from shockpc.landing.scene_file import sideways
 from shockpc.quantities.accuracy import SHARE
 from shockpc.quantities.profile import ShockProfile
 from shockpc.quantities.quantity import Quantity

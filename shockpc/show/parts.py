@@ -20,7 +20,7 @@ import shockpc
 from shockpc.evaluation.evaluate import Evaluation
 from shockpc.evaluation.table import Table
 from shockpc.landing.dynamics import PINOCCHIO
-from shockpc.landing.scene import scene_table
+from shockpc.landing.scene_file import scene_table
 from shockpc.show.document import json_text
 from shockpc.show.files import destination, write_file
 from shockpc.show.tables import Sheet, as_csv

@@ -23,7 +23,8 @@ from shockpc.evaluation.variation import ATTITUDE, STRIKE, Variation, kind_of, m
 from shockpc.landing.closure import follow
 from shockpc.landing.landing import PosedLanding
 from shockpc.landing.posture import held_joints, set_many, settable_joints
-from shockpc.landing.scene import Point, Scene, robot_of
+from shockpc.landing.scene import Point, Scene
+from shockpc.landing.scene_file import robot_of
 from shockpc.profile import ILL_CONDITIONED
 from shockpc.quantities.profile import ShockProfile
 from shockpc.quantities.table import select

@@ -2,7 +2,8 @@
 
 from collections.abc import Mapping
 
-from shockpc.landing.scene import Scene, robot_of
+from shockpc.landing.scene import Scene
+from shockpc.landing.scene_file import robot_of
 from shockpc.robot.robot import Robot
 from shockpc.text.errors import StudyError
 

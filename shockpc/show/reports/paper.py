@@ -4,7 +4,7 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
-from shockpc.landing.scene import scene_text
+from shockpc.landing.scene_file import scene_text
 from shockpc.paper.claim import Claim, PaperFigure
 from shockpc.paper.figures import FIGURES
 from shockpc.paper.landings import scene

@@ -16,7 +16,7 @@ from typing import Any, NamedTuple
 import shockpc
 from shockpc.landing.dynamics import PINOCCHIO
 from shockpc.landing.landing import PosedLanding
-from shockpc.landing.scene import scene_table, with_paths
+from shockpc.landing.scene_file import scene_table, with_paths
 from shockpc.quantities.table import select
 from shockpc.studies.check.design import design_record, read_design, rounded
 from shockpc.text.errors import StudyError

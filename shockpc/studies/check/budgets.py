@@ -11,7 +11,8 @@ from typing import Any, Literal, NamedTuple
 from shockpc.core.spatial import Array
 from shockpc.evaluation.columns import percentile
 from shockpc.landing.record import CHECKED
-from shockpc.landing.scene import Part, Scene, read_scene, record_schema, scene_from, scene_table
+from shockpc.landing.scene import Part, Scene
+from shockpc.landing.scene_file import read_scene, record_schema, scene_from, scene_table
 from shockpc.quantities.table import Selection, select, selections
 from shockpc.text.errors import SceneError, ShockError, StudyError
 from shockpc.text.paths import read_file, usable_path

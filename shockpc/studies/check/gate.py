@@ -19,7 +19,8 @@ from shockpc.evaluation.evaluate import Evaluation, proven
 from shockpc.evaluation.varied import VariedLandings, varied_landings
 from shockpc.landing.landing import PosedLanding, resolve
 from shockpc.landing.places import Place
-from shockpc.landing.scene import Scene, robot_of
+from shockpc.landing.scene import Scene
+from shockpc.landing.scene_file import robot_of
 from shockpc.quantities.profile import ShockProfile
 from shockpc.quantities.quantity import Quantity
 from shockpc.quantities.table import Selection

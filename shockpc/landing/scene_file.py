@@ -1,0 +1,224 @@
+"""Scenes read from and written to TOML files, checked, and what follows from them: robot, points and plane.
+
+Scenes from files and scenes built in Python are checked against the same field types. Only the JSON Schema is made by pydantic,
+whose import would lengthen the start of every command by a third.
+"""
+
+import dataclasses
+import math
+import os
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import replace
+from pathlib import Path
+from typing import Any, TypeVar
+
+import numpy as np
+
+from shockpc.core.spatial import Plane, plane_from
+from shockpc.landing.scene import Point, Scene, Strike
+from shockpc.robot.load import shared_robot
+from shockpc.robot.robot import Robot
+from shockpc.text.errors import SceneError
+from shockpc.text.paths import usable_path
+from shockpc.text.printed import printable
+from shockpc.text.toml import checked, reading, toml_lines
+
+PLANES = {"xz": (0.0, -1.0, 0.0), "yz": (1.0, 0.0, 0.0), "xy": (0.0, 0.0, 1.0)}
+"""The named planes by their normals."""
+
+
+def points_at(robot: Robot, text: str) -> tuple[Point, ...]:
+    """The points that FRAME or FRAME:x,y,z means. The frame's own name may hold a colon; a glob means a point on each frame.
+
+    Raises:
+        UnknownName: the robot has no such frame.
+        SceneError: the offset is not three finite numbers.
+    """
+    frame, colon, offset = text.rpartition(":")
+    if not colon or text in robot.frames:
+        return tuple(Point(frame=name) for name in robot.match_frames(text))
+    try:
+        x, y, z = map(float, offset.split(","))
+        valid = math.isfinite(x + y + z)
+    except ValueError:
+        valid = False
+    if not valid:
+        raise SceneError(f'"{text}" is not a point; give FRAME or FRAME:x,y,z, such as {frame}:0,0,0.1')
+    return tuple(Point(frame=name, offset=(x, y, z)) for name in robot.match_frames(frame))
+
+
+def point_at(robot: Robot, text: str) -> Point:
+    """The one point that a text means, as in `points_at`.
+
+    Raises:
+        ShockError: as for `points_at`, or a glob means several points.
+    """
+    first, *others = points_at(robot, text)
+    if others:
+        raise robot.unknown("single point", text, (point.label for point in (first, *others)))
+    return first
+
+
+ARM = 0.5
+"""Distance from the base at which a rotation counts as a velocity where the plane is chosen [m]."""
+
+S = TypeVar("S", bound=Scene)
+
+
+def with_plane(scene: Scene) -> Scene:
+    """The scene with its own plane, or that in which its motion before the impact happens.
+
+    That is the frontal plane where more than half of the motion is sideways. The jumps do not decide: they turn with the foot that
+    is struck, the posture and the masses, so that two designs would be compared in different planes.
+
+    Raises:
+        SceneError: as for `Strike.vector`.
+    """
+    return scene if scene.plane != "auto" else replace(scene, plane="yz" if sideways(scene.strike) > 0.5 else "xz")
+
+
+def sideways(strike: Strike) -> float:
+    """Share of a motion before the impact that is in the frontal plane alone: along y, and about x as in a fall to the side [1].
+
+    A rotation counts as the velocity at `ARM` from the base; a strike angle is in the sagittal plane.
+
+    Raises:
+        SceneError: as for `Strike.vector`.
+    """
+    turning = ARM * np.array(strike.angular_velocity or (0.0, 0.0, 0.0))
+    motion = np.concatenate([strike.vector(plane_from(PLANES["xz"])), turning])
+    return float(np.hypot(motion[1], motion[3]) / (np.linalg.norm(motion) or 1.0))
+
+
+def plane_of(scene: Scene) -> Plane:
+    """The plane of a scene as unit vectors.
+
+    Raises:
+        SceneError: the normal has length zero.
+    """
+    plane = with_plane(scene).plane
+    try:
+        return plane_from(PLANES[plane] if isinstance(plane, str) else plane)
+    except ValueError as refusal:
+        raise SceneError(f"plane: {refusal}; valid are auto, xz, yz, xy or a normal such as 0,-1,0") from None
+
+
+def check_scene(scene: Scene) -> Scene:
+    """Check a scene built in Python as a file is checked.
+
+    Returns: the scene with every list and array as a tuple of floats.
+
+    Raises:
+        SceneError: a field has a wrong type, length or word, or a number is not finite or out of range.
+    """
+    if not isinstance(scene, Scene):
+        raise SceneError(
+            f"{printable(repr(scene), 60)} is not a Scene; make one with Scene(robot=..., contact=...), or by read_scene"
+        )
+    faults: list[str] = []
+    found: Scene | None = checked(scene, Scene, "", faults)
+    if found is None:
+        raise SceneError("; ".join(faults))
+    return found
+
+
+def robot_of(scene: Scene, frames: Sequence[str] = ()) -> Robot:
+    """The robot of a scene, with its xacro arguments, packages and postures: one object for all scenes of the same robot.
+
+    It is loaded again when one of its files has changed.
+
+    Args:
+        scene: the scene.
+        frames: names or globs of the contacts, where they are not in the scene yet.
+
+    Raises:
+        ShockError: a field of the scene is not valid, or the robot cannot be read.
+    """
+    scene = check_scene(scene)
+    frames = frames or [contact.frame for contact in scene.contact]
+    return shared_robot(scene.robot, scene.xacro, scene.packages, scene.srdf, frames, scene.base in ("free", "planar"))
+
+
+def read_scene(path: Path | str) -> Scene:
+    """Read a scene file. Paths in it are relative to the file's folder and are returned as absolute paths.
+
+    Raises:
+        SceneError: the file cannot be read or is not a scene; the text names the file, the key and what would be valid.
+    """
+    path = Path(path)
+    with reading(path, "scene", SceneError) as table:
+        return scene_from(Scene, table, path.resolve().parent)
+
+
+def scene_from(kind: type[S], table: Mapping[str, Any], folder: Path, key: str = "") -> S:
+    """A scene from its table. Paths in it are relative to a folder and become absolute.
+
+    Args:
+        kind: `Scene`, or one with more fields.
+        table: as TOML gives it.
+        folder: where the file lies.
+        key: position of the table in the file, for messages.
+
+    Raises:
+        SceneError: a key or its value does not fit; the text says what would be valid.
+    """
+    faults: list[str] = []
+    scene: S | None = checked(table, kind, key, faults)
+    if scene is None or faults:
+        raise SceneError("; ".join(faults))
+    try:
+        return with_paths(scene, lambda found: os.path.normpath(folder / usable_path(found)))
+    except ValueError as refusal:
+        raise SceneError(str(refusal)) from None
+
+
+def scene_text(scene: Scene, folder: Path) -> str:
+    """The TOML text of a scene for a file in `folder`, with paths relative to the folder."""
+    here = folder.resolve()
+
+    def relative(found: str) -> str:
+        path = os.path.relpath(found, here)
+        # Without a separator or a suffix, a path would be read as a robot's name.
+        clear = path in (os.curdir, os.pardir) or os.sep in path or Path(path).suffix
+        return path if clear else os.path.join(os.curdir, path)
+
+    return "\n".join(toml_lines(scene_table(with_paths(scene, relative)))) + "\n"
+
+
+def scene_schema() -> dict[str, Any]:
+    """The JSON Schema of a scene file, for editors."""
+    return record_schema(Scene) | {"title": "shockpc scene"}
+
+
+def record_schema(record: type) -> dict[str, Any]:
+    """The JSON Schema of a table that becomes a record."""
+    from pydantic import TypeAdapter
+
+    return TypeAdapter(record).json_schema()
+
+
+def scene_table(record: Any) -> dict[str, Any]:
+    """A scene, or a part of one, as nested tables for TOML and JSON; fields that are not set are left out."""
+
+    def plain(value: Any) -> Any:
+        if isinstance(value, Mapping):
+            parts = {key: plain(part) for key, part in value.items()}
+            return {key: part for key, part in parts.items() if part is not None and part not in ({}, [])}
+        return [plain(part) for part in value] if isinstance(value, tuple) else value
+
+    table: dict[str, Any] = plain(dataclasses.asdict(record))
+    return table
+
+
+def with_paths(scene: S, change: Callable[[str], str]) -> S:
+    """The scene with every path in it changed; a robot's name is not a path."""
+    robot, joints = scene.robot, scene.joints
+    if os.sep in robot or Path(robot).suffix:
+        robot = change(robot)
+    return dataclasses.replace(
+        scene,
+        robot=robot,
+        srdf=None if scene.srdf is None else change(scene.srdf),
+        packages={name: change(folder) for name, folder in scene.packages.items()},
+        joints=dataclasses.replace(joints, drives=change(joints.drives)) if joints.drives not in (None, "none") else joints,
+    )
