@@ -20,7 +20,6 @@ from shockpc.cli.check import EPILOG
 from shockpc.quantities.ground import GROUND
 from shockpc.quantities.table import QUANTITIES, select
 from shockpc.robot.changes import changed, read_changes
-from shockpc.show.document import PATHS
 from shockpc.studies.check.budgets import Budget, Budgets, Case, read_budgets
 from shockpc.studies.check.design import design_changes, design_record
 from shockpc.studies.check.gate import check_budgets
@@ -113,7 +112,9 @@ def in_document(document, outcome):
         return None
     aside = {"mass": document["robot"]["mass"], "position": records[0].get("placement", {}).get("position")}
     value = records[0] | document["health"] | aside if kind == "robot" else aside | records[0]
-    for part in PATHS.get(key, key).split(".") if (kind, key) != ("body", "position") else ["position"]:
+    for part in (
+        (select(outcome["metric"]).quantity.path or key).split(".") if (kind, key) != ("body", "position") else ["position"]
+    ):
         value = value[part]
     return value
 

@@ -14,7 +14,7 @@ from shockpc import Closure, Contact, Joints, Part, Place, Point, Posture, Scene
 from shockpc.landing.dynamics import PINOCCHIO
 from shockpc.quantities.ground import GROUND
 from shockpc.quantities.table import QUANTITIES
-from shockpc.show.document import PATHS, document, json_text
+from shockpc.show.document import document, json_text
 from shockpc.text.diagnostic import Diagnostic
 
 DOG = {"robot": str(ROBOTS / "dog" / "dog.urdf.xacro"), "packages": {"dog_description": str(ROBOTS / "dog")}}
@@ -75,7 +75,7 @@ RECORDS = {
     "robot": "name:str file:str mass:float n_bodies:int nv:int",
     "body": "body:str links:str* placement:placement delta_omega:vector delta_v:vector copc:vector? copc_world:vector? ropc:float? "
     f"translates:bool pitch:float? off_plane:float shock_com:float shock_min:float? shock_max:float? {STRIKES} peak_g:float? "
-    "delta_v_com:vector error_bound:float",
+    "delta_v_com:vector error_bound:float delta_v_max:float?",
     "placement": "position:vector rotation:matrix",
     "strike": "direction:vector shock:float",
     "point": f"frame:str body:str delta_v:vector shock:float {STRIKES} peak_g:float? position:vector shock_free:float? "
@@ -175,7 +175,7 @@ def test_document_is_the_table(profile):
     }
     rows["contact"] = [*read["contacts"], *read["stance"]]
     for quantity in (entry for entry in QUANTITIES if entry not in GROUND):
-        path = PATHS.get(quantity.key, quantity.key)
+        path = quantity.path or quantity.key
         path = f"placement.{path}" if (quantity.of, path) == ("body", "position") else path
         values = profile.values(quantity)
         assert len(values) == len(rows[quantity.of])

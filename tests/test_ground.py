@@ -332,7 +332,7 @@ def test_a_rotor_behind_a_spring_is_free_or_rigid_at_the_ends():
     rotor = np.where(moving, 0.01, 0.0)
     for spring, same, tolerance in ((1e-9, free, 1e-9), (1e12, geared, 1e-6)):
         found = with_drives(free, drive_stiffness=np.where(moving, spring, np.inf), rotor=rotor)
-        force = found.peaks(quantity("contact", "impulse").formula, found.landing.contact_places)[0]
+        force = found.peaks(quantity("contact", "impulse").compute, found.landing.contact_places)[0]
         np.testing.assert_allclose(force, same.value("peak_force", "contact"), rtol=tolerance)
         np.testing.assert_allclose(found.duration, same.value("duration", "contact"), rtol=tolerance)
 

@@ -336,6 +336,15 @@ def test_friction_of_each_row():
         study(table() | {"friction": np.array([0.1, -1.0, 0.1, 0.1, 0.1, 0.1])})
 
 
+def test_what_the_ground_allows_depends_on_the_friction_of_the_row_however_it_is_named():
+    """KEY and KIND.KEY mean one quantity: rows that gain energy are refused under both names."""
+    scene = replace(SCENE, contact=(Contact(frame="LF_FOOT", restitution=0.9),))
+    columns = table(12) | {"vx": np.linspace(-2.0, 2.0, 12), "friction": np.full(12, 0.8)}
+    by_key, by_kind = (compute(study(columns, scene, (name,))) for name in ("feasible", "robot.feasible"))
+    assert by_key.messages == by_kind.messages != {}
+    np.testing.assert_array_equal(by_kind.table.feasible, by_key.table.feasible)
+
+
 def test_rows_that_gain_energy_with_friction_are_refused():
     """Slip that reverses with a high restitution: the rows and the single analyses refuse the same landings."""
     scene = replace(SCENE, contact=(Contact(frame="LF_FOOT", restitution=0.9),), friction=0.8)

@@ -4,6 +4,7 @@ import csv
 import json
 import math
 import tomllib
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -19,7 +20,7 @@ from shockpc.core.spectrum import amplification
 from shockpc.landing.ratings import strength
 from shockpc.landing.scene import GRAVITY
 from shockpc.studies.compare import Design
-from shockpc.text.errors import SceneError, UnknownName
+from shockpc.text.errors import SceneError, StudyError, UnknownName
 
 K = 1e5
 RATING = "half-sine 1500 g 0.5 ms"
@@ -309,6 +310,20 @@ def test_margins_are_columns_of_studies(here):
     designs = [Design(label, scene, resolve(scene, profile.robot).robot) for label in "ab"]
     found = next(one for one in compare(designs, ["part_margin"]).quantities if one.selection.name == "part_margin")
     assert found.rows[0].values == (profile.parts[0].part_margin,) * 2
+
+
+def test_shock_and_peaks_of_parts_are_columns_of_studies(here):
+    """The shock of a part is that of its point; its peak is known on contacts of finite stiffness as it is for a pulse."""
+    scene = Scene(robot="stick.urdf", contact="foot", part=(Part(name="IMU", at="imu_link", rating=RATING),))
+    of_shock = sweep(scene, {"speed": "1,2"}, quantities=("part.shock@IMU", "shock@imu_link"))
+    values = of_shock.table().columns
+    assert values["part.shock@IMU"].tolist() == values["shock@imu_link"].tolist()
+    assert np.nanmax(values["double_error"]) < 1e-12
+    stiff = replace(scene, contact_stiffness=K)
+    peaks = sweep(stiff, {"speed": "1,2"}, quantities=("part.peak_g@IMU",)).table().columns["part.peak_g@IMU"]
+    np.testing.assert_allclose(peaks, shock_profile(stiff).parts[0].peak_g * np.array([1.0, 2.0]), rtol=1e-6)
+    with pytest.raises(StudyError, match=r"peak_g needs the duration of the impact.* or a contact stiffness"):
+        sweep(scene, {"speed": "1,2"}, quantities=("part.peak_g@IMU",))
 
 
 def test_the_margin_changes_as_the_shock_does(here):

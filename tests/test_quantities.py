@@ -1,5 +1,6 @@
 """The table of quantities: one formula in two arithmetics, names, and what the document holds."""
 
+import itertools
 from collections.abc import Mapping
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import replace
@@ -7,16 +8,18 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from random_landings import random_landing
+from robot_texts import link, urdf
 
-from shockpc import Contact, Joints, Point, Scene, Strike, UnknownName, resolve, shock_profile
+from shockpc import Contact, Joints, Point, Scene, Strike, UnknownName, assert_shock, compare, resolve, shock_profile, sweep
 from shockpc.core.bodies import in_body_axes
 from shockpc.impact.impact import DoubleImpact
 from shockpc.profile import impact_jumps
 from shockpc.quantities.quantity import evaluate
 from shockpc.quantities.table import QUANTITIES, quantities_of, select
 from shockpc.robot.load import load_robot
+from shockpc.studies.compare import Design
 
-COMMON = [entry for entry in QUANTITIES if entry.compute is not None and not entry.posed]
+COMMON = [entry for entry in QUANTITIES if not entry.posed]
 
 
 def in_doubles(landing, strikes=None):
@@ -82,6 +85,25 @@ def test_a_key_is_unique_in_its_kind():
     for kind in ("robot", "body", "point", "joint", "contact"):
         keys = [entry.key for entry in quantities_of(kind)]
         assert len(keys) == len(set(keys)) > 0
+
+
+def test_the_greatest_jump_over_a_box_is_that_of_a_corner(tmp_path):
+    """|Δv + Δω × r| at the eight corners of a box that is struck beside its centre; budgets and tables take it by its name."""
+    size, origin = np.array([0.6, 0.2, 0.4]), np.array([0.1, -0.05, 0.02])
+    shape = f'<collision><origin xyz="{" ".join(map(str, origin))}"/><geometry><box size="{" ".join(map(str, size))}"/></geometry>'
+    (tmp_path / "box.urdf").write_text(urdf(link("box", more=f"{shape}</collision>")))
+    contact, strike = Contact(frame="box", offset=(0.3, 0.1, -0.2)), Strike(speed=1.5, strike_angle_deg=20.0)
+    scene = Scene(robot=str(tmp_path / "box.urdf"), contact=contact, strike=strike)
+    profile = shock_profile(scene)
+    corners = origin + size / 2 * np.array(list(itertools.product((-1, 1), repeat=3)))
+    expected = np.linalg.norm(profile.delta_v[0] + np.cross(profile.delta_omega[0], corners), axis=1).max()
+    assert profile.value("delta_v_max", "body")[0] == pytest.approx(expected, rel=1e-14)
+    assert_shock(scene, at="box", metric="delta_v_max", max=expected * (1 + 1e-12))
+    rows = sweep(scene, {"speed": "1,2,3"}, quantities=["delta_v_max@box"]).table().values("delta_v_max")
+    np.testing.assert_allclose(rows, expected * np.array([1.0, 2.0, 3.0]) / 1.5, rtol=1e-12)
+    designs = [Design(name, scene, profile.robot) for name in "ab"]
+    (compared,) = (one for one in compare(designs, ["delta_v_max"]).quantities if one.selection.name == "delta_v_max")
+    assert compared.rows[0].values == pytest.approx((expected, expected), rel=1e-14)
 
 
 def reachable(value, seen):

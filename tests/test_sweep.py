@@ -92,6 +92,14 @@ def test_grid_of_everything_equals_the_single_analysis(anymal):
     assert check(made, rows) == len(rows)
 
 
+@pytest.mark.parametrize("angles", [[20], [0, 20]])
+def test_shock_over_a_body_in_few_rows_equals_the_single_analysis(anymal, angles):
+    """Of one row, too: the jumps of the bodies that are asked for are all that a row needs."""
+    for column in ("shock_max@LF_SHANK", "shock_min@LF_SHANK", "shock_max@base"):
+        made = sweep(ANYMAL, {"strike-angle": angles}, robot=anymal, quantities=[column], prove=0)
+        assert check(made, range(len(angles))) == len(angles)
+
+
 def test_rows_that_doubles_cannot_solve_are_proven():
     """Beside a body of 2e19 kg the inertia of a shin is lost in rounding; extreme directions of such rows exist all the same."""
     robot = robot_from(STICK.replace('value="2"', 'value="2e19"'))

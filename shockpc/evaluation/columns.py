@@ -1,7 +1,7 @@
 """Quantities at places, QUANTITY@PLACE: named by a text, computed of many landings in double precision, or of one with a proof."""
 
-from collections.abc import Callable, Iterator, Sequence
-from typing import Any, NamedTuple
+from collections.abc import Iterator, Sequence
+from typing import Any, NamedTuple, cast
 
 import numpy as np
 
@@ -15,15 +15,11 @@ from shockpc.landing.places import Place, moving_point
 from shockpc.landing.rows import Equation
 from shockpc.landing.scene_file import points_at
 from shockpc.profile import impact_jumps, needs_proof
-from shockpc.quantities.contacts import STANDS
 from shockpc.quantities.profile import ShockProfile
 from shockpc.quantities.quantity import Quantity, evaluate
-from shockpc.quantities.table import Selection, quantity, select, selections
+from shockpc.quantities.table import Selection, select, selections
 from shockpc.text.errors import ShockError, SolveError, StudyError
 from shockpc.text.printed import listed
-
-SHOCKS = {"shock": "most_severe", "shock_com": "most_severe", "shock_max": "most_severe"}
-"""Quantities by which the error of double precision is measured, and the shock that it is relative to."""
 
 BLOCK = 256
 """Postures that are computed together, so that their arrays stay in the processor's cache."""
@@ -67,7 +63,7 @@ class Column(NamedTuple):
     @property
     def shock(self) -> bool:
         """Whether it is a shock of the row's own strike."""
-        return self.selection.quantity.key in SHOCKS
+        return self.selection.quantity.most_severe is not None
 
     def worse(self, values: Array) -> Array:
         """How severe values (n,) are: greater is worse; −∞ where there is none. Of signed ones the magnitudes count.
@@ -108,11 +104,11 @@ def places_at(landing: PosedLanding, quantity: Quantity, pattern: str | None = N
         StudyError: a point is fixed to the world, or the scene lacks what the quantity needs.
     """
     robot, kind, places = landing.robot, quantity.of, landing.places(quantity.of)
-    if quantity.key == "peak_g" and landing.pulse is None:
-        raise StudyError('peak_g needs the duration of the impact, and the scene has none; give it a pulse = "half-sine:5ms"')
+    if lacking := quantity.lacks(landing):
+        raise StudyError(lacking)
     if kind == "part" and not places:
         raise StudyError(f"{quantity.key} is of parts, and the scene has none at a frame; describe them by [[part]]")
-    if quantity.missing == STANDS:
+    if quantity.strikes:
         places = places[: len(landing.contacts)]
     if pattern is None:
         return tuple(place for place in places if place.body >= 0 or kind != "point")
@@ -124,23 +120,21 @@ def places_at(landing: PosedLanding, quantity: Quantity, pattern: str | None = N
     return tuple(named[name] for name in robot.match(kind, pattern, named))
 
 
-def column(profile: ShockProfile, text: str, allowed: Callable[[Quantity], bool]) -> Column:
-    """The number that a text names, QUANTITY@PLACE; of the robot as a whole QUANTITY alone.
+def column(profile: ShockProfile, text: str) -> Column:
+    """The number of an impact that a text names, QUANTITY@PLACE; of the robot as a whole QUANTITY alone.
 
     Args:
         profile: a landing in which it exists.
         text: the text.
-        allowed: which quantities make sense.
 
     Raises:
         UnknownName: there is no such quantity, or no such place of its kind.
         StudyError: no place is named, it does not move, or redundant contacts leave the number undetermined.
     """
     entry = selections().get(text.partition("@")[0])
-    if entry is not None and not allowed(entry.quantity):
-        raise StudyError(
-            f"{entry.name} ({entry.quantity.title}) cannot be used here: {_refused(entry.quantity)}; choose another quantity"
-        )
+    if entry is not None and (entry.quantity.role == "feasible" or entry.quantity.on != "scene"):
+        why = "it is either 0 or 1" if entry.quantity.role else "it is computed in one posture at a time"
+        raise StudyError(f"{entry.name} ({entry.quantity.title}) cannot be used here: {why}; choose another quantity")
     selection, places = selected(profile.landing, text)
     key, kind = selection.name, selection.quantity.of.upper()
     if selection.quantity.shared and profile.redundant:
@@ -150,15 +144,6 @@ def column(profile: ShockProfile, text: str, allowed: Callable[[Quantity], bool]
     if len(places) > 1:
         raise StudyError(f'"{text}" means {listed((place.name for place in places), 6)}; name one of them')
     return Column(selection, places[0])
-
-
-def _refused(quantity: Quantity) -> str:
-    """Why a study of one number does not take a quantity."""
-    if quantity.unproven:
-        return "it depends on friction or finite stiffness, and is computed for one posture at a time, in double precision alone"
-    if quantity.posed or quantity.compute is None:
-        return "it is computed in one posture at a time"
-    return "it is either 0 or 1"
 
 
 class Postures(NamedTuple):
@@ -213,7 +198,7 @@ def postures(
     """
     own = landing.before.velocity.ndim > 1 or not landing.translates
     state = dynamics(landing.robot, Q, landing.joint_model.armature, design)
-    everywhere = any(c.selection.quantity.of == "joint" or c.selection.quantity.key == "shock_min" for c in wanted)
+    everywhere = any(column.selection.quantity.of == "joint" for column in wanted)
     carriers = None if everywhere else list(dict.fromkeys(c.place.body for c in wanted if c.place.body >= 0)) or [0]
     equation, solution, jumps = impact_jumps(landing, state, own, carriers)
     condition, prove = needs_proof(landing, equation, solution, redundant)
@@ -243,7 +228,7 @@ def columns(
     Returns: columns (m, S) by name; the condition (m,) of each posture; which rows (m, S) need a proof, those too that friction may
         refuse; and which contacts (m, S, c) do not approach the ground.
     """
-    parts, feasible = [], [column.name for column in wanted if column.selection.quantity.key == "feasible"]
+    parts, feasible = [], [column.name for column in wanted if column.selection.quantity.role == "feasible"]
     for k in range(0, len(Q), BLOCK):
         rows = slice(k, k + BLOCK)
         own = landing.motions(rows) if strikes is None else landing
@@ -266,7 +251,7 @@ def values_of(impact: DoubleImpact, wanted: Sequence[Column], shape: tuple[int, 
             computed |= {column.name: np.full(shape, np.nan) for column in own}
             known = {column.place.name: place for column in own if (place := column.at(impact.landing)) is not None}
             places = list(known.values())
-            if not places or entry.alone(impact.landing.scene) or entry.compute is None:
+            if not places or entry.alone(impact.landing.scene):
                 continue
             values, index = evaluate(entry, impact, places), {place.name: k for k, place in enumerate(places)}
             for column in (column for column in own if column.place.name in known):
@@ -288,8 +273,7 @@ def double_difference(profile: ShockProfile, double: dict[str, float], exact: di
     """Largest difference of a shock in double precision, relative to the most severe one of the same point [1]."""
     largest = 0.0
     for column in filter(lambda column: column.shock, wanted):
-        entry = quantity(column.selection.quantity.of, SHOCKS[column.selection.quantity.key])
-        severe = float(profile.values(entry, [column.place])[0])
+        severe = float(profile.values(cast(Quantity, column.selection.quantity.most_severe), [column.place])[0])
         off = abs(double[column.name] - exact[column.name]) / (max(severe, abs(exact[column.name])) or 1.0)
         largest = max(largest, off) if np.isfinite(off) else np.inf if np.isfinite(exact[column.name]) else largest
     return float(largest)

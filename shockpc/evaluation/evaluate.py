@@ -151,13 +151,12 @@ class Evaluation(Generic[L]):
         flat = {name: x.ravel() for name, x in whole.items()}
         compared = self.landings.compared(self.prove or 0)
         compared = compared[(compared >= a * S) & (compared < b * S)] - a * S
-        feasible = next(
-            (flat[column.name] for column in self.computed if column.selection.name == "feasible"), np.ones(len(prove) * S)
-        )
+        flags, pulls = ([c.name for c in self.computed if c.selection.quantity.role == role] for role in ("feasible", "pull"))
+        feasible = flat[flags[0]] if flags else np.ones(len(prove) * S)
         if self.feasible:
             compared = compared[feasible[compared] != 0.0]
         proven, difference = self._prove(part, prove.ravel(), compared, flat, errors)
-        infeasible, pulls = feasible == 0.0, [column.name for column in self.computed if column.selection.name == "pull"]
+        infeasible = feasible == 0.0
         pulled = infeasible & np.any([flat[name] > 0.0 for name in pulls if not self.landings.opens], axis=0)
         refused = int(pulled.sum()), int((infeasible & ~pulled).sum())
         results = {**part.labels, **flat, "proven": proven, "double_error": difference}

@@ -91,7 +91,7 @@ class Table:
     @property
     def feasible(self) -> np.ndarray:
         """Whether flat ground allows each landing (n,); all, where that was not computed."""
-        name = next((column.name for column in self.computed if column.selection.name == "feasible"), "")
+        name = next((column.name for column in self.computed if column.selection.quantity.role == "feasible"), "")
         return self.columns[name] == 1.0 if name else np.ones(len(self), dtype=bool)
 
     def ranked(self, column: Column | str) -> np.ndarray:

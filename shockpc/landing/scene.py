@@ -5,6 +5,7 @@ declared here once; the option of commands, the key of files, their schema and c
 this module loads no library, so that commands print their help at once.
 """
 
+import json
 import math
 import os
 from collections.abc import Mapping, Sequence
@@ -470,4 +471,4 @@ class Scene(Record):
             *(self.packages.values() if isinstance(self.packages, Mapping) else ()),
         ):
             if isinstance(path, str) and "\0" in path:
-                raise SceneError(f"{path!r} cannot be the path of a file: it holds a NUL character")
+                raise SceneError(f"{json.dumps(path)} cannot be the path of a file: it holds a NUL character")

@@ -160,7 +160,7 @@ def data_sensitivity(
 
     def changed(impact: BallImpact) -> list[Array]:
         # No other precision than that of the result is needed, so balls are rounded as they are.
-        values = [entry.compute(impact, places)[0, 0] for entry, places, _ in others if entry.compute is not None]
+        values = [entry.compute(impact, places)[0, 0] for entry, places, _ in others]
         return [impact.jumps[0].astype(float), *(np.asarray(value, dtype=object).astype(float) for value in values)]
 
     try:

@@ -10,7 +10,7 @@ from shockpc.core.percussion import Percussion, off_plane_share, percussion, tra
 from shockpc.core.spatial import Array, velocity_at
 from shockpc.impact.impact import Impact
 from shockpc.landing.places import Place
-from shockpc.quantities.points import POINTS, point_velocity, shock, world_position
+from shockpc.quantities.points import AT_CENTRE, MOST_SEVERE, point_velocity, shock, world_position
 from shockpc.quantities.quantity import Places, Quantity, largest_jump, largest_shock, once, reach
 from shockpc.robot.geometry import body_outline
 from shockpc.robot.robot import Robot
@@ -72,11 +72,12 @@ def _off_plane(impact: Impact, places: Places) -> Any:
 @once
 def _extremes(impact: Impact, places: Places) -> Array:
     """Least and greatest shock (2, N, S, n) over the bodies' geometry, from the rounded jumps; NaN without geometry."""
-    jumps, v_in, pieces = impact.own_jumps.astype(float), impact.v_in.astype(float), body_outline(impact.landing.robot).pieces
-    extremes = np.empty((2, *jumps.shape[:3]))
+    omega, v = (part.astype(float) for part in _split(impact, places))
+    v_in, pieces = impact.v_in.astype(float), _pieces(impact.landing.robot, *(place.body for place in places))
+    extremes = np.empty((2, *omega.shape[:3]))
     for k in np.ndindex(v_in.shape):
-        extremes[:, *k] = shock_extremes(jumps[k][:, :3], jumps[k][:, 3:], pieces, float(v_in[k]))
-    return extremes[..., [place.body for place in places]]
+        extremes[:, *k] = shock_extremes(omega[k], v[k], pieces, float(v_in[k]))
+    return extremes
 
 
 def _least(impact: Impact, places: Places) -> Array:
@@ -95,8 +96,8 @@ def _greatest(impact: Impact, places: Places) -> Array:
 
 
 @memoized()
-def _pieces(robot: Robot, body: int) -> Pieces:
-    return Pieces.of([[(shape.points, shape.rounding) for shape in body_outline(robot).shapes[body]]])
+def _pieces(robot: Robot, *bodies: int) -> Pieces:
+    return Pieces.of([[(shape.points, shape.rounding) for shape in body_outline(robot).shapes[body]] for body in bodies])
 
 
 def _length(impact: Impact, values: Array) -> Any:
@@ -113,23 +114,31 @@ def _pitch_size(impact: Impact, values: Array) -> Any:
 BODIES = (
     Quantity("position", "body", "origin of the frame in the world", "m", "neither", lambda i,
         p: world_position(i, [Place(place.name, place.body) for place in p]), reach, vector=True),
-    Quantity("delta_omega", "body", "Δω, body axes", "rad/s", "greater", lambda i, p: _split(i, p)[0], largest_jump, vector=True),
+    Quantity("delta_omega", "body", "Δω, body axes", "rad/s", "greater", lambda i, p: _split(i, p)[0], largest_jump, vector=True,
+        also=("friction",)),
     Quantity("delta_v", "body", "Δv of the frame's origin, body axes", "m/s", "greater", lambda i, p: _split(i, p)[1],
-        largest_jump, vector=True),
+        largest_jump, vector=True, also=("friction",)),
     Quantity("copc", "body", "CoPc, body coordinates", "m", "neither", lambda i, p: _percussion(i, p).copc, _length, STILL,
-        vector=True),
+        vector=True, also=("friction",)),
     Quantity("copc_world", "body", "CoPc in the world", "m", "neither", _copc_world, lambda i, x: _length(i, x) + reach(i, x),
         STILL, vector=True),
-    Quantity("ropc", "body", "radius of percussion", "m", "less", lambda i, p: _percussion(i, p).ropc),
-    Quantity("translates", "body", "no rotation in the plane", "1", "neither", lambda i, p: translations(i, p)[0].astype(float)),
+    Quantity("ropc", "body", "radius of percussion", "m", "less", lambda i, p: _percussion(i, p).ropc,
+        reciprocal="1 / RoPc, the shock per metre", also=("friction",)),
+    Quantity("translates", "body", "no rotation in the plane", "1", "neither", lambda i, p: translations(i, p)[0].astype(float),
+        flag=True),
     Quantity("pitch", "body", "pitch of the screw", "m/rad", "neither", lambda i, p: _percussion(i, p).pitch, _pitch_size,
         "the body does not rotate", signed=True),
     Quantity("off_plane", "body", "motion out of the plane", "1", "neither", _off_plane, lambda i, x: 1.0),
-    Quantity("shock_com", "body", "shock at the centre of mass", "1", "greater", shock, largest_shock),
+    Quantity("shock_com", "body", "shock at the centre of mass", "1", "greater", shock, largest_shock, most_severe=MOST_SEVERE,
+        also=("friction", "stiffness")),
     Quantity("shock_min", "body", "least shock over the body", "1", "greater", _least, missing=NO_GEOMETRY),
-    Quantity("shock_max", "body", "greatest shock over the body", "1", "greater", _greatest, missing=NO_GEOMETRY),
-    *(q._replace(of="body", title=f"{q.title}, at the centre of mass") for q in POINTS if "severe" in q.key or q.key == "peak_g"),
+    Quantity("shock_max", "body", "greatest shock over the body", "1", "greater", _greatest, missing=NO_GEOMETRY,
+        most_severe=MOST_SEVERE),
+    *(entry._replace(of="body", title=f"{entry.title}, at the centre of mass", also=()) for entry in AT_CENTRE),
     Quantity("delta_v_com", "body", "Δv of the centre of mass, body axes", "m/s", "greater", point_velocity, largest_jump,
         vector=True),
-    Quantity("error_bound", "body", "proven error of the jump, relative to the motion", "1", "greater", posed=True),
+    Quantity("error_bound", "body", "proven error of the jump, relative to the motion", "1", "greater",
+        lambda health, places: [health.body_error_bounds[place.body] for place in places], posed=True, on="health"),
+    Quantity("delta_v_max", "body", "greatest |Δv| over the body", "m/s", "greater", lambda i,
+        p: _greatest(i, p) * i.v_in.astype(float)[..., None], missing=NO_GEOMETRY),
 )  # fmt: skip

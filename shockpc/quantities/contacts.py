@@ -254,23 +254,27 @@ def _moving_axes(A: BallMatrix, whole: float = 0.0) -> list[int]:
     return chosen
 
 
+IMPULSE = Quantity("impulse", "contact", "impulse of the ground on the robot, world axes", "N s", "greater", _impulse,
+    _impulse_size, REDUNDANT, vector=True, also=("friction",))  # fmt: skip
+
 CONTACTS = (
     Quantity("point", "contact", "contact point, world", "m", "neither", _point, reach, vector=True),
-    Quantity("impulse", "contact", "impulse of the ground on the robot, world axes", "N s", "greater", _impulse, _impulse_size,
-        REDUNDANT, vector=True),
+    IMPULSE,
     Quantity("friction_needed", "contact", "friction to stick", "1", "greater", friction_needed, lambda i, x: 1.0, PULLED),
     Quantity("approach", "contact", "velocity before the impact, world axes", "m/s", "neither", _approach, _fastest, STANDS,
-        vector=True),
+        vector=True, strikes=True),
     Quantity("mass_sticking", "contact", "effective mass if it sticks", "kg", "greater", _resistance("sticking"), missing=STANDS,
-        posed=True),
+        posed=True, strikes=True),
     Quantity("mass_frictionless", "contact", "effective mass if it slides", "kg", "greater", _resistance("frictionless"),
-        missing=STANDS, posed=True),
+        missing=STANDS, posed=True, strikes=True),
     Quantity("mitigation", "contact", "impact mitigation factor if it sticks", "1", "less", _resistance("mitigation"),
         lambda i, x: 1.0, MITIGATION, posed=True),
     Quantity("mitigation_frictionless", "contact", "impact mitigation factor if it slides", "1", "less",
         _resistance("mitigation_frictionless"), lambda i, x: 1.0, MITIGATION, posed=True),
     Quantity("moment", "contact", "moment about the contact point, world axes", "N m s", "greater", _moment, _impulse_size,
         f"{REDUNDANT}; or it is a point", vector=True),
-    Quantity("effective_mass", "contact", "effective mass", "kg", "greater", _resistance("effective"), missing=STANDS, posed=True),
-    Quantity("pull", "contact", "impulse with which the ground would have to pull", "N s", "greater", pull, missing=REDUNDANT),
+    Quantity("effective_mass", "contact", "effective mass", "kg", "greater", _resistance("effective"), missing=STANDS, posed=True,
+        strikes=True),
+    Quantity("pull", "contact", "impulse with which the ground would have to pull", "N s", "greater", pull, missing=REDUNDANT,
+        role="pull"),
 )  # fmt: skip

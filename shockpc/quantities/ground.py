@@ -1,6 +1,6 @@
 """What follows from a coefficient of friction, or from a finite stiffness of the contacts; in double precision, without a proof."""
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from typing import TYPE_CHECKING, Any, Literal, TypeAlias
 
 import numpy as np
@@ -11,7 +11,7 @@ from shockpc.landing.landing import PosedLanding
 from shockpc.landing.places import Kind, Place
 from shockpc.landing.scene import GRAVITY
 from shockpc.quantities.bodies import BODIES
-from shockpc.quantities.contacts import CONTACTS
+from shockpc.quantities.contacts import CONTACTS, IMPULSE
 from shockpc.quantities.joints import JOINTS
 from shockpc.quantities.points import POINTS, point_velocity
 from shockpc.quantities.quantity import Places, Quantity, once
@@ -22,31 +22,17 @@ if TYPE_CHECKING:
     from shockpc.impact.stiffness import CompliantLanding
 
 
-DELTA_V, JUMPS = POINTS[0], tuple(
-    entry for entry in (*POINTS, *BODIES, *JOINTS) if (entry.of, entry.key) in {
-        ("point", "shock"), ("point", "delta_v"), ("body", "shock_com"), ("joint", "delta_qd")
-    }
-)  # fmt: skip
-"""The jump of a point; quantities of the jumps alone, which a landing on finite stiffness has at each time."""
+EVERY = (*POINTS, *BODIES, *JOINTS, *CONTACTS, *ROBOT)
+"""Quantities of the impact on rigid ground, some of which exist for others as well."""
+
+JUMPS = tuple(entry for entry in EVERY if "stiffness" in entry.also)
+"""Quantities of the jumps alone, which a landing on finite stiffness has at each time."""
 
 FORCE, MOMENT, ALONG = JOINTS[:3]
 """What a joint carries: linear in accelerations and forces, as it is in jumps and impulses."""
 
-IMPULSE = next(entry for entry in CONTACTS if entry.key == "impulse")
-"""What a contact carries, linear in the same way."""
-
 ROUNDING = 1e-10
 """Share of the largest peak through a joint below which a torque is rounding."""
-
-SLIDING: dict[Kind, Sequence[str]] = {
-    "point": ("shock", "delta_v", "peak_g"),
-    "body": ("shock_com", "delta_omega", "delta_v", "copc", "ropc"),
-    "joint": ("delta_qd", "along", "joint_impulse", "joint_moment"),
-    "contact": ("impulse",),
-    "robot": ("total_impulse", "total_moment"),
-}
-"""Quantities that exist for an impact with friction, which is not linear in the strike."""
-
 
 Key: TypeAlias = Literal["friction", "contact_stiffness"]
 
@@ -77,20 +63,21 @@ def _where_given(entry: Quantity, key: Key, read: Callable[[Any, Impact, Places]
         return np.asarray(read(_solved(impact.landing, key), impact, places))
 
     missing = "; or ".join(filter(None, [f"the scene gives no {key.replace('_', ' ')}", entry.missing]))
-    return entry._replace(compute=compute, missing=missing, posed=True, unproven=True)
+    own = Quantity(entry.key, entry.of, entry.title, entry.unit, entry.worse, compute, entry.size, missing)
+    return own._replace(vector=entry.vector, shared=entry.shared, signed=entry.signed, posed=True, unproven=True, path=None)
 
 
 def _with_friction(entry: Quantity) -> Quantity:
     """A quantity of the impact with friction; as proven where all contacts stick."""
     named = entry._replace(key=f"{entry.key}_friction", title=f"{entry.title}, with friction")
-    return _where_given(named, "friction", lambda friction, impact, places: entry.formula(friction.impact or impact, places))
+    return _where_given(named, "friction", lambda friction, impact, places: entry.compute(friction.impact or impact, places))
 
 
 def _sliding(
     key: str, of: Kind, title: str, unit: str, read: "Callable[[FrictionResult, Places], Any]", vector: bool = False
 ) -> Quantity:
     """A quantity that only an impact with friction has; read gives its values (n,) or (n, 3)."""
-    entry = Quantity(key, of, title, unit, "greater", vector=vector)
+    entry = Quantity(key, of, title, unit, "greater", read, vector=vector)
     return _where_given(entry, "friction", lambda friction, _, places: np.array(read(friction, places), dtype=float)[None, None])
 
 
@@ -98,27 +85,27 @@ def _stiff(
     key: str, of: Kind, title: str, unit: str, read: "Callable[[CompliantLanding, Places], Array]", missing: str = ""
 ) -> Quantity:
     """A quantity of a landing on contacts of finite stiffness; read gives its values (n,)."""
-    entry = Quantity(key, of, title, unit, "neither" if unit == "s" else "greater", missing=missing)
+    entry = Quantity(key, of, title, unit, "neither" if unit == "s" else "greater", read, missing=missing)
     return _where_given(entry, "contact_stiffness", lambda compliant, _, places: read(compliant, places)[None, None])
 
 
 def _after(entry: Quantity, when: str, title: str, end: int) -> Quantity:
     """A quantity of the jumps from the impact until one of the ends of a landing on contacts of finite stiffness."""
-    compute = once(entry.formula)
+    compute = once(entry.compute)
     named = entry._replace(key=f"{entry.key}_{when}", title=f"{entry.title}, {title}")
     return _where_given(named, "contact_stiffness", lambda compliant, _, places: compliant.ends(compute, places)[:, end : end + 1])
 
 
 def _wrench(impact: Impact, places: Places) -> Array:
     """Forces, moments, and the parts along the axes (N, S, 3 n, 3) that n joints carry, one after the other."""
-    force, moment, along = (np.asarray(entry.formula(impact, places)) for entry in (FORCE, MOMENT, ALONG))
+    force, moment, along = (np.asarray(entry.compute(impact, places)) for entry in (FORCE, MOMENT, ALONG))
     return np.concatenate([force, moment, along[..., None] * np.array([1.0, 0.0, 0.0])], axis=2)
 
 
 def _loads(impact: Impact, _: Places) -> Array:
     """All whose peaks a landing shows, n vectors (N, S, n, 3): forces of contacts, velocities of points and parts, wrenches."""
     landing = impact.landing
-    shown = (IMPULSE.formula, landing.contact_places), (point_velocity, _points(landing)), (_wrench, landing.places("joint"))
+    shown = (IMPULSE.compute, landing.contact_places), (point_velocity, _points(landing)), (_wrench, landing.places("joint"))
     return np.concatenate([np.asarray(compute(impact, places)) for compute, places in shown if places], axis=2)
 
 
@@ -153,8 +140,11 @@ def _numbers(places: Places) -> list[int]:
     return [place.number for place in places]
 
 
+PEAK_TORQUE = _stiff("peak_torque", "joint", "peak torque along the joint's axis", "N m, N",
+    lambda found, places: _joint_peaks(found, places)[2], "the joint has more than one axis")  # fmt: skip
+
 GROUND = (
-    *(_with_friction(entry) for entry in (*POINTS, *BODIES, *JOINTS, *CONTACTS, *ROBOT) if entry.key in SLIDING[entry.of]),
+    *(_with_friction(entry) for entry in EVERY if "friction" in entry.also),
     _sliding("slip", "contact", "velocity after the impact with friction, world axes", "m/s",
         lambda found, places: found.velocity[_numbers(places)], vector=True)._replace(size=lambda i, x: float(i.v_in.max())),
     _sliding("energy_lost_friction", "robot", "kinetic energy lost, with friction", "J",
@@ -176,8 +166,7 @@ GROUND = (
         lambda found, places: _joint_peaks(found, places)[0]),
     _stiff("peak_joint_moment", "joint", "peak moment through the joint", "N m",
         lambda found, places: _joint_peaks(found, places)[1]),
-    _stiff("peak_torque", "joint", "peak torque along the joint's axis", "N m, N",
-        lambda found, places: _joint_peaks(found, places)[2], "the joint has more than one axis"),
+    PEAK_TORQUE,
     _stiff("restitution", "contact", "restitution, with the contact's damping", "1",
         lambda found, places: found.restitution[_numbers(places)]),
     _stiff("stiffness_difference", "robot", "difference from the impulse model", "1",

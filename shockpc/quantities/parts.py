@@ -11,13 +11,12 @@ from shockpc.impact.impact import Impact
 from shockpc.landing.places import joint_places
 from shockpc.landing.ratings import Strength, strength, torque_limits
 from shockpc.landing.scene import GRAVITY
-from shockpc.quantities.ground import ALONG, GROUND, point_peaks
+from shockpc.quantities.ground import ALONG, PEAK_TORQUE, point_peaks
 from shockpc.quantities.joints import AXES, REDUNDANT
-from shockpc.quantities.points import POINTS, point_velocity
+from shockpc.quantities.points import DELTA_V, NEEDS_PULSE, SHOCK, point_velocity
 from shockpc.quantities.quantity import Places, Quantity, largest_jump
 
 NO_PULSE = "the scene gives neither a pulse nor a contact stiffness"
-PEAK_TORQUE = next(entry for entry in GROUND if entry.key == "peak_torque")
 
 
 def _strengths(impact: Impact, places: Places) -> list[Strength]:
@@ -76,8 +75,8 @@ def _torque_share(impact: Impact, places: Places) -> Any:
     """
     limit = torque_limits(impact.landing.robot, impact.landing.scene.part)[0][[place.number for place in places]]
     if impact.landing.scene.contact_stiffness is not None:
-        return PEAK_TORQUE.formula(impact, places) / limit
-    impulse, shares = ALONG.formula(impact, places), _shares(impact, places)
+        return PEAK_TORQUE.compute(impact, places) / limit
+    impulse, shares = ALONG.compute(impact, places), _shares(impact, places)
     numbers = impact.rounded(impulse, lambda values: ALONG.size(impact, values))
     known = impact.unique[:, None].all(axis=-1, keepdims=True) & ~np.isnan(numbers) & ~np.isnan(shares)
     share = np.where(known, np.where(numbers < 0.0, -impulse, impulse), 0.0) * impact.exact(np.nan_to_num(shares))
@@ -96,9 +95,10 @@ def _share_size(impact: Impact, values: Array) -> float:
 
 
 PARTS = (
-    *(entry._replace(of="part") for entry in POINTS if entry.key in ("delta_v", "shock")),
+    *(entry._replace(of="part", also=()) for entry in (DELTA_V, SHOCK)),
     Quantity("velocity_margin", "part", "critical velocity change, of that of the part", "1", "less", _velocity_margin),
-    Quantity("peak_g", "part", "peak acceleration", "g", "greater", _peak, _largest_peak, NO_PULSE, stiff=True),
+    Quantity("peak_g", "part", "peak acceleration", "g", "greater", _peak, _largest_peak, NO_PULSE, stiff=True,
+        lacks=lambda landing: "" if landing.pulse or landing.scene.contact_stiffness else f"{NEEDS_PULSE}, or a contact stiffness"),
     Quantity("acceleration_margin", "part", "critical acceleration, of the peak at the part", "1", "less", _acceleration_margin,
         missing=f"{NO_PULSE}, or the part no critical acceleration", stiff=True),
     Quantity("part_margin", "part", "margin of the part, by velocity change or acceleration", "1", "less", _part_margin,

@@ -13,6 +13,8 @@ from shockpc.impact.impact import Impact
 from shockpc.landing.scene import GRAVITY
 from shockpc.quantities.quantity import Places, Quantity, largest_jump, largest_shock, once, reach
 
+NEEDS_PULSE = 'peak_g needs the duration of the impact, and the scene has none; give it a pulse = "half-sine:5ms"'
+
 
 def _r(impact: Impact, places: Places) -> Any:
     """The points (N or 1, n, 3) in their bodies' frames [m]."""
@@ -63,20 +65,35 @@ def _extreme(part: str) -> Callable[[Impact, Places], Array]:
     return lambda impact, places: np.asarray(getattr(directions(impact, places), part))
 
 
-POINTS = (
-    Quantity("delta_v", "point", "Δv, axes of the frame", "m/s", "greater", _delta_v, largest_jump, vector=True),
-    Quantity("shock", "point", "shock", "1", "greater", shock, largest_shock),
+DELTA_V = Quantity("delta_v", "point", "Δv, axes of the frame", "m/s", "greater", _delta_v, largest_jump, vector=True,
+    also=("friction", "stiffness"))  # fmt: skip
+MOST_SEVERE = Quantity("most_severe", "point", "shock of the most severe strike", "1", "greater", _extreme("most_severe_shock"),
+    path="most_severe.shock")  # fmt: skip
+SHOCK = Quantity("shock", "point", "shock", "1", "greater", shock, largest_shock, most_severe=MOST_SEVERE,
+    also=("friction", "stiffness"))  # fmt: skip
+AT_CENTRE = (
     Quantity("most_severe_direction", "point", "most severe strike, world axes", "1", "neither", _extreme("most_severe"),
-        vector=True),
-    Quantity("most_severe", "point", "shock of the most severe strike", "1", "greater", _extreme("most_severe_shock")),
+        vector=True, path="most_severe.direction"),
+    MOST_SEVERE,
     Quantity("least_severe_direction", "point", "least severe strike, world axes", "1", "neither", _extreme("least_severe"),
-        vector=True),
-    Quantity("least_severe", "point", "shock of the least severe strike", "1", "greater", _extreme("least_severe_shock")),
-    Quantity("peak_g", "point", "peak acceleration", "g", "greater", _peak, missing="the scene gives no pulse"),
-    Quantity("position", "point", "position in the world", "m", "neither", world_position, reach, vector=True),
-    Quantity("shock_free", "point", "shock with free joints", "1", "greater", missing="not solvable with free joints", posed=True),
-    Quantity("shock_locked", "point", "shock with locked joints", "1", "greater", missing="not solvable with locked joints",
-        posed=True),
-    Quantity("shock_springs_free", "point", "shock with locked joints but those with springs", "1", "greater",
-        missing="no joint has a spring, or not solvable", posed=True),
+        vector=True, path="least_severe.direction"),
+    Quantity("least_severe", "point", "shock of the least severe strike", "1", "greater", _extreme("least_severe_shock"),
+        path="least_severe.shock"),
+    Quantity("peak_g", "point", "peak acceleration", "g", "greater", _peak, missing="the scene gives no pulse",
+        lacks=lambda landing: NEEDS_PULSE if landing.pulse is None else "", also=("friction",)),
+)  # fmt: skip
+"""What bodies have too, at their centres of mass."""
+
+POINTS = (
+    DELTA_V,
+    SHOCK,
+    *AT_CENTRE,
+    Quantity("position", "point", "position in the world", "m", "neither", world_position, reach, vector=True,
+        fixed=lambda place: place.r),
+    Quantity("shock_free", "point", "shock with free joints", "1", "greater", shock, largest_shock,
+        "not solvable with free joints", posed=True, on="free"),
+    Quantity("shock_locked", "point", "shock with locked joints", "1", "greater", shock, largest_shock,
+        "not solvable with locked joints", posed=True, on="locked"),
+    Quantity("shock_springs_free", "point", "shock with locked joints but those with springs", "1", "greater", shock,
+        largest_shock, "no joint has a spring, or not solvable", posed=True, on="springs_free"),
 )  # fmt: skip

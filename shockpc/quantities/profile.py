@@ -1,7 +1,7 @@
 """What an analysis gives back: a landing and its proof; every other number is a quantity, computed when it is read."""
 
 import math
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 from typing import TYPE_CHECKING, Any, NamedTuple, TypeVar
@@ -33,8 +33,8 @@ from shockpc.quantities.accuracy import (
     strained,
 )
 from shockpc.quantities.plausibility import gained, implausible, pulled, saturated, slipping
-from shockpc.quantities.quantity import Quantity, evaluate
-from shockpc.quantities.table import Selection, quantity
+from shockpc.quantities.quantity import Quantity
+from shockpc.quantities.table import Selection, quantities_of, quantity
 from shockpc.robot.geometry import body_outline
 from shockpc.robot.robot import Robot
 from shockpc.text.diagnostic import Diagnostic
@@ -47,23 +47,77 @@ if TYPE_CHECKING:
 
 
 R = TypeVar("R", bound="NamedTuple")
+T = TypeVar("T")
 
 DIFFERS, LEAST_DIFFERENCE = 0.1, 1e-3
 """Share by which shock on contacts of finite stiffness differs from that of the impulse model, from which a warning says so; and
 the least difference of which one does [1]."""
 
 
+def _record_of(kind: Kind) -> Callable[[type[R]], type[R]]:
+    """A record of one place: its fields are quantities of a kind by key, None without a value, whose titles document them."""
+
+    def described(record: type[R]) -> type[R]:
+        own = [entry for entry in quantities_of(kind) if entry.key in record._fields]
+        record.__doc__ = f"{record.__doc__}" + "".join(f"    {entry.key}: {entry.text}.\n    " for entry in own)
+        return record
+
+    return described
+
+
+def _property(kind: Kind, key: str, made: Callable[[Array], T]) -> "cached_property[T]":
+    """A property of a profile: what is made of the values of a quantity at all places of its kind."""
+    entry = quantity(kind, key)
+
+    def read(profile: "ShockProfile") -> T:
+        return made(profile.values(entry))
+
+    read.__doc__ = f"{entry.text} (of {'the' if kind == 'robot' else 'each'} {kind})."
+    return cached_property(read)
+
+
+def _each(values: Array) -> Array:
+    """Values at several places."""
+    return values
+
+
+def _flags(values: Array) -> np.ndarray:
+    """Whether a flag is set, at several places."""
+    flags = np.asarray(values > 0.0)
+    freeze(flags)
+    return flags
+
+
+def _vector(values: Array) -> Array:
+    """The vector of the robot."""
+    return np.asarray(values[0])
+
+
+def _one(values: Array) -> float:
+    """The number of the robot."""
+    return float(values[0])
+
+
+def _known(values: Array) -> float | None:
+    """The number of the robot, or None where there is none."""
+    return None if np.isnan(values[0]) else float(values[0])
+
+
+def _number(value: Any) -> Any:
+    """A number or a vector, or None where there is none."""
+    if np.isnan(value).all():
+        return None
+    return value if np.ndim(value) else float(value)
+
+
+@_record_of("point")
 class PointShock(NamedTuple):
     """Shock at a sensor, or at a point that was asked for.
 
     Attributes:
         frame: its name.
         body: the body it is fixed to.
-        position: (3,) world [m].
-        delta_v: (3,) jump of its velocity, in the frame's own axes [m/s].
-        shock: |Δv| / v_in [1].
         directions: the most and the least severe impact direction.
-        peak_g: peak acceleration for the scene's pulse, in multiples of gravity; None without a pulse.
     """
 
     frame: str
@@ -75,6 +129,7 @@ class PointShock(NamedTuple):
     peak_g: float | None
 
 
+@_record_of("part")
 class PartMargin(NamedTuple):
     """How far a part is from what it withstands.
 
@@ -82,13 +137,7 @@ class PartMargin(NamedTuple):
         part: its name.
         body: the body it is fixed to.
         strength: its damage boundary.
-        delta_v: (3,) jump of its velocity, in the axes of its frame [m/s].
-        shock: |Δv| / v_in [1].
-        velocity_margin: critical velocity change, of |Δv| [1].
-        peak_g: peak acceleration, in multiples of gravity; None without a pulse or a contact stiffness.
-        acceleration_margin: critical acceleration, of that peak [1]; None where one of the two is not known.
-        part_margin: by how much the speed of the strike may rise before the part may be damaged [1].
-        governed_by: which of the two margins that is.
+        governed_by: which of the two margins is that of the part.
     """
 
     part: str
@@ -103,24 +152,12 @@ class PartMargin(NamedTuple):
     governed_by: str
 
 
+@_record_of("contact")
 class ContactImpulse(NamedTuple):
-    """What the ground does at a contact.
+    """What the ground does at a contact; masses that cannot give way are infinite.
 
     Attributes:
         frame: its name.
-        point: (3,) where it strikes, world [m].
-        impulse: (3,) of the ground on the robot, world axes [N s]; None where only the sum over several contacts is determined.
-        moment: (3,) about that point, of a flat contact, world axes [N m s]; None for a point, or without an impulse.
-        friction_needed: tangential over normal impulse, the least coefficient of friction that makes it stick [1]; None without an
-            impulse, or where the ground would have to pull.
-        approach: (3,) velocity of the contact point before the impact, world axes [m/s].
-        mass_sticking: effective mass along the ground's normal if the contact sticks [kg]; inf if it cannot give way.
-        mass_frictionless: the same if it slides [kg].
-        effective_mass: that of the two which the contact has.
-        mitigation: impact mitigation factor if the contact sticks, in the directions in which joints can move it: 1 if they
-            decouple the robot from the ground, 0 if none can move it [1]; None unless the base is free.
-        mitigation_frictionless: the same if it slides, along the ground's normal [1].
-        pull: by how much the ground would have to pull [N s]; None without an impulse.
     """
 
     frame: str
@@ -137,8 +174,13 @@ class ContactImpulse(NamedTuple):
     pull: float | None
 
 
+@_record_of("contact")
 class StanceImpulse(NamedTuple):
-    """What the ground does at a foot that stands already; the attributes are as in `ContactImpulse`."""
+    """What the ground does at a foot that stands already.
+
+    Attributes:
+        frame: its name.
+    """
 
     frame: str
     point: Array
@@ -147,16 +189,12 @@ class StanceImpulse(NamedTuple):
     pull: float | None
 
 
+@_record_of("joint")
 class JointLoad(NamedTuple):
     """What a joint goes through.
 
     Attributes:
         joint: its name.
-        force: (3,) impulse on the body from its parent, world axes [N s].
-        moment: (3,) about the joint's origin (of a prismatic joint, where it has slid to), world axes [N m s].
-        along: part of the moment (of the force, if prismatic) along the joint's axis: what the drive carries [N m s, N s]; None
-            for a joint of more than one axis.
-        delta_qd: jump of its rate [rad/s, m/s]; of a ball joint its length.
     """
 
     joint: str
@@ -253,11 +291,19 @@ class ShockProfile:
         """
         where = self.places(wanted.of) if places is None else places
         key = (wanted.of, wanted.key, None if places is None else tuple((p.name, p.body, p.number, *p.r.tolist()) for p in places))
-        cache = self._cache
-        if key not in cache:
+        if key not in self._cache:
+            found = np.full((len(where), 3) if wanted.vector else len(where), np.nan)
+            fixed = [k for k, place in enumerate(where) if wanted.of == "point" and place.body < 0]
+            moving = [k for k in range(len(where)) if k not in fixed]
             with self.trace.stage(wanted.title):
-                cache[key] = read_only(self._values(wanted, where))
-        return cache[key]
+                if fixed and not wanted.lacks(self.landing):
+                    found[fixed] = [wanted.fixed(where[k]) for k in fixed]
+                if moving and wanted.on == "health":
+                    found[moving] = wanted.compute(self.health, [where[k] for k in moving])
+                elif moving and (proof := self.proof if wanted.on == "scene" else self.proof_with(wanted.on)) is not None:
+                    found[moving] = proof.read(wanted.compute, [where[k] for k in moving], size=wanted.size)[0, 0]
+            self._cache[key] = read_only(found)
+        return self._cache[key]
 
     def value(self, key: str, kind: Kind) -> Array:
         """The values of a quantity at all places of its kind, as `values`."""
@@ -276,27 +322,6 @@ class ShockProfile:
     @cached_property
     def _cache(self) -> dict[Any, Array]:
         return {}
-
-    def _values(self, wanted: Quantity, places: Sequence[Place]) -> Array:
-        out = np.zeros((len(places), 3) if wanted.vector else len(places))
-        moving = [k for k, place in enumerate(places) if wanted.of != "point" or place.body >= 0]
-        if wanted.key == "position":
-            out = np.array([place.r for place in places]).reshape(-1, 3)
-        if wanted.key == "peak_g" and self.landing.pulse is None:
-            out[:] = np.nan
-        if not moving:
-            return out
-        where = [places[k] for k in moving]
-        if wanted.key in ("shock_free", "shock_locked", "shock_springs_free"):
-            other = self.proof_with(wanted.key.removeprefix("shock_"))
-            shock = quantity("point", "shock")
-            out[moving] = np.nan if other is None else other.read(lambda impact: evaluate(shock, impact, where))[0, 0]
-        elif wanted.compute is None:
-            bounds = self.health.body_error_bounds
-            out[moving] = [bounds[place.body] for place in where] if wanted.of == "body" else getattr(self.health, wanted.key)
-        else:
-            out[moving] = self.proof.read(lambda impact: evaluate(wanted, impact, where))[0, 0]
-        return out
 
     def proof_with(self, name: str) -> Proof | None:
         """The proof of the same landing with "free" or "locked" joints, or with "springs_free" and all other joints locked.
@@ -366,18 +391,27 @@ class ShockProfile:
         """Names of the bodies."""
         return tuple(body.name for body in self.robot.bodies)
 
-    @property
-    def v_in(self) -> float:
-        """Speed by which shock is normalised, of the fastest contact or of the centre of mass [m/s]."""
-        return float(self.value("v_in", "robot")[0])
+    v_in = _property("robot", "v_in", _one)
+    position = _property("body", "position", _each)
+    copc = _property("body", "copc", _each)
+    copc_world = _property("body", "copc_world", _each)
+    ropc = _property("body", "ropc", _each)
+    translates = _property("body", "translates", _flags)
+    pitch = _property("body", "pitch", _each)
+    off_plane = _property("body", "off_plane", _each)
+    shock_com = _property("body", "shock_com", _each)
+    shock_min = _property("body", "shock_min", _each)
+    shock_max = _property("body", "shock_max", _each)
+    total_impulse = _property("robot", "total_impulse", _vector)
+    total_moment = _property("robot", "total_moment", _vector)
+    energy_lost = _property("robot", "energy_lost", _one)
+    energy_share = _property("robot", "energy_share", _known)
 
     @property
     def reference_velocities(self) -> Array:
         """(k, 3) velocities before the impact of which the fastest has the speed `v_in`: contacts or centre of mass [m/s]."""
         return read_only(
-            self.proof.read(
-                lambda impact: impact.rounded(impact.reference_velocities[0, 0], lambda _: self.landing.fastest_approach)
-            )
+            self.proof.read(lambda impact: impact.reference_velocities[0, 0], size=lambda *_: self.landing.fastest_approach)
         )
 
     @property
@@ -418,66 +452,10 @@ class ShockProfile:
         freeze(moved)
         return np.asarray(moved)
 
-    @property
-    def position(self) -> Array:
-        """(nb, 3) origins of the body frames, world [m]."""
-        return self.value("position", "body")
-
     @cached_property
     def rotation(self) -> Array:
         """(nb, 3, 3) of the body frames, body to world."""
-        return read_only(self.proof.read(lambda impact: impact.rounded(impact.state.rotation[0], lambda entries: 1.0)))
-
-    @property
-    def copc(self) -> Array:
-        """(nb, 3) centre of percussion, body coordinates [m]; NaN where the body does not rotate in the plane (Eq. 11)."""
-        return self.value("copc", "body")
-
-    @property
-    def copc_world(self) -> Array:
-        """(nb, 3) the same in the world [m]."""
-        return self.value("copc_world", "body")
-
-    @property
-    def ropc(self) -> Array:
-        """(nb,) radius of percussion [m]; inf where the body does not rotate in the plane (Eq. 12)."""
-        return self.value("ropc", "body")
-
-    @cached_property
-    def translates(self) -> np.ndarray:
-        """(nb,) whether the body does not rotate in the plane, by more than the rounding of files."""
-        translates = self.value("translates", "body") > 0.0
-        freeze(translates)
-        return translates
-
-    @property
-    def pitch(self) -> Array:
-        """(nb,) pitch of the spatial screw [m/rad]; NaN where the body does not rotate at all."""
-        return self.value("pitch", "body")
-
-    @property
-    def off_plane(self) -> Array:
-        """(nb,) share of the jump that the plane cannot show [1]."""
-        return self.value("off_plane", "body")
-
-    @property
-    def shock_com(self) -> Array:
-        """(nb,) shock at the centre of mass [1]."""
-        return self.value("shock_com", "body")
-
-    @property
-    def shock_min(self) -> Array:
-        """(nb,) least shock over the body's geometry [1]; NaN without geometry.
-
-        Of a file without collision geometry the visual one is taken. Computed in double precision from the proven jumps: right to
-        1e-15 of |Δv| + |Δω| |r| at the farthest point r of the body.
-        """
-        return self.value("shock_min", "body")
-
-    @property
-    def shock_max(self) -> Array:
-        """(nb,) greatest shock over the body's geometry [1]; as `shock_min`."""
-        return self.value("shock_max", "body")
+        return read_only(self.proof.read(lambda impact: impact.state.rotation[0], size=lambda *_: 1.0))
 
     @cached_property
     def directions(self) -> ExtremeDirections:
@@ -527,33 +505,13 @@ class ShockProfile:
         """
         return self._records(JointLoad, "joint", joint=[place.name for place in self.places("joint")])
 
-    @property
-    def total_impulse(self) -> Array:
-        """(3,) impulse of the ground on the robot, all contacts and standing feet together, world axes [N s]."""
-        return np.asarray(self.value("total_impulse", "robot")[0])
-
-    @property
-    def total_moment(self) -> Array:
-        """(3,) moment of the same about the robot's centre of mass, world axes [N m s]."""
-        return np.asarray(self.value("total_moment", "robot")[0])
-
-    @property
-    def energy_lost(self) -> float:
-        """Kinetic energy that the impact takes [J]."""
-        return float(self.value("energy_lost", "robot")[0])
-
-    @property
-    def energy_share(self) -> float | None:
-        """The same of the kinetic energy before it [1]; None where that is not determined (fixed base, standing feet)."""
-        share = float(self.value("energy_share", "robot")[0])
-        return None if np.isnan(share) else share
-
     @cached_property
     def bracket(self) -> tuple[Bracket, ...]:
         """Shock with other models of the joints: at the heaviest body's centre of mass and at every sensor and point."""
-        places, keys = self.bracketed, ("shock_free", "shock", "shock_locked", "shock_springs_free")
-        rows = zip(places, *(self.values(quantity("point", key), places).tolist() for key in keys), strict=True)
-        return tuple(Bracket(place.name, _number(free), here, *map(_number, others)) for place, free, here, *others in rows)
+        return self._records(
+            Bracket, "point", self.bracketed, place=[place.name for place in self.bracketed], free="shock_free",
+            as_modelled="shock", locked="shock_locked", springs_free="shock_springs_free",
+        )  # fmt: skip
 
     @cached_property
     def spring_time(self) -> float:
@@ -718,15 +676,12 @@ class ShockProfile:
         keys = ("most_severe_direction", "most_severe", "least_severe_direction", "least_severe")
         return ExtremeDirections(*(self.value(key, kind) for key in keys))
 
-    def _records(self, record: type[R], kind: Kind, **given: Sequence[Any]) -> tuple[R, ...]:
-        """A record for each place of a kind, its fields quantities by key but those given; None where a value does not exist."""
-        keys = record._fields
-        columns = [given[key] if key in given else [_number(x) for x in self.value(key, kind)] for key in keys]
-        return tuple(record(*row) for row in zip(*columns, strict=True))
-
-
-def _number(value: Any) -> Any:
-    """A number or a vector, or None where there is none."""
-    if np.isnan(value).all():
-        return None
-    return value if np.ndim(value) else float(value)
+    def _records(
+        self, record: type[R], kind: Kind, places: Sequence[Place] | None = None, **given: str | Sequence[Any]
+    ) -> tuple[R, ...]:
+        """A record for each place, as `values` takes them: its fields are given, or quantities, by their own keys or given ones."""
+        columns: list[Iterable[Any]] = []
+        for name in record._fields:
+            column = given.get(name, name)
+            columns.append(map(_number, self.values(quantity(kind, column), places)) if isinstance(column, str) else column)
+        return tuple(map(record._make, zip(*columns, strict=True)))

@@ -8,6 +8,7 @@ import numpy as np
 
 from shockpc.core.spatial import Array, freeze
 from shockpc.impact.impact import Impact
+from shockpc.landing.landing import PosedLanding
 from shockpc.landing.places import Kind, Place
 from shockpc.landing.scene import Scene
 
@@ -25,7 +26,7 @@ class Quantity(NamedTuple):
         unit: SI, but g; "1" for a ratio.
         worse: which change makes a design worse.
         compute: values (N, S, n) or (N, S, n, 3) at n places in N postures for S strikes, NaN where there is none; in the
-            arithmetic of the impact. None for what is known of a proven profile alone.
+            arithmetic of the impact. Of a profile's health values (n,).
         size: natural size of values (N, S, n, ...), against which a ball counts as narrow enough: of an impact and the values.
         missing: why a value may be missing.
         vector: whether a value is a vector (3,), which counts by its length where one number is needed.
@@ -34,14 +35,26 @@ class Quantity(NamedTuple):
         unproven: whether it is computed in one posture at a time, but in double precision.
         shared: whether it is one of many where contact or closure rows are redundant: that of the impulses of least norm.
         signed: whether a value, or a component of a vector, may be negative; then "greater" means farther from zero.
+        on: what it is computed of: the impact of the scene, that of the same landing with joints of another model (as
+            `ShockProfile.proof_with` names them), or the profile's health.
+        lacks: what a landing lacks for it, as a message; empty where it exists.
+        fixed: its value at a point that is fixed to the world, which nothing moves.
+        strikes: whether only contacts that strike have it, and no standing foot.
+        most_severe: of a shock: that of the most severe strike at the same place, to which errors of it are relative.
+        reciprocal: what changes are ranked by where that is its reciprocal; empty where it is the quantity itself.
+        role: what it says of whether flat ground allows a landing: "feasible" is 1 or 0, NaN where a proof decides; "pull" is above
+            zero where a contact would have to be pulled.
+        also: for what else it exists: the impact with friction, and the jumps on contacts of finite stiffness.
+        path: where it stands in the document of its place, by default under its key; None if it has no place of its own there.
+        flag: whether it is 1 or 0, which documents write as true or false.
     """
 
     key: str
     of: Kind
     title: str
     unit: str
-    worse: Literal["greater", "less", "neither"] = "neither"
-    compute: Callable[[Impact, Places], Any] | None = None
+    worse: Literal["greater", "less", "neither"]
+    compute: Callable[[Any, Places], Any]
     size: Callable[[Impact, Array], Any] = lambda impact, values: 0.0
     missing: str = ""
     vector: bool = False
@@ -50,6 +63,16 @@ class Quantity(NamedTuple):
     unproven: bool = False
     shared: bool = False
     signed: bool = False
+    on: Literal["scene", "free", "locked", "springs_free", "health"] = "scene"
+    lacks: Callable[[PosedLanding], str] = lambda landing: ""
+    fixed: Callable[[Place], Any] = lambda place: 0.0
+    strikes: bool = False
+    most_severe: "Quantity | None" = None
+    reciprocal: str = ""
+    role: Literal["", "feasible", "pull"] = ""
+    also: tuple[Literal["friction", "stiffness"], ...] = ()
+    path: str | None = ""
+    flag: bool = False
 
     def alone(self, scene: Scene) -> bool:
         """Whether it is computed in one posture at a time, for a landing of a scene."""
@@ -60,10 +83,9 @@ class Quantity(NamedTuple):
         return self.unproven or (self.stiff and scene.contact_stiffness is not None)
 
     @property
-    def formula(self) -> Callable[[Impact, Places], Any]:
-        """The formula of a quantity that has one."""
-        assert self.compute is not None
-        return self.compute
+    def text(self) -> str:
+        """Title, unit, and why there may be no value."""
+        return f"{self.title} [{self.unit}]" + (f"; no value: {self.missing}" if self.missing else "")
 
     @property
     def note(self) -> str:
@@ -103,7 +125,7 @@ def evaluate(quantity: Quantity, impact: Impact, places: Places) -> Array:
     Raises:
         PrecisionError: the impact is in balls, and they are too wide.
     """
-    return impact.rounded(quantity.formula(impact, places), lambda values: quantity.size(impact, values))
+    return impact.rounded(quantity.compute(impact, places), functools.partial(quantity.size, impact))
 
 
 def largest_jump(impact: Impact, values: Array) -> float:

@@ -1,6 +1,6 @@
 """What an impact does to the robot as a whole, and how far its numbers are known."""
 
-from typing import Any
+from typing import Any, Literal
 
 import numpy as np
 
@@ -104,25 +104,31 @@ def _feasible(impact: Impact, places: Places) -> Array:
     return np.asarray(_one(np.where(gains, np.nan, np.where(refused, 0.0, 1.0))))
 
 
+def _health(key: str, title: str, unit: str = "1", worse: Literal["greater", "neither"] = "greater") -> Quantity:
+    """A number of the profile's health, which the document has as a record."""
+    return Quantity(key, "robot", title, unit, worse, lambda health, _: [getattr(health, key)], posed=True, on="health", path=None)
+
+
 ROBOT = (
     Quantity("mass", "robot", "mass", "kg", "neither", _mass),
     Quantity("v_in", "robot", "speed that shock is relative to", "m/s", "neither", lambda i, p: _one(i.v_in), lambda i,
         x: 1e-12 * float(np.abs(np.concatenate(i.landing.before)).max())),
     Quantity("total_impulse", "robot", "impulse of the ground, world axes", "N s", "greater", lambda i,
-        p: _one(i.ground_impulse[0]), _force_size, vector=True),
+        p: _one(i.ground_impulse[0]), _force_size, vector=True, also=("friction",), path="total.impulse"),
     Quantity("total_moment", "robot", "its moment about the centre of mass, world axes", "N m s", "greater", lambda i,
-        p: _one(i.ground_impulse[1]), _moment_size, vector=True),
-    Quantity("energy_lost", "robot", "kinetic energy lost", "J", "greater", _energy_lost, _energy_size, DRIVEN),
+        p: _one(i.ground_impulse[1]), _moment_size, vector=True, also=("friction",), path="total.moment"),
+    Quantity("energy_lost", "robot", "kinetic energy lost", "J", "greater", _energy_lost, _energy_size, DRIVEN,
+        path="energy.lost"),
     Quantity("energy_share", "robot", "kinetic energy lost, of that before", "1", "greater", _energy_share, lambda i, x: 1.0,
-        UNKNOWN),
+        UNKNOWN, path="energy.share"),
     Quantity("depth", "robot", "depth of other geometry below the contacts", "m", "greater", _depth,
         missing="the robot has no geometry, or no contact is on flat ground"),
     Quantity("feasible", "robot", "whether flat ground allows the landing", "1", "less", _feasible,
-        missing="with friction and restitution the impact would gain energy"),
-    Quantity("rank", "robot", "independent contact and closure rows", "1", posed=True),
-    Quantity("rows", "robot", "contact and closure rows", "1", posed=True),
-    Quantity("error_bound", "robot", "proven error of the jumps, for the robot as loaded", "1", "greater", posed=True),
-    Quantity("double_error", "robot", "error of double precision", "1", "greater", posed=True),
-    Quantity("data_sensitivity", "robot", "effect of the last digit of the data", "1", "greater", posed=True),
-    Quantity("bits", "robot", "precision of the proof", "bit", posed=True),
+        missing="with friction and restitution the impact would gain energy", role="feasible"),
+    _health("rank", "independent contact and closure rows", worse="neither"),
+    _health("rows", "contact and closure rows", worse="neither"),
+    _health("error_bound", "proven error of the jumps, for the robot as loaded"),
+    _health("double_error", "error of double precision"),
+    _health("data_sensitivity", "effect of the last digit of the data"),
+    _health("bits", "precision of the proof", "bit", "neither"),
 )  # fmt: skip

@@ -18,28 +18,11 @@ from shockpc.landing.dynamics import PINOCCHIO
 from shockpc.landing.places import Kind
 from shockpc.landing.scene import GRAVITY, Scene
 from shockpc.landing.scene_file import scene_table
-from shockpc.quantities.ground import GROUND
 from shockpc.quantities.profile import ShockProfile
 from shockpc.quantities.table import quantities_of, quantity
 
 if TYPE_CHECKING:
     from shockpc.impact.stiffness import CompliantLanding
-
-
-PATHS = {
-    "most_severe": "most_severe.shock",
-    "most_severe_direction": "most_severe.direction",
-    "least_severe": "least_severe.shock",
-    "least_severe_direction": "least_severe.direction",
-    "energy_lost": "energy.lost",
-    "energy_share": "energy.share",
-    "total_impulse": "total.impulse",
-    "total_moment": "total.moment",
-}
-"""Where quantities stand in the object of their place; others stand under their own key."""
-
-TYPES = {"translates": bool}
-"""Of what is not a length, a ratio or another measure."""
 
 
 def document(profile: ShockProfile, spectrum: bool = False) -> dict[str, Any]:
@@ -99,17 +82,16 @@ def content(profile: ShockProfile, spectrum: bool = False) -> dict[str, Any]:
 
 
 def _selected(profile: ShockProfile, kind: Kind) -> list[dict[str, Any]]:
-    """The quantities of every place of a kind; those of the robot without its health, which is a record."""
+    """The quantities of every place of a kind, those that stand there."""
     rows: list[dict[str, Any]] = [{} for _ in profile.places(kind)]
     for entry in quantities_of(kind):
-        if entry in GROUND or (kind == "robot" and entry.compute is None):
+        if entry.path is None:
             continue
-        *groups, key = PATHS.get(entry.key, entry.key).split(".")
-        convert = TYPES.get(entry.key, lambda value: value)
+        *groups, key = (entry.path or entry.key).split(".")
         for row, value in zip(rows, profile.values(entry), strict=True):
             for group in groups:
                 row = row.setdefault(group, {})
-            row[key] = convert(value)
+            row[key] = bool(value) if entry.flag else value
     return rows
 
 
@@ -182,7 +164,7 @@ def _spectra(profile: ShockProfile, stiffness: "CompliantLanding") -> dict[str, 
     from shockpc.impact.stiffness import DAMPING, SPECTRUM
 
     points = [place for place in profile.places("point") if place.body >= 0]
-    compute = quantity("point", "delta_v").formula
+    compute = quantity("point", "delta_v").compute
     spectra = [stiffness.spectrum(compute, points, damping) / GRAVITY for damping in DAMPING]
     return {
         "frequencies": list(SPECTRUM),

@@ -219,7 +219,7 @@ def _differences(profiles: Sequence[ShockProfile], matched: Sequence[Partners], 
 
     def rank(row: Difference) -> tuple[int, float]:
         above = order.index(row.body) if row.body in order and selection.quantity.of != "point" else len(order)
-        return above, -_size(row, selection.quantity.key == "ropc")
+        return above, -_size(row, bool(selection.quantity.reciprocal))
 
     return Differences(selection, tuple(sorted(differences, key=rank)))
 

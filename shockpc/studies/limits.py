@@ -485,7 +485,7 @@ def limits(
     (profile,) = profiles({"": (scene, robot)})
     landing = profile.landing
     text = f"shock@{target.label}" if isinstance(target, Point) else target
-    asked = column(profile, text, lambda entry: entry.compute is not None and entry.key != "feasible")
+    asked = column(profile, text)
     entry = asked.selection.quantity
     if entry.worse == ("greater" if bound.below else "less"):
         raise StudyError(f"the {entry.worse} value of {asked.name} is the worse one; bound it by {'max' if bound.below else 'min'}")

@@ -186,7 +186,7 @@ def sensitivity(
     chosen = pairs(vary)
     solved = profiles({name: (scene, robot) for name, scene in scenes.items()}, trace)
     text = f"shock@{target.label}" if isinstance(target, Point) else target
-    asked = [column(profile, text, lambda entry: entry.compute is not None and entry.key != "feasible") for profile in solved]
+    asked = [column(profile, text) for profile in solved]
     entry = asked[0].selection.quantity
     for scene in scenes.values():
         if not entry.of_ground(scene):
@@ -346,7 +346,7 @@ def _value(profile: ShockProfile, asked: Column) -> float:
     if not math.isfinite(value):
         raise StudyError(f"there is no {asked.title} in this landing: {entry.missing or 'it is infinite'}")
     where = [asked.place]
-    size = profile.proof.read(lambda impact: float(np.max(entry.size(impact, entry.formula(impact, where).astype(float)))))
+    size = profile.proof.read(lambda impact: float(np.max(entry.size(impact, entry.compute(impact, where).astype(float)))))
     if abs(value) <= ZERO * max(size, abs(value)):
         raise StudyError(
             f"{asked.title} is zero in this landing: a length has no derivative where it is zero, and changes cannot be relative "

@@ -6,7 +6,8 @@ loaded, the posture, and the rows that were found independent.
 
 import threading
 from collections.abc import Callable
-from typing import TypeVar
+from functools import partial
+from typing import Any, TypeVar, cast
 
 import numpy as np
 from flint import ctx
@@ -67,22 +68,26 @@ class Proof:
     def __getstate__(self) -> dict[str, object]:
         return vars(self) | {"_impact": None}
 
-    def read(self, compute: Callable[[BallImpact], T], bits: int = LEAST_BITS) -> T:
+    def read(self, compute: Callable[..., T], *arguments: Any, size: Callable[[BallImpact, Array], Any] | None = None) -> T:
         """The value of a function of the impact, at the least precision at which it raises no `PrecisionError` or `SingularError`.
+
+        Args:
+            compute: the function.
+            arguments: its further ones.
+            size: natural size of the values, of the impact and the values; they are rounded to doubles relative to it, if given.
 
         Raises:
             SolveError: the number is not known closely enough at the highest precision.
             SingularError: a pivot may be zero there: no inertia resists a motion, or rows are dependent.
         """
         with PRECISION:
-            if bits > self._bits:
-                self._bits, self._impact = bits, None
             while True:
                 with ctx.workprec(self._bits):
                     try:
                         if self._impact is None:
                             self._impact = BallImpact(self.landing, self.choice)
-                        return compute(self._impact)
+                        values: Any = compute(self._impact, *arguments)
+                        return cast(T, values if size is None else self._impact.rounded(values, partial(size, self._impact)))
                     except (PrecisionError, SingularError) as failure:
                         if self._bits >= MOST_BITS:
                             if isinstance(failure, SingularError):

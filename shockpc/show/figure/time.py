@@ -10,7 +10,8 @@ from matplotlib.ticker import NullFormatter
 from shockpc.core.spatial import Array
 from shockpc.impact.stiffness import DAMPING, SPECTRUM, CompliantLanding
 from shockpc.landing.scene import GRAVITY
-from shockpc.quantities.ground import ALONG, DELTA_V
+from shockpc.quantities.ground import ALONG
+from shockpc.quantities.points import DELTA_V
 from shockpc.quantities.profile import ShockProfile
 from shockpc.show.figure.style import CURVES, INK, new_chart
 from shockpc.show.header import contact_name
@@ -48,7 +49,7 @@ def draw_time(profile: ShockProfile) -> Figure:
         ("acceleration [g]", DELTA_V, points, GRAVITY),
         ("torque [N m, N]", ALONG, profile.places("joint"), 1.0),
     ):
-        values = compliant.history(entry.formula, where, t) / scale if where else np.zeros((len(t), 0, 1))
+        values = compliant.history(entry.compute, where, t) / scale if where else np.zeros((len(t), 0, 1))
         values = np.linalg.norm(values, axis=2) if values.shape[2] > 1 else values[..., 0]
         if entry is ALONG:
             peaks = profile.value("peak_torque", "joint")
@@ -78,7 +79,7 @@ def draw_spectrum(profile: ShockProfile) -> Figure:
         xscale="log", yscale="log", xlabel="natural frequency [Hz]", ylabel="largest response along an axis [g]"
     )
     for line, damping in zip(("solid", "dashed"), DAMPING, strict=True):
-        response = compliant.spectrum(DELTA_V.formula, points, damping) / GRAVITY
+        response = compliant.spectrum(DELTA_V.compute, points, damping) / GRAVITY
         for k, place in enumerate(points[: len(CURVES)]):
             label = f"{printable(place.name, 40)}, damping {100.0 * damping:g} %"
             axes.plot(SPECTRUM, response[:, k], color=CURVES[k], linestyle=line, linewidth=1.1, label=label)

@@ -125,8 +125,8 @@ def _sheet(comparison: Comparison, differences: Differences, names: list[str], m
     # Rows are in the order of their sizes, but for those that every table has.
     sizes = [math.inf if row.always else -k for k, row in enumerate(differences.rows)]
     rows, notes = largest(rows, most, quantity.of, sizes)
-    if quantity.key == "ropc":
-        notes = ("ranked by the change of 1 / RoPc, the shock per metre", *notes)
+    if quantity.reciprocal:
+        notes = (f"ranked by the change of {quantity.reciprocal}", *notes)
     if quantity.shared and any(profile.redundant for profile in comparison.profiles):
         notes = ("of the contact impulses of least norm, because rows are redundant", *notes)
     return Sheet(f"{quantity.title} ({selection.name})", header, rows, notes)

@@ -357,7 +357,8 @@ def _stiffness_sheets(profile: ShockProfile, most: int | None) -> list[Sheet]:
         return []
 
     def rows(kind: Kind, *keys: str) -> list[Row]:
-        values = [(1e3 if key.endswith("time") or key == "duration" else 1.0) * profile.value(key, kind) for key in keys]
+        entries = [quantity(kind, key) for key in keys]
+        values = [(1e3 if entry.unit == "s" else 1.0) * profile.values(entry) for entry in entries]
         return [(place.name, *row) for place, *row in zip(profile.places(kind), *values, strict=True)]
 
     header = ("contact", "duration [ms]", "peak force [N]", "at [ms]")
