@@ -146,9 +146,8 @@ def impact_jumps(
         bodies: indices of those whose jumps are wanted, in that order; all by default.
     """
     equation, robot = landing.equation(state, own), landing.robot
-    solution = solve_impact(
-        equation.inertia, equation.J_c, equation.b, equation.terms, equation.tolerance, landing.most_independent
-    )  # Eq. 4
+    most = landing.most_independent(state, equation.blocks)
+    solution = solve_impact(equation.inertia, equation.J_c, equation.b, equation.terms, equation.tolerance, most)  # Eq. 4
     delta_qd = equation.full(solution.delta_qd)  # Eq. 7
     columns = [joint.v for joint in robot.joints]
     return equation, solution, body_jumps(state.J, columns, robot.parents, state.position, delta_qd, bodies)  # Eqs. 8 and 9

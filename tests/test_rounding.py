@@ -1,11 +1,13 @@
 """Angles and lengths that a CAD program rounded: a mechanism moves as the exact one does, and is not locked by what is left."""
 
+import dataclasses
 import itertools
 import math
 
 import numpy as np
 import pytest
 from robot_texts import link, urdf
+from scipy.spatial.transform import Rotation
 from trees import robot_from
 
 from shockpc import Contact, Posture, Scene, SolveError, Strike, resolve, shock_maps, shock_profile
@@ -150,6 +152,113 @@ def test_a_tilt_that_is_meant_stays():
     """0.02 rad are no rounding of a number with four decimals: the leg is locked by a contact that sticks, as it is drawn."""
     robot = chain(f"{QUARTER + 0.02:.4f}")
     assert shock_profile(landing(robot), robot).health.rank == 3
+
+
+def mjcf_chain(write, axis="0 0 1", rail=True):
+    """A leg in a plane, whose second joint's frame is turned about several axes, as an MJCF.
+
+    Args:
+        write: attribute for a rotation.
+        axis: of the second joint, along y of the world.
+        rail: whether a trunk that slides along z carries it, or the world.
+    """
+    mass = '<inertial pos="0 0 0" mass="1" diaginertia=".1 .1 .1"/>'
+    turned = Rotation.from_euler("xyz", TURNED, degrees=True)
+    place = turned.inv().apply([0.3, 0.0, -0.1])
+    shin = f'<body name="b" pos="0.1 0.1 -0.3" {write(turned)}><joint name="joint1" axis="{axis}"/>{mass}'
+    shin += f'<site name="foot" pos="{" ".join(map(repr, place.tolist()))}"/></body>'
+    thigh = f'<body name="a"><joint name="joint0" axis="0 1 0"/>{mass}{shin}</body>'
+    slide = f'<body name="trunk"><joint name="rail" type="slide" axis="0 0 1"/>{mass}{thigh}</body>'
+    return robot_from(f'<mujoco model="chain"><worldbody>{slide if rail else thigh}</worldbody></mujoco>', ".xml")
+
+
+TURNED = (45.0, 30.0, 60.0)
+ALONG_Y = Rotation.from_euler("xyz", TURNED, degrees=True).inv().apply([0.0, 1.0, 0.0])
+WRITTEN = {
+    "quat": lambda turn: turn.as_quat()[[3, 0, 1, 2]],
+    "euler": lambda turn: turn.as_euler("XYZ", degrees=True),
+    "axisangle": lambda turn: np.append(turn.as_rotvec() / turn.magnitude(), np.degrees(turn.magnitude())),
+    "xyaxes": lambda turn: turn.as_matrix()[:, :2].T.ravel(),
+}
+
+
+@pytest.mark.parametrize("rail", [True, False])
+@pytest.mark.parametrize("digits", [4, 5, 6, 7])
+@pytest.mark.parametrize("key", WRITTEN)
+def test_rotations_about_several_axes_in_every_form_of_an_mjcf(key, digits, rail):
+    """Quaternions, angles in degrees and axes, rounded, land as the exact rotation."""
+
+    def robot(count):
+        axis = " ".join(f"{x:.{count}f}" for x in ALONG_Y)
+        return mjcf_chain(lambda turn: f'{key}="{" ".join(f"{x:.{count}f}" for x in WRITTEN[key](turn))}"', axis, rail)
+
+    exact, rounded = (shock_profile(landing(given), given) for given in (robot(17), robot(digits)))
+    assert rounded.health.rank == exact.health.rank == 2
+    np.testing.assert_allclose(numbers(rounded), numbers(exact), rtol=1e-3, atol=2e-3)
+
+
+def leg_of_a_free_trunk(angle, turn=(0.0, 0.0, 0.0), digits=17):
+    """Two links whose joints turn about y below a trunk that can fall, their frames turned by an angle about x, or any way."""
+    turned = Rotation.from_euler("xyz", turn) if any(turn) else Rotation.from_euler("x", -90.0, degrees=True)
+    rpy = " ".join(f"{angle:.{digits}f}" for angle in turn) if any(turn) else f"{angle} 0 0"
+    axis = " ".join(f"{x:.{digits}f}" for x in turned.inv().apply([0.0, 1.0, 0.0]))
+    thigh, shin = (" ".join(map(repr, turned.inv().apply(v).tolist())) for v in ((0.1, 0.0, -0.28), (-0.12, 0.0, -0.27)))
+    joints = [
+        _joint("joint0", "trunk", "a", axis, "0.25 0.1 0", rpy),
+        _joint("joint1", "a", "b", axis, thigh, "0 0 0"),
+        _joint("ankle", "b", "foot", "1 0 0", shin, "0 0 0", "fixed"),
+    ]
+    return robot_from(urdf(link("trunk", mass="3"), link("a"), link("b"), '<link name="foot"/>', *joints, name="leg"))
+
+
+def on_a_trunk(base, roll, **contact):
+    """The landing of that leg on its foot, the trunk rolled [deg]."""
+    posture = Posture(joints_deg={"joint0": 24.0, "joint1": -40.0}, base_rpy_deg=(roll, 0.0, 0.0))
+    given = {"posture": posture, "strike": Strike(velocity=FALL), "base": base}
+    return Scene(robot="leg", contact=Contact(**{"frame": "foot", **contact}), **given)
+
+
+def test_no_landing_depends_on_the_one_before():
+    """Of the same robot at another point of the same link, and with the base in another attitude."""
+    hip, elsewhere = landing(chain("-1.5708"), frame="link0"), Contact(frame="link0", offset=(0.1, 0.3, 0.0))
+    rail, trunk = chain("-1.5708"), leg_of_a_free_trunk("-1.5708")
+    shock_profile(dataclasses.replace(hip, strike=Strike(velocity=(0.0, 0.0, -1.0))), rail)
+    shock_profile(on_a_trunk("planar", 0.0), trunk)
+    for first, scene, other in (
+        (rail, dataclasses.replace(hip, contact=elsewhere), chain("-1.5708")),
+        (trunk, on_a_trunk("planar", 2.0), leg_of_a_free_trunk("-1.5708")),
+    ):
+        after, alone = shock_profile(scene, first), shock_profile(scene, other)
+        assert after.health.rank == alone.health.rank
+        np.testing.assert_array_equal(numbers(after), numbers(alone))
+
+
+@pytest.mark.parametrize("digits", [2, 4, 6, 17])
+def test_a_contact_that_slides_is_refused_where_only_rounding_moves_it(digits):
+    """Its one row is what rounding left, and there is no other to compare it with."""
+    robot = leg_of_a_free_trunk(written(digits))
+    upright, lying = (on_a_trunk("fixed", roll, directions=("z",)) for roll in (0.0, 90.0))
+    assert shock_profile(upright, robot).health.rank == 1
+    with pytest.raises(SolveError, match=r"cannot be stopped .* along \(0 0 1\)"):
+        shock_profile(lying, robot)
+
+
+@pytest.mark.parametrize("law", [{"contact_stiffness": 1e5}, {"friction": 0.3}])
+@pytest.mark.parametrize("digits", [2, 3, 4, 5, 6])
+@pytest.mark.parametrize("turn", [(math.pi, math.pi / 2.0, math.pi / 2.0), (math.pi / 4.0, math.pi / 6.0, math.pi / 3.0)])
+def test_soft_contacts_and_friction_leave_it_out_as_well(turn, digits, law):
+    """Of a robot that moves in its plane, as of the exact one."""
+    scene = dataclasses.replace(on_a_trunk("planar", 0.0), posture=Posture(joints_deg={"joint0": 10.0, "joint1": -15.0}), **law)
+    exact, rounded = (shock_profile(scene, leg_of_a_free_trunk("", turn, count)) for count in (17, digits))
+    np.testing.assert_allclose(rounded.shock_com, exact.shock_com, rtol=5.0 * 10.0**-digits, atol=5.0 * 10.0**-digits)
+
+
+def test_postures_of_one_batch_have_their_own_ranks():
+    """Attitudes of a planar base in which the leg moves in the plane, and out of it."""
+    robot = leg_of_a_free_trunk("-1.5708")
+    posed = resolve(on_a_trunk("planar", 0.0), robot)
+    Q = np.stack([resolve(on_a_trunk("planar", roll), robot).q for roll in (0.0, 2.0, 0.0, 30.0)])
+    assert shock_maps(posed, Q).rank.tolist() == [2, 3, 2, 3]
 
 
 def test_many_postures_in_double_precision_move_as_exact_ones():

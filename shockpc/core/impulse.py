@@ -94,7 +94,7 @@ def solve_impact(
     b: Array,
     terms: Callable[[int], Array],
     tolerance: float,
-    most: Callable[[], tuple[int, float]] | None = None,
+    most: Callable[[int], tuple[int, float]] | None = None,
 ) -> Solution:
     """The jump of least kinetic energy that meets the contact: Δq̇ = −H⁻¹ J_cᵀ Λ b, λ = −Λ b, Λ = (J_c H⁻¹ J_cᵀ)⁻¹.
 
@@ -107,7 +107,7 @@ def solve_impact(
         b: (N, nc, k) speed to be undone along each row, (1 + e) times the approach [m/s].
         terms: posture → (nc, nv) sizes of the terms that the entries of J_c are sums of.
         tolerance: as of `choose_rows`.
-        most: gives the last two arguments of `choose_rows`; asked only where they may matter.
+        most: posture → the last two arguments of `choose_rows`; asked only where they may matter.
 
     Returns: NaN in a posture whose inertia is singular in double precision.
     """
@@ -127,10 +127,12 @@ def solve_impact(
         # Unit velocities of single joints say what a mobility is: of a row along which nothing can move, rounding leaves 1e-32.
         natural = np.maximum(mobility.max(axis=-1), 1.0 / np.min(size, axis=-1) ** 2)
         well = (pivot > CLEARLY_INDEPENDENT) & (stiffness < INDISTINCT) & (mobility.min(axis=-1) > 1e-20 * natural)
-        limit, rounded = nc, 0.0
-        if most is not None and not np.all((pivot > SMALL) & (mobility.min(axis=-1) > SMALL * mobility.max(axis=-1))):
-            limit, rounded = most()
-        well &= limit == nc
+        limits = {}
+        if most is not None:
+            # One or two rows may all be what rounding left, and then none is smaller than the others.
+            small = ~((pivot > SMALL) & (mobility.min(axis=-1) > SMALL * mobility.max(axis=-1))) | (nc < 3)
+            limits = {k: most(k) for k in np.flatnonzero(small).tolist()}
+        well[[k for k, (limit, _) in limits.items() if limit < nc]] = False
         unclear = np.flatnonzero(~well).tolist()
         if unclear:
             scaled[unclear] = np.eye(nc)
@@ -139,7 +141,7 @@ def solve_impact(
         condition = stiffness / np.where(well, pivot, np.nan)
     choices, independent, rank = {}, {}, np.full(n, nc)
     for k in unclear:
-        choices[k] = choice = choose_rows(J_c[k], own := terms(k), levers(own), scale[k], tolerance, limit, rounded)
+        choices[k] = choice = choose_rows(J_c[k], own := terms(k), levers(own), scale[k], tolerance, *limits.get(k, ()))
         r, rank[k] = choice.rows, len(choice.rows)
         part, condition[k] = _least_squares(A[k][np.ix_(r, r)], b[k, r])
         condition[k] *= stiffness[k]

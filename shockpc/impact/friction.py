@@ -15,7 +15,7 @@ from shockpc.core.impulse import Solution, solve_impact
 from shockpc.core.memo import memoized
 from shockpc.core.spatial import Array, freeze
 from shockpc.impact.impact import DoubleImpact
-from shockpc.impact.solve import independent_rows
+from shockpc.impact.solve import independent_rows, rows_as_meant
 from shockpc.landing.contact import across
 from shockpc.landing.landing import PosedLanding
 from shockpc.landing.rows import Equation, slices_of
@@ -85,10 +85,10 @@ def contact_rows(landing: PosedLanding) -> ContactRows:
     if loops := landing.blocks[len(held) :]:
         K = equation.J_c[0, turn.shape[1] :][independent_rows(landing, loops)]
         basis = np.linalg.qr(K.T, mode="complete")[0][:, len(K) :]
-    J = turn @ equation.J_c[0, : turn.shape[1]] @ basis
+    J_c, b = (turn @ part[: turn.shape[1]] for part in rows_as_meant(landing))
     restitution = np.where(normal | every, e, 0.0)
-    speeds = turn @ equation.b[0, : turn.shape[1], 3] / (1.0 + restitution)
-    return ContactRows(equation, turn, np.concatenate(axes), number, normal, restitution, speeds, basis, basis.T @ H @ basis, J)
+    M, speeds = basis.T @ H @ basis, b / (1.0 + restitution)
+    return ContactRows(equation, turn, np.concatenate(axes), number, normal, restitution, speeds, basis, M, J_c @ basis)
 
 
 @memoized()
@@ -101,7 +101,8 @@ def friction_of(landing: PosedLanding) -> FrictionResult:
     """
     rows, mu = contact_rows(landing), landing.scene.friction
     equation, n = rows.equation, rows.turn.shape[1]
-    plain = solve_impact(equation.inertia, equation.J_c, equation.b, equation.terms, equation.tolerance, landing.most_independent)
+    most = landing.most_independent(landing.state, equation.blocks)
+    plain = solve_impact(equation.inertia, equation.J_c, equation.b, equation.terms, equation.tolerance, most)
     if plain.choices and not plain.choices[0].unique[:n].all():
         raise SceneError(
             "friction is solved for contacts whose impulses are determined, but here rows are redundant; leave a contact out"

@@ -5,7 +5,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from shockpc.core.impulse import TOLERANCE, UNCERTAIN, RowChoice, Solution, choose_rows, levers, weakest_columns
+from shockpc.core.impulse import TOLERANCE, UNCERTAIN, RowChoice, Solution, choose_rows, in_terms, levers, weakest_columns
 from shockpc.core.spatial import Array, velocity_at
 from shockpc.impact.exact.balls import SingularError
 from shockpc.impact.exact.proof import Proof
@@ -50,7 +50,7 @@ def solve_exactly(landing: PosedLanding, equation: Equation, solution: Solution)
     for given in [solution.choices[0]] if solution.choices else (RowChoice.every(len(equation.b[0])), None):
         choice = given or choose_rows(
             equation.J_c[0], terms := equation.terms(0), levers(terms), solution.scale[0], equation.tolerance,
-            *landing.most_independent(),
+            *landing.most_independent(landing.state, landing.blocks)(0),
         )  # fmt: skip
         try:
             proof = Proof(landing, choice)
@@ -71,6 +71,19 @@ def solve_exactly(landing: PosedLanding, equation: Equation, solution: Solution)
     )
 
 
+def rows_as_meant(landing: PosedLanding) -> tuple[Array, Array]:
+    """The rows J_c G (nc, ny) and the speeds to be undone (nc,) by the own strike, without what rounding of the file left."""
+    equation, (most, rounded) = landing.equation(landing.state), landing.most_independent(landing.state, landing.blocks)(0)
+    J, b, terms = equation.J_c[0], equation.b[0, :, 3], equation.terms(0)
+    if most == len(J):
+        return J, b
+    size = levers(terms)
+    others = choose_rows(J, terms, size, np.ones(len(J)), equation.tolerance, most, rounded).left_out
+    whole, unit = in_terms(J, terms, size)
+    left = (others.T @ (others @ part) for part in (unit, b / whole))
+    return J - next(left) * whole[:, None] * size, b - next(left) * whole
+
+
 def independent_rows(landing: PosedLanding, blocks: tuple[Block, ...]) -> list[int]:
     """Indices of independent ones among the rows of some blocks, alone, in the landing's posture."""
     if not blocks:
@@ -79,7 +92,8 @@ def independent_rows(landing: PosedLanding, blocks: tuple[Block, ...]) -> list[i
     J, terms, G = row_jacobian(state, blocks)[0], row_terms(state, blocks)[0], landing.free_columns(state)
     if G is not None:
         J, terms = J @ G[0], terms @ np.abs(G[0])
-    choice = choose_rows(J, terms, levers(terms), np.ones(len(J)), row_tolerance(blocks), *landing.most_independent(blocks))
+    most = landing.most_independent(state, blocks)(0)
+    choice = choose_rows(J, terms, levers(terms), np.ones(len(J)), row_tolerance(blocks), *most)
     return [int(row) for row in choice.rows]
 
 

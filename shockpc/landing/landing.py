@@ -3,6 +3,7 @@
 import functools
 import itertools
 import math
+from collections.abc import Callable
 from dataclasses import dataclass, field, fields, replace
 from pathlib import Path
 from typing import Self
@@ -83,9 +84,10 @@ class Landing:
         velocity = self.before.velocity
         return float(np.arctan2(velocity @ self.plane.forward, -velocity[2]))
 
-    def most_independent(self) -> tuple[int, float]:
-        """How many rows can be independent in any posture, and the effect of rounding on the others, as `Mechanism`'s."""
-        return self.at(self.robot.start).most_independent()
+    def most_independent(self, state: Dynamics, blocks: tuple[Block, ...]) -> Callable[[int], tuple[int, float]]:
+        """How many of some rows can be independent in any posture, and the effect of rounding on the others, as `Mechanism`'s."""
+        mechanism = Mechanism(self.robot, self.base, self.plane, self.joint_model.locked, self.loops)
+        return mechanism.most_independent(blocks, state)
 
     def rows(self, state: Dynamics) -> tuple[Block, ...]:
         """What is held, described: contacts, then standing feet, then loops."""
@@ -186,11 +188,6 @@ class PosedLanding(Landing):
         blocks = tuple(block._replace(point=np.reshape(block.point, 3)) for block in self.rows(self.state))
         freeze(blocks)
         return blocks
-
-    def most_independent(self, blocks: tuple[Block, ...] | None = None) -> tuple[int, float]:
-        """As for any landing; of some blocks alone, if they are given."""
-        mechanism = Mechanism(self.robot, self.base, self.plane, self.joint_model.locked, self.loops)
-        return mechanism.most_independent(self.blocks if blocks is None else blocks, self.q)
 
     @functools.cached_property
     def points(self) -> tuple[Place, ...]:

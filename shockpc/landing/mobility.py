@@ -1,6 +1,6 @@
 """How many rows a mechanism can meet independently in any posture; what rounding of its file adds does not count."""
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from typing import NamedTuple
 
 import numpy as np
@@ -29,6 +29,9 @@ LEAST = 1e-15
 STEP = 1e-4
 """Displacement with which the effect of rounding is computed, which is linear in it [rad, m]."""
 
+CLEAR = 0.1
+"""Least singular value of the rows, in units of their terms, from which rounding has left none of them."""
+
 SLACK = 2.0
 """Times the effect of rounding, to first order, that still counts as that."""
 
@@ -53,31 +56,59 @@ class Mechanism(NamedTuple):
     locked: np.ndarray
     loops: tuple[Loop, ...]
 
-    def most_independent(self, blocks: Sequence[Block], q: Array) -> tuple[int, float]:
+    def most_independent(self, blocks: Sequence[Block], state: Dynamics) -> Callable[[int], tuple[int, float]]:
         """The greatest number of independent rows that these blocks have in any posture, up to what rounding of the file leaves.
 
         A singular value of the rows, in units of their terms, counts as zero where rounding of the file's angles and lengths can
         make as much of a zero, in other postures too: one that is small in one posture alone is that of a singular posture.
 
         Args:
-            blocks: rows, each at one point.
-            q: (nq,) configuration to start from, loops closed.
+            blocks: rows.
+            state: the robot in N postures to start from, loops closed.
 
-        Returns: that number, and the greatest effect of rounding on the others, relative to the terms of the rows.
+        Returns: posture → that number, and the greatest effect of rounding on the others, relative to the terms of the rows.
         """
         count = sum(block.size for block in blocks)
-        if not blocks or (self.base == "free" and len(blocks) == 1 and not self.loops):
-            return count, 0.0
-        if not np.any(rounding_of(self.robot) > LEAST):
-            return count, 0.0
+        alone = self.base == "free" and len(blocks) == 1 and not self.loops
+        if not blocks or alone or not np.any(rounding_of(self.robot) > LEAST):
+            return lambda _: (count, 0.0)
+        known, attitude = _known(self.robot), self._attitude(blocks, state)
         structure = tuple((b.kind, b.body, b.other, b.axes_body, b.forces.tobytes(), b.moments.tobytes()) for b in blocks)
-        key = (q.tobytes(), self.base, self.plane.normal.tobytes(), self.locked.tobytes(), *(loop.name for loop in self.loops))
-        known = _known(self.robot)
-        if (*key, *structure) not in known:
-            if len(known) > MOST_KNOWN:
-                known.clear()
-            known[*key, *structure] = max(self._independent(blocks, other) for other in (q, *self._others(q)))
-        return known[*key, *structure]
+        mechanism = (self.base, self.plane.normal.tobytes(), self.locked.tobytes(), *(loop.name for loop in self.loops))
+
+        def most(k: int) -> tuple[int, float]:
+            at = [b._replace(point=b.point if b.point.ndim == 1 else b.point[k]) for b in blocks]
+            # The lowest point of a shape is another one in every posture, so it is not on an axis in all of them.
+            points = tuple(b"" if b.lowest else b.point.tobytes() for b in at)
+            # With loops other postures are near by, so that their number depends on where one is.
+            key = (*mechanism, *structure, points, (state.Q[k] if self.loops else attitude[k]).tobytes())
+            if key not in known:
+                if len(known) >= MOST_KNOWN:
+                    known.clear()
+                s, q = self._rows(at, dynamics(self.robot, state.Q[[k]])).s, state.Q[k]
+                clear = len(s) == count and s[-1] > CLEAR
+                known[key] = (
+                    (count, 0.0)
+                    if clear
+                    else max(self._independent(at, other) for other in [*[q][: len(self.loops)], *self._others(q)])
+                )
+            return known[key]
+
+        return most
+
+    def _attitude(self, blocks: Sequence[Block], state: Dynamics) -> Array:
+        """What of the attitude of the base (N, ...) the number of independent rows depends on."""
+        rotation = state.rotation[:, 0]
+        whole = all(len(block.forces) == 3 and not len(block.moments) for block in blocks)
+        if self.base == "free" or not self.robot.free_base or (self.base == "fixed" and whole):
+            return np.zeros((len(rotation), 0))
+        part = self.plane.normal @ rotation if self._turns else rotation
+        return np.asarray(part.round(9) + 0.0)
+
+    @property
+    def _turns(self) -> bool:
+        """Whether the base turns in the plane from one posture to another; loops may tie it to the world."""
+        return self.base == "planar" and not self.loops
 
     def _others(self, q: Array) -> list[Array]:
         """Other postures, loops closed."""
@@ -87,7 +118,7 @@ class Mechanism(NamedTuple):
         others = []
         for _ in range(POSTURES):
             step = columns @ rng.uniform(-1.0, 1.0, columns.shape[1])
-            step[: 6 * self.robot.free_base] = 0.0
+            step[: (3 if self._turns else 6) * self.robot.free_base] = 0.0
             other = pin.integrate(model, q, step * (NEAR if self.loops else REACH))
             others.append(closed_nearby(self.robot, other, self.loops, self.plane, self.locked) if self.loops else other)
         return [q if other is None else other for other in others]
@@ -95,13 +126,8 @@ class Mechanism(NamedTuple):
     def _independent(self, blocks: Sequence[Block], q: Array) -> tuple[int, float]:
         """The same in one posture."""
         state = dynamics(self.robot, q[None])
-        free = free_columns(self.robot, self.base, self.plane, state.rotation[:, 0], self.locked)
-        columns = np.eye(self.robot.model.nv) if free is None else free[0]
-        terms = row_terms(state, blocks)[0] @ np.abs(columns)
-        size = levers(terms)
-        whole, unit = in_terms(row_jacobian(state, blocks)[0] @ columns, terms, size)
-        U, s, Vt = np.linalg.svd(unit)
-        rank = int(np.sum(s > row_tolerance(blocks) * np.sqrt(len(unit))))
+        columns, whole, size, U, s, Vt = self._rows(blocks, state)
+        rank = int(np.sum(s > row_tolerance(blocks) * np.sqrt(len(whole))))
         changes = (row_jacobian(_displaced(self.robot, state), blocks) - row_jacobian(state, blocks)) @ columns
         changes = changes / whole[:, None] / size * (np.repeat(rounding_of(self.robot), 3) / STEP)[:, None, None]
         while rank:
@@ -112,6 +138,35 @@ class Mechanism(NamedTuple):
             rank -= 1
         effect = np.linalg.norm(U[:, rank:].T @ changes, axis=-1).sum(axis=0)
         return rank, SLACK * float(effect.max(initial=0.0))
+
+    def _rows(self, blocks: Sequence[Block], state: Dynamics) -> "_Rows":
+        """The rows in one posture (N = 1), in units of their terms."""
+        free = free_columns(self.robot, self.base, self.plane, state.rotation[:, 0], self.locked)
+        columns = np.eye(self.robot.model.nv) if free is None else free[0]
+        terms = row_terms(state, blocks)[0] @ np.abs(columns)
+        size = levers(terms)
+        whole, unit = in_terms(row_jacobian(state, blocks)[0] @ columns, terms, size)
+        return _Rows(columns, whole, size, *np.linalg.svd(unit))
+
+
+class _Rows(NamedTuple):
+    """Rows in units of their terms, and their singular values.
+
+    Attributes:
+        columns: (nv, ny) free joint velocities.
+        whole: (nc,) size of the terms of each row.
+        size: (ny,) by which joint velocities are measured.
+        U: (nc, nc) combinations of rows.
+        s: singular values.
+        Vt: (ny, ny) combinations of joint velocities.
+    """
+
+    columns: Array
+    whole: Array
+    size: Array
+    U: Array
+    s: Array
+    Vt: Array
 
 
 @memoized()

@@ -178,8 +178,8 @@ class _Resistance:
         # Along what is left out, the point moves only by what rounding of the file leaves.
         most, rounded = 3, 0.0
         if not landing.floating:
-            most, rounded = landing.most_independent((*held, self.point))
-            most -= landing.most_independent(held)[0]
+            most, rounded = landing.most_independent(landing.state, (*held, self.point))(0)
+            most -= landing.most_independent(landing.state, held)(0)[0]
         immovable = IMMOVABLE if most == 3 else max(IMMOVABLE, LEFT_OUT * rounded)
         V, column = matrix(np.eye(3)[:, sorted(axes[:most])]), matrix(self.n[:, None])
         part = V.transpose() * column

@@ -343,9 +343,8 @@ class ShockProfile:
             changed = replace(self.landing, joint_model=without_springs(np.zeros(len(locked)), locked, name), state=state)
             try:
                 equation = changed.equation(state)
-                solution = solve_impact(
-                    equation.inertia, equation.J_c, equation.b, equation.terms, equation.tolerance, changed.most_independent
-                )
+                most = changed.most_independent(state, equation.blocks)
+                solution = solve_impact(equation.inertia, equation.J_c, equation.b, equation.terms, equation.tolerance, most)
                 proofs[name] = solve_exactly(changed, equation, solution)
             except (SceneError, SolveError):
                 proofs[name] = None

@@ -6,6 +6,7 @@ numbers with four decimals or more it is half a unit in the last one; with fewer
 """
 
 import math
+from collections.abc import Iterator
 from decimal import Decimal
 from xml.etree.ElementTree import Element
 
@@ -25,25 +26,31 @@ COARSE = 1e-4
 MEANT = 4
 """Decimals from which a number is rounded; one with fewer, and near no multiple of 15 degrees, is meant as it is written."""
 
-COSINES = np.cos(np.arange(13) * np.pi / 12.0)
+COSINES, HALF_COSINES = (np.cos(np.arange(n) * np.pi / (n - 1)) for n in (13, 25))
+"""Of multiples of 15 degrees, and of half of that, of which quaternions consist."""
 
 
 @memoized()
 def rounding_of(robot: Robot) -> Array:
     """How far (nb, 2) every body may be turned [rad] and shifted [m] against the one that carries it, by rounding."""
-    if robot.source.kind == "urdf":
-        above = {_end(joint, "child"): joint for joint in shared_xml(robot.source.xml, robot.source.path.name).findall("joint")}
-        moving = {body.name for body in robot.bodies}
-        found = []
-        for body in robot.bodies:
-            own, link = np.zeros(2), body.name
-            # What is fixed on the way to the body that carries it counts with its joint.
-            while link in above and (link == body.name or link not in moving):
-                own, link = own + _of_joint(above[link]), _end(above[link], "parent")
-            found.append(own)
-        return np.array(found)
+    above: dict[str, tuple[str, Array]] = {}
+    if robot.source.kind != "pinocchio":
+        root = shared_xml(robot.source.xml, robot.source.path.name)
+        if robot.source.kind == "urdf":
+            above = {_end(joint, "child"): (_end(joint, "parent"), _of_joint(joint)) for joint in root.findall("joint")}
+        else:
+            units = [units for part in root.iter("compiler") if (units := part.get("angle"))]
+            above = dict(_bodies(root, "", units[-1:] != ["radian"]))
+    moving = {body.name for body in robot.bodies}
     total = np.zeros((len(robot.bodies), 2))
-    for k, joint in enumerate(robot.joints):
+    for k, (body, joint) in enumerate(zip(robot.bodies, robot.joints, strict=True)):
+        link = body.name
+        # What is fixed on the way to the body that carries it counts with its joint.
+        while link in above and (link == body.name or link not in moving):
+            link, own = above[link]
+            total[k] += own
+        if body.name in above or robot.source.kind == "urdf":
+            continue
         for part in joint.parts or (joint,):
             near = [_apart(values) for values in (part.rotation, part.axis) if values is not None]
             offset = np.abs(part.offset)
@@ -51,9 +58,31 @@ def rounding_of(robot: Robot) -> Array:
     return total
 
 
-def _apart(values: Array) -> float:
+def _bodies(element: Element, carrier: str, degrees: bool) -> Iterator[tuple[str, tuple[str, Array]]]:
+    """What carries each named body of an MJCF, and the rounding (2,) of the body's placement and of its joints."""
+    for part in element:
+        name = part.get("name", "") if part.tag == "body" else ""
+        if name:
+            placed = [part, *(joint for joint in part if joint.tag == "joint")]
+            turned = sum(_of_placement(one, degrees) for one in placed)
+            length = max((_of_length(text) for one in placed for text in one.get("pos", "").split()), default=0.0)
+            yield name, (carrier, np.array([turned, length]))
+        yield from _bodies(part, name or carrier, degrees)
+
+
+def _of_placement(element: Element, degrees: bool) -> float:
+    """Rounding of the orientation of a body, or of the axis of a joint, of an MJCF [rad]."""
+    quat, euler, angled = (element.get(key, "").split() for key in ("quat", "euler", "axisangle"))
+    axes = element.get("xyaxes", "").split()
+    directions = (element.get("axis", "").split(), element.get("zaxis", "").split(), angled[:3], axes[:3], axes[3:])
+    turned = sum(_of_angle(text, degrees) for text in (*euler, *angled[3:])) + sum(_of_direction(part) for part in directions)
+    # The angle is twice that of which a quaternion has the cosine and the sine; nobody means its third decimal.
+    return turned + 2.0 * _of_direction(quat, HALF_COSINES, MEANT - 1)
+
+
+def _apart(values: Array, cosines: Array = COSINES) -> float:
     """Greatest distance of cosines from those of multiples of 15 degrees."""
-    return float(np.abs(values[..., None] - COSINES).min(axis=-1).max())
+    return float(np.abs(values[..., None] - cosines).min(axis=-1).max())
 
 
 def _end(joint: Element, tag: str) -> str:
@@ -75,27 +104,28 @@ def _decimals(text: str) -> int:
     return max(-exponent, 0) if isinstance(exponent, int) else 0
 
 
-def _of_angle(text: str) -> float:
+def _of_angle(text: str, degrees: bool = False) -> float:
     """Rounding of an angle [rad]."""
-    decimals, value = _decimals(text), float(text)
+    decimals, value = _decimals(text), math.radians(float(text)) if degrees else float(text)
     # Of numbers with one decimal every fourth is near a multiple of 15 degrees, so only quarter turns count.
-    step, unit = (math.pi / 2.0, 0.05) if decimals == 1 else (math.pi / 12.0, 10.0**-decimals)
+    coarse = decimals == 1 and not degrees
+    step, unit = (math.pi / 2.0, 0.05) if coarse else (math.pi / 12.0, 10.0**-decimals * (math.radians(1.0) if degrees else 1.0))
     near = abs(value - step * round(value / step))
     if decimals and near < max(unit, RESIDUE):
         return near
-    return unit / 2.0 if decimals >= MEANT else 0.0
+    return unit / 2.0 if decimals >= (MEANT - 2 if degrees else MEANT) else 0.0
 
 
-def _of_direction(texts: list[str]) -> float:
+def _of_direction(texts: list[str], cosines: Array = COSINES, meant: int = MEANT) -> float:
     """Rounding of an axis [rad]."""
     decimals, values = max(map(_decimals, texts), default=0), np.array([float(text) for text in texts])
     length = float(np.linalg.norm(values))
     if not decimals or not length:
         return 0.0
-    near, unit = _apart(values / length), 10.0**-decimals / length
+    near, unit = _apart(values / length, cosines), 10.0**-decimals / length
     if decimals > 1 and near < max(unit, RESIDUE):
         return near
-    return unit / 2.0 if decimals >= MEANT else 0.0
+    return unit / 2.0 if decimals >= meant else 0.0
 
 
 def _of_length(text: str) -> float:
