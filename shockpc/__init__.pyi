@@ -7,8 +7,8 @@ from .landing.posture import configuration_from_mujoco as configuration_from_muj
 from .landing.scene import Closure as Closure
 from .landing.scene import Contact as Contact
 from .landing.scene import Joints as Joints
+from .landing.scene import LoopEnd as LoopEnd
 from .landing.scene import Part as Part
-from .landing.scene import Place as Place
 from .landing.scene import Point as Point
 from .landing.scene import Posture as Posture
 from .landing.scene import Rotor as Rotor
@@ -31,7 +31,7 @@ from .quantities.table import select as select
 from .robot.load import load_robot as load_robot
 from .robot.robot import Robot as Robot
 from .studies.batch import batch as batch
-from .studies.check.gate import check_budgets as check_budgets
+from .studies.check.study import check_budgets as check_budgets
 from .studies.compare import Design as Design
 from .studies.compare import compare as compare
 from .studies.limits import limits as limits

@@ -8,7 +8,7 @@ from shockpc.landing.scene_file import read_scene
 from shockpc.show.reports.check import check_sheet, place_text
 from shockpc.show.tables import as_text
 from shockpc.studies.check.budgets import Budget, Budgets, Case
-from shockpc.studies.check.gate import check_budgets
+from shockpc.studies.check.study import check_budgets
 from shockpc.text.errors import StudyError
 
 

@@ -8,7 +8,7 @@ joints move before the impact, joints follow others, and loops are closed.
 import numpy as np
 from trees import MJCF_KINDS, SLIDES, STICKS, URDF_KINDS, random_mechanism, robot_from, written
 
-from shockpc import Closure, Contact, Joints, Place, Robot, Scene, Strike
+from shockpc import Closure, Contact, Joints, LoopEnd, Robot, Scene, Strike
 
 DIRECTIONS = (STICKS, SLIDES, ((0.6, 0.0, 0.8),))
 
@@ -79,5 +79,5 @@ def _closure(rng, file, n) -> Closure:
     """Two bodies held together at a point of the first, where they stand."""
     a, b = (int(i) for i in rng.choice(n, 2, replace=False))
     point = file.origins[a] + file.rotations[a] @ rng.normal(0.0, 0.3, 3)
-    ends = [Place(frame=f"body{i}", offset=tuple((file.rotations[i].T @ (point - file.origins[i])).tolist())) for i in (a, b)]
+    ends = [LoopEnd(frame=f"body{i}", offset=tuple((file.rotations[i].T @ (point - file.origins[i])).tolist())) for i in (a, b)]
     return Closure(a=ends[0], b=ends[1])

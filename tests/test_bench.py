@@ -14,7 +14,7 @@ from shockpc.bench.methods import DIRECT, PROVEN, UnsuitedError, system_of
 from shockpc.bench.mujoco_peer import MUJOCO
 from shockpc.bench.report import suite_report
 from shockpc.bench.stiff_contacts import STIFFNESSES, stiff_contacts
-from shockpc.landing.scene import Closure, Contact, Place, Scene, Strike
+from shockpc.landing.scene import Closure, Contact, LoopEnd, Scene, Strike
 from shockpc.profile import shock_profile
 from shockpc.quantities.accuracy import double_error
 from shockpc.show.folder import write_report_folder
@@ -41,7 +41,7 @@ def error_of(system, jumps):
     return double_error(system.landing, shock_profile(system.landing.scene, system.landing.robot).proof, jumps)
 
 
-LOOP = Closure(a=Place(frame="LF_FOOT"), b=Place(frame="RF_FOOT"), directions=("x", (0.0, 1.0, 1.0)))
+LOOP = Closure(a=LoopEnd(frame="LF_FOOT"), b=LoopEnd(frame="RF_FOOT"), directions=("x", (0.0, 1.0, 1.0)))
 REGULAR = {
     "one foot": case_of("robots", "one foot", "anymal_b"),
     "two feet": on_anymal("LF_FOOT", "RF_FOOT"),

@@ -21,8 +21,8 @@ from shockpc.quantities.ground import GROUND
 from shockpc.quantities.table import QUANTITIES, select
 from shockpc.robot.changes import changed, read_changes
 from shockpc.studies.check.budgets import Budget, Budgets, Case, read_budgets
-from shockpc.studies.check.design import design_changes, design_record
-from shockpc.studies.check.gate import check_budgets
+from shockpc.studies.check.design_record import design_changes, design_record
+from shockpc.studies.check.study import check_budgets
 from shockpc.studies.sweep import sweep
 from shockpc.text.printed import printable
 

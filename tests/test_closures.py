@@ -9,7 +9,7 @@ import pytest
 from robot_texts import LIMIT, joint, link, refused, urdf
 from trees import known_robot, robot_from
 
-from shockpc import Closure, Contact, Joints, Place, Posture, Scene, SceneError, Strike, UnknownName, resolve, shock_profile
+from shockpc import Closure, Contact, Joints, LoopEnd, Posture, Scene, SceneError, Strike, UnknownName, resolve, shock_profile
 from shockpc.landing.closure import closure_block, closure_gap, loop_of
 from shockpc.landing.dynamics import dynamics
 from shockpc.landing.rows import row_jacobian
@@ -37,8 +37,8 @@ FOUR_BAR = robot_from(
         name="four_bar",
     )
 )
-TIP = Place(frame="rocker", offset=(0.0, 0.0, -0.35))
-LOOP = Closure(a=Place(frame="rod", offset=(0.0, 0.0, -0.3)), b=TIP)
+TIP = LoopEnd(frame="rocker", offset=(0.0, 0.0, -0.35))
+LOOP = Closure(a=LoopEnd(frame="rod", offset=(0.0, 0.0, -0.3)), b=TIP)
 BENT = Posture(joints_deg={"a": 40.0, "b": -60.0, "c": 10.0})
 
 
@@ -137,7 +137,7 @@ def test_the_ends_of_a_loop_stay_together(e):
 
 def test_a_frame_closure_welds_two_bodies():
     """A closure of kind "frame" between a rod and the link that it hangs on is a locked joint."""
-    weld = Closure(a=Place(frame="crank", offset=(0.0, 0.0, -0.2)), b=Place(frame="rod"), kind="frame")
+    weld = Closure(a=LoopEnd(frame="crank", offset=(0.0, 0.0, -0.2)), b=LoopEnd(frame="rod"), kind="frame")
     posture = Posture(joints_deg={"a": 40.0, "b": 0.0, "c": 10.0})
     hand = {"contact": (Contact(frame="rod", offset=(0.0, 0.0, -0.3)),), "posture": posture}
     welded = closed(closure=(weld,), assemble=("b",), **hand)
@@ -162,7 +162,7 @@ SLOT = robot_from(
 @pytest.mark.parametrize("bodies", [(1, 2), (2, 1), (0, 2), (-1, 1), (1, -1)])
 def test_rows_of_a_closure_are_the_derivative_of_its_gap(bodies):
     """Against central differences; also where the ends are apart along a direction that is left free, and while a loop is open."""
-    ends = {"a": Place(frame="bar", offset=(0.1, 0.2, 0.4)), "b": Place(frame="slider", offset=(-0.3, 0.1, -0.2))}
+    ends = {"a": LoopEnd(frame="bar", offset=(0.1, 0.2, 0.4)), "b": LoopEnd(frame="slider", offset=(-0.3, 0.1, -0.2))}
     loop = loop_of(SLOT, Closure(**ends, directions=("x", (0.3, -0.5, 0.8))))._replace(bodies=bodies)
     model = SLOT.model
     q = pin.integrate(model, pin.neutral(model), np.random.default_rng(3).normal(size=model.nv))
@@ -178,7 +178,7 @@ def test_a_slot_is_the_same_wherever_its_origin_lies_along_it():
     tip = Contact(frame="slider", offset=(0.4, 0.0, -0.1))
     found = []
     for along in (0.0, 0.1, float(np.hypot(0.2, 0.3)), 1.0):
-        slot = Closure(a=Place(frame="bar", offset=(along, 0.0, 0.0)), b=Place(frame="slider"), directions=("z",))
+        slot = Closure(a=LoopEnd(frame="bar", offset=(along, 0.0, 0.0)), b=LoopEnd(frame="slider"), directions=("z",))
         profile = shock_profile(Scene(robot="slot.urdf", contact=(tip,), closure=(slot,), posture=posture), SLOT)
         found.append(np.concatenate([profile.delta_omega, profile.delta_v]))
         linear, angular = dense.momentum(profile)
@@ -209,7 +209,7 @@ def test_the_posture_is_projected_onto_the_loop():
     assert {name for name, *_ in closed(assemble=(), posture=Posture(joints_deg={"a": 40.0})).assembly.moved} == {"b", "c"}
 
 
-WELD = Closure(a=Place(frame="rod"), b=Place(frame="crank", offset=(0.0, 0.0, -0.2)), kind="frame")
+WELD = Closure(a=LoopEnd(frame="rod"), b=LoopEnd(frame="crank", offset=(0.0, 0.0, -0.2)), kind="frame")
 """Where the rod hangs: its ends always meet, rotated against each other by joint b."""
 
 
@@ -230,7 +230,7 @@ def test_a_prismatic_joint_closes_a_loop_in_metres():
             joint("slide", "arm", "slider", "prismatic", axis="1 0 0"),
         )
     )
-    closure = Closure(a=Place(frame="slider"), b=Place(frame="ground", offset=(-0.03, 0.0, 0.04)), directions=("x", "z"))
+    closure = Closure(a=LoopEnd(frame="slider"), b=LoopEnd(frame="ground", offset=(-0.03, 0.0, 0.04)), directions=("x", "z"))
     posture = Posture(joints={"turn": 0.0, "slide": -0.06})
     given = Scene(robot="t", contact="slider", closure=(closure,), assemble=("*",), posture=posture)
     found = resolve(given, robot).assembly
@@ -252,7 +252,7 @@ PARALLEL = robot_from(
 
 
 def parallel(reach=0.2, **changes):
-    closure = Closure(a=Place(frame="rod", offset=(-0.2, 0.0, 0.0)), b=Place(frame="rocker", offset=(0.0, 0.0, -reach)))
+    closure = Closure(a=LoopEnd(frame="rod", offset=(-0.2, 0.0, 0.0)), b=LoopEnd(frame="rocker", offset=(0.0, 0.0, -reach)))
     given = {
         "robot": "p.urdf", "contact": (Contact(frame="rocker", offset=(0.0, 0.0, -0.2)),), "closure": (closure,),
         "posture": Posture(joints_deg={"a": 20.0}),
@@ -260,7 +260,7 @@ def parallel(reach=0.2, **changes):
     return Scene(**(given | changes))
 
 
-FAR = dataclasses.replace(LOOP, b=Place(frame="rocker", offset=(0.0, 0.0, -0.9)))
+FAR = dataclasses.replace(LOOP, b=LoopEnd(frame="rocker", offset=(0.0, 0.0, -0.9)))
 
 
 @pytest.mark.parametrize(
@@ -289,7 +289,9 @@ def three_rods(longer=0.0, tilt=0.0, armature=0.0):
     ]
     joints.append(joint("hinge", "rod0", "foot", axis="0 1 0", more='<origin xyz="0 0 -0.1"/>' + WIDE))
     ends = [
-        Closure(a=Place(frame=f"rod{k}", offset=(0.0, 0.0, -length)), b=Place(frame="foot", offset=(x + 0.03 + moved, 0.0, 0.0)))
+        Closure(
+            a=LoopEnd(frame=f"rod{k}", offset=(0.0, 0.0, -length)), b=LoopEnd(frame="foot", offset=(x + 0.03 + moved, 0.0, 0.0))
+        )
         for k, (x, length, moved) in enumerate(bars)
         if k
     ]
@@ -426,10 +428,10 @@ def test_joints_to_assemble_without_a_loop_and_open_loops_are_reported():
 @pytest.mark.parametrize(
     ("closures", "error", "parts"),
     [
-        ([Closure(a=Place(frame="rod"), b=Place(frame="rod"))], SceneError, ('"rod–rod"', 'body "rod"')),
+        ([Closure(a=LoopEnd(frame="rod"), b=LoopEnd(frame="rod"))], SceneError, ('"rod–rod"', 'body "rod"')),
         ([dataclasses.replace(LOOP, directions=((0.0, 0.0, 0.0),))], SceneError, ('"rod–rocker"', '"x", "y", "z"')),
         ([dataclasses.replace(LOOP, directions=())], SceneError, ('"rod–rocker"', '"x", "y", "z"')),
-        ([dataclasses.replace(LOOP, a=Place(frame="rodd"))], UnknownName, ('"rodd"', '"four_bar"', '"rod"', "shockpc robots")),
+        ([dataclasses.replace(LOOP, a=LoopEnd(frame="rodd"))], UnknownName, ('"rodd"', '"four_bar"', '"rod"', "shockpc robots")),
         # The same two points once more, in either order and along whatever.
         *(
             ([LOOP, again], SceneError, ('"rod–rocker"', "same points"))

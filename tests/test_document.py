@@ -10,7 +10,7 @@ from commands import ROBOTS, python
 from pydantic import TypeAdapter
 
 import shockpc
-from shockpc import Closure, Contact, Joints, Part, Place, Point, Posture, Scene, Strike, shock_profile
+from shockpc import Closure, Contact, Joints, LoopEnd, Part, Point, Posture, Scene, Strike, shock_profile
 from shockpc.landing.dynamics import PINOCCHIO
 from shockpc.quantities.ground import GROUND
 from shockpc.quantities.table import QUANTITIES
@@ -35,7 +35,7 @@ SCENES = {
     "dog whose front legs are tied together": Scene(
         **DOG,
         posture=Posture(joints_deg={"lf_hip": 20.0}),
-        closure=(Closure(a=Place(frame="lf_foot"), b=Place(frame="rf_foot"), directions=("x", "z")),),
+        closure=(Closure(a=LoopEnd(frame="lf_foot"), b=LoopEnd(frame="rf_foot"), directions=("x", "z")),),
         contact=FEET[:1],
         joints=Joints(armature={"*_hip": 0.01}, locked=("lh_hip",)),
         pulse="half-sine:5ms",

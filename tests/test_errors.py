@@ -8,7 +8,7 @@ from dataclasses import replace
 import pytest
 
 import shockpc
-from shockpc import Closure, Contact, Joints, Place, Posture, Rotor, Scene, Strike, shock_profile
+from shockpc import Closure, Contact, Joints, LoopEnd, Posture, Rotor, Scene, Strike, shock_profile
 from shockpc.text import errors
 from shockpc.text.errors import OutputError, RobotError, SceneError, ShockError, SolveError, StudyError, UnknownName
 
@@ -51,13 +51,13 @@ def test_errors_survive_pickling(error):
 
 
 FOOT = Contact(frame="hind_foot")
-APART = Closure(a=Place(frame="hind_foot"), b=Place(frame="torso", offset=(0.0, 0.0, 9.0)))
+APART = Closure(a=LoopEnd(frame="hind_foot"), b=LoopEnd(frame="torso", offset=(0.0, 0.0, 9.0)))
 
 
 @pytest.mark.parametrize(
     ("scene", "data"),
     [
-        ({"contact": replace(FOOT, restitution=2.0)}, {"blocks": ("hind_foot",)}),
+        ({"contact": replace(FOOT, normal=(0.0, 0.0, 0.0))}, {"blocks": ("hind_foot",)}),
         ({"contact": replace(FOOT, directions=("x",))}, {"blocks": ("hind_foot",)}),
         ({"contact": (FOOT, FOOT)}, {"blocks": ("hind_foot", "hind_foot")}),
         ({"strike": Strike(strike_angle_deg=120.0)}, {"blocks": ("hind_foot",)}),
@@ -66,7 +66,7 @@ APART = Closure(a=Place(frame="hind_foot"), b=Place(frame="torso", offset=(0.0, 
         ({"joints": Joints(armature={"hind_knee": -1.0})}, {"joints": ("hind_knee",)}),
         ({"joints": Joints(rotor={"hind_knee": Rotor(inertia=1e-4)})}, {"joints": ("hind_knee",)}),
         ({"joints": Joints(locked=("hind_knee",), stiffness={"hind_knee": 1.0})}, {"joints": ("hind_knee",)}),
-        ({"closure": (Closure(a=Place(frame="torso"), b=Place(frame="torso")),)}, {"blocks": ("torso–torso",)}),
+        ({"closure": (Closure(a=LoopEnd(frame="torso"), b=LoopEnd(frame="torso")),)}, {"blocks": ("torso–torso",)}),
         ({"closure": (APART,)}, {"blocks": ("hind_foot–torso",), "joints": ("front_hip", "front_knee", "hind_hip", "hind_knee")}),
         ({"base": "fixed", "posture": Posture(reference="neutral")}, {"blocks": ("hind_foot",), "rows": (2,)}),
     ],

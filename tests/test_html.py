@@ -20,7 +20,7 @@ from shockpc.impact.solve import CONTRADICTION
 from shockpc.robot.geometry import Shape
 from shockpc.robot.meshes import Mesh
 from shockpc.show.folder import report_files
-from shockpc.show.html.meshes import surfaces
+from shockpc.show.html.surfaces import surfaces
 from shockpc.show.reports.landing import landing_report, landings_report
 
 BROWSER = pytest.mark.skipif(CHROMIUM is None, reason="no Chromium is installed, which draws report.html")

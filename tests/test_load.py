@@ -16,7 +16,7 @@ from shockpc.robot.catalogue import SETS, data_folder
 from shockpc.robot.changes import changed, read_changes
 from shockpc.robot.geometry import outline
 from shockpc.studies.check.budgets import Budget, Budgets, Case
-from shockpc.studies.check.gate import check_budgets
+from shockpc.studies.check.study import check_budgets
 
 SRDF = '<robot name="r"><group_state name="standing" group="all"/></robot>'
 PAYLOAD = xacro('<xacro:arg name="payload" default="1"/>', link("base", mass="$(arg payload)"))

@@ -16,7 +16,7 @@ import shockpc
 from shockpc.robot.geometry import Shape, distance_to_surface, facets, half_spaces, outline
 from shockpc.robot.load import load_robot
 from shockpc.show.reports.place import place_report
-from shockpc.studies.place.cone import Cell, least_shock
+from shockpc.studies.place.cone import ConvexCell, least_shock
 from shockpc.studies.place.field import fields_of
 from shockpc.studies.place.groups import best_group
 from shockpc.studies.place.mounting import best_mounting
@@ -54,7 +54,7 @@ def slope(found):
 def test_the_least_shock_in_a_box_is_that_of_a_fine_grid(seed, weighted):
     low, high = np.array([-0.2, -0.1, 0.05]), np.array([0.3, 0.2, 0.4])
     found = fields(seed, 5, weighted)
-    optimum = least_shock(found, Cell(corners(low, high)))
+    optimum = least_shock(found, ConvexCell(corners(low, high)))
     points, reach = lattice(low, high, 60)
     brute = float(found.at(points).min())
     assert optimum.value <= brute + TOLERANCE
@@ -73,7 +73,7 @@ def test_the_least_shock_in_a_rounded_hull_cut_by_a_plane_is_that_of_a_fine_grid
     length = float(np.linalg.norm(ends[1] - ends[0]))
     axis = (ends[1] - ends[0]) / length
     rounding = radius * (np.eye(3) - (shape == "cylinder") * np.outer(axis, axis))
-    optimum = least_shock(found, Cell(ends, rounding).within(normal, 0.02))
+    optimum = least_shock(found, ConvexCell(ends, rounding).within(normal, 0.02))
     points, reach = lattice([-0.2, -0.1, -0.1], [0.3, 0.2, 0.1], 70)
     height = (points - ends[0]) @ axis
     along = np.clip(height, 0.0, length)
@@ -93,18 +93,18 @@ def test_with_one_landing_the_best_place_is_on_the_screw_axis():
     found = fields_of(omega[None], v[None], np.array([2.0]))
     axis = np.cross(omega, v) / (omega @ omega)
     along = abs(omega @ v) / np.linalg.norm(omega) / 2.0
-    optimum = least_shock(found, Cell(corners(axis - 1.0, axis + 1.0)))
+    optimum = least_shock(found, ConvexCell(corners(axis - 1.0, axis + 1.0)))
     assert optimum.value == pytest.approx(along, abs=TOLERANCE)
     aside = np.cross(omega, [1.0, 0.0, 0.0])
     aside /= np.linalg.norm(aside)
-    optimum = least_shock(found, Cell((axis + 0.5 * aside)[None], 0.2 * np.eye(3)))
+    optimum = least_shock(found, ConvexCell((axis + 0.5 * aside)[None], 0.2 * np.eye(3)))
     assert optimum.value == pytest.approx(math.hypot(along, 0.3 * np.linalg.norm(omega) / 2.0), abs=TOLERANCE)
     np.testing.assert_allclose(optimum.place, axis + 0.3 * aside, atol=1e-5)  # the value is quadratic across the radius
 
 
 def test_a_body_that_translates_sees_the_same_everywhere():
     found = fields_of(np.zeros((1, 3)), np.array([[0.0, 0.0, 0.5]]), np.ones(1))
-    optimum = least_shock(found, Cell(corners([0, 0, 0], [1, 1, 1])))
+    optimum = least_shock(found, ConvexCell(corners([0, 0, 0], [1, 1, 1])))
     assert (optimum.value, optimum.bound) == pytest.approx((0.5, 0.5), abs=TOLERANCE)
 
 
@@ -118,7 +118,7 @@ def test_tangents_are_never_above_the_shock(weighted):
 
 def test_many_landings_give_the_optimum_of_all_of_them():
     """Only landings that decide are in a program; the value and the bound hold for all."""
-    found, cell = fields(5, 400), Cell(corners([-0.5, -0.5, -0.5], [0.5, 0.5, 0.5]))
+    found, cell = fields(5, 400), ConvexCell(corners([-0.5, -0.5, -0.5], [0.5, 0.5, 0.5]))
     optimum = least_shock(found, cell)
     nearby, reach = lattice(optimum.place - 0.05, optimum.place + 0.05, 30)
     assert optimum.value <= optimum.bound + TOLERANCE
@@ -130,7 +130,7 @@ BOXES = (([-0.3, -0.2, -0.1], [0.2, 0.2, 0.1]), ([0.0, -0.1, -0.2], [0.5, 0.1, 0
 
 @pytest.mark.parametrize("seed", range(4))
 def test_the_best_place_of_a_union_is_in_its_best_piece(seed):
-    found, cells = fields(seed), [Cell(corners(*one)) for one in BOXES]
+    found, cells = fields(seed), [ConvexCell(corners(*one)) for one in BOXES]
     best = next(best_places(found, cells))
     assert best.value == pytest.approx(min(least_shock(found, cell).value for cell in cells), abs=TOLERANCE)
 
@@ -140,7 +140,7 @@ def test_the_best_place_on_a_surface_is_that_of_a_fine_grid_on_it(seed):
     """Two boxes that overlap: what of one lies inside the other is not surface."""
     found = fields(seed)
     faces = [
-        Cell(corners(np.where(np.arange(3) == k, side, low), np.where(np.arange(3) == k, side, high)))
+        ConvexCell(corners(np.where(np.arange(3) == k, side, low), np.where(np.arange(3) == k, side, high)))
         for low, high in BOXES
         for k in range(3)
         for side in (low[k], high[k])
@@ -161,7 +161,7 @@ def test_the_best_place_on_a_surface_is_that_of_a_fine_grid_on_it(seed):
 @pytest.mark.parametrize("seed", range(4))
 def test_alternatives_are_the_best_places_of_a_fine_grid_at_the_distance(seed):
     found, apart = fields(seed), 0.11
-    cells = [Cell(corners(*one)) for one in BOXES]
+    cells = [ConvexCell(corners(*one)) for one in BOXES]
     ranked = list(itertools.islice(best_places(found, cells, (), apart), 4))
     grids = [lattice(low, high, 50) for low, high in BOXES]
     points, reach = np.concatenate([points for points, _ in grids]), max(near for _, near in grids)
@@ -178,7 +178,7 @@ def test_alternatives_are_the_best_places_of_a_fine_grid_at_the_distance(seed):
 @pytest.mark.parametrize(("count", "weighted"), [(2, False), (3, False), (2, True)])
 def test_several_sensors_are_the_best_of_all_partitions(seed, count, weighted):
     """Six landings on two or three sensors: every assignment is tried."""
-    found, cells = fields(seed, 6, weighted), [Cell(corners(*one)) for one in BOXES]
+    found, cells = fields(seed, 6, weighted), [ConvexCell(corners(*one)) for one in BOXES]
 
     def best(some):
         return next(best_places(some, cells))

@@ -15,7 +15,7 @@ from shockpc import Contact, Posture, Scene, SceneError, UnknownName, shock_prof
 from shockpc.landing.dynamics import dynamics
 from shockpc.landing.posture import configuration, outside_limits, reference_name
 from shockpc.robot.landmarks import STANDING
-from shockpc.show.header import posture_text
+from shockpc.show.wording import posture_text
 
 ANGLES = st.floats(-180.0, 180.0)
 

@@ -11,8 +11,8 @@ from scipy.spatial.transform import Rotation
 from trees import robot_from
 
 from shockpc import Contact, Posture, Scene, SolveError, Strike, resolve, shock_maps, shock_profile
-from shockpc.show.header import header_lines
 from shockpc.show.reports.landing import landing_report
+from shockpc.show.wording import header_lines
 
 WIDE = '<limit lower="-5" upper="5" effort="1" velocity="1"/>'
 FALL = (0.3, 0.0, -1.0)

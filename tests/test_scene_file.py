@@ -18,7 +18,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from robot_texts import refused
 
-from shockpc import Closure, Contact, Joints, Part, Place, Point, Posture, Rotor, Scene, Strike, read_scene, shock_profile
+from shockpc import Closure, Contact, Joints, LoopEnd, Part, Point, Posture, Rotor, Scene, Strike, read_scene, shock_profile
 from shockpc.landing.record import options_of
 from shockpc.landing.scene_file import check_scene, scene_schema, scene_table, scene_text
 from shockpc.show.document import document as document_of
@@ -367,7 +367,7 @@ def test_schema_knows_every_key(capfd, here):
     schema = json.loads(good(capfd, "schema"))
     assert schema == scene_schema()
     assert schema["title"] == "shockpc scene"
-    records = {kind.__name__: kind for kind in (Scene, Posture, Strike, Contact, Point, Part, Joints, Rotor, Closure, Place)}
+    records = {kind.__name__: kind for kind in (Scene, Posture, Strike, Contact, Point, Part, Joints, Rotor, Closure, LoopEnd)}
     for name, record in records.items():
         part = schema if name == "Scene" else schema["$defs"][name]
         assert list(part["properties"]) == [field.name for field in dataclasses.fields(record)]
@@ -388,7 +388,7 @@ def test_schema_knows_every_key(capfd, here):
         "Part": {key for part in table["part"] for key in part},
         "Joints": {*table["joints"]},
     }
-    used |= {"Rotor": {*table["joints"]["rotor"]["lf_hip"]}, "Closure": {*closure}, "Place": {*closure["a"]}}
+    used |= {"Rotor": {*table["joints"]["rotor"]["lf_hip"]}, "Closure": {*closure}, "LoopEnd": {*closure["a"]}}
     assert used == {name: {field.name for field in dataclasses.fields(record)} for name, record in records.items()}
 
 

@@ -10,7 +10,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from shockpc import Closure, Contact, Joints, Place, Posture, Robot, Scene, Strike, load_robot
+from shockpc import Closure, Contact, Joints, LoopEnd, Posture, Robot, Scene, Strike, load_robot
 from shockpc.core.spatial import Array
 from shockpc.landing.scene_file import robot_of as scene_robot
 from shockpc.robot.catalogue import SETS
@@ -317,7 +317,7 @@ def _flat_four_bar(directions: Any, height: float) -> Built:
         Link(1, "revolute", crank, Y, 0.6, *_rod(0.6, coupler - crank)),
         Link(0, "revolute", hinge + rocker, Y, 0.7, *_rod(0.7, coupler - rocker)),
     ]
-    a, b = Place(frame="link2", offset=tuple(coupler - crank)), Place(frame="link3", offset=tuple(coupler - rocker))
+    a, b = LoopEnd(frame="link2", offset=tuple(coupler - crank)), LoopEnd(frame="link3", offset=tuple(coupler - rocker))
     foot = Contact(frame="link1", offset=(0.2, 0.0, -0.1))
     return landing(robot_of(links, "four_bar"), foot, closure=(Closure(a=a, b=b, directions=directions),))
 

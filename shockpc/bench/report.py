@@ -134,7 +134,7 @@ def _chart(results: Iterable[Result]) -> Picture:
         if result.error is not None:
             series.setdefault(result.method.split(", τ")[0], []).append((median(result.seconds), result.error))
     title = "Error against run time; for shockpc's printed numbers the proven bound"
-    return Picture("error-against-run-time", "error against run time", "error_time:draw_error_time", (title, series, ACCURATE))
+    return Picture("error-against-run-time", "error against run time", "bench:draw_error_time", (title, series, ACCURATE))
 
 
 def _methods_sheet(results: Sequence[Result]) -> Sheet:

@@ -100,7 +100,7 @@ def check(
     from shockpc.show.reports.check import append_summary, check_report
     from shockpc.studies.check.baseline import baseline_text, read_baseline
     from shockpc.studies.check.budgets import budgets_file, read_budgets
-    from shockpc.studies.check.gate import check_budgets
+    from shockpc.studies.check.study import check_budgets
     from shockpc.text.errors import OutputError, StudyError
 
     asked = format_ or (("text", None),)

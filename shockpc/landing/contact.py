@@ -85,8 +85,6 @@ def contact_block(robot: Robot, contact: Contact, up: Array, kind: Literal["cont
     refused = partial(SceneError, blocks=[contact.frame])
     if frame.body < 0:
         raise refused(f"{name} is fixed to the world, so no impulse moves it; name a frame on a moving link")
-    if contact.restitution < 0.0 or contact.restitution > 1.0:
-        raise refused(f"{name} has restitution {contact.restitution:g}; it lies between 0 (stays down) and 1 (bounces fully)")
     if contact.normal is not None:
         if not any(contact.normal):
             raise refused(f"the normal of {name} has no length; give the direction away from the ground, such as 0,0,1")

@@ -11,8 +11,8 @@ import pinocchio as pin
 from shockpc.core.spatial import Array
 from shockpc.landing.scene import Posture
 from shockpc.robot.landmarks import standing_posture
-from shockpc.robot.limits import LIMIT_SLACK
 from shockpc.robot.robot import Joint, Robot
+from shockpc.robot.slack import LIMIT_SLACK
 from shockpc.text.diagnostic import Diagnostic
 from shockpc.text.errors import SceneError, ShockError
 from shockpc.text.printed import listed, printable

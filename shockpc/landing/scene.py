@@ -78,7 +78,7 @@ class Contact(Record):
 
 
 @dataclass(frozen=True, kw_only=True, eq=False, repr=False)
-class Place(Record):
+class LoopEnd(Record):
     """One end of a closure.
 
     Attributes:
@@ -101,8 +101,8 @@ class Closure(Record):
         directions: axes of frame a, or vectors in them, along which the points are held.
     """
 
-    a: Place
-    b: Place
+    a: LoopEnd
+    b: LoopEnd
     kind: Literal["point", "frame"] = "point"
     directions: tuple[Literal["x", "y", "z"] | tuple[float, float, float], ...] = ("x", "y", "z")
 

@@ -9,8 +9,8 @@ import numpy as np
 import pinocchio as pin
 
 from shockpc.core.spatial import Array, cross_matrix, freeze
-from shockpc.robot.limits import refuse_number
 from shockpc.robot.robot import Drives, Robot
+from shockpc.robot.slack import refuse_number
 from shockpc.text.diagnostic import Diagnostic
 from shockpc.text.errors import StudyError
 from shockpc.text.printed import listed

@@ -14,8 +14,8 @@ from shockpc.core.spatial import freeze, read_only
 from shockpc.robot.bent_legs import bent_legs
 from shockpc.robot.drives import default_drives
 from shockpc.robot.landmarks import BENT, standing_posture
-from shockpc.robot.limits import LIMIT_SLACK, refuse_number
 from shockpc.robot.robot import Mimic, Robot, RobotSource
+from shockpc.robot.slack import LIMIT_SLACK, refuse_number
 from shockpc.robot.source import YourdfpyRobot, read_source, source_of_yourdfpy
 from shockpc.robot.srdf import read_srdf
 from shockpc.robot.urdf import build_urdf

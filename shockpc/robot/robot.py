@@ -12,7 +12,7 @@ import pinocchio as pin
 
 from shockpc.core.spatial import Array, freeze, read_only
 from shockpc.robot.files import OpenFolders
-from shockpc.robot.limits import POINT, inertia_fault, negative_moment
+from shockpc.robot.slack import POINT, inertia_fault, negative_moment
 from shockpc.text.diagnostic import Diagnostic
 from shockpc.text.errors import UnknownName
 from shockpc.text.names import match

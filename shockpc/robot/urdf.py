@@ -13,8 +13,8 @@ import pinocchio as pin
 
 from shockpc.core.spatial import Array, read_only
 from shockpc.robot.files import shared_xml
-from shockpc.robot.limits import refuse_number, refuse_tree
 from shockpc.robot.robot import WORLD, Mimic, Robot, RobotSource
+from shockpc.robot.slack import refuse_number, refuse_tree
 from shockpc.robot.tree import add_joint, axis_joint
 from shockpc.text.errors import RobotError
 from shockpc.text.printed import listed

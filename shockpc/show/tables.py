@@ -6,7 +6,7 @@ import re
 from collections.abc import Sequence
 from typing import NamedTuple
 
-from shockpc.show.header import count
+from shockpc.show.wording import count
 from shockpc.text.printed import message, printable
 
 Cell = str | float | None

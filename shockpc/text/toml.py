@@ -101,9 +101,14 @@ def _record(table: Mapping[str, Any], kind: type, key: str, faults: list[str]) -
             if "option" in item.metadata and len(faults) == before and (fault := item.metadata["option"].fault(value)):
                 faults.append(f"{key}{item.name} {fault}")
         elif item.default is item.default_factory is dataclasses.MISSING:
-            faults.append(f"{key}{item.name} is missing; every {kind.__name__.lower()} needs it")
+            faults.append(f"{key}{item.name} is missing; every {_words(kind)} needs it")
     faults += [unknown_key(f"{key}{name}", name, kinds) for name in table if name not in kinds]
     return None if faults else kind(**values)
+
+
+def _words(kind: type) -> str:
+    """The name of a record in words, such as "loop end"."""
+    return re.sub(r"(?<=[a-z])(?=[A-Z])", " ", kind.__name__).lower()
 
 
 def unknown_key(key: str, name: str, known: Iterable[str]) -> str:

@@ -8,7 +8,7 @@ import numpy as np
 from matplotlib.figure import Figure
 
 from shockpc.show.figure.landing import draw_picture
-from shockpc.show.figure.page import LEFT, Page
+from shockpc.show.figure.layout import LEFT, Page
 from shockpc.show.figure.picture import letter
 from shockpc.show.figure.style import CURVES, INK, PAPER
 from shockpc.show.figure.view import View, view_of, windows_of

@@ -8,7 +8,7 @@ from matplotlib.figure import Figure
 
 from shockpc.quantities.profile import ShockProfile
 from shockpc.show.figure.style import CURVES, INK, PAPER, new_chart
-from shockpc.show.header import contact_name
+from shockpc.show.wording import contact_name
 from shockpc.text.printed import printable
 
 MARKS = ("o", "s", "^", "D", "v", "P", "X", "*")

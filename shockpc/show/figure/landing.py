@@ -6,11 +6,11 @@ from matplotlib.figure import Figure
 
 from shockpc.quantities.profile import ShockProfile
 from shockpc.robot.geometry import drawn_outline
-from shockpc.show.figure.page import LEFT, Page, Rows, short
+from shockpc.show.figure.layout import LEFT, Page, Rows, short
 from shockpc.show.figure.picture import draw_bodies, draw_marks, letter
 from shockpc.show.figure.style import band
 from shockpc.show.figure.view import View, Window, view_of, windows_of
-from shockpc.show.header import count, joint_model_text, plane_text, posture_text, strike_text
+from shockpc.show.wording import count, joint_model_text, plane_text, posture_text, strike_text
 from shockpc.text.printed import few, printable
 
 FOOT = 0.8

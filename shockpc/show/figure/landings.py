@@ -8,7 +8,7 @@ from matplotlib.figure import Figure
 from shockpc.evaluation.recorded import RecordedLandings
 from shockpc.evaluation.table import Table
 from shockpc.show.figure.style import BANDS, CURVES, INK, band, new_chart
-from shockpc.show.header import count
+from shockpc.show.wording import count
 from shockpc.studies.landings import Comparison
 from shockpc.text.printed import printable
 

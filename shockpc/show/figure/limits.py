@@ -6,7 +6,7 @@ import numpy as np
 from matplotlib.figure import Figure
 
 from shockpc.show.figure.style import BANDS, INK, PAPER, SHOCK, new_chart
-from shockpc.show.header import UNITS, contact_name
+from shockpc.show.wording import UNITS, contact_name
 from shockpc.studies.limits import JointLimits
 from shockpc.text.printed import printable
 

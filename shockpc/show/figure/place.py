@@ -11,12 +11,12 @@ from matplotlib.ticker import MaxNLocator
 
 from shockpc.core.spatial import Array, Plane
 from shockpc.robot.geometry import Shape
-from shockpc.show.figure.page import LEFT, Page, Rows, short
+from shockpc.show.figure.layout import LEFT, Page, Rows, short
 from shockpc.show.figure.picture import GOLD, SIGNS, Labels, letter, outlined, sign
 from shockpc.show.figure.silhouette import Edges, projection, silhouette, surface, to_plane
 from shockpc.show.figure.style import BANDS, INK
 from shockpc.show.figure.view import Window, body_shapes
-from shockpc.show.header import count, joint_model_text, posture_text
+from shockpc.show.wording import count, joint_model_text, posture_text
 from shockpc.studies.place.study import PlaceStudy
 from shockpc.text.printed import printable
 

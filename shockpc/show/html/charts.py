@@ -9,7 +9,7 @@ import numpy as np
 from shockpc.core.spatial import Array
 from shockpc.show.figure.picture import GOLD
 from shockpc.show.figure.style import BANDS, CURVES, EDGES, INK
-from shockpc.show.html.meshes import Surface
+from shockpc.show.html.surfaces import Surface
 from shockpc.text.printed import printable
 
 LIMIT = 2.5

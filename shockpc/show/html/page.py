@@ -32,8 +32,8 @@ from shockpc.show.figure.picture import letter
 from shockpc.show.figure.style import BANDS, EDGES, SHOCK
 from shockpc.show.figure.view import body_shapes, numbered
 from shockpc.show.html.charts import CONFIG, STYLES, history, picture, placed
-from shockpc.show.html.meshes import Surface, surfaces
-from shockpc.show.reports.report import Block, Picture, Report
+from shockpc.show.html.surfaces import Surface, surfaces
+from shockpc.show.reports.report import Picture, Report, Section
 from shockpc.show.tables import Cell, Lines, Sheet, rounded
 from shockpc.text.printed import printable
 
@@ -67,7 +67,7 @@ def page(report: Report, files: Mapping[str, str | bytes], library: Path | None,
     here = Path(__file__).parent
     title = _text(report.title or next((f"Shock of {profile.robot.name}" for profile in shown.values()), report.name))
     parts = [(name, report.parts[name]) for name in shown if name in report.parts]
-    blocks: list[tuple[str, int | None, list[Block], Report]]
+    blocks: list[tuple[str, int | None, list[Section], Report]]
     blocks = [(f"{name}/", number, list(part.body(True)), part) for number, (name, part) in enumerate(parts)]
     blocks.append(("", None, list(report.body(True)), report))
     scripts = [f"<script>\n{(here / 'tables.js').read_text('utf-8')}</script>"]
@@ -101,12 +101,12 @@ def _section(number: int | None, *parts: str) -> str:
     return f"<section{'' if number is None else f' data-landing={number}'}>{''.join(parts)}</section>"
 
 
-def _above(body: Sequence[Block]) -> list[Block]:
+def _above(body: Sequence[Section]) -> list[Section]:
     """The lines before the first figure or table."""
     return list(itertools.takewhile(lambda block: isinstance(block, Lines), body))
 
 
-def _below(folder: str, body: Sequence[Block], report: Report, files: Mapping[str, str | bytes]) -> list[str]:
+def _below(folder: str, body: Sequence[Section], report: Report, files: Mapping[str, str | bytes]) -> list[str]:
     """Figures, tables and lines. Args: folder, of the report's files."""
     parts = [f"<h2>Results{' for the strike of the scene' if report.landings or folder else ''}</h2>"]
     # The picture in three dimensions takes the place of a landing's own figure, which only paper shows.
@@ -138,7 +138,7 @@ def _text(text: str) -> str:
     return html.escape(printable(text))
 
 
-def _block(block: Block) -> str:
+def _block(block: Section) -> str:
     if isinstance(block, Sheet):
         return _table(block)
     assert isinstance(block, Lines)

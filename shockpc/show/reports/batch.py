@@ -6,9 +6,9 @@ from typing import Any
 
 from shockpc.quantities.table import select
 from shockpc.robot.landmarks import BENT, is_imu
-from shockpc.show.header import count, proof_text, without_value
 from shockpc.show.reports.report import Picture, Report, picture_files
 from shockpc.show.tables import Lines, Row, Sheet
+from shockpc.show.wording import count, proof_text, without_value
 from shockpc.studies.batch import Batch, BatchRow
 
 NO_DRIVES = {"free": "nothing gives a reflected inertia; stiff gearboxes change the results considerably"}
@@ -19,7 +19,7 @@ def batch_report(batch: Batch) -> Report:
     """The landings of many robots; the Markdown document also has their warnings."""
     caption = f"the worst landing of each robot, ranked by {batch.rank}"
     drawn = any(row.picture is not None for row in batch.rows)
-    picture = [Picture("sheet", caption, "contact_sheet:draw_contact_sheet", (batch,))] if drawn else []
+    picture = [Picture("sheet", caption, "batch:draw_contact_sheet", (batch,))] if drawn else []
     warnings = list(dict.fromkeys(f"warning: {row.robot}: {warning}" for row in batch.rows for warning in row.warnings))
     return Report(
         name="batch",

@@ -9,11 +9,11 @@ from xml.etree import ElementTree as ET
 
 from shockpc.show.document import record
 from shockpc.show.files import destination
-from shockpc.show.header import count, proof_text
 from shockpc.show.reports.report import Report
 from shockpc.show.tables import Cell, Lines, Sheet, as_markdown
+from shockpc.show.wording import count, proof_text
 from shockpc.studies.check.budgets import Budget
-from shockpc.studies.check.gate import MOST_CHANGES, Check, Outcome, Status
+from shockpc.studies.check.study import MOST_CHANGES, Check, Outcome, Status
 from shockpc.text.errors import OutputError
 from shockpc.text.printed import few, printable
 

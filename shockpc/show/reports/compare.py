@@ -4,9 +4,9 @@ import math
 from typing import Any
 
 from shockpc.show.document import record
-from shockpc.show.header import contact_name, count, strike_text
 from shockpc.show.reports.report import Picture, Report
 from shockpc.show.tables import Lines, Row, Sheet, largest
+from shockpc.show.wording import contact_name, count, strike_text
 from shockpc.studies.compare import Comparison, Differences
 
 

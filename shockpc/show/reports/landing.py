@@ -11,9 +11,9 @@ from shockpc.landing.places import Kind
 from shockpc.quantities.profile import ShockProfile
 from shockpc.quantities.table import Selection, quantities_of, quantity
 from shockpc.show.document import content
-from shockpc.show.header import contact_name, count, header_lines, proof_text, shown_as, vector_text, warning_lines
 from shockpc.show.reports.report import Picture, Report, picture_files
 from shockpc.show.tables import Lines, Row, Sheet, largest, rounded
+from shockpc.show.wording import contact_name, count, header_lines, proof_text, shown_as, vector_text, warning_lines
 from shockpc.text.printed import few
 
 BODIES = (
@@ -397,9 +397,9 @@ def _time_pictures(profile: ShockProfile, spectrum: bool) -> list[Picture]:
     if profile.stiffness is None:
         return []
     name = profile.robot.name
-    pictures = [Picture("time", f"forces, accelerations and torques of {name} over time", "time:draw_time", (profile,))]
+    pictures = [Picture("time", f"forces, accelerations and torques of {name} over time", "history:draw_time", (profile,))]
     if spectrum and any(place.body >= 0 for place in profile.places("point")):
-        pictures.append(Picture("spectrum", f"shock response spectrum of points of {name}", "time:draw_spectrum", (profile,)))
+        pictures.append(Picture("spectrum", f"shock response spectrum of points of {name}", "history:draw_spectrum", (profile,)))
     return pictures
 
 

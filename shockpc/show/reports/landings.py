@@ -10,9 +10,9 @@ from shockpc.evaluation.columns import Column
 from shockpc.evaluation.recorded import CLOSED_BY, RATES_BY, RecordedLandings
 from shockpc.evaluation.table import Table
 from shockpc.quantities.profile import ShockProfile
-from shockpc.show.header import JOINT_MODELS, LEFT_OUT, count, proven_text, shown_as, without_value
-from shockpc.show.reports.report import Block, Picture, Report, picture_files
+from shockpc.show.reports.report import Picture, Report, Section, picture_files
 from shockpc.show.tables import Lines, Row, Sheet
+from shockpc.show.wording import JOINT_MODELS, LEFT_OUT, count, proven_text, shown_as, without_value
 from shockpc.studies.landings import STATISTICS, Agreement, Comparison
 from shockpc.text.printed import alike, few
 
@@ -52,7 +52,7 @@ def landings_report(
     """
     order = list(range(len(results))) if rank is None else results.ranked(rank).tolist()
 
-    def body(full: bool) -> Iterator[Block]:
+    def body(full: bool) -> Iterator[Section]:
         yield Lines(list(_header(table, landings)))
         yield _extents(landings, results)
         yield Picture("landings", "distributions of the results", "landings:draw_landings", (landings, results))

@@ -4,9 +4,9 @@ import math
 from collections.abc import Callable
 from typing import Any
 
-from shockpc.show.header import UNITS, header_lines, warning_lines
 from shockpc.show.reports.report import Picture, Report
 from shockpc.show.tables import Lines, Row, Sheet
+from shockpc.show.wording import UNITS, header_lines, warning_lines
 from shockpc.studies.limits import Interval, JointLimits, StrikeLimits
 
 MARKS = {"bound": "", "range": "*", "loop": "†"}

@@ -9,7 +9,7 @@ from shockpc.paper.claim import Claim, PaperFigure
 from shockpc.paper.figures import FIGURES
 from shockpc.paper.landings import scene
 from shockpc.show.document import record
-from shockpc.show.reports.report import Block, Picture, Report, picture_files
+from shockpc.show.reports.report import Picture, Report, Section, picture_files
 from shockpc.show.tables import Lines, Row, Sheet
 
 OUTCOMES = ("does not hold", "as interpreted", "holds")
@@ -26,11 +26,11 @@ def paper_report(figures: Sequence[PaperFigure], verbose: bool = False, folder: 
     """
     claims = [claim for figure in figures for claim in figure.claims]
 
-    def body(full: bool) -> list[Block]:
+    def body(full: bool) -> list[Section]:
         if full:
             notes = [Lines([f"Figure {figure.number}: {figure.note}" for figure in figures])]
             return [_outcomes_sheet(claims), *map(paper_picture, figures), *notes, _claims_sheet(claims), _bodies_sheet(figures)]
-        details: list[Block] = [Lines(_details(claims), "details"), _bodies_sheet(figures)]
+        details: list[Section] = [Lines(_details(claims), "details"), _bodies_sheet(figures)]
         return [_outcomes_sheet(claims), *(details if verbose else [])]
 
     return Report(
@@ -60,7 +60,7 @@ def paper_picture(figure: PaperFigure) -> Picture:
     labels, captions = [panel.label for panel in figure.panels], [[panel.words] for panel in figure.panels]
     title = f"Figure {figure.number}: {figure.title}"
     drawn = (figure.profiles, title, labels, captions, figure.note)
-    return Picture(f"figure{figure.number}", title, "panels:draw_panels", drawn)
+    return Picture(f"figure{figure.number}", title, "paper:draw_panels", drawn)
 
 
 def _outcome(claim: Claim) -> str:

@@ -6,9 +6,9 @@ import numpy as np
 
 from shockpc.quantities.profile import ShockProfile
 from shockpc.show.document import record
-from shockpc.show.header import count, proof_text, shared_lines, shared_warnings
 from shockpc.show.reports.report import Picture, Report
 from shockpc.show.tables import Lines, Row, Sheet, largest
+from shockpc.show.wording import count, proof_text, shared_lines, shared_warnings
 from shockpc.studies.place.study import PlaceStudy, SensorPlace
 
 _EQUAL = 1.0 - 1e-6

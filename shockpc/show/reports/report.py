@@ -42,7 +42,7 @@ def picture_files(*names: str) -> tuple[str, ...]:
     return tuple(f"{name}.{kind}" for name in names for kind in ("svg", "png"))
 
 
-Block = Sheet | Lines | Picture
+Section = Sheet | Lines | Picture
 
 
 @dataclass(frozen=True, kw_only=True, eq=False, repr=False)
@@ -70,7 +70,7 @@ class Report:
     name: str
     title: str = ""
     page: str = "report"
-    body: Callable[[bool], Iterable[Block]]
+    body: Callable[[bool], Iterable[Section]]
     closing: Sequence[str] = ()
     warnings: Sequence[str] = ()
     sheets: Mapping[str, Callable[[], Sheet]]
@@ -115,7 +115,7 @@ class Report:
         """Names of files that this report may lack and others of its command have, as in `others`, with those of the parts."""
         return *self.others, *(f"{name}/{file}" for name, part in self.parts.items() for file in part.others)
 
-    def _markdown(self, body: Iterable[Block], figures: bool = False) -> str:
+    def _markdown(self, body: Iterable[Section], figures: bool = False) -> str:
         """The Markdown document; of several results the part about all. Args: figures, whether their files are beside it."""
         blocks = [f"## {escaped(self.title)}\n" if self.title else ""]
         for block in (*body, self._end):

@@ -11,9 +11,9 @@ from shockpc.robot.drives import Drive, catalogue_drives
 from shockpc.robot.landmarks import feet, sensors
 from shockpc.robot.robot import Robot
 from shockpc.show.document import record
-from shockpc.show.header import base_text, count
 from shockpc.show.reports.report import Report
 from shockpc.show.tables import Lines, Row, Sheet
+from shockpc.show.wording import base_text, count
 from shockpc.text.errors import RobotError
 from shockpc.text.printed import few, printable
 

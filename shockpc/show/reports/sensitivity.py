@@ -6,9 +6,9 @@ from typing import Any
 
 from shockpc.quantities.profile import ShockProfile
 from shockpc.show.document import record
-from shockpc.show.header import count, shared_lines, shared_warnings, shown_as
 from shockpc.show.reports.report import Picture, Report
 from shockpc.show.tables import Lines, Row, Sheet, largest
+from shockpc.show.wording import count, shared_lines, shared_warnings, shown_as
 from shockpc.studies.sensitivity import Effect, Sensitivity
 from shockpc.text.printed import listed
 
@@ -28,7 +28,7 @@ def sensitivity_report(study: Sensitivity, most: int) -> Report:
     now = f"{study.target.title}: {study.value:.4g} {study.target.unit}".removesuffix(" -")
     if len(landings) > 1:
         now += f", {_over(study)}; the worst is {study.worst}"
-    picture = Picture("sensitivity", f"the largest effects on the {study.target.title}", "tornado:draw_tornado", (study,))
+    picture = Picture("sensitivity", f"the largest effects on the {study.target.title}", "sensitivity:draw_tornado", (study,))
     return Report(
         name="sensitivity",
         title=f"What changes the {study.target.title}",

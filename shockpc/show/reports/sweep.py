@@ -11,9 +11,9 @@ from shockpc.evaluation.summary import PERCENTILES, Extent, Summary
 from shockpc.evaluation.variation import beyond_limits
 from shockpc.evaluation.varied import VariedLandings
 from shockpc.show.document import record
-from shockpc.show.header import LEFT_OUT, proven_text, without_value
 from shockpc.show.reports.report import Picture, Report
 from shockpc.show.tables import Lines, Row, Sheet, largest
+from shockpc.show.wording import LEFT_OUT, proven_text, without_value
 
 MESSAGES = 5
 """Messages of rows that could not be computed that are shown."""

@@ -18,7 +18,7 @@ from shockpc.landing.dynamics import PINOCCHIO
 from shockpc.landing.landing import PosedLanding
 from shockpc.landing.scene_file import scene_table, with_paths
 from shockpc.quantities.table import select
-from shockpc.studies.check.design import design_record, read_design, rounded
+from shockpc.studies.check.design_record import design_record, read_design, rounded
 from shockpc.text.errors import StudyError
 from shockpc.text.paths import read_file
 from shockpc.text.printed import printable

@@ -20,7 +20,7 @@ AT_ONCE = 12
 """Landings up to which all are in one program; of more, only those that limit the result (at most a few) are added, in turns."""
 
 
-class Cell(NamedTuple):
+class ConvexCell(NamedTuple):
     """A convex set: the Minkowski sum of the hull of points and an ellipsoid, within half-spaces.
 
     Attributes:
@@ -35,11 +35,11 @@ class Cell(NamedTuple):
     normals: Array = np.zeros((0, 3))
     offsets: Array = np.zeros(0)
 
-    def within(self, normal: Array, offset: float) -> "Cell | None":
+    def within(self, normal: Array, offset: float) -> "ConvexCell | None":
         """The part where normal · r ≥ offset; None if the hull alone shows that there is none."""
         if float((self.points @ normal).max()) + float(np.linalg.norm(normal @ self.rounding)) < offset:
             return None
-        return Cell(self.points, self.rounding, np.concatenate([self.normals, [normal]]), np.append(self.offsets, offset))
+        return ConvexCell(self.points, self.rounding, np.concatenate([self.normals, [normal]]), np.append(self.offsets, offset))
 
 
 class Optimum(NamedTuple):
@@ -56,7 +56,7 @@ class Optimum(NamedTuple):
     bound: float
 
 
-def least_shock(fields: Fields, cell: Cell) -> Optimum | None:
+def least_shock(fields: Fields, cell: ConvexCell) -> Optimum | None:
     """The optimum over a convex set; None if the set is empty.
 
     Raises:
@@ -77,7 +77,7 @@ def least_shock(fields: Fields, cell: Cell) -> Optimum | None:
         decisive += missing
 
 
-def _solved(fields: Fields, cell: Cell) -> tuple[Array, float] | None:
+def _solved(fields: Fields, cell: ConvexCell) -> tuple[Array, float] | None:
     """The place of the optimum and a lower bound; None if the set is empty.
 
     The unknowns are t (one, or one for each landing), r, the shares of the points in r and, for a rounded set, the point of
@@ -128,7 +128,7 @@ def _solved(fields: Fields, cell: Cell) -> tuple[Array, float] | None:
     return place, _lower_bound(fields, cell, y, multipliers)
 
 
-def _lower_bound(fields: Fields, cell: Cell, y: Array, multipliers: Array) -> float:
+def _lower_bound(fields: Fields, cell: ConvexCell, y: Array, multipliers: Array) -> float:
     """The least value over the set of the affine function that y and the half-spaces' multipliers give."""
     lengths = np.linalg.norm(y, axis=1)
     if fields.weights is None:

@@ -8,7 +8,7 @@ import numpy as np
 from shockpc.core.spatial import Array
 from shockpc.robot.geometry import LARGEST, HalfSpaces, Kind, Shape, facets, half_spaces, outline
 from shockpc.robot.robot import Robot
-from shockpc.studies.place.cone import Cell
+from shockpc.studies.place.cone import ConvexCell
 from shockpc.studies.place.search import box
 from shockpc.text.errors import StudyError
 
@@ -33,7 +33,7 @@ class Region(NamedTuple):
     """
 
     text: str
-    cells: tuple[Cell, ...]
+    cells: tuple[ConvexCell, ...]
     outside: tuple[HalfSpaces, ...]
     size: float
     solid: bool
@@ -70,15 +70,15 @@ def region_of(robot: Robot, body: int, within: Box | None, surface: bool, geomet
         raise StudyError(f"the box {_box_text(limits)} is outside {name}, which is in {_box_text(whole)} of its frame")
     if limits is not None and not surface:
         corners = np.array(list(itertools.product(*zip(*limits, strict=True))))
-        return Region(f"in the box {_box_text(limits)} of {name}", (Cell(corners),), (), _size(limits), True, ())
+        return Region(f"in the box {_box_text(limits)} of {name}", (ConvexCell(corners),), (), _size(limits), True, ())
     if not surface:
         pieces = "1 convex piece" if len(shapes) == 1 else f"{len(shapes)} convex pieces"
         hulls = ", a mesh as its convex hull" if any(shape.mesh is not None for shape in shapes) else ""
-        cells = [Cell(shape.points, shape.rounding) for shape in shapes]
+        cells = [ConvexCell(shape.points, shape.rounding) for shape in shapes]
         text = f"inside the {kind} geometry of {name} ({pieces}{hulls})"
         return Region(text, tuple(cells), (), _size(whole), True, seen.warnings)
     solid = [shape for shape, one in zip(shapes, boxes, strict=True) if np.ptp(one, axis=0).max() > MARKER * _size(whole)]
-    cells = [Cell(corners) for shape in solid for corners in facets(shape)]
+    cells = [ConvexCell(corners) for shape in solid for corners in facets(shape)]
     if limits is not None:
         cells = [part for cell in cells if (part := _cut(cell, limits)) is not None]
     held = "" if limits is None else f", within {_box_text(limits)}"
@@ -92,8 +92,8 @@ def _size(limits: tuple[Array, Array]) -> float:
     return float((limits[1] - limits[0]).max())
 
 
-def _cut(cell: Cell, limits: tuple[Array, Array]) -> Cell | None:
-    part: Cell | None = cell
+def _cut(cell: ConvexCell, limits: tuple[Array, Array]) -> ConvexCell | None:
+    part: ConvexCell | None = cell
     faces = box(*limits)
     for normal, offset in zip(faces.normals, faces.offsets, strict=True):
         # Faces that all points are inside of are no constraint.

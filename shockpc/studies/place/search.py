@@ -14,7 +14,7 @@ import numpy as np
 
 from shockpc.core.spatial import Array
 from shockpc.robot.geometry import HalfSpaces
-from shockpc.studies.place.cone import Cell, Optimum, least_shock
+from shockpc.studies.place.cone import ConvexCell, Optimum, least_shock
 from shockpc.studies.place.field import Fields
 
 INSIDE = 1e-7
@@ -26,7 +26,9 @@ def box(low: Array, high: Array) -> HalfSpaces:
     return HalfSpaces(np.concatenate([np.eye(3), -np.eye(3)]), np.concatenate([high, -low]))
 
 
-def best_places(fields: Fields, cells: Sequence[Cell], outside: Sequence[HalfSpaces] = (), apart: float = 0.0) -> Iterator[Optimum]:
+def best_places(
+    fields: Fields, cells: Sequence[ConvexCell], outside: Sequence[HalfSpaces] = (), apart: float = 0.0
+) -> Iterator[Optimum]:
     """The best place of a region, then the next best ones; each with the proof that no other place is better.
 
     Args:
@@ -40,7 +42,7 @@ def best_places(fields: Fields, cells: Sequence[Cell], outside: Sequence[HalfSpa
     """
     forbidden = list(outside)
     number = itertools.count()
-    queue: list[tuple[float, int, Cell, Optimum | None]] = [
+    queue: list[tuple[float, int, ConvexCell, Optimum | None]] = [
         (bound, next(number), cell, None) for bound, cell in zip(_bounds(fields, cells), cells, strict=True)
     ]
     heapq.heapify(queue)
@@ -62,7 +64,7 @@ def best_places(fields: Fields, cells: Sequence[Cell], outside: Sequence[HalfSpa
         heapq.heappush(queue, (bound, next(number), cell, found))
 
 
-def _bounds(fields: Fields, cells: Sequence[Cell]) -> list[float]:
+def _bounds(fields: Fields, cells: Sequence[ConvexCell]) -> list[float]:
     """A lower bound over each cell: that of the tangent at the middle of its points."""
     if not cells:
         return []

@@ -6,10 +6,10 @@ from matplotlib.figure import Figure
 
 from shockpc.quantities.profile import ShockProfile
 from shockpc.show.figure.landing import FOOT, draw_picture
-from shockpc.show.figure.page import LEFT, Page, Rows
+from shockpc.show.figure.layout import LEFT, Page, Rows
 from shockpc.show.figure.picture import letter
 from shockpc.show.figure.view import View, Window, view_of, windows_of
-from shockpc.show.header import angle_text, joint_model_text
+from shockpc.show.wording import angle_text, joint_model_text
 from shockpc.text.printed import printable
 
 GAP, BAR = 0.15, 4.6

@@ -5,7 +5,7 @@ from pathlib import Path
 
 from matplotlib.figure import Figure
 
-from shockpc.show.figure.page import MARGIN, Page
+from shockpc.show.figure.layout import MARGIN, Page
 from shockpc.show.figure.picture import draw_bodies, draw_velocities
 from shockpc.show.figure.view import windows_of
 from shockpc.show.tables import rounded

@@ -27,7 +27,7 @@ from shockpc.quantities.table import Selection
 from shockpc.robot.robot import Robot
 from shockpc.studies.check.baseline import Baseline, Key, case_record, refuse_other_scene
 from shockpc.studies.check.budgets import Budget, Budgets, Case
-from shockpc.studies.check.design import design_changes, rounded
+from shockpc.studies.check.design_record import design_changes, rounded
 from shockpc.text.errors import DefectError, ShockError, StudyError
 from shockpc.text.names import match
 from shockpc.text.printed import few, printable

@@ -4,8 +4,8 @@ from matplotlib.figure import Figure
 from matplotlib.patches import Patch
 
 from shockpc.show.figure.style import BANDS, CURVES, INK, new_chart
-from shockpc.show.header import contact_name, count
 from shockpc.show.reports.sensitivity import change_words, step_words
+from shockpc.show.wording import contact_name, count
 from shockpc.studies.sensitivity import Sensitivity
 from shockpc.text.printed import printable
 

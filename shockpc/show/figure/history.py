@@ -14,7 +14,7 @@ from shockpc.quantities.ground import ALONG
 from shockpc.quantities.points import DELTA_V
 from shockpc.quantities.profile import ShockProfile
 from shockpc.show.figure.style import CURVES, INK, new_chart
-from shockpc.show.header import contact_name
+from shockpc.show.wording import contact_name
 from shockpc.text.printed import printable
 
 CURVES_SHOWN = 6
