@@ -87,7 +87,7 @@ def difference(exact, values) -> tuple[np.ndarray, np.ndarray]:
 
 def assert_maps_are_those_of_the_proof(profile):
     """The largest error of both ways to solve with H: as a matrix, and along the tree, as for many postures of large robots."""
-    with mock.patch("shockpc.landing.dynamics.MANY", 0):
+    with mock.patch("shockpc.landing.dynamics.WHOLE_ARRAYS", 0):
         along_the_tree = shock_maps(profile.landing, profile.q[None])
     return max(error_of_maps(profile, found) for found in (shock_maps(profile.landing, profile.q[None]), along_the_tree))
 

@@ -167,7 +167,7 @@ def test_a_small_suite_from_clock_to_report(tmp_path, monkeypatch):
     monkeypatch.setitem(COSTS, "costs", lambda budget: Sheet("costs", ("what",), [("a command",)]))
     monkeypatch.setitem(COSTS, "measured landings", lambda budget: Sheet("measured landings", ("what",), []))
     monkeypatch.setattr("shockpc.bench.costs.ROWS", 32)
-    monkeypatch.setattr("shockpc.bench.costs.MANY", 16)
+    monkeypatch.setattr("shockpc.bench.costs.MANY_POSTURES", 16)
     write_report_folder(tmp_path, suite_report(("corners", "knee"), budget=0.0))
     files = {
         "report.md",

@@ -332,7 +332,7 @@ def test_friction_of_each_row():
     results = compute(study(table() | friction, quantities=("delta_v_friction@imu_link", "feasible", "friction_needed")))
     equal_to_single_landings(results, known_robot("anymal_b"))
     assert [results.study.case(i).friction for i in range(6)] == friction["friction"].tolist()
-    with pytest.raises(StudyError, match="row 1, column friction: -1 is no coefficient of friction"):
+    with pytest.raises(StudyError, match="row 1, column friction: -1 is not a valid friction"):
         study(table() | {"friction": np.array([0.1, -1.0, 0.1, 0.1, 0.1, 0.1])})
 
 

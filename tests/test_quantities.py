@@ -19,7 +19,7 @@ from shockpc.quantities.table import QUANTITIES, quantities_of, select
 from shockpc.robot.load import load_robot
 from shockpc.studies.compare import Design
 
-COMMON = [entry for entry in QUANTITIES if not entry.posed]
+COMMON = [entry for entry in QUANTITIES if not entry.needs_posture]
 
 
 def in_doubles(landing, strikes=None):

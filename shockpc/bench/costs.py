@@ -50,7 +50,7 @@ COMMANDS = {
 STRUCK = {"anymal_b": "LF_FOOT", "talos": "left_sole_link", "chain of 100 links": "link0", "hyq": "lf_foot"}
 """Robots and the frame that strikes."""
 
-MANY = 512
+MANY_POSTURES = 512
 """Postures of each robot for the peers."""
 
 ROWS = 16384
@@ -189,7 +189,7 @@ def _throughput(budget: float) -> Sheet:
     rows: list[tuple[Cell, ...]] = []
     for name in ("anymal_b", "talos", "chain of 100 links"):
         system = many_system(name)
-        Q, first = postures(system, MANY), math.nan
+        Q, first = postures(system, MANY_POSTURES), math.nan
         batched = _batched(system, Q)
         maps = batched.read(batched.run())
         for peer, prepare in PEERS.items():
@@ -198,7 +198,7 @@ def _throughput(budget: float) -> Sheet:
             except UnsuitedError as reason:
                 rows.append((name, peer, None, None, None, str(reason)))
                 continue
-            jumps, seconds = prepared.read(prepared.run()), _cost(prepared.run, budget, MANY)
+            jumps, seconds = prepared.read(prepared.run()), _cost(prepared.run, budget, MANY_POSTURES)
             same = maps if jumps.shape[-1] == 3 else (maps @ system.landing.before.velocity)[..., None]
             off = np.max(np.abs(jumps - same).max(axis=(1, 2, 3)) / np.abs(same).max(axis=(1, 2, 3)))
             first = seconds if prepare is _bare_loop else first

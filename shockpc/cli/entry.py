@@ -28,7 +28,7 @@ def entry() -> None:
     os.environ.pop("MPLBACKEND", None)
     # Libraries make many objects while they are imported, none of them garbage; searching them takes a twentieth of a short run.
     gc.set_threshold(100_000)
-    # A result that is not finite is refused or reported where it arises; NumPy's lines about it help nobody.
+    # A result that is not finite is refused or reported where it arises; NumPy's warnings about it are misleading here.
     warnings.simplefilter("ignore")
     code = main(sys.argv[1:])
     for stream in filter(None, (sys.stdout, sys.stderr)):

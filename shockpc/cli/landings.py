@@ -13,7 +13,7 @@ from shockpc.landing.scene import Joints
 
 _in_table, _in_joints = group("Table"), group("Joint model")
 
-SHOWN = 8
+PAGE_LANDINGS = 8
 """Landings that report.html shows."""
 
 
@@ -116,7 +116,7 @@ def landings(
             results = evaluation.table(pool, progress("landings computed", study.rows))
     ranked = None if rank is None else results.column(rank)
     worst = {}
-    for i in results.worst(SHOWN, ranked) if output.out is not None else ():
+    for i in results.worst(PAGE_LANDINGS, ranked) if output.out is not None else ():
         name = str(rows_in_table.names[i])
         try:
             worst[name] = study.profile(i)

@@ -14,7 +14,7 @@ command: list[str] = []
 """The words of the command that runs."""
 
 received: list[int] = []
-"""The signals that have come."""
+"""The received signals."""
 
 
 class _Lenient(io.FileIO):

@@ -27,7 +27,7 @@ class Plane(NamedTuple):
 
     @property
     def level(self) -> bool:
-        """Whether it is seen from above, so that it holds no vertical."""
+        """Whether it is horizontal, so that it has no vertical."""
         return abs(float(self.normal[2])) > 1.0 - 1e-9
 
     @property
@@ -121,7 +121,7 @@ def quaternion_of(rotation: Array) -> Array:
 
 
 def freeze(*values: Any) -> None:
-    """Let nobody write to arrays, nor to those of tuples, at any depth; other values are left alone."""
+    """Make arrays read-only, those of tuples too, at any depth; other values are left as they are."""
     for value in values:
         if isinstance(value, np.ndarray):
             value.flags.writeable = False

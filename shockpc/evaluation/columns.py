@@ -251,7 +251,7 @@ def values_of(impact: DoubleImpact, wanted: Sequence[Column], shape: tuple[int, 
             computed |= {column.name: np.full(shape, np.nan) for column in own}
             known = {column.place.name: place for column in own if (place := column.at(impact.landing)) is not None}
             places = list(known.values())
-            if not places or entry.alone(impact.landing.scene):
+            if not places or entry.per_landing(impact.landing.scene):
                 continue
             values, index = evaluate(entry, impact, places), {place.name: k for k, place in enumerate(places)}
             for column in (column for column in own if column.place.name in known):

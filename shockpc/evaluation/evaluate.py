@@ -174,7 +174,7 @@ class Evaluation(Generic[L]):
         for name, x in (values | further | {"condition": condition[:, None]}).items():
             whole[name][group.postures] = x
         unsafe = unsafe & ~(condition <= self.trusted)[:, None]
-        prove[group.postures] = unsafe | any(column.selection.quantity.alone(landing.scene) for column in self.computed)
+        prove[group.postures] = unsafe | any(column.selection.quantity.per_landing(landing.scene) for column in self.computed)
         for i, s, error in not_approaching(landing, parting):
             errors.note([int(rows[i, s])], error)
 

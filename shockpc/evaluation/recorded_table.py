@@ -520,7 +520,7 @@ class _Reader:
             return np.full(self.n, np.nan if mu is None else mu)
         friction = _finite(name, self.columns[name])
         if (wrong := np.flatnonzero(friction < 0.0)).size:
-            raise _in_rows(wrong, f"column {name}: {friction[wrong[0]]:g} is no coefficient of friction; it is at least 0")
+            raise _in_rows(wrong, f"column {name}: {friction[wrong[0]]:g} is not a valid friction; it must be ≥ 0")
         return friction
 
     def _attitude(self) -> Array:

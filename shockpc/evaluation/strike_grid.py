@@ -11,7 +11,7 @@ from shockpc.evaluation.landings import Group, Part, Refusal
 from shockpc.evaluation.variation import Variation
 from shockpc.evaluation.varied import VariedLandings
 from shockpc.evaluation.varied_scene import applied
-from shockpc.landing.landing import PosedLanding, following
+from shockpc.landing.landing import PosedLanding, close_loops
 from shockpc.landing.scene import Scene, Strike
 from shockpc.profile import shock_profile
 from shockpc.quantities.profile import ShockProfile
@@ -105,7 +105,7 @@ class StrikeGrid:
                 scene, robot = sweep.case(i // S)
             else:
                 scene, robot = applied(self.scene, self.robot, self.varied, values[i // S])
-                scene = following(scene, self.landing.at(self.Q[a + i // S])) if self.landing.loops else scene
+                scene = close_loops(scene, self.landing.at(self.Q[a + i // S])) if self.landing.loops else scene
             x, y, z = self.velocities(angles.flat[i]).tolist()
             given = scene.strike
             strike = Strike(velocity=(x, y, z), angular_velocity=given.angular_velocity, joint_velocities=given.joint_velocities)

@@ -46,7 +46,7 @@ ROUNDED = 1e-2
 TURN = 360.0
 """A whole turn [deg]."""
 
-MOST = 1_000_000
+MOST_VALUES = 1_000_000
 """Values of one quantity in a grid."""
 
 
@@ -277,8 +277,8 @@ def _numbers(subject: str, values: object) -> tuple[tuple[float, ...], tuple[flo
         if not low < high:
             raise StudyError(f"{subject}: the range {low:g}:{high:g} is empty; give the lesser value first")
         return (), (low, high), "log-uniform" if count else "uniform", factor
-    if not (count.strip().isdecimal() and len(count) < 9 and 0 < int(count) <= MOST):
-        raise StudyError(f'{subject}: "{count}" is not a number of values from 1 to {MOST}; valid are {FORM}')
+    if not (count.strip().isdecimal() and len(count) < 9 and 0 < int(count) <= MOST_VALUES):
+        raise StudyError(f'{subject}: "{count}" is not a number of values from 1 to {MOST_VALUES}; valid are {FORM}')
     n = int(count)
     # The ends are as typed, and what lies between does not depend on the number of values.
     steps = (low,) if n == 1 else (*(low + (high - low) * (k / (n - 1)) for k in range(n - 1)), high)

@@ -18,7 +18,7 @@ from shockpc.evaluation.variation import ATTITUDE, INERTIAL, OF_A_LINK, Variatio
 from shockpc.evaluation.variation import variation as read_variation
 from shockpc.evaluation.varied_scene import applied, armature_set, robot_changes
 from shockpc.landing.dynamics import Design
-from shockpc.landing.landing import PosedLanding, following, resolve
+from shockpc.landing.landing import PosedLanding, close_loops, resolve
 from shockpc.landing.posture import set_many
 from shockpc.landing.scene import GRAVITY, Scene
 from shockpc.landing.scene_file import check_scene, plane_of, robot_of
@@ -90,7 +90,7 @@ class VariedLandings:
         return self.solves * self.strikes
 
     @functools.cached_property
-    def alone(self) -> bool:
+    def separate(self) -> bool:
         """Whether every posture needs a landing of its own, because loops have to be closed."""
         return bool(self.first.loops)
 
@@ -99,7 +99,7 @@ class VariedLandings:
         """First and last posture of every part, the last one excluded. They do not depend on who computes them."""
         nv = self.robot.model.nv
         rows = min(ROWS, max(1024, 2**25 // nv**2))
-        if self.alone or (
+        if self.separate or (
             self.sample is not None and any(variation.stage == 0 and variation.kind != "contact" for variation in self.axes)
         ):
             rows = 1024
@@ -191,9 +191,9 @@ class VariedLandings:
 
     def _landings(self, values: dict[Variation, np.ndarray], m: int) -> "Iterator[tuple[np.ndarray, PosedLanding | ShockError]]":
         choices = {
-            variation: x[:, 0] for variation, x in values.items() if variation.stage < 2 and (variation.stage == 0 or self.alone)
+            variation: x[:, 0] for variation, x in values.items() if variation.stage < 2 and (variation.stage == 0 or self.separate)
         }
-        codes = [np.arange(m) if self.alone else np.zeros(m, dtype=int)]
+        codes = [np.arange(m) if self.separate else np.zeros(m, dtype=int)]
         codes += [np.unique(x, return_inverse=True)[1] for x in choices.values()]
         _, code = np.unique(np.stack(codes), axis=1, return_inverse=True)
         order = np.argsort(code.ravel(), kind="stable")
@@ -215,7 +215,7 @@ class VariedLandings:
     def _postures(self, landing: PosedLanding, values: dict[Variation, np.ndarray], own: np.ndarray) -> Array:
         """Configurations (n, nq) of some rows of a part."""
         Q = np.repeat(landing.q[None], len(own), axis=0)
-        if self.alone:
+        if self.separate:
             return Q
         moved = {variation: x[own, 0].astype(float) for variation, x in values.items() if variation.moves}
         angles = {variation.kind: x for variation, x in moved.items() if variation.kind != "joint"}
@@ -236,7 +236,7 @@ class VariedLandings:
     ) -> tuple[Design | None, dict[int, ShockError]]:
         """The inertias of some rows of a part; None where all have the landing's own. And why no robot has those of a row."""
         varied = [variation for variation in values if variation.kind in INERTIAL]
-        if not varied or self.alone:
+        if not varied or self.separate:
             return None, {}
         x = {variation: values[variation][own, 0].astype(float) for variation in varied}
         bodies = varied_bodies(
@@ -285,8 +285,8 @@ class VariedLandings:
                 scene, robot = applied(scene, robot, variation, value)
         if changes:
             robot = changed(robot, changes)  # at once, as each robot reads the places of its frames anew
-        if any(variation.moves for variation in choice) and self.alone:
-            scene = following(scene, self.first)
+        if any(variation.moves for variation in choice) and self.separate:
+            scene = close_loops(scene, self.first)
         return scene, robot
 
 
@@ -333,7 +333,7 @@ def varied_landings(
     sample: int | None = None,
     lhs: bool = False,
     seed: int = 0,
-    held: bool = False,
+    keep_joints: bool = False,
 ) -> VariedLandings:
     """Landings that differ from one, checked.
 
@@ -346,7 +346,7 @@ def varied_landings(
             all joints are, within their limits.
         lhs: whether the sample is a Latin hypercube.
         seed: of the random numbers.
-        held: whether joints that are not varied stay where the scene has them in any sample.
+        keep_joints: whether joints that are not varied stay where the scene has them in any sample.
 
     Raises:
         ShockError: a name is not known, values do not fit, nothing varies, or the landing cannot be resolved.
@@ -361,7 +361,7 @@ def varied_landings(
     if sample is not None:
         if sample < 1:
             raise StudyError(f"a sample of {sample} rows is empty; give a number above zero")
-        if not held and not any(varied.kind == "joint" or varied.uncertain for varied in variations):
+        if not keep_joints and not any(varied.kind == "joint" or varied.uncertain for varied in variations):
             variations += [read_variation(robot, f"joint:{joint.name}") for joint in robot.independent_joints]
     elif lhs:
         raise StudyError("a Latin hypercube is a sample; give its number of rows with --sample")

@@ -16,7 +16,7 @@ from shockpc.robot.robot import Robot
 from shockpc.text.errors import SceneError
 from shockpc.text.printed import listed
 
-FAR = 0.1
+FOOT_REACH_SHARE = 0.1
 """How far a link reaches below its frame, as a share of the height of the robot's frames, where the frame is none of a foot."""
 
 AXES = {"x": (1.0, 0.0, 0.0), "y": (0.0, 1.0, 0.0), "z": (0.0, 0.0, 1.0)}
@@ -62,7 +62,7 @@ def foot_contact(robot: Robot, name: str) -> Contact:
     shapes = [] if is_foot(name) or frame.kind != "link" else _own_shapes(robot, name)
     reach = [shape.reach(-up[None] @ state.rotation[0, frame.body])[0] for shape in shapes]
     far = max(reach, default=-np.inf) + up @ state.rotation[0, frame.body] @ frame.offset
-    return Contact(frame=name, at="lowest" if far > FAR * np.ptp(state.position[0] @ up) else "frame")
+    return Contact(frame=name, at="lowest" if far > FOOT_REACH_SHARE * np.ptp(state.position[0] @ up) else "frame")
 
 
 def contact_block(robot: Robot, contact: Contact, up: Array, kind: Literal["contact", "stance"] = "contact") -> Block:
@@ -159,7 +159,7 @@ def _own_shapes(robot: Robot, name: str) -> tuple[Shape, ...]:
 
 
 def _shapes(robot: Robot, name: str) -> tuple[Shape, ...]:
-    """The same, of which there has to be one."""
+    """Like `_own_shapes`, but raises if there is none."""
     found, frame = _own_shapes(robot, name), robot.frame(name)
     if not found:
         others = dict.fromkeys(shape.link for shape in body_outline(robot).shapes[frame.body])

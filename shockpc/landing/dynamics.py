@@ -19,7 +19,7 @@ from shockpc.robot.robot import Robot
 PINOCCHIO: str = pin.__version__
 """Version of the library that evaluates robots."""
 
-MANY = 150_000
+WHOLE_ARRAYS = 150_000
 """Postures times squared joint velocities from which the momenta take less time than H."""
 
 
@@ -109,7 +109,7 @@ def dynamics(robot: Robot, Q: Array, armature: Array | None = None, design: Desi
             pin.computeJointJacobians(model, data, q)
             J[k] = J_view
             placed[k] = placements
-    elif n * nv**2 < MANY:
+    elif n * nv**2 < WHOLE_ARRAYS:
         inertia, world, crba = np.empty((n, nv, nv)), pin.Convention.WORLD, pin.crba
         for k, q in enumerate(Q):
             inertia[k] = crba(model, data, q, world)
@@ -126,7 +126,7 @@ def dynamics(robot: Robot, Q: Array, armature: Array | None = None, design: Desi
             placed[k] = placements
     # Pinocchio writes the linear part first.
     J = np.concatenate([J[:, :, 3:], J[:, :, :3]], axis=2).swapaxes(1, 2)
-    if design is None and n * nv**2 >= MANY:
+    if design is None and n * nv**2 >= WHOLE_ARRAYS:
         about_the_origin = F[:, :, 3:] + np.cross(com[:, None], F[:, :, :3])
         F = np.concatenate([about_the_origin, F[:, :, :3]], axis=2).swapaxes(1, 2)
         inertia = Momenta(J, F, np.array(model.armature), tuple(data.parents_fromRow))
@@ -138,7 +138,7 @@ def dynamics(robot: Robot, Q: Array, armature: Array | None = None, design: Desi
         rotation = rotation @ body_rotation
     if design is not None:
         momenta = Momenta(J, _momenta(robot, J, rotation, position, design), design.armature, tuple(data.parents_fromRow))
-        inertia = momenta if n * nv**2 >= MANY else matrix_of(momenta)
+        inertia = momenta if n * nv**2 >= WHOLE_ARRAYS else matrix_of(momenta)
     return Dynamics(inertia, J, rotation, position, origin, robot.supports, Q)
 
 

@@ -30,7 +30,7 @@ def free_columns(robot: Robot, base: Base, plane: Plane, base_rotation: Array, l
     nv = robot.model.nv
     if base != "fixed" and not robot.free_base:
         raise SceneError(
-            f'robot "{robot.name}" has a fixed base in its file, so base = "{base}" cannot be had; '
+            f'robot "{robot.name}" has a fixed base in its file, so base = "{base}" is not possible; '
             'load it with free=True, give its root body a <freejoint/>, or use base = "fixed"'
         )
     if not robot.mimics and not locked.any() and (base == "free" or not robot.free_base):

@@ -90,7 +90,7 @@ def joint_model(robot: Robot, joints: Joints) -> JointModel:
         if unclear := next((both for others in reflected if (both := driven & others) and not driven < others), None):
             name = next(joint.name for joint in robot.joints if min(unclear) in range(nv)[joint.v])
             raise SceneError(
-                f'"{name}" is given an armature and a rotor, which are two ways to say one thing; keep one of them', joints=[name]
+                f'"{name}" is given an armature and a rotor, which cannot be combined; keep one of them', joints=[name]
             )
         k = np.inf if motor.stiffness is None else _positive("the stiffness of the drive", pattern, motor.stiffness)
         for name in (pattern,) if motor.gear_ratio is not None else robot.match_joints(pattern):

@@ -169,7 +169,7 @@ class PosedLanding(Landing):
     warnings: tuple[Diagnostic, ...] = field(default=(), repr=False)
 
     def __post_init__(self) -> None:
-        """Let nobody write to its arrays."""
+        """Make its arrays read-only."""
         freeze(*vars(self).values())
 
     def equation(self, state: Dynamics, own: bool = True) -> Equation:
@@ -371,7 +371,7 @@ def landing_of(scene: Scene, robot: Robot) -> PosedLanding:
     return landing
 
 
-def following(scene: Scene, near: PosedLanding) -> Scene:
+def close_loops(scene: Scene, near: PosedLanding) -> Scene:
     """A scene whose loops start closed, assembled in the same way as those of another landing of the robot.
 
     The joints that close the loops, ball joints too, are followed from there while the others move, and set to where they come.

@@ -20,7 +20,7 @@ from shockpc.robot.rounding import rounding_of
 POSTURES = 2
 """Other postures that are tried, of which the one with the most independent rows counts: one may be singular by chance."""
 
-REACH, NEAR = 0.5, 0.05
+JOINT_STEP, LOOP_STEP = 0.5, 0.05
 """How far joints move to get there, and how far where loops have to stay closed [rad, m]."""
 
 LEAST = 1e-15
@@ -119,7 +119,7 @@ class Mechanism(NamedTuple):
         for _ in range(POSTURES):
             step = columns @ rng.uniform(-1.0, 1.0, columns.shape[1])
             step[: (3 if self._turns else 6) * self.robot.free_base] = 0.0
-            other = pin.integrate(model, q, step * (NEAR if self.loops else REACH))
+            other = pin.integrate(model, q, step * (LOOP_STEP if self.loops else JOINT_STEP))
             others.append(closed_nearby(self.robot, other, self.loops, self.plane, self.locked) if self.loops else other)
         return [q if other is None else other for other in others]
 

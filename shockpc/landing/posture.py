@@ -70,7 +70,7 @@ def configuration(
     q = np.array(pin.normalize(robot.model, np.array(start)))
     if not (pin.isNormalized(robot.model, q, 1e-9) and np.abs(q - start).max(initial=0.0) < 0.05):
         raise SceneError(
-            f'posture "{name}" of robot "{robot.name}" holds a rotation that is none: a quaternion (x, y, z, w), or a cosine and '
+            f'posture "{name}" of robot "{robot.name}" holds a quaternion (x, y, z, w) whose length is not 1, or a cosine and '
             "sine, has length 1; correct it in the file of postures"
         )
     _set_base(robot, posture, q)

@@ -258,7 +258,7 @@ class Strike(Record):
                 raise SceneError(f"a {what} of {size:g} {unit} gives no impact; it has to be above zero")
             speed = size if self.drop_height is None else math.sqrt(2.0 * GRAVITY * size)
             if not abs(theta) <= math.pi:
-                raise SceneError(f"a strike angle of {self.strike_angle_deg:g} deg is no angle; it lies between -180 and 180 deg")
+                raise SceneError(f"a strike angle of {self.strike_angle_deg:g} deg is not valid; it must lie in [-180, 180] deg")
             if self.drop_height is not None:
                 theta = math.atan2(self.forward_speed, speed) if self.forward_speed else theta
                 if not abs(theta) < math.pi / 2.0 * (1.0 - 1e-9):
@@ -267,9 +267,7 @@ class Strike(Record):
                     )
                 speed = speed / math.cos(theta)
             if theta and plane.level:
-                raise SceneError(
-                    "a plane seen from above holds no vertical to measure a strike angle from; give the strike's velocity"
-                )
+                raise SceneError("no strike angle is defined in a horizontal plane; give the strike's velocity")
         if not (speed == 0.0 or SLOWEST <= speed <= FASTEST):
             raise SceneError(
                 f"a strike at {speed:g} m/s cannot be computed; its speed has to lie between {SLOWEST:g} and {FASTEST:g} m/s"

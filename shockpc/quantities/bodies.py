@@ -11,11 +11,11 @@ from shockpc.core.spatial import Array, velocity_at
 from shockpc.impact.impact import Impact
 from shockpc.landing.places import Place
 from shockpc.quantities.points import AT_CENTRE, MOST_SEVERE, point_velocity, shock, world_position
-from shockpc.quantities.quantity import Places, Quantity, largest_jump, largest_shock, once, reach
+from shockpc.quantities.quantity import Places, Quantity, cached, largest_jump, largest_shock, reach
 from shockpc.robot.geometry import body_outline
 from shockpc.robot.robot import Robot
 
-AT_REST = 1e-12
+NEGLIGIBLE_ROTATION = 1e-12
 """Share of the strike's speed up to which a body is at rest."""
 
 ROUNDED = 1e-9
@@ -38,14 +38,14 @@ def _normal(impact: Impact, places: Places) -> Any:
     return np.sum(rotation * impact.exact(impact.landing.plane.normal)[:, None], axis=-2)[:, None]
 
 
-@once
+@cached
 def translations(impact: Impact, places: Places) -> tuple[Any, Any]:
     """Which bodies (N, S, n) do not rotate in the plane, and which do not rotate at all, by more than the rounding of files."""
     omega, v, normal = (part.astype(float) for part in (*_split(impact, places), _normal(impact, places)))
     return translation(omega, v, normal, impact.v_in.astype(float)[..., None], impact.landing.length, ROUNDED)
 
 
-@once
+@cached
 def _percussion(impact: Impact, places: Places) -> Percussion:
     """Centre, radius and pitch; NaN or infinite where a body does not rotate."""
     translates, still = translations(impact, places)
@@ -65,11 +65,11 @@ def _off_plane(impact: Impact, places: Places) -> Any:
     omega, v = _split(impact, places)
     design, bodies = impact.design, [place.body for place in places]
     v_com = velocity_at(omega, v, impact.exact(design.com[:, None, bodies]))
-    gyration, at_rest = impact.exact(design.gyration[:, None, bodies]), AT_REST * impact.v_in.astype(float)[..., None]
+    gyration, at_rest = impact.exact(design.gyration[:, None, bodies]), NEGLIGIBLE_ROTATION * impact.v_in.astype(float)[..., None]
     return off_plane_share(omega, v_com, _normal(impact, places), gyration, at_rest)
 
 
-@once
+@cached
 def _extremes(impact: Impact, places: Places) -> Array:
     """Least and greatest shock (2, N, S, n) over the bodies' geometry, from the rounded jumps; NaN without geometry."""
     omega, v = (part.astype(float) for part in _split(impact, places))
@@ -138,7 +138,7 @@ BODIES = (
     Quantity("delta_v_com", "body", "Δv of the centre of mass, body axes", "m/s", "greater", point_velocity, largest_jump,
         vector=True),
     Quantity("error_bound", "body", "proven error of the jump, relative to the motion", "1", "greater",
-        lambda health, places: [health.body_error_bounds[place.body] for place in places], posed=True, on="health"),
+        lambda health, places: [health.body_error_bounds[place.body] for place in places], needs_posture=True, on="health"),
     Quantity("delta_v_max", "body", "greatest |Δv| over the body", "m/s", "greater", lambda i,
         p: _greatest(i, p) * i.v_in.astype(float)[..., None], missing=NO_GEOMETRY),
 )  # fmt: skip

@@ -14,7 +14,7 @@ from shockpc.quantities.bodies import BODIES
 from shockpc.quantities.contacts import CONTACTS, IMPULSE
 from shockpc.quantities.joints import JOINTS
 from shockpc.quantities.points import POINTS, point_velocity
-from shockpc.quantities.quantity import Places, Quantity, once
+from shockpc.quantities.quantity import Places, Quantity, cached
 from shockpc.quantities.robot import ROBOT
 
 if TYPE_CHECKING:
@@ -64,7 +64,7 @@ def _where_given(entry: Quantity, key: Key, read: Callable[[Any, Impact, Places]
 
     missing = "; or ".join(filter(None, [f"the scene gives no {key.replace('_', ' ')}", entry.missing]))
     own = Quantity(entry.key, entry.of, entry.title, entry.unit, entry.worse, compute, entry.size, missing)
-    return own._replace(vector=entry.vector, shared=entry.shared, signed=entry.signed, posed=True, unproven=True, path=None)
+    return own._replace(vector=entry.vector, shared=entry.shared, signed=entry.signed, needs_posture=True, unproven=True, path=None)
 
 
 def _with_friction(entry: Quantity) -> Quantity:
@@ -91,7 +91,7 @@ def _stiff(
 
 def _after(entry: Quantity, when: str, title: str, end: int) -> Quantity:
     """A quantity of the jumps from the impact until one of the ends of a landing on contacts of finite stiffness."""
-    compute = once(entry.compute)
+    compute = cached(entry.compute)
     named = entry._replace(key=f"{entry.key}_{when}", title=f"{entry.title}, {title}")
     return _where_given(named, "contact_stiffness", lambda compliant, _, places: compliant.ends(compute, places)[:, end : end + 1])
 

@@ -97,13 +97,13 @@ def _share_size(impact: Impact, values: Array) -> float:
 PARTS = (
     *(entry._replace(of="part", also=()) for entry in (DELTA_V, SHOCK)),
     Quantity("velocity_margin", "part", "critical velocity change, of that of the part", "1", "less", _velocity_margin),
-    Quantity("peak_g", "part", "peak acceleration", "g", "greater", _peak, _largest_peak, NO_PULSE, stiff=True,
+    Quantity("peak_g", "part", "peak acceleration", "g", "greater", _peak, _largest_peak, NO_PULSE, with_stiffness=True,
         lacks=lambda landing: "" if landing.pulse or landing.scene.contact_stiffness else f"{NEEDS_PULSE}, or a contact stiffness"),
     Quantity("acceleration_margin", "part", "critical acceleration, of the peak at the part", "1", "less", _acceleration_margin,
-        missing=f"{NO_PULSE}, or the part no critical acceleration", stiff=True),
+        missing=f"{NO_PULSE}, or the part no critical acceleration", with_stiffness=True),
     Quantity("part_margin", "part", "margin of the part, by velocity change or acceleration", "1", "less", _part_margin,
-        stiff=True),
+        with_stiffness=True),
     Quantity("joint_torque_share", "joint", "torque along the axis, of the momentary torque or the effort limit", "1", "greater",
         _torque_share, _share_size, f"{AXES}; no torque or effort limit is known; {NO_PULSE}, nor a part the duration of the "
-        f"torque; or {REDUNDANT}", stiff=True),
+        f"torque; or {REDUNDANT}", with_stiffness=True),
 )  # fmt: skip

@@ -11,7 +11,7 @@ from shockpc.core.pulse import peak_acceleration
 from shockpc.core.spatial import Array, jump_at, velocity_at
 from shockpc.impact.impact import Impact
 from shockpc.landing.scene import GRAVITY
-from shockpc.quantities.quantity import Places, Quantity, largest_jump, largest_shock, once, reach
+from shockpc.quantities.quantity import Places, Quantity, cached, largest_jump, largest_shock, reach
 
 NEEDS_PULSE = 'peak_g needs the duration of the impact, and the scene has none; give it a pulse = "half-sine:5ms"'
 
@@ -49,7 +49,7 @@ def world_position(impact: Impact, places: Places) -> Any:
     return (impact.points([place.body for place in places], _r(impact, places)) + origin)[:, None]
 
 
-@once
+@cached
 def directions(impact: Impact, places: Places) -> ExtremeDirections:
     """The extreme impact directions (N, 1, n, ...) of points, in double precision: right to 1e-15 of the largest shock."""
     jumps = impact.maps_of([place.body for place in places])
@@ -91,9 +91,9 @@ POINTS = (
     Quantity("position", "point", "position in the world", "m", "neither", world_position, reach, vector=True,
         fixed=lambda place: place.r),
     Quantity("shock_free", "point", "shock with free joints", "1", "greater", shock, largest_shock,
-        "not solvable with free joints", posed=True, on="free"),
+        "not solvable with free joints", needs_posture=True, on="free"),
     Quantity("shock_locked", "point", "shock with locked joints", "1", "greater", shock, largest_shock,
-        "not solvable with locked joints", posed=True, on="locked"),
+        "not solvable with locked joints", needs_posture=True, on="locked"),
     Quantity("shock_springs_free", "point", "shock with locked joints but those with springs", "1", "greater", shock,
-        largest_shock, "no joint has a spring, or not solvable", posed=True, on="springs_free"),
+        largest_shock, "no joint has a spring, or not solvable", needs_posture=True, on="springs_free"),
 )  # fmt: skip

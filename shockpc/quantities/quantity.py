@@ -30,8 +30,8 @@ class Quantity(NamedTuple):
         size: natural size of values (N, S, n, ...), against which a ball counts as narrow enough: of an impact and the values.
         missing: why a value may be missing.
         vector: whether a value is a vector (3,), which counts by its length where one number is needed.
-        posed: whether it is computed in one posture at a time, with a proof, because double precision cannot decide it.
-        stiff: whether it is posed and unproven where the contacts have a finite stiffness.
+        needs_posture: whether it is computed in one posture at a time, with a proof, because double precision cannot decide it.
+        with_stiffness: whether it needs a posture and is unproven where the contacts have a finite stiffness.
         unproven: whether it is computed in one posture at a time, but in double precision.
         shared: whether it is one of many where contact or closure rows are redundant: that of the impulses of least norm.
         signed: whether a value, or a component of a vector, may be negative; then "greater" means farther from zero.
@@ -58,8 +58,8 @@ class Quantity(NamedTuple):
     size: Callable[[Impact, Array], Any] = lambda impact, values: 0.0
     missing: str = ""
     vector: bool = False
-    posed: bool = False
-    stiff: bool = False
+    needs_posture: bool = False
+    with_stiffness: bool = False
     unproven: bool = False
     shared: bool = False
     signed: bool = False
@@ -74,13 +74,13 @@ class Quantity(NamedTuple):
     path: str | None = ""
     flag: bool = False
 
-    def alone(self, scene: Scene) -> bool:
+    def per_landing(self, scene: Scene) -> bool:
         """Whether it is computed in one posture at a time, for a landing of a scene."""
-        return self.posed or (self.stiff and scene.contact_stiffness is not None)
+        return self.needs_posture or (self.with_stiffness and scene.contact_stiffness is not None)
 
     def of_ground(self, scene: Scene) -> bool:
         """Whether it depends on the friction or on the contact stiffness of a scene: it is then computed in double precision."""
-        return self.unproven or (self.stiff and scene.contact_stiffness is not None)
+        return self.unproven or (self.with_stiffness and scene.contact_stiffness is not None)
 
     @property
     def text(self) -> str:
@@ -93,9 +93,9 @@ class Quantity(NamedTuple):
         remarks = {
             "vector": self.vector,
             "of either sign": self.signed,
-            "computed with a proof": self.posed and not self.unproven,
+            "computed with a proof": self.needs_posture and not self.unproven,
             "in double precision, not proven": self.unproven,
-            "in double precision, not proven, with a contact stiffness": self.stiff,
+            "in double precision, not proven, with a contact stiffness": self.with_stiffness,
             "of least norm where rows are redundant": self.shared,
         }
         return "; ".join(
@@ -103,7 +103,7 @@ class Quantity(NamedTuple):
         )
 
 
-def once(compute: Callable[[Impact, Places], T]) -> Callable[[Impact, Places], T]:
+def cached(compute: Callable[[Impact, Places], T]) -> Callable[[Impact, Places], T]:
     """A formula that several quantities share, computed once for an impact and places; its arrays cannot be written to."""
 
     @functools.wraps(compute)

@@ -106,7 +106,9 @@ def _feasible(impact: Impact, places: Places) -> Array:
 
 def _health(key: str, title: str, unit: str = "1", worse: Literal["greater", "neither"] = "greater") -> Quantity:
     """A number of the profile's health, which the document has as a record."""
-    return Quantity(key, "robot", title, unit, worse, lambda health, _: [getattr(health, key)], posed=True, on="health", path=None)
+    return Quantity(
+        key, "robot", title, unit, worse, lambda health, _: [getattr(health, key)], needs_posture=True, on="health", path=None
+    )
 
 
 ROBOT = (

@@ -28,7 +28,7 @@ IMU = r"(?i)imu|gyro|acceleromet"
 SENSOR = rf"{IMU}|camera"
 FASTENER = r"(?i)screw|bolt|rivet|washer"
 
-NEAR = 0.1
+LOW_END_SHARE = 0.1
 """Height of a foot above the lowest point of its limb, as a share of the height of the robot."""
 
 LOW = 0.3
@@ -94,7 +94,7 @@ def _ends(robot: Robot, names: tuple[str, ...]) -> tuple[str, ...]:
     bodies = {name: robot.frames[name].body for name in names if heights[name] <= beyond[robot.frames[name].body]}
     carriers = {carrier for body in bodies.values() for carrier in _carriers(robot, body)}
     above = {name: (heights[name] - lowest[limbs[body]]) / whole if whole else 0.0 for name, body in bodies.items()}
-    low = {body for name, body in bodies.items() if above[name] <= NEAR} - carriers
+    low = {body for name, body in bodies.items() if above[name] <= LOW_END_SHARE} - carriers
     return tuple(name for name, body in bodies.items() if body in low and above[name] <= LOW) or tuple(bodies)
 
 

@@ -220,7 +220,7 @@ def proof_text(bound: float) -> str:
 
 def proven_text(number: int, columns: "Iterable[Column]") -> str:
     """How many landings of a table are proven, and which of its columns are not."""
-    unproven = [column.name for column in columns if (entry := column.selection.quantity).unproven or entry.stiff]
+    unproven = [column.name for column in columns if (entry := column.selection.quantity).unproven or entry.with_stiffness]
     but = f"; in double precision, not proven: {few(unproven, 4)}" if unproven else ""
     return f"proven (ill-conditioned, redundant, or with a quantity that needs it): {count(number, 'landing')}{but}"
 

@@ -36,7 +36,7 @@ from shockpc.text.toml import LARGEST
 STRIKES = (-30.0, 75.0)
 """Strike angles of landings that are looked at if none are given [deg]."""
 
-EVERY = 15.0
+STRIKE_ANGLE_STEP = 15.0
 """Between the strike angles for which limits are given one by one [deg]."""
 
 STEEPEST = 89.0
@@ -51,7 +51,7 @@ FINE = {"rad": 1e-6, "m": 1e-9}
 CLOSABLE = 0.1
 """Share of `STEP` to which the value is found beyond which a loop cannot be closed."""
 
-MOST = 200_000
+MOST_POSTURES = 200_000
 """Largest number of postures of a scan."""
 
 ANGLES = 43
@@ -215,7 +215,9 @@ class LimitScan:
     def targets(self) -> list[tuple[float, float]]:
         """The strikes for which limits are found: the scene's own, others one by one, and all of the range [rad]."""
         low, high = (math.degrees(angle) for angle in self.strikes)
-        inside = [EVERY * k for k in range(math.ceil(low / EVERY), math.floor(high / EVERY) + 1)]
+        inside = [
+            STRIKE_ANGLE_STEP * k for k in range(math.ceil(low / STRIKE_ANGLE_STEP), math.floor(high / STRIKE_ANGLE_STEP) + 1)
+        ]
         own = self.own_angle
         others = {round(float(angle), 9) for angle in (low, *inside, high)} - {round(math.degrees(own), 9)}
         # The ends are as given, without the rounding of degrees.
@@ -489,7 +491,7 @@ def limits(
     entry = asked.selection.quantity
     if entry.worse == ("greater" if bound.below else "less"):
         raise StudyError(f"the {entry.worse} value of {asked.name} is the worse one; bound it by {'max' if bound.below else 'min'}")
-    if not (alone := entry.alone(profile.scene)):
+    if not (alone := entry.per_landing(profile.scene)):
         refuse_ground(scene, friction=False)  # what is feasible depends on the friction
     varied, joints, (low, high) = _varied(robot, joint, joint_range)
     names, unit = (tuple(one.name for one in joints), joints[0].unit) if joints else ((joint,), varied.unit.replace("deg", "rad"))
@@ -502,10 +504,10 @@ def limits(
             "the robot's velocity has no part in the plane that a strike angle could turn; give another plane or velocity"
         )
     step = (STEP[unit] * (20 if alone else 1) if joints else (high - low) / 200.0) if step is None else step
-    if not step > 0.0 or (high - low) / step > MOST:
+    if not step > 0.0 or (high - low) / step > MOST_POSTURES:
         raise StudyError(
             f"a step of {_value(step, unit)} from {_value(low, unit)} to {_value(high, unit)} is not possible; "
-            f"give one above zero that makes at most {MOST} postures"
+            f"give one above zero that makes at most {MOST_POSTURES} postures"
         )
     values = np.linspace(low, high, math.ceil((high - low) / step - 1e-9) + 1)
     scale = math.degrees(1.0) if unit == "rad" else 1.0

@@ -75,7 +75,7 @@ def open_file(path: Path, what: str, error: type[Exception], *, output: bool = F
     except OSError as refusal:
         raise error(f'"{path}" cannot be read: {refusal.strerror}; check its permissions') from None
     except ValueError:
-        raise error(f'"{path}" is no path of a file: it holds a NUL character'.replace("\0", "\\0")) from None
+        raise error(f'"{path}" is not a valid path: it holds a NUL character'.replace("\0", "\\0")) from None
     status = os.fstat(number)
     if not stat.S_ISREG(status.st_mode):
         os.close(number)

@@ -25,7 +25,7 @@ T = TypeVar("T")
 LEAST_BITS, MOST_BITS = 128, 8192
 """Precision to begin with, and at which a pivot that still may be zero is zero."""
 
-AT_REST = 1e-200
+LEAST_MOTION = 1e-200
 """Share of the fastest motion below which a body is proven to be at rest, and not how fast it moves."""
 
 PRECISION = threading.RLock()
@@ -46,7 +46,7 @@ class Proof:
             y and z and for the scene's own [rad/s, m/s]; the doubles nearest to the exact ones.
         delta_qd: (nv, 4) jump of the joint velocities [rad/s, m/s].
         impulse: (nc, 4) impulse along every row, of the ground on the robot [N s].
-        bounds: (nb,) proven error of the scene's own jumps relative to each body's motion, `AT_REST` at least [1].
+        bounds: (nb,) proven error of the scene's own jumps relative to each body's motion, `LEAST_MOTION` at least [1].
         bits: precision at which they were proven.
 
     Raises:
@@ -115,7 +115,7 @@ def _jumps(jumps: Balls, length: Array) -> tuple[Array, Array]:
     """The jumps of all bodies as doubles (nb, 6, 4), and the proven error (nb,) of the last column relative to the motion."""
     values, radius = jumps.astype(float), radii(jumps)
     size, width = motion(values, length), motion(radius, length)
-    own = np.maximum(size[:, 3], AT_REST * size[:, 3].max())
+    own = np.maximum(size[:, 3], LEAST_MOTION * size[:, 3].max())
     if np.any(width[:, 3] > 2.0**-70 * own) or np.any(width > 2.0**-70 * np.maximum(size, size.max(axis=1, keepdims=True))):
         raise PrecisionError
     # What may be zero is zero; the rest is off by its rounding to a double at most.

@@ -1,4 +1,4 @@
-"""The robot and the landing with every datum changed in its last digit: what a result owes to digits that no real robot has."""
+"""The robot and the landing with every datum changed in its last digit: the effect of rounding in the input data."""
 
 from dataclasses import replace
 

@@ -15,10 +15,10 @@ from shockpc.show.figure.view import View, view_of, windows_of
 from shockpc.studies.compare import STANDARD, Comparison, Difference, Differences
 from shockpc.text.printed import printable
 
-SHOWN = ("shock", "shock_com", "joint_impulse", "mass_sticking")
+DRAWN_QUANTITIES = ("shock", "shock_com", "joint_impulse", "mass_sticking")
 """Quantities that are drawn besides those that are asked for, which come first."""
 
-MOST = 6
+MOST_ROWS = 6
 """Bars of one quantity, unless the limb that is struck has more bodies."""
 
 BAR, LETTER, WIDTH, GAP, FOOT = 0.2, 0.062, 2.6, 0.2, 0.95
@@ -77,13 +77,13 @@ def _sections(comparison: Comparison) -> list[Differences]:
     """The quantities that are drawn."""
     known = {section.selection.name: section for section in comparison.quantities}
     asked = list(known)[: len(known) - sum(name in known for name in STANDARD)]
-    return [known[name] for name in dict.fromkeys((*asked, *SHOWN)) if name in known]
+    return [known[name] for name in dict.fromkeys((*asked, *DRAWN_QUANTITIES)) if name in known]
 
 
 def _rows(section: Differences) -> list[Difference]:
     """The rows that are drawn: those of every table, and the largest changes."""
     rows = [row for row in section.rows if _shares(row)]
-    others = [row for row in rows if not row.always][: max(MOST - sum(row.always for row in rows), 1)]
+    others = [row for row in rows if not row.always][: max(MOST_ROWS - sum(row.always for row in rows), 1)]
     return [row for row in rows if row.always or row in others]
 
 

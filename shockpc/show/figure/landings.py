@@ -12,10 +12,10 @@ from shockpc.show.wording import count
 from shockpc.studies.landings import Comparison
 from shockpc.text.printed import printable
 
-MOST, WORST, BINS = 8, 3, 60
+MOST_PANELS, WORST, BINS = 8, 3, 60
 """Distributions of one figure, landings that are named beside each, and its bins."""
 
-REACH = 1.4
+FRAME_REACH = 1.4
 """Half the width of the frame of a comparison, in greatest measured jumps; predictions beyond it are drawn on its edge."""
 
 MARKERS = ("o", "^", "s", "D")
@@ -25,7 +25,7 @@ MARKERS = ("o", "^", "s", "D")
 def draw_landings(study: RecordedLandings, results: Table) -> Figure:
     """Draw how often a value of each column occurs, and the worst landings beside it by name and value."""
     known = [(column, values[np.isfinite(values)]) for column in results.computed for values in [results.columns[column.name]]]
-    shown = [(column, values) for column, values in known if values.size][:MOST]
+    shown = [(column, values) for column, values in known if values.size][:MOST_PANELS]
     title = f"{printable(study.robot.name, 40)}: {count(study.rows, 'landing')}"
     if not shown:
         return new_chart(5.0, 1.0, f"{title}, none of which could be computed")
@@ -59,7 +59,7 @@ def draw_comparison(study: RecordedLandings, comparison: Comparison) -> Figure:
     title = f"{printable(study.robot.name, 40)}: {printable(largest.name, 40)} in {count(study.rows, 'landing')}"
     figure = new_chart(1.9 + 2.0 * len(models), 0.8 + 2.0 * len(times), title)
     panels = figure.subplots(len(times), len(models), squeeze=False, sharex=True, sharey=True)
-    reach = REACH * max(float(np.abs(each.measured).max()) for each in shown) or 1.0
+    reach = FRAME_REACH * max(float(np.abs(each.measured).max()) for each in shown) or 1.0
     for panel in panels.ravel():
         panel.set(xlim=(-reach, reach), ylim=(-reach, reach), box_aspect=1.0)
         panel.plot([-reach, reach], [-reach, reach], color=INK, linewidth=0.6)

@@ -24,7 +24,7 @@ ROOM, FOOT, GAP, PAD = 6.6, 0.85, 0.28, 0.2
 """Largest width and height of the views together, room for coordinates and the colour bar, between views, and around the body in
 each view [inches]."""
 
-NEAR = 0.3
+NEARBY_SHARE = 0.3
 """Distance of a CoPc from the body, as a share of its size, up to which it is in the views."""
 
 CELLS = 64
@@ -48,7 +48,7 @@ def draw_place(study: PlaceStudy) -> Figure:
     marks = np.concatenate([marks, surface(cells)]) if cells else marks
     solid = surface(shapes) if shapes else marks
     held = np.concatenate([solid, marks])
-    near = NEAR * max(float(np.ptp(held, axis=0).max()), 1e-6)
+    near = NEARBY_SHARE * max(float(np.ptp(held, axis=0).max()), 1e-6)
     copc = np.array([profile.copc[study.body] for profile in study.profiles])
     copc = copc[np.all((copc > held.min(axis=0) - near) & (copc < held.max(axis=0) + near), axis=1)]
     held = np.concatenate([held, copc])

@@ -9,7 +9,7 @@ from shockpc.show.wording import contact_name, count
 from shockpc.studies.sensitivity import Sensitivity
 from shockpc.text.printed import printable
 
-MOST = 16
+MOST_BARS = 16
 """Bars."""
 
 HEIGHT = 0.24
@@ -21,7 +21,7 @@ COLOURS = {True: BANDS[6], False: CURVES[0], None: CURVES[7]}
 
 def draw_tornado(study: Sensitivity) -> Figure:
     """Draw the chart of a study in which some derivative exists."""
-    effects, single = study.ranked[:MOST], len(study.profiles) == 1
+    effects, single = study.ranked[:MOST_BARS], len(study.profiles) == 1
     target = printable(study.target.title, 80)
     what = (
         contact_name(study.profiles[0])

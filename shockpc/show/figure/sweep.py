@@ -17,7 +17,7 @@ from shockpc.evaluation.varied import VariedLandings
 from shockpc.show.figure.style import BANDS, CURVES, INK, PAPER, SHOCK, band, new_chart
 from shockpc.text.printed import printable
 
-MOST, MAPS = len(CURVES), 4
+MOST_CURVES, MAPS = len(CURVES), 4
 """Curves or distributions, and maps, of one figure."""
 
 BARS = 5
@@ -44,7 +44,7 @@ def draw_sweep(summary: Summary[VariedLandings]) -> Figure:
     contacts = " + ".join(contact.frame for contact in sweep.scene.contact)
     varied = any(variation.kind == "contact" for variation in sweep.variations)
     title = printable(sweep.robot.name + ("" if varied else f", landing on {contacts}"), 90)
-    shown = [extent for extent in summary.extents if extent.counts.any()][:MOST]
+    shown = [extent for extent in summary.extents if extent.counts.any()][:MOST_CURVES]
     if not shown:
         return new_chart(5.0, 1.0, f"{title}: no landing could be computed")
     values = [
@@ -63,7 +63,7 @@ def draw_sweep(summary: Summary[VariedLandings]) -> Figure:
         slow, fast, grids = fast, slow, [grid._replace(values=grid.values.T) for grid in grids]
     if slow.kind != "contact":
         return _maps(title, slow, fast, grids)
-    names = [printable(str(name), 60) for name in slow.values[:MOST]]
+    names = [printable(str(name), 60) for name in slow.values[:MOST_CURVES]]
     panels = {
         grid.name: [_Curve(*row) for row in zip(names, [grid.label] * len(names), grid.values, strict=False)] for grid in grids
     }

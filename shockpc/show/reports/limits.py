@@ -72,7 +72,7 @@ def _warnings(found: JointLimits) -> list[str]:
             "warning: the friction counts in the column feasible alone, as contacts slide and open with it; the number bounded "
             "is that of contacts that stick"
         )
-    if found.target.selection.quantity.alone(found.profile.scene):
+    if found.target.selection.quantity.per_landing(found.profile.scene):
         warnings.append(
             f"warning: {found.target.name} is computed in one posture and for one strike at a time, which takes long; "
             "--step, --range and --strikes say how many of them"

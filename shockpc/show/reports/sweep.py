@@ -124,7 +124,9 @@ def _lines(summary: Summary[VariedLandings]) -> Iterator[str]:
     sweep = summary.evaluation.landings
     yield from (f"warning: {text}" for varied in sweep.variations if (text := beyond_limits(sweep.robot, varied)))
     stiff = sweep.scene.contact_stiffness is not None or any(varied.kind == "contact-stiffness" for varied in sweep.variations)
-    if not stiff or not any((entry := column.selection.quantity).unproven or entry.stiff for column in summary.evaluation.computed):
+    if not stiff or not any(
+        (entry := column.selection.quantity).unproven or entry.with_stiffness for column in summary.evaluation.computed
+    ):
         for varied in (varied for varied in sweep.variations if varied.kind.endswith("-stiffness")):
             asked = "--quantity peak_acceleration or peak_force" + ("" if stiff else ", with --contact-stiffness,")
             yield f"warning: nothing computed here depends on {varied.subject}; {asked} does"
@@ -172,7 +174,7 @@ def _options(made: VariedLandings, row: int) -> tuple[str, str]:
             options.append(("--offset", ",".join(map(repr, scene.contact[0].offset))))
         else:
             others.append(f"{one.subject} = {value:g}{' x' if one.factor else f' {one.unit}'}")
-    if made.alone:  # where the joints are that close the loops, as they were followed
+    if made.separate:  # where the joints are that close the loops, as they were followed
         options += [("--set", f"{name}={x!r}") for name in scene.assemble if (x := scene.posture.joints_deg.get(name)) is not None]
         # No option takes the rotation of a ball joint, which follows from the other joints.
         turned = [name for name in scene.assemble if name in scene.posture.joint_quaternions]

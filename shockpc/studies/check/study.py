@@ -256,7 +256,7 @@ def _designs(
         [(unknown.quantity, unknown.values) for unknown in case.vary if unknown.quantity],
         [(unknown.each, unknown.values) for unknown in case.vary if unknown.each],
     )
-    source = varied_landings(scene, vary, robot=robot, vary_each=each, sample=int(case.designs), lhs=True, held=True)
+    source = varied_landings(scene, vary, robot=robot, vary_each=each, sample=int(case.designs), lhs=True, keep_joints=True)
     wanted = [Column(selection, place) for selection, own in zip(selections, places, strict=True) for place in own]
     return Evaluation(source, tuple({column.name: column for column in wanted}.values()), prove=0)
 

@@ -17,7 +17,7 @@ from shockpc.core.spatial import Array, cross_matrix
 GAP = 1e-3
 """Gap at which the search ends, as a share of the longest vector."""
 
-MOST = 200_000
+MOST_ROTATIONS = 200_000
 """Parts of the cube that are kept at once; with more, the search ends with the gap that it has reached."""
 
 CHUNK = 4096
@@ -65,7 +65,7 @@ def best_mounting(vectors: Array) -> Mounting:
         open_ = bounds < least - GAP / 2.0 * longest
         # What was left out is not below the second of these.
         bound = min(float(bounds.min()), least - GAP / 2.0 * longest)
-        if not open_.any() or least - bound <= GAP * longest or 8 * int(open_.sum()) > MOST:
+        if not open_.any() or least - bound <= GAP * longest or 8 * int(open_.sum()) > MOST_ROTATIONS:
             return Mounting(_rotations(best[None])[0], least, max(bound, longest / math.sqrt(3.0)))
         half /= 2.0
         corners = half * np.array(list(itertools.product([-1.0, 1.0], repeat=3)))

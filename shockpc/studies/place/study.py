@@ -30,7 +30,7 @@ from shockpc.text.names import match
 NEAREST = 1e-3
 """Least distance between alternatives [m]."""
 
-MOST = 20
+MOST_ALTERNATIVES = 20
 """Alternatives that can be asked for."""
 
 
@@ -170,8 +170,8 @@ def place(
         refuse_ground(scene)
     robot = robot or common_robot(landings)
     i = 0 if body is None else robot.body(body)
-    if count < 1 or not 0 <= alternatives <= MOST:
-        valid = f"give at least one sensor and at most {MOST} alternatives"
+    if count < 1 or not 0 <= alternatives <= MOST_ALTERNATIVES:
+        valid = f"give at least one sensor and at most {MOST_ALTERNATIVES} alternatives"
         raise StudyError(f"{count} sensors and {alternatives} alternatives are not possible; {valid}")
     region = region_of(robot, i, within, surface, geometry)
     apart = max(region.size / 10.0, NEAREST) if apart is None else apart
