@@ -432,7 +432,7 @@ def test_the_spectrum_of_a_contact_that_lasts_long_is_refused(capfd, here, stiff
         ({"friction": 0.3, "contact_stiffness": K}, SceneError, "leave one of them out"),
         ({"contact_damping": 1.0}, SceneError, "give contact_stiffness too"),
         ({"contact_stiffness": K, "contact_damping": 0.0}, SceneError, "contact_damping must be > 0 N s/m, got 0"),
-        ({"contact_stiffness": K, "contact_damping": 1.0, "contact": SLIDING}, SceneError, "cannot be combinng"),
+        ({"contact_stiffness": K, "contact_damping": 1.0, "contact": SLIDING}, SceneError, "cannot be combined"),
         ({"friction": 0.3, "contact": SLIDING}, SceneError, "slides without friction, and a friction is given"),
         ({"friction": 0.3, "contact": (Contact(frame="LF_FOOT", kind="flat"),)}, SceneError, "is flat, and friction is for"),
         ({"friction": 0.3, "contact": (*FOOT, Contact(frame="LF_FOOT", offset=(0.0, 0.0, 0.01)))},
