@@ -34,6 +34,7 @@ from .studies.batch import batch as batch
 from .studies.check.study import check_budgets as check_budgets
 from .studies.compare import Design as Design
 from .studies.compare import compare as compare
+from .studies.landings import landings as landings
 from .studies.limits import limits as limits
 from .studies.place.study import PlaceStudy as PlaceStudy
 from .studies.place.study import place as place

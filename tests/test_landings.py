@@ -19,6 +19,7 @@ from robot_texts import body, floating, mjcf
 from scipy.spatial.transform import Rotation
 from trees import known_robot, robot_from
 
+import shockpc
 from shockpc import Contact, Joints, Part, Posture, Scene, load_robot, read_scene, resolve, shock_profile
 from shockpc.bench.measured import measured_landings
 from shockpc.evaluation import table_files as files
@@ -77,6 +78,21 @@ def test_each_row_is_the_landing_of_its_own_posture_and_motion():
             (value,) = profile.numbers(column.selection, [column.place])
             assert found.columns[column.name][i] == pytest.approx(value, rel=1e-9, abs=1e-12)
     assert np.isfinite(found.columns["double_error"]).sum() == 2
+
+
+def test_a_table_in_python_is_its_columns_or_its_file(tmp_path):
+    """As every other study: shockpc.landings gives an evaluation whose table has the same numbers."""
+    columns, robot = table(), known_robot("anymal_b")
+    first, second = (
+        shockpc.landings(given, SCENE, ("shock@imu_link",), robot=robot).table()
+        for given in (columns, written(tmp_path / "log.csv", columns))
+    )
+    np.testing.assert_allclose(first.values("shock@imu_link"), second.values("shock@imu_link"), rtol=1e-12)
+    assert first.worst(1, "shock@imu_link") == [int(np.argmax(first.values("shock@imu_link")))]
+    assert first.percentile("shock@imu_link", 100) == first.values("shock@imu_link").max()
+    assert first.to_arrow().column_names == [*first.columns, "message"]
+    with pytest.raises(StudyError, match="a table is a file or its columns by name, and this is int"):
+        shockpc.landings(3, SCENE)
 
 
 def test_velocities_in_the_axes_of_the_base_are_turned_to_the_world():

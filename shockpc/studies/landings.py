@@ -1,19 +1,23 @@
 """Measured jumps against predicted ones: how well they agree, with bootstrap intervals over the landings."""
 
+import os
 from collections.abc import Mapping, Sequence
-from typing import NamedTuple
+from pathlib import Path
+from typing import Any, NamedTuple
 
 import numpy as np
 
 from shockpc.core.spatial import Array
 from shockpc.evaluation.columns import Column, selected, values_of
 from shockpc.evaluation.evaluate import Evaluation
-from shockpc.evaluation.recorded import RecordedLandings
+from shockpc.evaluation.recorded import RecordedLandings, recorded_landings
 from shockpc.evaluation.recorded_table import Measured, rows_of
+from shockpc.evaluation.table_files import read_table
 from shockpc.impact.stiffness import CompliantLanding
 from shockpc.landing.landing import landing_of
 from shockpc.landing.places import body_places
 from shockpc.landing.scene import Scene
+from shockpc.landing.scene_file import robot_of
 from shockpc.quantities.table import select
 from shockpc.robot.robot import Robot
 from shockpc.text.errors import ShockError, StudyError
@@ -68,6 +72,38 @@ class Comparison(NamedTuple):
 
     agreements: tuple[Agreement, ...]
     failures: tuple[tuple[str, str, str], ...]
+
+
+def landings(
+    table: str | os.PathLike[str] | Mapping[str, Any],
+    scene: Scene,
+    quantities: Sequence[str] = (),
+    *,
+    robot: Robot | None = None,
+    rename: Mapping[str, str] | None = None,
+    prove: int = 20,
+) -> Evaluation[RecordedLandings]:
+    """The landings of a recorded table, checked; computed part by part as the result is iterated over, or at once by `table`.
+
+    Args:
+        table: a CSV, Parquet or NPZ file, or its columns by name, as `rows_of` takes them.
+        scene: gives what the table does not.
+        quantities: columns, QUANTITY or QUANTITY@PLACES; by default jump and shock at the sensors and points, or of the base.
+        robot: the scene's robot, if it is loaded already.
+        rename: other names for columns or joints of the table, as for `rows_of`.
+        prove: number of rows that are compared with a proof, besides those that need one.
+
+    Raises:
+        ShockError: the table cannot be read, a column names nothing in the robot, or the scene cannot be resolved.
+    """
+    if isinstance(table, str | os.PathLike):
+        columns = read_table(Path(table))
+    elif isinstance(table, Mapping):
+        columns = {str(name): np.asarray(values) for name, values in table.items()}
+    else:
+        raise StudyError(f"a table is a file or its columns by name, and this is {type(table).__name__}")
+    robot = robot or robot_of(scene)
+    return recorded_landings(rows_of(columns, landing_of(scene, robot), rename), robot, quantities, prove=prove)
 
 
 def compare_measured(
