@@ -43,12 +43,19 @@ check: .venv/.dev
 bench: .venv/.dev
 	@"$(BIN)/shockpc" bench --out out/bench
 
-# Measured landings against predicted ones, by joint model; TABLE may be another one with the same columns.
+# Measured landings against predicted ones, by joint model; TABLE may be another one with the same columns. Then the tosses of two
+# hinged blocks that struck with one corner, by law of contact: a contact that sticks, friction, friction and restitution.
 TABLE ?= robots/measured/cassie_landings.csv
 VALIDATE = "$(BIN)/shockpc" landings "$(TABLE)" robots/measured/cassie.toml --map second_foot_later_ms= --map "ankle_spring_joint_*="
+ELBOW = "$(BIN)/shockpc" landings out/validate/elbow.csv robots/measured/elbow/elbow.urdf --map gap=
 validate: .venv/.dev
 	@$(VALIDATE) --joints geared,free --contact-stiffness 1e5 --out out/validate
 	@$(VALIDATE) --lock "knee_joint_*" --lock "heel_spring_*" --out out/validate/springs_rigid
+	@mkdir -p out/validate
+	@awk -F, 'NR == 1 || $$3 > 0.006' robots/measured/elbow/elbow_landings.csv > out/validate/elbow.csv
+	@$(ELBOW) --out out/validate/elbow_sticks
+	@$(ELBOW) --friction 0.2 --out out/validate/elbow_friction
+	@$(ELBOW) --friction 0.2 --restitution 0.2 --out out/validate/elbow_friction_restitution
 
 # Reported bounds against an independent solution on random landings; after an interrupt it says how to continue.
 N ?= 100000

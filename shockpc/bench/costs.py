@@ -20,7 +20,7 @@ import pinocchio as pin
 from shockpc import ShockMaps, SolveError, resolve, shock_maps, shock_profile
 from shockpc.bench.cases import chain, known_robot, landing
 from shockpc.bench.measure import timed
-from shockpc.bench.measured import measured_landings
+from shockpc.bench.measured import measured_landings, measured_tosses
 from shockpc.bench.methods import Prepared, System, UnsuitedError, all_quantities, double_jumps, system_of
 from shockpc.bench.mujoco_peer import batch_in_mujoco
 from shockpc.bench.stiff_contacts import stiff_contacts
@@ -265,5 +265,6 @@ COSTS = {
     "many postures": _throughput,
     "sweeps": _sweeps,
     "measured landings": measured_landings,
+    "measured tosses": measured_tosses,
 }
 """Tables of what the package costs, and of how far the model is from measurements; the argument is the time for each clock [s]."""

@@ -2,7 +2,7 @@
 
 from dataclasses import replace
 
-from shockpc import Joints, read_scene
+from shockpc import Contact, Joints, Scene, load_robot, read_scene
 from shockpc.evaluation.table_files import read_table
 from shockpc.landing.scene_file import robot_of
 from shockpc.robot.catalogue import own_robots_folder
@@ -26,6 +26,16 @@ STIFFNESS = 1e5
 IGNORED = {"second_foot_later_ms": "", "ankle_spring_joint_*": ""}
 """Columns of its table that are not used: the angle of the heel springs was not measured."""
 
+LAWS = {
+    "sticks": (0.0, None),
+    "friction 0.2": (0.0, 0.2),
+    "friction 0.2, restitution 0.2": (0.2, 0.2),
+}
+"""Laws of the contact of the hinged blocks: coefficients of restitution and of friction."""
+
+CLEAR = 0.006
+"""Height of the next corner above the lowest one from which on that one alone struck [m]: what the blocks' motion capture tells."""
+
 
 def measured_landings(budget: float = 0.0) -> Sheet:
     """The jumps of Cassie's joint rates, measured against predicted. Args: budget, of clocks, which are none here."""
@@ -39,3 +49,19 @@ def measured_landings(budget: float = 0.0) -> Sheet:
     rates = tuple(one for one in comparison.agreements if one.name == "joint rates")
     sheet = agreement_sheet(comparison._replace(agreements=rates))
     return sheet._replace(title="measured landings of Cassie, 14 joint rates in each of 14 landings")
+
+
+def measured_tosses(budget: float = 0.0) -> Sheet:
+    """The jumps of two hinged blocks that struck with one corner, by law of contact. Args: budget, of clocks; here are none."""
+    del budget
+    folder = own_robots_folder() / "measured" / "elbow"
+    columns, robot = read_table(folder / "elbow_landings.csv"), load_robot(str(folder / "elbow.urdf"))
+    clear = columns.pop("gap") > CLEAR
+    columns = {name: values[clear] for name, values in columns.items()}
+    scenes = {
+        law: Scene(robot=str(folder / "elbow.urdf"), contact=(Contact(frame="elbow_1_corner_0", restitution=e),), friction=mu)
+        for law, (e, mu) in LAWS.items()
+    }
+    sheet = agreement_sheet(compare_measured(columns, scenes, robot))
+    title = f"measured impacts of two hinged blocks, {clear.sum()} tosses with one clear corner, by law of contact"
+    return sheet._replace(title=title, header=("contact", *sheet.header[1:]))

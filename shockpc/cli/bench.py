@@ -32,7 +32,7 @@ def bench(
 
     if robot is not None:
         _landings(robot, options, out)
-    elif not any(options):
+    elif not options.typed:
         _suite(out or Path("out/bench"))
     else:
         raise SceneError("the options of a landing need a robot: shockpc bench robot.urdf --contact foot")

@@ -129,6 +129,11 @@ class SceneOptions(NamedTuple):
     )
     given: Mapping[str, Any] = OF_RECORDS
 
+    @property
+    def typed(self) -> bool:
+        """Whether any option was."""
+        return any(self._replace(given={})) or any(value not in (None, ()) for value in self.given.values())
+
     def fields(self, record: type) -> dict[str, Any]:
         """The fields of a part of a scene that were typed."""
         named = {field: self.given.get(one.name.replace("-", "_")) for field, one in options_of(record).items()}

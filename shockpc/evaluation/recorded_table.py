@@ -7,7 +7,7 @@ and qvel are MuJoCo's, the arrays name, position and velocity those of ROS's Joi
 """
 
 import re
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import replace
 from typing import Any, NamedTuple
 
@@ -31,11 +31,8 @@ DEG = np.pi / 180.0
 UNIT_LENGTH = 1e-3
 """Largest deviation of a quaternion's length from 1."""
 
-TURN = 2.0 * np.pi + 0.5
-"""Angle of a joint without limits, or of the base, above which it is taken for degrees [rad]."""
-
-FASTEST = 200.0
-"""Rate of a joint above which it is taken for degrees per second [rad/s]."""
+TURNS = {"roll": np.pi, "pitch": np.pi}
+"""Greatest angles of the base [rad]; its yaw may be counted over several turns."""
 
 LABELS = {"row": ("name", "landing", "event", "id"), "time": ("time", "stamp", "timestamp", "t", "__time")}
 """Columns that name a row, and that are carried through to the results; the first of each that the table has."""
@@ -44,6 +41,13 @@ FRICTION = ("friction", "mu")
 
 REMARKS = (*LABELS["row"], *LABELS["time"], *FRICTION, "contact")
 """Columns that are neither of the robot's state nor measured."""
+
+SERIES_ROWS, SERIES_RATIO = 100, 0.1
+"""Rows of a table with times, and the ratio of von Neumann (1941), mean squared difference of successive positions over twice their
+variance, of the median column, from and up to which it is taken for a time series. The ratio is 1 where rows are independent, and
+2 sin²(π f / f_s) for a motion at a frequency f that is sampled at f_s."""
+
+EMPTY = " (as an empty cell, or a row with too few or too many, is read)"
 
 COLUMN = re.compile(
     r"(?:(?P<after>after(?:(?P<ms>[0-9]{1,9}(?:\.[0-9]{1,9})?)ms)?_)|(?P<rate>before_|qd_)|q_)?(?P<name>.+?)(?P<deg>_deg)?"
@@ -73,7 +77,7 @@ class Measured(NamedTuple):
         group: quantities that are compared together: "joint rates", "base velocity", "base angular velocity", or its own name.
         key: quantity of the table that predicts it, KEY@PLACE; of the base its component, "vx" … "wz".
         unit: of the values; empty where it is that of the quantity.
-        jump: (n,) after the impact less before it.
+        jump: (n,) after the impact less before it; NaN where it was not measured.
     """
 
     name: str
@@ -102,6 +106,7 @@ class Rows(NamedTuple):
         measured: jumps that were measured.
         own: the scenes of the rows themselves, if they are not of a table.
         messages: why a row is no landing, by its number.
+        warnings: what is doubtful of columns.
     """
 
     labels: Mapping[str, np.ndarray]
@@ -118,6 +123,7 @@ class Rows(NamedTuple):
     measured: tuple[Measured, ...] = ()
     own: tuple[Scene | None, ...] = ()
     messages: Mapping[int, str] = {}
+    warnings: tuple[str, ...] = ()
 
     @property
     def names(self) -> np.ndarray:
@@ -208,8 +214,8 @@ def rows_of(columns: Mapping[str, np.ndarray], landing: PosedLanding, rename: Ma
 
     Raises:
         UnknownName: a column names no joint of the robot; the text names the nearest.
-        StudyError: a number is not finite, a quaternion's length is not 1, angles look like degrees; with the row, from 0, and the
-            name of the landing.
+        StudyError: no row is a landing: the text has the reason of the first one, with its number, from 0, and its name. Of a row
+            beside others the reason is its message: a cell is empty or no finite number, a quaternion's length is not 1.
     """
     columns = _renamed(_expanded(columns, landing.robot), rename or {})
     try:
@@ -274,41 +280,25 @@ def _twice(what: str) -> StudyError:
     return StudyError(f"two columns of the table mean {what}; leave one of them out with --map COLUMN=")
 
 
+def _number(cell: Any) -> float:
+    """The number in a cell; NaN where there is none."""
+    try:
+        return number(cell) if isinstance(cell, str) else float(cell)
+    except (ValueError, TypeError):
+        return np.nan
+
+
+def _empty(cells: np.ndarray) -> np.ndarray:
+    """Which cells hold nothing, or say that they hold no number."""
+    if cells.dtype.kind not in "UO":
+        return np.asarray(np.isnan(cells.astype(float)))
+    texts = np.array([cell.strip().casefold() if isinstance(cell, str) else "" for cell in cells.ravel().tolist()])
+    return np.isin(texts, ("", "nan", "none", "null", "na", "n/a")).reshape(cells.shape)
+
+
 def _in_rows(rows: np.ndarray, text: str) -> StudyError:
     """The error for some rows, of which the text names the first."""
     return StudyError(f"row {rows[0]}{',' if text.startswith('column') else ':'} {text}", rows=rows.tolist())
-
-
-def _finite(name: str, values: np.ndarray, known: bool = True) -> Array:
-    """A column of numbers. Args: known, whether all of them have to be finite."""
-    try:
-        if values.dtype.kind == "M":
-            raise ValueError
-        if values.dtype.kind in "UO":
-            cells = (number(cell) if isinstance(cell, str) else float(cell) for cell in values.ravel().tolist())
-            values = np.array(list(cells)).reshape(values.shape)
-        numbers = values.astype(float)
-    except (ValueError, TypeError):
-        raise StudyError(f"column {name} has to hold numbers") from None
-    if known and (wrong := np.flatnonzero(~np.isfinite(numbers))).size:
-        raise _in_rows(wrong, f"column {name}: {numbers[wrong[0]]} is not a finite number; leave the row out")
-    if (wrong := np.flatnonzero(np.abs(numbers) > LARGEST)).size:
-        raise _in_rows(wrong, f"column {name}: {numbers[wrong[0]]:g} is beyond {LARGEST:g}, whatever the unit; leave the row out")
-    return numbers
-
-
-def _refuse_degrees(name: str, numbers: Array, wrong: np.ndarray) -> None:
-    if (rows := np.flatnonzero(wrong)).size:
-        text = f"column {name}: {numbers[rows[0]]:g} looks like degrees, and the column is read in radians"
-        raise _in_rows(rows, f"{text}; name it {name}_deg, correct it, or leave the column out (--map)")
-
-
-def _unit(what: str, quaternions: Array) -> Array:
-    """Quaternions (n, 4) of length 1."""
-    length = np.linalg.norm(quaternions, axis=1)
-    if (wrong := np.flatnonzero(np.abs(length - 1.0) > UNIT_LENGTH)).size:
-        raise _in_rows(wrong, f"{what} has length {length[wrong[0]]:.6g}; a rotation's quaternion has length 1")
-    return np.asarray(quaternions / length[:, None])
 
 
 class _Reader:
@@ -330,6 +320,8 @@ class _Reader:
         self.in_body: set[str] = set()
         self.at_contact: dict[tuple[str, int], Array] = {}
         self.after: list[tuple[str, float | None, str, Array]] = []
+        self.messages: dict[int, str] = {}
+        self.warnings: list[str] = []
 
     def rows(self) -> Rows:
         """Read all columns."""
@@ -347,11 +339,85 @@ class _Reader:
                 led += multiplier * self.rates[:, robot.joint(leader).v.start]
             self.rates[:, robot.joint(mimic.joint).v] = led[:, None]
         before = Motion(velocity, omega, self.rates)
-        scenes, index, velocities, messages = self._scenes(friction)
+        scenes, index, velocities = self._scenes(friction)
+        if len(self.messages) == n:
+            raise _in_rows(np.arange(n), self.messages[0])
+        self._warn_of_a_series()
         return Rows(
             self._labels(), self.Q, before, scenes, index, velocities, friction, tuple(self.positions), tuple(self.moving),
-            *self._origins(), tuple(self._measured(*column, before) for column in self.after), messages=messages,
+            *self._origins(), tuple(self._measured(*column, before) for column in self.after),
+            messages=dict(sorted(self.messages.items())), warnings=tuple(self.warnings),
         )  # fmt: skip
+
+    def _refuse(self, wrong: np.ndarray, text: Callable[[int], str]) -> None:
+        """Note of some rows why they are no landings; the first reason of a row counts.
+
+        Args:
+            wrong: (n,) which rows.
+            text: the reason, of a row by its number.
+        """
+        for i in np.flatnonzero(wrong).tolist():
+            self.messages.setdefault(i, text(i))
+
+    def _numbers(self, name: str, values: np.ndarray, missing: bool = False) -> Array:
+        """A column of numbers, (n,) or (n, k); zero where there is none, and a row therefore refused.
+
+        Args:
+            name: of the column.
+            values: its cells.
+            missing: whether a cell may be empty or NaN, and then is NaN.
+        """
+        if values.dtype.kind == "M":
+            raise StudyError(f"column {name} has to hold numbers")
+        numbers = (
+            np.array([_number(cell) for cell in values.ravel().tolist()]) if values.dtype.kind in "UO" else values.astype(float)
+        )
+        numbers, cells = numbers.reshape(self.n, -1), values.reshape(self.n, -1)
+        known = np.isfinite(numbers) | (np.isnan(numbers) & _empty(cells) if missing else False)
+
+        def reason(i: int) -> str:
+            cell = cells[i, int(np.argmin(known[i]))]
+            if isinstance(cell, str):
+                return f'column {name}: "{cell}" is not a number' if cell else f"column {name} is empty"
+            return f"column {name}: {cell} is not a finite number" + EMPTY * bool(np.isnan(cell))
+
+        self._refuse(~known.all(axis=1), reason)
+        far = np.abs(numbers) > LARGEST
+        self._refuse(
+            (known & far).any(axis=1),
+            lambda i: f"column {name}: {np.abs(numbers[i]).max():g} is beyond {LARGEST:g}, whatever the unit",
+        )
+        return np.asarray(np.where(known & ~far, numbers, 0.0).reshape(values.shape))
+
+    def _warn_of_degrees(self, name: str, numbers: Array, low: float, high: float) -> None:
+        """Warn where a column in radians is outside of limits, and in degrees would be inside."""
+        outside = (numbers < low - 0.5) | (numbers > high + 0.5)
+        if (rows := np.flatnonzero(outside & (numbers * DEG >= low - 0.1) & (numbers * DEG <= high + 0.1))).size:
+            self.warnings.append(
+                f"column {name}: {numbers[rows[0]]:g} in row {rows[0]} looks like degrees (the limits are {low:.4g} and {high:.4g} "
+                f"rad), and the column is read in radians; name it {name}_deg if it holds degrees"
+            )
+
+    def _warn_of_a_series(self) -> None:
+        """Warn where the rows are samples of one motion, most of which are no touchdowns."""
+        known = [i for i in range(self.n) if i not in self.messages]
+        if len(known) < SERIES_ROWS or not any(name in self.columns for name in LABELS["time"]):
+            return
+        positions = self.Q[known][:, np.ptp(self.Q[known], axis=0) > 1e-9]
+        ratios = np.mean(np.diff(positions, axis=0) ** 2, axis=0) / (2.0 * np.var(positions, axis=0))
+        if ratios.size and np.median(ratios) < SERIES_RATIO:
+            self.warnings.append(
+                f"the {self.n} rows look like samples of a time series, because each posture follows the one before it; every row "
+                "is computed as a landing. Keep one row for each touchdown: the motion just before it, and the velocities just "
+                "after it in columns after_…"
+            )
+
+    def _unit(self, what: str, quaternions: Array) -> Array:
+        """Quaternions (n, 4) of length 1; where one is none, the row is refused."""
+        length = np.linalg.norm(quaternions, axis=1)
+        wrong = np.abs(length - 1.0) > UNIT_LENGTH
+        self._refuse(wrong, lambda i: f"{what} has length {length[i]:.6g}; a rotation's quaternion has length 1")
+        return np.where(wrong[:, None], np.array([0.0, 0.0, 0.0, 1.0]), quaternions / np.where(wrong, 1.0, length)[:, None])
 
     def _read(self, name: str, values: np.ndarray) -> None:
         joints = self.robot.joint_names
@@ -376,7 +442,7 @@ class _Reader:
             key = self.robot.frame(at_contact[2]).name, "xyz".index(at_contact[1])
             if key in self.at_contact:
                 raise _twice(f'"{target}"')
-            self.at_contact[key] = _finite(name, values, known=False)
+            self.at_contact[key] = self._numbers(name, values, missing=True)
             return
         if target not in joints and base is None and "@" not in target:
             if values.dtype.kind not in "fiub":
@@ -385,7 +451,7 @@ class _Reader:
             raise self.robot.unknown("joint", target, known, f'to leave the column out: --map "{name}="')
         if degrees and base is not None and not (base["angle"] or (base["twist"] or "").startswith("w")):
             raise StudyError(f"column {name} is neither an angle nor a rate of rotation, so it is not in degrees; leave out _deg")
-        numbers = _finite(name, values) * (DEG if degrees else 1.0)
+        numbers = self._numbers(name, values, missing=after is not None) * (DEG if degrees else 1.0)
         if after is not None:
             self.after.append((target, None if form["ms"] is None else float(form["ms"]), name, numbers))
         elif base is not None:
@@ -399,8 +465,8 @@ class _Reader:
         key = base["quaternion"] or base["angle"] or base["place"] or base["twist"]
         if key in self.base:
             raise _twice(f'"{key}" of the base')
-        if base["angle"] and not degrees:
-            _refuse_degrees(name, numbers, np.abs(numbers) > TURN)
+        if key in TURNS and not degrees:
+            self._warn_of_degrees(name, numbers, -TURNS[key], TURNS[key])
         self.base[key] = numbers
         if base["body"]:
             self.in_body.add(key)
@@ -414,14 +480,10 @@ class _Reader:
         if joint.name in known:
             raise _twice(f'joint "{joint.name}"')
         known.add(joint.name)
-        if joint.unit == "rad" and not degrees:
-            low, high = joint.limits
-            outside = (numbers < low - 0.5) | (numbers > high + 0.5)
-            as_degrees = (numbers * DEG >= low - 0.1) & (numbers * DEG <= high + 0.1)
-            limited = joint.kind != "continuous" and np.isfinite(high - low)
-            _refuse_degrees(
-                name, numbers, np.abs(numbers) > FASTEST if rate else outside & as_degrees if limited else np.abs(numbers) > TURN
-            )
+        low, high = joint.limits
+        # A file without limits may give zeros for both of them.
+        if joint.unit == "rad" and not (degrees or rate or joint.kind == "continuous") and np.isfinite(high - low) and low < high:
+            self._warn_of_degrees(name, numbers, low, high)
         if rate:
             self.rates[:, joint.v] = numbers[:, None]
         else:
@@ -432,7 +494,7 @@ class _Reader:
         order, size = qpos_order(self.robot) if name == "qpos" else qvel_order(self.robot)
         if values.ndim != 2 or values.shape[1] != size:
             raise StudyError(f"{name} has shape {values.shape}, and a row of it has the {size} numbers of the robot's file")
-        numbers = _finite(name, values.ravel()).reshape(values.shape)[:, order]
+        numbers = self._numbers(name, values)[:, order]
         joints = {joint.name for joint in self.robot.single_joints if joint.kind != "free"}
         if name == "qpos":
             self.Q[:] = numbers
@@ -440,7 +502,7 @@ class _Reader:
             for joint in self.robot.single_joints:
                 if joint.kind in ("free", "ball"):
                     own = slice(joint.q.stop - 4, joint.q.stop)
-                    self.Q[:, own] = _unit(f"qpos of joint {joint.name}", self.Q[:, own])
+                    self.Q[:, own] = self._unit(f"qpos of joint {joint.name}", self.Q[:, own])
             return
         self.rates = numbers
         self.moving |= joints
@@ -457,20 +519,20 @@ class _Reader:
         rows = [f"{name:g}" if isinstance(name, float) else str(name) for name in labels.pop("row").tolist()]
         return {"row": np.array(rows), **{key: x if x.dtype.kind in "fiu" else x.astype(str) for key, x in labels.items()}}
 
-    def _scenes(self, friction: Array) -> tuple[tuple[Scene, ...], np.ndarray, Array, dict[int, str]]:
+    def _scenes(self, friction: Array) -> tuple[tuple[Scene, ...], np.ndarray, Array]:
         """The scenes that differ in their contacts, or in which of them have a velocity of their own.
 
-        Returns: the scenes, which of them each row (n,) is of, the velocities (n, c, 3) of contacts, and why rows are no landing.
+        Returns: the scenes, which of them each row (n,) is of, and the velocities (n, c, 3) of contacts.
         """
         scene, index, texts = self.landing.scene, np.zeros(self.n, dtype=int), [""]
         if "contact" in self.columns:
             distinct, index = np.unique(self.columns["contact"].astype(str), return_inverse=True)
             texts = distinct.tolist()
-        landings = [self._landing(text) if text else scene.contact for text in texts]
+        landings = [self._landing(text, index == k) if text else scene.contact for k, text in enumerate(texts)]
         # The same contacts in another order are the same landing.
         first: dict[tuple[str, ...], int] = {}
         index = np.array([first.setdefault(tuple(sorted(map(repr, own))), k) for k, own in enumerate(landings)])[index]
-        velocities, messages = np.full((self.n, max(map(len, landings)), 3), np.nan), dict[int, str]()
+        velocities = np.full((self.n, max(map(len, landings)), 3), np.nan)
         for k in first.values():
             own = np.flatnonzero(index == k)
             for c, contact in enumerate(landings[k]):
@@ -483,9 +545,8 @@ class _Reader:
                     known = ~np.isnan(of_rows)
                     velocities[own, c] = np.where(known, of_rows, velocities[own, c])
                     text = f'the velocity of contact "{contact.frame}" is not given in full: vx@, vy@ and vz@ are needed, or none'
-                    messages |= dict.fromkeys(own[known.any(axis=1) & ~known.all(axis=1)].tolist(), text)
-        if len(messages) == self.n:
-            raise _in_rows(np.arange(self.n), messages[0])
+                    for i in own[known.any(axis=1) & ~known.all(axis=1)].tolist():
+                        self.messages.setdefault(i, text)
         if unused := {frame for frame, _ in self.at_contact} - {contact.frame for contacts in landings for contact in contacts}:
             raise StudyError(
                 f'the table gives the velocity of "{min(unused)}", which is no contact of any row; leave it out (--map)'
@@ -502,13 +563,22 @@ class _Reader:
                 for c, contact in enumerate(landings[index[i]])
             )
             scenes.append(replace(scene, contact=contacts, friction=None if np.isnan(friction[i]) else float(friction[i])))
-        return tuple(scenes), group, velocities, messages
+        return tuple(scenes), group, velocities
 
-    def _landing(self, text: str) -> tuple[Contact, ...]:
-        """The contacts A+B of a row, each as the scene has it or, if it has not, as the first of the scene."""
-        landings, own = landing_frames(self.robot, text), self.landing.scene.contact
-        if len(landings) > 1:
-            raise StudyError(f'contact "{text}" of a row means {len(landings)} landings; name the frames, with + between them')
+    def _landing(self, text: str, rows: np.ndarray) -> tuple[Contact, ...]:
+        """The contacts A+B of rows (n,), each as the scene has it or, if it has not, as the first of the scene.
+
+        Rows whose text means no contacts are refused, and have those of the scene.
+        """
+        own = self.landing.scene.contact
+        try:
+            landings = landing_frames(self.robot, text)
+            if len(landings) > 1:
+                raise StudyError(f'contact "{text}" of a row means {len(landings)} landings; name the frames, with + between them')
+        except ShockError as error:
+            reason = str(error)
+            self._refuse(rows, lambda i: reason)
+            return own
         alike = {contact.frame: contact for contact in reversed(own)}
         return tuple(alike.get(frame, replace(own[0], frame=frame, velocity=None)) for frame in landings[0])
 
@@ -518,10 +588,9 @@ class _Reader:
         if not name:
             mu = self.landing.scene.friction
             return np.full(self.n, np.nan if mu is None else mu)
-        friction = _finite(name, self.columns[name])
-        if (wrong := np.flatnonzero(friction < 0.0)).size:
-            raise _in_rows(wrong, f"column {name}: {friction[wrong[0]]:g} is not a valid friction; it must be ≥ 0")
-        return friction
+        friction = self._numbers(name, self.columns[name])
+        self._refuse(friction < 0.0, lambda i: f"column {name}: {friction[i]:g} is not a valid friction; it must be ≥ 0")
+        return np.maximum(friction, 0.0)
 
     def _attitude(self) -> Array:
         """Set the base, and return its rotations (n, 3, 3)."""
@@ -534,7 +603,7 @@ class _Reader:
         if quaternion and (len(quaternion) < 4 or angles):
             raise StudyError("the base's attitude is given by qw, qx, qy and qz, or by roll, pitch and yaw: all of one kind")
         if quaternion:
-            self.Q[:, 3:7] = _unit("the base's quaternion (qx, qy, qz, qw)", np.stack(quaternion, axis=1))
+            self.Q[:, 3:7] = self._unit("the base's quaternion (qx, qy, qz, qw)", np.stack(quaternion, axis=1))
         elif angles:
             own = Rotation.from_quat(self.Q[:, 3:7]).as_euler("xyz")
             for k, key in enumerate(("roll", "pitch", "yaw")):

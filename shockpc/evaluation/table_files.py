@@ -34,9 +34,12 @@ NPY_HEADERS = {(1, 0): np.lib.format.read_array_header_1_0, (2, 0): np.lib.forma
 def read_table(path: Path) -> dict[str, np.ndarray]:
     """The columns of a CSV, Parquet or NPZ file by name: numbers or texts, (n,); arrays of NPZ may be (n, k).
 
+    A column of a CSV file with a cell that is no number holds texts. Of a row that has not a cell for each column, only the text at
+    its beginning is kept, because of the others it is not known where they belong.
+
     Raises:
-        StudyError: the file cannot be read, is no regular file, takes more than 1 GB, has no rows, a name twice, a cell that is no
-            number among numbers, or a column that holds neither real numbers nor texts.
+        StudyError: the file cannot be read, is no regular file, takes more than 1 GB, has no rows, a name twice, no row with a
+            cell for each column, or a column that holds neither real numbers nor texts.
     """
     path = usable_path(str(path))
     readers = {".csv": _read_csv, ".parquet": _read_parquet, ".npz": _read_npz}
@@ -90,23 +93,25 @@ def _read_csv(stream: IO[bytes]) -> dict[str, np.ndarray]:
         try:
             header = [name.strip() for name in next(lines, [])]
             _refuse_twice(header)
-            rows, count, size = (row for row in lines if row), 0, 0
+            rows, count, size, wrong = (row for row in lines if row), 0, 0, list[str]()
             while block := list(itertools.islice(rows, max(1, BLOCK // max(len(header), 1)))):
                 for i, row in enumerate(block):
                     if len(row) != len(header):
-                        raise ValueError(f"row {count + i} has {len(row)} cells, and the header {len(header)}")
+                        wrong.append(f"row {count + i} has {len(row)} cells, and the header {len(header)}")
+                        block[i] = [row[0] if _is_text(row[0]) else "", *[""] * (len(header) - 1)]
                 cells = list(zip(*block, strict=True))
                 # The first cell that is not empty decides whether a column holds texts.
                 first = (next(filter(str.strip, column), "") for column in cells)
                 texts = [column.dtype.kind == "U" for column in blocks[0]] if blocks else list(map(_is_text, first))
                 size += sum(_text_size(column) if text else 8 * len(column) for text, column in zip(texts, cells, strict=True))
                 _refuse_size(size)
-                columns = zip(header, texts, cells, strict=True)
-                blocks.append([np.char.strip(cells) if text else _numbers(name, cells, count) for name, text, cells in columns])
+                blocks.append([np.char.strip(own) if text else _numbers(own) for text, own in zip(texts, cells, strict=True)])
                 count += len(block)
                 _refuse_rows(count)
         except csv.Error as refusal:
             raise ValueError(f"line {lines.line_num}: {refusal}; is a quotation mark not closed?") from None
+    if wrong and len(wrong) == count:
+        raise ValueError(wrong[0])
     lengths = [max(columns[k].dtype.itemsize for columns in blocks) for k in range(len(header))] if blocks else []
     _refuse_size(sum(lengths) * count)
     return {name: np.concatenate([columns[k] for columns in blocks]) for k, name in enumerate(header if blocks else ())}
@@ -131,14 +136,14 @@ def _refuse_other_digits(text: str) -> None:
         raise ValueError(f'"{text}" is not a number')
 
 
-def _numbers(name: str, cells: Sequence[str], first: int) -> np.ndarray:
-    """Cells as numbers, NaN where they are empty. Args: first, number of their first row."""
+def _numbers(cells: Sequence[str]) -> np.ndarray:
+    """Cells as numbers, NaN where they are empty; as texts, if one of them is no number."""
     try:
         _refuse_other_digits("".join(cells))
         return np.array(cells, dtype=float)
     except ValueError:
-        if wrong := [i for i, cell in enumerate(cells) if _is_text(cell)]:
-            raise ValueError(f'row {first + wrong[0]}, column {name}: "{cells[wrong[0]]}" is not a number') from None
+        if any(map(_is_text, cells)):
+            return np.char.strip(cells)
         return np.array([cell if cell.strip() else "nan" for cell in cells], dtype=float)
 
 

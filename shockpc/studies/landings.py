@@ -10,15 +10,17 @@ import numpy as np
 from shockpc.core.spatial import Array
 from shockpc.evaluation.columns import Column, selected, values_of
 from shockpc.evaluation.evaluate import Evaluation
+from shockpc.evaluation.landings import Refusal
 from shockpc.evaluation.recorded import RecordedLandings, recorded_landings
 from shockpc.evaluation.recorded_table import Measured, rows_of
 from shockpc.evaluation.table_files import read_table
 from shockpc.impact.stiffness import CompliantLanding
+from shockpc.landing.dynamics import dynamics
 from shockpc.landing.landing import landing_of
 from shockpc.landing.places import body_places
 from shockpc.landing.scene import Scene
 from shockpc.landing.scene_file import robot_of
-from shockpc.quantities.table import select
+from shockpc.quantities.table import select, selections
 from shockpc.robot.robot import Robot
 from shockpc.text.errors import ShockError, StudyError
 
@@ -28,8 +30,14 @@ DRAWS, SEED = 2000, 0
 LARGEST = 10**6
 """Numbers of the samples that are drawn at once."""
 
-STATISTICS = ("r", "slope", "error", "skill", "skill (mean)")
+STATISTICS = ("r", "slope", "error", "error (energy)", "skill", "skill (mean)")
 """Names of the statistics."""
+
+ALL = "all velocities"
+"""The group of all velocities, which have different units: it has an error in the energy norm alone."""
+
+COMPONENTS = ("vx", "vy", "vz", "wx", "wy", "wz")
+"""Those of the base's velocity, as coordinates."""
 
 INTERVAL = (2.5, 97.5)
 """Percentiles of its intervals."""
@@ -43,13 +51,14 @@ class Agreement(NamedTuple):
         time: after the touchdown [ms]; None where no time is given.
         name: of the quantity, or of the group of quantities of one unit, which are taken together.
         unit: of the values.
-        group: whether it is a group.
-        measured: (n, k) jumps of k quantities in n landings.
+        group: whether it is a group, which may have one quantity alone.
+        measured: (n, k) jumps of k quantities in n landings; NaN where one was not measured.
         predicted: (n, k) the same, predicted.
         statistics: each with its bootstrap interval: (value, low, high) by name. "r" is the correlation, "slope" that of the
-            regression of measured on predicted; "error" the median over the landings of ‖predicted − measured‖ / ‖measured‖;
-            "skill" 1 − Σ(predicted − measured)² / Σ measured², against the prediction of no jump; "skill (mean)" the same against
-            the mean of the other landings.
+            regression of measured on predicted; "error" the median over the landings of ‖predicted − measured‖ / ‖measured‖,
+            "error (energy)" that in the norm √(ΔᵀHΔ) of the landing's inertia H, which needs no choice of units (velocities that
+            were not measured are those with which it is least); "skill" 1 − Σ(predicted − measured)² / Σ measured², against the
+            prediction of no jump; "skill (mean)" the same against the mean of the other landings.
     """
 
     model: str
@@ -114,8 +123,9 @@ def compare_measured(
 ) -> Comparison:
     """Compare what a table measured with the predictions of several joint models.
 
-    These are the jumps of the impulse model; where the scene has a contact stiffness, also the changes of the velocities of the
-    motion on contacts and springs of finite stiffness (`compliance`) until the time after contact that the column names.
+    These are the jumps of the impulse model, with friction where the scene or the rows have one; where the scene has a contact
+    stiffness, also the changes of the velocities of the motion on contacts and springs of finite stiffness until the time after
+    contact that the column names.
 
     Args:
         columns: of a table by name, with some that begin with after_.
@@ -124,7 +134,7 @@ def compare_measured(
         rename: other names for columns, as for `rows_of`.
 
     Raises:
-        ShockError: as for `rows_of`; the table measured nothing.
+        ShockError: as for `rows_of`; the table measured nothing, or with friction a quantity that does not exist with it.
     """
     agreements: list[Agreement] = []
     failures: list[tuple[str, str, str]] = []
@@ -133,7 +143,7 @@ def compare_measured(
         if not rows.measured:
             raise StudyError("the table has no column of what was measured after the impact, such as after_JOINT or after_vz")
         study = RecordedLandings(robot, rows)
-        predicting = _predicting(study)
+        predicting = _predicting(study, friction=not np.isnan(rows.friction).all())
         results = Evaluation(study, tuple({column.name: column for column in predicting.values()}.values()), prove=0).table()
         jumps = _jumps(study, predicting, results.columns)
         predictions = [(model, rows.measured, [jumps[column.key] for column in rows.measured], results.messages)]
@@ -141,14 +151,20 @@ def compare_measured(
         if scene.contact_stiffness is not None and timed:
             name = f"{model}, contacts of {scene.contact_stiffness:g} N/m"
             predictions.append((name, timed, *_predicted_later(study, predicting, timed, results.messages)))
+        inertias = _inertias(study)
         for name, measured, predicted, messages in predictions:
-            agreements += _agreements(name, measured, predicted)
+            agreements += _agreements(name, measured, predicted, robot, inertias)
             failures += [(name, str(rows.names[i]), text) for i, text in messages.items()]
     return Comparison(tuple(agreements), tuple(failures))
 
 
-def _predicting(study: RecordedLandings) -> dict[str, Column]:
-    """The columns that predict what was measured, by its key, with all components of the base's jump."""
+def _predicting(study: RecordedLandings, friction: bool) -> dict[str, Column]:
+    """The columns that predict what was measured, by its key, with all components of the base's jump.
+
+    Args:
+        study: the landings.
+        friction: whether they have friction, and the jumps are those with it.
+    """
     base, kinds = body_places(study.robot)[0], {"v": "delta_v", "w": "delta_omega"}
     columns = {kind + axis: Column(select(f"body.{key}.{axis}"), base) for kind, key in kinds.items() for axis in "xyz"}
     for key in dict.fromkeys(measured.key for measured in study.table.measured if "@" in measured.key):
@@ -156,7 +172,21 @@ def _predicting(study: RecordedLandings) -> dict[str, Column]:
         if len(places) != 1:
             raise StudyError(f"after_{key} is one column, and means {len(places)} places; name one of them")
         columns[key] = Column(selection, places[0])
-    return columns
+    return {key: _with_friction(key, column) for key, column in columns.items()} if friction else columns
+
+
+def _with_friction(key: str, column: Column) -> Column:
+    """The same quantity of the impact with friction. Args: key, of what was measured."""
+    selection = column.selection
+    if selection.quantity.unproven:
+        return column  # of the impact with friction already
+    name = selection.name.replace(selection.quantity.key, f"{selection.quantity.key}_friction")
+    if name not in selections():
+        raise StudyError(
+            f"after_{key} cannot be predicted with friction, because {selection.name} does not exist with it; leave the column out "
+            f"with --map after_{key}=, or the friction"
+        )
+    return column._replace(selection=select(name))
 
 
 def _jumps(study: RecordedLandings, predicting: Mapping[str, Column], columns: Mapping[str, Array]) -> dict[str, Array]:
@@ -208,37 +238,106 @@ def _predicted_later(
     return later, dict(sorted(messages.items()))
 
 
-def _agreements(model: str, measured: Sequence[Measured], predicted: Sequence[Array]) -> list[Agreement]:
-    """Of every group, then of every quantity, at each time. Args: predicted, (n,) for each that is measured."""
+def _inertias(study: RecordedLandings) -> Array:
+    """H (n, nv, nv) of the landings; of a free base in the world's components of its velocity and angular velocity."""
+    robot = study.robot
+    H = np.full((study.rows, robot.model.nv, robot.model.nv), np.nan)
+    for k, (first, _) in enumerate(study.parts):
+        for group in study.part(k, study.own(k)).groups:
+            if isinstance(group, Refusal):
+                continue
+            state = dynamics(robot, group.Q, group.landing.joint_model.armature)
+            rates = np.broadcast_to(np.eye(robot.model.nv), state.H.shape).copy()
+            if robot.free_base:
+                rates[:, :6, :6] = np.linalg.inv(state.J[:, [3, 4, 5, 0, 1, 2], :6])
+            H[first + group.postures] = rates.swapaxes(1, 2) @ state.H @ rates
+    return H
+
+
+def _coordinate(measured: Measured, robot: Robot) -> int:
+    """Which row of `_inertias` a measured velocity has; −1 for another quantity."""
+    if measured.key in COMPONENTS:
+        return COMPONENTS.index(measured.key)
+    return robot.joint(measured.name).v.start if measured.group == "joint rates" else -1
+
+
+def _energy_norms(H: Array, coordinates: Array, jumps: Array) -> Array:
+    """√(ΔᵀHΔ) (n,), the least for whatever Δ there is where none was measured [√J].
+
+    Args:
+        H: (n, nv, nv) inertias.
+        coordinates: (k,) of the jumps.
+        jumps: (n, k) measured parts of Δ; NaN where there is none.
+    """
+    norms, measured = np.full(len(jumps), np.nan), np.isfinite(jumps)
+    for pattern in np.unique(measured[measured.any(axis=1)], axis=0):
+        rows, own = (measured == pattern).all(axis=1), coordinates[pattern]
+        others = np.setdiff1d(np.arange(H.shape[1]), own)
+        A, B, C = (H[rows][:, left][:, :, right] for left, right in ((own, own), (own, others), (others, others)))
+        delta = jumps[rows][:, pattern, None]
+        squares = delta.swapaxes(1, 2) @ (A - B @ np.linalg.pinv(C, hermitian=True) @ B.swapaxes(1, 2)) @ delta
+        norms[rows] = np.sqrt(np.maximum(squares.ravel(), 0.0))
+    return norms
+
+
+def _agreements(
+    model: str, measured: Sequence[Measured], predicted: Sequence[Array], robot: Robot, inertias: Array
+) -> list[Agreement]:
+    """Of every group, then of every quantity, at each time.
+
+    Args:
+        model: its name.
+        measured: the quantities.
+        predicted: (n,) for each of them.
+        robot: the robot.
+        inertias: as `_inertias` gives them.
+    """
     groups: list[Agreement] = []
     quantities: list[Agreement] = []
+    coordinates = np.array([_coordinate(column, robot) for column in measured])
 
     def agreement(name: str, columns: Sequence[int], group: bool) -> Agreement:
         truth, guess = (np.stack([values[k] for k in columns], axis=1) for values in ([m.jump for m in measured], predicted))
-        first = measured[columns[0]]
-        unit = first.unit or select(first.key.partition("@")[0]).quantity.unit
-        known = np.isfinite(guess).all(axis=1)
-        return Agreement(model, first.time, name, unit, group, truth, guess, _statistics(truth[known], guess[known]))
+        first, own = measured[columns[0]], coordinates[columns]
+        unit = "√J" if name == ALL else first.unit or select(first.key.partition("@")[0]).quantity.unit
+        known = np.isfinite(guess).all(axis=1) & np.isfinite(truth).any(axis=1)
+        H, y, x, ratio = inertias[known], truth[known], guess[known], np.full(int(known.sum()), np.nan)
+        if own.min() >= 0:
+            with np.errstate(invalid="ignore", divide="ignore"):
+                ratio = _energy_norms(H, own, x - y) / _energy_norms(H, own, y)
+        statistics = _statistics(y, x, ratio)
+        if name == ALL:
+            statistics = {key: x if key == "error (energy)" else (np.nan,) * 3 for key, x in statistics.items()}
+        return Agreement(model, first.time, name, unit, group, truth, guess, statistics)
 
     for time, group in dict.fromkeys((column.time, column.group) for column in measured):
         own = [k for k, column in enumerate(measured) if (column.time, column.group) == (time, group)]
-        if len(own) > 1:
-            groups.append(agreement(group, own, True))
-        quantities += [agreement(measured[k].name if len(own) > 1 else group, [k], False) for k in own]
+        groups.append(agreement(group, own, True))
+        quantities += [agreement(measured[k].name, [k], False) for k in own if len(own) > 1]
+    for time in dict.fromkeys(column.time for column in measured):
+        own = [k for k, column in enumerate(measured) if column.time == time and coordinates[k] >= 0]
+        if len({measured[k].group for k in own}) > 1:
+            groups.append(agreement(ALL, own, True))
     return groups + quantities
 
 
-def _statistics(measured: Array, predicted: Array) -> dict[str, tuple[float, float, float]]:
-    """The statistics of `Agreement`, with intervals: landings are drawn with replacement, each with all of its quantities."""
+def _statistics(measured: Array, predicted: Array, energy: Array) -> dict[str, tuple[float, float, float]]:
+    """The statistics of `Agreement`, with intervals: landings are drawn with replacement, each with all of its quantities.
+
+    Args:
+        measured: (n, k) jumps.
+        predicted: (n, k) the same, predicted.
+        energy: (n,) errors of the landings in the energy norm.
+    """
     n = len(measured)
     if not n:
         return dict.fromkeys(STATISTICS, (np.nan, np.nan, np.nan))
     rng, together = np.random.default_rng(SEED), max(1, LARGEST // measured.size)
     count = int(np.clip(LARGEST * 20 // measured.size, 200, DRAWS)) if n > 2 else 0
-    samples = [_of_samples(measured[None], predicted[None])]
+    samples = [_of_samples(measured, predicted, energy, np.arange(n)[None])]
     for k in range(0, count, together):
         draws = rng.integers(n, size=(min(together, count - k), n))
-        samples.append(_of_samples(measured[draws], predicted[draws]))
+        samples.append(_of_samples(measured, predicted, energy, draws))
     values = np.concatenate(samples, axis=1)
     statistics = {}
     for name, (value, *drawn) in zip(STATISTICS, values.tolist(), strict=True):
@@ -247,18 +346,25 @@ def _statistics(measured: Array, predicted: Array) -> dict[str, tuple[float, flo
     return statistics
 
 
-def _of_samples(measured: Array, predicted: Array) -> Array:
-    """The statistics (5, m), as `STATISTICS`, of samples (m, n, k) of landings; NaN where one has no meaning."""
-    m, n, _ = measured.shape
+def _of_samples(measured: Array, predicted: Array, energy: Array, draws: np.ndarray) -> Array:
+    """The statistics (6, m), as `STATISTICS`, of draws (m, n) of landings by number; NaN where one has no meaning.
+
+    The mean of the other landings is over those of the draw that are no copy of the landing: a copy foretells it.
+    """
+    copies = np.array([np.bincount(draw, minlength=len(measured))[draw] for draw in draws])[..., None]
+    measured, predicted = measured[draws], predicted[draws]
+    known = np.isfinite(measured)
+    measured, predicted = np.where(known, measured, 0.0), np.where(known, predicted, 0.0)
     with np.errstate(invalid="ignore", divide="ignore"):
-        x, y = (values.reshape(m, -1) for values in (predicted, measured))
-        x, y = x - x.mean(axis=1, keepdims=True), y - y.mean(axis=1, keepdims=True)
-        xx, yy, xy = (np.sum(left * right, axis=1) for left, right in ((x, x), (y, y), (x, y)))
+        count = known.sum(axis=(1, 2), keepdims=True)
+        x, y = (np.where(known, values - values.sum(axis=(1, 2), keepdims=True) / count, 0.0) for values in (predicted, measured))
+        xx, yy, xy = (np.sum(left * right, axis=(1, 2)) for left, right in ((x, x), (y, y), (x, y)))
         off, size = np.linalg.norm(predicted - measured, axis=2), np.linalg.norm(measured, axis=2)
-        others = (measured.sum(axis=1, keepdims=True) - measured) / (n - 1)
+        number = known.sum(axis=1, keepdims=True) - copies
+        others = (measured.sum(axis=1, keepdims=True) - copies * measured) / np.where(number > 0, number, np.nan)
+        apart = np.where(known, measured - others, 0.0)
         squares = np.sum(off**2, axis=1)
-        skill, skill_mean = (
-            1.0 - squares / total for total in (np.sum(size**2, axis=1), np.sum((measured - others) ** 2, axis=(1, 2)))
-        )
-        values = np.stack([xy / np.sqrt(xx * yy), xy / xx, np.median(off / size, axis=1), skill, skill_mean])
+        skill, skill_mean = (1.0 - squares / total for total in (np.sum(size**2, axis=1), np.sum(apart**2, axis=(1, 2))))
+        errors = (np.median(ratio, axis=1) for ratio in (off / size, energy[draws]))
+        values = np.stack([xy / np.sqrt(xx * yy), xy / xx, *errors, skill, skill_mean])
     return np.where(np.isfinite(values), values, np.nan)

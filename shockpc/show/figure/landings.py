@@ -9,7 +9,7 @@ from shockpc.evaluation.recorded import RecordedLandings
 from shockpc.evaluation.table import Table
 from shockpc.show.figure.style import BANDS, CURVES, INK, band, new_chart
 from shockpc.show.wording import count
-from shockpc.studies.landings import Comparison
+from shockpc.studies.landings import ALL, Comparison
 from shockpc.text.printed import printable
 
 MOST_PANELS, WORST, BINS = 8, 3, 60
@@ -52,14 +52,14 @@ def draw_landings(study: RecordedLandings, results: Table) -> Figure:
 
 def draw_comparison(study: RecordedLandings, comparison: Comparison) -> Figure:
     """Draw measured over predicted jumps of the largest group: a column for each joint model, a row for each time."""
-    largest = max(comparison.agreements, key=lambda agreement: agreement.measured.shape[1])
+    largest = max((each for each in comparison.agreements if each.name != ALL), key=lambda agreement: agreement.measured.shape[1])
     shown = [agreement for agreement in comparison.agreements if agreement.name == largest.name]
     quantities = [each.name for each in study.table.measured if each.group == largest.name and each.time == largest.time]
     models, times = (list(dict.fromkeys(key)) for key in zip(*((each.model, each.time) for each in shown), strict=True))
     title = f"{printable(study.robot.name, 40)}: {printable(largest.name, 40)} in {count(study.rows, 'landing')}"
     figure = new_chart(1.9 + 2.0 * len(models), 0.8 + 2.0 * len(times), title)
     panels = figure.subplots(len(times), len(models), squeeze=False, sharex=True, sharey=True)
-    reach = FRAME_REACH * max(float(np.abs(each.measured).max()) for each in shown) or 1.0
+    reach = FRAME_REACH * max(float(np.nan_to_num(np.abs(each.measured)).max()) for each in shown) or 1.0
     for panel in panels.ravel():
         panel.set(xlim=(-reach, reach), ylim=(-reach, reach), box_aspect=1.0)
         panel.plot([-reach, reach], [-reach, reach], color=INK, linewidth=0.6)

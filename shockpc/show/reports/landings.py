@@ -24,7 +24,8 @@ MESSAGES = 5
 
 MEASURED_NOTES = (
     "r: correlation; slope: of the regression of measured on predicted jumps; error: median over the landings of "
-    "‖predicted − measured‖ / ‖measured‖",
+    "‖predicted − measured‖ / ‖measured‖; (energy): in the norm √(ΔᵀHΔ) of the landing's inertia, in which velocities of all units "
+    "count by their kinetic energy, those that were not measured by the least that is possible",
     "skill: 1 − Σ(predicted − measured)² / Σ measured², against no jump; (mean): against the mean of the other landings; "
     "below 0 is worse than these",
     "in brackets: 95 % interval, by drawing landings with replacement",
@@ -85,6 +86,9 @@ def _header(table: str, study: RecordedLandings) -> Iterator[tuple[str, str]]:
     yield "of the scene", ", ".join(rows.missing) or "nothing"
     contacts = dict.fromkeys(" + ".join(contact.frame for contact in landing.scene.contact) for landing in landings)
     yield "contact", few(list(contacts), 4, what=" sets of contacts")
+    if (mu := rows.friction[~np.isnan(rows.friction)]).size:
+        extent = " to ".join(dict.fromkeys(f"{x:g}" for x in (mu.min(), mu.max())))
+        yield "friction", f"{extent}{'; what was measured is compared with the motion with friction' * bool(rows.measured)}"
     models = dict.fromkeys((landing.joint_model.name, landing.joint_model.drives) for landing in landings)
     yield "joint model", "; ".join(f"{name}: {drives}" if drives else JOINT_MODELS[name] for name, drives in models)
 
@@ -126,7 +130,7 @@ def agreement_sheet(comparison: Comparison, full: bool = False) -> Sheet:
     """How well measured and predicted jumps agree. Args: full, whether single quantities are listed besides their groups."""
     rows: list[Row] = []
     for agreement in comparison.agreements:
-        if full or agreement.group or "@" in agreement.name:
+        if full or agreement.group:
             time = None if agreement.time is None else f"{agreement.time:g}"
             statistics = (_interval(*agreement.statistics[key]) for key in STATISTICS)
             rows.append((agreement.model, time, f"{agreement.name} [{agreement.unit}]", *statistics))
@@ -182,6 +186,7 @@ def _closing(study: RecordedLandings, results: Table, comparison: Comparison | N
 
 
 def _warnings(landings: RecordedLandings) -> Iterator[str]:
+    yield from (f"warning: {text}" for text in landings.table.warnings)
     for joint in landings.robot.single_joints:
         low, high = joint.limits
         if joint.name in landings.table.joints and joint.kind in ("revolute", "prismatic"):
