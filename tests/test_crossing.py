@@ -47,3 +47,10 @@ def test_a_signal_of_either_sign_ends_where_it_changes_sign():
     time, _ = first_crossing(sigma, signals(0.0, [[0.0, 0.0]], [[-2.0, 1.0]], either=True), 20.0, Effort())
     assert time == pytest.approx(np.pi)
     assert first_crossing(sigma, signals(1.0, [[0.0, 0.0]], [[0.0, 0.0]], -0.5), 20.0, Effort()) == (2.0, 0)
+
+
+def test_a_search_ends_where_a_signal_grows_faster_than_it_oscillates():
+    """2 + t + cos 1e9 t never falls; what only does not fall by cancellation of its terms is searched, and refused."""
+    assert first_crossing(np.array([1e9]), signals(2.0, [[1.0]], [[0.0]], 1.0), 1e3, Effort()) == (1e3, None)
+    with pytest.raises(ArithmeticError, match="nothing changes"):
+        first_crossing(np.array([1.0, 1.0]), signals(1.0, [[0.6, -0.6]], [[0.0, 0.0]]), 1e9, Effort())

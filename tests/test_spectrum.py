@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from shockpc.core.spectrum import shock_response
+from shockpc.core.spectrum import amplification, shock_response
 
 T = 0.011
 t = np.linspace(0.0, T, 5001)
@@ -41,6 +41,20 @@ def test_the_response_to_a_rectangle_in_closed_form(damping):
     time = np.linspace(0.0, 3.0 * T, 60001)
     np.testing.assert_allclose(response[:, 0], np.abs(step(time) - step(time - T)).max(axis=0), rtol=1e-3)
     np.testing.assert_allclose(response[:, 1], 3.0 * response[:, 0])
+
+
+@pytest.mark.parametrize("damping", [0.0, 0.05])
+def test_a_maximum_between_samples_is_found(damping):
+    """The same history, linear between samples, with forty times as many of them has the same maxima; so has a half-sine."""
+    history = np.random.default_rng(0).normal(size=(200, 3)).cumsum(axis=0)
+    f, fine = np.geomspace(10.0, 2000.0, 21), np.arange(199 * 40 + 1) / 40.0
+    dense = np.column_stack([np.interp(fine, np.arange(200), column) for column in history.T])
+    np.testing.assert_allclose(
+        shock_response(history, 1.0 / 4e4, f, damping), shock_response(dense, 1.0 / 1.6e6, f, damping), rtol=1e-9
+    )
+    w, s = 2.0 * np.pi * 2.3, np.linspace(0.0, 1.0, 1000001)
+    exact = np.abs(w**2 / (w**2 - np.pi**2) * (np.sin(np.pi * s) - np.pi / w * np.sin(w * s))).max()
+    assert amplification("half-sine", 2.3) == pytest.approx(exact, rel=1e-5)
 
 
 @pytest.mark.parametrize(("frequency", "damping"), [(0.0, 0.0), (1e9, 0.0), (10.0, 1.0), (10.0, -0.1)])

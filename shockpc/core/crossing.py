@@ -117,12 +117,17 @@ def first_crossing(sigma: Array, signals: Signals, horizon: float, effort: Effor
         if earliest <= horizon and earliest < np.inf:
             return float(earliest), times.index(earliest)
         return horizon if horizon < np.inf else 0.0, None
-    step, a = 0.25 / rate, 0.0
+    step, a, end = 0.25 / rate, 0.0, horizon
+    if horizon < np.inf:
+        # A signal that grows faster than it oscillates cannot fall any more, as the gap of a contact that has opened for good.
+        lowest = constant - amplitude.sum(axis=1)
+        last = np.divide(-lowest, linear, out=np.full(len(linear), np.inf), where=linear > 0.0)
+        end = min(horizon, max(float(np.where((linear == 0.0) & (lowest > 0.0), 0.0, last).max(initial=0.0)), step))
     for count in (64, 128, 256, 512, *[1024] * (MOST_SAMPLES // 1024)):
-        b = min(a + count * step, horizon)
+        b = min(a + count * step, end)
         if event := search(a, b, count, 3):
             return event
-        if b == horizon:
+        if b == end:
             return horizon, None
         a = b
     raise ArithmeticError(

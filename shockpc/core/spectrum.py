@@ -8,7 +8,7 @@ import numpy as np
 from shockpc.core.spatial import Array
 
 SAMPLES_A_PERIOD = 20.0
-"""Least number of samples in a period of an oscillator; between them a maximum exceeds the largest sample by less than 1.3 %."""
+"""Least number of samples in a period of an oscillator."""
 
 
 LONG = 20.0
@@ -68,11 +68,36 @@ def shock_response(acceleration: Array, step: float, frequencies: Array, damping
     # The acceleration of the mass is Re(weight · c).
     weight = -2.0 * damping * omega + 1j * omega**2 * (1.0 - 2.0 * damping**2) / damped
     c = np.zeros((len(frequencies), acceleration.shape[1]), dtype=complex)
-    largest = np.zeros(c.shape)
+    value, largest = c.real, np.zeros(c.shape)
+    rate = -weight.real * acceleration[0] if len(acceleration) else value
     grow = np.exp(x)
     for before, after in pairwise(acceleration):
+        last, value_before, rate_before = c, value, rate
         c = grow * c - (hold - ramp) * before - ramp * after
-        largest = np.maximum(largest, np.abs((weight * c).real))
+        value, rate = (weight * c).real, (weight * (r * c - after)).real
+        largest = np.maximum(largest, np.abs(value))
+        f, m = np.nonzero(rate_before * rate < 0.0)
+        # About where a parabola turns; a maximum there is refined if it may be the largest.
+        t = step * rate_before[f, m] / (rate_before - rate)[f, m]
+        higher = np.abs(value_before[f, m] + rate_before[f, m] * t / 2.0) > 0.99 * largest[f, m]
+        if higher.any():
+            f, m, t = f[higher], m[higher], t[higher]
+            value_there = _turning_value(r[f, 0], weight[f, 0], last[f, m], before[m], (after - before)[m] / step, t, step)
+            largest[f, m] = np.maximum(largest[f, m], value_there)
     # Afterwards the oscillation decays: its first extremum is the largest, where the derivative Re(weight r c exp(rt)) is zero.
     t = (np.pi / 2.0 - np.angle(weight * r * c)) % np.pi / damped
     return np.asarray(np.maximum(largest, np.abs((weight * c * np.exp(r * t)).real)))
+
+
+def _turning_value(r: Array, weight: Array, c: Array, before: Array, slope: Array, t: Array, step: float) -> Array:
+    """|Re(weight · c)| (k,) where its derivative is zero, near times t (k,) of one step; ċ = r c − before − slope t.
+
+    With g = ċ and s = slope, ġ = r g − s: the derivative is Re(weight (g₀ − s/r) exp(rt) + weight s/r). Newton's method.
+    """
+    level = weight * slope / r
+    start = weight * (r * c - before) - level
+    for _ in range(2):
+        wave = start * np.exp(r * t)
+        bend = (r * wave).real
+        t = np.clip(t - np.divide((wave + level).real, bend, out=np.zeros_like(t), where=bend != 0.0), 0.0, step)
+    return np.abs(((start * np.exp(r * t) + level + weight * (before + slope * t)) / r).real)

@@ -64,8 +64,14 @@ NEAR_MAXIMUM, MOST_MAXIMA = 0.95, 64
 MOST_TOGETHER, SAMPLES_TOGETHER = 32, 2**13
 """Numbers of segments and of samples that are searched together for peaks: what was found before limits what is searched."""
 
-MOST_EVENTS = 2000
-"""Bound of the number of events of a motion."""
+MOST_EVENTS, MOST_SEGMENTS = 2000, 4000
+"""Bounds of the numbers of events of a motion, and of segments, which end also where a reversal is undone at once."""
+
+STAYS_OPEN = 10.0
+"""Times the motion so far for which all contacts have to stay open, so that it has ended: what closes later is another impact."""
+
+AT_ONCE = 1e-3
+"""Angle of the fastest element [rad] within which a reversal that is undone is no event: a tiny oscillation of a row at a turn."""
 
 
 class Elements(NamedTuple):
@@ -167,6 +173,11 @@ class Segment(NamedTuple):
         jump = self.jump - (2.0 * sin * (cos * self.zeta + sin * self.upsilon)) @ self.V.T
         return self.level + oscillations(t * self.sigma, self.wave), jump, self.displacement + t * self.drift + path @ self.V.T
 
+    def impulse(self, t: float) -> Array:
+        """The impulses (r,) of the forces from the start until a time t after it."""
+        half = t * self.sigma / 2.0
+        return np.asarray(t * (self.level + oscillations(half, np.sinc(half / np.pi) * self.wave)))
+
 
 class Motion(NamedTuple):
     """A landing, solved.
@@ -196,6 +207,28 @@ class Motion(NamedTuple):
         """The time (r,) of the first event of a kind at each element [s]; infinite where there is none."""
         times = {event.element: event.time for event in reversed(self.events) if event.kind == kind}
         return np.array([times.get(i, np.inf) for i in range(len(self.elements.rows))])
+
+    def impulse_time(self, rows: np.ndarray, share: float) -> Array:
+        """The time (c,) by which each of c rows has given a share of its impulse until the end; its force never changes sign."""
+        given = np.cumsum([segment.impulse(segment.length)[rows] for segment in self.segments], axis=0)
+        times = np.zeros(len(rows))
+        for i, (row, total) in enumerate(zip(rows.tolist(), given[-1].tolist(), strict=True)):
+            k = int(np.argmax(given[:, i] >= share * total))
+            segment, missing = self.segments[k], share * total - (given[k - 1, i] if k else 0.0)
+            t, low, high, wave, level = segment.length, 0.0, segment.length, segment.wave[row], float(segment.level[row])
+            # The impulse grows with time: Newton's method within bounds.
+            for _ in range(60 if total > 0.0 else 0):
+                half = t / 2.0 * segment.sigma
+                turn = np.exp(1j * half) * wave
+                last, excess = t, t * (level + float(turn.real @ np.sinc(half / np.pi))) - missing
+                force = level + float((np.exp(1j * half) @ turn).real)
+                low, high = (t, high) if excess < 0.0 else (low, t)
+                t = t - excess / force if force > 0.0 else high
+                t = t if low < t < high else (low + high) / 2.0
+                if abs(t - last) <= 1e-8 * segment.length:
+                    break
+            times[i] = segment.start + t if total > 0.0 else 0.0
+        return times
 
     @property
     def response(self) -> Array:
@@ -275,8 +308,8 @@ def simulate_landing(M: Array, elements: Elements, velocity: Array, until: float
         M: (n, n) inertia of the coordinates [kg, kg m, kg m²].
         elements: springs of the contacts and between bodies.
         velocity: (n,) q̇⁻ [rad/s, m/s].
-        until: time at which the motion ends [s]; by default, when all contacts are open. Until a later time, springs between bodies
-            oscillate and contacts may close again.
+        until: time at which the motion ends [s]; by default, when all contacts open and stay so (`STAYS_OPEN`). Until a later time,
+            springs between bodies oscillate and contacts may close again.
 
     Raises:
         ValueError: an argument is not finite, a stiffness is not above zero, a restitution is outside 0 to 1, a contact has not
@@ -295,23 +328,31 @@ def simulate_landing(M: Array, elements: Elements, velocity: Array, until: float
     segments: list[Segment] = []
     events: list[Event] = []
     time, simultaneous = 0.0, 0
-    while not (until is None and state.separated):
-        segment, hit = state.step(time, np.inf if until is None else until - time)
+    while True:
+        opened = until is None and state.separated
+        segment, hit = state.step(time, STAYS_OPEN * time if opened else np.inf if until is None else until - time)
+        if opened and hit is None:
+            break
         simultaneous += 1
         if segment is not None:
             segments.append(segment)
             time, simultaneous = time + segment.length, 0
         if hit is None:
             break
-        if len(events) == MOST_EVENTS or simultaneous > 4 * len(elements.rows):
+        if len(events) == MOST_EVENTS or len(segments) >= MOST_SEGMENTS or simultaneous > 4 * len(elements.rows):
             remedies = (
                 ["take springs of joints that are stiffer than the contacts as rigid"] if np.any(elements.contact < 0) else []
             )
             remedies += ["take a softer contact or a larger restitution"]
             remedies += ["end the motion earlier"] if until is not None else []
-            text = f"elements change {len(events)} times in {time:.3g} s, too often to follow them; "
+            text = f"elements change {len(segments)} times in {time:.3g} s, too often to follow them; "
             raise ArithmeticError(text + ", or ".join(remedies))
-        events.append(Event(time, hit[0], EVENTS[state.switch(*hit)]))
+        event = Event(time, hit[0], EVENTS[state.switch(*hit)])
+        previous = next((one for one in reversed(events) if one.element == event.element), event)
+        if {event.kind, previous.kind} == {"unloads", "reloads"} and time - previous.time < AT_ONCE / state.fastest:
+            events.remove(previous)
+        else:
+            events.append(event)
     return Motion(elements, tuple(segments), tuple(events), state.separated, state.to_velocity, state.constant)
 
 
@@ -479,7 +520,8 @@ class _State:
             return kind
         if kind in (RELOADS, REVERSES):
             self.mode[i], self.slope[i] = LOADING, self.slope[i] * e
-            self.z[i] = self.z[i] / e if kind == RELOADS else 0.0
+            # The force of a row that is held jumps where another one is held too; the row is then loaded from its peak.
+            self.z[i] = 0.0 if kind == REVERSES else self.peak[i] if self.rigid[i] else self.z[i] / e
             return kind
         if kind == OPENS and self.rigid[i] and np.any(self.mode[rows & ~self.elements.normal] != OPEN):
             rows, kind = rows & ~self.elements.normal, SLIPS

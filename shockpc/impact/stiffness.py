@@ -43,6 +43,9 @@ LEAST_HELD = 1e-6
 MANY_EVENTS = 100
 """Number of times that contacts change their state, above which durations are not reliable."""
 
+IMPULSE_SHARE = 0.99
+"""Share of a contact's normal impulse that is given within its duration: what follows may be a tiny force that lasts long."""
+
 GRAVITY_SHARE, DEEP = 0.05, 0.1
 """Share of the approach speed that gravity adds during the contact, and of the robot's size by which a contact is compressed, from
 which on the model without gravity and with frozen geometry is doubtful."""
@@ -61,7 +64,7 @@ class CompliantLanding:
 
     Args:
         landing: the landing.
-        until: time at which the motion ends [s]; by default, when all contacts are open.
+        until: time at which the motion ends [s]; by default, when all contacts are open and stay so.
 
     Attributes:
         landing: the landing.
@@ -206,9 +209,8 @@ class CompliantLanding:
 
     @functools.cached_property
     def duration(self) -> Array:
-        """Time (c,) at which each contact opens for the last time [s]."""
-        opened = {int(self.number[event.element]): event.time for event in self.motion.events if event.kind == "opens"}
-        return np.array([opened.get(c, 0.0) for c in range(len(self.landing.contacts))])
+        """Time (c,) by which each contact has given 99 % of its normal impulse [s]."""
+        return self.motion.impulse_time(np.flatnonzero(self._normal), IMPULSE_SHARE)
 
     @property
     def restitution(self) -> Array:
@@ -217,9 +219,8 @@ class CompliantLanding:
 
     @functools.cached_property
     def _turns(self) -> tuple[list[float], History]:
-        """The times at which a normal is unloaded, and the end [s]; and the motion then."""
-        times = [event.time for event in self.motion.events if event.kind == "unloads" and self._normal[event.element]]
-        times.append(self.motion.duration)
+        """The times [s] at which something changes, as where a normal is unloaded, and the end; and the motion then."""
+        times = [segment.start + segment.length for segment in self.motion.segments]
         return times, self.motion.at(np.array(times))
 
     @functools.cached_property
@@ -264,7 +265,7 @@ class CompliantLanding:
     def warnings(self) -> Iterator[Diagnostic]:
         """Warnings where what the model leaves out counts: gravity, the change of geometry, and contacts that open often."""
         rows = self.motion.elements.rows[self._normal]
-        duration = float(self.duration.max()) if self.motion.separated else self.motion.duration
+        duration = float(self.duration.max())
         approach = float(-(rows @ self._velocity).min())
         if (gravity := GRAVITY * duration) > GRAVITY_SHARE * approach:
             text = (

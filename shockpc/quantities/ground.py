@@ -157,7 +157,7 @@ GROUND = (
         lambda found, places: point_peaks(found, places)[0] / GRAVITY),
     _stiff("peak_acceleration_time", "point", "time of the peak acceleration", "s",
         lambda found, places: point_peaks(found, places)[1]),
-    _stiff("duration", "contact", "duration of the contact", "s",
+    _stiff("duration", "contact", "duration of 99 % of the normal impulse", "s",
         lambda found, places: found.duration[_numbers(places)]),
     _stiff("peak_force", "contact", "peak force", "N", lambda found, places: _contact_peaks(found, places)[0]),
     _stiff("peak_force_time", "contact", "time of the peak force", "s",

@@ -602,7 +602,7 @@ class ShockProfile:
         if math.isfinite(self.spring_time):
             from shockpc.impact.springs import early_springs
 
-            duration = None if self.stiffness is None else self.stiffness.motion.duration
+            duration = None if self.stiffness is None else self.impact_length
             yield from early_springs(self.landing, self.spring_time, duration)
 
     def _overloaded(self) -> Iterator[Diagnostic]:

@@ -361,7 +361,7 @@ def _stiffness_sheets(profile: ShockProfile, most: int | None) -> list[Sheet]:
         values = [(1e3 if entry.unit == "s" else 1.0) * profile.values(entry) for entry in entries]
         return [(place.name, *row) for place, *row in zip(profile.places(kind), *values, strict=True)]
 
-    header = ("contact", "duration [ms]", "peak force [N]", "at [ms]")
+    header = ("contact", "99 % of the impulse in [ms]", "peak force [N]", "at [ms]")
     title = f"contacts of {_stiffness(profile)} (frozen geometry, without gravity; double precision, not proven)"
     sheets = [Sheet(title, header, rows("contact", "duration", "peak_force", "peak_force_time"))]
     if points := rows("point", "peak_acceleration", "peak_acceleration_time"):
