@@ -32,7 +32,6 @@ import tempfile
 import time
 import traceback
 import warnings
-from collections.abc import Iterator
 from contextlib import redirect_stderr, redirect_stdout
 from multiprocessing.connection import Connection
 from pathlib import Path
@@ -295,11 +294,9 @@ def _old_arrays(stream: BinaryIO) -> dict[str, np.ndarray]:
         return {name: file[name] for name in file.files}
 
 
-@contextlib.contextmanager
-def _waiting(path: Path) -> Iterator[BinaryIO]:
+def _waiting(path: Path, *_: Any) -> BinaryIO:
     """A file that is opened whatever it is."""
-    with path.open("rb") as file:
-        yield file
+    return path.open("rb")
 
 
 def _any_mass(subject: str, owner: ElementTree.Element, tag: str, *more: Any, **named: Any) -> Any:
@@ -317,7 +314,7 @@ DEFECTS: dict[str, tuple[tuple[object, str, object], ...]] = {
     "field": ((tables.csv, "Error", KeyError),),
     "member": ((tables, "_read_npz", _old_arrays),),
     "growth": ((tables, "_refuse_size", lambda *_: None),),
-    "pipe": ((tables, "_opened", _waiting),),
+    "pipe": ((tables, "open_file", _waiting),),
     "planted": ((Parts, "_refuse_links", lambda *_: None),),
     "square": ((landing_tables, "ROS", _SQUARE),),
     "digits": ((tables, "_refuse_other_digits", lambda *_: None),),

@@ -579,7 +579,7 @@ def _outside(rng: random.Random, files: dict[str, bytes]) -> Case:
     """A robot file names a file outside the open folders."""
     name, old, kind, words = rng.choice(
         (
-            ("robot.urdf", "part.stl", "stl", "robot.urdf --contact shin --contact-point lowest"),
+            ("robot.urdf", "part.stl", "stl", "robot.urdf --contact foot --out out"),
             ("robot.xml", "part.stl", "stl", "robot.xml --contact foot"),
             ("robot.xml", "more.xml", "xml", "robot.xml --contact foot"),
             ("robot.urdf.xacro", "$(find stick)/macros.xacro", "xml", "robot.urdf.xacro --contact foot"),

@@ -10,7 +10,7 @@ import pytest
 from robot_texts import body, floating, joint, link, mjcf, refused, urdf
 from trees import known_robot, robot_from
 
-from shockpc import Closure, Contact, Joints, Place, Scene, SceneError, Strike, resolve, shock_profile
+from shockpc import Closure, Contact, Joints, LoopEnd, Scene, SceneError, Strike, resolve, shock_profile
 
 FEET = tuple(Contact(frame=foot) for foot in ("LF_FOOT", "RF_FOOT", "LH_FOOT", "RH_FOOT"))
 LEFT = FEET[:1]
@@ -281,7 +281,7 @@ def test_mitigation_lies_between_0_and_1_where_it_is_defined():
     feet = [free.robot.frame(foot) for foot in ("LH_FOOT", "RH_FOOT")]
     left, right = (free.position[f.body] + free.rotation[f.body] @ f.offset for f in feet)
     offset = (free.rotation[feet[0].body] @ feet[0].rotation).T @ (right - left)
-    inner = Closure(a=Place(frame="LH_FOOT", offset=tuple(map(float, offset))), b=Place(frame="RH_FOOT"))
+    inner = Closure(a=LoopEnd(frame="LH_FOOT", offset=tuple(map(float, offset))), b=LoopEnd(frame="RH_FOOT"))
     for profile in (free, anymal(LEFT, closure=(inner,))):
         assert 0.0 < profile.contacts[0].mitigation < 1.0
 

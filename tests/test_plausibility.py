@@ -348,7 +348,7 @@ def test_contacts_at_two_heights_are_not_feasible(dog: Robot, base: str):
 
 def test_a_tolerance_below_zero_is_refused(dog: Robot):
     landing = Scene(robot=dog.label, contact="FL", ground_tolerance=-0.001)
-    refused(SceneError, ["a ground tolerance of -0.001 m has to be zero or above"], shock_profile, landing, dog)
+    refused(SceneError, ["ground_tolerance must be ≥ 0 m, got -0.001"], shock_profile, landing, dog)
 
 
 # Inertias
