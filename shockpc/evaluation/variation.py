@@ -10,15 +10,20 @@ import numpy as np
 from shockpc.core.spatial import Array
 from shockpc.landing.contact import landing_frames
 from shockpc.landing.posture import settable_joints
+from shockpc.landing.record import options_of
+from shockpc.landing.scene import Scene, Strike
 from shockpc.robot.changes import links_with_mass
 from shockpc.robot.robot import Joint, Robot
 from shockpc.text.errors import StudyError
 
-STRIKE = {"strike-angle": "deg", "speed": "m/s"}
+OF_THE_SCENE = {one.name: field for field, one in options_of(Scene).items() if one.varies}
+"""Options of a scene that a sweep can vary, each with its field."""
+
+STRIKE = {one.name: one.unit for one in options_of(Strike).values() if one.varies}
 ATTITUDE = {"base-roll": "deg", "base-pitch": "deg", "base-yaw": "deg"}
 OFFSET = {"offset-x": "m", "offset-y": "m", "offset-z": "m"}
 OF_A_LINK = {"mass": "kg", "com-x": "m", "com-y": "m", "com-z": "m", "inertia": "-"}
-GROUND = {"friction": "-", "contact-stiffness": "N/m"}
+GROUND = {one.name: one.unit.replace("1", "-") for one in options_of(Scene).values() if one.varies}
 INERTIAL = (*OF_A_LINK, "armature")
 OF_A_JOINT = ("armature", "joint-stiffness", "place")
 OF_A_PART = (*OF_A_LINK, *OF_A_JOINT)

@@ -6,7 +6,7 @@ from typing import Any, TypeVar, cast
 
 import numpy as np
 
-from shockpc.evaluation.variation import ATTITUDE, DRIVEN, OF_A_LINK, Variation, variation
+from shockpc.evaluation.variation import ATTITUDE, DRIVEN, OF_A_LINK, OF_THE_SCENE, Variation, variation
 from shockpc.landing.joint_model import JointModel, joint_model
 from shockpc.landing.scene import Contact, Joints, Rotor, Scene
 from shockpc.robot.changes import Change, Property, changed
@@ -58,10 +58,9 @@ def applied(scene: Scene, robot: Robot, varied: Variation, value: Any) -> tuple[
             offset[axis] = float(value)
             moved.append(replace(contact, offset=(offset[0], offset[1], offset[2])))
         return replace(scene, contact=tuple(moved)), robot
-    if varied.kind == "friction":
-        return replace(scene, friction=float(value)), robot
-    if varied.kind == "contact-stiffness":
-        return replace(scene, contact_stiffness=float(value)), robot
+    if varied.kind in OF_THE_SCENE:
+        given: dict[str, Any] = {OF_THE_SCENE[varied.kind]: float(value)}
+        return replace(scene, **given), robot
     if varied.kind == "armature":
         return replace(scene, joints=_with_armature(scene, robot, varied, float(value))), robot
     if varied.kind == "joint-stiffness":
