@@ -412,6 +412,7 @@ class Scene(Record):
         "C",
         unit="N s/m",
         above=0.0,
+        varies=True,
     )
     ground_tolerance: float = option(
         0.005,
