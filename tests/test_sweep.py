@@ -468,7 +468,7 @@ def test_a_change_of_a_link_changes_that_link_alone():
         ({"*_KFE": "a:b:c"}, {}, StudyError, "not a finite number"),
         ({"*_KNEE": [1]}, {}, UnknownName, 'no joint or quantity "*_KNEE"'),
         ({"*_KFE": [1], "LF_KFE": [2]}, {}, StudyError, '"LF_KFE" is varied twice'),
-        ({"strike-angle": [0, 200]}, {}, ShockError, "no angle"),
+        ({"strike-angle": [0, 200]}, {}, ShockError, "must lie in"),
         ({"speed": [-1]}, {}, ShockError, "above zero"),
         ({"mass:base": "0x:1x:3"}, {}, StudyError, "not above zero"),
         ({"mass:nothing": "1x"}, {}, UnknownName, "nothing"),
