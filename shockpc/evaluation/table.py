@@ -1,7 +1,7 @@
 """The computed landings as columns: which are worst, how they are distributed, which the ground allows."""
 
 import itertools
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Any
 
@@ -138,8 +138,3 @@ class Table:
     def __dataframe__(self, *args: Any, **options: Any) -> Any:
         """The table for libraries that read the dataframe interchange protocol; it needs pyarrow."""
         return self.to_arrow().__dataframe__(*args, **options)
-
-    def rows(self) -> Iterator[dict[str, Any]]:
-        """The rows as records by heading."""
-        for i in range(len(self)):
-            yield {name: x[i].item() for name, x in self.columns.items()} | {"message": self.messages.get(i)}

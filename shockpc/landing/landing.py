@@ -270,8 +270,6 @@ def pulse_of(scene: Scene) -> Pulse | None:
 def _check_ground(scene: Scene, robot: Robot, blocks: tuple[Block, ...]) -> None:
     """Refuse a friction, a contact stiffness or a tolerance of the ground that has no meaning for the scene."""
     mu, k = scene.friction, scene.contact_stiffness
-    if not scene.ground_tolerance >= 0.0:
-        raise SceneError(f"a ground tolerance of {scene.ground_tolerance:g} m has to be zero or above")
     for value, what in ((scene.tangential_stiffness, "a stiffness along the ground"), (scene.contact_damping, "a contact damping")):
         if k is None and value is not None:
             raise SceneError(f"{what} is given without the stiffness along the normal; give contact_stiffness too")
