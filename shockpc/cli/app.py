@@ -1,21 +1,52 @@
 """The command line's grammar: its commands, their options and their help."""
 
 import importlib
+import importlib.util
 import sys
 from collections.abc import Sequence
 from typing import Annotated, Any
 
 import typer
-from typer.core import TyperCommand
+from typer.core import TyperCommand, TyperGroup
 
 from shockpc import __version__
-from shockpc.cli.declare import EXIT_CODES, Help
+from shockpc.cli.declare import EXIT_CODES, Command, Help, command
 
-COMMANDS = (
-    "analyze", "batch", "bench", "check", "compare", "landings", "limits", "paper", "place", "quantities", "robots", "schema",
-    "sensitivity", "sweep",
-)  # fmt: skip
-"""Each is a function of that name in the module of that name."""
+GROUPS = {
+    "Look at a robot": {"robots": "List the robots known by name, or check and show one."},
+    "One landing": {"analyze": "Compute the shock of a landing on every body of a robot."},
+    "Many landings": {
+        "batch": "Land many robots on each of their feet, and rank them.",
+        "sweep": "Compute landings over many postures, strikes and models.",
+    },
+    "Decide": {
+        "compare": "Compare the shock of designs, or of a design's changes.",
+        "limits": "Find the joint angles that keep the shock, or another number, below or above a bound.",
+        "place": "Find where on a body a sensor sees least shock.",
+        "sensitivity": "Rank masses, inertias and angles by their effect on a number.",
+        "check": "Compare landings with budgets, as a gate in CI.",
+    },
+    "Data": {"landings": "Compute the recorded landings of a table, and compare what was measured."},
+    "For developers": {
+        "quantities": "List the numbers that a landing has.",
+        "schema": "Print the JSON Schema of scenes, or of budgets, for editors.",
+        "bench": "Measure the error and the run time of several methods.",
+        "paper": "Recompute the figures of the paper and check its claims.",
+    },
+}
+"""What each command does. It is the function of its name in the module of that name, else a study's as `study_command` makes it."""
+
+COMMANDS = {name: summary for commands in GROUPS.values() for name, summary in commands.items()}
+
+
+class Commands(TyperGroup):
+    """The commands in their groups."""
+
+    def format_commands(self, ctx: Any, formatter: Any) -> None:
+        """Write a section for each group."""
+        for heading, commands in GROUPS.items():
+            with formatter.section(heading):
+                formatter.write_dl(list(commands.items()))
 
 
 class GroupedCommand(TyperCommand):
@@ -45,7 +76,10 @@ class GroupedCommand(TyperCommand):
 def app_for(words: Sequence[str]) -> typer.Typer:
     """The command line for these words: if they name a command, it alone is imported and set up, because each takes time."""
     app = typer.Typer(
-        help="Mechanical shock of a legged robot's landing, body by body, from the rigid-body model alone.",
+        cls=Commands,
+        help="Mechanical shock of a legged robot's landing, body by body, from the rigid-body model alone.\n\n\b\n"
+        "A first landing, and what its results mean in report.html:\n"
+        "  shockpc analyze anymal_b --contact LF_FOOT --out out/",
         epilog=EXIT_CODES,
         add_completion=False,
         rich_markup_mode=None,
@@ -55,10 +89,21 @@ def app_for(words: Sequence[str]) -> typer.Typer:
     )
     named = [word for word in words[:1] if word in COMMANDS]
     for name in named or COMMANDS:
-        function = getattr(importlib.import_module(f"shockpc.cli.{name}"), name)
-        shown: Help = function.help
-        app.command(name, cls=GroupedCommand, help=shown.text, short_help=shown.summary, epilog=shown.after)(function)
+        # Without a command, names alone are wanted: for help, and to suggest one that is spelt alike.
+        function = _command(name) if named else command()(lambda: None)
+        shown: Help = vars(function)["help"]
+        app.command(name, cls=GroupedCommand, help=shown.text(COMMANDS[name]), epilog=shown.after)(function)
     return app
+
+
+def _command(name: str) -> Command:
+    """The function that runs a command."""
+    if importlib.util.find_spec(f"shockpc.cli.{name}") is None:
+        from shockpc.cli.study import study_command  # which imports the studies
+
+        return study_command(name)
+    function: Command = getattr(importlib.import_module(f"shockpc.cli.{name}"), name)
+    return function
 
 
 def _show_version(wanted: bool) -> None:

@@ -10,7 +10,6 @@ _in_robots = group("Robots")
 
 
 @command(
-    "Land many robots on each of their feet, and rank them.",
     "shockpc batch anymal_c go2 solo12",
     more=(
         "Each robot stands in its standing posture and falls straight down at 1 m/s, unless options say otherwise. With"

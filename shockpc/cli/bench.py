@@ -12,7 +12,6 @@ THREADS = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS")
 
 
 @command(
-    "Measure the error and the run time of several methods.",
     "shockpc bench anymal_b --contact LF_FOOT",
 )
 def bench(

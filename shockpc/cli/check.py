@@ -75,7 +75,6 @@ def report(text: str) -> tuple[str, Path | None]:
 
 
 @command(
-    "Compare landings with budgets, as a gate in CI.",
     "shockpc check budgets.toml --format text --format junit=shock.xml",
     after=EPILOG,
 )

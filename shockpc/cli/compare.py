@@ -8,7 +8,6 @@ _in_designs = group("Designs")
 
 
 @command(
-    "Compare the shock of designs, or of a design's changes.",
     'shockpc compare go2 --contact FL_foot --change "mass:*_calf=0.9x"',
     "shockpc compare anymal_b anymal_c --contact LF_FOOT --out compare/",
     more=(

@@ -1,7 +1,7 @@
-"""How commands and options are declared, and how a command takes those options that the fields of a record declare.
+"""How commands and options are declared, and how a command takes those that a record's fields or a study's parameters declare.
 
-    @command("Find joint limits.", "shockpc limits hyq --joint lf_kfe_joint")
-    def limits(*, robot: str = ROBOT, joint: str = in_question("The joint.", "JOINT"), options: SceneOptions) -> None: …
+    @command("shockpc batch anymal_c go2 solo12")
+    def batch(*, names: tuple[str, ...] = argument("Robots.", "ROBOT...", default=...), options: SceneOptions) -> None: …
 
 A parameter that is called like an option of the record, with an underscore after it, takes its place; the record's is then empty.
 An option whose type is a tuple of any length may be repeated. What is not given is the default, else None, False or empty; where
@@ -29,41 +29,46 @@ SIGTERM.
 
 
 class Declared(dict[str, tuple[Any, Any]]):
-    """Options that a field of a record collects: type and declaration by name."""
+    """Options that a field of a record, or a parameter of a command, collects: type and declaration by name."""
 
 
 class Help(NamedTuple):
-    """What the help of a command says besides its options.
+    """What the help of a command says besides its summary and options.
 
     Attributes:
-        summary: what the command does, a sentence.
         examples: command lines.
         more: a paragraph, or nothing.
         after: what stands under the options.
     """
 
-    summary: str
     examples: tuple[str, ...]
     more: str
     after: str
 
-    @property
-    def text(self) -> str:
-        """What stands above the options, as Typer takes it."""
-        return "\n\n".join(filter(None, [self.summary, self.more, "\n  ".join(["\b\nExamples:", *self.examples])]))
+    def text(self, summary: str) -> str:
+        """What stands above the options, as Typer takes it. Args: summary, what the command does."""
+        return "\n\n".join(filter(None, [summary, self.more, "\n  ".join(["\b\nExamples:", *self.examples])]))
 
 
 def group(heading: str) -> Callable[..., Any]:
     """A function that declares an option which stands under this heading of the help.
 
-    Its arguments are a sentence for the help, the form of the value, a parser, the default, and the least of whole numbers.
+    Its arguments are a sentence for the help, the form of the value, a parser, the default, the least of whole numbers, and its
+    name if that is not the parameter's.
     """
 
     def option(
-        help_: str, form: str | None = None, parser: Parser | None = None, *, default: Any = None, least: int | None = None
+        help_: str,
+        form: str | None = None,
+        parser: Parser | None = None,
+        *,
+        default: Any = None,
+        least: int | None = None,
+        name: str | None = None,
     ) -> Any:
+        names = () if name is None else (f"--{name}",)
         return typer.Option(
-            default, help=help_, metavar=form, parser=parser, min=least, rich_help_panel=heading, show_default=False
+            default, *names, help=help_, metavar=form, parser=parser, min=least, rich_help_panel=heading, show_default=False
         )
 
     return option
@@ -74,7 +79,7 @@ def argument(help_: str, form: str, parser: Parser | None = None, *, default: An
     return typer.Argument(default, help=help_, metavar=form, parser=parser, show_default=False)
 
 
-def command(summary: str, *examples: str, more: str = "", after: str = EXIT_CODES) -> Callable[[Command], Command]:
+def command(*examples: str, more: str = "", after: str = EXIT_CODES) -> Callable[[Command], Command]:
     """Make a function a command, which takes the options of records among its parameters after its own; arguments as in `Help`.
 
     The text is no docstring, because Python can be told to leave those out.
@@ -82,26 +87,31 @@ def command(summary: str, *examples: str, more: str = "", after: str = EXIT_CODE
 
     def declare(function: Command) -> Command:
         run = _taking_options(function)
-        vars(run)["help"] = Help(summary, examples, more, after)
+        vars(run)["help"] = Help(examples, more, after)
         return run
 
     return declare
 
 
 def _taking_options(command: Command) -> Command:
-    """Replace each parameter of a command whose type is a record of options by the options that the record declares."""
+    """Replace each parameter of a command that is a record of options, or `Declared`, by the options."""
     own = inspect.signature(command).parameters
     records = {name: parameter.annotation for name, parameter in own.items() if hasattr(parameter.annotation, "_fields")}
-    declared = {name: (parameter.annotation, parameter.default) for name, parameter in own.items() if name not in records}
-    for record in records.values():
-        fields, kinds = record._field_defaults, record.__annotations__
-        for field, option in fields.items():
-            collected = option if isinstance(option, Declared) else {field: (kinds[field], option)}
-            declared |= {name: one for name, one in collected.items() if f"{name}_" not in own}
+    several = {name: parameter.default for name, parameter in own.items() if isinstance(parameter.default, Declared)}
+    declared: dict[str, tuple[Any, Any]] = {}
+    for name, parameter in own.items():
+        if name in records:
+            kinds = records[name].__annotations__
+            for field, option in records[name]._field_defaults.items():
+                collected = option if isinstance(option, Declared) else {field: (kinds[field], option)}
+                declared |= {key: one for key, one in collected.items() if f"{key}_" not in own and key not in declared}
+        else:
+            declared |= several.get(name, {name: (parameter.annotation, parameter.default)})
 
     @functools.wraps(command)
     def run(**typed: Any) -> int | None:
         typed = {name: tuple(value) if isinstance(value, list) else value for name, value in typed.items()}
+        typed |= {name: {option: typed.pop(option, None) for option in options} for name, options in several.items()}
         for name, record in records.items():
             fields = record._field_defaults
             typed[name] = record(**{field: _collected(option, field, typed) for field, option in fields.items()})
@@ -123,7 +133,7 @@ def _for_typer(name: str, kind: Any, declared: Any) -> inspect.Parameter:
     info, several = copy.copy(declared), get_args(kind)[1:] == (...,)
     if info.default is None and type(None) not in get_args(kind):
         info.default = () if several else False if kind is bool else ...
-    if isinstance(info, OptionInfo):
+    if isinstance(info, OptionInfo) and not info.param_decls:
         info.param_decls = (f"--{name.rstrip('_').replace('_', '-')}",)
     annotation = list[str] if several else str if info.parser else kind
     return inspect.Parameter(name, inspect.Parameter.KEYWORD_ONLY, annotation=annotation, default=info)

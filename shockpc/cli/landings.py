@@ -18,7 +18,6 @@ PAGE_LANDINGS = 8
 
 
 @command(
-    "Compute the recorded landings of a table, and compare what was measured.",
     "shockpc landings log.csv anymal_b --contact LF_FOOT --rank delta_v@imu_link",
     "shockpc landings log.csv anymal_b --contact LF_FOOT --pulse half-sine:5ms --rank peak_g@imu_link --out landings/",
     "shockpc landings scenes/ --rank shock@imu_link",

@@ -41,6 +41,7 @@ QUANTITY = group("What is computed")(
     "KEY[@PLACE]",
 )
 
+AT = group("Question")("The shock at this point, offset in the frame [m].", FRAME)
 TARGET = group("Question")(
     "Another number: a quantity (shockpc quantities lists them) of a point, body, joint or contact.", "QUANTITY@PLACE"
 )

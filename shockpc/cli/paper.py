@@ -5,7 +5,6 @@ from shockpc.cli.options import OutputOptions, in_output
 
 
 @command(
-    "Recompute the figures of the paper and check its claims.",
     "shockpc paper 1 --out paper/",
     more="With --out, also the figures and the scenes of all panels.",
 )

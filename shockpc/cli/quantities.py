@@ -5,7 +5,6 @@ from shockpc.cli.options import OutputOptions
 
 
 @command(
-    "List the numbers that a landing has.",
     "shockpc quantities",
     'shockpc quantities "joint*"',
     more=(

@@ -11,7 +11,6 @@ if TYPE_CHECKING:
 
 
 @command(
-    "List the robots known by name, or check and show one.",
     "shockpc robots hyq",
 )
 def robots(

@@ -13,7 +13,6 @@ _in_varied, _in_computed = group("What varies"), group("What is computed")
 
 
 @command(
-    "Compute landings over many postures, strikes and models.",
     'shockpc sweep anymal_b --contact LF_FOOT --vary "*_KFE=-120:-10:50" --at imu_link --out sweep/',
     'shockpc sweep anymal_b --contact LF_FOOT --sample 100 --quantity "joint_impulse@*_KFE" --out random/',
     'shockpc sweep go2 --contact FL_foot --sample 10000 --vary-each "mass:*_calf=±5%" --out masses/',

@@ -3,7 +3,7 @@
 import math
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, replace
-from typing import Any, Literal
+from typing import Any, Literal, TypeAlias
 
 import numpy as np
 
@@ -121,7 +121,11 @@ class Variation:
         return settable_joints(robot, self.target, StudyError)
 
 
-def pairs(vary: Mapping[str, Any] | Iterable[tuple[str, Any]]) -> list[tuple[str, Any]]:
+Vary: TypeAlias = Mapping[str, Any] | Iterable[tuple[str, Any]]
+"""What varies: values by subject as `variation` takes them, or pairs of both."""
+
+
+def pairs(vary: Vary) -> list[tuple[str, Any]]:
     """Subjects with their values, given as a mapping or as pairs.
 
     Raises:

@@ -1,6 +1,7 @@
 """The parts of a scene: their base class, and how a field is declared as an option, once for Python, TOML and the command line."""
 
 import dataclasses
+from collections.abc import Mapping
 from typing import Any, NamedTuple, TypeVar
 
 CHECKED = {"extra": "forbid", "allow_inf_nan": False}
@@ -53,6 +54,11 @@ class Option(NamedTuple):
         """The help with the unit."""
         return f"{self.help[:-1]} [{self.unit}]." if self.unit not in ("", "1") else self.help
 
+    def stating(self, default: Any) -> "Option":
+        """The option whose help states the default, if that is a number or a word."""
+        states = isinstance(default, int | float | str) and not isinstance(default, bool) and default != ""
+        return self._replace(help=f"{self.help[:-1]}; {default} by default.") if states else self
+
     def fault(self, value: Any) -> str:
         """Why a number is not valid; empty if it is, or is no number."""
         if not isinstance(value, float):
@@ -84,8 +90,13 @@ R = TypeVar("R", bound=type)
 
 def documented(record: R) -> R:
     """A record whose docstring lists its options besides the attributes that it describes itself."""
-    lines = [f"        {name}: {one.text}" for name, one in options_of(record).items()]
-    own, mark, rest = (record.__doc__ or "").partition("    Raises:")
-    if record.__doc__:
-        record.__doc__ = "\n".join([own.rstrip(), *lines, "", f"    {mark.strip()}{rest}" if mark else "    "])
+    describe(record, options_of(record))
     return record
+
+
+def describe(declared: Any, options: Mapping[str, Option]) -> None:
+    """List options in the docstring of the record or function that declares them, behind what it describes itself."""
+    if text := declared.__doc__:
+        lines = [f"        {name}: {one.text}" for name, one in options.items()]
+        described, mark, rest = text.partition("    Raises:")
+        declared.__doc__ = "\n".join([described.rstrip(), *lines, "", f"    {mark.strip()}{rest}" if mark else "    "])

@@ -9,7 +9,7 @@ import itertools
 import math
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field, replace
-from typing import Literal, NamedTuple
+from typing import Annotated, Any, Literal, NamedTuple
 
 import numpy as np
 from scipy.interpolate import CubicSpline
@@ -23,12 +23,14 @@ from shockpc.evaluation.variation import ATTITUDE, STRIKE, Variation, kind_of, m
 from shockpc.landing.closure import follow
 from shockpc.landing.landing import PosedLanding
 from shockpc.landing.posture import held_joints, set_many, settable_joints
+from shockpc.landing.record import Option
 from shockpc.landing.scene import Point, Scene
 from shockpc.landing.scene_file import robot_of
 from shockpc.profile import ILL_CONDITIONED
 from shockpc.quantities.profile import ShockProfile
 from shockpc.quantities.table import select
 from shockpc.robot.robot import Joint, Robot
+from shockpc.studies.declare import study
 from shockpc.studies.question import refuse_ground
 from shockpc.text.errors import SceneError, SolveError, StudyError
 from shockpc.text.toml import LARGEST
@@ -41,6 +43,9 @@ STRIKE_ANGLE_STEP = 15.0
 
 STEEPEST = 89.0
 """Largest strike angle; at 90° the contact moves along the ground [deg]."""
+
+VALUE = "deg; m if prismatic"
+"""Unit of a joint's values as they are typed."""
 
 STEP = {"rad": math.radians(0.1), "m": 1e-4}
 """Largest step of the scan of a joint if none is given: 0.1°, 0.1 mm. Of other variations it is a 200th of the range."""
@@ -440,16 +445,62 @@ class JointLimits:
         return self.scan.kept()
 
 
+def _typed(robot: Robot, given: dict[str, Any]) -> dict[str, Any]:
+    """The values of a joint that turns in radians, which are typed in degrees."""
+    kind, pattern = kind_of(robot, given["joint"])
+    turns = kind in ATTITUDE or (kind == "joint" and robot.joint(robot.match_joints(pattern)[0]).kind != "prismatic")
+    return given | {name: np.radians(given[name]).tolist() for name in ("joint_range", "step") if turns and name in given}
+
+
+@study(
+    "shockpc limits hyq --contact lf_foot --joint lf_kfe_joint --at trunk_imu --max 0.1",
+    "shockpc limits hyq --contact lf_foot --joint lf_kfe_joint --quantity friction_needed@lf_foot --max 0.6",
+    typed=_typed,
+)
 def limits(
     scene: Scene,
-    joint: str,
+    joint: Annotated[
+        str,
+        Option(
+            "The joint, by name; joints that a glob matches all have the same value. Or what else sweep varies, with --range.",
+            "Question",
+            "JOINT",
+        ),
+    ],
     target: str | Point,
-    max: float | None = None,
+    max: Annotated[
+        float | None,
+        Option("The bound, in the unit of the number, or of its magnitude: the greatest value allowed.", "Question", "VALUE"),
+    ] = None,
     *,
-    min: float | None = None,
-    joint_range: tuple[float, float] | None = None,
-    strikes: tuple[float, float] | None = None,
-    step: float | None = None,
+    min: Annotated[
+        float | None, Option("The least value allowed, of a number of which less is worse: a margin.", "Question", "VALUE")
+    ] = None,
+    joint_range: Annotated[
+        tuple[float, float] | None,
+        Option(
+            "Values to look at; of a joint the file's limits by default, at most a turn.", "Question", "LOW:HIGH", "range", VALUE
+        ),
+    ] = None,
+    strikes: Annotated[
+        tuple[float, float] | None,
+        Option(
+            "Strike angles to look at; -30:75 by default, the scene's for a quantity of one posture at a time.",
+            "Question",
+            "LOW:HIGH",
+            unit="deg",
+        ),
+    ] = None,
+    step: Annotated[
+        float | None,
+        Option(
+            "Largest step of the scan; 0.1 deg or 0.0001 m by default, 20 times that for a quantity of one posture at a time; of "
+            "what is no joint a 200th of the range.",
+            "Question",
+            "STEP",
+            unit=VALUE,
+        ),
+    ] = None,
     robot: Robot | None = None,
 ) -> JointLimits:
     """Find the values of a joint that keep a number at or below a bound, or at or above one.
@@ -459,16 +510,7 @@ def limits(
 
     Args:
         scene: the landing; the joint's own value is not used, except that loops are followed from it.
-        joint: name or glob; joints that it matches all have the same value. Or what else a sweep varies, such as "friction",
-            "mass:LINK" or "base-pitch", with a range.
         target: QUANTITY@PLACE, or QUANTITY of the robot as a whole; a point means the shock there.
-        max: the greatest value allowed, in the unit of the number; of one that may be negative of its magnitude.
-        min: the least value allowed, instead: of a number of which less is worse.
-        joint_range: least and greatest value [rad, m; the unit of another variation]; of joints by default as `motion_range`.
-        strikes: least and greatest strike angle [rad]; by default −30° to 75°, or that of the scene alone if the
-            number is computed in one posture at a time, with a proof of each.
-        step: largest distance between two postures of the scan [rad, m]; by default 0.1° or 0.1 mm, or 20 times that then; of
-            another variation a 200th of the range.
         robot: the scene's robot, if it is loaded already.
 
     Raises:

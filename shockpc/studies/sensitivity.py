@@ -8,7 +8,7 @@ several landings the number is the worst of them or their mean, and its change i
 import math
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
-from typing import Any, NamedTuple, cast
+from typing import Annotated, Any, NamedTuple, cast
 
 import numpy as np
 
@@ -16,11 +16,13 @@ from shockpc.core.spatial import Array, read_only
 from shockpc.evaluation.columns import Column, column
 from shockpc.evaluation.evaluate import Evaluation, profiles
 from shockpc.evaluation.one_by_one import STEPS, Kind, Parameter, VariedOneByOne, link_parameters, parameters
-from shockpc.evaluation.variation import OF_A_LINK, pairs, variation
+from shockpc.evaluation.variation import OF_A_LINK, Vary, pairs, variation
+from shockpc.landing.record import Option
 from shockpc.landing.scene import Point, Scene
 from shockpc.quantities.profile import ShockProfile
 from shockpc.robot.changes import Property
 from shockpc.robot.robot import Robot
+from shockpc.studies.declare import study
 from shockpc.studies.question import common_robot, refuse_ground
 from shockpc.text.errors import StudyError
 from shockpc.text.trace import Trace
@@ -138,15 +140,41 @@ class Sensitivity:
         return None if entry.worse == "neither" else (change * sign > 0.0) == (entry.worse == "greater")
 
 
+@study(
+    "shockpc sensitivity anymal_b --contact LF_FOOT --at imu_link",
+    "shockpc sensitivity go2 --at imu --group '*_thigh' --group '*_calf'",
+    "shockpc sensitivity anymal_b --quantity joint_impulse@LF_KFE --vary 'mass:*_SHANK=0.8x:1.2x' --vary LF_KFE=-80:-40",
+    more=(
+        "A robot without --contact lands on each of its feet alone. What counts is the worst landing, or with --mean the mean of"
+        " all. Every parameter is changed by the same share of its size; with --vary only those that are named, each by that"
+        " share of its range."
+    ),
+)
 def sensitivity(
     landings: Scene | Mapping[str, Scene],
     target: str | Point,
     robot: Robot | None = None,
     *,
-    mean: bool = False,
-    groups: Sequence[str] = (),
-    vary: Mapping[str, Any] | Iterable[tuple[str, Any]] = (),
-    percent: float = 1.0,
+    mean: Annotated[bool, Option("The mean over the landings, not the worst of them.", "Question")] = False,
+    groups: Annotated[
+        Sequence[str],
+        Option(
+            "Bodies and joints, such as the left and right legs, whose values change together by one factor, each away from zero.",
+            "Changes",
+            "NAME",
+            "group",
+        ),
+    ] = (),
+    vary: Annotated[
+        Vary,
+        Option(
+            "Change only these, over these ranges (a:b, factors ax:bx, m±s), each by a share of its range: mass:LINK, com-z:LINK, "
+            "inertia:LINK, armature:JOINT, strike-angle, or joints [deg; m if prismatic].",
+            "Changes",
+            "NAME=RANGE",
+        ),
+    ] = (),
+    percent: Annotated[float, Option("How far, in per cent of the range or of the size.", "Changes", "P")] = 1.0,
     trace: Trace | None = None,
 ) -> Sensitivity:
     """The derivatives of a number of some landings, each a difference with an error.
@@ -158,11 +186,6 @@ def sensitivity(
         landings: one landing, or landings of one robot by name.
         target: QUANTITY@PLACE, or QUANTITY of the robot as a whole; a point means the shock there.
         robot: the scenes' robot, if it is loaded already.
-        mean: whether the mean over several landings is the target, and not the worst of them.
-        groups: names or globs of bodies and joints whose values change by one factor, each away from zero.
-        vary: ranges by subject, as in `variation`: {"mass:*_SHANK": "0.8x:1.2x", "strike-angle": [0, 30]}, or pairs of both; then
-            only these are changed, each by a share of its range.
-        percent: this share, or that of the parameters' own sizes [%].
         trace: collects what each stage cost.
 
     Raises:

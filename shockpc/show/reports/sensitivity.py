@@ -22,8 +22,12 @@ PARAMETERS = {
 }
 
 
-def sensitivity_report(study: Sensitivity, most: int) -> Report:
-    """The effects. Args: most, rows of the table on a terminal."""
+MOST = 16
+"""Rows of the table on a terminal."""
+
+
+def sensitivity_report(study: Sensitivity) -> Report:
+    """The effects."""
     landings = _named(study)
     now = f"{study.target.title}: {study.value:.4g} {study.target.unit}".removesuffix(" -")
     if len(landings) > 1:
@@ -35,7 +39,7 @@ def sensitivity_report(study: Sensitivity, most: int) -> Report:
         body=lambda full: [
             Lines([*shared_lines(landings), ("target", now)]),
             *([picture] if study.ranked else []),
-            _table(study, None if full else most),
+            _table(study, None if full else MOST),
         ],
         warnings=shared_warnings(landings),
         sheets={"sensitivity": lambda: _spreadsheet(study)},

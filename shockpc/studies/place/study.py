@@ -4,19 +4,23 @@ import itertools
 import math
 from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass, field, replace
-from typing import NamedTuple
+from typing import Annotated, NamedTuple
 
 import numpy as np
 
 from shockpc.core.pulse import peak_acceleration
 from shockpc.core.spatial import Array
 from shockpc.evaluation.evaluate import proven
+from shockpc.evaluation.variation import Vary, pairs
+from shockpc.evaluation.varied_scene import scene_grid
 from shockpc.landing.landing import pulse_of
 from shockpc.landing.places import Place, point_place, point_places
+from shockpc.landing.record import Option
 from shockpc.landing.scene import GRAVITY, Point, Scene
 from shockpc.quantities.profile import ShockProfile
 from shockpc.robot.geometry import Kind, distance_to_surface
 from shockpc.robot.robot import Robot
+from shockpc.studies.declare import study
 from shockpc.studies.place.cone import Optimum
 from shockpc.studies.place.field import Fields, fields_of
 from shockpc.studies.place.groups import best_group
@@ -127,19 +131,64 @@ class PlaceStudy:
         return self.gap <= 1e-6 * max(self.combined, 1e-3)
 
 
+@study(
+    "shockpc place anymal_b --vary strike-angle=-30:75:4",
+    more=(
+        "A robot without --contact lands on each of its feet alone. What counts is the greatest shock over all "
+        "landings. The optimum over the body is exact, with its gap stated; the shock at the places is proven. With "
+        "--pulse and --range-g, also how much of a sensor's range is left along each axis."
+    ),
+)
 def place(
     landings: Mapping[str, Scene],
     robot: Robot | None = None,
     *,
-    body: str | None = None,
-    within: Box | None = None,
-    surface: bool = False,
-    geometry: Kind | None = None,
-    weights: Mapping[str, float] | None = None,
-    count: int = 1,
-    alternatives: int = 2,
-    apart: float | None = None,
-    progress: Callable[[str], None] = lambda _: None,
+    vary: Annotated[
+        Vary,
+        Option(
+            "Each landing with all of these values, a:b:n or a,b,c: of strike-angle [deg], speed [m/s], base-pitch [deg], joints "
+            "by name or glob [deg; m if prismatic], and what else of a landing a sweep varies.",
+            "Landings",
+            "NAME=VALUES",
+        ),
+    ] = (),
+    weights: Annotated[
+        Mapping[str, float] | None,
+        Option(
+            "Compare places by the weighted mean over the landings, not by the greatest shock: the weight of landings by name or "
+            "glob; others weigh 1.",
+            "Landings",
+            "LANDING=WEIGHT",
+            "weight",
+        ),
+    ] = None,
+    body: Annotated[
+        str | None,
+        Option("The body, or a link or site fixed to it, by name or glob; the base by default.", "Region", "BODY"),
+    ] = None,
+    within: Annotated[
+        Box | None, Option("Only in this box of the body's frame, whatever the geometry.", "Region", "X0:X1,Y0:Y1,Z0:Z1", unit="m")
+    ] = None,
+    surface: Annotated[bool, Option("Only on the surface of the geometry (within the box, if one is given).", "Region")] = False,
+    geometry: Annotated[
+        Kind | None,
+        Option(
+            "Which geometry; visual by default for its surface, else collision; the other kind if the body has none of that.",
+            "Region",
+        ),
+    ] = None,
+    count: Annotated[
+        int,
+        Option("Number of sensors that belong together: in each landing the one with the least shock counts.", "Sensors", "N"),
+    ] = 1,
+    alternatives: Annotated[
+        int, Option("Number of further places of one sensor, each the best at a distance from those before.", "Sensors", "N")
+    ] = 2,
+    apart: Annotated[
+        float | None,
+        Option("This distance, along x, y or z of the body; a tenth of the region's size by default.", "Sensors", "D", unit="m"),
+    ] = None,
+    progress: Callable[[int], Callable[[str], None]] = lambda landings: lambda name: None,
 ) -> PlaceStudy:
     """Find where on a body a sensor sees least shock.
 
@@ -150,25 +199,20 @@ def place(
     Args:
         landings: scenes of one robot by name.
         robot: is taken for every landing instead of the scenes' own; for a robot that was changed after it was loaded.
-        body: a body, or a link or site fixed to it, by name or glob; by default the base.
-        within: only in this box of the body's frame, whatever the geometry [m].
-        surface: only on the surface of the geometry (within the box, if one is given).
-        geometry: "collision" or "visual"; by default the visual geometry for its surface, else the collision geometry; the other
-            kind if the body has no such geometry.
-        weights: of the landings by name or glob; then their weighted mean is compared instead of the greatest. Others weigh 1.
-        count: number of sensors, of which in each landing the one with the least shock counts.
-        alternatives: further places, each as good as possible at a distance from those before; for one sensor.
-        apart: this distance, along at least one axis of the body's frame [m]; by default a tenth of the region's size.
-        progress: is called with the name of each landing when it is computed.
+        progress: is called with the number of landings; what it returns with the name of each when it is computed.
 
     Raises:
         StudyError: there is no landing, no such region, or a number is out of range.
         ShockError: the robot cannot be read, or none of the landings computed.
     """
+    robot = robot or common_robot(landings)
+    if varied := pairs(vary):
+        landings = {
+            label: case for name, scene in landings.items() for label, case in scene_grid(name, scene, robot, varied).items()
+        }
     scenes = list(landings.values())
     for scene in scenes:
         refuse_ground(scene)
-    robot = robot or common_robot(landings)
     i = 0 if body is None else robot.body(body)
     if count < 1 or not 0 <= alternatives <= MOST_ALTERNATIVES:
         valid = f"give at least one sensor and at most {MOST_ALTERNATIVES} alternatives"
@@ -177,7 +221,7 @@ def place(
     apart = max(region.size / 10.0, NEAREST) if apart is None else apart
     if not apart >= NEAREST:
         raise StudyError(f"alternatives {apart:g} m apart are too near to differ; give at least {NEAREST:g} m")
-    profiles, failures = _profiles(landings, robot, progress)
+    profiles, failures = _profiles(landings, robot, progress(len(landings)))
     names = tuple(profiles)
     found = tuple(profiles.values())
     fields = fields_of(

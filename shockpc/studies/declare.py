@@ -1,0 +1,80 @@
+"""How a study is declared: once, as a function. Its command, options, help and documentation follow from that.
+
+    @study("shockpc limits hyq --joint lf_kfe_joint --at trunk_imu --max 0.1")
+    def limits(scene: Scene, joint: Annotated[str, Option("The joint.", "Question", "JOINT")], …) -> JointLimits: …
+
+A parameter whose annotation has an `Option` is an option of the command; the name of any other says what the command passes for it,
+as `shockpc.cli.study` describes.
+"""
+
+import inspect
+from collections.abc import Callable
+from typing import Any, NamedTuple, TypeVar, get_args
+
+from shockpc.landing.record import Option, describe
+
+F = TypeVar("F", bound=Callable[..., Any])
+
+
+class Parameter(NamedTuple):
+    """A parameter of a study that is an option.
+
+    Attributes:
+        kind: its type.
+        option: its declaration.
+        default: as in the signature, `inspect.Parameter.empty` if it is required.
+    """
+
+    kind: Any
+    option: Option
+    default: Any
+
+
+class Study(NamedTuple):
+    """What is declared of a study.
+
+    Attributes:
+        parameters: those that are options, by name.
+        examples: command lines.
+        more: a paragraph for the help of its command, or nothing.
+        typed: makes arguments in SI units of what was typed, where a robot's joints decide on the units.
+    """
+
+    parameters: dict[str, Parameter]
+    examples: tuple[str, ...]
+    more: str
+    typed: Callable[[Any, dict[str, Any]], dict[str, Any]]
+
+
+def study(
+    *examples: str, more: str = "", typed: Callable[[Any, dict[str, Any]], dict[str, Any]] = lambda robot, given: given
+) -> Callable[[F], F]:
+    """Declare a function as a study, and list its options in its docstring; arguments as in `Study`.
+
+    Options whose unit is deg are typed in degrees, and are arguments in radians.
+    """
+
+    def declare(function: F) -> F:
+        signature = inspect.signature(function)
+        parameters, plain = {}, []
+        for name, parameter in signature.parameters.items():
+            kind, *more_of = get_args(parameter.annotation) or (None,)
+            if options := [one for one in more_of if isinstance(one, Option)]:
+                option = options[0]._replace(name=options[0].name or name.replace("_", "-"))
+                parameters[name] = Parameter(kind, option, parameter.default)
+                parameter = parameter.replace(annotation=kind)
+            plain.append(parameter)
+        # Without the options, because Python's help prints annotations whole.
+        vars(function).update(study=Study(parameters, examples, more, typed), __signature__=signature.replace(parameters=plain))
+        describe(
+            function, {name: one.option._replace(unit=one.option.unit.replace("deg", "rad")) for name, one in parameters.items()}
+        )
+        return function
+
+    return declare
+
+
+def declaration(function: Callable[..., Any]) -> Study:
+    """What is declared of a study."""
+    declared: Study = vars(function)["study"]
+    return declared
