@@ -23,7 +23,7 @@ gallery: paper .venv/.dev
 	@chromium --headless --no-sandbox --use-angle=swiftshader --enable-unsafe-swiftshader --window-size=1300,860 \
 		--virtual-time-budget=15000 --screenshot=robots/gallery/report.png "file://$(CURDIR)/out/go2/report.html"
 	@cp out/paper/figure*.svg robots/gallery/
-	@"$(BIN)/shockpc" sweep anymal_b --contact LF_FOOT --vary "*_KFE=-120:-10:200" --vary strike-angle=0:75:16 --at imu_link --format csv --out out/sweep
+	@"$(BIN)/shockpc" sweep anymal_b --contact LF_FOOT --vary "*_KFE=-120:-10:200" --vary strike-angle=0:75:16 --at imu_link --rows csv --out out/sweep
 	@"$(BIN)/shockpc" compare go2 --contact FL_foot --change "mass:*_calf=0.9x" --out out/compare > /dev/null
 	@"$(BIN)/shockpc" limits hyq --contact lf_foot --joint lf_kfe_joint --at trunk_imu --max 0.1 --range -150:0 --out out/limits > /dev/null
 	@"$(BIN)/shockpc" sensitivity anymal_b --contact LF_FOOT --at imu_link --out out/sensitivity > /dev/null

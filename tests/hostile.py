@@ -253,8 +253,8 @@ UNFINISHED: dict[str, bytes] = {}
 
 SWEEP = "sweep robot.urdf --contact foot --vary knee=-20:20:3 --prove 1"
 CONTINUED = {
-    "parts/csv": f"{SWEEP} --format csv",
-    "parts/parquet": f"{SWEEP} --format parquet",
+    "parts/csv": f"{SWEEP} --rows csv",
+    "parts/parquet": f"{SWEEP} --rows parquet",
     "parts/landings": "landings landings.csv robot.urdf --rows csv",
 }
 """Studies that can be continued, by the folder of their parts."""

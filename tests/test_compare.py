@@ -303,7 +303,7 @@ def test_designs_may_be_scenes(capfd, tmp_path):
         (("go2", "--contact", "FL_foot", "--change", "weight"), "is not a change"),
         (("go2", "--contact", "FL_foot", "--change", "mass:FL_cal=2x"), 'nearest: "FL_calf"'),
         (("go2", "nosuch", "--contact", "FL_foot"), 'no robot "nosuch"'),
-        (("go2", "a1"), "no contact is defined"),
+        (("go2", "a1"), 'go2" is given 4 landings: FL_foot'),
     ],
 )
 def test_bad_arguments_are_refused(capfd, words, told):

@@ -386,7 +386,7 @@ STUDIES = {
     "sensitivity": ("anymal_b", "--contact", "LF_FOOT", "--at", "imu_link"),
     "limits": ("hyq", "--contact", "lf_foot", "--joint", "lf_kfe_joint", "--at", "trunk_imu", "--max", "0.1", "--step", "5"),
     "batch": ("bolt", "solo12", "--figures"),
-    "sweep": ("anymal_b", "--contact", "LF_FOOT", "--vary", "armature:*_KFE=0:0.1", "--sample", "20", "--format", "csv"),
+    "sweep": ("anymal_b", "--contact", "LF_FOOT", "--vary", "armature:*_KFE=0:0.1", "--sample", "20", "--rows", "csv"),
     "paper": ("1",),
 }
 

@@ -113,7 +113,7 @@ COMMANDS = {
     "sensitivity": ("plain.urdf", "report.md", lambda file: ("sensitivity", file, *LAND, "--at", "body")),
     "place": ("plain.urdf", "places.csv", lambda file: ("place", file, *LAND, "--body", "body", "--within", "0:0.1,0:0.1,0:0.1")),
     "bench": ("plain.urdf", "landing.md", lambda file: ("bench", file, *LAND)),
-    "sweep": ("plain.urdf", "summary.md", lambda file: ("sweep", file, *LAND, "--vary", "knee=0:10:3", "--format", "csv")),
+    "sweep": ("plain.urdf", "summary.md", lambda file: ("sweep", file, *LAND, "--vary", "knee=0:10:3", "--rows", "csv")),
 }  # fmt: skip
 """The input, the output in its place, and the command on the input."""
 
@@ -158,7 +158,7 @@ def test_a_second_run_without_measurements_leaves_none(capfd, here):
 
 def test_a_part_of_rows_is_no_link_to_an_input(capfd, here):
     """A folder that --resume continues, computed by other processes, which have not read the input."""
-    words = ("sweep", "plain.urdf", *LAND, "--vary", "knee=0:10:3", "--format", "csv", *OUT)
+    words = ("sweep", "plain.urdf", *LAND, "--vary", "knee=0:10:3", "--rows", "csv", *OUT)
     assert run(capfd, *words).code == 0
     before = (here / "plain.urdf").read_bytes()
     (part,) = (here / "out" / "rows").iterdir()

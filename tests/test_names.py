@@ -101,7 +101,7 @@ LINK = ["anymal_b", "--contact", "LF_FOOT"]
     "words",
     [
         ("analyze", *LINK, "--format", "csv", "--body"),
-        ("sweep", *LINK, "--vary", "speed=1,2", "--format", "csv", "--out", "out", "--body"),
+        ("sweep", *LINK, "--vary", "speed=1,2", "--rows", "csv", "--out", "out", "--body"),
         ("place", *LINK, "--within", "0:0.1,0:0.1,0:0.1", "--format", "csv", "--body"),
     ],
     ids=lambda words: words[0],

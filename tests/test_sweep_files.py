@@ -96,7 +96,7 @@ def test_path_with_a_colon_is_no_address(capfd, stick, tmp_path, monkeypatch):
 
 def test_csv_holds_the_same_numbers_as_parquet(capfd, stick, tmp_path):
     for format_ in ("parquet", "csv"):
-        good(capfd, "sweep", stick, *SMALL, "--out", tmp_path / format_, "--format", format_)
+        good(capfd, "sweep", stick, *SMALL, "--out", tmp_path / format_, "--rows", format_)
     table = pyarrow.parquet.read_table(tmp_path / "parquet" / "rows").to_pydict()
     with (tmp_path / "csv" / "rows" / "part-00000.csv").open(encoding="utf-8") as file:
         for k, row in enumerate(csv.DictReader(file)):
@@ -164,7 +164,7 @@ def test_a_defect_is_exit_code_70_after_the_other_rows_are_written(capfd, monkey
         return resolved(scene, robot)
 
     monkeypatch.setattr(varied, "resolve", fail_once)
-    words = ("sweep", stick, "--contact", "foot", "--vary", "friction=0.4,0.5,0.6", "--format", format_)
+    words = ("sweep", stick, "--contact", "foot", "--vary", "friction=0.4,0.5,0.6", "--rows", format_)
     outcome = run(capfd, *words, "--out", tmp_path / "out")
     assert outcome.code == 70
     assert 'raise ZeroDivisionError("odd")' in outcome.err
@@ -204,7 +204,7 @@ def undamaged(request, tmp_path_factory):
     folder = tmp_path_factory.mktemp("undamaged")
     (folder / "stick.urdf").write_text(STICK)
     words = ["sweep", str(folder / "stick.urdf"), "--contact", "foot", "--vary", "knee=-60:60:300", "--prove", "2"]
-    words += ["--format", request.param]
+    words += ["--rows", request.param]
     for name, more in (("out", []), ("other", ["--restitution", "0.5"])):
         assert main([*words, *more, "--out", str(folder / name)]) == 0
     return words, folder / "out", folder / "other"
@@ -264,7 +264,7 @@ def test_a_part_without_end_is_computed_again(capfd, undamaged, tmp_path):
 @pytest.mark.parametrize("format_", ["csv", "parquet"])
 def test_landings_that_the_ground_does_not_allow_are_left_out(capfd, stick, tmp_path, format_):
     """The other rows are those of the whole table; the summary counts what is left out, and --resume keeps the count."""
-    words = ("sweep", stick, "--contact", "foot", "--vary", "knee=-60:60:40", "--vary", "strike-angle=0:80:50", "--format", format_)
+    words = ("sweep", stick, "--contact", "foot", "--vary", "knee=-60:60:40", "--vary", "strike-angle=0:80:50", "--rows", format_)
     good(capfd, *words, "--out", tmp_path / "all", "--prove", 0)
     out, read = tmp_path / "out", lambda folder: pyarrow.dataset.dataset(folder / "rows", format=format_).to_table()
     text = good(capfd, *words, "--out", out, "--feasible", "--prove", 0)

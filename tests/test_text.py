@@ -377,7 +377,7 @@ TABLES = {
     "place": (*HYQ, "--vary", "strike-angle=0:30:3"),
     "limits": (*HYQ, "--joint", "lf_kfe_joint", "--at", "trunk_imu", "--max", "0.01", "--step", "5"),
     "sensitivity": (*HYQ, "--at", "trunk_imu"),
-    "sweep": (*HYQ, "--vary", "armature:*_kfe_joint=0:0.12345", "--sample", "20", "--format", "csv"),
+    "sweep": (*HYQ, "--vary", "armature:*_kfe_joint=0:0.12345", "--sample", "20", "--rows", "csv"),
     "paper": ("1", "2"),
 }
 

@@ -9,9 +9,11 @@ from shockpc.cli.parse import scene_file
 
 
 @command(
-    "shockpc analyze anymal_b --contact LF_FOOT --out out/",
-    'shockpc analyze robot.urdf --contact "*_foot" --set "*_knee=-60"',
-    "shockpc analyze go2 --contact FL_foot --drop-height 0.3 --pulse half-sine:5ms",
+    examples=(
+        "shockpc analyze anymal_b --contact LF_FOOT --out out/",
+        'shockpc analyze robot.urdf --contact "*_foot" --set "*_knee=-60"',
+        "shockpc analyze go2 --contact FL_foot --drop-height 0.3 --pulse half-sine:5ms",
+    ),
 )
 def analyze(
     *,

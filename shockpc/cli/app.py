@@ -21,12 +21,12 @@ GROUPS = {
     },
     "Decide": {
         "compare": "Compare the shock of designs, or of a design's changes.",
-        "limits": "Find the joint angles that keep the shock, or another number, below or above a bound.",
+        "limits": "Find joint angles that keep a number below or above a bound.",
         "place": "Find where on a body a sensor sees least shock.",
         "sensitivity": "Rank masses, inertias and angles by their effect on a number.",
         "check": "Compare landings with budgets, as a gate in CI.",
     },
-    "Data": {"landings": "Compute the recorded landings of a table, and compare what was measured."},
+    "Data": {"landings": "Compute recorded landings, and compare what was measured."},
     "For developers": {
         "quantities": "List the numbers that a landing has.",
         "schema": "Print the JSON Schema of scenes, or of budgets, for editors.",
@@ -90,7 +90,7 @@ def app_for(words: Sequence[str]) -> typer.Typer:
     named = [word for word in words[:1] if word in COMMANDS]
     for name in named or COMMANDS:
         # Without a command, names alone are wanted: for help, and to suggest one that is spelt alike.
-        function = _command(name) if named else command()(lambda: None)
+        function = _command(name) if named else command(examples=())(lambda: None)
         shown: Help = vars(function)["help"]
         app.command(name, cls=GroupedCommand, help=shown.text(COMMANDS[name]), epilog=shown.after)(function)
     return app

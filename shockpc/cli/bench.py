@@ -12,7 +12,7 @@ THREADS = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS")
 
 
 @command(
-    "shockpc bench anymal_b --contact LF_FOOT",
+    examples=("shockpc bench anymal_b --contact LF_FOOT",),
 )
 def bench(
     *,

@@ -75,7 +75,7 @@ def report(text: str) -> tuple[str, Path | None]:
 
 
 @command(
-    "shockpc check budgets.toml --format text --format junit=shock.xml",
+    examples=("shockpc check budgets.toml --format text --format junit=shock.xml",),
     after=EPILOG,
 )
 def check(

@@ -1,6 +1,6 @@
 """How commands and options are declared, and how a command takes those that a record's fields or a study's parameters declare.
 
-    @command("shockpc batch anymal_c go2 solo12")
+    @command(examples=("shockpc batch anymal_c go2 solo12",))
     def batch(*, names: tuple[str, ...] = argument("Robots.", "ROBOT...", default=...), options: SceneOptions) -> None: …
 
 A parameter that is called like an option of the record, with an underscore after it, takes its place; the record's is then empty.
@@ -79,7 +79,7 @@ def argument(help_: str, form: str, parser: Parser | None = None, *, default: An
     return typer.Argument(default, help=help_, metavar=form, parser=parser, show_default=False)
 
 
-def command(*examples: str, more: str = "", after: str = EXIT_CODES) -> Callable[[Command], Command]:
+def command(*, examples: tuple[str, ...], more: str = "", after: str = EXIT_CODES) -> Callable[[Command], Command]:
     """Make a function a command, which takes the options of records among its parameters after its own; arguments as in `Help`.
 
     The text is no docstring, because Python can be told to leave those out.

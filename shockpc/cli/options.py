@@ -36,11 +36,6 @@ PACKAGE = _in_files("Folder of a package, besides those in ROS_PACKAGE_PATH.", "
 FRAME = "FRAME[:X,Y,Z]"
 EXPLAIN = in_output("Report on standard error what ran, how long it took, and what was not needed.")
 STRICT = "End with exit code 3 if any landing could not be computed, and not only if none could."
-QUANTITY = group("What is computed")(
-    "Another quantity, as shockpc quantities lists them; at all places of its kind, or at those of a name or glob.",
-    "KEY[@PLACE]",
-)
-
 AT = group("Question")("The shock at this point, offset in the frame [m].", FRAME)
 TARGET = group("Question")(
     "Another number: a quantity (shockpc quantities lists them) of a point, body, joint or contact.", "QUANTITY@PLACE"

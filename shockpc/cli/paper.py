@@ -5,7 +5,7 @@ from shockpc.cli.options import OutputOptions, in_output
 
 
 @command(
-    "shockpc paper 1 --out paper/",
+    examples=("shockpc paper 1 --out paper/",),
     more="With --out, also the figures and the scenes of all panels.",
 )
 def paper(

@@ -5,8 +5,10 @@ from shockpc.cli.options import OutputOptions
 
 
 @command(
-    "shockpc quantities",
-    'shockpc quantities "joint*"',
+    examples=(
+        "shockpc quantities",
+        'shockpc quantities "joint*"',
+    ),
     more=(
         "KEY names a quantity in JSON, budgets, sweeps and comparisons; KIND.KEY where several kinds of place have it. A vector "
         "counts by its length, or by a component: KEY.x, KEY.y or KEY.z."

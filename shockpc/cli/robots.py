@@ -11,7 +11,7 @@ if TYPE_CHECKING:
 
 
 @command(
-    "shockpc robots hyq",
+    examples=("shockpc robots hyq",),
 )
 def robots(
     *,

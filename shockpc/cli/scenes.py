@@ -22,16 +22,15 @@ LONGEST = 200
 Record = TypeVar("Record", Contact, Posture, Joints, Scene, Strike)
 
 
-def scenes_from(
-    robot: str, options: SceneOptions, trace: Trace | None = None, on_each_foot: bool = False
-) -> tuple[Robot, list[Scene]]:
-    """The robot, and one scene for each landing that the options describe. An option replaces what a scene file says.
+def scenes_from(robot: str, options: SceneOptions, trace: Trace | None = None) -> tuple[Robot, list[Scene]]:
+    """The robot, and one scene for each landing that the options describe; without a contact it lands on each of its feet.
+
+    An option replaces what a scene file says.
 
     Args:
         robot: its name or file, a scene, or a case of a file of budgets.
         options: of the command.
         trace: collects what loading the robot cost.
-        on_each_foot: whether a robot for which no contact is given lands on each of its feet.
 
     Raises:
         ShockError: an option's value is not valid, or names nothing in the robot.
@@ -58,7 +57,7 @@ def scenes_from(
     if (stiffness := options.given.get("contact_stiffness")) is not None:
         scene = dataclasses.replace(scene, contact_stiffness=stiffness[0], tangential_stiffness=stiffness[1])
     changes = options.fields(Contact) | ({"kind": "flat"} if options.flat else {})
-    landings = _contacts(loaded, scene, options, on_each_foot)
+    landings = _contacts(loaded, scene, options)
 
     def changed(contact: Contact) -> Contact:
         contact = _with(contact, **changes)
@@ -73,7 +72,7 @@ def landings_from(names: Iterable[str], options: SceneOptions, trace: Trace | No
     landings: dict[str, tuple[Robot, Scene]] = {}
     stems = [Path(name).stem for name in names]
     for name, stem in zip(names, stems, strict=True):
-        robot, scenes = scenes_from(name, options, trace, on_each_foot=True)
+        robot, scenes = scenes_from(name, options, trace)
         prefix = f"{stem if stems.count(stem) == 1 else name} " if is_scene_file(name) and len(names) > 1 else ""
         landings |= {prefix + contact: (robot, scene) for scene, contact in zip(scenes, file_names(scenes), strict=True)}
     return landings
@@ -167,19 +166,20 @@ def is_scene_file(name: str) -> bool:
     return Path(name).suffix.casefold() == ".toml" or ".toml:" in name
 
 
-def _contacts(robot: Robot, scene: Scene, options: SceneOptions, on_each_foot: bool) -> list[tuple[Contact, ...]]:
-    if options.contact:
-        landings = [landing for text in options.contact for landing in landing_frames(robot, text)]
-        if options.together:
-            landings = [tuple(dict.fromkeys(frame for landing in landings for frame in landing))]
-    elif scene.contact:
+def _contacts(robot: Robot, scene: Scene, options: SceneOptions) -> list[tuple[Contact, ...]]:
+    """The contacts of each landing: those that are named, else the scene's, else each foot alone."""
+    if scene.contact and not options.contact:
         return [scene.contact]
-    elif on_each_foot:
-        return [(foot_contact(robot, foot),) for foot in each_foot(robot)]
-    else:
-        names = ", ".join(f'"{name}"' for name in feet(robot)[:8] or robot.links[-1:])
-        raise SceneError(f'no contact is defined for robot "{robot.name}"; name one with --contact, such as {names}')
-    return [tuple(Contact(frame=frame) for frame in landing) for landing in dict.fromkeys(landings)]
+    if not options.contact and not feet(robot):
+        raise SceneError(f'no contact is defined for robot "{robot.name}"; name one with --contact, such as "{robot.links[-1]}"')
+    alone = each_foot(robot)
+    landings = [landing for text in options.contact for landing in landing_frames(robot, text)] or [(foot,) for foot in alone]
+    if options.together:
+        landings = [tuple(dict.fromkeys(frame for landing in landings for frame in landing))]
+    return [
+        tuple(foot_contact(robot, frame) if frame in alone else Contact(frame=frame) for frame in landing)
+        for landing in dict.fromkeys(landings)
+    ]
 
 
 def _up(scene: Scene) -> tuple[str, ...]:

@@ -6,7 +6,7 @@ from typing import Literal
 from shockpc.cli.declare import argument, command
 
 
-@command("shockpc schema > scene.schema.json")
+@command(examples=("shockpc schema > scene.schema.json",))
 def schema(
     *, file: Literal["scene", "budgets"] = argument("Which files; scene by default.", "[scene|budgets]", default="scene")
 ) -> None:

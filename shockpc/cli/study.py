@@ -4,6 +4,7 @@ What the command passes for a parameter that is no option follows from the param
 
     scene        one landing, of ROBOT and the options of a scene
     landings     landings by name: SCENE..., or a robot's on each of its feet alone
+    designs      one landing of each DESIGN...
     target       the number that the study is about, --at or --quantity
     trace        measures stages, for --explain
     progress     a function that makes one which counts, of the number of landings
@@ -22,24 +23,46 @@ import numpy as np
 
 import shockpc
 from shockpc.cli.declare import Command, Declared, Parser, argument, command, group
-from shockpc.cli.options import AT, EXPLAIN, PARSERS, ROBOT, STRICT, TARGET, OutputOptions, SceneOptions, in_run, target_of
+from shockpc.cli.options import AT, EXPLAIN, PARSERS, ROBOT, STRICT, TARGET, OutputOptions, SceneOptions, in_output, target_of
 from shockpc.cli.output import emit, exit_code
-from shockpc.cli.parse import Span, Vector, box, pair_of, robot_name, setting, span, variable
+from shockpc.cli.parse import Span, Vector, box, pair_of, renaming, robot_name, setting, span, variable
 from shockpc.cli.progress import ShownTrace, progress
 from shockpc.cli.scenes import landings_from, one_scene
 from shockpc.evaluation.variation import Vary
+from shockpc.robot.robot import Robot
+from shockpc.studies.compare import Design
 from shockpc.studies.declare import Parameter, declaration
 from shockpc.text.errors import DefectError
+
+INPUTS = {
+    "landings": (
+        tuple[str, ...],
+        argument("Scenes (TOML), or a robot, which lands on each foot alone.", "SCENE...", robot_name, default=...),
+    ),
+    "designs": (
+        tuple[str, ...],
+        argument("Robot files, robots by name or scenes (TOML).", "DESIGN...", robot_name, default=...),
+    ),
+    "scene": (str, ROBOT),
+}
+"""What is typed for the parameter of a study that says what lands."""
 
 REPEATED: dict[Any, Parser | None] = {
     Sequence[str]: None,
     Sequence[tuple[str, str]]: pair_of,
     Mapping[str, float]: setting,
+    Mapping[str, str]: renaming,
     Vary: variable,
 }
 """Types whose options may be repeated, and what reads each."""
 
 SINGLE: dict[Any, Parser] = {**PARSERS, Span: span, tuple[Vector, Vector]: box}
+
+
+def help_of(study: Callable[..., Any]) -> dict[str, Any]:
+    """The help of the command of a study, as arguments of `command`."""
+    declared = declaration(study)
+    return {"examples": declared.examples, "more": declared.more}
 
 
 def asked(study: Callable[..., Any]) -> Declared:
@@ -51,7 +74,7 @@ def given(study: Callable[..., Any], typed: Mapping[str, Any], robot: Any = None
     """The arguments of a study that were typed, in SI units; those that were not keep their defaults."""
     parameters, values = declaration(study).parameters, {name: value for name, value in typed.items() if value not in (None, ())}
     for name in values:
-        if _kind(parameters[name]) == Mapping[str, float]:
+        if _kind(parameters[name]) in (Mapping[str, float], Mapping[str, str]):
             values[name] = dict(values[name])
         if parameters[name].option.unit == "deg":
             values[name] = np.radians(values[name]).tolist()
@@ -61,21 +84,19 @@ def given(study: Callable[..., Any], typed: Mapping[str, Any], robot: Any = None
 def study_command(name: str) -> Command:
     """The command of a study: `shockpc.NAME`, reported by `NAME_report` of `shockpc.show.reports.NAME`."""
     study = getattr(shockpc, name)
-    needs, declared = inspect.signature(study).parameters, declaration(study)
-    several = "landings" in needs
+    needs = inspect.signature(study).parameters
+    kind = next(kind for kind in INPUTS if kind in needs)
 
     def run(**typed: Any) -> int:
         trace = ShownTrace()
-        arguments: dict[str, Any] = {"target": target_of(typed["at_"], typed["quantity"])} if "target" in needs else {}
-        if several:
-            found = landings_from(typed["scenes"], typed["options"], trace)
-            robot = next((robot for robot, _ in found.values()), None)
-            arguments["landings"] = {name: scene for name, (_, scene) in found.items()}
-        else:
-            robot, arguments["scene"] = one_scene(typed["robot"], typed["options"], trace)
-        arguments |= {"trace": trace, "robot": robot, "progress": partial(progress, "landings computed")}
-        used = {name: value for name, value in arguments.items() if name in needs and not (several and name == "robot")}
-        result = study(**used, **given(study, typed["asked"], robot))
+        robot, given_landings = _read(kind, typed[kind], typed["options"], trace)
+        arguments = {kind: given_landings, "trace": trace, "progress": partial(progress, "landings computed")}
+        if kind == "scene":
+            arguments["robot"] = robot
+        if "target" in needs:
+            arguments["target"] = target_of(typed["at_"], typed["quantity"])
+        used = {key: value for key, value in arguments.items() if key in needs}
+        result = study(**used, **given(study, typed["typed"], robot))
         with trace.stage("output"):
             emit(pkgutil.resolve_name(f"shockpc.show.reports.{name}:{name}_report")(result), typed["output"])
         if typed.get("explain"):
@@ -84,14 +105,12 @@ def study_command(name: str) -> Command:
         defects = [failure.trace for failure in failures if isinstance(failure, DefectError)]
         return exit_code(len(failures), len(failures) + len(getattr(result, "landings", ())), typed.get("strict", False), defects)
 
-    scenes = argument("Scenes (TOML), or a robot, which lands on each foot alone.", "SCENE...", robot_name, default=...)
-    target = {"at_": (str | None, AT), "quantity": (str | None, TARGET)}
     parameters: dict[str, tuple[Any, Any]] = {
-        **({"scenes": (tuple[str, ...], scenes)} if several else {"robot": (str, ROBOT)}),
-        **(target if "target" in needs else {}),
-        "asked": (Any, asked(study)),
+        kind: INPUTS[kind],
+        **({"at_": (str | None, AT), "quantity": (str | None, TARGET)} if "target" in needs else {}),
+        "typed": (Any, asked(study)),
         "options": (SceneOptions, inspect.Parameter.empty),
-        **({"strict": (bool, in_run(STRICT))} if several and "target" not in needs else {}),
+        **({"strict": (bool, in_output(STRICT))} if "progress" in needs else {}),
         "output": (OutputOptions, inspect.Parameter.empty),
         **({"explain": (bool, EXPLAIN)} if "trace" in needs else {}),
     }
@@ -100,7 +119,26 @@ def study_command(name: str) -> Command:
         for name, (kind, default) in parameters.items()
     ]
     vars(run)["__signature__"] = inspect.Signature(signature)
-    return command(*declared.examples, more=declared.more)(run)
+    return command(**help_of(study))(run)
+
+
+def _read(kind: str, names: Any, options: SceneOptions, trace: ShownTrace) -> tuple[Robot, Any]:
+    """The first robot, and what the parameter of a study takes that is of this kind."""
+    if kind == "scene":
+        return one_scene(names, options, trace)
+    if kind == "designs":
+        designs = _designs(names, options)
+        return designs[0].robot, designs
+    landings = landings_from(names, options, trace)
+    return next(iter(landings.values()))[0], {name: scene for name, (_, scene) in landings.items()}
+
+
+def _designs(names: tuple[str, ...], options: SceneOptions) -> list[Design]:
+    """One landing of each design; as many contacts as there are designs are one for each."""
+    one_each = len(options.contact) == len(names) > 1 and not options.together
+    own = [options._replace(contact=(name,)) for name in options.contact] if one_each else [options] * len(names)
+    landings = [one_scene(name, own_options) for name, own_options in zip(names, own, strict=True)]
+    return [Design(name, scene, robot) for name, (robot, scene) in zip(names, landings, strict=True)]
 
 
 def _kind(parameter: Parameter) -> Any:

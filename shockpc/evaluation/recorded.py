@@ -284,7 +284,7 @@ class RecordedLandings:
 
 
 def recorded_landings(
-    table: Rows, robot: Robot, quantities: Sequence[str] = (), *, prove: int = 20, ranked_by: str | None = None
+    table: Rows, robot: Robot, quantities: Sequence[str] = (), *, prove: int = 20, rank: str | None = None
 ) -> Evaluation[RecordedLandings]:
     """The landings of a table, and what is computed of them.
 
@@ -293,7 +293,7 @@ def recorded_landings(
         robot: their robot.
         quantities: columns, QUANTITY or QUANTITY@PLACES; by default jump and shock at the sensors and points, or of the base.
         prove: number of rows that are compared with a proof, besides those that need one.
-        ranked_by: a further column.
+        rank: a further column.
 
     Raises:
         ShockError: a name is not known, or a scene cannot be resolved.
@@ -304,7 +304,7 @@ def recorded_landings(
     usual = usual or [f"{key}@{robot.bodies[0].name}" for key in ("delta_v_com", "shock_com")]
     contacts = {tuple(contact.frame for contact in scene.contact) for scene in table.scenes}
     computed: list[Column] = []
-    for text in dict.fromkeys([*(quantities or usual), *([ranked_by] if ranked_by else [])]):
+    for text in dict.fromkeys([*(quantities or usual), *([rank] if rank else [])]):
         selection, places = _places(source, text)
         if len(contacts) > 1 and selection.quantity.of == "contact":
             if "@" in text:

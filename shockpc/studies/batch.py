@@ -2,10 +2,10 @@
 
 import functools
 import math
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping
 from concurrent.futures import Executor
 from dataclasses import dataclass, field, replace
-from typing import Any, NamedTuple
+from typing import Annotated, Any, NamedTuple
 
 import numpy as np
 
@@ -15,12 +15,14 @@ from shockpc.evaluation.landings import HEADINGS, LandingsOfRobots, Read, contac
 from shockpc.evaluation.table import Table
 from shockpc.landing.contact import foot_contact
 from shockpc.landing.places import Place
+from shockpc.landing.record import Option
 from shockpc.landing.scene import Scene
 from shockpc.quantities.profile import ShockProfile
 from shockpc.quantities.table import select
 from shockpc.robot.landmarks import each_foot
 from shockpc.robot.load import load_robot
 from shockpc.robot.robot import Robot
+from shockpc.studies.declare import QuantityOption, study
 
 STANDARD = (
     "mass", "ropc", "shock_max", "shock_com", "shock_free", "shock_locked", "mass_sticking", "friction_needed", "feasible",
@@ -104,14 +106,30 @@ def landings_on_each_foot(name: str) -> tuple[Robot, list[Scene]]:
     return robot, [Scene(robot=name, contact=(foot_contact(robot, foot),)) for foot in each_foot(robot)]
 
 
+@study(
+    "shockpc batch anymal_c go2 solo12",
+    more=(
+        "Each robot stands in its standing posture and falls straight down at 1 m/s, unless options say otherwise. With"
+        " --contact, only matching feet strike; a scene lands as it says. Ends with exit code 3 if none of the landings can"
+        " be computed. A quantity of bodies or points is that of the trunk, the heaviest body, unless a place is named; of"
+        " several places it is the worst."
+    ),
+)
 def batch(
     robots: Iterable[str],
     read: Read = landings_on_each_foot,
     executor: Executor | None = None,
     look: Callable[[ShockProfile], Any] | None = None,
     done: Callable[[str], None] | None = None,
-    quantities: Sequence[str] = (),
-    rank: str = "shock_max",
+    quantities: QuantityOption = (),
+    rank: Annotated[
+        str,
+        Option(
+            "Quantity by which landings are ranked, the worst first; the greatest first where neither direction is worse.",
+            "What is computed",
+            "KEY[@PLACE]",
+        ),
+    ] = "shock_max",
 ) -> Batch:
     """Compute the landings of many robots, one robot after the other or several at once.
 
@@ -121,8 +139,6 @@ def batch(
         executor: computes each robot; in this process by default. Others need `read` and `look` to be picklable.
         look: makes something of each profile, such as a picture, where the profile is computed.
         done: is called with the name of each robot that is computed, in the order of `robots`.
-        quantities: what the rows hold besides the standard ones: QUANTITY or QUANTITY@PLACES, as `selected` takes it.
-        rank: the quantity by which rows are ranked, the worst first; the greatest first where neither direction is worse.
 
     Raises:
         UnknownName: there is no such quantity.

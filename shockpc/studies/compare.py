@@ -3,16 +3,18 @@
 import math
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, field, replace
-from typing import NamedTuple
+from typing import Annotated, NamedTuple
 
 from shockpc.evaluation.columns import selected
 from shockpc.evaluation.evaluate import proven
 from shockpc.landing.places import Kind, Place
+from shockpc.landing.record import Option
 from shockpc.landing.scene import Scene
 from shockpc.quantities.profile import ShockProfile
 from shockpc.quantities.table import Selection, select
-from shockpc.robot.changes import Change, changed
+from shockpc.robot.changes import Change, changed, read_changes
 from shockpc.robot.robot import Robot
+from shockpc.studies.declare import QuantityOption, study
 from shockpc.studies.partners import KINDS, Partners, matching, partners
 from shockpc.text.errors import SceneError, ShockError, SolveError, StudyError
 from shockpc.text.printed import listed
@@ -136,20 +138,54 @@ def design_with(design: Design, changes: Sequence[Change]) -> Design:
     return Design(label, design.scene, changed(robot, changes), (*design.changes, *changes))
 
 
-def compare(designs: Iterable[Design], quantities: Sequence[str] = (), pairs: Sequence[tuple[str, str]] = ()) -> Comparison:
+@study(
+    'shockpc compare go2 --contact FL_foot --change "mass:*_calf=0.9x"',
+    "shockpc compare anymal_b anymal_c --contact LF_FOOT --out compare/",
+    more=(
+        "The options of the landing hold for every design. One --contact is for all; with as many as there are designs,"
+        " each has its own."
+    ),
+)
+def compare(
+    designs: Iterable[Design],
+    quantities: QuantityOption = (),
+    pairs: Annotated[
+        Sequence[tuple[str, str]],
+        Option(
+            "Partners of different names: a body, joint or point of the first design and of the others; with a * in both, which "
+            "stands for the same. Others are partners by name.",
+            "Designs",
+            "A=B",
+            "pair",
+        ),
+    ] = (),
+    *,
+    changes: Annotated[
+        Sequence[str],
+        Option(
+            "A change of the one design, such as 'mass:*_shank=0.9x; armature:*=0.01', which makes another design; "
+            "mass, inertia (a factor), com-x, com-y, com-z (moved by) of links, armature of joints, place of joints, fixed ones "
+            "too, in the frame of the link that carries them, such as 'place:*_KFE=0,0,-0.3' or =1.1x for longer thighs.",
+            "Designs",
+            "CHANGES",
+            "change",
+        ),
+    ] = (),
+) -> Comparison:
     """Compute the landings of some designs, and what differs.
 
     Args:
         designs: the first is the one that the others are compared with.
-        quantities: what is compared besides the standard ones: QUANTITY or QUANTITY@PLACES, as `selected` takes it; places are
-            those of the first design.
-        pairs: partners by name, as `partners` takes them.
 
     Raises:
         ShockError: there are fewer than two designs, one of them cannot be computed, or lacks a place that is named; or a quantity
             has no value at any place that all of them have.
     """
     every = tuple(designs)
+    if changes and len(every) > 1:
+        raise StudyError("--change makes other designs of one, but several are given; give one design, or a file for each")
+    read = [read_changes(text) for text in changes]
+    every += tuple(design_with(every[0], of_design) for of_design in read)
     if len(every) < 2:
         raise StudyError("one design cannot be compared; give another one, or a change of it with --change")
     profiles = _profiles(every)

@@ -8,12 +8,24 @@ as `shockpc.cli.study` describes.
 """
 
 import inspect
-from collections.abc import Callable
-from typing import Any, NamedTuple, TypeVar, get_args
+from collections.abc import Callable, Sequence
+from typing import Annotated, Any, NamedTuple, TypeAlias, TypeVar, get_args
 
 from shockpc.landing.record import Option, describe
 
 F = TypeVar("F", bound=Callable[..., Any])
+
+
+QuantityOption: TypeAlias = Annotated[
+    Sequence[str],
+    Option(
+        "Another quantity, as shockpc quantities lists them; at all places of its kind, or at those of a name or glob.",
+        "What is computed",
+        "KEY[@PLACE]",
+        "quantity",
+    ),
+]
+"""Further columns of a table, as `shockpc.evaluation.columns.selected` takes them."""
 
 
 class Parameter(NamedTuple):

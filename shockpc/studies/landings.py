@@ -3,7 +3,7 @@
 import os
 from collections.abc import Mapping, Sequence
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import Annotated, Any, NamedTuple
 
 import numpy as np
 
@@ -18,10 +18,12 @@ from shockpc.impact.stiffness import CompliantLanding
 from shockpc.landing.dynamics import dynamics
 from shockpc.landing.landing import landing_of
 from shockpc.landing.places import body_places
+from shockpc.landing.record import Option
 from shockpc.landing.scene import Scene
 from shockpc.landing.scene_file import robot_of
 from shockpc.quantities.table import select, selections
 from shockpc.robot.robot import Robot
+from shockpc.studies.declare import QuantityOption, study
 from shockpc.text.errors import ShockError, StudyError
 
 DRAWS, SEED = 2000, 0
@@ -83,24 +85,46 @@ class Comparison(NamedTuple):
     failures: tuple[tuple[str, str, str], ...]
 
 
+@study(
+    "shockpc landings log.csv anymal_b --contact LF_FOOT --rank delta_v@imu_link",
+    "shockpc landings log.csv anymal_b --contact LF_FOOT --pulse half-sine:5ms --rank peak_g@imu_link --out landings/",
+    "shockpc landings scenes/ --rank shock@imu_link",
+    more=(
+        "A row is a touchdown (CSV, Parquet, NPZ; or a scene of a folder, named by its file). Columns: joint positions JOINT or "
+        "q_JOINT and rates before_JOINT or qd_JOINT [rad, m]; the base's qw qx qy qz or roll pitch yaw, x y z, velocity vx vy vz "
+        "and angular velocity wx wy wz in world axes, with _body in its own; contact (A+B), vx@FRAME vy@FRAME vz@FRAME of a "
+        "contact whose velocity is not that of the robot's motion (empty where it is), friction, name, time. _deg at the end of a "
+        "name means degrees. Arrays qpos and qvel are MuJoCo's, name, position and velocity ROS's. What is missing is the scene's."
+        " Columns after_JOINT, after_vx and after_KEY@PLACE, or after6ms_… with a time, are compared with the prediction."
+    ),
+)
 def landings(
     table: str | os.PathLike[str] | Mapping[str, Any],
     scene: Scene,
-    quantities: Sequence[str] = (),
+    quantities: QuantityOption = (),
     *,
     robot: Robot | None = None,
-    rename: Mapping[str, str] | None = None,
-    prove: int = 20,
+    rename: Annotated[
+        Mapping[str, str] | None,
+        Option(
+            "Another name for a column, or for a joint in all of its columns; a * stands for the same text in both, and what is "
+            "given no new name is left out.",
+            "Table",
+            "NAME=[NAME]",
+            "map",
+        ),
+    ] = None,
+    rank: Annotated[str | None, Option("Order the landings by a quantity, the worst first.", "Table", "KEY[@PLACE]")] = None,
+    prove: Annotated[
+        int, Option("Landings that are compared with a proof, besides those that need one.", "How it is computed", "N")
+    ] = 20,
 ) -> Evaluation[RecordedLandings]:
     """The landings of a recorded table, checked; computed part by part as the result is iterated over, or at once by `table`.
 
     Args:
         table: a CSV, Parquet or NPZ file, or its columns by name, as `rows_of` takes them.
         scene: gives what the table does not.
-        quantities: columns, QUANTITY or QUANTITY@PLACES; by default jump and shock at the sensors and points, or of the base.
         robot: the scene's robot, if it is loaded already.
-        rename: other names for columns or joints of the table, as for `rows_of`.
-        prove: number of rows that are compared with a proof, besides those that need one.
 
     Raises:
         ShockError: the table cannot be read, a column names nothing in the robot, or the scene cannot be resolved.
@@ -112,7 +136,7 @@ def landings(
     else:
         raise StudyError(f"a table is a file or its columns by name, and this is {type(table).__name__}")
     robot = robot or robot_of(scene)
-    return recorded_landings(rows_of(columns, landing_of(scene, robot), rename), robot, quantities, prove=prove)
+    return recorded_landings(rows_of(columns, landing_of(scene, robot), rename), robot, quantities, prove=prove, rank=rank)
 
 
 def compare_measured(

@@ -1,55 +1,93 @@
 """The arguments of a sweep, checked: what varies, over a full grid or in a sample, and its computation in parts."""
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import replace
-from typing import Any
+from typing import Annotated
 
 from shockpc.evaluation.columns import Column, selected
 from shockpc.evaluation.evaluate import Evaluation
+from shockpc.evaluation.variation import Vary
 from shockpc.evaluation.varied import VariedLandings, varied_landings
 from shockpc.landing.places import Place, body_places, moving_point
+from shockpc.landing.record import Option
 from shockpc.landing.scene import Point, Scene
 from shockpc.quantities.table import select
 from shockpc.robot.robot import Robot
+from shockpc.studies.declare import QuantityOption, study
 from shockpc.text.errors import StudyError
 
 GROUND = ("friction_needed", "pull", "depth", "feasible")
 """Quantities of every row that tell whether flat ground allows the landing."""
 
 
+@study(
+    'shockpc sweep anymal_b --contact LF_FOOT --vary "*_KFE=-120:-10:50" --at imu_link --out sweep/',
+    'shockpc sweep anymal_b --contact LF_FOOT --sample 100 --quantity "joint_impulse@*_KFE" --out random/',
+    'shockpc sweep go2 --contact FL_foot --sample 10000 --vary-each "mass:*_calf=±5%" --out masses/',
+)
 def sweep(
     scene: Scene,
-    vary: Mapping[str, Any] | Iterable[tuple[str, Any]] = (),
+    vary: Annotated[
+        Vary,
+        Option(
+            "Quantity and values: a:b:n, a list a,b,c or, with --sample, a range a:b, a:b:log (log-uniform) or m±s (normal; also "
+            "m+-s). Quantities are a joint or a glob [deg; m if prismatic], base-roll, base-pitch, base-yaw, strike-angle [deg], "
+            "speed [m/s], contact (names), offset-x, -y, -z [m], friction, contact-stiffness [N/m], mass:LINKS [kg], com-x:LINKS, "
+            "-y, -z (a shift) [m], inertia:LINKS, armature:JOINTS [kg m²], joint-stiffness:JOINTS (of springs; counts with a "
+            "contact stiffness) [N m/rad], place:JOINTS (lengths, of a robot for each row); of masses, inertias, armature, springs "
+            "and places factors, 0.8x:1.2x:9 or ±5% (a standard deviation).",
+            "What varies",
+            "NAME=VALUES",
+        ),
+    ] = (),
     *,
     robot: Robot | None = None,
-    vary_each: Mapping[str, Any] | Iterable[tuple[str, Any]] = (),
+    vary_each: Annotated[
+        Vary, Option("The same for a glob of joints or links, each of which varies by itself.", "What varies", "GLOB=VALUES")
+    ] = (),
+    sample: Annotated[
+        int | None,
+        Option(
+            "Random landings instead of the full grid. If neither a joint nor what the robot and the ground are is varied, all "
+            "joints are, within their limits.",
+            "What varies",
+            "N",
+        ),
+    ] = None,
+    lhs: Annotated[bool, Option("Draw the sample as a Latin hypercube.", "What varies")] = False,
+    seed: Annotated[int, Option("Seed of the random numbers.", "What varies", "N")] = 0,
     at: Sequence[Point | str] = (),
-    bodies: Sequence[str] = (),
-    greatest: bool = False,
-    quantities: Sequence[str] = (),
-    feasible: bool = False,
-    sample: int | None = None,
-    lhs: bool = False,
-    seed: int = 0,
-    prove: int = 100,
+    bodies: Annotated[
+        Sequence[str],
+        Option(
+            "Bodies of which CoPc, RoPc and the shock at the CoM are computed; the base, if there is no --at either.",
+            "What is computed",
+            "BODY",
+            "body",
+        ),
+    ] = (),
+    greatest: Annotated[
+        bool, Option("Also the greatest shock over the geometry of each of these bodies.", "What is computed")
+    ] = False,
+    quantities: QuantityOption = (),
+    feasible: Annotated[
+        bool,
+        Option(
+            "Keep only the landings that flat ground allows, which pulls no contact and meets no other link first; with --friction "
+            "contacts slide and open instead. The summary counts the others; what could not be computed stays, with its message.",
+            "What is computed",
+        ),
+    ] = False,
+    prove: Annotated[
+        int, Option("Random landings that are compared with a proof, besides those that need one.", "What is computed", "N")
+    ] = 100,
 ) -> Evaluation[VariedLandings]:
     """Many landings that differ from one, checked; computed part by part as the result is iterated over, or at once by `table`.
 
     Args:
         scene: the landing that is varied.
-        vary: values by subject, as in `variation`: {"*_KFE": "-120:-10:200", "strike-angle": [0, 15, 30]}.
         robot: the scene's robot, if it is loaded already.
-        vary_each: the same, with a quantity of its own for each joint or link that a pattern matches.
         at: points, as `Point` or names of frames.
-        bodies: names or globs of bodies; the base by default, if there are no points either.
-        greatest: whether to add the greatest shock over the geometry of the bodies.
-        quantities: further columns, QUANTITY or QUANTITY@PLACES, as `selected` takes it.
-        feasible: whether rows that flat ground does not allow are left out. Rows that could not be computed are not.
-        sample: number of random rows instead of the full grid. If neither a joint nor what the robot and the ground are is varied,
-            all joints are, within their limits.
-        lhs: whether the sample is a Latin hypercube.
-        seed: of the random numbers.
-        prove: number of random rows that are compared with a proof, besides those that need one.
 
     Raises:
         ShockError: a name is not known, values do not fit, nothing varies, or the landing cannot be resolved. A row that cannot be

@@ -164,17 +164,22 @@ def place(
     ] = None,
     body: Annotated[
         str | None,
-        Option("The body, or a link or site fixed to it, by name or glob; the base by default.", "Region", "BODY"),
+        Option("The body, or a link or site fixed to it, by name or glob; the base by default.", "Where a sensor may be", "BODY"),
     ] = None,
     within: Annotated[
-        Box | None, Option("Only in this box of the body's frame, whatever the geometry.", "Region", "X0:X1,Y0:Y1,Z0:Z1", unit="m")
+        Box | None,
+        Option(
+            "Only in this box of the body's frame, whatever the geometry.", "Where a sensor may be", "X0:X1,Y0:Y1,Z0:Z1", unit="m"
+        ),
     ] = None,
-    surface: Annotated[bool, Option("Only on the surface of the geometry (within the box, if one is given).", "Region")] = False,
+    surface: Annotated[
+        bool, Option("Only on the surface of the geometry (within the box, if one is given).", "Where a sensor may be")
+    ] = False,
     geometry: Annotated[
         Kind | None,
         Option(
             "Which geometry; visual by default for its surface, else collision; the other kind if the body has none of that.",
-            "Region",
+            "Where a sensor may be",
         ),
     ] = None,
     count: Annotated[

@@ -1,0 +1,57 @@
+"""The rows of a study of many landings: computed, and with a folder and a format written there in parts, with progress."""
+
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from typing import Any
+
+from shockpc.cli.options import RunOptions
+from shockpc.cli.process import print_error
+from shockpc.cli.progress import progress
+from shockpc.evaluation.evaluate import Evaluation
+from shockpc.evaluation.executor import executor
+from shockpc.evaluation.table import Table
+from shockpc.show.parts import Format, Parts
+from shockpc.text.errors import StudyError
+
+
+@contextmanager
+def computed(
+    evaluation: Evaluation[Any], noun: str, folder: Path | None, format_: Format | None, run: RunOptions
+) -> Iterator[Table]:
+    """Compute the rows, before the block that uses them; if that fails, say how to continue what was written.
+
+    Args:
+        evaluation: what is computed.
+        noun: what is counted, such as "rows".
+        folder: where parts are written.
+        format_: of the parts; without it, or without a folder, nothing is written.
+        run: where the rows are computed, and whether the folder may hold parts of the same study.
+
+    Raises:
+        StudyError: parts are to be continued, but none are written.
+    """
+    done, rows = 0, evaluation.landings.rows
+    workers = executor(run.jobs, run.cluster, print_error if run.wait else None)
+    if folder is None or format_ is None:
+        if run.resume:
+            raise StudyError("rows in parts need a folder and a format: --out DIR --rows parquet")
+        with workers as pool:
+            table = evaluation.table(pool, progress(f"{noun} computed", rows))
+        yield table
+        return
+    try:
+        parts = Parts(evaluation, folder, format_)
+        with workers as pool:
+            parts.prepare(run.resume)
+            written = parts.write(pool)
+            done = next(written)
+            advance = progress(f"{noun} computed", rows, done)
+            for count in written:
+                done += count
+                advance(parts=count)
+        yield parts.table()
+    except BaseException:
+        if done:
+            print_error(f"{done} of {rows} rows are complete in {folder}; the same command with --resume continues")
+        raise
