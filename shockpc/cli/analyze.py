@@ -28,6 +28,7 @@ def analyze(
     spectrum: bool = in_output(
         "With a contact stiffness and --out, draw the shock response spectrum of sensors and points too; in JSON, give it."
     ),
+    all_: bool = in_output("Print all tables."),
     explain: bool = EXPLAIN,
 ) -> None:
     from shockpc.cli.progress import ShownTrace
@@ -39,7 +40,7 @@ def analyze(
         from shockpc.landing.scene_file import scene_text
         from shockpc.profile import shock_profile
         from shockpc.show.files import write_file
-        from shockpc.show.reports.landing import landings_report
+        from shockpc.show.reports.landing import accuracy_line, landings_report
         from shockpc.text.errors import StudyError
     loaded, scenes = scenes_from(robot, options, trace)
     shown = output.out is not None or output.format == "json"
@@ -54,6 +55,6 @@ def analyze(
             write_file(file, scene_text(profile.scene, file.parent), replaceable="scene file" if force else "")
         if output.out is None:
             trace.skip("figure, and matplotlib with it", "no --out")
-        emit(landings_report(profiles, file_names(scenes), bodies, spectrum), output)
+        emit(landings_report(profiles, file_names(scenes), bodies, spectrum, all_), output)
     if explain:
-        sys.stderr.write(trace.text())
+        sys.stderr.write("".join(f"{accuracy_line(profile)}\n" for profile in profiles) + trace.text())

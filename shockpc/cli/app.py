@@ -7,10 +7,11 @@ from collections.abc import Sequence
 from typing import Annotated, Any
 
 import typer
-from typer.core import TyperCommand, TyperGroup
+from typer.core import TyperCommand, TyperGroup, TyperOption
 
 from shockpc import __version__
 from shockpc.cli.declare import EXIT_CODES, Command, Help, command
+from shockpc.cli.options import RARE
 
 GROUPS = {
     "Look at a robot": {"robots": "List the robots known by name, or check and show one."},
@@ -50,7 +51,23 @@ class Commands(TyperGroup):
 
 
 class GroupedCommand(TyperCommand):
-    """A command whose help groups its options by their `rich_help_panel`, without a rich-text library, and says which repeat."""
+    """A command whose help groups its options by their `rich_help_panel`, without a rich-text library, and says which repeat.
+
+    Of a scene's options it lists those that everybody uses, unless all are asked for.
+    """
+
+    def get_params(self, ctx: Any) -> list[Any]:
+        """The parameters, with --help-all where a scene has options."""
+        every: list[Any] = super().get_params(ctx)
+        names = [parameter.name for parameter in every]
+        if set(names) >= RARE and "help_all" not in names:
+            text = f"Show the other {len(RARE)} options of a landing too, and exit."
+            every.append(
+                TyperOption(
+                    param_decls=["--help-all"], is_flag=True, is_eager=True, expose_value=False, callback=_show_all, help=text
+                )
+            )
+        return every
 
     def collect_usage_pieces(self, ctx: Any) -> list[str]:
         """The parts of the usage line; Typer writes {ROBOT} for an argument that is required."""
@@ -59,7 +76,11 @@ class GroupedCommand(TyperCommand):
     def format_options(self, ctx: Any, formatter: Any) -> None:
         """Write the arguments, then one section for each group in order."""
         sections: dict[str, list[tuple[str, str]]] = {"Arguments": []}
-        for parameter in self.get_params(ctx):
+        parameters = self.get_params(ctx)
+        hidden = RARE if not ctx.meta.get("all") and any(one.name == "help_all" for one in parameters) else ()
+        for parameter in parameters:
+            if parameter.name in hidden:
+                continue
             heading = (
                 "Arguments"
                 if parameter.param_type_name == "argument"
@@ -104,6 +125,13 @@ def _command(name: str) -> Command:
         return study_command(name)
     function: Command = getattr(importlib.import_module(f"shockpc.cli.{name}"), name)
     return function
+
+
+def _show_all(ctx: Any, option: Any, wanted: bool) -> None:
+    if wanted:
+        ctx.meta["all"] = True
+        sys.stdout.write(ctx.get_help() + "\n")
+        ctx.exit()
 
 
 def _show_version(wanted: bool) -> None:

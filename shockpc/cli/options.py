@@ -136,6 +136,15 @@ class SceneOptions(NamedTuple):
         return {field: value for field, value in named.items() if value not in (None, ())}
 
 
+EVERYBODY = frozenset(
+    ("contact", "set", "speed", "strike_angle", "drop_height", "joints", "drives", "contact_stiffness", "friction", "at", "pulse")
+)
+"""The options of a landing that --help lists."""
+
+RARE = frozenset({*SceneOptions._fields, *OF_RECORDS} - {"given", *EVERYBODY})
+"""Those that --help-all adds."""
+
+
 class RunOptions(NamedTuple):
     """Where the parts of a study are computed."""
 

@@ -11,9 +11,10 @@ from shockpc.landing.places import Kind
 from shockpc.quantities.profile import ShockProfile
 from shockpc.quantities.table import Selection, quantities_of, quantity
 from shockpc.show.document import content
-from shockpc.show.reports.report import Picture, Report, picture_files
+from shockpc.show.reports.answer import JOINTS, in_plane, joints_sheet, landing_lines, shocks_sheet
+from shockpc.show.reports.report import Picture, Report, Section, picture_files
 from shockpc.show.tables import Lines, Row, Sheet, largest, rounded
-from shockpc.show.wording import contact_name, count, header_lines, proof_text, shown_as, vector_text, warning_lines
+from shockpc.show.wording import contact_name, count, header_lines, proof_text, shared_lines, shown_as, vector_text, warning_lines
 from shockpc.text.printed import few
 
 BODIES = (
@@ -21,6 +22,12 @@ BODIES = (
     "out of plane [%]",
 )  # fmt: skip
 """Columns of the table of bodies."""
+
+DETAILS = ("velocity jumps on these contacts", "modes, and the normal force that they carry")
+"""Tables of a landing on contacts of finite stiffness that the answer leaves out."""
+
+MORE = ["--all prints everything that was computed"]
+"""The last line of an answer."""
 
 OUT_OF_PLANE = 25.0
 """Share of a body's motion out of the plane above which a note says what its CoPc and RoPc describe [%]."""
@@ -31,12 +38,14 @@ PARALLEL = math.radians(1.0)
 NO_MITIGATION = "no impact mitigation factor (it requires a free base, no stance, and no loop that ties the robot to the world)"
 
 
-def landing_report(profile: ShockProfile, bodies: Sequence[int] | None = None, spectrum: bool = False) -> Report:
+def landing_report(
+    profile: ShockProfile, bodies: Sequence[int] | None = None, spectrum: bool = False, whole: bool = False
+) -> Report:
     """Everything of one landing; of the bodies only those that are given by their indices, save in the document.
 
     The files are profile.json, bodies.csv, points.csv, contacts.csv, joints.csv, report.md, shock.svg and shock.png; with parts
     also parts.csv and damage.svg, with a contact stiffness time.svg, and on request spectrum.svg, the shock response spectrum,
-    which then is in profile.json too.
+    which then is in profile.json too. On a terminal the answer alone is shown, or with `whole` all tables.
     """
     return Report(
         name="profile",
@@ -49,6 +58,7 @@ def landing_report(profile: ShockProfile, bodies: Sequence[int] | None = None, s
             *_damage_picture([profile]),
             *_time_pictures(profile, spectrum),
         ],
+        brief=None if whole else lambda: _answer(profile, bodies),
         closing=[
             *_balance_lines(profile),
             *_ground_lines(profile),
@@ -70,7 +80,11 @@ def landing_report(profile: ShockProfile, bodies: Sequence[int] | None = None, s
 
 
 def landings_report(
-    profiles: Sequence[ShockProfile], names: Sequence[str], bodies: Sequence[int] | None = None, spectrum: bool = False
+    profiles: Sequence[ShockProfile],
+    names: Sequence[str],
+    bodies: Sequence[int] | None = None,
+    spectrum: bool = False,
+    whole: bool = False,
 ) -> Report:
     """The report of one landing, or of several with their shocks side by side.
 
@@ -79,19 +93,27 @@ def landings_report(
         names: of their folders.
         bodies: indices of the only bodies that are shown.
         spectrum: whether to draw the shock response spectrum of the points.
+        whole: whether a terminal shows all tables of each.
     """
-    parts = {name: landing_report(profile, bodies, spectrum) for name, profile in zip(names, profiles, strict=True)}
+    parts = {name: landing_report(profile, bodies, spectrum, whole) for name, profile in zip(names, profiles, strict=True)}
     if len(parts) == 1:
         return next(iter(parts.values()))
     sheet = functools.partial(_side_by_side, profiles, bodies)
+    landings = dict(zip(names, profiles, strict=True))
+
+    def answers() -> list[Section]:
+        each = [Lines(_summary_with_ground(profile), name) for name, profile in landings.items()]
+        return [Lines(landing_lines(shared_lines(landings))), *each, sheet(), Lines(MORE)]
+
     return Report(
         name="summary",
+        brief=None if whole else answers,
         page="summary",
         body=lambda _: [sheet(), *_damage_picture(profiles)],
         sheets={"summary": sheet},
         document=dict,
         others=picture_files("damage"),
-        landings=dict(zip(names, profiles, strict=True)),
+        landings=landings,
         parts=parts,
     )
 
@@ -120,6 +142,37 @@ def _summary(profile: ShockProfile) -> list[tuple[str, str]]:
     return [("shock", few(texts, 4, "; ")), ("joint", f"largest impulse: {force}"), ("warnings", first)]
 
 
+def _summary_with_ground(profile: ShockProfile) -> list[tuple[str, str]]:
+    """The summary, and impulse, friction and effective mass at the contacts."""
+    texts = []
+    for contact in profile.contacts:
+        if contact.impulse is None:
+            texts.append(f"{contact.frame}: impulse not determined, because rows are redundant")
+            continue
+        needed = contact.friction_needed
+        friction = "has to be pulled" if needed is None else f"sticks with friction {rounded(needed)} or more"
+        size = f"impulse {rounded(math.hypot(*contact.impulse))} N s, effective mass {rounded(contact.mass_sticking)} kg"
+        texts.append(f"{contact.frame}: {size}, {friction}")
+    return [*_summary(profile), ("ground", few(texts, 4, "; "))]
+
+
+def _answer(profile: ShockProfile, bodies: Sequence[int] | None) -> list[Section]:
+    """The summary, the landing, shocks and joint impulses with the worst first, and what decides on them."""
+    doubles = [name for name, given in (("friction", profile.friction), ("stiffness", profile.stiffness)) if given]
+    numbers = "proven" + "".join(f"; those with {name} in double precision" for name in doubles)
+    ground = [sheet for sheet in (*_friction_sheets(profile), *_stiffness_sheets(profile, JOINTS)) if sheet.title not in DETAILS]
+    return [
+        Lines([*_summary_with_ground(profile), ("numbers", numbers)]),
+        Lines(landing_lines(header_lines(profile))),
+        shocks_sheet(profile, bodies),
+        *([_parts_sheet(profile)] if profile.parts else []),
+        *([_bracket_sheet(profile)] if profile.robot.joint_names else []),
+        *([joints_sheet(profile)] if profile.loads else []),
+        *ground,
+        Lines([*_ground_lines(profile), *MORE]),
+    ]
+
+
 def accuracy_line(profile: ShockProfile) -> str:
     """The proven error bound, and what double precision and the last digit of the data contribute."""
     health = profile.health
@@ -140,10 +193,11 @@ def bodies_sheet(profile: ShockProfile, bodies: Sequence[int] | None = None) -> 
     shown = [i for i in matching if profile.moved[i]]
     rows = []
     for i in shown:
-        name, spin, x, *others = _body_row(profile, i)
+        name, spin, *at, radius = _body_row(profile, i)[:6]
+        x, *others = (in_plane(profile, i, number) for number in (*at, radius))
         if profile.translates[i]:
             x = "translates" if math.isnan(profile.pitch[i]) else "out of plane"
-        rows.append((name, spin, x, *others))
+        rows.append((name, spin, x, *others, *_body_row(profile, i)[6:]))
     notes = []
     if any(100.0 * profile.off_plane[i] > OUT_OF_PLANE for i in shown):
         notes.append(

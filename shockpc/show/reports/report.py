@@ -55,7 +55,8 @@ class Report:
         page: name of the file of that document.
         body: lines, tables and figures in the order of reading; the argument is whether all rows are wanted, as in the Markdown
             document, or on a terminal those of the largest values.
-        closing: lines under them.
+        brief: what a terminal shows in place of the body and the lines under it; by default these.
+        closing: lines under the body.
         warnings: lines under those: what warns, and what could not be computed.
         sheets: the tables with all digits, by the name of their CSV file; the first one is what --format csv prints.
         document: the JSON document without its head; `null` where a thing does not exist, positions in metres.
@@ -71,6 +72,7 @@ class Report:
     title: str = ""
     page: str = "report"
     body: Callable[[bool], Iterable[Section]]
+    brief: Callable[[], Iterable[Section]] | None = None
     closing: Sequence[str] = ()
     warnings: Sequence[str] = ()
     sheets: Mapping[str, Callable[[], Sheet]]
@@ -89,8 +91,9 @@ class Report:
             return json_text(self.json())
         if format_ == "csv":
             return as_csv(self._first_sheet())
-        blocks = [part.text(format_) for part in self.parts.values()]
-        return "\n".join([*blocks, self._markdown(self.body(True)) if format_ == "markdown" else self._terminal()])
+        whole = format_ == "markdown"
+        blocks = [part.text(format_) for part in self.parts.values() if whole or self.brief is None]
+        return "\n".join([*blocks, self._markdown(self.body(True)) if whole else self._terminal()])
 
     def json(self) -> Any:
         """The document with its head, or a list of those of several results."""
@@ -126,9 +129,8 @@ class Report:
         return "\n".join(filter(None, blocks))
 
     def _terminal(self) -> str:
-        return "\n".join(
-            filter(None, (as_text(block) for block in (*self.body(False), self._end) if not isinstance(block, Picture)))
-        )
+        blocks = (*self.body(False), self._end) if self.brief is None else (*self.brief(), Lines(self.warnings))
+        return "\n".join(filter(None, (as_text(block) for block in blocks if not isinstance(block, Picture))))
 
     @property
     def _end(self) -> Lines:

@@ -1,0 +1,78 @@
+"""What a landing prints on a terminal by default: shocks and joint impulses, the worst first, and what decides on them."""
+
+import math
+from collections.abc import Sequence
+
+import numpy as np
+
+from shockpc.quantities.profile import ShockProfile
+from shockpc.show.tables import Cell, Row, Sheet, largest, rounded
+
+PLACES = 14
+"""Bodies in the table of shocks."""
+
+JOINTS = 6
+"""Joints in the table of impulses."""
+
+BRACKETED = 50.0
+"""Share of a body's motion out of the plane from which its CoPc and RoPc, which describe the rest, are in brackets [%]."""
+
+USUAL = {"posture": "standing", "base": "falls freely", "plane": "xz"}
+"""Beginnings of lines of the header that say what is so unless options say otherwise."""
+
+
+def landing_lines(lines: Sequence[tuple[str, str]]) -> list[tuple[str, str]]:
+    """The lines of the header that say something of this landing."""
+    return [(name, text) for name, text in lines if name not in USUAL or not text.startswith(USUAL[name])]
+
+
+def shocks_sheet(profile: ShockProfile, bodies: Sequence[int] | None = None) -> Sheet:
+    """The shock at sensors, points and centres of mass, the worst first, with CoPc and RoPc of the bodies.
+
+    Args:
+        profile: the result.
+        bodies: indices of the only bodies that are shown.
+    """
+    of_points: list[Row] = [(point.frame, point.shock, None, None, None, None, None) for point in profile.points]
+    shown = [i for i in (range(len(profile.bodies)) if bodies is None else bodies) if profile.moved[i]]
+    of_bodies = [
+        (
+            f"CoM of {profile.bodies[i]}",
+            profile.shock_com[i],
+            profile.shock_max[i],
+            *(in_plane(profile, i, x) for x in radius(profile, i)),
+        )
+        for i in shown
+    ]
+    kept, notes = largest(of_bodies, PLACES, "body", [float(profile.shock_com[i]) for i in shown])
+    rows = sorted([*of_points, *kept], key=lambda row: -float(row[1] or 0.0))
+    heads = ("shock at", "shock [-]", "greatest on the body [-]", "RoPc [m]", "CoPc x [m]", "CoPc y [m]", "CoPc z [m]")
+    if any(100.0 * profile.off_plane[i] > BRACKETED for i in shown):
+        notes += (f"in brackets: more than {BRACKETED:.0f} % of the body's motion is out of the plane, of which these say nothing",)
+    return Sheet("shock relative to the strike (CoPc in body coordinates)", heads, rows, notes)
+
+
+def radius(profile: ShockProfile, i: int) -> tuple[float, ...]:
+    """Radius and centre of percussion of a body."""
+    return float(profile.ropc[i]), *map(float, profile.copc[i])
+
+
+def in_plane(profile: ShockProfile, i: int, value: Cell) -> Cell:
+    """A number of a body that describes its motion in the plane, as text in brackets where most of it is out of the plane."""
+    doubtful = 100.0 * profile.off_plane[i] > BRACKETED and isinstance(value, float) and not math.isnan(value)
+    return f"({rounded(value)})" if doubtful else value
+
+
+def joints_sheet(profile: ShockProfile) -> Sheet:
+    """The impulses through the joints, the greatest first."""
+    order = np.argsort([-math.hypot(*load.force) for load in profile.loads], kind="stable")
+    rows: list[Row] = []
+    for k in order:
+        load = profile.loads[k]
+        rows.append(
+            (load.joint, math.hypot(*load.force), math.hypot(*load.moment), None if load.along is None else abs(load.along))
+        )
+    rows, notes = largest(rows, JOINTS, "joint")
+    return Sheet(
+        "impulse through the joints", ("joint", "force [N s]", "moment [N m s]", "along the axis [N m s, N s]"), rows, notes
+    )
