@@ -108,7 +108,7 @@ def test_models_from_mjcf(capfd, here, snapshot, words):
 
 
 COMMANDS = """
-analyze stick.urdf::  | --contact wheel | --contact fot | --contact *_paw | --contact foot+ | --contact foot+foot | --contact ''
+analyze stick.urdf:: --contact wheel | --contact fot | --contact *_paw | --contact foot+ | --contact foot+foot | --contact ''
 FOOT:: --at nose | --at body:1,2 | --at body: | --at body:1,2,x | --stance sole | --body shnk
 FOOT:: --posture sitting | --set hip=3 | --set root_joint=3 | --set knee | --set knee= | --set =30 | --set knee=bent | --lock hip
 FOOT:: --xacro payload:=2 | --xacro payload | --package dog=nowhere | --package dog=~nobody-of-that-name | --package dog

@@ -107,7 +107,8 @@ HEADERS = {
 def test_the_header_says_whether_an_arm_is_bolted_down_and_what_changes_it(text, capfd, tmp_path):
     robot = written(tmp_path, text, "arm.xml" if "<mujoco" in text else "arm.urdf")
     for command in (("analyze", robot, "--contact", "tip", "--offset", "0.3,0,0"), ("robots", robot)):
-        assert f"\nbase         {HEADERS[text]}\n" in good(capfd, *command)
+        more = ("--all",) if command[0] == "analyze" else ()
+        assert f"\nbase         {HEADERS[text]}\n" in good(capfd, *command, *more)
 
 
 LEGS = body("shin", BODY + body("foot", BODY, HINGE.replace('"j"', '"ankle"')), HINGE)

@@ -72,7 +72,7 @@ def test_xacro_with_arguments_and_package(capfd, here, monkeypatch):
     """Four feet match: a case for each, then a summary with the feet as columns."""
     monkeypatch.chdir(here / "dog")
     words = ("--xacro", "payload:=1.5", "--package", "dog_description=.", "--contact", "*_foot", "--strike-angle", "30")
-    out = good(capfd, "analyze", "dog.urdf.xacro", *words)
+    out = good(capfd, "analyze", "dog.urdf.xacro", *words, "--all")
     assert out.count("(dog, 7.5 kg, 5 moving bodies, payload:=1.5)\n") == 4
     assert re.findall(r"^contact      (\w+) at ", out, re.MULTILINE) == list(FEET)
     assert out.count("\nstrike       1 m/s, 30 deg from the vertical: velocity (0.5, 0, -0.866) m/s\n") == 4
@@ -204,7 +204,7 @@ def test_bodies_by_pattern(capfd, here):
 
 def test_a_link_stands_for_the_body_that_it_is_part_of(capfd, here):
     """HyQ's trunk is fixed to base_link; a glob of links means all their bodies."""
-    out = good(capfd, "analyze", "hyq", "--contact", "lf_foot", "--body", "trunk")
+    out = good(capfd, "analyze", "hyq", "--contact", "lf_foot", "--body", "trunk", "--all")
     assert "\nbase_link " in out
     assert "\n(12 bodies not shown, no match for --body)\n" in out
     out = good(capfd, "analyze", *DOG, *LEVEL, "--contact", "lf_foot", "--body", "*_foot", "--format", "csv")
@@ -332,8 +332,12 @@ def test_options_of_a_command_come_before_the_shared_ones(capfd):
     headings = re.findall(r"^(\w.*):$", text, re.MULTILINE)
     assert headings[:4] == ["Arguments", "Landings", "Where a sensor may be", "Sensors"]
     assert headings[4:] == [name for name in re.findall(r"^(\w.*):$", good(capfd, "limits", "--help"), re.MULTILINE)[2:]]
-    assert good(capfd, "robots", "--help").partition("Robot files:\n")[2].partition("\n\n")[0] in text
-    assert re.search(r"--lock JOINT +Locked joints, which keep the\s+rate\s+that\s+they\s+have\.\s+May\s+be\s+repeated\.", text)
+    everything = good(capfd, "place", "--help-all")
+    assert good(capfd, "robots", "--help").partition("Robot files:\n")[2].partition("\n\n")[0] in everything
+    assert set(re.findall(r"^  (--[\w-]+)", text, re.MULTILINE)) < set(re.findall(r"^  (--[\w-]+)", everything, re.MULTILINE))
+    assert re.search(
+        r"--lock JOINT +Locked joints, which keep the\s+rate\s+that\s+they\s+have\.\s+May\s+be\s+repeated\.", everything
+    )
 
 
 @pytest.mark.parametrize("command", COMMANDS)

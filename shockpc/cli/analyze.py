@@ -57,4 +57,4 @@ def analyze(
             trace.skip("figure, and matplotlib with it", "no --out")
         emit(landings_report(profiles, file_names(scenes), bodies, spectrum, all_), output)
     if explain:
-        sys.stderr.write("".join(f"{accuracy_line(profile)}\n" for profile in profiles) + trace.text())
+        sys.stderr.write(trace.text() + "".join(f"{accuracy_line(profile)}\n" for profile in profiles))

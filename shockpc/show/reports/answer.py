@@ -3,16 +3,11 @@
 import math
 from collections.abc import Sequence
 
-import numpy as np
-
 from shockpc.quantities.profile import ShockProfile
 from shockpc.show.tables import Cell, Row, Sheet, largest, rounded
 
 PLACES = 14
 """Bodies in the table of shocks."""
-
-JOINTS = 6
-"""Joints in the table of impulses."""
 
 BRACKETED = 50.0
 """Share of a body's motion out of the plane from which its CoPc and RoPc, which describe the rest, are in brackets [%]."""
@@ -61,18 +56,3 @@ def in_plane(profile: ShockProfile, i: int, value: Cell) -> Cell:
     """A number of a body that describes its motion in the plane, as text in brackets where most of it is out of the plane."""
     doubtful = 100.0 * profile.off_plane[i] > BRACKETED and isinstance(value, float) and not math.isnan(value)
     return f"({rounded(value)})" if doubtful else value
-
-
-def joints_sheet(profile: ShockProfile) -> Sheet:
-    """The impulses through the joints, the greatest first."""
-    order = np.argsort([-math.hypot(*load.force) for load in profile.loads], kind="stable")
-    rows: list[Row] = []
-    for k in order:
-        load = profile.loads[k]
-        rows.append(
-            (load.joint, math.hypot(*load.force), math.hypot(*load.moment), None if load.along is None else abs(load.along))
-        )
-    rows, notes = largest(rows, JOINTS, "joint")
-    return Sheet(
-        "impulse through the joints", ("joint", "force [N s]", "moment [N m s]", "along the axis [N m s, N s]"), rows, notes
-    )

@@ -11,7 +11,7 @@ from shockpc.landing.places import Kind
 from shockpc.quantities.profile import ShockProfile
 from shockpc.quantities.table import Selection, quantities_of, quantity
 from shockpc.show.document import content
-from shockpc.show.reports.answer import JOINTS, in_plane, joints_sheet, landing_lines, shocks_sheet
+from shockpc.show.reports.answer import in_plane, landing_lines, shocks_sheet
 from shockpc.show.reports.report import Picture, Report, Section, picture_files
 from shockpc.show.tables import Lines, Row, Sheet, largest, rounded
 from shockpc.show.wording import contact_name, count, header_lines, proof_text, shared_lines, shown_as, vector_text, warning_lines
@@ -25,6 +25,9 @@ BODIES = (
 
 DETAILS = ("velocity jumps on these contacts", "modes, and the normal force that they carry")
 """Tables of a landing on contacts of finite stiffness that the answer leaves out."""
+
+JOINTS = 6
+"""Joints in the tables of an answer."""
 
 MORE = ["--all prints everything that was computed"]
 """The last line of an answer."""
@@ -167,7 +170,7 @@ def _answer(profile: ShockProfile, bodies: Sequence[int] | None) -> list[Section
         shocks_sheet(profile, bodies),
         *([_parts_sheet(profile)] if profile.parts else []),
         *([_bracket_sheet(profile)] if profile.robot.joint_names else []),
-        *([joints_sheet(profile)] if profile.loads else []),
+        *([_worst_first(_loads_sheet(profile, JOINTS))] if profile.loads else []),
         *ground,
         Lines([*_ground_lines(profile), *MORE]),
     ]
@@ -269,6 +272,11 @@ def directions_sheet(profile: ShockProfile, most: int | None = None) -> Sheet:
     header = ("place", "most severe [-]", "x [-]", "y [-]", "z [-]", "least severe [-]", "x [-]", "y [-]", "z [-]", "to the ground")
     notes += ("over all directions towards the ground or parallel to it; an impact parallel to the ground is no landing",)
     return Sheet("most and least severe impact direction (unit vector of the velocity, world axes)", header, rows, notes)
+
+
+def _worst_first(sheet: Sheet) -> Sheet:
+    """A table whose second column decides on the order."""
+    return sheet._replace(rows=sorted(sheet.rows, key=lambda row: -float(row[1] or 0.0)))
 
 
 def _tables(profile: ShockProfile, bodies: Sequence[int] | None, most: int | None) -> list[Sheet]:
