@@ -1,9 +1,9 @@
 """The command line's grammar: its commands, their options and their help."""
 
 import importlib
-import importlib.util
 import sys
 from collections.abc import Sequence
+from pathlib import Path
 from typing import Annotated, Any
 
 import typer
@@ -119,7 +119,7 @@ def app_for(words: Sequence[str]) -> typer.Typer:
 
 def _command(name: str) -> Command:
     """The function that runs a command."""
-    if importlib.util.find_spec(f"shockpc.cli.{name}") is None:
+    if not (Path(__file__).parent / f"{name}.py").exists():
         from shockpc.cli.study import study_command  # which imports the studies
 
         return study_command(name)
