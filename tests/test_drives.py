@@ -5,13 +5,14 @@ from dataclasses import replace
 import numpy as np
 import pinocchio as pin
 import pytest
+from commands import good, run
 from robot_texts import LIMIT, body, floating, joint, link, mjcf, refused, urdf
 from trees import known_robot, robot_from
 
-from shockpc import Contact, Joints, Rotor, Scene, SceneError, Strike, UnknownName, load_robot, resolve, shock_profile
+from shockpc import Contact, Joints, Posture, Rotor, Scene, SceneError, Strike, UnknownName, load_robot, resolve, shock_profile
 from shockpc.impact.springs import spring_times
 from shockpc.landing.joint_model import joint_model
-from shockpc.robot.catalogue import catalogue, own_robots_folder
+from shockpc.robot.catalogue import catalogue, find_robot, own_robots_folder
 from shockpc.robot.changes import changed, read_changes
 from shockpc.robot.drives import catalogue_drives, drives_of, read_drives
 
@@ -259,3 +260,27 @@ def test_a_locked_joint_keeps_the_rate_that_it_has():
     assert np.isnan(locked.energy_lost)
     assert locked.energy_share is None
     assert np.isfinite(at_rest.energy_lost)
+
+
+def test_drives_of_a_robot_of_the_catalogue_for_a_copy_of_it(capfd, tmp_path):
+    """By the names of joints: the same shocks; names that no joint has are said, and a robot like one of the catalogue says so."""
+    file = tmp_path / "mine.urdf"
+    file.write_bytes(find_robot("go1")[0].read_bytes())
+    scene = Scene(robot=str(file), contact="FL_foot", joints=Joints(drives="go1"))
+    mine = shock_profile(scene, load_robot(file))
+    own = shock_profile(Scene(robot="go1", contact="FL_foot", posture=Posture(reference="neutral")))
+    np.testing.assert_allclose(mine.delta_v, own.delta_v, rtol=0, atol=1e-12)
+    assert "joints are named like those of go1, whose drives --drives go1 takes" in good(
+        capfd, "analyze", file, "--contact", "FL_foot"
+    )
+    file.write_text(file.read_text().replace("calf_joint", "shin_joint"))
+    part = shock_profile(scene, load_robot(file)).landing.joint_model
+    assert 'none is named "*_calf_joint"' in part.drives
+    assert part.unknown.sum() == 4
+    for name, told in (
+        ("foo", "no robot with known drives"),
+        ("anymal_b", "has no joint with a name that the drives of anymal_b have"),
+    ):
+        outcome = run(capfd, "analyze", file, "--contact", "FL_foot", "--drives", name)
+        assert (outcome.code, outcome.out) == (2, "")
+        assert told in outcome.err

@@ -7,7 +7,7 @@ from typing import Literal, TypeAlias, get_args
 import typer
 
 from shockpc.text.errors import OutputError
-from shockpc.text.paths import usable_path
+from shockpc.text.paths import is_path, usable_path
 
 Vector: TypeAlias = tuple[float, float, float]
 Span: TypeAlias = tuple[float, float]
@@ -91,8 +91,8 @@ def rotor(text: str) -> Motor:
 
 
 def drives(text: str) -> str:
-    """The path of a file of drives, or none."""
-    return text if text == "none" else str(path(text))
+    """The path of a file of drives, a robot's name, or none."""
+    return str(path(text)) if is_path(text) else text
 
 
 def definition(text: str) -> tuple[str, str]:

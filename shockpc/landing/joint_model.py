@@ -14,10 +14,10 @@ import numpy as np
 
 from shockpc.core.spatial import Array
 from shockpc.landing.scene import Joints
-from shockpc.robot.drives import Drive, drives_of, read_drives
+from shockpc.robot.drives import Drive, drives_like, drives_of, read_drives
 from shockpc.robot.robot import Drives, Robot
 from shockpc.text.errors import SceneError
-from shockpc.text.paths import inputs
+from shockpc.text.paths import inputs, is_path
 from shockpc.text.printed import listed
 from shockpc.text.toml import LARGEST
 
@@ -168,6 +168,8 @@ def without_springs(armature: Array, locked: np.ndarray, name: str) -> JointMode
 def _drives(robot: Robot, joints: Joints) -> Drives:
     """The drives that count for the scene beside those of the robot's file."""
     if joints.drives is not None and joints.drives != "none":
+        if not is_path(joints.drives):
+            return drives_like(robot, joints.drives)
         path = Path(joints.drives).expanduser()
         stamp = 0
         if path.is_file():

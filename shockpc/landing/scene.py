@@ -175,10 +175,10 @@ class Joints(Record):
     )
     drives: str | None = option(
         None,
-        "Drives in the form of robots/drives.toml, or none, which leaves what the robot's own file gives; by default those known "
-        "of a robot of the catalogue.",
+        "Drives in the form of robots/drives.toml; or those of a robot of the catalogue, such as go2, for joints of the same names;"
+        " or none, which leaves what the robot's own file gives; by default those known of a robot of the catalogue.",
         "Joint model",
-        "FILE|none",
+        "FILE|NAME|none",
     )
     armature: Mapping[str, float] = field(default_factory=dict)
     rotor: Mapping[str, Rotor] = field(default_factory=dict)

@@ -19,7 +19,7 @@ from shockpc.landing.scene import Point, Scene, Strike
 from shockpc.robot.load import shared_robot
 from shockpc.robot.robot import Robot
 from shockpc.text.errors import SceneError
-from shockpc.text.paths import usable_path
+from shockpc.text.paths import is_path, usable_path
 from shockpc.text.printed import printable
 from shockpc.text.toml import checked, reading, toml_lines
 
@@ -212,13 +212,13 @@ def scene_table(record: Any) -> dict[str, Any]:
 
 def with_paths(scene: S, change: Callable[[str], str]) -> S:
     """The scene with every path in it changed; a robot's name is not a path."""
-    robot, joints = scene.robot, scene.joints
-    if os.sep in robot or Path(robot).suffix:
+    robot, joints, drives = scene.robot, scene.joints, scene.joints.drives
+    if is_path(robot):
         robot = change(robot)
     return dataclasses.replace(
         scene,
         robot=robot,
         srdf=None if scene.srdf is None else change(scene.srdf),
         packages={name: change(folder) for name, folder in scene.packages.items()},
-        joints=dataclasses.replace(joints, drives=change(joints.drives)) if joints.drives not in (None, "none") else joints,
+        joints=joints if drives is None or not is_path(drives) else dataclasses.replace(joints, drives=change(drives)),
     )

@@ -3,9 +3,10 @@
 The drives of the robots that are known by name stand in robots/drives.toml, with their sources; a file of a user has the same form.
 """
 
+import fnmatch
 import functools
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Literal
 
@@ -14,9 +15,13 @@ import numpy as np
 from shockpc.core.spatial import freeze
 from shockpc.robot.catalogue import own_robots_folder
 from shockpc.robot.robot import Drives, Robot
-from shockpc.text.errors import SceneError
+from shockpc.text.errors import SceneError, UnknownName
 from shockpc.text.paths import read_file
+from shockpc.text.printed import listed
 from shockpc.text.toml import LARGEST, checked, reading
+
+PUBLIC = ("published", "derived")
+"""Status of drives that are taken unless the scene says otherwise."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -100,6 +105,59 @@ def catalogue_drives(name: str | None) -> tuple[Drive, ...]:
     return tuple(drive for drive in drives if name in drive.robot)
 
 
+def drives_like(robot: Robot, name: str) -> Drives:
+    """The published and derived drives of a robot of the catalogue for joints of the same names in another robot.
+
+    The label names the joints of the catalogue's robot that this one does not have.
+
+    Raises:
+        UnknownName: no drives are known of a robot of that name.
+        SceneError: no joint has a name that a drive has.
+    """
+    known = [drive for drive in catalogue_drives(name) if drive.status in PUBLIC]
+    if not known:
+        raise UnknownName("robot with known drives", name, sorted(robots_with_drives()), "robots/drives.toml", "")
+    patterns = [(drive, pattern) for drive in known for pattern in drive.joint]
+    matched = [(drive, pattern) for drive, pattern in patterns if fnmatch.filter(robot.joint_names, pattern)]
+    missing = [pattern for _, pattern in patterns if not fnmatch.filter(robot.joint_names, pattern)]
+    if not matched:
+        raise SceneError(
+            f'robot "{robot.name}" has no joint with a name that the drives of {name} have ({listed(missing, 6)}); its joints are '
+            f"{listed(robot.joint_names, 6)}; give a file of drives, or --rotor"
+        )
+    without = f" (none is named {listed(missing, 4)})" if missing else ""
+    label = f"drives of {name}, {_status(known)}, by the names of joints{without}"
+    return drives_of(robot, [replace(drive, joint=(pattern,), robot=()) for drive, pattern in matched], label)
+
+
+def similar_robots(robot: Robot) -> tuple[str, ...]:
+    """Robots of the catalogue whose drives are known and would be those of every joint of this robot, by the names of joints.
+
+    If it has the name of one of them, that one; drives of all joints of a robot, whatever their names, say nothing here.
+    """
+    driven = {joint.name for joint in robot.single_joints if joint.kind != "free"}
+    covered: dict[str, set[str]] = {}
+    for name, drives in robots_with_drives().items():
+        patterns = [pattern for drive in drives for pattern in drive.joint if pattern != "*"]
+        covered[name] = {joint for pattern in patterns for joint in fnmatch.filter(driven, pattern)}
+    alike = tuple(name for name, joints in covered.items() if driven and joints == driven)
+    return tuple(name for name in alike if name in robot.name.casefold()) or alike
+
+
+@functools.cache
+def robots_with_drives() -> dict[str, tuple[Drive, ...]]:
+    """The robots of robots/drives.toml whose drives are published or derived, with these."""
+    found: dict[str, tuple[Drive, ...]] = {}
+    for drive in read_drives(own_robots_folder() / "drives.toml"):
+        if drive.status in PUBLIC:
+            found |= {name: (*found.get(name, ()), drive) for name in drive.robot}
+    return found
+
+
+def _status(drives: Sequence[Drive]) -> str:
+    return " and ".join(dict.fromkeys(str(drive.status) for drive in drives))
+
+
 def drives_of(robot: Robot, drives: Sequence[Drive], label: str) -> Drives:
     """The drives of a robot's joints as arrays; later ones replace earlier ones of the same joint.
 
@@ -126,8 +184,7 @@ def drives_of(robot: Robot, drives: Sequence[Drive], label: str) -> Drives:
 
 def default_drives(robot: Robot) -> Drives | None:
     """The published and derived drives of a robot of the catalogue; None where its own file gives reflected inertia."""
-    known = [drive for drive in catalogue_drives(robot.source.name) if drive.status in ("published", "derived")]
+    known = [drive for drive in catalogue_drives(robot.source.name) if drive.status in PUBLIC]
     if not known or robot.model.armature.any():
         return None
-    status = " and ".join(dict.fromkeys(str(drive.status) for drive in known))
-    return drives_of(robot, known, f"drives of {robot.source.name}, {status}")
+    return drives_of(robot, known, f"drives of {robot.source.name}, {_status(known)}")

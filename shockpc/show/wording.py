@@ -12,6 +12,7 @@ from shockpc.landing.scene_file import sideways
 from shockpc.quantities.accuracy import SHARE
 from shockpc.quantities.profile import ShockProfile
 from shockpc.quantities.quantity import Quantity
+from shockpc.robot.drives import similar_robots
 from shockpc.robot.landmarks import BENT
 from shockpc.robot.robot import WORLD, Robot
 from shockpc.text.printed import few, listed, printable
@@ -139,7 +140,9 @@ def _drive_texts(profile: ShockProfile) -> list[str]:
             if math.isfinite(times) and times >= 1.05
             else ""
         )
-        texts.append(f"{subject}{more}")
+        like = similar_robots(robot) if len(unknown) == len(single) else ()
+        known = f"; joints are named like those of {few(like, 4)}, whose drives --drives {like[0]} takes" if like else ""
+        texts.append(f"{subject}{more}{known}")
     if sprung := [joint.name for joint in single if model.springs[joint.v].any()]:
         when = f"; they count after {1e3 * profile.spring_time:.2g} ms" if math.isfinite(profile.spring_time) else ""
         texts.append(f"springs at {few(sprung, 2, what=' joints')} are free in the impact{when}")

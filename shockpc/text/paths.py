@@ -85,3 +85,8 @@ def open_file(path: Path, what: str, error: type[Exception], *, output: bool = F
     if not output:
         inputs.setdefault((status.st_dev, status.st_ino), what)
     return os.fdopen(number, "rb")
+
+
+def is_path(text: str) -> bool:
+    """Whether what may be a file or a name is a file: it has a separator or a suffix."""
+    return os.sep in text or bool(Path(text).suffix)
