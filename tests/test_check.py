@@ -15,7 +15,7 @@ import pytest
 from commands import STICK, STICK_WITH_IMU, good, run
 
 import shockpc
-from shockpc import Contact, Scene, ShockError, assert_shock, shock_profile
+from shockpc import Contact, Scene, ShockError, StudyError, assert_shock, shock_profile
 from shockpc.cli.check import EPILOG
 from shockpc.quantities.ground import GROUND
 from shockpc.quantities.table import QUANTITIES, select
@@ -583,6 +583,9 @@ def test_the_order_of_a_baseline_is_that_of_its_names(capfd, here):
         ({"metric": "effective_mass", "at": "foot", "baseline_tolerance": "5%", "min": 0}, 0.5, 1),
         ({"metric": "effective_mass", "at": "foot", "baseline_tolerance": "5%", "max": 1e-3}, 1.0, 1),
         ({"metric": "effective_mass", "at": "foot", "baseline_tolerance": "1e9 kg"}, 2.0, 0),
+        ({"metric": "effective_mass", "at": "foot", "baseline_tolerance": "0.01%"}, 1.0002, 1),
+        ({"metric": "effective_mass", "at": "foot", "baseline_tolerance": "0.01%, 1e9 kg"}, 1.0002, 0),
+        ({"metric": "effective_mass", "at": "foot", "baseline_tolerance": "5%, 1e-9"}, 1.06, 1),
         ({"metric": "effective_mass", "at": "foot", "baseline_tolerance": "1e-9 kg"}, 1.06, 1),
         ({"metric": "effective_mass", "at": "foot", "baseline_tolerance": "5%", "severity": "warning"}, 1.06, 0),
     ],
@@ -952,3 +955,23 @@ def test_the_file_of_the_help_is_valid(here):
     assert set(table) == {"case", "budget"}
     path = Path(write(here, "\n".join(lines)))
     assert [case.name for case in read_budgets(path).cases] == ["land-front"]
+
+
+def test_small_numbers_may_change_by_a_thousandth_of_the_largest():
+    """Where the tolerance is a share: 5 % of 1 is 0.05, and of 1e-4 it is the thousandth, unless the tolerance says less."""
+    least = Budget(metric="joint_impulse", baseline_tolerance="5%")
+    assert [least.margin(one, 1.0) for one in (1.0, 1e-4)] == [0.05, 1e-3]
+    assert Budget(metric="joint_impulse", baseline_tolerance="0.01%").margin(1e-4, 1.0) == pytest.approx(1e-4)
+    assert Budget(metric="joint_impulse", baseline_tolerance="5%, 1e-2 N s").margin(1e-4, 1.0) == 1e-2
+    assert Budget(metric="joint_impulse", baseline_tolerance="5%, 0").margin(1e-4, 1.0) == pytest.approx(5e-6)
+    for text in ("1e-3 N s, 5%", "5%,", "5%, 1 kg", "5 kg"):
+        with pytest.raises(StudyError, match="share and at least a change"):
+            Budget(metric="joint_impulse", baseline_tolerance=text)
+
+
+def test_a_case_may_give_a_drop_height(capfd, here):
+    """In place of the strike's own speed: v = √(2 g h)."""
+    write(here, CASE + "drop_height = 0.2\n", budget(metric="delta_v", at="*", max=9))
+    (case,) = read_budgets(here / "budgets.toml").cases
+    assert case.landings[0][1].strike.drop_height == 0.2
+    assert document(capfd)["outcomes"]

@@ -191,13 +191,13 @@ def write_scene(folder: Path, scene: Scene) -> Path:
     return write(folder, scene_text(scene, folder))
 
 
-MISTAKES = f"""
+MISTAKES = """
 foot = 1 | base = "loose" | plane = [0, 1] | plane = [0, 1, "z"] | packages = "dog" | [packages]; "a.b" = 1 | posture = "standing"
-[posture]; refrence = 'x' | [posture]; base_position = [0, 0] | [posture]; joints_deg = {{ knee = '9' }} | srdf = 2020-01-01
-[posture]; joints = {{ knee = 1e999 }} | [strike]; velocity = [0, 0, -inf] | contact = "foot" | contact = "{"foot" * 30}"
+[posture]; refrence = 'x' | [posture]; base_position = [0, 0] | [posture]; joints_deg = { knee = '9' } | srdf = 2020-01-01
+[posture]; joints = { knee = 1e999 } | [strike]; velocity = [0, 0, -inf] | contact = 3 | contact = ["foot", 3]
 [[contact]]; frame = 'foot'; [[contact]] | [[contact]]; frame = 'f'; directions = 'z' | [joints]; rotor = 1 | <robot/>
-[[contact]]; frame = 'f'; directions = ['x', 'w'] | [[closure]]; a = {{ frame = 'f' }}; b = {{ link = 'g' }} | srdf = "leg
-[joints]; rotor = {{ hip = {{ gear_ratio = 1 }} }} | x = 1; [strike]; speed = 'fast'; sped = 1 | packages = {{ leg = "a\\u0000" }}
+[[contact]]; frame = 'f'; directions = ['x', 'w'] | [[closure]]; a = { frame = 'f' }; b = { link = 'g' } | srdf = "leg
+[joints]; rotor = { hip = { gear_ratio = 1 } } | x = 1; [strike]; speed = 'fast'; sped = 1 | packages = { leg = "a\\u0000" }
 robot = 'leg' | srdf = "\udcff"
 """
 WITHOUT_ROBOT = ["", "robot = 3", "robots = 'leg'", 'robot = "a\\u0000.urdf"']
@@ -400,3 +400,13 @@ def test_schema_accepts_valid_scenes_alone():
     for change in ({"foot": 1}, {"base": "loose"}, {"plane": [0, 1]}, {"strike": {"speed": "fast"}}, {"contact": [{}]}):
         (fault,) = validator.iter_errors(table | change)
         assert not fault.path or fault.path[0] in change
+
+
+def test_a_contact_may_be_a_name(here):
+    """As in Python: a name or a list of names stands for contacts at the frames of these names; the schema says so."""
+    for text, contact in (('"foot"', "foot"), ('["foot", "hip"]', ("foot", "hip"))):
+        assert read_scene(write(here, f'robot = "leg"\ncontact = {text}\n')).contact == Scene(robot="leg", contact=contact).contact
+    validator = jsonschema.Draft202012Validator(scene_schema())
+    assert not list(validator.iter_errors({"robot": "leg", "contact": "foot"}))
+    assert not list(validator.iter_errors({"robot": "leg", "contact": ["foot", {"frame": "hip"}]}))
+    assert list(validator.iter_errors({"robot": "leg", "contact": 3}))

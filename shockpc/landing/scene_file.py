@@ -163,6 +163,10 @@ def scene_from(kind: type[S], table: Mapping[str, Any], folder: Path, key: str =
         SceneError: a key or its value does not fit; the text says what would be valid.
     """
     faults: list[str] = []
+    contact = table.get("contact")
+    named = [contact] if isinstance(contact, str) else contact
+    if isinstance(named, list):
+        table = {**table, "contact": [{"frame": one} if isinstance(one, str) else one for one in named]}
     scene: S | None = checked(table, kind, key, faults)
     if scene is None or faults:
         raise SceneError("; ".join(faults))
@@ -194,7 +198,11 @@ def record_schema(record: type) -> dict[str, Any]:
     """The JSON Schema of a table that becomes a record."""
     from pydantic import TypeAdapter
 
-    return TypeAdapter(record).json_schema()
+    schema = TypeAdapter(record).json_schema()
+    if contacts := schema.get("properties", {}).get("contact"):  # names stand for contacts at the frames of these names
+        contacts["items"] = {"anyOf": [contacts["items"], {"type": "string"}]}
+        schema["properties"]["contact"] = {"anyOf": [contacts, {"type": "string"}]}
+    return schema
 
 
 def scene_table(record: Any) -> dict[str, Any]:

@@ -61,6 +61,10 @@ class Baseline(NamedTuple):
     designs: Mapping[str, Any]
     values: Mapping[Key, float]
 
+    def largest(self, metric: str) -> float:
+        """Magnitude of the largest finite value of a metric; 0 where there is none."""
+        return max((abs(x) for key, x in self.values.items() if key.metric == metric and math.isfinite(x)), default=0.0)
+
 
 def case_record(landing: PosedLanding, own_angle: bool) -> dict[str, Any]:
     """What identifies the scene of a case, the robot's name and the scene without the paths of files; and the design.

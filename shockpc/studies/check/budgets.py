@@ -23,6 +23,9 @@ STANDARD = ("budgets.toml", "pyproject.toml")
 """Files that are looked for in the current folder."""
 
 
+LEAST_CHANGE = 1e-3
+"""Share of a metric's largest value in the baseline by which a value may always be off where a tolerance is a share."""
+
 MOST_DESIGNS = 1_000_000
 """Random designs of one landing."""
 
@@ -62,6 +65,7 @@ class Case(Scene):
         name: by which budgets and the baseline refer to it.
         scene: file of a scene, of which the keys of the case replace some.
         strike_angle_deg: a landing for each of these angles, in place of the strike's own [deg].
+        drop_height: in place of the strike's own velocity, as in `Strike` [m].
         vary: what is not known of the design, for budgets with a percentile.
         designs: number of random designs of which the percentiles are.
 
@@ -73,6 +77,7 @@ class Case(Scene):
     name: str
     scene: str | None = None
     strike_angle_deg: tuple[float, ...] = ()
+    drop_height: float | None = None
     vary: tuple[Vary, ...] = ()
     designs: float = 1000.0
 
@@ -86,6 +91,8 @@ class Case(Scene):
     def landings(self) -> tuple[tuple[float | None, Scene], ...]:
         """Each strike angle with its scene; the angle is None where the scene gives the strike alone."""
         scene = Scene(**{item.name: getattr(self, item.name) for item in fields(Scene)})
+        if self.drop_height is not None:
+            scene = replace(scene, strike=replace(scene.strike, speed=None, velocity=None, drop_height=self.drop_height))
         strikes = {angle: replace(scene.strike, strike_angle_deg=angle) for angle in self.strike_angle_deg}
         return tuple((angle, replace(scene, strike=strike)) for angle, strike in strikes.items()) or ((None, scene),)
 
@@ -100,8 +107,9 @@ class Budget:
         metric: a quantity, as `select` takes it.
         max: greatest value allowed, in the unit of the metric.
         min: least value allowed.
-        baseline_tolerance: how much worse than the baseline it may be: a share such as "5%", or a number with the unit of the
-            metric, such as "0.01 kg"; "-" is the unit of a ratio.
+        baseline_tolerance: how much worse than the baseline it may be: a number with the unit of the metric, such as "0.01 kg",
+            where "-" is the unit of a ratio; or a share such as "5%", and at least a change that may be given after it, as in
+            "5%, 1e-3 N s", by default a thousandth of the largest value of the metric in the baseline, and the share if less.
         percentile: share of the case's random designs that have to meet each limit [%]; None for the design as it is.
         severity: whether the check fails when the budget is exceeded.
 
@@ -169,17 +177,31 @@ class Budget:
             return lower
         return upper
 
-    def margin(self, baseline: float) -> float:
-        """How far from a baseline the value may be. An infinite radius has no share; no finite one is near it."""
-        number = re.fullmatch(r"([0-9]+\.?[0-9]*(?:[eE][-+]?[0-9]+)?)\s*(\S.*)", (self.baseline_tolerance or "").strip())
+    def margin(self, baseline: float, largest: float = 0.0) -> float:
+        """How far from a baseline the value may be. An infinite radius has no share; no finite one is near it.
+
+        Args:
+            baseline: the value there.
+            largest: magnitude of the metric's largest finite value there.
+        """
+        share, comma, change = ((self.baseline_tolerance or "").strip()).partition(",")
         unit = self.selection.quantity.unit.replace("1", "-")
-        if not number or number[2] not in ("%", unit) or not math.isfinite(float(number[1])):
+        parts = [
+            re.fullmatch(r"([0-9]+\.?[0-9]*(?:[eE][-+]?[0-9]+)?)\s*(\S.*)?", part.strip())
+            for part in (share, change)[: 1 + len(comma)]
+        ]
+        units = [("%",) if comma else ("%", unit), (unit, None)]
+        if not all(part and part[2] in valid and math.isfinite(float(part[1])) for part, valid in zip(parts, units, strict=False)):
             raise StudyError(
-                f'baseline_tolerance "{printable(self.baseline_tolerance or "")}" is not valid; give a share such as "5%", or a '
-                f'number with the unit of {self.metric}, such as "0.01 {unit}"'
+                f'baseline_tolerance "{printable(self.baseline_tolerance or "")}" is not valid; give a share such as "5%", a '
+                f'number with the unit of {self.metric}, such as "0.01 {unit}", or a share and at least a change: "5%, 0.01 {unit}"'
             )
-        share = abs(baseline) if math.isfinite(baseline) else 1.0
-        return float(number[1]) / 100.0 * share if number[2] == "%" else float(number[1])
+        numbers = [float(part[1]) for part in parts if part]
+        if not share.strip().endswith("%"):
+            return numbers[0]
+        part_of = numbers[0] / 100.0
+        least = numbers[1] if comma else min(LEAST_CHANGE, part_of) * largest
+        return max(part_of * (abs(baseline) if math.isfinite(baseline) else 1.0), least)
 
 
 class Budgets(NamedTuple):

@@ -296,7 +296,7 @@ def _outcomes(given: Budgets, baseline: Baseline | None, planned: _Planned, resu
         sampled = budget.percentile is not None
         before = None if baseline is None or sampled else baseline.values.get(key)
         missing = refused or (sampled and undone) or budget.selection.quantity.missing
-        reasons = [missing] if value is None else _excesses(budget, value, before)
+        reasons = [missing] if value is None else _excesses(budget, value, before, baseline)
         alone = baseline is None and budget.max is None and budget.min is None
         outcomes.append(
             Outcome(
@@ -348,8 +348,8 @@ def _change_notes(baseline: Baseline, changes: dict[str, tuple[str, ...]], outco
         yield f"since the baseline: {cases}: {text}"
 
 
-def _excesses(budget: Budget, value: float, baseline: float | None) -> list[str]:
-    """Which limits of a budget a value exceeds."""
+def _excesses(budget: Budget, value: float, before: float | None, baseline: Baseline | None) -> list[str]:
+    """Which limits of a budget a value exceeds. Args: before, its value in the baseline."""
     unit = budget.selection.quantity.unit
     unit = "" if unit == "1" else f" {unit}"
     excesses, share = [], "" if budget.percentile is None else f" ({budget.percentile:g} % of the designs)"
@@ -357,12 +357,12 @@ def _excesses(budget: Budget, value: float, baseline: float | None) -> list[str]
         excesses.append(f"{_digits(value, budget.max)}{unit}{share} is above max {budget.max:.6g}{unit}")
     if budget.min is not None and value < budget.min:
         excesses.append(f"{_digits(value, budget.min)}{unit}{share} is below min {budget.min:.6g}{unit}")
-    if budget.baseline_tolerance is not None and baseline is not None:
-        value = rounded(value)
+    if budget.baseline_tolerance is not None and baseline is not None and before is not None:
+        value, margin = rounded(value), budget.margin(before, baseline.largest(budget.metric))
         for sign, word, plus, better in ((1.0, "above", "+", "less"), (-1.0, "below", "−", "greater")):
-            limit = baseline + sign * budget.margin(baseline)
+            limit = before + sign * margin
             if budget.worse != better and sign * value > sign * limit:
-                allowed = f"the baseline {baseline:.6g} {plus} {budget.baseline_tolerance}"
+                allowed = f"the baseline {before:.6g} {plus} {budget.baseline_tolerance}"
                 excesses.append(f"{_digits(value, limit)}{unit} is {word} {limit:.6g}{unit}, which is {allowed}")
     return excesses
 
