@@ -317,7 +317,7 @@ def test_help(capfd, monkeypatch):
     out = good(capfd, "--help")
     assert good(capfd) == out == good(capfd, "-h")
     assert good(capfd, "--version") == f"shockpc {shockpc.__version__}\n"
-    commands = dict(re.findall(r"^  (\w+) +(\S.*\.)$", out.partition("\nLook at a robot:\n")[2], re.MULTILINE))
+    commands = dict(re.findall(r"^  (\w+) +(\S.*\.)$", out.partition("\nBegin:\n")[2], re.MULTILINE))
     assert set(commands) == set(COMMANDS)
     for command, sentence in commands.items():
         text = good(capfd, command, "-h")

@@ -1,4 +1,4 @@
-"""The README: its commands, Python and scenes run, and the output that it shows is the output."""
+"""The README and the guide: their commands, Python and scenes run, and the output that they show is the output."""
 
 import json
 import re
@@ -11,7 +11,9 @@ import pytest
 from commands import ROBOTS, STICK_WITH_IMU, dog_in, good
 
 README = Path(__file__).parent.parent / "README.md"
-TEXT = README.read_text(encoding="utf-8")
+PAGES = (README, *sorted((README.parent / "shockpc" / "guide").glob("*.md")))
+TEXTS = {page: page.read_text(encoding="utf-8") for page in PAGES}
+TEXT = "".join(TEXTS.values())
 
 POSTURES = """<robot name="stick">
   <group name="all"><joint name="root_joint"/><joint name="knee"/></group>
@@ -91,8 +93,8 @@ def plain(text: str) -> str:
 
 def test_commands_run(capfd, here):
     """In the order of the page and in one folder, so that a later command may use what an earlier one wrote."""
-    found = commands()
-    assert found, "the README shows no command"
+    found = dict.fromkeys(commands())
+    assert found, "the pages show no command"
     for typed in found:
         out = plain(good(capfd, *words_of(typed.line)))
         for part in re.split(r"^ *(?:…|\.\.\.) *$", plain(typed.shown), flags=re.MULTILINE):
@@ -102,7 +104,7 @@ def test_commands_run(capfd, here):
 def test_shock_by_drives(capfd, here):
     """The table of drives: each row's options give its number at the trunk."""
     command = re.search(r"shockpc (analyze go2 --contact \S+?)`\)", TEXT)
-    rows = re.findall(r"^\| [^|]+ \| (?:`(.+)`)? ?\| (0\.\d{4}) \|$", TEXT, re.MULTILINE)
+    rows = dict.fromkeys(re.findall(r"^\| [^|]+ \| (?:`(.+)`)? ?\| (0\.\d{4}) \|$", TEXT, re.MULTILINE))
     assert command is not None
     assert len(rows) == 5
     for options, shock in rows:
@@ -130,7 +132,17 @@ def test_scenes_run(capfd, here):
         assert good(capfd, "analyze", "scene.toml")
 
 
-def test_pictures_and_links_are_there():
-    """Links into the repository lead to files."""
-    targets = re.findall(r"\]\((?!\w+:|#)([^)#\s]+)", TEXT) + re.findall(r'(?:src|href)="(?!\w+:|#)([^"#]+)"', TEXT)
-    assert [target for target in targets if not (README.parent / target).exists()] == []
+@pytest.mark.parametrize("page", PAGES, ids=lambda page: page.stem)
+def test_pictures_and_links_are_there(page):
+    """Links lead to files, and to headings of them."""
+    for target in re.findall(r"\]\((?!\w+:)([^)\s]+)", TEXTS[page]):
+        name, _, heading = target.partition("#")
+        file = page.parent / name if name else page
+        assert file.exists(), target
+        headings = re.findall(r"^#+ (.*)$", file.read_text(encoding="utf-8"), re.MULTILINE) if heading else []
+        assert not heading or heading in [re.sub(r"[^\w -]", "", text.lower()).replace(" ", "-") for text in headings], target
+
+
+def test_the_readme_is_short():
+    """What a page says at length stands in the guide."""
+    assert len(TEXTS[README].splitlines()) <= 160

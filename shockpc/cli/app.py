@@ -14,6 +14,7 @@ from shockpc.cli.declare import EXIT_CODES, Command, Help, command
 from shockpc.cli.options import RARE
 
 GROUPS = {
+    "Begin": {"guide": "Read how to use shockpc, by topic."},
     "Look at a robot": {"robots": "List the robots known by name, or check and show one."},
     "One landing": {"analyze": "Compute the shock of a landing on every body of a robot."},
     "Many landings": {
