@@ -10,7 +10,6 @@ import sys
 import numpy as np
 import pytest
 from commands import STICK, good, run
-from scipy.spatial.transform import Rotation
 
 import shockpc
 from shockpc.robot.geometry import Shape, distance_to_surface, facets, half_spaces, outline
@@ -19,7 +18,6 @@ from shockpc.show.reports.place import place_report
 from shockpc.studies.place.cone import ConvexCell, least_shock
 from shockpc.studies.place.field import fields_of
 from shockpc.studies.place.groups import best_group
-from shockpc.studies.place.mounting import best_mounting
 from shockpc.studies.place.search import best_places, box
 
 TOLERANCE = 1e-8
@@ -198,27 +196,6 @@ def test_several_sensors_are_the_best_of_all_partitions(seed, count, weighted):
     assert float(found.combined(least)) == pytest.approx(group.value, abs=1e-15)
 
 
-def test_one_vector_is_seen_least_by_axes_at_equal_angles_to_it():
-    """No frame sees less than |v| / √3 of one vector, and frames at equal angles to it see that."""
-    found = best_mounting(np.array([[1.0, -2.0, 0.5]]))
-    assert found.bound == pytest.approx(np.linalg.norm([1.0, -2.0, 0.5]) / math.sqrt(3.0))
-    assert found.greatest == pytest.approx(found.bound, rel=1e-3)
-
-
-@pytest.mark.parametrize("seed", range(5))
-def test_no_rotation_is_better_than_the_best_mounting(seed):
-    rng = np.random.default_rng(seed)
-    vectors = rng.normal(size=(6, 3)) * rng.uniform(0.2, 1.0, size=(6, 1))
-    found = best_mounting(vectors)
-    np.testing.assert_allclose(found.rotation.T @ found.rotation, np.eye(3), atol=1e-14)
-    assert np.abs(vectors @ found.rotation).max() == pytest.approx(found.greatest)
-    others = np.abs(vectors @ Rotation.random(40_000, random_state=seed).as_matrix()).max(axis=(1, 2))
-    longest = np.linalg.norm(vectors, axis=1).max()
-    assert found.bound <= others.min() + 1e-12
-    assert found.greatest - found.bound <= 2e-3 * longest
-    assert Rotation.from_euler("ZYX", found.rpy_deg[::-1], degrees=True).as_matrix() == pytest.approx(found.rotation)
-
-
 def test_facets_of_a_shape_are_the_surface_of_its_half_spaces():
     """Corners of every facet lie on a face, and inside of all others."""
     shapes = outline(load_robot("anymal_b"), "collision").shapes[0]
@@ -272,12 +249,11 @@ def test_the_best_place_is_better_than_any_point_of_the_body(study):
 
 
 def test_margins_are_peaks_of_the_pulse_along_the_axes(study):
-    """π Δv / 2T for a half-sine; the best mounting leaves at least as much of the range as the axes of the body."""
+    """π Δv / 2T for a half-sine, and the share of the range that they leave."""
     one = study.places[0]
     peaks = math.pi * np.abs(one.delta_v).max(axis=0) / (2.0 * 5e-3) / 9.80665
     np.testing.assert_allclose(one.margin.peak_g, peaks, rtol=1e-12)
     np.testing.assert_allclose(one.margin.left, 1.0 - peaks / 2.0, rtol=1e-12)
-    assert one.margin.mounted_left >= one.margin.left.min()
 
 
 def test_a_box_replaces_the_geometry_and_limits_the_surface():

@@ -69,14 +69,13 @@ def _document(study: PlaceStudy) -> dict[str, Any]:
 
 def _place(one: SensorPlace) -> dict[str, Any]:
     margin = one.margin
-    turned = margin and {"rotation": margin.mounting.rotation, "peak_g": margin.mounting.greatest, "bound": margin.mounting.bound}
     return {
         **record(one, "name", "position", "hidden"),
         "greatest": one.shocks.max(),
         **record(one, "combined", "bound"),
         "shock": one.shocks,
         "delta_v": one.delta_v,
-        "margin": margin and {**record(margin, "peak_g", "left"), "mounting": {**(turned or {}), "left": margin.mounted_left}},
+        "margin": margin and record(margin, "peak_g", "left"),
     }
 
 
@@ -121,25 +120,17 @@ def _landings(study: PlaceStudy, most: int | None = None) -> Sheet:
 
 
 def _margins(study: PlaceStudy) -> list[Sheet]:
-    """Peaks along the axes of each sensor with what is left of its range, and its best mounting; nothing without a pulse."""
+    """Peaks along the axes of each sensor with what is left of its range; nothing without a pulse."""
     places = [(one.name, one.margin) for one in (*study.today, *study.places) if one.margin is not None]
     if not places:
         return []
     scene = study.profiles[0].scene
     span = "" if scene.range_g is None else f", range {scene.range_g:g} g"
-    along: list[Row] = []
-    turned: list[Row] = []
-    for name, margin in places:
-        along.append((name, *margin.peak_g, *(() if margin.left is None else 100.0 * margin.left)))
-        left = () if margin.mounted_left is None else (100.0 * margin.mounted_left,)
-        turned.append((name, *margin.mounting.rpy_deg, margin.mounting.greatest, *left))
+    along: list[Row] = [(name, *margin.peak_g, *(() if margin.left is None else 100.0 * margin.left)) for name, margin in places]
     header = ["place", "peak x [g]", "y [g]", "z [g]", *(["left x [%]", "y [%]", "z [%]"] if span else [])]
-    mounting = ["place", "roll [deg]", "pitch [deg]", "yaw [deg]", "greatest peak [g]", *(["left [%]"] if span else [])]
     note = "axes: those of the present sensors; for new places those of the body"
-    return [
-        Sheet(f"peak acceleration along each axis (pulse {scene.pulse}{span}; left: share of the range)", header, along, [note]),
-        Sheet("mounting with the largest margin (rotation against the body)", mounting, turned),
-    ]
+    title = f"peak acceleration along each axis (pulse {scene.pulse}{span}; left: share of the range)"
+    return [Sheet(title, header, along, [note])]
 
 
 def _gains(study: PlaceStudy) -> list[str]:

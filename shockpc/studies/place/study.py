@@ -24,7 +24,6 @@ from shockpc.studies.declare import study
 from shockpc.studies.place.cone import Optimum
 from shockpc.studies.place.field import Fields, fields_of
 from shockpc.studies.place.groups import best_group
-from shockpc.studies.place.mounting import Mounting, best_mounting
 from shockpc.studies.place.region import Box, Region, region_of
 from shockpc.studies.place.search import best_places
 from shockpc.studies.question import common_robot, refuse_ground
@@ -44,14 +43,10 @@ class Margin(NamedTuple):
     Attributes:
         peak_g: (3,) greatest peak acceleration along each of its axes, in multiples of gravity.
         left: (3,) share of the range that is left along each axis, below zero where it saturates [1]; None without a range.
-        mounting: the rotation in the body's axes with the smallest greatest peak, which it gives [g].
-        mounted_left: share of the range that is left in that mounting, along the axis with the least [1]; None without a range.
     """
 
     peak_g: Array
     left: Array | None
-    mounting: Mounting
-    mounted_left: float | None
 
 
 class SensorPlace(NamedTuple):
@@ -253,7 +248,7 @@ def place(
             combined=float(combined[k]),
             delta_v=delta_v[k],
             bound=None if k < len(today) else optima[k - len(today)].bound,
-            margin=_margin(delta_v[k], place, found),
+            margin=_margin(delta_v[k], found),
             hidden=distance_to_surface(region.visible, place.r) if k >= len(today) and region.visible else None,
         )
         for k, (name, place) in enumerate(zip([*(place.name for place in today), *titles], every, strict=True))
@@ -329,21 +324,15 @@ def _proven(profiles: tuple[ShockProfile, ...], every: list[Place], new: tuple[P
     return shocks, np.array([[one.delta_v for one in column] for column in columns]).swapaxes(0, 1)
 
 
-def _margin(delta_v: Array, place: Place, profiles: tuple[ShockProfile, ...]) -> Margin | None:
+def _margin(delta_v: Array, profiles: tuple[ShockProfile, ...]) -> Margin | None:
     """What the scenes' pulses mean for the axes of a sensor; None if a scene has no pulse."""
     pulses = [pulse for profile in profiles if (pulse := pulse_of(profile.scene)) is not None]
     if len(pulses) < len(profiles):
         return None
     peaks = delta_v * np.array([peak_acceleration(1.0, pulse) / GRAVITY for pulse in pulses])[:, None]
-    found = best_mounting(peaks @ place.axes.T)
     ranges = [profile.scene.range_g for profile in profiles if profile.scene.range_g is not None]
     greatest = np.abs(peaks).max(axis=0)
-    return Margin(
-        peak_g=greatest,
-        left=1.0 - greatest / min(ranges) if ranges else None,
-        mounting=found,
-        mounted_left=1.0 - found.greatest / min(ranges) if ranges else None,
-    )
+    return Margin(greatest, 1.0 - greatest / min(ranges) if ranges else None)
 
 
 def _rank(k: int) -> str:
