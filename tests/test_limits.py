@@ -459,6 +459,7 @@ def test_a_sweep_beyond_the_limits_of_the_file_says_so(capfd, tmp_path):
         (HYQ, "mass:trunk", (20.0, 90.0), "shock@trunk_imu"),
         (dataclasses.replace(HYQ, **STIFF), "contact-stiffness", (1e4, 2e5), "peak_acceleration@trunk_imu"),
         (HYQ, "base-pitch", (-0.4, 0.4), "shock@trunk_imu"),
+        (HYQ, "speed", (0.5, 2.0), "delta_v@trunk_imu"),
     ],
 )
 def test_other_variations_have_limits_too(base, subject, span, target):
@@ -472,6 +473,33 @@ def test_other_variations_have_limits_too(base, subject, span, target):
     assert ends
     table = sweep(base, {subject: [size * end for end in ends]}, robot=robot, quantities=[target], prove=0).table()
     np.testing.assert_allclose(table.values(table.column(target)), bound, rtol=1e-5)
+
+
+@pytest.mark.parametrize(
+    ("subject", "text"),
+    [("strike-angle", "strike angles are what limits are found for"), ("contact", "contacts have names, which have no order")],
+)
+def test_what_has_no_limits(subject, text):
+    with pytest.raises(StudyError, match=text):
+        limits(HYQ, subject, IMU, 0.1, joint_range=(0.0, 1.0), robot=known_robot("hyq"))
+
+
+@pytest.mark.parametrize(
+    ("maximum", "words"),
+    [(0.1, "every value keeps the bound"), (1e-4, "no value keeps the bound"), (6e-3, "at some strike angles")],
+)
+def test_a_number_that_does_not_depend_on_what_varies(capfd, maximum, words):
+    """The report says so, calls friction no joint, and names quantities that depend on it."""
+    given = ("--joint", "friction", "--range", "0.1:0.8", "--step", 0.1, "--at", "trunk_imu", "--max", maximum, "--strikes", "0:30")
+    text = good(capfd, "limits", "hyq", "--contact", "lf_foot", *given)
+    assert f"shock@trunk_imu does not depend on friction in this range: {words}" in text
+    assert "such as shock_friction or peak_force" in text
+    assert "varied       friction from 0.1 to 0.8, scanned in steps of 0.1" in text
+    assert "file's limits" not in text
+    assert "joint" not in text.partition("varied  ")[2]
+    depends = good(capfd, "limits", "hyq", "--contact", "lf_foot", *given[:5], 0.35, "--quantity", "shock_friction@trunk_imu",
+        "--max", 1, "--strikes", "0:0")  # fmt: skip
+    assert "does not depend" not in depends
 
 
 def test_a_loop_is_followed_to_its_last_digit():

@@ -489,9 +489,50 @@ def test_ranges_as_a_sweep_varies_them(subject, values, step, low, high):
 
 
 @pytest.mark.parametrize(
+    ("subject", "values", "target", "more", "delta"),
+    [
+        ("speed", "1:2", "delta_v@trunk_imu", {"strike": Strike(speed=1.5)}, 1e-3),
+        ("base-pitch", "-10:10", IMU, {"posture": Posture(base_rpy_deg=(2.0, 5.0, 0.0))}, 1e-2),
+        ("offset-z", "-0.01:0.01", IMU, {}, 1e-5),
+        ("friction", "0.2:0.6", "shock_friction@trunk_imu", {"friction": 0.3, "strike": Strike(strike_angle_deg=40.0)}, 1e-3),
+        ("contact-stiffness", "1e4:1e5", "peak_force@lf_foot", {"contact_stiffness": 5e4}, 50.0),
+        ("contact-damping", "10:90", "peak_force@lf_foot", {"contact_stiffness": 5e4, "contact_damping": 40.0}, 0.2),
+        ("place:lf_kfe_joint", "0.9x:1.1x", IMU, {}, 1e-4),
+        (
+            "joint-stiffness:lf_*",
+            "0.5x:2x",
+            "peak_force@lf_foot",
+            {"contact_stiffness": 5e4, "joints": Joints(stiffness={"*": 300.0})},
+            1e-3,
+        ),
+    ],
+)
+def test_whatever_a_sweep_varies_has_a_derivative(subject, values, target, more, delta):
+    """It is the difference of two landings that are set as a sweep sets them."""
+    scene, robot = hyq(**more)
+    study = sensitivity(scene, target, robot, vary={subject: values})
+    (effect,) = study.effects
+    one = variation(robot, subject, values)
+    scale = math.degrees(1.0) if effect.unit == "rad" else 1.0
+    at = scale * effect.value
+    less, more = (target_of(shock_profile(*applied(scene, robot, one, value)), study) for value in (at - delta, at + delta))
+    assert not effect.reason
+    assert effect.derivatives[0] == pytest.approx((more - less) / (2.0 * delta / scale), rel=1e-4)
+
+
+@pytest.mark.parametrize(
+    ("subject", "values"), [("friction", "0.2:0.6"), ("contact-stiffness", "1e4:1e5"), ("joint-stiffness:lf_hfe_joint", "100:200")]
+)
+def test_what_the_landing_does_not_have_has_no_derivative(subject, values):
+    scene, robot = hyq()
+    (effect,) = sensitivity(scene, IMU, robot, vary={subject: values}).effects
+    assert "the landing gives it no value" in effect.reason
+
+
+@pytest.mark.parametrize(
     ("subject", "values", "text"),
     [
-        ("speed", "1:2", "speed cannot be changed here; valid are strike-angle, joints"),
+        ("contact", "lf_foot,rf_foot", "contacts have names, by which nothing has a derivative"),
         ("lf_kfe_joint", "-60", "has no range; give one, such as lf_kfe_joint=LOW:HIGH"),
         ("armature:lh_*", "0.01:0.1", "changes nothing here: these joints are locked"),
     ],

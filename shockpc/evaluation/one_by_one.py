@@ -1,19 +1,23 @@
 """Landings that differ from one in one parameter at a time: masses, inertias, joint values and the strike, beside their values.
 
-Everything but the closing of loops is linear in a parameter, so it is known by the rates at which it changes the inertias, the
-joints and the velocity before the impact. All rows share their landing, and are one group.
+Everything but the closing of loops is linear in these parameters, so they are known by the rates at which they change the inertias,
+the joints and the velocity before the impact; such rows share their landing, and are one group. What else a sweep varies, each
+row sets as a sweep does.
 """
 
 import functools
 import math
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field, replace
-from typing import Any, Literal, NamedTuple
+from typing import Any, NamedTuple, TypeAlias
 
 import numpy as np
 
 from shockpc.core.spatial import Array
 from shockpc.evaluation.landings import Group, Part, Refusal
+from shockpc.evaluation.variation import Variation
+from shockpc.evaluation.varied import VariedLandings
+from shockpc.evaluation.varied_scene import present_value
 from shockpc.landing.closure import assemble, closure_block
 from shockpc.landing.dynamics import Design, dynamics
 from shockpc.landing.freedom import free_columns
@@ -21,14 +25,15 @@ from shockpc.landing.landing import PosedLanding
 from shockpc.landing.posture import displaced, held_joints
 from shockpc.landing.rows import row_jacobian
 from shockpc.landing.scene import Scene
-from shockpc.profile import profile_of
+from shockpc.profile import profile_of, shock_profile
 from shockpc.quantities.profile import ShockProfile
 from shockpc.robot.changes import Property, links_with_mass, varied_bodies, with_inertias
 from shockpc.robot.robot import Joint, Robot
 from shockpc.text.errors import ShockError
 
-Kind = Literal["mass", "proportion", "com", "inertia", "armature", "angle", "strike"]
-"""What is changed: mass alone, mass and inertia in proportion, centre of mass, inertia, reflected inertia, joint value, strike."""
+ParameterKind: TypeAlias = str
+"""What is changed: "mass" alone, mass and inertia in "proportion", "com", "inertia", "armature" (reflected inertia), "angle" (joint
+value), "strike" (angle), or a word of what a sweep varies."""
 
 INERTIA_ENTRIES = ((0, 0), (1, 1), (2, 2), (0, 1), (0, 2), (1, 2))
 """The entries of an inertia by row and column; those off the diagonal stand for both of their places."""
@@ -57,9 +62,10 @@ class Parameter(NamedTuple):
         rates: by how much a unit of it changes "mass" (nb,), "com" (nb, 3) and "inertia" (nb, 3, 3) of the bodies and "armature"
             (nv,) of the joints, as in `Design`, "joints" (nv,) by velocity, and "velocity" (3,) of the base before the impact.
         reason: why it cannot change; empty if it can.
+        varied: what a sweep varies, where no rates say what a change does.
     """
 
-    kind: Kind
+    kind: ParameterKind
     axis: str
     name: str
     value: float
@@ -67,6 +73,7 @@ class Parameter(NamedTuple):
     size: float
     rates: Mapping[str, Array]
     reason: str = ""
+    varied: Variation | None = None
 
 
 @dataclass(frozen=True, eq=False)
@@ -116,7 +123,7 @@ class VariedOneByOne:
     @property
     def opens(self) -> bool:
         """Whether a contact that would be pulled opens, because there is friction."""
-        return self.scene.friction is not None
+        return self.scene.friction is not None or any(one.kind == "friction" for one in self.parameters)
 
     @property
     def robot(self) -> Robot:
@@ -147,18 +154,24 @@ class VariedOneByOne:
         labels = {"parameter": np.repeat(names, n), "step": np.outer(self.steps, STEPS).ravel()}
         design, velocity = self._design(self.steps, STEPS), self._varied("velocity", landing.before.velocity, self.steps, STEPS)
         Q = displaced(robot, landing.q, self._varied("joints", np.zeros(robot.model.nv), self.steps, STEPS))
-        groups, solved = list[Group | Refusal](), np.ones(self.rows, dtype=bool)
+        groups, as_swept = list[Group | Refusal](), self._as_swept()
+        solved = ~np.isin(np.arange(self.rows), list(as_swept))
+        for i, source in as_swept.items():
+            groups += [group._replace(postures=np.array([i])) for group in source.part(0, None).groups]
         held = held_joints(robot, self.scene.posture, self.scene.assemble) | robot.velocities(robot.followers)
-        for i in np.flatnonzero((landing.q != Q).any(axis=1)) if landing.loops else ():
+        for i in np.flatnonzero(solved & (landing.q != Q).any(axis=1)).tolist() if landing.loops else ():
             try:
                 Q[i] = assemble(robot, Q[i], landing.loops, landing.plane, held).q
             except ShockError as error:
                 solved[i] = False
                 groups.append(Refusal(np.array([i]), error))
         inertias = Design(*(x[solved] for x in design))
-        groups.append(Group(np.flatnonzero(solved), landing, Q[solved], velocity[solved, None], inertias))
+        if solved.any():
+            groups.append(Group(np.flatnonzero(solved), landing, Q[solved], velocity[solved, None], inertias))
 
         def profile(i: int) -> ShockProfile:
+            if i in as_swept:
+                return shock_profile(*as_swept[i].case(0))
             whole = robot
             if self.parameters[i // n].rates.keys() & {"mass", "com", "inertia"}:
                 whole = with_inertias(robot, design.mass[i], design.com[i], design.inertia[i])
@@ -170,6 +183,18 @@ class VariedOneByOne:
             return profile_of(replace(landing, robot=whole, joint_model=joints, before=before, q=Q[i], state=state))
 
         return Part(labels, groups, profile)
+
+    def _as_swept(self) -> dict[int, VariedLandings]:
+        """The rows of parameters that a sweep varies, each by its number."""
+        rows = dict[int, VariedLandings]()
+        for k, (one, step) in enumerate(zip(self.parameters, self.steps.tolist(), strict=True)):
+            if one.varied is None:
+                continue
+            for j, share in enumerate(STEPS.tolist()):
+                value = (one.value + share * step) * (math.degrees(1.0) if one.unit == "rad" else 1.0)
+                varied = replace(one.varied, values=(value,), span=None)
+                rows[len(STEPS) * k + j] = VariedLandings(self.scene, self.robot, (varied,))
+        return rows
 
     def _design(self, steps: Array, shares: Array) -> Design:
         own = Design.of(self.robot, self.landing.joint_model.armature)
@@ -189,6 +214,18 @@ def parameters(landing: PosedLanding) -> list[Parameter]:
     return [*_inertial(landing.robot), *_armatures(landing), *_joint_values(landing), *_strike(landing)]
 
 
+def swept_parameter(landing: PosedLanding, varied: Variation) -> Parameter:
+    """What a sweep varies as a parameter of a landing, for what has no rates."""
+    value, unit, scale = present_value(landing, varied), varied.unit, 1.0
+    reason = "" if math.isfinite(value) else "the landing gives it no value, or not a single one, that could be changed; give one"
+    if varied.factor:
+        unit = "1"
+    elif unit == "deg":
+        unit, scale = "rad", math.radians(1.0)
+    size = landing.length if unit == "m" else 1.0 if unit in ("1", "rad") else abs(value) or 1.0
+    return Parameter(varied.kind, "", varied.target, scale * value, unit, size, {}, reason, varied)
+
+
 def link_parameters(robot: Robot, what: Property, pattern: str, factor: bool) -> Iterator[Parameter]:
     """Mass, inertia or centre of mass of all links that a pattern means, changed together as in `robot.changes.Change`.
 
@@ -206,7 +243,7 @@ def link_parameters(robot: Robot, what: Property, pattern: str, factor: bool) ->
     # The bodies' inertias are smooth functions of each value, so that about ten digits of their differences are left.
     near = [(what, link, np.array([value + h, value - h]), factor) for link, value in about.items()]
     rates = {name: (x[0] - x[1]) / (2.0 * h) for name, x in zip(Design._fields, varied_bodies(robot, near), strict=False)}
-    kind: Kind = "com" if moved else "inertia" if what == "inertia" else "proportion"
+    kind = "com" if moved else "inertia" if what == "inertia" else "proportion"
     unit = "1" if factor else "m" if moved else "kg"
     for i in sorted({robot.frames[link].body for link in links}):
         axis, name = what[-1] if moved else "", f"{pattern} on {robot.bodies[i].name}"

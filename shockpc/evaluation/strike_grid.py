@@ -93,20 +93,25 @@ class StrikeGrid:
         """Some postures: those of a joint in one landing, those of another quantity as in a sweep."""
         (a, b), S = self.parts[k], self.strikes
         angles, values = self.angles[a:b], self.varied.values[a:b]
+        speeds, Q = np.full(b - a, self.speed), None if self.Q is None else self.Q[a:b]
+        if self.varied.kind == "speed":  # of one posture
+            speeds, Q = np.array(values), np.repeat(self.landing.q[None], b - a, axis=0)
         sweep = VariedLandings(self.scene, self.robot, (replace(self.varied, values=values),))
 
         def groups() -> Iterator[Group | Refusal]:
-            found = sweep.part(0, None).groups if self.Q is None else [Group(np.arange(b - a), self.landing, self.Q[a:b])]
-            for one in found:
-                yield one if isinstance(one, Refusal) else one._replace(strikes=self.velocities(angles[one.postures]))
+            for one in sweep.part(0, None).groups if Q is None else [Group(np.arange(b - a), self.landing, Q)]:
+                if isinstance(one, Refusal):
+                    yield one
+                else:
+                    yield one._replace(strikes=self.velocities(angles[one.postures], speeds[one.postures, None]))
 
         def profile(i: int) -> ShockProfile:
-            if self.Q is None:
+            if Q is None:
                 scene, robot = sweep.case(i // S)
             else:
                 scene, robot = applied(self.scene, self.robot, self.varied, values[i // S])
-                scene = close_loops(scene, self.landing.at(self.Q[a + i // S])) if self.landing.loops else scene
-            x, y, z = self.velocities(angles.flat[i]).tolist()
+                scene = close_loops(scene, self.landing.at(Q[i // S])) if self.landing.loops else scene
+            x, y, z = self.velocities(angles.flat[i], speeds[i // S]).tolist()
             given = scene.strike
             strike = Strike(velocity=(x, y, z), angular_velocity=given.angular_velocity, joint_velocities=given.joint_velocities)
             return shock_profile(replace(scene, strike=strike), robot)
@@ -114,10 +119,18 @@ class StrikeGrid:
         labels = {self.headings[0]: np.repeat(values, S), self.headings[1]: angles.ravel()}
         return Part(labels, groups(), profile)
 
-    def velocities(self, angles: Any) -> Array:
-        """The velocities (..., 3) of the base before the impact at strike angles (...) [rad], world axes [m/s]."""
-        velocity, plane = self.landing.before.velocity, self.landing.plane
-        out_of_plane = (velocity @ plane.normal) * plane.normal
+    @property
+    def out_of_plane(self) -> Array:
+        """The part (3,) of the base's velocity that is out of the plane, world axes [m/s]."""
+        return np.asarray((self.landing.before.velocity @ self.landing.plane.normal) * self.landing.plane.normal)
+
+    @property
+    def speed(self) -> float:
+        """Of the base in the plane [m/s]."""
+        return float(np.linalg.norm(self.landing.before.velocity - self.out_of_plane))
+
+    def velocities(self, angles: Any, speed: Any) -> Array:
+        """The velocities (..., 3) of the base at strike angles (...) [rad] and speeds in the plane (...), world axes [m/s]."""
         sine, cosine = np.sin(angles)[..., None], np.cos(angles)[..., None]
-        in_plane = sine * plane.forward - cosine * np.array([0.0, 0.0, 1.0])
-        return np.asarray(float(np.linalg.norm(velocity - out_of_plane)) * in_plane + out_of_plane)
+        in_plane = sine * self.landing.plane.forward - cosine * np.array([0.0, 0.0, 1.0])
+        return np.asarray(np.asarray(speed)[..., None] * in_plane + self.out_of_plane)

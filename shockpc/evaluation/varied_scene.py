@@ -1,15 +1,17 @@
 """One quantity of a landing set to a value: the scene and the robot that the single analysis takes."""
 
+import math
 from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import replace
 from typing import Any, TypeVar, cast
 
 import numpy as np
 
-from shockpc.evaluation.variation import ATTITUDE, DRIVEN, OF_A_LINK, OF_THE_SCENE, Variation, variation
+from shockpc.evaluation.variation import ATTITUDE, DRIVEN, OF_A_LINK, OF_THE_SCENE, OFFSET, Variation, variation
 from shockpc.landing.joint_model import JointModel, joint_model
+from shockpc.landing.landing import PosedLanding
 from shockpc.landing.scene import Contact, Joints, Rotor, Scene
-from shockpc.robot.changes import Change, Property, changed
+from shockpc.robot.changes import Change, Property, changed, links_with_mass
 from shockpc.robot.robot import Robot
 from shockpc.text.errors import StudyError
 
@@ -66,6 +68,38 @@ def applied(scene: Scene, robot: Robot, varied: Variation, value: Any) -> tuple[
     if varied.kind == "joint-stiffness":
         return replace(scene, joints=_with_stiffness(scene, robot, varied, float(value))), robot
     return scene, changed(robot, robot_changes(robot, varied, value))
+
+
+def present_value(landing: PosedLanding, varied: Variation) -> float:
+    """The value that a landing has of a quantity [its unit]: 1 of a factor; NaN where it has none, or not one number."""
+    scene, robot, model, kind = landing.scene, landing.robot, landing.joint_model, varied.kind
+    if varied.factor:
+        return 1.0
+    values: Iterable[float | None] = ()
+    if kind == "joint":
+        scale = math.degrees(1.0) if varied.unit == "deg" else 1.0
+        values = [scale * joint.value(landing.q) for joint in varied.joints(robot)]
+    elif kind == "strike-angle":
+        values = [math.degrees(landing.strike_angle)]
+    elif kind == "speed":
+        values = [float(np.linalg.norm(landing.before.velocity))]
+    elif kind in ATTITUDE:
+        level = abs(landing.q[6]) == 1.0  # as if the base were not turned
+        given = scene.posture.base_rpy_deg or ((0.0, 0.0, 0.0) if level else (None,) * 3)
+        values = [given[list(ATTITUDE).index(kind)]]
+    elif kind in OFFSET:
+        values = [contact.offset[list(OFFSET).index(kind)] for contact in scene.contact]
+    elif kind in OF_THE_SCENE:
+        values = [getattr(scene, OF_THE_SCENE[kind])]
+    elif kind == "mass":
+        values = links_with_mass(robot, varied.target).values()
+    elif kind in DRIVEN:
+        chosen = robot.velocities(robot.match_joints(varied.target)) & ~model.locked
+        values = (model.armature if kind == "armature" else np.where(model.stiffness > 0.0, model.stiffness, np.nan))[
+            chosen
+        ].tolist()
+    known = set(values)
+    return value if len(known) == 1 and (value := known.pop()) is not None else math.nan
 
 
 def robot_changes(robot: Robot, varied: Variation, value: Any) -> list[Change]:

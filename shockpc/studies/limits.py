@@ -19,7 +19,8 @@ from shockpc.evaluation.columns import Column, column
 from shockpc.evaluation.evaluate import Evaluation, profiles
 from shockpc.evaluation.strike_grid import StrikeGrid
 from shockpc.evaluation.table import Table
-from shockpc.evaluation.variation import ATTITUDE, STRIKE, Variation, kind_of, motion_range, variation
+from shockpc.evaluation.variation import ATTITUDE, Variation, kind_of, motion_range, variation
+from shockpc.evaluation.varied_scene import present_value
 from shockpc.landing.closure import follow
 from shockpc.landing.landing import PosedLanding
 from shockpc.landing.posture import held_joints, set_many, settable_joints
@@ -73,8 +74,17 @@ BISECTIONS = 50
 
 UNDETERMINED = "the number does not exist in this posture, or is not determined, because contacts or loops are redundant"
 
+UNCHANGED = 1e-9
+"""Share of a number by which rounding may change it."""
+
 ROUNDS = 12
 """How often landings are added to a scan where its spline meets the bound, at most; two or three times are usual."""
+
+NOT_LIMITED = {
+    "strike-angle": "strike angles are what limits are found for; give their range with --strikes",
+    "contact": "contacts have names, which have no order; compute each landing, or compare them with shockpc sweep",
+}
+"""What a sweep varies without being limited, and why."""
 
 End = Literal["bound", "range", "loop"]
 
@@ -164,6 +174,7 @@ class LimitScan:
         numbers: (n, S); NaN without a result.
         unreachable: (least value, greatest value, reason) of the ranges in which a loop cannot be closed, or there is no result for
             the scene's own strike.
+        of_joints: whether joints are moved.
         inaccurate: number of postures that are not proven, in which rounding may show above 1e-9.
 
     Raises:
@@ -190,7 +201,7 @@ class LimitScan:
             joints,
             scale,
         )
-        self.own_angle, self.strikes = landing.strike_angle, strikes
+        self.own_angle, self.strikes, self.of_joints = landing.strike_angle, strikes, bool(joints)
         robot, moved = landing.robot, {joint.name for joint in joints}
         led = [mimic.joint for mimic in robot.mimics if not moved.isdisjoint(mimic.leaders)]
         self._held = held_joints(robot, landing.scene.posture, landing.scene.assemble) | robot.velocities([*moved, *led])
@@ -414,7 +425,7 @@ class JointLimits:
         bound: of the number, in its unit.
         range: least and greatest value looked at [rad, m].
         file_limits: those of the robot's file; infinite where it gives none [rad, m].
-        own: the value, NaN where it is not of a joint, and the strike angle of the scene [rad, m; rad].
+        own: the value, NaN where there is none, and the strike angle of the scene [rad, m; rad].
         strikes: least and greatest strike angle looked at [rad].
         step: largest distance between the values of the scan [rad, m].
         scan: the postures and their numbers.
@@ -438,6 +449,24 @@ class JointLimits:
     def worst(self) -> tuple[Array, Array]:
         """The worst number (n,) of every posture over the range of strike angles, and the strike angle (n,) of it [rad]."""
         return self.scan.worst
+
+    @property
+    def subject(self) -> str:
+        """The joints, or what else varies."""
+        return "+".join(self.joints)
+
+    @property
+    def of_joints(self) -> bool:
+        """Whether joints vary, and nothing else."""
+        return self.scan.of_joints
+
+    @functools.cached_property
+    def unchanged(self) -> bool:
+        """Whether the number does not depend on the value at any of the strike angles, but for rounding."""
+        numbers = self.scan.numbers[~np.isnan(self.scan.numbers).any(axis=1)]
+        if len(numbers) < 2 or np.isinf(numbers).any():
+            return False
+        return bool((np.ptp(numbers, axis=0) <= UNCHANGED * np.abs(numbers).max(axis=0)).all())
 
     @functools.cached_property
     def allowed_strikes(self) -> list[list[tuple[float, float]]]:
@@ -559,7 +588,7 @@ def limits(
     ends: tuple[End, End] = ("range" if scan.values[0] <= low else "loop", "range" if scan.values[-1] >= high else "loop")
     rows = tuple(_limits(scan, bound, ends, FINE.get(unit, 1e-8 * (high - low))))
     file_limits = _file_limits(joints) if joints else (-math.inf, math.inf)
-    here = (joints[0].value(landing.q) if joints else math.nan, own)
+    here = (present_value(landing, varied) / scale, own)
     return JointLimits(profile, asked, names, unit, bound, (low, high), file_limits, here, angles, step, scan, rows)
 
 
@@ -568,8 +597,8 @@ def _varied(
 ) -> tuple[Variation, tuple[Joint, ...], tuple[float, float]]:
     """What varies, its joints, and the range that is looked at [rad, m; the unit of another variation]."""
     kind, pattern = kind_of(robot, subject)
-    if kind in (*STRIKE, "contact"):
-        raise StudyError(f"{subject} cannot be limited here; name a joint, or another quantity that sweep varies")
+    if kind in NOT_LIMITED:
+        raise StudyError(f"{subject} has no limits here: {NOT_LIMITED[kind]}")
     joints = settable_joints(robot, pattern, StudyError) if kind == "joint" else ()
     low, high = given or (motion_range(joints) if joints else (math.nan, math.nan))
     unit = joints[0].unit if joints else ""

@@ -15,7 +15,15 @@ import numpy as np
 from shockpc.core.spatial import Array, read_only
 from shockpc.evaluation.columns import Column, column
 from shockpc.evaluation.evaluate import Evaluation, profiles
-from shockpc.evaluation.one_by_one import STEPS, Kind, Parameter, VariedOneByOne, link_parameters, parameters
+from shockpc.evaluation.one_by_one import (
+    STEPS,
+    Parameter,
+    ParameterKind,
+    VariedOneByOne,
+    link_parameters,
+    parameters,
+    swept_parameter,
+)
 from shockpc.evaluation.variation import OF_A_LINK, Vary, pairs, variation
 from shockpc.landing.record import Option
 from shockpc.landing.scene import Point, Scene
@@ -44,7 +52,7 @@ UNSETTLED = (
     "point jumps, or contacts or loops depend on one another at this value alone"
 )
 
-Key = tuple[Kind, str, str]
+Key = tuple[ParameterKind, str, str]
 """What a parameter is called: kind, axis and name."""
 
 
@@ -62,7 +70,7 @@ class Change:
         parts: how much each parameter changes by a unit.
     """
 
-    kind: Kind
+    kind: ParameterKind
     axis: str
     name: str
     value: float
@@ -168,8 +176,8 @@ def sensitivity(
     vary: Annotated[
         Vary,
         Option(
-            "Change only these, over these ranges (a:b, factors ax:bx, m±s), each by a share of its range: mass:LINK, com-z:LINK, "
-            "inertia:LINK, armature:JOINT, strike-angle, or joints [deg; m if prismatic].",
+            "Change only these, over these ranges (a:b, factors ax:bx, m±s), each by a share of its range: joints [deg; m if "
+            "prismatic], mass:LINK, armature:JOINT, strike-angle, friction, or what else sweep varies.",
             "Changes",
             "NAME=RANGE",
         ),
@@ -219,7 +227,7 @@ def sensitivity(
     every: dict[Key, Parameter] = {key: one for of_landing in reversed(known) for key, one in of_landing.items()}
     every = {key: every[key] for of_landing in known for key in of_landing}
     share = percent / 100.0
-    changes = [_varied(robot, every, known, *one, share) for one in chosen] or _changes(robot, every, groups, share)
+    changes = [_varied(robot, solved, every, known, *one, share) for one in chosen] or _changes(robot, every, groups, share)
     rows = []
     for profile, of_landing, own in zip(solved, known, asked, strict=True):
         with trace.stage("derivatives"):
@@ -257,14 +265,22 @@ def _changes(robot: Robot, every: Mapping[Key, Parameter], groups: Sequence[str]
 
 
 def _varied(
-    robot: Robot, every: Mapping[Key, Parameter], known: Sequence[dict[Key, Parameter]], subject: str, values: Any, share: float
+    robot: Robot,
+    solved: Sequence[ShockProfile],
+    every: Mapping[Key, Parameter],
+    known: Sequence[dict[Key, Parameter]],
+    subject: str,
+    values: Any,
+    share: float,
 ) -> Change:
-    """A subject as `sweep` varies it, by a share of its range.
+    """A subject as `sweep` varies it, by a share of its range; one that is no parameter yet becomes one of each landing.
 
     Raises:
         StudyError: it has no derivative, or no range.
     """
     one = variation(robot, subject, values)
+    if one.kind == "contact":
+        raise StudyError("contacts have names, by which nothing has a derivative; compute each landing with shockpc sweep")
     span = one.span or tuple(value for value in one.values if isinstance(value, float))
     width = max(span, default=0.0) - min(span, default=0.0)
     if not width > 0.0:
@@ -275,19 +291,21 @@ def _varied(
             of_landing |= parts
         (kind, axis, _), own = next(iter(parts.items()))
         return Change(kind, axis, one.target, math.nan, own.unit, share * width, dict.fromkeys(parts, 1.0))
-    kinds: dict[str, Kind] = {"joint": "angle", "armature": "armature", "strike-angle": "strike"}
+    size = math.radians(1.0) if one.unit == "deg" else 1.0
+    kinds = {"joint": "angle", "armature": "armature", "strike-angle": "strike"}
     if one.kind not in kinds:
-        raise StudyError(
-            f"{subject} cannot be changed here; valid are strike-angle, joints, armature:JOINT, "
-            + ", ".join(f"{kind}:LINK" for kind in OF_A_LINK)
-        )
+        swept = [swept_parameter(profile.landing, one) for profile in solved]
+        for of_landing, own in zip(known, swept, strict=True):
+            of_landing[own[:3]] = own
+        key, unit = swept[0][:3], swept[0].unit
+        present = {own.value for own in swept}
+        return Change(*key, present.pop() if len(present) == 1 else math.nan, unit, share * width * size, {key: 1.0})
     kind = kinds[one.kind]
     names = ("",) if kind == "strike" else robot.match_joints(one.target)
     weights = {key: own.value if one.factor else 1.0 for key, own in every.items() if key[0] == kind and key[2] in names}
     if not any(weights.values()):
         raise StudyError(f"{subject} changes nothing here: these joints are locked, follow others, or have no value to multiply")
     (first, *others) = (every[key] for key in weights)
-    size = math.radians(1.0) if one.unit == "deg" else 1.0
     unit = "1" if one.factor else first.unit
     return Change(kind, "", one.target, math.nan if others else first.value, unit, share * width * size, weights)
 

@@ -4,6 +4,7 @@ import math
 from collections.abc import Callable
 from typing import Any
 
+from shockpc.evaluation.variation import GROUND
 from shockpc.show.reports.report import Picture, Report
 from shockpc.show.tables import Lines, Row, Sheet
 from shockpc.show.wording import UNITS, header_lines, warning_lines
@@ -19,24 +20,41 @@ ROWS, RECORDS = 12, 100
 
 def limits_report(found: JointLimits) -> Report:
     """The limits of a joint."""
-    joint, unit = "+".join(found.joints), _unit(found)
+    unit = f" {_unit(found)}".removesuffix(" -")
     low, high, step = (_number(found, value) for value in (*found.range, found.step))
-    least, greatest = (f"{_number(found, end):g}" if math.isfinite(end) else "none" for end in found.file_limits)
-    scan = f"{joint} from {low:g} to {high:g} {unit}, scanned in steps of {step:g} {unit}"
+    scan = f"{found.subject} from {low:g} to {high:g}{unit}, scanned in steps of {step:g}{unit}"
+    if found.of_joints:
+        least, greatest = (f"{_number(found, end):g}" if math.isfinite(end) else "none" for end in found.file_limits)
+        scan += f"; the file's limits are {least} and {greatest}"
     return Report(
         name="limits",
-        title=f"Limits of {joint} for the {found.target.title}",
+        title=f"Limits of {found.subject} for the {found.target.title}",
         body=lambda _: [
-            Lines([*header_lines(found.profile), ("joint", f"{scan}; the file's limits are {least} and {greatest}")]),
-            Picture("limits", f"{found.target.title} over joint and strike angle", "limits:draw_limits", (found,)),
+            Lines([*header_lines(found.profile), ("joint" if found.of_joints else "varied", scan)]),
+            Picture("limits", f"{found.target.title} over {found.subject} and strike angle", "limits:draw_limits", (found,)),
             _allowed(found),
             _postures(found, ROWS),
         ],
-        closing=_none_allowed(found),
+        closing=_no_dependence(found) or _none_allowed(found),
         warnings=_warnings(found),
         sheets={"limits": lambda: _intervals(found), "postures": lambda: _postures(found)},
         document=lambda: _document(found),
     )
+
+
+def _no_dependence(found: JointLimits) -> list[str]:
+    """That the number is the same for all values, where that is the answer."""
+    if not found.unchanged:
+        return []
+    keeps = "every value keeps" if found.limits[-1].allowed else "no value keeps"
+    if any(one.allowed for one in found.limits) and not found.limits[-1].allowed:
+        keeps = "at some strike angles every value keeps"
+    text = f"{found.target.name} does not depend on {found.subject} in this range: {keeps} the bound"
+    if found.subject in GROUND and not found.target.selection.quantity.of_ground(found.profile.scene):
+        text += (
+            "; it is of rigid contacts that stick; name a quantity that depends on the ground, such as shock_friction or peak_force"
+        )
+    return [text]
 
 
 def _none_allowed(found: JointLimits) -> list[str]:
@@ -45,11 +63,11 @@ def _none_allowed(found: JointLimits) -> list[str]:
         return []
     rows = [one for one in found.limits if not math.isnan(one.best)]
     best = min(rows, key=lambda one: found.bound.sign * one.best, default=None)
-    text = f"no value of {'+'.join(found.joints)} keeps {found.target.name} {_bound(found)} at any of these strike angles"
+    text = f"no value of {found.subject} keeps {found.target.name} {_bound(found)} at any of these strike angles"
     if any(one.allowed for one in found.limits):
         text += " where flat ground allows the landing"
     if best is not None:
-        text += f"; the {_best(found)} that is feasible is {best.best:.3g} at {_number(found, best.best_at):.2f} {_unit(found)}"
+        text += f"; the {_best(found)} that is feasible is {best.best:.3g} at {_text(found, best.best_at)} {_unit(found)}"
     remedy = "allow more, or give another range with --range"
     if not any(one.feasible for one in found.limits):
         remedy = "flat ground allows no landing of this range; give another with --range, or a greater --ground-tolerance"
@@ -59,7 +77,7 @@ def _none_allowed(found: JointLimits) -> list[str]:
 def _warnings(found: JointLimits) -> list[str]:
     warnings = warning_lines(found.profile)
     for low, high, reason in found.scan.unreachable:
-        ends = f"{_number(found, low):.2f} to {_number(found, high):.2f} {_unit(found)}"
+        ends = f"{_text(found, low)} to {_text(found, high)} {_unit(found)}"
         warnings.append(f"warning: from {ends} there is no result: {reason}")
     n = len(found.scan.values)
     if found.scan.inaccurate:
@@ -67,7 +85,7 @@ def _warnings(found: JointLimits) -> list[str]:
             f"warning: in {found.scan.inaccurate} of {n} postures the equations are ill-conditioned; "
             "double precision may be off by more than 1e-9 there: compare with shockpc analyze"
         )
-    if found.profile.scene.friction is not None:
+    if found.profile.scene.friction is not None and not found.target.selection.quantity.of_ground(found.profile.scene):
         warnings.append(
             "warning: the friction counts in the column feasible alone, as contacts slide and open with it; the number bounded "
             "is that of contacts that stick"
@@ -139,12 +157,12 @@ def _allowed(found: JointLimits) -> Sheet:
     for one in found.limits:
         allowed = ", ".join(_interval(found, interval) for interval in one.allowed) or "none"
         feasible, usable = (", ".join(_run(found, run) for run in runs) or "none" for runs in (one.feasible, one.usable))
-        at = None if math.isnan(one.best) else _text(_number(found, one.best_at))
+        at = None if math.isnan(one.best) else _text(found, one.best_at)
         rows.append((_strikes(found, one), allowed, feasible, usable, one.best, at))
     ends = {end for one in found.limits for interval in one.allowed for end in interval[2:]}
     name, unit = found.target.selection.name, _unit(found)
     return Sheet(
-        f"values of {'+'.join(found.joints)} that keep {found.target.name} {_bound(found)}",
+        f"values of {found.subject} that keep {found.target.name} {_bound(found)}",
         (
             "strike angle [deg]",
             f"allowed [{unit}]",
@@ -165,14 +183,15 @@ def _postures(found: JointLimits, most: int | None = None) -> Sheet:
     rows: list[Row] = []
     for k in range(0, len(found.scan.values), every):
         allowed = ", ".join(f"{math.degrees(a):.1f} … {math.degrees(b):.1f}" for a, b in found.allowed_strikes[k]) or "none"
-        value = _text(_number(found, float(found.scan.values[k])))
+        value = _text(found, float(found.scan.values[k]))
         rows.append((value, found.scan.own[k], worst[k], f"{math.degrees(at[k]):.1f}", allowed))
     low, high = map(math.degrees, found.strikes)
+    varied = "joint" if found.of_joints else found.subject
     header = (
-        f"joint [{_unit(found)}]", f"at the scene's strike [{found.target.unit}]", f"{_worst(found)} [{found.target.unit}]",
+        f"{varied} [{_unit(found)}]", f"at the scene's strike [{found.target.unit}]", f"{_worst(found)} [{found.target.unit}]",
         "at strike angle [deg]", "strike angles allowed [deg]",
     )  # fmt: skip
-    notes = () if every == 1 else (f"every {every}th posture of the scan; --out writes all",)
+    notes = () if every == 1 else (f"every {every}th value of the scan; --out writes all",)
     return Sheet(f"{found.target.title} over strike angles from {low:g} to {high:g} deg", header, rows, notes)
 
 
@@ -204,19 +223,28 @@ def _strikes(found: JointLimits, one: StrikeLimits) -> str:
 
 def _interval(found: JointLimits, interval: Interval) -> str:
     """An interval, rounded inwards to four digits; signs where something else than the bound ends it."""
-    low, high = (_text(_number(found, end), inwards) for end, inwards in ((interval.low, math.ceil), (interval.high, math.floor)))
+    low, high = (_text(found, end, inwards) for end, inwards in ((interval.low, math.ceil), (interval.high, math.floor)))
     return f"{low}{MARKS[interval.low_end]} … {high}{MARKS[interval.high_end]}"
 
 
 def _run(found: JointLimits, run: tuple[float, float]) -> str:
     """A range of values, rounded inwards to four digits."""
-    low, high = (_text(_number(found, end), whole) for end, whole in zip(run, (math.ceil, math.floor), strict=True))
+    low, high = (_text(found, end, whole) for end, whole in zip(run, (math.ceil, math.floor), strict=True))
     return f"{low} … {high}"
 
 
-def _text(value: float, whole: Callable[[float], int] = round) -> str:
-    """A value of the joint to four digits and two decimals. Args: whole, how it becomes a whole number of its last digit."""
-    decimals = 2 if abs(value) < 99.995 else 1 if abs(value) < 999.95 else 0
+def _text(found: JointLimits, value: float, whole: Callable[[float], int] = round) -> str:
+    """A value in the unit of tables: of a joint to four digits and two decimals, else to four digits of the greatest of the range.
+
+    Args:
+        found: the limits.
+        value: in SI units.
+        whole: how it becomes a whole number of its last digit.
+    """
+    value = _number(found, value)
+    most = abs(value) if found.of_joints else max(abs(_number(found, end)) for end in found.range)
+    decimals = max(0, 3 - math.floor(math.log10(most * (1.0 + 5e-5) or 1.0)))
+    decimals = min(decimals, 2) if found.of_joints else decimals
     # An end that is a round number but for rounding errors stays one.
     return f"{whole(round(value * 10.0**decimals, 4)) / 10.0**decimals:.{decimals}f}"
 

@@ -58,7 +58,9 @@ def _over(study: Sensitivity) -> str:
 def change_words(change: Effect) -> str:
     """What is changed."""
     joint = "joint position" if change.unit == "m" else "joint angle"
-    return f"{PARAMETERS.get(change.kind, joint)} {change.axis}".strip()
+    return (
+        f"{PARAMETERS.get(change.kind, joint if change.kind == 'angle' else change.kind.replace('-', ' '))} {change.axis}".strip()
+    )
 
 
 def step_words(change: Effect) -> str:
@@ -67,7 +69,7 @@ def step_words(change: Effect) -> str:
         return f"+{100.0 * change.step:.3g} %"
     if change.unit == "kg":
         return f"+{1e3 * change.step:.3g} g"
-    return f"+{shown_as(change.step, change.unit)}"
+    return f"+{shown_as(change.step, change.unit)}".removesuffix(" -")
 
 
 def _document(study: Sensitivity) -> dict[str, Any]:
@@ -103,7 +105,7 @@ def _table(study: Sensitivity, most: int | None) -> Sheet:
     rows: list[Row] = []
     single = len(study.landings) == 1
     for effect in study.ranked:
-        now = None if effect.unit == "1" or math.isnan(effect.value) else shown_as(effect.value, effect.unit, 4)
+        now = None if effect.unit == "1" or math.isnan(effect.value) else shown_as(effect.value, effect.unit, 4).removesuffix(" -")
         changes = (effect.up, 100.0 * effect.up / study.value, *(() if single else (100.0 * effect.down / study.value,)))
         rows.append((change_words(effect), effect.name or None, now, step_words(effect), *changes))
     rows, left = largest(rows, most, "parameter")
