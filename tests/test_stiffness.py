@@ -46,7 +46,7 @@ def landing(seed, n=6, contacts=1):
 def impulsive(M, rows, velocity, restitution):
     """The jump of Eq. 4."""
     b = (1.0 + restitution) * rows @ velocity
-    return solve_impact(M[None], rows[None], b[None, :, None], lambda _: np.abs(rows), TOLERANCE).delta_qd[0, :, 0]
+    return solve_impact(M[None], rows[None], b[None, :, None], lambda: np.abs(rows)[None], TOLERANCE).delta_qd[0, :, 0]
 
 
 # Closed forms

@@ -92,7 +92,7 @@ def solve_impact(
     H: Inertia,
     J_c: Array,
     b: Array,
-    terms: Callable[[int], Array],
+    terms: Callable[[], Array],
     tolerance: float,
     most: Callable[[int], tuple[int, float]] | None = None,
 ) -> Solution:
@@ -105,9 +105,9 @@ def solve_impact(
         H: joint-space inertia, matrices (N, nv, nv) or what they consist of [kg, kg m, kg m²].
         J_c: (N, nc, nv) contact and closure rows.
         b: (N, nc, k) speed to be undone along each row, (1 + e) times the approach [m/s].
-        terms: posture → (nc, nv) sizes of the terms that the entries of J_c are sums of.
+        terms: the sizes (N, nc, nv) of the terms that the entries of J_c are sums of; asked only where they may matter.
         tolerance: as of `choose_rows`.
-        most: posture → the last two arguments of `choose_rows`; asked only where they may matter.
+        most: posture → the last two arguments of `choose_rows`; asked only there, too.
 
     Returns: NaN in a posture whose inertia is singular in double precision.
     """
@@ -140,8 +140,9 @@ def solve_impact(
         delta_qd = X @ impulse
         condition = stiffness / np.where(well, pivot, np.nan)
     choices, independent, rank = {}, {}, np.full(n, nc)
+    sizes = terms() if unclear else J_c
     for k in unclear:
-        choices[k] = choice = choose_rows(J_c[k], own := terms(k), levers(own), scale[k], tolerance, *limits.get(k, ()))
+        choices[k] = choice = choose_rows(J_c[k], sizes[k], levers(sizes[k]), scale[k], tolerance, *limits.get(k, ()))
         r, rank[k] = choice.rows, len(choice.rows)
         part, condition[k] = _least_squares(A[k][np.ix_(r, r)], b[k, r])
         condition[k] *= stiffness[k]

@@ -49,7 +49,7 @@ def solve_exactly(landing: PosedLanding, equation: Equation, solution: Solution)
     # Rows that look independent are taken as such, and looked at more closely if the proof finds that they are not.
     for given in [solution.choices[0]] if solution.choices else (RowChoice.every(len(equation.b[0])), None):
         choice = given or choose_rows(
-            equation.J_c[0], terms := equation.terms(0), levers(terms), solution.scale[0], equation.tolerance,
+            equation.J_c[0], terms := equation.terms()[0], levers(terms), solution.scale[0], equation.tolerance,
             *landing.most_independent(landing.state, landing.blocks)(0),
         )  # fmt: skip
         try:
@@ -74,7 +74,7 @@ def solve_exactly(landing: PosedLanding, equation: Equation, solution: Solution)
 def rows_as_meant(landing: PosedLanding) -> tuple[Array, Array]:
     """The rows J_c G (nc, ny) and the speeds to be undone (nc,) by the own strike, without what rounding of the file left."""
     equation, (most, rounded) = landing.equation(landing.state), landing.most_independent(landing.state, landing.blocks)(0)
-    J, b, terms = equation.J_c[0], equation.b[0, :, 3], equation.terms(0)
+    J, b, terms = equation.J_c[0], equation.b[0, :, 3], equation.terms()[0]
     if most == len(J):
         return J, b
     size = levers(terms)

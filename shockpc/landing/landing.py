@@ -84,10 +84,14 @@ class Landing:
         velocity = self.before.velocity
         return float(np.arctan2(velocity @ self.plane.forward, -velocity[2]))
 
+    @property
+    def mechanism(self) -> Mechanism:
+        """The robot and what of it is free."""
+        return Mechanism(self.robot, self.base, self.plane, self.joint_model.locked, self.loops)
+
     def most_independent(self, state: Dynamics, blocks: tuple[Block, ...]) -> Callable[[int], tuple[int, float]]:
         """How many of some rows can be independent in any posture, and the effect of rounding on the others, as `Mechanism`'s."""
-        mechanism = Mechanism(self.robot, self.base, self.plane, self.joint_model.locked, self.loops)
-        return mechanism.most_independent(blocks, state)
+        return self.mechanism.most_independent(blocks, state)
 
     def rows(self, state: Dynamics) -> tuple[Block, ...]:
         """What is held, described: contacts, then standing feet, then loops."""
@@ -171,6 +175,10 @@ class PosedLanding(Landing):
     def __post_init__(self) -> None:
         """Make its arrays read-only."""
         freeze(*vars(self).values())
+
+    def most_independent(self, state: Dynamics, blocks: tuple[Block, ...]) -> Callable[[int], tuple[int, float]]:
+        """As for any landing; postures beside its own have the number of that."""
+        return self.mechanism.most_independent(blocks, state, self.state.Q[0])
 
     def equation(self, state: Dynamics, own: bool = True) -> Equation:
         """As for any landing; that of its own posture is computed once."""

@@ -23,6 +23,9 @@ POSTURES = 2
 JOINT_STEP, LOOP_STEP = 0.5, 0.05
 """How far joints move to get there, and how far where loops have to stay closed [rad, m]."""
 
+BESIDE = LOOP_STEP / 10.0
+"""Distance from a posture up to which others have nearby what it has [rad, m]."""
+
 LEAST = 1e-15
 """Rounding of angles [rad] and lengths [m] below which they are exact in double precision."""
 
@@ -56,7 +59,9 @@ class Mechanism(NamedTuple):
     locked: np.ndarray
     loops: tuple[Loop, ...]
 
-    def most_independent(self, blocks: Sequence[Block], state: Dynamics) -> Callable[[int], tuple[int, float]]:
+    def most_independent(
+        self, blocks: Sequence[Block], state: Dynamics, near: Array | None = None
+    ) -> Callable[[int], tuple[int, float]]:
         """The greatest number of independent rows that these blocks have in any posture, up to what rounding of the file leaves.
 
         A singular value of the rows, in units of their terms, counts as zero where rounding of the file's angles and lengths can
@@ -65,6 +70,7 @@ class Mechanism(NamedTuple):
         Args:
             blocks: rows.
             state: the robot in N postures to start from, loops closed.
+            near: (nq,) a posture from which the search starts for all that are beside it, loops closed.
 
         Returns: posture → that number, and the greatest effect of rounding on the others, relative to the terms of the rows.
         """
@@ -81,11 +87,13 @@ class Mechanism(NamedTuple):
             # The lowest point of a shape is another one in every posture, so it is not on an axis in all of them.
             points = tuple(b"" if b.lowest else b.point.tobytes() for b in at)
             # With loops other postures are near by, so that their number depends on where one is.
-            key = (*mechanism, *structure, points, (state.Q[k] if self.loops else attitude[k]).tobytes())
+            start = state.Q[k] if near is None or np.abs(state.Q[k] - near).max() > BESIDE else near
+            key = (*mechanism, *structure, points, (start if self.loops else attitude[k]).tobytes())
             if key not in known:
                 if len(known) >= MOST_KNOWN:
                     known.clear()
-                s, q = self._rows(at, dynamics(self.robot, state.Q[[k]])).s, state.Q[k]
+                q = start if self.loops else state.Q[k]
+                s = self._rows(at, dynamics(self.robot, q[None])).s
                 clear = len(s) == count and s[-1] > CLEAR
                 known[key] = (
                     (count, 0.0)

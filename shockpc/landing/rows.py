@@ -166,10 +166,10 @@ class Equation(NamedTuple):
         """Relative error of the terms of the rows, as in `choose_rows`."""
         return row_tolerance(self.blocks)
 
-    def terms(self, k: int) -> Array:
-        """Sizes (nc, ny) of the terms that the entries of J_c are sums of, in one posture."""
-        terms = row_terms(self.state, self.blocks)[k]
-        return terms if self.G is None else np.asarray(terms @ np.abs(self.G[k]))
+    def terms(self) -> Array:
+        """Sizes (N, nc, ny) of the terms that the entries of J_c are sums of."""
+        terms = row_terms(self.state, self.blocks)
+        return terms if self.G is None else np.asarray(terms @ np.abs(self.G))
 
     def cancellation(self) -> Array:
         """By how much (N,) terms cancel in the entries of J_c, in the row where they do so most [1].
@@ -177,9 +177,7 @@ class Equation(NamedTuple):
         Rows along which nothing can move do not count. On a free base the rows of contacts hold its own velocity: little cancels.
         """
         weight = 1.0 / np.sqrt(np.maximum(diagonal_of(self.inertia), 1e-300))[:, None]
-        terms = row_terms(self.state, self.blocks)
-        terms = terms if self.G is None else terms @ np.abs(self.G)
-        length, whole = (np.linalg.norm(entries * weight, axis=-1) for entries in (self.J_c, terms))
+        length, whole = (np.linalg.norm(entries * weight, axis=-1) for entries in (self.J_c, self.terms()))
         moves = length > TOLERANCE * whole
         return np.asarray(np.max(np.where(moves, whole, 1.0) / np.where(moves, length, 1.0), axis=-1, initial=1.0))
 
