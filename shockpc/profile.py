@@ -117,20 +117,22 @@ def joined(parts: tuple[Array, ...]) -> Array:
     return np.moveaxis(np.concatenate(last, axis=-1), -1, 0) if last[0].flags.c_contiguous else np.concatenate(parts)
 
 
-def needs_proof(landing: Landing, equation: Equation, solution: Solution, redundant: bool = True) -> tuple[Array, np.ndarray]:
+def needs_proof(landing: Landing, equation: Equation, solution: Solution, trusted: float | None = None) -> tuple[Array, np.ndarray]:
     """The condition (N,) of a solution of step 1, and whether (N,) it needs a proof, as in `ShockMaps`.
 
     Args:
         landing: the landing.
         equation: step 1 in N postures.
         solution: of it.
-        redundant: whether redundant rows need one even where rounding cannot change how many are independent.
+        trusted: condition up to which double precision is kept, also where rows are redundant, unless rounding can change how many
+            are independent; by default it is kept up to `ILL_CONDITIONED`, and nowhere where rows are redundant.
     """
     condition = np.where(np.isnan(solution.condition), np.inf, solution.condition)
     if landing.base != "free" or landing.loops:
         condition = condition * equation.cancellation()
-    prove = (condition > ILL_CONDITIONED) | ~(np.abs(solution.delta_qd).max(axis=(1, 2)) < FASTEST_PLAUSIBLE_RATE)
-    prove[[k for k, choice in solution.choices.items() if redundant or choice.uncertain]] = True
+    limit = ILL_CONDITIONED if trusted is None else trusted
+    prove = (condition > limit) | ~(np.abs(solution.delta_qd).max(axis=(1, 2)) < FASTEST_PLAUSIBLE_RATE)
+    prove[[k for k, choice in solution.choices.items() if trusted is None or choice.uncertain]] = True
     return condition, prove
 
 

@@ -14,7 +14,7 @@ from robot_texts import floating, mjcf
 from test_closures import CASES
 from trees import known_robot, robot_from
 
-from shockpc.evaluation.columns import proven_columns
+from shockpc.evaluation.columns import column, columns, proven_columns
 from shockpc.evaluation.variation import variation
 from shockpc.evaluation.varied_scene import applied
 from shockpc.landing.scene import Contact, Joints, Part, Point, Posture, Scene, Strike
@@ -486,6 +486,35 @@ def test_ranges_as_a_sweep_varies_them(subject, values, step, low, high):
     less, more = (target_of(shock_profile(*applied(scene, robot, one, value)), study) for value in (low, high))
     width = math.radians(high - low) if effect.unit == "rad" else high - low
     assert effect.derivatives[0] == pytest.approx((more - less) / width, rel=1e-4)
+
+
+RESISTANCES = ("mass_sticking", "mass_frictionless", "effective_mass", "mitigation", "mitigation_frictionless")
+
+
+@pytest.mark.parametrize(
+    ("robot", "contact", "more", "clear"),
+    [
+        ("anymal_b", Contact(frame="LF_FOOT"), {}, True),
+        ("hyq", Contact(frame="lf_foot", directions=("z",)), {"joints": GEARED}, True),
+        ("hyq", Contact(frame="lf_foot", normal=(0.3, 0.0, 1.0)), {"joints": Joints(armature={"*": 0.1})}, True),
+        ("solo", Contact(frame="FL_FOOT"), {}, True),
+        ("anymal_b", Contact(frame="LF_FOOT"), {"base": "planar"}, False),
+        ("anymal_b", Contact(frame="LF_FOOT"), {"joints": Joints(model="locked")}, False),
+    ],
+)
+def test_resistances_in_double_precision_are_the_proven_ones_or_none(robot, contact, more, clear):
+    """A foot that the robot, or its joints, cannot move in every direction is left to the proof."""
+    profile = shock_profile(Scene(robot=robot, contact=(contact,), **more))
+    wanted = [column(profile, f"{name}@{contact.frame}") for name in RESISTANCES if name[:4] == "mass" or "base" not in more]
+    known = wanted if clear else [one for one in wanted if one.selection.name == "mitigation"]
+    values, _, prove, _ = columns(profile.landing, profile.landing.q[None], None, wanted, trusted=1e10)
+    for one in known:
+        (exact,) = profile.numbers(one.selection, [one.place])
+        assert values[one.name][0, 0] == pytest.approx(exact, rel=1e-11) if clear else np.isnan(values[one.name]).all()
+    assert bool(prove[0, 0]) == (not clear)
+    plain, _, proven, _ = columns(profile.landing, profile.landing.q[None], None, wanted)
+    assert all(np.isnan(x).all() for x in plain.values())
+    assert proven.all()
 
 
 @pytest.mark.parametrize(

@@ -171,21 +171,22 @@ class Postures(NamedTuple):
     prove: np.ndarray
     design: Design | None = None
 
-    def values(self, strikes: Array | None, wanted: Sequence[Column]) -> tuple[dict[str, Array], np.ndarray]:
+    def values(self, strikes: Array | None, wanted: Sequence[Column], more: bool = False) -> tuple[dict[str, Array], np.ndarray]:
         """Every column (m, S) by name; and which contacts (m, S, c) do not approach the ground.
 
         Args:
             strikes: (m, S, 3) velocities of the base before the impact, world axes [m/s]; None for the landing's own (S = 1).
             wanted: the columns.
+            more: as for `values_of`.
         """
         impact = DoubleImpact(self.landing, self.equation, self.solution, self.jumps, self.bodies, strikes, self.design)
         normals = np.array([contact.normal for contact in self.landing.contacts])
         parting = (impact.approach * normals).sum(axis=-1) >= -1e-9 * np.linalg.norm(impact.approach, axis=-1)
-        return values_of(impact, wanted, parting.shape[:2]), parting
+        return values_of(impact, wanted, parting.shape[:2], more), parting
 
 
 def postures(
-    landing: PosedLanding, Q: Array, wanted: Sequence[Column], design: Design | None = None, redundant: bool = True
+    landing: PosedLanding, Q: Array, wanted: Sequence[Column], design: Design | None = None, trusted: float | None = None
 ) -> Postures:
     """Steps 1 and 2 in a few postures, in double precision.
 
@@ -194,14 +195,14 @@ def postures(
         Q: (m, nq) configurations.
         wanted: what will be read of them.
         design: the inertias in each posture; the landing's own by default.
-        redundant: as for `needs_proof`.
+        trusted: as for `needs_proof`.
     """
     own = landing.before.velocity.ndim > 1 or not landing.translates
     state = dynamics(landing.robot, Q, landing.joint_model.armature, design)
     everywhere = any(column.selection.quantity.of == "joint" for column in wanted)
     carriers = None if everywhere else list(dict.fromkeys(c.place.body for c in wanted if c.place.body >= 0)) or [0]
     equation, solution, jumps = impact_jumps(landing, state, own, carriers)
-    condition, prove = needs_proof(landing, equation, solution, redundant)
+    condition, prove = needs_proof(landing, equation, solution, trusted)
     jumps = in_body_axes(jumps, state.rotation if carriers is None else state.rotation[:, carriers])
     return Postures(landing, Q, equation, solution, jumps, carriers, condition, prove, design)
 
@@ -212,7 +213,7 @@ def columns(
     strikes: Array | None,
     wanted: Sequence[Column],
     design: Design | None = None,
-    redundant: bool = True,
+    trusted: float | None = None,
 ) -> tuple[dict[str, Array], Array, np.ndarray, np.ndarray]:
     """Every column for m postures and S strikes of each, in double precision; NaN where a proof is needed.
 
@@ -223,7 +224,7 @@ def columns(
             posture has one (S = 1).
         wanted: the columns.
         design: the inertias in each posture; the landing's own by default.
-        redundant: whether all postures with redundant rows need a proof, and not only those with fewer independent rows.
+        trusted: as for `needs_proof`; with it, quantities of one posture at a time are computed where double precision has them.
 
     Returns: columns (m, S) by name; the condition (m,) of each posture; which rows (m, S) need a proof, those too that friction may
         refuse; and which contacts (m, S, c) do not approach the ground.
@@ -232,9 +233,10 @@ def columns(
     for k in range(0, len(Q), BLOCK):
         rows = slice(k, k + BLOCK)
         own = landing.motions(rows) if strikes is None else landing
-        block = postures(own, Q[rows], wanted, None if design is None else design.rows(rows), redundant)
-        values, parting = block.values(None if strikes is None else strikes[rows], wanted)
-        prove = block.prove[:, None] | np.any([np.isnan(values[name]) for name in feasible], axis=0)
+        block = postures(own, Q[rows], wanted, None if design is None else design.rows(rows), trusted)
+        values, parting = block.values(None if strikes is None else strikes[rows], wanted, trusted is not None)
+        undecided = [values[c.name] for c in wanted if c.name in feasible or c.selection.quantity.per_landing(landing.scene)]
+        prove = block.prove[:, None] | np.any(np.isnan(undecided), axis=0)
         parts.append((values, block.condition, np.broadcast_to(prove, parting.shape[:2]), parting, block.solution.rank))
     computed = {name: np.concatenate([values[name] for values, *_ in parts]) for name in parts[0][0]}
     condition, prove, parting, rank = (np.concatenate(of_all) for of_all in list(zip(*parts, strict=True))[1:])
@@ -242,8 +244,15 @@ def columns(
     return computed, condition, prove, parting
 
 
-def values_of(impact: DoubleImpact, wanted: Sequence[Column], shape: tuple[int, ...]) -> dict[str, Array]:
-    """The columns (m, S) of an impact by name, each quantity evaluated once for all of its places. Args: shape, m and S."""
+def values_of(impact: DoubleImpact, wanted: Sequence[Column], shape: tuple[int, ...], more: bool = False) -> dict[str, Array]:
+    """The columns (m, S) of an impact by name, each quantity evaluated once for all of its places.
+
+    Args:
+        impact: the impact.
+        wanted: the columns.
+        shape: m and S.
+        more: whether those count that are computed in one posture at a time elsewhere, where double precision has them.
+    """
     computed: dict[str, Array] = {}
     with np.errstate(invalid="ignore", divide="ignore"):
         for entry in dict.fromkeys(column.selection.quantity for column in wanted):
@@ -251,7 +260,7 @@ def values_of(impact: DoubleImpact, wanted: Sequence[Column], shape: tuple[int, 
             computed |= {column.name: np.full(shape, np.nan) for column in own}
             known = {column.place.name: place for column in own if (place := column.at(impact.landing)) is not None}
             places = list(known.values())
-            if not places or entry.per_landing(impact.landing.scene):
+            if not places or (entry.per_landing(impact.landing.scene) and not (more and entry.in_doubles)):
                 continue
             values, index = evaluate(entry, impact, places), {place.name: k for k, place in enumerate(places)}
             for column in (column for column in own if column.place.name in known):

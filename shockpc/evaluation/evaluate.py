@@ -38,10 +38,8 @@ class Evaluation(Generic[L]):
             in double precision.
         feasible: whether rows that flat ground does not allow are left out. Rows that could not be computed are not.
         look: is called with the profile of every row, where every row is proven; what it gives is kept.
-        trusted: condition up to which rows keep the numbers of double precision that otherwise would need a proof, such as those
-            whose contacts or loops depend on one another.
-        redundant: whether all rows need a proof in which contacts or loops are redundant, and not only those in which they are more
-            so than in others of the landing.
+        trusted: condition up to which rows keep the numbers of double precision also where contacts or loops are redundant, or the
+            quantity is otherwise proven in one posture at a time; None where all of these need a proof.
     """
 
     landings: L
@@ -49,8 +47,7 @@ class Evaluation(Generic[L]):
     prove: int | None = 100
     feasible: bool = False
     look: Callable[[ShockProfile], Any] | None = field(default=None, repr=False)
-    trusted: float = 0.0
-    redundant: bool = True
+    trusted: float | None = None
 
     @property
     def headings(self) -> tuple[str, ...]:
@@ -169,12 +166,11 @@ class Evaluation(Generic[L]):
     def _solve(self, group: Group, rows: np.ndarray, whole: dict[str, Any], prove: np.ndarray, errors: "_Errors") -> None:
         """Fill in the columns (n, S) of a group, and which rows (n, S) need a proof."""
         landing = group.landing
-        values, condition, unsafe, parting = columns(landing, group.Q, group.strikes, self.computed, group.design, self.redundant)
+        values, condition, unsafe, parting = columns(landing, group.Q, group.strikes, self.computed, group.design, self.trusted)
         further = {name: x[:, None] for name, x in group.further.items()}
         for name, x in (values | further | {"condition": condition[:, None]}).items():
             whole[name][group.postures] = x
-        unsafe = unsafe & ~(condition <= self.trusted)[:, None]
-        prove[group.postures] = unsafe | any(column.selection.quantity.per_landing(landing.scene) for column in self.computed)
+        prove[group.postures] = unsafe
         for i, s, error in not_approaching(landing, parting):
             errors.note([int(rows[i, s])], error)
 

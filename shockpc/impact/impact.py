@@ -11,12 +11,13 @@ from typing import Any
 import numpy as np
 
 from shockpc.core.impulse import Solution
+from shockpc.core.inertia import solve_inertia
 from shockpc.core.percussion import larger, norm
 from shockpc.core.spatial import Array, cross, cross_matrix, velocity_at
 from shockpc.landing.dynamics import Design, Dynamics
 from shockpc.landing.landing import PosedLanding
 from shockpc.landing.motion import twist_before
-from shockpc.landing.rows import Block, Equation, block_axes, block_point, block_wrenches, slices_of
+from shockpc.landing.rows import Block, Equation, block_axes, block_point, block_wrenches, row_jacobian, slices_of
 
 
 class Impact:
@@ -260,7 +261,13 @@ class DoubleImpact(Impact):
         strikes: Array | None = None,
         design: Design | None = None,
     ) -> None:
-        self.landing, self.state, self.blocks, self.speeds = landing, equation.state, equation.blocks, equation.b
+        self.landing, self.state, self.blocks, self.speeds, self._equation = (
+            landing,
+            equation.state,
+            equation.blocks,
+            equation.b,
+            equation,
+        )
         self.delta_qd, self.impulse, self.jumps = equation.full(solution.delta_qd), solution.impulse, jumps
         self.unique, self.independent_impulse = np.ones(solution.impulse.shape[:2], dtype=bool), solution.impulse
         if bodies is not None:
@@ -274,3 +281,14 @@ class DoubleImpact(Impact):
         self._strikes = strikes
         if design is not None:
             self.design = design
+
+    def mobility(self, block: Block) -> Array:
+        """Delassus matrices (N, n, n) of the rows of a block while nothing is held: J G (GᵀHG)⁻¹ Gᵀ Jᵀ [1/kg]."""
+        J, G = row_jacobian(self.state, [block]), self._equation.G
+        J = J if G is None else J @ G
+        return np.asarray(J @ solve_inertia(self._equation.inertia, np.swapaxes(J, -1, -2)))
+
+    def rigid_mobility(self, block: Block) -> Array:
+        """The same (N, n, n) of the whole robot as one rigid body, which is free."""
+        wrenches = block_wrenches(self.state, block)
+        return np.asarray(wrenches @ np.linalg.solve(self.inertias.sum(axis=1), np.swapaxes(wrenches, -1, -2)))

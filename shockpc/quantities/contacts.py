@@ -10,7 +10,7 @@ from shockpc.core.percussion import dot, norm
 from shockpc.core.spatial import Array
 from shockpc.impact.exact.balls import BallMatrix, Balls, PrecisionError, balls, entries, matrix
 from shockpc.impact.exact.solution import BallImpact
-from shockpc.impact.impact import Impact
+from shockpc.impact.impact import DoubleImpact, Impact
 from shockpc.impact.solve import independent_rows
 from shockpc.landing.closure import closure_block
 from shockpc.landing.contact import across
@@ -19,6 +19,9 @@ from shockpc.quantities.quantity import Places, Quantity, reach
 
 STRUCTURAL = 1e-26
 """Share of the largest mobility below which one is zero. Rounding of axes and places by 1e-16 makes 1e-32 of a zero."""
+
+CLEAR = 1e-6
+"""Share of the mobility from which double precision tells it from zero, with nine digits left."""
 
 NARROW = 1e-4
 """Largest radius of a pivot, as a share of that below which it is zero."""
@@ -109,9 +112,11 @@ def _impulse_size(impact: Impact, values: Array) -> float:
 
 
 def _resistance(part: str) -> Callable[[Impact, Places], Balls]:
-    """The formula for effective masses, or mitigation factors (1, 1, n), of contacts in one posture; NaN of a standing foot."""
+    """The formula for effective masses, or mitigation factors (N, 1, n), of contacts; NaN of a standing foot."""
 
-    def compute(impact: Impact, places: Places) -> Balls:
+    def compute(impact: Impact, places: Places) -> Any:
+        if isinstance(impact, DoubleImpact):
+            return np.stack([_clear_resistance(impact, place.number)[part] for place in places], axis=-1)[:, None]
         assert isinstance(impact, BallImpact)
         for k in range(len(impact.contacts)):
             impact.resistances.setdefault(k, _Resistance(impact, k))
@@ -224,6 +229,29 @@ class _Resistance:
         return self.sticking if self.contact.sticks else self.frictionless
 
 
+def _clear_resistance(impact: DoubleImpact, contact: int) -> dict[str, Array]:
+    """The numbers (N,) of `_Resistance` by name, where robot and joints clearly move the point in every direction; else NaN."""
+    landing, block = impact.landing, impact.blocks[contact]
+    names = ("frictionless", "sticking", "effective", "mitigation_frictionless", "mitigation")
+    if not landing.floating or landing.loops or len(block.moments) or contact >= len(landing.contacts):
+        return dict.fromkeys(names, np.full(len(impact.state.J), np.nan))
+    point, n = block._replace(forces=np.eye(3), moments=NO_AXES), block.normal
+    A = impact.mobility(point)
+    by_joints = A - impact.rigid_mobility(point)
+    least, whole = (np.linalg.eigvalsh(part)[:, 0] for part in (A, by_joints)), np.trace(A, axis1=1, axis2=2)
+    robot_moves, joints_move = (part > CLEAR * whole for part in least)
+    with np.errstate(all="ignore"):
+        frictionless, sticking = 1.0 / (n @ A @ n), np.linalg.inv(np.where(robot_moves[:, None, None], A, np.eye(3))) @ n @ n
+        numbers = {
+            "frictionless": np.where(robot_moves, frictionless, np.nan),
+            "sticking": np.where(robot_moves, sticking, np.nan),
+            "mitigation_frictionless": np.where(joints_move, (n @ by_joints @ n) * frictionless, np.nan),
+            "mitigation": np.where(joints_move, np.linalg.det(by_joints) / np.linalg.det(A), np.nan),
+        }
+    sticks = landing.scene.contact[contact].sticks
+    return numbers | {"effective": numbers["sticking" if sticks else "frictionless"]}
+
+
 def _largest(A: BallMatrix) -> float:
     return max(float(row[i]) for i, row in enumerate(A.table()))
 
@@ -264,17 +292,17 @@ CONTACTS = (
     Quantity("approach", "contact", "velocity before the impact, world axes", "m/s", "neither", _approach, _fastest, STANDS,
         vector=True, strikes=True),
     Quantity("mass_sticking", "contact", "effective mass if it sticks", "kg", "greater", _resistance("sticking"), missing=STANDS,
-        needs_posture=True, strikes=True),
+        needs_posture=True, in_doubles=True, strikes=True),
     Quantity("mass_frictionless", "contact", "effective mass if it slides", "kg", "greater", _resistance("frictionless"),
-        missing=STANDS, needs_posture=True, strikes=True),
+        missing=STANDS, needs_posture=True, in_doubles=True, strikes=True),
     Quantity("mitigation", "contact", "impact mitigation factor if it sticks", "1", "less", _resistance("mitigation"),
-        lambda i, x: 1.0, MITIGATION, needs_posture=True),
+        lambda i, x: 1.0, MITIGATION, needs_posture=True, in_doubles=True),
     Quantity("mitigation_frictionless", "contact", "impact mitigation factor if it slides", "1", "less",
-        _resistance("mitigation_frictionless"), lambda i, x: 1.0, MITIGATION, needs_posture=True),
+        _resistance("mitigation_frictionless"), lambda i, x: 1.0, MITIGATION, needs_posture=True, in_doubles=True),
     Quantity("moment", "contact", "moment about the contact point, world axes", "N m s", "greater", _moment, _impulse_size,
         f"{REDUNDANT}; or it is a point", vector=True),
     Quantity("effective_mass", "contact", "effective mass", "kg", "greater", _resistance("effective"), missing=STANDS,
-        needs_posture=True, strikes=True),
+        needs_posture=True, in_doubles=True, strikes=True),
     Quantity("pull", "contact", "impulse with which the ground would have to pull", "N s", "greater", pull, missing=REDUNDANT,
         role="pull"),
 )  # fmt: skip

@@ -31,6 +31,7 @@ class Quantity(NamedTuple):
         missing: why a value may be missing.
         vector: whether a value is a vector (3,), which counts by its length where one number is needed.
         needs_posture: whether it is computed in one posture at a time, with a proof, because double precision cannot decide it.
+        in_doubles: whether double precision has it nevertheless where it is clear, and NaN elsewhere.
         with_stiffness: whether it needs a posture and is unproven where the contacts have a finite stiffness.
         unproven: whether it is computed in one posture at a time, but in double precision.
         shared: whether it is one of many where contact or closure rows are redundant: that of the impulses of least norm.
@@ -59,6 +60,7 @@ class Quantity(NamedTuple):
     missing: str = ""
     vector: bool = False
     needs_posture: bool = False
+    in_doubles: bool = False
     with_stiffness: bool = False
     unproven: bool = False
     shared: bool = False

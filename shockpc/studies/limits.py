@@ -354,7 +354,7 @@ class LimitScan:
 
     def _table(self, values: Array, angles: Array, computed: tuple[Column, ...], Q: Array | None) -> Table:
         varied = replace(self._varied, values=tuple((self._scale * values).tolist()))
-        return Evaluation(StrikeGrid(self._landing, varied, angles, Q), computed, prove=0, redundant=False).table()
+        return Evaluation(StrikeGrid(self._landing, varied, angles, Q), computed, prove=0, trusted=ILL_CONDITIONED).table()
 
     def _configurations(self, values: Array) -> Array | None:
         """The configurations (m, nq) with the joint at values (m,); loops are followed from the nearest of the grid."""

@@ -92,7 +92,7 @@ def _warnings(found: JointLimits) -> list[str]:
         )
     if found.target.selection.quantity.per_landing(found.profile.scene):
         warnings.append(
-            f"warning: {found.target.name} is computed in one posture and for one strike at a time, which takes long; "
+            f"warning: {found.target.name} is computed in one posture and for one strike at a time; "
             "--step, --range and --strikes say how many of them"
         )
     own, every = (int((~found.scan.feasible(*strikes)).sum()) for strikes in (found.limits[0].strikes, found.strikes))
