@@ -126,6 +126,46 @@ class Landings(Protocol):
 
 
 @dataclass(frozen=True, eq=False)
+class LandingsBeside:
+    """What sources have in common whose rows differ from one landing that is resolved.
+
+    Attributes:
+        landing: that one.
+    """
+
+    landing: PosedLanding = field(repr=False)
+
+    further = ()
+
+    @property
+    def robot(self) -> Robot:
+        """The robot of the landing."""
+        return self.landing.robot
+
+    @property
+    def scene(self) -> Scene:
+        """The landing that is varied."""
+        return self.landing.scene
+
+    @property
+    def kinds(self) -> tuple[str, ...]:
+        """What varies, as `Variation.kind`."""
+        raise NotImplementedError
+
+    @property
+    def opens(self) -> bool:
+        """Whether a contact that would be pulled opens, because there is friction."""
+        return self.scene.friction is not None or "friction" in self.kinds
+
+    def compared(self, count: int) -> np.ndarray:
+        """No rows: those that need a proof have one."""
+        return np.arange(0)
+
+    def own(self, k: int) -> None:
+        """Nothing."""
+
+
+@dataclass(frozen=True, eq=False)
 class ListedLandings:
     """Landings one by one, each with a robot of its own.
 

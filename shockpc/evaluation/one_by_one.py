@@ -14,7 +14,7 @@ from typing import Any, NamedTuple, TypeAlias
 import numpy as np
 
 from shockpc.core.spatial import Array
-from shockpc.evaluation.landings import Group, Part, Refusal
+from shockpc.evaluation.landings import Group, LandingsBeside, Part, Refusal
 from shockpc.evaluation.variation import Variation
 from shockpc.evaluation.varied import VariedLandings
 from shockpc.evaluation.varied_scene import present_value
@@ -24,7 +24,6 @@ from shockpc.landing.freedom import free_columns
 from shockpc.landing.landing import PosedLanding
 from shockpc.landing.posture import displaced, held_joints
 from shockpc.landing.rows import row_jacobian
-from shockpc.landing.scene import Scene
 from shockpc.profile import profile_of, shock_profile
 from shockpc.quantities.profile import ShockProfile
 from shockpc.robot.changes import Property, links_with_mass, varied_bodies, with_inertias
@@ -77,7 +76,7 @@ class Parameter(NamedTuple):
 
 
 @dataclass(frozen=True, eq=False)
-class VariedOneByOne:
+class VariedOneByOne(LandingsBeside):
     """Landings beside a given one, four for each of some parameters: a step and half of it to both sides.
 
     Attributes:
@@ -85,10 +84,9 @@ class VariedOneByOne:
         parameters: which can change.
     """
 
-    landing: PosedLanding
     parameters: tuple[Parameter, ...] = field(repr=False)
 
-    noun, strikes, further, headings = "sensitivity", 1, (), ("parameter", "step")
+    noun, strikes, headings = "sensitivity", 1, ("parameter", "step")
 
     @functools.cached_property
     def steps(self) -> Array:
@@ -121,31 +119,14 @@ class VariedOneByOne:
         return ((0, self.rows),)
 
     @property
-    def opens(self) -> bool:
-        """Whether a contact that would be pulled opens, because there is friction."""
-        return self.scene.friction is not None or any(one.kind == "friction" for one in self.parameters)
-
-    @property
-    def robot(self) -> Robot:
-        """The robot of the given landing."""
-        return self.landing.robot
-
-    @property
-    def scene(self) -> Scene:
-        """The given landing."""
-        return self.landing.scene
+    def kinds(self) -> tuple[str, ...]:
+        """What varies."""
+        return tuple(one.kind for one in self.parameters)
 
     @property
     def description(self) -> dict[str, Any]:
         """The names of the parameters."""
         return {"parameters": [one[:3] for one in self.parameters], "steps": self.steps.tolist()}
-
-    def compared(self, count: int) -> np.ndarray:
-        """The first rows."""
-        return np.arange(min(count, self.rows))
-
-    def own(self, k: int) -> None:
-        """Nothing."""
 
     def part(self, k: int, own: None) -> Part:
         """All rows, in the order of the parameters, those of a parameter in the order of `STEPS`."""

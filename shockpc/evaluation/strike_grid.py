@@ -7,22 +7,21 @@ from typing import Any
 import numpy as np
 
 from shockpc.core.spatial import Array
-from shockpc.evaluation.landings import Group, Part, Refusal
+from shockpc.evaluation.landings import Group, LandingsBeside, Part, Refusal
 from shockpc.evaluation.variation import Variation
 from shockpc.evaluation.varied import VariedLandings
 from shockpc.evaluation.varied_scene import applied
-from shockpc.landing.landing import PosedLanding, close_loops
-from shockpc.landing.scene import Scene, Strike
+from shockpc.landing.landing import close_loops
+from shockpc.landing.scene import Strike
 from shockpc.profile import shock_profile
 from shockpc.quantities.profile import ShockProfile
-from shockpc.robot.robot import Robot
 
 PART = 1024
 """Largest number of postures of a part."""
 
 
 @dataclass(frozen=True, eq=False)
-class StrikeGrid:
+class StrikeGrid(LandingsBeside):
     """Landings that differ in one quantity, each at strike angles of its own.
 
     The strike angle turns the part of the velocity that is in the plane; the part out of it, and what else moves, stays as it is.
@@ -34,22 +33,16 @@ class StrikeGrid:
         Q: (n, nq) configurations of a joint's values; None for other quantities.
     """
 
-    landing: PosedLanding = field(repr=False)
     varied: Variation
     angles: Array = field(repr=False)
     Q: Array | None = field(default=None, repr=False)
 
-    noun, further = "limits", ()
+    noun = "limits"
 
     @property
-    def robot(self) -> Robot:
-        """The robot of the scene."""
-        return self.landing.robot
-
-    @property
-    def scene(self) -> Scene:
-        """The landing that is varied."""
-        return self.landing.scene
+    def kinds(self) -> tuple[str, ...]:
+        """What varies."""
+        return (self.varied.kind,)
 
     @property
     def strikes(self) -> int:
@@ -73,21 +66,9 @@ class StrikeGrid:
         return self.varied.column, "strike angle [rad]"
 
     @property
-    def opens(self) -> bool:
-        """Whether a contact that would be pulled opens, because there is friction."""
-        return self.scene.friction is not None or self.varied.kind == "friction"
-
-    @property
     def description(self) -> dict[str, Any]:
         """The values, and the strike angles of each."""
         return {"subject": self.varied.subject, "values": self.varied.values, "strike angles": self.angles.tolist()}
-
-    def compared(self, count: int) -> np.ndarray:
-        """No rows: those that need a proof have one."""
-        return np.arange(0)
-
-    def own(self, k: int) -> None:
-        """Nothing."""
 
     def part(self, k: int, own: None) -> Part:
         """Some postures: those of a joint in one landing, those of another quantity as in a sweep."""
