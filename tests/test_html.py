@@ -21,7 +21,7 @@ from shockpc.robot.geometry import Shape
 from shockpc.robot.meshes import Mesh
 from shockpc.show.folder import report_files
 from shockpc.show.html.surfaces import surfaces
-from shockpc.show.reports.landing import landing_report, landings_report
+from shockpc.show.reports.landing import analyze_report, landing_report
 
 BROWSER = pytest.mark.skipif(CHROMIUM is None, reason="no Chromium is installed, which draws report.html")
 
@@ -183,7 +183,7 @@ def test_a_page_that_cannot_be_made_is_a_warning(capfd, here, monkeypatch, failu
 def test_page_of_several_landings(moving):
     """One page for all, the geometry of their robot once, the report of each landing apart."""
     other = shock_profile(replace(MOVING, strike=Strike()), moving.robot)
-    text = html_of(landings_report([moving, other], ["one", "two"]))
+    text = html_of(analyze_report([moving, other], ["one", "two"]))
     data = data_of(text)
     assert [one["layout"]["uirevision"] for one in data["landings"]] == ["one", "two"]
     assert len(data["geometries"]) == 1

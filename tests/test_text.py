@@ -19,7 +19,7 @@ from trees import robot_from
 from shockpc import Contact, ContactImpulse, Joints, Point, Posture, Rotor, Scene, Strike, shock_profile
 from shockpc.core.directions import ExtremeDirections
 from shockpc.quantities.profile import StanceImpulse
-from shockpc.show.reports.landing import accuracy_line, contacts_sheet, directions_sheet, landing_report, landings_report
+from shockpc.show.reports.landing import accuracy_line, analyze_report, contacts_sheet, directions_sheet, landing_report
 from shockpc.show.tables import Lines, Sheet, as_csv, as_markdown, as_text, escaped, rounded
 from shockpc.show.wording import header_lines
 from shockpc.text.diagnostic import Diagnostic
@@ -48,7 +48,7 @@ def landings():
 
 def text_of(profiles, format_):
     """The landings in a format."""
-    return landings_report(profiles, [str(k) for k in range(len(profiles))], whole=True).text(format_)
+    return analyze_report(profiles, [str(k) for k in range(len(profiles))], whole=True).text(format_)
 
 
 def header(**scene):

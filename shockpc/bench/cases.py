@@ -57,7 +57,7 @@ class Link(NamedTuple):
     inertia: Array
 
 
-class Case(NamedTuple):
+class Trial(NamedTuple):
     """One landing of a family: the names of family and variant, the value of the parameter, and what builds robot and scene."""
 
     family: str
@@ -85,12 +85,12 @@ class Family(NamedTuple):
     values: tuple[Any, ...]
     build: Build
 
-    def cases(self) -> Iterator[Case]:
+    def cases(self) -> Iterator[Trial]:
         """Its cases, variant by variant."""
         for variant, first in self.variants.items():
             for value in self.values:
                 text = value if isinstance(value, str) else f"{value:g}"
-                yield Case(self.name, variant, text, functools.partial(self.build, first, value))
+                yield Trial(self.name, variant, text, functools.partial(self.build, first, value))
 
 
 FAMILIES: dict[str, Family] = {}

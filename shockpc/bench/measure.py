@@ -7,7 +7,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from shockpc import ShockError, ShockProfile, shock_profile
-from shockpc.bench.cases import Case
+from shockpc.bench.cases import Trial
 from shockpc.bench.methods import PROVEN, Method, System, UnsuitedError, system_of
 from shockpc.impact.exact.proof import Proof
 from shockpc.quantities.accuracy import double_error
@@ -44,7 +44,7 @@ class Result(NamedTuple):
         message: why it failed.
     """
 
-    case: Case
+    case: Trial
     method: str
     outcome: str
     error: float | None = None
@@ -74,7 +74,7 @@ def timed(run: Callable[[], Any], budget: float) -> tuple[Any, tuple[float, ...]
     return result, tuple(seconds[1:])
 
 
-def measure(case: Case, methods: Mapping[str, Method], budget: float) -> list[Result]:
+def measure(case: Trial, methods: Mapping[str, Method], budget: float) -> list[Result]:
     """Solve a case by every method; one that the package cannot prepare has a single result. Args: budget for each clock [s]."""
     robot, scene = case.build()
     try:

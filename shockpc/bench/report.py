@@ -14,7 +14,7 @@ from pathlib import Path
 from statistics import median
 
 from shockpc import Robot, Scene
-from shockpc.bench.cases import FAMILIES, Case, Family
+from shockpc.bench.cases import FAMILIES, Family, Trial
 from shockpc.bench.costs import COSTS
 from shockpc.bench.measure import ACCURATE, OUTCOMES, Result, measure
 from shockpc.bench.methods import DIRECT, all_quantities
@@ -94,7 +94,7 @@ def suite_report(
 
 def bench_report(robot: Robot, scene: Scene, budget: float = 0.1) -> Report:
     """Error against run time of every method on one landing. Args: budget for each clock [s]."""
-    results = measure(Case("landing", robot.name, "", lambda: (robot, scene)), METHODS | {WHOLE: all_quantities}, budget)
+    results = measure(Trial("landing", robot.name, "", lambda: (robot, scene)), METHODS | {WHOLE: all_quantities}, budget)
     rows = [
         (result.method, _largest([result]), *map(_micro, result.quartiles), result.outcome, result.message or None)
         for result in results

@@ -40,7 +40,7 @@ def analyze(
         from shockpc.landing.scene_file import scene_text
         from shockpc.profile import shock_profile
         from shockpc.show.files import write_file
-        from shockpc.show.reports.landing import accuracy_line, landings_report
+        from shockpc.show.reports.landing import accuracy_line, analyze_report
         from shockpc.text.errors import StudyError
     loaded, scenes = scenes_from(robot, options, trace)
     shown = output.out is not None or output.format == "json"
@@ -55,6 +55,6 @@ def analyze(
             write_file(file, scene_text(profile.scene, file.parent), replaceable="scene file" if force else "")
         if output.out is None:
             trace.skip("figure, and matplotlib with it", "no --out")
-        emit(landings_report(profiles, file_names(scenes), bodies, spectrum, all_), output)
+        emit(analyze_report(profiles, file_names(scenes), bodies, spectrum, all_), output)
     if explain:
         sys.stderr.write(trace.text() + "".join(f"{accuracy_line(profile)}\n" for profile in profiles))

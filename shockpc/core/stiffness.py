@@ -179,7 +179,7 @@ class Segment(NamedTuple):
         return np.asarray(t * (self.level + oscillations(half, np.sinc(half / np.pi) * self.wave)))
 
 
-class Motion(NamedTuple):
+class StiffMotion(NamedTuple):
     """A landing, solved.
 
     Attributes:
@@ -301,7 +301,7 @@ def damper_restitution(ratio: Array) -> Array:
     return np.asarray(np.exp(-2.0 * ratio * np.where(size > 0.0, angle / np.where(size > 0.0, size, 1.0), 1.0)))
 
 
-def simulate_landing(M: Array, elements: Elements, velocity: Array, until: float | None = None) -> Motion:
+def simulate_landing(M: Array, elements: Elements, velocity: Array, until: float | None = None) -> StiffMotion:
     """Solve a landing with frozen geometry on elements of finite stiffness.
 
     Args:
@@ -353,7 +353,7 @@ def simulate_landing(M: Array, elements: Elements, velocity: Array, until: float
             events.remove(previous)
         else:
             events.append(event)
-    return Motion(elements, tuple(segments), tuple(events), state.separated, state.to_velocity, state.constant)
+    return StiffMotion(elements, tuple(segments), tuple(events), state.separated, state.to_velocity, state.constant)
 
 
 def _check(M: Array, elements: Elements, velocity: Array, until: float | None) -> None:
@@ -391,7 +391,7 @@ class _State:
 
     Attributes:
         W: (r, d) velocity along each element for unit u.
-        to_velocity, constant: as in `Motion`.
+        to_velocity, constant: as in `StiffMotion`.
         mode: (r,) OPEN, LOADING or UNLOADING.
         slope: (r,) √κ.
         z: (r,) √κ (B x − a), zero where an element is open.
@@ -552,7 +552,7 @@ def _graded_svd(F: Array) -> tuple[Array, Array, Array]:
 
 
 def _peak(outputs: Array, segments: Sequence[Segment], least: Array, effort: Effort) -> tuple[Array, Array]:
-    """As `Motion.peak`, within some segments; zero where they have none above the square root of least (m,)."""
+    """As `StiffMotion.peak`, within some segments; zero where they have none above the square root of least (m,)."""
     (m, k, r), count = outputs.shape, len(segments)
 
     def in_halves() -> tuple[Array, Array]:

@@ -9,7 +9,7 @@ from shockpc.core.bodies import in_body_axes
 from shockpc.core.impulse import Solution
 from shockpc.core.spatial import Array
 from shockpc.impact.impact import DoubleImpact
-from shockpc.landing.dynamics import Design, dynamics
+from shockpc.landing.dynamics import Inertias, dynamics
 from shockpc.landing.landing import PosedLanding
 from shockpc.landing.places import Place, moving_point
 from shockpc.landing.rows import Equation
@@ -158,7 +158,7 @@ class Postures(NamedTuple):
         bodies: which these are; None for all.
         condition: (m,) of each posture.
         prove: (m,) whether it needs a proof.
-        design: the inertias in each posture; None where they are the landing's own.
+        inertias: the inertias in each posture; None where they are the landing's own.
     """
 
     landing: PosedLanding
@@ -169,7 +169,7 @@ class Postures(NamedTuple):
     bodies: list[int] | None
     condition: Array
     prove: np.ndarray
-    design: Design | None = None
+    inertias: Inertias | None = None
 
     def values(self, strikes: Array | None, wanted: Sequence[Column], more: bool = False) -> tuple[dict[str, Array], np.ndarray]:
         """Every column (m, S) by name; and which contacts (m, S, c) do not approach the ground.
@@ -179,14 +179,14 @@ class Postures(NamedTuple):
             wanted: the columns.
             more: as for `values_of`.
         """
-        impact = DoubleImpact(self.landing, self.equation, self.solution, self.jumps, self.bodies, strikes, self.design)
+        impact = DoubleImpact(self.landing, self.equation, self.solution, self.jumps, self.bodies, strikes, self.inertias)
         normals = np.array([contact.normal for contact in self.landing.contacts])
         parting = (impact.approach * normals).sum(axis=-1) >= -1e-9 * np.linalg.norm(impact.approach, axis=-1)
         return values_of(impact, wanted, parting.shape[:2], more), parting
 
 
 def postures(
-    landing: PosedLanding, Q: Array, wanted: Sequence[Column], design: Design | None = None, trusted: float | None = None
+    landing: PosedLanding, Q: Array, wanted: Sequence[Column], inertias: Inertias | None = None, trusted: float | None = None
 ) -> Postures:
     """Steps 1 and 2 in a few postures, in double precision.
 
@@ -194,17 +194,17 @@ def postures(
         landing: the landing.
         Q: (m, nq) configurations.
         wanted: what will be read of them.
-        design: the inertias in each posture; the landing's own by default.
+        inertias: the inertias in each posture; the landing's own by default.
         trusted: as for `needs_proof`.
     """
     own = landing.before.velocity.ndim > 1 or not landing.translates
-    state = dynamics(landing.robot, Q, landing.joint_model.armature, design)
+    state = dynamics(landing.robot, Q, landing.joint_model.armature, inertias)
     everywhere = any(column.selection.quantity.of == "joint" for column in wanted)
     carriers = None if everywhere else list(dict.fromkeys(c.place.body for c in wanted if c.place.body >= 0)) or [0]
     equation, solution, jumps = impact_jumps(landing, state, own, carriers)
     condition, prove = needs_proof(landing, equation, solution, trusted)
     jumps = in_body_axes(jumps, state.rotation if carriers is None else state.rotation[:, carriers])
-    return Postures(landing, Q, equation, solution, jumps, carriers, condition, prove, design)
+    return Postures(landing, Q, equation, solution, jumps, carriers, condition, prove, inertias)
 
 
 def columns(
@@ -212,7 +212,7 @@ def columns(
     Q: Array,
     strikes: Array | None,
     wanted: Sequence[Column],
-    design: Design | None = None,
+    inertias: Inertias | None = None,
     trusted: float | None = None,
 ) -> tuple[dict[str, Array], Array, np.ndarray, np.ndarray]:
     """Every column for m postures and S strikes of each, in double precision; NaN where a proof is needed.
@@ -223,7 +223,7 @@ def columns(
         strikes: (m, S, 3) velocities of the base before the impact, world axes [m/s]; None for the landing's own, of which each
             posture has one (S = 1).
         wanted: the columns.
-        design: the inertias in each posture; the landing's own by default.
+        inertias: the inertias in each posture; the landing's own by default.
         trusted: as for `needs_proof`; with it, quantities of one posture at a time are computed where double precision has them.
 
     Returns: columns (m, S) by name; the condition (m,) of each posture; which rows (m, S) need a proof, those too that friction may
@@ -233,7 +233,7 @@ def columns(
     for k in range(0, len(Q), BLOCK):
         rows = slice(k, k + BLOCK)
         own = landing.motions(rows) if strikes is None else landing
-        block = postures(own, Q[rows], wanted, None if design is None else design.rows(rows), trusted)
+        block = postures(own, Q[rows], wanted, None if inertias is None else inertias.rows(rows), trusted)
         values, parting = block.values(None if strikes is None else strikes[rows], wanted, trusted is not None)
         undecided = [values[c.name] for c in wanted if c.name in feasible or c.selection.quantity.per_landing(landing.scene)]
         prove = block.prove[:, None] | np.any(np.isnan(undecided), axis=0)

@@ -166,7 +166,7 @@ class Evaluation(Generic[L]):
     def _solve(self, group: Group, rows: np.ndarray, whole: dict[str, Any], prove: np.ndarray, errors: "_Errors") -> None:
         """Fill in the columns (n, S) of a group, and which rows (n, S) need a proof."""
         landing = group.landing
-        values, condition, unsafe, parting = columns(landing, group.Q, group.strikes, self.computed, group.design, self.trusted)
+        values, condition, unsafe, parting = columns(landing, group.Q, group.strikes, self.computed, group.inertias, self.trusted)
         further = {name: x[:, None] for name, x in group.further.items()}
         for name, x in (values | further | {"condition": condition[:, None]}).items():
             whole[name][group.postures] = x

@@ -7,7 +7,7 @@ from typing import Any, NamedTuple, Protocol
 import numpy as np
 
 from shockpc.core.spatial import Array
-from shockpc.landing.dynamics import Design
+from shockpc.landing.dynamics import Inertias
 from shockpc.landing.landing import PosedLanding
 from shockpc.landing.scene import Scene
 from shockpc.profile import shock_profile
@@ -32,7 +32,7 @@ class Group(NamedTuple):
         Q: (m, nq) configurations.
         strikes: (m, S, 3) velocities of the base before the impact, world axes [m/s]; None where the landing has a motion for each
             posture (S = 1).
-        design: the inertias in each posture; the landing's own by default.
+        inertias: the inertias in each posture; the landing's own by default.
         further: (m,) further columns by heading.
     """
 
@@ -40,7 +40,7 @@ class Group(NamedTuple):
     landing: PosedLanding
     Q: Array
     strikes: Array | None = None
-    design: Design | None = None
+    inertias: Inertias | None = None
     further: Mapping[str, Array] = {}
 
 

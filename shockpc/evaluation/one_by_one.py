@@ -19,7 +19,7 @@ from shockpc.evaluation.variation import Variation
 from shockpc.evaluation.varied import VariedLandings
 from shockpc.evaluation.varied_scene import present_value
 from shockpc.landing.closure import assemble, closure_block
-from shockpc.landing.dynamics import Design, dynamics
+from shockpc.landing.dynamics import Inertias, dynamics
 from shockpc.landing.freedom import free_columns
 from shockpc.landing.landing import PosedLanding
 from shockpc.landing.posture import displaced, held_joints
@@ -59,7 +59,7 @@ class Parameter(NamedTuple):
         size: what a change is compared with: the mass, the mean moment of inertia and the radius of gyration of the body, the
             reflected inertia of the joint (without one, the inertia that the joint moves), a radian, or the robot's length [unit].
         rates: by how much a unit of it changes "mass" (nb,), "com" (nb, 3) and "inertia" (nb, 3, 3) of the bodies and "armature"
-            (nv,) of the joints, as in `Design`, "joints" (nv,) by velocity, and "velocity" (3,) of the base before the impact.
+            (nv,) of the joints, as in `Inertias`, "joints" (nv,) by velocity, and "velocity" (3,) of the base before the impact.
         reason: why it cannot change; empty if it can.
         varied: what a sweep varies, where no rates say what a change does.
     """
@@ -98,14 +98,14 @@ class VariedOneByOne(LandingsBeside):
         """
         sizes = np.array([one.size or 1.0 for one in self.parameters])
         landing, n = self.landing, len(sizes)
-        changed = dynamics(landing.robot, np.repeat(landing.q[None], n, axis=0), None, self._design(sizes, np.ones(1))).H
+        changed = dynamics(landing.robot, np.repeat(landing.q[None], n, axis=0), None, self._inertias(sizes, np.ones(1))).H
         H, change, G = landing.state.H[0], changed - landing.state.H, landing.free_columns(landing.state)
         if G is not None:
             H, change = G[0].T @ H @ G[0], G[0].T @ change @ G[0]
         A = np.linalg.solve(H, change)
         share = np.maximum(np.sqrt(np.abs(np.einsum("nij,nji->n", A, A))), LEAST_SHARE)
         share = np.where([one.kind == "com" for one in self.parameters], np.maximum(share, np.sqrt(share)), share)
-        inertial = [not one.rates.keys().isdisjoint(Design._fields) for one in self.parameters]
+        inertial = [not one.rates.keys().isdisjoint(Inertias._fields) for one in self.parameters]
         return STEP * sizes / np.where(inertial, share, 1.0)
 
     @property
@@ -133,7 +133,7 @@ class VariedOneByOne(LandingsBeside):
         landing, robot, n = self.landing, self.robot, len(STEPS)
         names = [" ".join(filter(None, one[:3])) for one in self.parameters]
         labels = {"parameter": np.repeat(names, n), "step": np.outer(self.steps, STEPS).ravel()}
-        design, velocity = self._design(self.steps, STEPS), self._varied("velocity", landing.before.velocity, self.steps, STEPS)
+        inertias, velocity = self._inertias(self.steps, STEPS), self._varied("velocity", landing.before.velocity, self.steps, STEPS)
         Q = displaced(robot, landing.q, self._varied("joints", np.zeros(robot.model.nv), self.steps, STEPS))
         groups, as_swept = list[Group | Refusal](), self._as_swept()
         solved = ~np.isin(np.arange(self.rows), list(as_swept))
@@ -146,19 +146,19 @@ class VariedOneByOne(LandingsBeside):
             except ShockError as error:
                 solved[i] = False
                 groups.append(Refusal(np.array([i]), error))
-        inertias = Design(*(x[solved] for x in design))
+        chosen = Inertias(*(x[solved] for x in inertias))
         if solved.any():
-            groups.append(Group(np.flatnonzero(solved), landing, Q[solved], velocity[solved, None], inertias))
+            groups.append(Group(np.flatnonzero(solved), landing, Q[solved], velocity[solved, None], chosen))
 
         def profile(i: int) -> ShockProfile:
             if i in as_swept:
                 return shock_profile(*as_swept[i].case(0))
             whole = robot
             if self.parameters[i // n].rates.keys() & {"mass", "com", "inertia"}:
-                whole = with_inertias(robot, design.mass[i], design.com[i], design.inertia[i])
+                whole = with_inertias(robot, inertias.mass[i], inertias.com[i], inertias.inertia[i])
             state, joints = (
-                dynamics(whole, Q[i : i + 1], design.armature[i]),
-                landing.joint_model._replace(armature=design.armature[i]),
+                dynamics(whole, Q[i : i + 1], inertias.armature[i]),
+                landing.joint_model._replace(armature=inertias.armature[i]),
             )
             before = landing.before._replace(velocity=velocity[i])
             return profile_of(replace(landing, robot=whole, joint_model=joints, before=before, q=Q[i], state=state))
@@ -177,9 +177,9 @@ class VariedOneByOne(LandingsBeside):
                 rows[len(STEPS) * k + j] = VariedLandings(self.scene, self.robot, (varied,))
         return rows
 
-    def _design(self, steps: Array, shares: Array) -> Design:
-        own = Design.of(self.robot, self.landing.joint_model.armature)
-        return Design(*(self._varied(name, value[0], steps, shares) for name, value in own._asdict().items()))
+    def _inertias(self, steps: Array, shares: Array) -> Inertias:
+        own = Inertias.of(self.robot, self.landing.joint_model.armature)
+        return Inertias(*(self._varied(name, value[0], steps, shares) for name, value in own._asdict().items()))
 
     def _varied(self, what: str, value: Array, steps: Array, shares: Array) -> Array:
         """What the rates of a name change (p s, ...), after shares (s,) of steps (p,). Args: value, in the given landing."""
@@ -223,7 +223,7 @@ def link_parameters(robot: Robot, what: Property, pattern: str, factor: bool) ->
     about = {link: 0.0 if moved else 1.0 if factor else mass for link, mass in links.items()}
     # The bodies' inertias are smooth functions of each value, so that about ten digits of their differences are left.
     near = [(what, link, np.array([value + h, value - h]), factor) for link, value in about.items()]
-    rates = {name: (x[0] - x[1]) / (2.0 * h) for name, x in zip(Design._fields, varied_bodies(robot, near), strict=False)}
+    rates = {name: (x[0] - x[1]) / (2.0 * h) for name, x in zip(Inertias._fields, varied_bodies(robot, near), strict=False)}
     kind = "com" if moved else "inertia" if what == "inertia" else "proportion"
     unit = "1" if factor else "m" if moved else "kg"
     for i in sorted({robot.frames[link].body for link in links}):

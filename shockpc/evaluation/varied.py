@@ -17,7 +17,7 @@ from shockpc.evaluation.landings import GROUP, ROWS, Group, Part, Refusal
 from shockpc.evaluation.variation import ATTITUDE, INERTIAL, OF_A_LINK, Variation, each_of, motion_range, pairs
 from shockpc.evaluation.variation import variation as read_variation
 from shockpc.evaluation.varied_scene import applied, armature_set, robot_changes
-from shockpc.landing.dynamics import Design
+from shockpc.landing.dynamics import Inertias
 from shockpc.landing.landing import PosedLanding, close_loops, resolve
 from shockpc.landing.posture import set_many
 from shockpc.landing.scene import GRAVITY, Scene
@@ -171,9 +171,9 @@ class VariedLandings:
                 continue
             for begin in range(0, len(chosen), GROUP):
                 own = chosen[begin : begin + GROUP]
-                design, refused = self._design(landing, values, own)
+                inertias, refused = self._inertias(landing, values, own)
                 yield from (Refusal(own[i : i + 1], error) for i, error in refused.items())
-                yield Group(own, landing, self._postures(landing, values, own), self._strikes(landing, values, own), design)
+                yield Group(own, landing, self._postures(landing, values, own), self._strikes(landing, values, own), inertias)
 
     def _values(self, k: int) -> dict[Variation, np.ndarray]:
         a, b = self.parts[k]
@@ -231,9 +231,9 @@ class VariedLandings:
         set_many(self.robot, [(joint, x if joint.kind == "prismatic" else x * DEG) for joint, x in joints], Q)
         return Q
 
-    def _design(
+    def _inertias(
         self, landing: PosedLanding, values: dict[Variation, np.ndarray], own: np.ndarray
-    ) -> tuple[Design | None, dict[int, ShockError]]:
+    ) -> tuple[Inertias | None, dict[int, ShockError]]:
         """The inertias of some rows of a part; None where all have the landing's own. And why no robot has those of a row."""
         varied = [variation for variation in values if variation.kind in INERTIAL]
         if not varied or self.separate:
@@ -261,7 +261,7 @@ class VariedLandings:
                 self._case({variation: row[i] for variation, row in x.items()})
             except ShockError as error:
                 refused[i] = error
-        return Design(mass, com, inertia, armature), refused
+        return Inertias(mass, com, inertia, armature), refused
 
     def _strikes(self, landing: PosedLanding, values: dict[Variation, np.ndarray], own: np.ndarray) -> Array:
         varied = {variation.kind: x if self.sample is None else x[own] for variation, x in values.items() if variation.stage == 2}

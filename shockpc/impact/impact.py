@@ -14,7 +14,7 @@ from shockpc.core.impulse import Solution
 from shockpc.core.inertia import solve_inertia
 from shockpc.core.percussion import larger, norm
 from shockpc.core.spatial import Array, cross, cross_matrix, velocity_at
-from shockpc.landing.dynamics import Design, Dynamics
+from shockpc.landing.dynamics import Dynamics, Inertias
 from shockpc.landing.landing import PosedLanding
 from shockpc.landing.motion import twist_before
 from shockpc.landing.rows import Block, Equation, block_axes, block_point, block_wrenches, row_jacobian, slices_of
@@ -148,19 +148,19 @@ class Impact:
         return functools.reduce(larger, [speeds[..., k] for k in range(speeds.shape[-1])])
 
     @functools.cached_property
-    def design(self) -> Design:
+    def inertias(self) -> Inertias:
         """The inertias of the bodies and the joints, in doubles: of each of the N postures, or one for all."""
-        return Design.of(self.landing.robot, self.landing.joint_model.armature)
+        return Inertias.of(self.landing.robot, self.landing.joint_model.armature)
 
     @property
     def masses(self) -> Any:
         """Masses (N or 1, nb) of the bodies [kg]."""
-        return self.design.mass
+        return self.inertias.mass
 
     @property
     def coms(self) -> Any:
         """Centres of mass (N or 1, nb, 3) of the bodies, in their frames [m]."""
-        return self.design.com
+        return self.inertias.com
 
     @functools.cached_property
     def com(self) -> Any:
@@ -176,14 +176,14 @@ class Impact:
         return self.points(moved, robot.joint_origins(self.state.Q))
 
     @property
-    def inertias(self) -> Any:
+    def spatial_inertias(self) -> Any:
         """Inertias (N, nb, 6, 6) of the bodies about the base's origin, world axes (Featherstone 2008, Eq. 2.63)."""
-        bodies, design = range(len(self.landing.robot.bodies)), self.design
+        bodies, inertias = range(len(self.landing.robot.bodies)), self.inertias
         R = self.orientations(bodies)
-        C = cross_matrix(self.points(bodies, design.com))
-        mass = design.mass[..., None, None]
+        C = cross_matrix(self.points(bodies, inertias.com))
+        mass = inertias.mass[..., None, None]
         out = np.zeros((*C.shape[:2], 6, 6))
-        out[..., :3, :3] = R @ design.inertia @ np.swapaxes(R, -1, -2) - mass * C @ C
+        out[..., :3, :3] = R @ inertias.inertia @ np.swapaxes(R, -1, -2) - mass * C @ C
         out[..., :3, 3:], out[..., 3:, :3], out[..., 3:, 3:] = mass * C, -mass * C, mass * np.eye(3)
         return out
 
@@ -197,7 +197,7 @@ class Impact:
         parents, R = robot.parents, self.state.rotation[:, None]
         omega, v = ((R @ part[..., None])[..., 0] for part in np.split(self.own_jumps, 2, axis=-1))
         twists = np.concatenate([omega, v - cross(omega, self.state.position[:, None])], axis=-1)
-        loads = (self.inertias[:, None] @ twists[..., None])[..., 0]
+        loads = (self.spatial_inertias[:, None] @ twists[..., None])[..., 0]
         impulse = self.along(self.impulse)
         for block, rows in zip(self.blocks, slices_of(self.blocks), strict=True):
             wrench = (impulse[..., None, rows] @ block_wrenches(self.state, block)[:, None])[..., 0, :]
@@ -233,8 +233,8 @@ class Impact:
         twists = np.stack([twist_before(self.state, before, body) for body in bodies], axis=1)[:, None] + np.zeros((1, 1, 1, 1))
         linear = twists[..., 3:] + self._strike_change[..., None, :]
         twists = np.concatenate([twists[..., :3] + 0.0 * linear, linear], axis=-1)
-        momenta = (self.inertias[:, None] @ self.exact(twists)[..., None])[..., 0]
-        armature = np.sum(self.exact(self.design.armature) * self.exact(before.joint_rates) ** 2, axis=-1)
+        momenta = (self.spatial_inertias[:, None] @ self.exact(twists)[..., None])[..., 0]
+        armature = np.sum(self.exact(self.inertias.armature) * self.exact(before.joint_rates) ** 2, axis=-1)
         return (np.sum(momenta * twists, axis=(-1, -2)) + armature[:, None]) / 2
 
 
@@ -248,7 +248,7 @@ class DoubleImpact(Impact):
         jumps: (N, n, 6, k) of bodies, body coordinates.
         bodies: which these are; all by default.
         strikes: (N, S, 3) velocities of the base before the impact, world axes [m/s]; the landing's own by default.
-        design: the inertias in each posture; the landing's own by default.
+        inertias: the inertias in each posture; the landing's own by default.
     """
 
     def __init__(
@@ -259,7 +259,7 @@ class DoubleImpact(Impact):
         jumps: Array,
         bodies: Sequence[int] | None = None,
         strikes: Array | None = None,
-        design: Design | None = None,
+        inertias: Inertias | None = None,
     ) -> None:
         self.landing, self.state, self.blocks, self.speeds, self._equation = (
             landing,
@@ -279,8 +279,8 @@ class DoubleImpact(Impact):
             self.independent_impulse[k] = 0.0
             self.independent_impulse[k, choice.rows] = solution.independent[k]
         self._strikes = strikes
-        if design is not None:
-            self.design = design
+        if inertias is not None:
+            self.inertias = inertias
 
     def mobility(self, block: Block) -> Array:
         """Delassus matrices (N, n, n) of the rows of a block while nothing is held: J G (GᵀHG)⁻¹ Gᵀ Jᵀ [1/kg]."""
@@ -291,4 +291,4 @@ class DoubleImpact(Impact):
     def rigid_mobility(self, block: Block) -> Array:
         """The same (N, n, n) of the whole robot as one rigid body, which is free."""
         wrenches = block_wrenches(self.state, block)
-        return np.asarray(wrenches @ np.linalg.solve(self.inertias.sum(axis=1), np.swapaxes(wrenches, -1, -2)))
+        return np.asarray(wrenches @ np.linalg.solve(self.spatial_inertias.sum(axis=1), np.swapaxes(wrenches, -1, -2)))

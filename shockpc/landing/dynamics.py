@@ -23,7 +23,7 @@ WHOLE_ARRAYS = 150_000
 """Postures times squared joint velocities from which the momenta take less time than H."""
 
 
-class Design(NamedTuple):
+class Inertias(NamedTuple):
     """The inertias of N robots that are otherwise one, each in a posture of its own; or, with N = 1, those of one robot in all.
 
     Attributes:
@@ -39,7 +39,7 @@ class Design(NamedTuple):
     armature: Array
 
     @classmethod
-    def of(cls, robot: Robot, armature: Array) -> "Design":
+    def of(cls, robot: Robot, armature: Array) -> "Inertias":
         """The robot as it is (N = 1). Args: armature (nv,) of its joints."""
         return cls(robot.masses[None], robot.coms[None], robot.inertias[None], armature[None])
 
@@ -54,9 +54,9 @@ class Design(NamedTuple):
         """Mass (N,) of all bodies [kg]."""
         return np.asarray(sum(self.mass.T))
 
-    def rows(self, chosen: slice) -> "Design":
+    def rows(self, chosen: slice) -> "Inertias":
         """Some of the robots."""
-        return Design(*(part[chosen] for part in self))
+        return Inertias(*(part[chosen] for part in self))
 
 
 class Dynamics(NamedTuple):
@@ -86,14 +86,14 @@ class Dynamics(NamedTuple):
         return matrix_of(self.inertia)
 
 
-def dynamics(robot: Robot, Q: Array, armature: Array | None = None, design: Design | None = None) -> Dynamics:
+def dynamics(robot: Robot, Q: Array, armature: Array | None = None, inertias: Inertias | None = None) -> Dynamics:
     """Evaluate a robot in N postures.
 
     Args:
         robot: the robot.
         Q: (N, nq) configurations in Pinocchio's layout.
         armature: (nv,) reflected inertia of the joints, added to H's diagonal [kg m², kg]; none by default.
-        design: the inertias in each posture, instead of the robot's own and of `armature`.
+        inertias: the inertias in each posture, instead of the robot's own and of `armature`.
     """
     model, data, J_view, F_view, com_view, placements, symmetric = _workspace(robot, threading.get_ident())
     model.armature = np.zeros(model.nv) if armature is None else armature
@@ -104,7 +104,7 @@ def dynamics(robot: Robot, Q: Array, armature: Array | None = None, design: Desi
         origin = Q[:, :3].copy()
         Q[:, :3] = 0.0
     inertia: Inertia
-    if design is not None:
+    if inertias is not None:
         for k, q in enumerate(Q):
             pin.computeJointJacobians(model, data, q)
             J[k] = J_view
@@ -126,7 +126,7 @@ def dynamics(robot: Robot, Q: Array, armature: Array | None = None, design: Desi
             placed[k] = placements
     # Pinocchio writes the linear part first.
     J = np.concatenate([J[:, :, 3:], J[:, :, :3]], axis=2).swapaxes(1, 2)
-    if design is None and n * nv**2 >= WHOLE_ARRAYS:
+    if inertias is None and n * nv**2 >= WHOLE_ARRAYS:
         about_the_origin = F[:, :, 3:] + np.cross(com[:, None], F[:, :, :3])
         F = np.concatenate([about_the_origin, F[:, :, :3]], axis=2).swapaxes(1, 2)
         inertia = Momenta(J, F, np.array(model.armature), tuple(data.parents_fromRow))
@@ -136,21 +136,21 @@ def dynamics(robot: Robot, Q: Array, armature: Array | None = None, design: Desi
         body_rotation, offset = robot.body_frames
         position = position + (rotation @ offset[..., None])[..., 0]
         rotation = rotation @ body_rotation
-    if design is not None:
-        momenta = Momenta(J, _momenta(robot, J, rotation, position, design), design.armature, tuple(data.parents_fromRow))
+    if inertias is not None:
+        momenta = Momenta(J, _momenta(robot, J, rotation, position, inertias), inertias.armature, tuple(data.parents_fromRow))
         inertia = momenta if n * nv**2 >= WHOLE_ARRAYS else matrix_of(momenta)
     return Dynamics(inertia, J, rotation, position, origin, robot.supports, Q)
 
 
-def _momenta(robot: Robot, J: Array, rotation: Array, position: Array, design: Design) -> Array:
+def _momenta(robot: Robot, J: Array, rotation: Array, position: Array, inertias: Inertias) -> Array:
     """Momenta F (N, 6, nv) of unit joint velocities, as in `Momenta`: the composite inertia of what each joint carries times J.
 
     About the common origin a body of mass m with its centre of mass at c has the momentum (Ī ω + m c × v, m v + ω × m c) with
     Ī = R I Rᵀ − m c× c×. All three of m, m c and Ī add along the tree (Featherstone 2008, section 6.2).
     """
-    c = position + (rotation @ design.com[..., None])[..., 0]
-    mass, first, C = np.broadcast_to(design.mass, c.shape[:2]).copy(), design.mass[..., None] * c, cross_matrix(c)
-    second = rotation @ design.inertia @ np.swapaxes(rotation, -1, -2) - design.mass[..., None, None] * (C @ C)
+    c = position + (rotation @ inertias.com[..., None])[..., 0]
+    mass, first, C = np.broadcast_to(inertias.mass, c.shape[:2]).copy(), inertias.mass[..., None] * c, cross_matrix(c)
+    second = rotation @ inertias.inertia @ np.swapaxes(rotation, -1, -2) - inertias.mass[..., None, None] * (C @ C)
     for i, parent in reversed(list(enumerate(robot.parents))):
         if parent >= 0:
             for part in (mass, first, second):

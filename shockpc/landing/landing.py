@@ -20,7 +20,7 @@ from shockpc.landing.freedom import free_columns
 from shockpc.landing.joint_model import JointModel, joint_model
 from shockpc.landing.mobility import Mechanism
 from shockpc.landing.motion import Motion, approach_speeds, twist_before
-from shockpc.landing.places import Kind, Place, body_places, joint_places, part_places, point_places
+from shockpc.landing.places import Place, PlaceKind, body_places, joint_places, part_places, point_places
 from shockpc.landing.posture import configuration, held_joints, outside_limits, reference_name, settable_joints
 from shockpc.landing.ratings import check_parts, strength, torque_limits
 from shockpc.landing.rows import Block, Equation, block_point, row_jacobian, slices_of
@@ -215,7 +215,7 @@ class PosedLanding(Landing):
         names = [frame if n == 1 else f"{frame} ({n})" for frame, n in zip(frames, times, strict=True)]
         return tuple(Place(name, number=k) for k, name in enumerate(names))
 
-    def places(self, kind: Kind) -> tuple[Place, ...]:
+    def places(self, kind: PlaceKind) -> tuple[Place, ...]:
         """The places of one kind: the robot, its bodies, the sensors and points, the joints, or the contacts and standing feet."""
         match kind:
             case "robot":

@@ -13,7 +13,7 @@ from shockpc.robot.robot import Robot
 from shockpc.text.errors import SceneError, StudyError
 from shockpc.text.printed import printable
 
-Kind = Literal["robot", "body", "point", "joint", "contact", "part"]
+PlaceKind = Literal["robot", "body", "point", "joint", "contact", "part"]
 
 
 class Place(NamedTuple):

@@ -63,9 +63,9 @@ def _copc_world(impact: Impact, places: Places) -> Any:
 
 def _off_plane(impact: Impact, places: Places) -> Any:
     omega, v = _split(impact, places)
-    design, bodies = impact.design, [place.body for place in places]
-    v_com = velocity_at(omega, v, impact.exact(design.com[:, None, bodies]))
-    gyration, at_rest = impact.exact(design.gyration[:, None, bodies]), NEGLIGIBLE_ROTATION * impact.v_in.astype(float)[..., None]
+    inertias, bodies = impact.inertias, [place.body for place in places]
+    v_com = velocity_at(omega, v, impact.exact(inertias.com[:, None, bodies]))
+    gyration, at_rest = impact.exact(inertias.gyration[:, None, bodies]), NEGLIGIBLE_ROTATION * impact.v_in.astype(float)[..., None]
     return off_plane_share(omega, v_com, _normal(impact, places), gyration, at_rest)
 
 

@@ -8,7 +8,7 @@ import numpy as np
 from shockpc.core.spatial import Array
 from shockpc.impact.impact import Impact
 from shockpc.landing.landing import PosedLanding
-from shockpc.landing.places import Kind, Place
+from shockpc.landing.places import Place, PlaceKind
 from shockpc.landing.scene import GRAVITY
 from shockpc.quantities.bodies import BODIES
 from shockpc.quantities.contacts import CONTACTS, IMPULSE
@@ -34,10 +34,10 @@ FORCE, MOMENT, ALONG = JOINTS[:3]
 ROUNDING = 1e-10
 """Share of the largest peak through a joint below which a torque is rounding."""
 
-Key: TypeAlias = Literal["friction", "contact_stiffness"]
+GroundOption: TypeAlias = Literal["friction", "contact_stiffness"]
 
 
-def _solved(landing: PosedLanding, key: Key) -> Any:
+def _solved(landing: PosedLanding, key: GroundOption) -> Any:
     """The landing with friction, or on contacts of finite stiffness; what solves it is imported where a scene gives the key."""
     if key == "friction":
         from shockpc.impact.friction import friction_of
@@ -48,7 +48,7 @@ def _solved(landing: PosedLanding, key: Key) -> Any:
     return compliant_landing(landing)
 
 
-def _where_given(entry: Quantity, key: Key, read: Callable[[Any, Impact, Places], Any]) -> Quantity:
+def _where_given(entry: Quantity, key: GroundOption, read: Callable[[Any, Impact, Places], Any]) -> Quantity:
     """A quantity that exists where the scene gives a key.
 
     Args:
@@ -74,7 +74,7 @@ def _with_friction(entry: Quantity) -> Quantity:
 
 
 def _sliding(
-    key: str, of: Kind, title: str, unit: str, read: "Callable[[FrictionResult, Places], Any]", vector: bool = False
+    key: str, of: PlaceKind, title: str, unit: str, read: "Callable[[FrictionResult, Places], Any]", vector: bool = False
 ) -> Quantity:
     """A quantity that only an impact with friction has; read gives its values (n,) or (n, 3)."""
     entry = Quantity(key, of, title, unit, "greater", read, vector=vector)
@@ -82,7 +82,7 @@ def _sliding(
 
 
 def _stiff(
-    key: str, of: Kind, title: str, unit: str, read: "Callable[[CompliantLanding, Places], Array]", missing: str = ""
+    key: str, of: PlaceKind, title: str, unit: str, read: "Callable[[CompliantLanding, Places], Array]", missing: str = ""
 ) -> Quantity:
     """A quantity of a landing on contacts of finite stiffness; read gives its values (n,)."""
     entry = Quantity(key, of, title, unit, "neither" if unit == "s" else "greater", read, missing=missing)

@@ -18,7 +18,7 @@ from shockpc.landing.closure import Assembly
 from shockpc.landing.dynamics import dynamics
 from shockpc.landing.joint_model import without_springs
 from shockpc.landing.landing import PosedLanding
-from shockpc.landing.places import Kind, Place, body_places, point_place
+from shockpc.landing.places import Place, PlaceKind, body_places, point_place
 from shockpc.landing.ratings import Strength, strength, torque_limits
 from shockpc.landing.scene import Scene
 from shockpc.landing.scene_file import point_at
@@ -54,7 +54,7 @@ DIFFERS, LEAST_DIFFERENCE = 0.1, 1e-3
 the least difference of which one does [1]."""
 
 
-def _record_of(kind: Kind) -> Callable[[type[R]], type[R]]:
+def _record_of(kind: PlaceKind) -> Callable[[type[R]], type[R]]:
     """A record of one place: its fields are quantities of a kind by key, None without a value, whose titles document them."""
 
     def described(record: type[R]) -> type[R]:
@@ -65,7 +65,7 @@ def _record_of(kind: Kind) -> Callable[[type[R]], type[R]]:
     return described
 
 
-def _property(kind: Kind, key: str, made: Callable[[Array], T]) -> "cached_property[T]":
+def _property(kind: PlaceKind, key: str, made: Callable[[Array], T]) -> "cached_property[T]":
     """A property of a profile: what is made of the values of a quantity at all places of its kind."""
     entry = quantity(kind, key)
 
@@ -280,7 +280,7 @@ class ShockProfile:
     proof: Proof = field(repr=False)
     trace: Trace = field(repr=False)
 
-    def places(self, kind: Kind) -> tuple[Place, ...]:
+    def places(self, kind: PlaceKind) -> tuple[Place, ...]:
         """The places of one kind, as those of the landing."""
         return self.landing.places(kind)
 
@@ -305,7 +305,7 @@ class ShockProfile:
             self._cache[key] = read_only(found)
         return self._cache[key]
 
-    def value(self, key: str, kind: Kind) -> Array:
+    def value(self, key: str, kind: PlaceKind) -> Array:
         """The values of a quantity at all places of its kind, as `values`."""
         return self.values(quantity(kind, key))
 
@@ -671,12 +671,12 @@ class ShockProfile:
             return np.zeros(points.shape[:-1])
         return np.asarray(shock_at(self.delta_omega[place.body], self.delta_v[place.body], points, self.v_in))
 
-    def _directions(self, kind: Kind) -> ExtremeDirections:
+    def _directions(self, kind: PlaceKind) -> ExtremeDirections:
         keys = ("most_severe_direction", "most_severe", "least_severe_direction", "least_severe")
         return ExtremeDirections(*(self.value(key, kind) for key in keys))
 
     def _records(
-        self, record: type[R], kind: Kind, places: Sequence[Place] | None = None, **given: str | Sequence[Any]
+        self, record: type[R], kind: PlaceKind, places: Sequence[Place] | None = None, **given: str | Sequence[Any]
     ) -> tuple[R, ...]:
         """A record for each place, as `values` takes them: its fields are given, or quantities, by their own keys or given ones."""
         columns: list[Iterable[Any]] = []

@@ -9,7 +9,7 @@ import numpy as np
 from shockpc.core.spatial import Array, freeze
 from shockpc.impact.impact import Impact
 from shockpc.landing.landing import PosedLanding
-from shockpc.landing.places import Kind, Place
+from shockpc.landing.places import Place, PlaceKind
 from shockpc.landing.scene import Scene
 
 Places: TypeAlias = Sequence[Place]
@@ -51,7 +51,7 @@ class Quantity(NamedTuple):
     """
 
     key: str
-    of: Kind
+    of: PlaceKind
     title: str
     unit: str
     worse: Literal["greater", "less", "neither"]

@@ -25,7 +25,7 @@ def _one(values: Any) -> Any:
 
 def _mass(impact: Impact, places: Places) -> Array:
     del places
-    return np.array(np.broadcast_to(impact.design.total_mass[:, None, None], (*impact.v_in.shape, 1)))
+    return np.array(np.broadcast_to(impact.inertias.total_mass[:, None, None], (*impact.v_in.shape, 1)))
 
 
 def _works(impact: Impact) -> Any:
@@ -65,7 +65,7 @@ def _force_size(impact: Impact, values: Array) -> Any:
 
 
 def _moment_size(impact: Impact, values: Array) -> Any:
-    size = float(np.abs(impact.state.position.astype(float)).max()) + float(np.abs(impact.design.com).max())
+    size = float(np.abs(impact.state.position.astype(float)).max()) + float(np.abs(impact.inertias.com).max())
     return _force_size(impact, values) * (size or 1.0)
 
 

@@ -7,7 +7,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from shockpc.core.percussion import norm
-from shockpc.landing.places import Kind
+from shockpc.landing.places import PlaceKind
 from shockpc.quantities.bodies import BODIES
 from shockpc.quantities.contacts import CONTACTS
 from shockpc.quantities.ground import GROUND
@@ -52,12 +52,12 @@ class Selection(NamedTuple):
         return self.quantity.signed or self.axis is not None
 
 
-def quantities_of(kind: Kind) -> tuple[Quantity, ...]:
+def quantities_of(kind: PlaceKind) -> tuple[Quantity, ...]:
     """The quantities of one kind of place, in the order of the table."""
     return tuple(quantity for quantity in QUANTITIES if quantity.of == kind)
 
 
-def quantity(kind: Kind, key: str) -> Quantity:
+def quantity(kind: PlaceKind, key: str) -> Quantity:
     """The quantity of a kind of place with a key."""
     return next(quantity for quantity in QUANTITIES if quantity.of == kind and quantity.key == key)
 

@@ -27,7 +27,7 @@ from shockpc.text.errors import RobotError
 from shockpc.text.paths import read_file
 from shockpc.text.printed import few, listed
 
-Kind: TypeAlias = Literal["collision", "visual"]
+GeometryKind: TypeAlias = Literal["collision", "visual"]
 Loader: TypeAlias = Callable[[str], tuple[Mesh, Array]]
 """Reads a mesh by its name in the file, and the corners of its hull."""
 
@@ -126,7 +126,7 @@ class Outline(NamedTuple):
 
 
 @memoized()
-def outline(robot: Robot, kind: Kind, hulls: bool = True) -> Outline:
+def outline(robot: Robot, kind: GeometryKind, hulls: bool = True) -> Outline:
     """Read the collision or visual shapes of every body, as the robot's file gives them.
 
     Primitives are exact; meshes keep their triangles beside the corners of their hull, or all their vertices without `hulls`. A
@@ -220,7 +220,7 @@ def inertia_box(body: Body) -> Shape | None:
 
 
 @memoized()
-def _shapes(source: RobotSource, kind: Kind, hulls: bool) -> tuple[Shape | Unread, ...]:
+def _shapes(source: RobotSource, kind: GeometryKind, hulls: bool) -> tuple[Shape | Unread, ...]:
     """The shapes of a file, each in the frame of its link. Variants of a robot share them."""
     corners = hull_corners if hulls else np.asarray
 
@@ -245,7 +245,7 @@ def _shapes(source: RobotSource, kind: Kind, hulls: bool) -> tuple[Shape | Unrea
     return found
 
 
-def _urdf_shapes(root: Element, kind: Kind, load: Loader, turn: Array) -> Iterator[Shape | Unread]:
+def _urdf_shapes(root: Element, kind: GeometryKind, load: Loader, turn: Array) -> Iterator[Shape | Unread]:
     """Place the shapes of every link of a URDF. Args: turn: (3, 3), of meshes with y up."""
     for link in root.findall("link"):
         name = link.get("name", "")
@@ -296,7 +296,7 @@ def _numbers(element: Element | None, key: str, size: int, default: str = "") ->
     return values
 
 
-def _mjcf_shapes(source: RobotSource, kind: Kind, load: Loader) -> Iterator[Shape | Unread]:
+def _mjcf_shapes(source: RobotSource, kind: GeometryKind, load: Loader) -> Iterator[Shape | Unread]:
     """Take the shapes of an MJCF from the compiled model. Planes and height fields belong to the surroundings."""
     from shockpc.robot.mjcf_compiled import compiled
 

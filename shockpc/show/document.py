@@ -15,7 +15,7 @@ import numpy as np
 
 import shockpc
 from shockpc.landing.dynamics import PINOCCHIO
-from shockpc.landing.places import Kind
+from shockpc.landing.places import PlaceKind
 from shockpc.landing.scene import GRAVITY, Scene
 from shockpc.landing.scene_file import scene_table
 from shockpc.quantities.profile import ShockProfile
@@ -81,7 +81,7 @@ def content(profile: ShockProfile, spectrum: bool = False) -> dict[str, Any]:
     }
 
 
-def _selected(profile: ShockProfile, kind: Kind) -> list[dict[str, Any]]:
+def _selected(profile: ShockProfile, kind: PlaceKind) -> list[dict[str, Any]]:
     """The quantities of every place of a kind, those that stand there."""
     rows: list[dict[str, Any]] = [{} for _ in profile.places(kind)]
     for entry in quantities_of(kind):
@@ -173,7 +173,7 @@ def _spectra(profile: ShockProfile, stiffness: "CompliantLanding") -> dict[str, 
     }
 
 
-def _columns(profile: ShockProfile, kind: Kind, *keys: str) -> list[dict[str, Any]]:
+def _columns(profile: ShockProfile, kind: PlaceKind, *keys: str) -> list[dict[str, Any]]:
     """The values of some quantities at each place of a kind, as records with its name."""
     values = {key.removesuffix("_friction"): profile.value(key, kind) for key in keys}
     name = kind if kind in ("body", "joint") else "frame"

@@ -7,7 +7,7 @@ from typing import Annotated, NamedTuple
 
 from shockpc.evaluation.columns import selected
 from shockpc.evaluation.evaluate import proven
-from shockpc.landing.places import Kind, Place
+from shockpc.landing.places import Place, PlaceKind
 from shockpc.landing.record import Option
 from shockpc.landing.scene import Scene
 from shockpc.quantities.profile import ShockProfile
@@ -86,7 +86,7 @@ class Unmatched(NamedTuple):
         designs: indices of those that have it.
     """
 
-    kind: Kind
+    kind: PlaceKind
     name: str
     designs: tuple[int, ...]
 

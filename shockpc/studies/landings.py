@@ -73,7 +73,7 @@ class Agreement(NamedTuple):
     statistics: Mapping[str, tuple[float, float, float]]
 
 
-class Comparison(NamedTuple):
+class Validation(NamedTuple):
     """Measured jumps against predicted ones.
 
     Attributes:
@@ -144,7 +144,7 @@ def compare_measured(
     scenes: Mapping[str, Scene],
     robot: Robot,
     rename: Mapping[str, str] | None = None,
-) -> Comparison:
+) -> Validation:
     """Compare what a table measured with the predictions of several joint models.
 
     These are the jumps of the impulse model, with friction where the scene or the rows have one; where the scene has a contact
@@ -179,7 +179,7 @@ def compare_measured(
         for name, measured, predicted, messages in predictions:
             agreements += _agreements(name, measured, predicted, robot, inertias)
             failures += [(name, str(rows.names[i]), text) for i, text in messages.items()]
-    return Comparison(tuple(agreements), tuple(failures))
+    return Validation(tuple(agreements), tuple(failures))
 
 
 def _predicting(study: RecordedLandings, friction: bool) -> dict[str, Column]:

@@ -3,14 +3,14 @@
 from collections.abc import Iterable, Mapping, Sequence
 from typing import TypeAlias
 
-from shockpc.landing.places import Kind
+from shockpc.landing.places import PlaceKind
 from shockpc.quantities.profile import ShockProfile
 from shockpc.text.names import matches
 
-KINDS: tuple[Kind, ...] = ("body", "point", "joint", "part")
+KINDS: tuple[PlaceKind, ...] = ("body", "point", "joint", "part")
 """Places that have partners; contacts are partners in their order."""
 
-Partners: TypeAlias = Mapping[Kind, Mapping[str, str]]
+Partners: TypeAlias = Mapping[PlaceKind, Mapping[str, str]]
 """By kind and by name in the first design: the name in the other."""
 
 
@@ -24,7 +24,7 @@ def partners(first: ShockProfile, other: ShockProfile, pairs: Sequence[tuple[str
         other: the other design.
         pairs: names of the first with those of the other; of a name with * both have the same in that part.
     """
-    by_kind: dict[Kind, dict[str, str]] = {kind: {} for kind in KINDS}
+    by_kind: dict[PlaceKind, dict[str, str]] = {kind: {} for kind in KINDS}
     for pair in pairs:
         for kind, given in matching(first, other, *pair).items():
             _add(by_kind[kind], given.items())
@@ -41,10 +41,10 @@ def _add(known: dict[str, str], pairs: Iterable[Iterable[str]]) -> None:
             known[a] = b
 
 
-def matching(first: ShockProfile, other: ShockProfile, mine: str, theirs: str) -> dict[Kind, dict[str, str]]:
+def matching(first: ShockProfile, other: ShockProfile, mine: str, theirs: str) -> dict[PlaceKind, dict[str, str]]:
     """The partners that the names of a pair mean, by kind: none where one of the designs has no such names."""
     start, star, end = mine.partition("*")
-    fitting: dict[Kind, dict[str, str]] = {kind: {} for kind in KINDS}
+    fitting: dict[PlaceKind, dict[str, str]] = {kind: {} for kind in KINDS}
     for kind in KINDS:
         names = {place.name for place in other.places(kind)}
         for name in matches(mine, (place.name for place in first.places(kind))):

@@ -52,12 +52,12 @@ UNSETTLED = (
     "point jumps, or contacts or loops depend on one another at this value alone"
 )
 
-Key = tuple[ParameterKind, str, str]
+ParameterKey = tuple[ParameterKind, str, str]
 """What a parameter is called: kind, axis and name."""
 
 
 @dataclass(frozen=True, eq=False)
-class Change:
+class ParameterChange:
     """A change of one parameter, or of several together.
 
     Attributes:
@@ -76,11 +76,11 @@ class Change:
     value: float
     unit: str
     step: float
-    parts: Mapping[Key, float]
+    parts: Mapping[ParameterKey, float]
 
 
 @dataclass(frozen=True, eq=False)
-class Effect(Change):
+class Effect(ParameterChange):
     """What a change does; derivatives that do not exist are NaN.
 
     Attributes:
@@ -224,7 +224,7 @@ def sensitivity(
             refuse_ground(scene, others="name a quantity that depends on it, such as shock_friction or peak_force")
     values = np.array([_value(*pair) for pair in zip(solved, asked, strict=True)])
     known = [{one[:3]: one for one in parameters(profile.landing)} for profile in solved]
-    every: dict[Key, Parameter] = {key: one for of_landing in reversed(known) for key, one in of_landing.items()}
+    every: dict[ParameterKey, Parameter] = {key: one for of_landing in reversed(known) for key, one in of_landing.items()}
     every = {key: every[key] for of_landing in known for key in of_landing}
     share = percent / 100.0
     changes = [_varied(robot, solved, every, known, *one, share) for one in chosen] or _changes(robot, every, groups, share)
@@ -246,33 +246,33 @@ def _worst(target: Column, values: Array) -> int:
     return int(values.argmin() if target.selection.quantity.worse == "less" else values.argmax())
 
 
-def _changes(robot: Robot, every: Mapping[Key, Parameter], groups: Sequence[str], share: float) -> list[Change]:
+def _changes(robot: Robot, every: Mapping[ParameterKey, Parameter], groups: Sequence[str], share: float) -> list[ParameterChange]:
     """Every parameter by a share of its size; those of a group together, each away from zero."""
     owner: dict[str, str] = {}
     for pattern in groups:
         for name in robot.match("body or joint", pattern, dict.fromkeys([*robot.links, *robot.joint_names])):
             frame = robot.frames.get(name)
             owner.setdefault(name if name in robot.joint_names or frame is None else robot.bodies[frame.body].name, pattern)
-    changes: dict[Key, Change] = {}
+    changes: dict[ParameterKey, ParameterChange] = {}
     for (kind, axis, name), one in every.items():
         if name not in owner:
-            changes[one[:3]] = Change(*one[:3], one.value, one.unit, share * one.size, {one[:3]: 1.0})
+            changes[one[:3]] = ParameterChange(*one[:3], one.value, one.unit, share * one.size, {one[:3]: 1.0})
             continue
-        key: Key = (kind, axis, owner[name])
+        key: ParameterKey = (kind, axis, owner[name])
         parts = {**(changes[key].parts if key in changes else {}), one[:3]: math.copysign(one.size, one.value or 1.0)}
-        changes[key] = Change(*key, math.nan, "1", share, parts)
+        changes[key] = ParameterChange(*key, math.nan, "1", share, parts)
     return list(changes.values())
 
 
 def _varied(
     robot: Robot,
     solved: Sequence[ShockProfile],
-    every: Mapping[Key, Parameter],
-    known: Sequence[dict[Key, Parameter]],
+    every: Mapping[ParameterKey, Parameter],
+    known: Sequence[dict[ParameterKey, Parameter]],
     subject: str,
     values: Any,
     share: float,
-) -> Change:
+) -> ParameterChange:
     """A subject as `sweep` varies it, by a share of its range; one that is no parameter yet becomes one of each landing.
 
     Raises:
@@ -290,7 +290,7 @@ def _varied(
         for of_landing in known:
             of_landing |= parts
         (kind, axis, _), own = next(iter(parts.items()))
-        return Change(kind, axis, one.target, math.nan, own.unit, share * width, dict.fromkeys(parts, 1.0))
+        return ParameterChange(kind, axis, one.target, math.nan, own.unit, share * width, dict.fromkeys(parts, 1.0))
     size = math.radians(1.0) if one.unit == "deg" else 1.0
     kinds = {"joint": "angle", "armature": "armature", "strike-angle": "strike"}
     if one.kind not in kinds:
@@ -299,7 +299,7 @@ def _varied(
             of_landing[own[:3]] = own
         key, unit = swept[0][:3], swept[0].unit
         present = {own.value for own in swept}
-        return Change(*key, present.pop() if len(present) == 1 else math.nan, unit, share * width * size, {key: 1.0})
+        return ParameterChange(*key, present.pop() if len(present) == 1 else math.nan, unit, share * width * size, {key: 1.0})
     kind = kinds[one.kind]
     names = ("",) if kind == "strike" else robot.match_joints(one.target)
     weights = {key: own.value if one.factor else 1.0 for key, own in every.items() if key[0] == kind and key[2] in names}
@@ -307,11 +307,16 @@ def _varied(
         raise StudyError(f"{subject} changes nothing here: these joints are locked, follow others, or have no value to multiply")
     (first, *others) = (every[key] for key in weights)
     unit = "1" if one.factor else first.unit
-    return Change(kind, "", one.target, math.nan if others else first.value, unit, share * width * size, weights)
+    return ParameterChange(kind, "", one.target, math.nan if others else first.value, unit, share * width * size, weights)
 
 
 def _effect(
-    change: Change, rows: Sequence[Mapping[Key, "_Slope"]], target: Column, mean: bool, signs: Array, values: Array
+    change: ParameterChange,
+    rows: Sequence[Mapping[ParameterKey, "_Slope"]],
+    target: Column,
+    mean: bool,
+    signs: Array,
+    values: Array,
 ) -> Effect:
     """What a change does to the number in each landing, of which magnitudes count where the signs are not 1, and to the target."""
     parts = [[(weight, row[key]) for key, weight in change.parts.items() if key in row] for row in rows]
@@ -337,7 +342,7 @@ class _Slope(NamedTuple):
     reason: str = ""
 
 
-def _slopes(profile: ShockProfile, wanted: Mapping[Key, Parameter], asked: Column) -> dict[Key, _Slope]:
+def _slopes(profile: ShockProfile, wanted: Mapping[ParameterKey, Parameter], asked: Column) -> dict[ParameterKey, _Slope]:
     """The derivatives of the number by the parameters that are wanted: differences of landings beside the given one.
 
     Of two steps h and h/2 the central differences D(h) and D(h/2) give (4 D(h/2) − D(h)) / 3, off by h⁴ (Richardson). The error is

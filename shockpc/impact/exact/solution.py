@@ -172,7 +172,7 @@ class BallImpact(Impact):
         return [(T := shift(p)) * own * T.transpose() for (_, p), own in zip(self._places, self._own_inertias, strict=True)]
 
     @property
-    def inertias(self) -> Balls:
+    def spatial_inertias(self) -> Balls:
         """As in `Impact`."""
         return np.array([inertia.table() for inertia in self._inertias], dtype=object)[None]
 

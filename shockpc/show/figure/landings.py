@@ -9,7 +9,7 @@ from shockpc.evaluation.recorded import RecordedLandings
 from shockpc.evaluation.table import Table
 from shockpc.show.figure.style import BANDS, CURVES, INK, band, new_chart
 from shockpc.show.wording import count
-from shockpc.studies.landings import ALL, Comparison
+from shockpc.studies.landings import ALL, Validation
 from shockpc.text.printed import printable
 
 MOST_PANELS, WORST, BINS = 8, 3, 60
@@ -50,10 +50,10 @@ def draw_landings(study: RecordedLandings, results: Table) -> Figure:
     return figure
 
 
-def draw_comparison(study: RecordedLandings, comparison: Comparison) -> Figure:
+def draw_validation(study: RecordedLandings, validation: Validation) -> Figure:
     """Draw measured over predicted jumps of the largest group: a column for each joint model, a row for each time."""
-    largest = max((each for each in comparison.agreements if each.name != ALL), key=lambda agreement: agreement.measured.shape[1])
-    shown = [agreement for agreement in comparison.agreements if agreement.name == largest.name]
+    largest = max((each for each in validation.agreements if each.name != ALL), key=lambda agreement: agreement.measured.shape[1])
+    shown = [agreement for agreement in validation.agreements if agreement.name == largest.name]
     quantities = [each.name for each in study.table.measured if each.group == largest.name and each.time == largest.time]
     models, times = (list(dict.fromkeys(key)) for key in zip(*((each.model, each.time) for each in shown), strict=True))
     title = f"{printable(study.robot.name, 40)}: {printable(largest.name, 40)} in {count(study.rows, 'landing')}"

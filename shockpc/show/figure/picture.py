@@ -11,7 +11,7 @@ from matplotlib.patches import Ellipse, FancyArrowPatch, Patch, PathPatch, Recta
 from matplotlib.path import Path
 
 from shockpc.core.spatial import Array
-from shockpc.show.figure.silhouette import Region
+from shockpc.show.figure.silhouette import PlaneShape
 from shockpc.show.figure.style import BANDS, EDGES, INK, PAPER, band, faded
 from shockpc.show.figure.view import Field, View, Window
 
@@ -69,7 +69,7 @@ def draw_bodies(axes: Axes, view: View, fine: float = 4000.0) -> None:
         axes.text(0.5, 0.9, nothing, ha="center", transform=axes.transAxes)
 
 
-def layers(region: Region, field: Field) -> list[tuple[int, Patch]]:
+def layers(region: PlaneShape, field: Field) -> list[tuple[int, Patch]]:
     """Bands, highest first, each with the ellipse in which shock is at most the band's upper limit; the first one covers the body.
 
     Painted one over the other, what stays visible of each has a shock in its band.
@@ -91,7 +91,7 @@ def layers(region: Region, field: Field) -> list[tuple[int, Patch]]:
     return patches
 
 
-def outlined(axes: Axes, region: Region, detail: float, **style: Any) -> PathPatch:
+def outlined(axes: Axes, region: PlaneShape, detail: float, **style: Any) -> PathPatch:
     """Draw the edges of a region, which is not empty, up to the smallest detail [m]."""
     rings = shapely.get_rings(shapely.get_parts(shapely.simplify(region, detail)))
     path = Path.make_compound_path(*(Path(ring.coords, closed=True) for ring in rings))
@@ -150,7 +150,7 @@ def draw_velocities(axes: Axes, view: View, window: Window, scale: float = 1.0) 
 
 def _tags(view: View, labels: "Labels") -> None:
     """Write the number of every numbered body on its visible part."""
-    nearer: Region = shapely.MultiPolygon()
+    nearer: PlaneShape = shapely.MultiPolygon()
     for drawn in reversed(view.drawn):
         if drawn.body in view.numbers:
             visible = shapely.difference(drawn.region, nearer)
@@ -163,18 +163,18 @@ def _tags(view: View, labels: "Labels") -> None:
 class Labels:
     """Short labels on axes in plane coordinates, placed one after the other so that they cover as little as possible."""
 
-    def __init__(self, axes: Axes, window: Window, bodies: Region):
+    def __init__(self, axes: Axes, window: Window, bodies: PlaneShape):
         """Args: axes; window: what they show; bodies: all silhouettes together."""
         self._axes, self._inch, self._bodies = axes, window.inch, bodies
-        self._edges: Region = bodies if bodies.is_empty else bodies.boundary
-        self._window: Region = shapely.box(*window.low, *window.high)
-        self._taken: Region = shapely.Polygon()
+        self._edges: PlaneShape = bodies if bodies.is_empty else bodies.boundary
+        self._window: PlaneShape = shapely.box(*window.low, *window.high)
+        self._taken: PlaneShape = shapely.Polygon()
 
     def keep_free(self, place: Array, radius: float) -> None:
         """Let no label cover the disc around a place (2,) [m] of that radius [inches]."""
         self._taken = shapely.union(self._taken, shapely.Point(place).buffer(radius * self._inch, quad_segs=4))
 
-    def tag(self, region: Region, text: str) -> None:
+    def tag(self, region: PlaneShape, text: str) -> None:
         """Write a number in a ring: at the centroid of a region, in the middle of its widest part, or beside what is too thin."""
         free = shapely.difference(shapely.intersection(region, self._window), self._taken)
         free = max(shapely.get_parts(free), key=lambda part: float(part.area), default=None)

@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 from shockpc.core.spatial import Array, Plane
 from shockpc.robot.geometry import Shape
 
-Region: TypeAlias = Any
+PlaneShape: TypeAlias = Any
 """A shapely Polygon or MultiPolygon in plane coordinates [m]; shapely comes without type stubs."""
 
 CIRCLE = np.exp(2j * np.pi * np.arange(64) / 64).view(float).reshape(-1, 2)
@@ -41,7 +41,7 @@ def surface(shapes: Sequence[Shape]) -> Array:
     return np.concatenate([shape.farthest(side) for shape in shapes for side in (sides if shape.rounding.any() else sides[:1])])
 
 
-def projection(shape: Shape, plane: Plane) -> Region:
+def projection(shape: Shape, plane: Plane) -> PlaneShape:
     """The projection of a convex shape on a plane."""
     axes, lengths, _ = np.linalg.svd(to_plane(shape.rounding.T, plane).T, full_matrices=False)
     rim = (CIRCLE * lengths) @ axes.T
@@ -70,7 +70,7 @@ class Edges(NamedTuple):
         return cls(*np.divmod(edges, count), edge, np.where(start < end, 1.0, -1.0))
 
 
-def silhouette(shapes: Sequence[Shape], plane: Plane, resolution: float, edges: dict[int, Edges] | None = None) -> Region:
+def silhouette(shapes: Sequence[Shape], plane: Plane, resolution: float, edges: dict[int, Edges] | None = None) -> PlaneShape:
     """The union of the projections of shapes on a plane; empty if there are none.
 
     Args:
@@ -93,7 +93,7 @@ def silhouette(shapes: Sequence[Shape], plane: Plane, resolution: float, edges: 
     return shapely.union_all(parts).simplify(resolution / 2.0)
 
 
-def _projection(vertices: Array, triangles: NDArray[np.int64], edges: Edges, pixel: float) -> Region:
+def _projection(vertices: Array, triangles: NDArray[np.int64], edges: Edges, pixel: float) -> PlaneShape:
     """The union of triangles (m, 3) between vertices (n, 2) [m], contoured around the cells [m] whose centres they cover.
 
     Along the centre line of every row each triangle covers one interval: its edges add one at the start and subtract one at the

@@ -13,7 +13,7 @@ from shockpc.landing.closure import all_loops
 from shockpc.quantities.profile import ShockProfile
 from shockpc.robot.geometry import Shape, drawn_outline, inertia_box, outline
 from shockpc.robot.robot import Robot
-from shockpc.show.figure.silhouette import Edges, Region, silhouette, surface, to_plane
+from shockpc.show.figure.silhouette import Edges, PlaneShape, silhouette, surface, to_plane
 
 FEW = 6
 """A robot with up to this many bodies has all of them numbered."""
@@ -57,7 +57,7 @@ class Drawn(NamedTuple):
     """
 
     body: int
-    region: Region
+    region: PlaneShape
     field: Field
     outlined: bool
     far: bool
@@ -149,7 +149,7 @@ def view_of(profile: ShockProfile) -> View:
     )
 
 
-def _extent_of(region: Region) -> float:
+def _extent_of(region: PlaneShape) -> float:
     """The longer side of a region [m]; zero if it is empty."""
     low_u, low_w, high_u, high_w = region.bounds
     return 0.0 if region.is_empty else max(high_u - low_u, high_w - low_w)
@@ -188,7 +188,7 @@ def field_of(profile: ShockProfile, body: int, points: Array) -> Field:
 @memoized(most=4)
 def _silhouettes(
     robot: Robot, rotation: bytes, position: bytes, normal: tuple[float, ...]
-) -> tuple[tuple[Region, ...], tuple[Array, ...], tuple[bool, ...]]:
+) -> tuple[tuple[PlaneShape, ...], tuple[Array, ...], tuple[bool, ...]]:
     """The silhouettes of a robot; landings in one posture share them.
 
     Args:

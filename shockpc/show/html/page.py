@@ -20,7 +20,7 @@ from shockpc.core.spatial import Array
 from shockpc.impact.exact.proof import Proof
 from shockpc.impact.impact import DoubleImpact
 from shockpc.impact.solve import CONTRADICTION, residual
-from shockpc.landing.places import Kind
+from shockpc.landing.places import PlaceKind
 from shockpc.landing.scene import GRAVITY
 from shockpc.landing.scene_file import scene_text
 from shockpc.quantities.bodies import ROUNDED
@@ -338,7 +338,7 @@ def _impulses(proof: Proof) -> dict[str, Any]:
     strikes = np.concatenate([np.eye(3), np.zeros((1, 3))])
     impact = DoubleImpact(landing, equation, solution, proof.jumps[None], strikes=strikes[None])
 
-    def rows(kind: Kind, *keys: str) -> list[Any]:
+    def rows(kind: PlaceKind, *keys: str) -> list[Any]:
         values = (evaluate(quantity(kind, key), impact, landing.places(kind))[0] for key in keys)
         parts = np.concatenate([part.reshape(*part.shape[:2], math.prod(part.shape[2:])) for part in values], axis=-1)
         parts[:3] -= parts[3]

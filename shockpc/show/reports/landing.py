@@ -7,7 +7,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from shockpc.core.directions import ExtremeDirections
-from shockpc.landing.places import Kind
+from shockpc.landing.places import PlaceKind
 from shockpc.quantities.profile import ShockProfile
 from shockpc.quantities.table import Selection, quantities_of, quantity
 from shockpc.show.document import content
@@ -82,7 +82,7 @@ def landing_report(
     )
 
 
-def landings_report(
+def analyze_report(
     profiles: Sequence[ShockProfile],
     names: Sequence[str],
     bodies: Sequence[int] | None = None,
@@ -418,7 +418,7 @@ def _stiffness_sheets(profile: ShockProfile, most: int | None) -> list[Sheet]:
     if profile.stiffness is None:
         return []
 
-    def rows(kind: Kind, *keys: str) -> list[Row]:
+    def rows(kind: PlaceKind, *keys: str) -> list[Row]:
         entries = [quantity(kind, key) for key in keys]
         values = [(1e3 if entry.unit == "s" else 1.0) * profile.values(entry) for entry in entries]
         return [(place.name, *row) for place, *row in zip(profile.places(kind), *values, strict=True)]

@@ -13,7 +13,7 @@ from shockpc.quantities.profile import ShockProfile
 from shockpc.show.reports.report import Picture, Report, Section, picture_files
 from shockpc.show.tables import Lines, Row, Sheet
 from shockpc.show.wording import JOINT_MODELS, LEFT_OUT, count, proven_text, shown_as, without_value
-from shockpc.studies.landings import STATISTICS, Agreement, Comparison
+from shockpc.studies.landings import STATISTICS, Agreement, Validation
 from shockpc.text.printed import alike, few
 
 SHORT = 10
@@ -38,7 +38,7 @@ def landings_report(
     landings: RecordedLandings,
     results: Table,
     rank: Column | None = None,
-    comparison: Comparison | None = None,
+    validation: Validation | None = None,
     worst: Mapping[str, ShockProfile] | None = None,
 ) -> Report:
     """The landings of a table.
@@ -48,7 +48,7 @@ def landings_report(
         landings: its rows.
         results: what was computed of them.
         rank: the column by which they are ranked, if they are.
-        comparison: of what the table measured, if it did.
+        validation: of what the table measured, if it did.
         worst: the worst landings by name, which report.html shows.
     """
     order = list(range(len(results))) if rank is None else results.ranked(rank).tolist()
@@ -58,21 +58,21 @@ def landings_report(
         yield _extents(landings, results)
         yield Picture("landings", "distributions of the results", "landings:draw_landings", (landings, results))
         yield _rows(landings, results, order, rank, None if full else SHORT)
-        if comparison is not None:
-            yield Picture("measured", "measured over predicted jumps", "landings:draw_comparison", (landings, comparison))
-            yield agreement_sheet(comparison, full)
+        if validation is not None:
+            yield Picture("measured", "measured over predicted jumps", "landings:draw_validation", (landings, validation))
+            yield agreement_sheet(validation, full)
 
     sheets = {"landings": lambda: _rows(landings, results, order, rank, None, exact=True)}
-    if comparison is not None:
-        sheets["measured"] = lambda: _measured(comparison)
+    if validation is not None:
+        sheets["measured"] = lambda: _measured(validation)
     return Report(
         name="landings",
         title=f"Landings of {table}",
         body=body,
-        closing=list(_closing(landings, results, comparison)),
+        closing=list(_closing(landings, results, validation)),
         warnings=list(_warnings(landings)),
         sheets=sheets,
-        document=lambda: _document(table, landings, results, order, comparison),
+        document=lambda: _document(table, landings, results, order, validation),
         others=("measured.csv", *picture_files("measured")),
         landings=worst or {},
     )
@@ -126,10 +126,10 @@ def _numbers(study: RecordedLandings, results: Table) -> list[str]:
     return [name for name in results.columns if name not in study.table.labels]
 
 
-def agreement_sheet(comparison: Comparison, full: bool = False) -> Sheet:
+def agreement_sheet(validation: Validation, full: bool = False) -> Sheet:
     """How well measured and predicted jumps agree. Args: full, whether single quantities are listed besides their groups."""
     rows: list[Row] = []
-    for agreement in comparison.agreements:
+    for agreement in validation.agreements:
         if full or agreement.group:
             time = None if agreement.time is None else f"{agreement.time:g}"
             statistics = (_interval(*agreement.statistics[key]) for key in STATISTICS)
@@ -144,17 +144,17 @@ def _interval(value: float, low: float, high: float) -> str | None:
     return f"{value:.2f}" + ("" if math.isnan(low) else f" ({low:.2f} … {high:.2f})")
 
 
-def _measured(comparison: Comparison) -> Sheet:
+def _measured(validation: Validation) -> Sheet:
     """The same with all digits."""
     rows = [
         (each.model, each.time, each.name, each.unit, *(x for key in STATISTICS for x in each.statistics[key]))
-        for each in comparison.agreements
+        for each in validation.agreements
     ]
     statistics = (f"{key}{end}" for key in STATISTICS for end in ("", " low", " high"))
     return Sheet("", ("joint model", "after [ms]", "quantity", "unit", *statistics), rows)
 
 
-def _closing(study: RecordedLandings, results: Table, comparison: Comparison | None) -> Iterator[str]:
+def _closing(study: RecordedLandings, results: Table, validation: Validation | None) -> Iterator[str]:
     columns = results.columns
     if study.closes and not np.isnan(columns[CLOSED_BY]).all():
         by, rates = (float(np.nanmax(columns[name])) for name in (CLOSED_BY, RATES_BY))
@@ -178,7 +178,7 @@ def _closing(study: RecordedLandings, results: Table, comparison: Comparison | N
         if 0 < (missing := int(np.sum(np.isnan(columns[column.name]) & computed))) < np.sum(computed):
             why = column.selection.quantity.missing or "it does not exist there"
             yield f"no {column.name} in {count(missing, 'landing')}: {why}"
-    failures = [text for _, _, text in comparison.failures] if comparison else []
+    failures = [text for _, _, text in validation.failures] if validation else []
     for what, texts in (("computed", list(results.messages.values())), ("predicted", failures)):
         if texts:
             yield f"not {what}: {count(len(texts), 'landing')}"
@@ -198,7 +198,7 @@ def _warnings(landings: RecordedLandings) -> Iterator[str]:
 
 
 def _document(
-    table: str, study: RecordedLandings, results: Table, order: Sequence[int], comparison: Comparison | None
+    table: str, study: RecordedLandings, results: Table, order: Sequence[int], validation: Validation | None
 ) -> dict[str, Any]:
     return {
         "table": table,
@@ -216,7 +216,7 @@ def _document(
             }
             for i in order
         ],
-        "measured": [_agreement(each) for each in comparison.agreements] if comparison else [],
+        "measured": [_agreement(each) for each in validation.agreements] if validation else [],
     }
 
 

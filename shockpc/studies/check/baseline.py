@@ -35,7 +35,7 @@ READ_OUT = ("point", "part", "range_g", "ground_tolerance")
 """Keys of a scene that change no value of another place, or only which landings are feasible."""
 
 
-class Key(NamedTuple):
+class OutcomeKey(NamedTuple):
     """What a value belongs to: case, strike angle [deg] (None: the scene's own strike), place and metric."""
 
     case: str
@@ -59,7 +59,7 @@ class Baseline(NamedTuple):
     version: str
     cases: Mapping[str, Any]
     designs: Mapping[str, Any]
-    values: Mapping[Key, float]
+    values: Mapping[OutcomeKey, float]
 
     def largest(self, metric: str) -> float:
         """Magnitude of the largest finite value of a metric; 0 where there is none."""
@@ -82,7 +82,7 @@ def case_record(landing: PosedLanding, own_angle: bool) -> dict[str, Any]:
     return plain
 
 
-def baseline_text(cases: Mapping[str, Any], values: Mapping[Key, float]) -> str:
+def baseline_text(cases: Mapping[str, Any], values: Mapping[OutcomeKey, float]) -> str:
     """The file of a baseline.
 
     Args:
@@ -129,7 +129,8 @@ def read_baseline(path: Path) -> Baseline:
         if document["schema"] not in (SCHEMA, OLDER):
             raise StudyError(f'"{path}" has schema {printable(str(document["schema"]), 60)}, not {SCHEMA}; {renew}')
         values = _unique(
-            (Key(*(entry[key] for key in Key._fields)), _number(entry["value"], entry["metric"])) for entry in document["values"]
+            (OutcomeKey(*(entry[key] for key in OutcomeKey._fields)), _number(entry["value"], entry["metric"]))
+            for entry in document["values"]
         )
         for key in values:
             _number(key.strike_angle_deg or 0.0, key.metric)

@@ -25,7 +25,7 @@ from shockpc.quantities.profile import ShockProfile
 from shockpc.quantities.quantity import Quantity
 from shockpc.quantities.table import Selection
 from shockpc.robot.robot import Robot
-from shockpc.studies.check.baseline import Baseline, Key, case_record, refuse_other_scene
+from shockpc.studies.check.baseline import Baseline, OutcomeKey, case_record, refuse_other_scene
 from shockpc.studies.check.budgets import Budget, Budgets, Case
 from shockpc.studies.check.design_record import design_changes, rounded
 from shockpc.text.errors import DefectError, ShockError, StudyError
@@ -72,9 +72,9 @@ class Outcome:
     command: str = ""
 
     @property
-    def key(self) -> Key:
+    def key(self) -> OutcomeKey:
         """What the value belongs to."""
-        return Key(self.case, self.strike_angle_deg, self.at, self.budget.metric)
+        return OutcomeKey(self.case, self.strike_angle_deg, self.at, self.budget.metric)
 
     @property
     def change(self) -> float | None:
@@ -127,7 +127,7 @@ class Check:
         return EXCEEDED if "exceeded" in failed else NO_VERDICT if failed else 0
 
     @property
-    def values(self) -> dict[Key, float]:
+    def values(self) -> dict[OutcomeKey, float]:
         """The numbers of the designs as they are that were computed."""
         return {
             outcome.key: outcome.value
@@ -226,7 +226,7 @@ def _plan(given: Budgets, baseline: Baseline | None, renewing: bool, cases: dict
                 for k, budget in own:
                     asked[k] = _places(landing, budget.selection.quantity, budget.at)
                     if baseline is not None and budget.baseline_tolerance is not None:
-                        _refuse_missing(baseline, [Key(case.name, angle, place.name, budget.metric) for place in asked[k]])
+                        _refuse_missing(baseline, [OutcomeKey(case.name, angle, place.name, budget.metric) for place in asked[k]])
                 designs = _designs(case, scene, robot, [given.budgets[k].selection for k in sampled], [asked[k] for k in sampled])
             except ShockError as refusal:
                 raise StudyError(f'case "{printable(case.name)}": {refusal}', **refusal.data) from None
@@ -292,7 +292,7 @@ def _outcomes(given: Budgets, baseline: Baseline | None, planned: _Planned, resu
     asked = [(k, place) for k, places in planned.asked.items() for place in places]
     for (k, place), number in zip(asked, itertools.chain(*numbers.values()), strict=True):
         budget, value = given.budgets[k], None if math.isnan(number) else float(number)
-        key = Key(planned.case.name, planned.angle, place.name, budget.metric)
+        key = OutcomeKey(planned.case.name, planned.angle, place.name, budget.metric)
         sampled = budget.percentile is not None
         before = None if baseline is None or sampled else baseline.values.get(key)
         missing = refused or (sampled and undone) or budget.selection.quantity.missing
@@ -372,9 +372,9 @@ def _digits(value: float, limit: float) -> str:
     return f"{value:.6g}" if f"{value:.6g}" != f"{limit:.6g}" else repr(value)
 
 
-def _refuse_missing(baseline: Baseline, keys: list[Key]) -> None:
+def _refuse_missing(baseline: Baseline, keys: list[OutcomeKey]) -> None:
     for case, angle, at, metric in keys:
-        if Key(case, angle, at, metric) not in baseline.values:
+        if OutcomeKey(case, angle, at, metric) not in baseline.values:
             strike = "" if angle is None else f" at {angle:g} deg"
             raise StudyError(
                 f'baseline "{baseline.path}" has no {metric} at "{printable(at)}"{strike}; write it anew with --update-baseline'

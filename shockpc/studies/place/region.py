@@ -6,7 +6,7 @@ from typing import NamedTuple
 import numpy as np
 
 from shockpc.core.spatial import Array
-from shockpc.robot.geometry import LARGEST, HalfSpaces, Kind, Shape, facets, half_spaces, outline
+from shockpc.robot.geometry import LARGEST, GeometryKind, HalfSpaces, Shape, facets, half_spaces, outline
 from shockpc.robot.robot import Robot
 from shockpc.studies.place.cone import ConvexCell
 from shockpc.studies.place.search import box
@@ -41,7 +41,7 @@ class Region(NamedTuple):
     visible: tuple[Shape, ...] = ()
 
 
-def region_of(robot: Robot, body: int, within: Box | None, surface: bool, geometry: Kind | None) -> Region:
+def region_of(robot: Robot, body: int, within: Box | None, surface: bool, geometry: GeometryKind | None) -> Region:
     """Where on a body a sensor may be.
 
     Args:
@@ -57,8 +57,8 @@ def region_of(robot: Robot, body: int, within: Box | None, surface: bool, geomet
     """
     name = robot.bodies[body].name
     limits = None if within is None else _checked_box(within)
-    wanted: Kind = geometry or ("visual" if surface else "collision")
-    other: Kind = "visual" if wanted == "collision" else "collision"
+    wanted: GeometryKind = geometry or ("visual" if surface else "collision")
+    other: GeometryKind = "visual" if wanted == "collision" else "collision"
     kind = wanted if outline(robot, wanted).shapes[body] else other
     seen = outline(robot, kind)
     shapes = seen.shapes[body]

@@ -18,7 +18,7 @@ from shockpc.landing.places import Place, point_place, point_places
 from shockpc.landing.record import Option
 from shockpc.landing.scene import GRAVITY, Point, Scene
 from shockpc.quantities.profile import ShockProfile
-from shockpc.robot.geometry import Kind, distance_to_surface
+from shockpc.robot.geometry import GeometryKind, distance_to_surface
 from shockpc.robot.robot import Robot
 from shockpc.studies.declare import study
 from shockpc.studies.place.cone import Optimum
@@ -171,7 +171,7 @@ def place(
         bool, Option("Only on the surface of the geometry (within the box, if one is given).", "Where a sensor may be")
     ] = False,
     geometry: Annotated[
-        Kind | None,
+        GeometryKind | None,
         Option(
             "Which geometry; visual by default for its surface, else collision; the other kind if the body has none of that.",
             "Where a sensor may be",
