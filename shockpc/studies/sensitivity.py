@@ -217,28 +217,34 @@ def sensitivity(
     chosen = pairs(vary)
     solved = profiles({name: (scene, robot) for name, scene in scenes.items()}, trace)
     text = f"shock@{target.label}" if isinstance(target, Point) else target
-    asked = [column(profile, text) for profile in solved]
-    entry = asked[0].selection.quantity
+    numbers = [column(profile, text) for profile in solved]
+    number = numbers[0]
     for scene in scenes.values():
-        if not entry.of_ground(scene):
+        if not number.selection.quantity.of_ground(scene):
             refuse_ground(scene, others="name a quantity that depends on it, such as shock_friction or peak_force")
-    values = np.array([_value(*pair) for pair in zip(solved, asked, strict=True)])
-    known = [{one[:3]: one for one in parameters(profile.landing)} for profile in solved]
-    every: dict[ParameterKey, Parameter] = {key: one for of_landing in reversed(known) for key, one in of_landing.items()}
-    every = {key: every[key] for of_landing in known for key in of_landing}
+    values = np.array([_value(*pair) for pair in zip(solved, numbers, strict=True)])
+    by_landing = [{parameter[:3]: parameter for parameter in parameters(profile.landing)} for profile in solved]
     share = percent / 100.0
-    changes = [_varied(robot, solved, every, known, *one, share) for one in chosen] or _changes(robot, every, groups, share)
-    rows = []
-    for profile, of_landing, own in zip(solved, known, asked, strict=True):
+    changes = [_varied(robot, solved, by_landing, *pair, share) for pair in chosen] or _changes(robot, by_landing, groups, share)
+    slopes = []
+    for profile, known, its_number in zip(solved, by_landing, numbers, strict=True):
         with trace.stage("derivatives"):
-            wanted = {key: one for key, one in of_landing.items() if any(key in change.parts for change in changes)}
-            rows.append(_slopes(profile, wanted, own))
-    signs = np.sign(values) if len(values) > 1 and asked[0].selection.signed else np.ones(len(values))
-    effects = tuple(_effect(change, rows, asked[0], mean, signs, signs * values) for change in changes)
+            wanted = {key: known[key] for key in known if any(key in change.parts for change in changes)}
+            slopes.append(_slopes(profile, wanted, its_number))
+    signs = np.sign(values) if len(values) > 1 and number.selection.signed else np.ones(len(values))
+    effects = tuple(_effect(change, slopes, number, mean, signs, signs * values) for change in changes)
     existing = [effect.derivatives for effect in effects if not effect.reason]
     if existing and not chosen and not np.any(existing):
-        raise StudyError(f"{asked[0].title} does not change to first order with any parameter here; choose another quantity")
-    return Sensitivity(tuple(scenes), solved, asked[0], signs * values, mean, percent, effects)
+        raise StudyError(f"{number.title} does not change to first order with any parameter here; choose another quantity")
+    return Sensitivity(tuple(scenes), solved, number, signs * values, mean, percent, effects)
+
+
+def _in_any(by_landing: Sequence[Mapping[ParameterKey, Parameter]]) -> dict[ParameterKey, Parameter]:
+    """The parameters of all landings, each as the first one that has it does."""
+    first: dict[ParameterKey, Parameter] = {}
+    for known in by_landing:
+        first |= {key: parameter for key, parameter in known.items() if key not in first}
+    return first
 
 
 def _worst(target: Column, values: Array) -> int:
@@ -246,92 +252,96 @@ def _worst(target: Column, values: Array) -> int:
     return int(values.argmin() if target.selection.quantity.worse == "less" else values.argmax())
 
 
-def _changes(robot: Robot, every: Mapping[ParameterKey, Parameter], groups: Sequence[str], share: float) -> list[ParameterChange]:
+def _changes(
+    robot: Robot, by_landing: Sequence[Mapping[ParameterKey, Parameter]], groups: Sequence[str], share: float
+) -> list[ParameterChange]:
     """Every parameter by a share of its size; those of a group together, each away from zero."""
-    owner: dict[str, str] = {}
+    pattern_of: dict[str, str] = {}
     for pattern in groups:
         for name in robot.match("body or joint", pattern, dict.fromkeys([*robot.links, *robot.joint_names])):
             frame = robot.frames.get(name)
-            owner.setdefault(name if name in robot.joint_names or frame is None else robot.bodies[frame.body].name, pattern)
+            pattern_of.setdefault(name if name in robot.joint_names or frame is None else robot.bodies[frame.body].name, pattern)
     changes: dict[ParameterKey, ParameterChange] = {}
-    for (kind, axis, name), one in every.items():
-        if name not in owner:
-            changes[one[:3]] = ParameterChange(*one[:3], one.value, one.unit, share * one.size, {one[:3]: 1.0})
+    for key, parameter in _in_any(by_landing).items():
+        kind, axis, name = key
+        if name not in pattern_of:
+            changes[key] = ParameterChange(*key, parameter.value, parameter.unit, share * parameter.size, {key: 1.0})
             continue
-        key: ParameterKey = (kind, axis, owner[name])
-        parts = {**(changes[key].parts if key in changes else {}), one[:3]: math.copysign(one.size, one.value or 1.0)}
-        changes[key] = ParameterChange(*key, math.nan, "1", share, parts)
+        together: ParameterKey = (kind, axis, pattern_of[name])
+        parts = dict(changes[together].parts) if together in changes else {}
+        parts[key] = math.copysign(parameter.size, parameter.value or 1.0)
+        changes[together] = ParameterChange(*together, math.nan, "1", share, parts)
     return list(changes.values())
 
 
 def _varied(
     robot: Robot,
     solved: Sequence[ShockProfile],
-    every: Mapping[ParameterKey, Parameter],
-    known: Sequence[dict[ParameterKey, Parameter]],
+    by_landing: Sequence[dict[ParameterKey, Parameter]],
     subject: str,
     values: Any,
     share: float,
 ) -> ParameterChange:
-    """A subject as `sweep` varies it, by a share of its range; one that is no parameter yet becomes one of each landing.
+    """A subject as `sweep` varies it, by a share of its range; what is no parameter yet becomes one of each landing.
 
     Raises:
         StudyError: it has no derivative, or no range.
     """
-    one = variation(robot, subject, values)
-    if one.kind == "contact":
+    varied = variation(robot, subject, values)
+    if varied.kind == "contact":
         raise StudyError("contacts have names, by which nothing has a derivative; compute each landing with shockpc sweep")
-    span = one.span or tuple(value for value in one.values if isinstance(value, float))
+    span = varied.span or tuple(value for value in varied.values if isinstance(value, float))
     width = max(span, default=0.0) - min(span, default=0.0)
     if not width > 0.0:
         raise StudyError(f"{subject} has no range; give one, such as {subject}=LOW:HIGH")
-    if one.kind in OF_A_LINK:
-        parts = {own[:3]: own for own in link_parameters(robot, cast(Property, one.kind), one.target, one.factor)}
-        for of_landing in known:
-            of_landing |= parts
-        (kind, axis, _), own = next(iter(parts.items()))
-        return ParameterChange(kind, axis, one.target, math.nan, own.unit, share * width, dict.fromkeys(parts, 1.0))
-    size = math.radians(1.0) if one.unit == "deg" else 1.0
+    step = share * width * (math.radians(1.0) if varied.unit == "deg" else 1.0)
     kinds = {"joint": "angle", "armature": "armature", "strike-angle": "strike"}
-    if one.kind not in kinds:
-        swept = [swept_parameter(profile.landing, one) for profile in solved]
-        for of_landing, own in zip(known, swept, strict=True):
-            of_landing[own[:3]] = own
-        key, unit = swept[0][:3], swept[0].unit
-        present = {own.value for own in swept}
-        return ParameterChange(*key, present.pop() if len(present) == 1 else math.nan, unit, share * width * size, {key: 1.0})
-    kind = kinds[one.kind]
-    names = ("",) if kind == "strike" else robot.match_joints(one.target)
-    weights = {key: own.value if one.factor else 1.0 for key, own in every.items() if key[0] == kind and key[2] in names}
-    if not any(weights.values()):
-        raise StudyError(f"{subject} changes nothing here: these joints are locked, follow others, or have no value to multiply")
-    (first, *others) = (every[key] for key in weights)
-    unit = "1" if one.factor else first.unit
-    return ParameterChange(kind, "", one.target, math.nan if others else first.value, unit, share * width * size, weights)
+    if varied.kind in kinds:
+        kind = kinds[varied.kind]
+        names = ("",) if kind == "strike" else robot.match_joints(varied.target)
+        of_joints = {key: parameter for key, parameter in _in_any(by_landing).items() if key[0] == kind and key[2] in names}
+        weights = {key: parameter.value if varied.factor else 1.0 for key, parameter in of_joints.items()}
+        if not any(weights.values()):
+            raise StudyError(
+                f"{subject} changes nothing here: these joints are locked, follow others, or have no value to multiply"
+            )
+        first = next(iter(of_joints.values()))
+        value, unit = first.value if len(of_joints) == 1 else math.nan, "1" if varied.factor else first.unit
+        return ParameterChange(kind, "", varied.target, value, unit, step, weights)
+    if varied.kind in OF_A_LINK:
+        parts = list(link_parameters(robot, cast(Property, varied.kind), varied.target, varied.factor))
+        new = [parts] * len(by_landing)
+    else:
+        new = [[swept_parameter(profile.landing, varied)] for profile in solved]
+    for known, added in zip(by_landing, new, strict=True):
+        known |= {parameter[:3]: parameter for parameter in added}
+    (kind, axis, _), unit, present = new[0][0][:3], new[0][0].unit, {parameter.value for added in new for parameter in added}
+    value = present.pop() if len(present) == 1 else math.nan
+    return ParameterChange(kind, axis, varied.target, value, unit, step, {parameter[:3]: 1.0 for parameter in new[0]})
 
 
 def _effect(
     change: ParameterChange,
-    rows: Sequence[Mapping[ParameterKey, "_Slope"]],
+    slopes: Sequence[Mapping[ParameterKey, "_Slope"]],
     target: Column,
     mean: bool,
     signs: Array,
     values: Array,
 ) -> Effect:
     """What a change does to the number in each landing, of which magnitudes count where the signs are not 1, and to the target."""
-    parts = [[(weight, row[key]) for key, weight in change.parts.items() if key in row] for row in rows]
+    parts = [[(weight, known[key]) for key, weight in change.parts.items() if key in known] for known in slopes]
     reason = next((slope.reason for of_landing in parts for _, slope in of_landing if slope.reason), "")
-    own = signs * [sum(weight * slope.value for weight, slope in of_landing) for of_landing in parts]
-    own = np.full_like(own, np.nan) if reason else own
+    derivatives = signs * [sum(weight * slope.value for weight, slope in of_landing) for of_landing in parts]
+    derivatives = np.full_like(derivatives, np.nan) if reason else derivatives
     error = max(sum(abs(weight) * slope.error for weight, slope in of_landing) for of_landing in parts)
     now = values[_worst(target, values)]
 
     def effect(step: float) -> float:
-        k = _worst(target, values + step * own)
-        return float(step * own.mean() if mean else values[k] - now + step * own[k])
+        k = _worst(target, values + step * derivatives)
+        return float(step * derivatives.mean() if mean else values[k] - now + step * derivatives[k])
 
     up, down = effect(change.step), effect(-change.step)
-    return Effect(**vars(change), derivatives=read_only(own), error=error, reason=reason, up=up, down=down)
+    return Effect(**vars(change), derivatives=read_only(derivatives), error=error, reason=reason, up=up, down=down)
 
 
 class _Slope(NamedTuple):
@@ -342,7 +352,7 @@ class _Slope(NamedTuple):
     reason: str = ""
 
 
-def _slopes(profile: ShockProfile, wanted: Mapping[ParameterKey, Parameter], asked: Column) -> dict[ParameterKey, _Slope]:
+def _slopes(profile: ShockProfile, wanted: Mapping[ParameterKey, Parameter], number: Column) -> dict[ParameterKey, _Slope]:
     """The derivatives of the number by the parameters that are wanted: differences of landings beside the given one.
 
     Of two steps h and h/2 the central differences D(h) and D(h/2) give (4 D(h/2) − D(h)) / 3, off by h⁴ (Richardson). The error is
@@ -353,49 +363,49 @@ def _slopes(profile: ShockProfile, wanted: Mapping[ParameterKey, Parameter], ask
     Args:
         profile: the given landing.
         wanted: the parameters.
-        asked: the number.
+        number: the number.
     """
-    varied = {key: one for key, one in wanted.items() if not one.reason}
-    slopes = {key: _Slope(np.nan, reason=one.reason) for key, one in wanted.items()}
+    varied = {key: parameter for key, parameter in wanted.items() if not parameter.reason}
+    slopes = {key: _Slope(np.nan, reason=parameter.reason) for key, parameter in wanted.items()}
     if not varied:
         return slopes
     source = VariedOneByOne(profile.landing, tuple(varied.values()))
-    table, here = Evaluation(source, (asked,), prove=0, trusted=TRUSTED).table(), _number(profile, asked)
-    after, before = np.moveaxis(table.values(asked).reshape(-1, 2, len(STEPS) // 2), 1, 0)
+    table, here = Evaluation(source, (number,), prove=0, trusted=TRUSTED).table(), _number(profile, number)
+    after, before = np.moveaxis(table.values(number).reshape(-1, 2, len(STEPS) // 2), 1, 0)
     steps = source.steps[:, None] * STEPS[: len(STEPS) // 2]
     (whole, half), (bend, kink) = ((after - before) / (2.0 * steps)).T, ((after - 2.0 * here + before) / steps).T
     left = np.abs(2.0 * kink - bend)
     rounding = ROUNDING * np.median(np.nan_to_num(left * source.steps)) / source.steps
-    for k, (key, one) in enumerate(varied.items()):
+    for k, (key, parameter) in enumerate(varied.items()):
         value, error = (4.0 * half[k] - whole[k]) / 3.0, max(abs(whole[k] - half[k]), left[k]) + rounding[k]
         message = next((table.messages[i] for i in range(len(STEPS) * k, len(STEPS) * (k + 1)) if i in table.messages), "")
         if message:
             slopes[key] = _Slope(np.nan, reason=f"beside this value there is no such number: {message}")
-        elif not error <= max(SETTLED * abs(value), SMALL * abs(here) / (one.size or 1.0)):
+        elif not error <= max(SETTLED * abs(value), SMALL * abs(here) / (parameter.size or 1.0)):
             slopes[key] = _Slope(np.nan, float(error), UNSETTLED)
         else:
             slopes[key] = _Slope(float(value) if abs(value) > rounding[k] else 0.0, float(error))
     return slopes
 
 
-def _number(profile: ShockProfile, asked: Column) -> float:
-    return float(asked.selection.scalar(profile.values(asked.selection.quantity, [asked.place]))[0])
+def _number(profile: ShockProfile, number: Column) -> float:
+    return float(number.selection.scalar(profile.values(number.selection.quantity, [number.place]))[0])
 
 
-def _value(profile: ShockProfile, asked: Column) -> float:
+def _value(profile: ShockProfile, number: Column) -> float:
     """The number.
 
     Raises:
         StudyError: there is none, or it is zero.
     """
-    entry, value = asked.selection.quantity, _number(profile, asked)
+    entry, value = number.selection.quantity, _number(profile, number)
     if not math.isfinite(value):
-        raise StudyError(f"there is no {asked.title} in this landing: {entry.missing or 'it is infinite'}")
-    where = [asked.place]
+        raise StudyError(f"there is no {number.title} in this landing: {entry.missing or 'it is infinite'}")
+    where = [number.place]
     size = profile.proof.read(lambda impact: float(np.max(entry.size(impact, entry.compute(impact, where).astype(float)))))
     if abs(value) <= ZERO * max(size, abs(value)):
         raise StudyError(
-            f"{asked.title} is zero in this landing: a length has no derivative where it is zero, and changes cannot be relative "
+            f"{number.title} is zero in this landing: a length has no derivative where it is zero, and changes cannot be relative "
             "to it; name another place, or change the strike"
         )
     return value
