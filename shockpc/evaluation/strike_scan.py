@@ -7,6 +7,7 @@ from dataclasses import replace
 from typing import NamedTuple
 
 import numpy as np
+from scipy.interpolate import CubicSpline
 
 from shockpc.core.spatial import Array
 from shockpc.evaluation.columns import Column
@@ -23,6 +24,9 @@ from shockpc.robot.robot import Joint
 
 ANGLES = 43
 """Strike angles of a range among which the worst number is sought."""
+
+FINER = 5
+"""Strike angles of a map for each of the grid."""
 
 BESIDE = 0.002
 """How far beside the vertex of a first parabola the strike angles of a second one are [rad]: its own is then off by 1e-9."""
@@ -144,10 +148,18 @@ class StrikeScan:
         return self._worst(values, angles, self._numbers(values, angles, Q), Q)[0]
 
     def map(self) -> tuple[Array, Array]:
-        """Strike angles (S,) of the range and the number (n, S) there; a single one is shown as a narrow range [rad]."""
+        """Strike angles (T,) of the range and the number (n, T) there; a single one is shown as a narrow range [rad].
+
+        Between those of the grid the square of the number is interpolated: that of a length has no kink where the length is zero.
+        """
         inside = self._inside(*self.strikes)
         if inside.sum() > 1:
-            return self.angles[inside], self.numbers[:, inside]
+            angles, numbers = self.angles[inside], self.numbers[:, inside]
+            finer = np.linspace(angles[0], angles[-1], FINER * len(angles))
+            between = numbers[:, np.abs(angles - finer[:, None]).argmin(axis=1)]
+            known = np.isfinite(numbers).all(axis=1)
+            between[known] = np.sqrt(np.maximum(CubicSpline(angles, numbers[known] ** 2, axis=1)(finer), 0.0))
+            return finer, between
         angles = self.strikes[0] + np.array([-BESIDE, BESIDE]) * 10.0
         return angles, self.over(angles)
 

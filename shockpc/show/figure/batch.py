@@ -5,6 +5,7 @@ from pathlib import Path
 
 from matplotlib.figure import Figure
 
+from shockpc.quantities.table import select
 from shockpc.show.figure.layout import MARGIN, Page
 from shockpc.show.figure.picture import draw_bodies, draw_velocities
 from shockpc.show.figure.view import windows_of
@@ -19,6 +20,10 @@ WIDTH, HEIGHT, CAPTION, GAP, FOOT, BAR = 1.45, 1.15, 0.42, 0.12, 0.42, 4.6
 """Sides of a picture, height of what is written under it, distance to the next, room for the colour bar, and its width [inches]."""
 
 
+LEAST_WIDTH = 6.0
+"""Of the pictures together: room for the lines above them [inches]."""
+
+
 def draw_contact_sheet(batch: Batch) -> Figure:
     """Draw the worst landing of each robot, or of each scene, in the order of the table; each robot fills its picture."""
     worst = {row.source: row for row in reversed(batch.rows) if row.picture is not None}
@@ -26,10 +31,10 @@ def draw_contact_sheet(batch: Batch) -> Figure:
     across = max(min(COLUMNS, len(rows)), 1)
     lines, step, drop = math.ceil(len(rows) / across), WIDTH + GAP, HEIGHT + CAPTION + GAP
     heading = (
-        f"The worst landing of each robot, ranked by {printable(batch.rank, 60)}",
+        f"Worst landing of each robot, by the {printable(select(batch.rank).quantity.title, 60)}",
         "arrow: velocity of the contact before the impact; numbers are of the trunk; each robot on its own scale",
     )
-    page = Page(MARGIN + max(across * step - GAP, BAR), lines * drop + FOOT, heading)
+    page = Page(MARGIN + max(across * step - GAP, LEAST_WIDTH), lines * drop + FOOT, heading)
     for k, row in enumerate(rows):
         x, y = MARGIN + (k % across) * step, page.low + FOOT + (lines - 1 - k // across) * drop + CAPTION + GAP
         (window,) = windows_of([row.picture], (0.0, 0.0), (WIDTH, HEIGHT), (WIDTH, HEIGHT), pad=0.05, arrow=0.22)
@@ -41,7 +46,8 @@ def draw_contact_sheet(batch: Batch) -> Figure:
             number = f"{batch.rank} {rounded(ranked)}"
         else:
             shock = f"{row.values['shock_com']:.2g} at CoM" if greatest is None else f"up to {greatest:.2g}"
-            number = f"{shock}; RoPc {row.values['ropc']:.3g} m"
+            ropc = row.values["ropc"]
+            number = shock if ropc is None else f"{shock}; RoPc {ropc:.3g} m"
         page.write(x, y - 0.04, f"{k + 1}  {printable(row.robot, 40)}", 7.5, WIDTH, fontweight="bold")
         scene = f", {Path(row.source).name}" if row.source.endswith(".toml") else ""
         page.write(x, y - 0.16, f"on {printable(row.contact + scene, 40)}", 7.0, WIDTH)

@@ -1,5 +1,6 @@
 """The map of a number over joint and strike angle, with the bound and the limits of the robot's file."""
 
+import itertools
 import math
 
 import numpy as np
@@ -42,11 +43,15 @@ def draw_limits(found: JointLimits) -> Figure:
     axes.contour(x, y, numbers, levels=[bound], colors=INK, linewidths=1.6)
     greatest = np.degrees(found.worst[1][chosen])
     axes.plot(x, np.where(np.abs(np.diff(greatest, append=greatest[-1])) > 5.0, np.nan, greatest), ":", color=INK, linewidth=1.1)
-    axes.plot([scale * found.own[0]], [math.degrees(found.own[1])], "o", markersize=5.0, color=PAPER, markeredgecolor=INK)
-    for end in found.file_limits:
-        if found.range[0] <= end <= found.range[1]:
-            for one in (axes, strip):
-                one.axvline(scale * end, color=INK, linewidth=1.2, linestyle=(0, (5, 3)), clip_on=False)
+    words = [f"dotted: strike with the {'least' if below else 'greatest'} number"]
+    ends = [end for end in found.file_limits if found.range[0] <= end <= found.range[1]]
+    for end, part in itertools.product(ends, (axes, strip)):
+        part.axvline(scale * end, color=INK, linewidth=1.2, linestyle=(0, (5, 3)), clip_on=False)
+    if ends:
+        words.append("dashed: limits in the file")
+    if found.range[0] <= found.own[0] <= found.range[1] and y[0] <= math.degrees(found.own[1]) <= y[-1]:
+        words.append("circle: the scene")
+        axes.plot([scale * found.own[0]], [math.degrees(found.own[1])], "o", markersize=5.0, color=PAPER, markeredgecolor=INK)
     for interval in found.limits[-1].allowed:
         strip.axvspan(scale * interval.low, scale * interval.high, color=ALLOWED)
     axes.set(ylabel="strike angle [deg]", xlim=(x[0], x[-1]), ylim=(y[0], y[-1]))
@@ -55,10 +60,10 @@ def draw_limits(found: JointLimits) -> Figure:
     bar = figure.colorbar(
         drawn, ax=[axes, strip], drawedges=True, aspect=28, pad=0.02, format="%.3g", extendrect=True, extendfrac="auto"
     )
-    label = SHOCK if found.target.shock else f"{found.target.selection.name} [{found.target.unit}]"
+    title = found.target.selection.quantity.title.partition(",")[0]
+    label = SHOCK if found.target.shock else f"{title} [{found.target.unit}]"
     bar.set_label(f"{label}; black line: the bound")
     bar.ax.tick_params(length=0.0)
     axes.tick_params(labelbottom=False)
-    words = "dotted: worst strike of each posture; dashed: limits in the file; circle: the scene"
-    figure.supxlabel(words, fontsize=7.0, x=0.02, ha="left")
+    figure.supxlabel("; ".join(words), fontsize=7.0, x=0.02, ha="left")
     return figure

@@ -15,6 +15,9 @@ MOST_BARS = 16
 HEIGHT = 0.24
 """Of one bar with the space around it [inches]."""
 
+LEAST_SHOWN = 0.001
+"""Least effect that is written as a number [%]."""
+
 COLOURS = {True: BANDS[6], False: CURVES[0], None: CURVES[7]}
 """Of a change that makes the number worse, one that makes it better, and one of a number that neither direction makes worse."""
 
@@ -40,7 +43,8 @@ def draw_tornado(study: Sensitivity) -> Figure:
             if solid or lower:
                 colour = COLOURS[study.worse(change)]
                 axes.barh(row, change, left=study.value, height=0.72, facecolor=colour if solid else "none", edgecolor=colour)
-        share = f"{100.0 * effect.up / study.value:+.3g} %".replace("-", "−")
+        percent = 100.0 * effect.up / study.value
+        share = f"{percent:+.3g} %".replace("-", "−") if abs(percent) >= LEAST_SHOWN else f"< {LEAST_SHOWN} %" if percent else "0 %"
         end = study.value + effect.up
         side, shift = ("left", 3.0) if effect.up >= 0.0 else ("right", -3.0)
         axes.annotate(share, (end, row), (shift, 0.0), textcoords="offset points", ha=side, va="center", fontsize=6.5)
@@ -48,14 +52,14 @@ def draw_tornado(study: Sensitivity) -> Figure:
     axes.set_yticks(rows, [printable(name, 70) for name in names])
     axes.set_ylim(len(effects) - 0.4, -0.6)
     axes.axvline(study.value, color=INK, linewidth=0.8)
-    axes.set_xlim(study.value - 1.22 * largest, study.value + 1.22 * largest)
+    axes.set_xlim(study.value - 1.25 * largest, study.value + 1.25 * largest)
     axes.set_xlabel(f"{target} [{study.target.unit}]; now {study.value:.4g}; effects to first order")
     axes.spines["left"].set_visible(False)
     axes.tick_params(axis="y", length=0.0)
     known = study.target.selection.quantity.worse != "neither"
     marks = [Patch(color=COLOURS[True], label="worse"), Patch(color=COLOURS[False], label="better")] if known else []
     marks += [
-        Patch(facecolor=INK, edgecolor=INK, label="change as given (the number)"),
+        Patch(facecolor=INK, edgecolor=INK, label="change as given, with its effect"),
         Patch(facecolor="none", edgecolor=INK, label="the opposite change"),
     ]
     figure.legend(handles=marks, loc="outside lower right", ncols=len(marks), fontsize=7.0)

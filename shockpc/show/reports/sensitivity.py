@@ -19,6 +19,7 @@ PARAMETERS = {
     "inertia": "inertia",
     "armature": "reflected inertia",
     "strike": "strike angle",
+    "place": "placement",
 }
 
 
