@@ -40,6 +40,8 @@ from .studies.place.study import PlaceStudy as PlaceStudy
 from .studies.place.study import place as place
 from .studies.sensitivity import sensitivity as sensitivity
 from .studies.sweep import sweep as sweep
+from .studies.touchdowns import Touchdowns as Touchdowns
+from .studies.touchdowns import touchdowns as touchdowns
 from .testing import assert_shock as assert_shock
 from .text.diagnostic import Diagnostic as Diagnostic
 from .text.errors import DefectError as DefectError

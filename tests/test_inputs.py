@@ -36,6 +36,7 @@ def here(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     (folder / "table.csv").write_text(CSV)
     np.savez(folder / "table.npz", **LANDINGS)
     pyarrow.parquet.write_table(pyarrow.table(LANDINGS), folder / "table.parquet")
+    (folder / "log.csv").write_text("time,z,knee\n" + "".join(f"{0.001 * k},1,0\n" for k in range(99)))
     (folder / "scenes").mkdir()
     (folder / "scenes" / "jump.toml").write_text(LANDING.format('robot = "../plain.urdf"'))
     monkeypatch.chdir(folder)
@@ -114,6 +115,7 @@ COMMANDS = {
     "place": ("plain.urdf", "places.csv", lambda file: ("place", file, *LAND, "--body", "body", "--within", "0:0.1,0:0.1,0:0.1")),
     "bench": ("plain.urdf", "landing.md", lambda file: ("bench", file, *LAND)),
     "sweep": ("plain.urdf", "summary.md", lambda file: ("sweep", file, *LAND, "--vary", "knee=0:10:3", "--rows", "csv")),
+    "touchdowns": ("log.csv", "touchdowns.csv", lambda file: ("touchdowns", file, "plain.urdf", *LAND)),
 }  # fmt: skip
 """The input, the output in its place, and the command on the input."""
 

@@ -28,7 +28,10 @@ GROUPS = {
         "sensitivity": "Rank masses, inertias and angles by their effect on a number.",
         "check": "Compare landings with budgets, as a gate in CI.",
     },
-    "Data": {"landings": "Compute recorded landings, and compare what was measured."},
+    "Data": {
+        "touchdowns": "Find the touchdowns of a log, and write the table of its landings.",
+        "landings": "Compute recorded landings, and compare what was measured.",
+    },
     "For developers": {
         "quantities": "List the numbers that a landing has.",
         "schema": "Print the JSON Schema of scenes, or of budgets, for editors.",

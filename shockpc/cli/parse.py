@@ -43,6 +43,11 @@ def vector(text: str) -> Vector:
     return finite(x), finite(y), finite(z)
 
 
+def numbers(text: str) -> tuple[float, ...]:
+    """Numbers with commas between them."""
+    return tuple(map(finite, text.split(",")))
+
+
 def pair_of(text: str) -> tuple[str, str]:
     """A=B."""
     first, other = _split(text, "=", "FL_thigh=lf_upperleg")

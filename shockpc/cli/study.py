@@ -25,7 +25,7 @@ import shockpc
 from shockpc.cli.declare import Command, Declared, Parser, argument, command, group
 from shockpc.cli.options import AT, EXPLAIN, PARSERS, ROBOT, STRICT, TARGET, OutputOptions, SceneOptions, in_output, target_of
 from shockpc.cli.output import emit, exit_code
-from shockpc.cli.parse import Span, Vector, box, pair_of, renaming, robot_name, setting, span, variable
+from shockpc.cli.parse import Span, Vector, box, numbers, pair_of, renaming, robot_name, setting, span, variable
 from shockpc.cli.progress import ShownTrace, progress
 from shockpc.cli.scenes import landings_from, one_scene
 from shockpc.evaluation.variation import Vary
@@ -56,7 +56,7 @@ REPEATED: dict[Any, Parser | None] = {
 }
 """Types whose options may be repeated, and what reads each."""
 
-SINGLE: dict[Any, Parser] = {**PARSERS, Span: span, tuple[Vector, Vector]: box}
+SINGLE: dict[Any, Parser] = {**PARSERS, Span: span, tuple[float, ...]: numbers, tuple[Vector, Vector]: box}
 
 
 def help_of(study: Callable[..., Any]) -> dict[str, Any]:

@@ -39,7 +39,7 @@ LABELS = {"row": ("name", "landing", "event", "id"), "time": ("time", "stamp", "
 
 FRICTION = ("friction", "mu")
 
-REMARKS = (*LABELS["row"], *LABELS["time"], *FRICTION, "contact")
+REMARKS = (*LABELS["row"], *LABELS["time"], *FRICTION, "contact", "stance")
 """Columns that are neither of the robot's state nor measured."""
 
 SERIES_ROWS, SERIES_RATIO = 100, 0.1
@@ -226,6 +226,41 @@ def rows_of(columns: Mapping[str, np.ndarray], landing: PosedLanding, rename: Ma
         raise StudyError(f'landing "{columns["name"][refusal.rows[0]]}", {refusal}', **refusal.data) from None
 
 
+class StateColumns(NamedTuple):
+    """Columns of a table by the names that `rows_of` knows: positions, rates, and those that are not of the robot's state."""
+
+    positions: dict[str, np.ndarray]
+    rates: dict[str, np.ndarray]
+    others: dict[str, np.ndarray]
+
+
+def state_columns(columns: Mapping[str, np.ndarray], robot: Robot, rename: Mapping[str, str]) -> StateColumns:
+    """Tell the columns that hold the state of a robot from the other ones.
+
+    The arguments and errors are those of `rows_of`, but that a column may name nothing in the robot.
+    """
+    sorted_out, joints = StateColumns({}, {}, {}), set(robot.joint_names)
+    for name, values in _renamed(_expanded(columns, robot), rename).items():
+        form = COLUMN.fullmatch(name)
+        target, degrees, rate = ("", "", "") if form is None or form["after"] else (form["name"], form["deg"] or "", form["rate"])
+        base = base_column(name, robot)
+        kind = sorted_out.others
+        if name in joints or name == "qpos":
+            kind = sorted_out.positions
+        elif name == "qvel" or base is not None or {target, target + degrees} & joints:
+            kind = sorted_out.rates if rate or name == "qvel" or (base and base["twist"]) else sorted_out.positions
+        kind[name] = values
+    return sorted_out
+
+
+def base_column(name: str, robot: Robot) -> re.Match[str] | None:
+    """What a column says of the base, as `BASE` has it; None if it says nothing of it."""
+    form = COLUMN.fullmatch(name)
+    if form is None or form["after"] or form["rate"] == "qd_" or {name, form["name"]} & set(robot.joint_names):
+        return None
+    return BASE.fullmatch(form["name"])
+
+
 def _renamed(columns: dict[str, np.ndarray], rename: Mapping[str, str]) -> dict[str, np.ndarray]:
     """The columns by their new names. A name of a joint also renames its position, its rate and its measurements."""
     renamed: dict[str, np.ndarray] = {}
@@ -408,8 +443,8 @@ class _Reader:
         if ratios.size and np.median(ratios) < SERIES_RATIO:
             self.warnings.append(
                 f"the {self.n} rows look like samples of a time series, because each posture follows the one before it; every row "
-                "is computed as a landing. Keep one row for each touchdown: the motion just before it, and the velocities just "
-                "after it in columns after_…"
+                "is computed as a landing. Keep one row for each touchdown, as shockpc touchdowns LOG ROBOT writes it: the "
+                "motion just before it, and the velocities just after it in columns after_…"
             )
 
     def _unit(self, what: str, quaternions: Array) -> Array:
@@ -520,7 +555,7 @@ class _Reader:
         return {"row": np.array(rows), **{key: x if x.dtype.kind in "fiu" else x.astype(str) for key, x in labels.items()}}
 
     def _scenes(self, friction: Array) -> tuple[tuple[Scene, ...], np.ndarray, Array]:
-        """The scenes that differ in their contacts, or in which of them have a velocity of their own.
+        """The scenes that differ in their contacts, in which of them have a velocity of their own, or in the standing feet.
 
         Returns: the scenes, which of them each row (n,) is of, and the velocities (n, c, 3) of contacts.
         """
@@ -552,7 +587,8 @@ class _Reader:
                 f'the table gives the velocity of "{min(unused)}", which is no contact of any row; leave it out (--map)'
             )
         moving = ~np.isnan(velocities).any(axis=2)
-        code = index
+        stances, stance = self._stances()
+        code = index * len(stances) + stance
         for own_velocity in moving.T[moving.any(axis=0)]:
             code = np.unique(2 * code + own_velocity, return_inverse=True)[1]
         _, rows, group = np.unique(code, return_index=True, return_inverse=True)
@@ -562,15 +598,12 @@ class _Reader:
                 replace(contact, velocity=tuple(velocities[i, c].tolist()) if moving[i, c] else None)
                 for c, contact in enumerate(landings[index[i]])
             )
-            scenes.append(replace(scene, contact=contacts, friction=None if np.isnan(friction[i]) else float(friction[i])))
+            mu = None if np.isnan(friction[i]) else float(friction[i])
+            scenes.append(replace(scene, contact=contacts, stance=stances[stance[i]], friction=mu))
         return tuple(scenes), group, velocities
 
-    def _landing(self, text: str, rows: np.ndarray) -> tuple[Contact, ...]:
-        """The contacts A+B of rows (n,), each as the scene has it or, if it has not, as the first of the scene.
-
-        Rows whose text means no contacts are refused, and have those of the scene.
-        """
-        own = self.landing.scene.contact
+    def _frames(self, text: str, rows: np.ndarray) -> tuple[str, ...]:
+        """The frames A+B of rows (n,); none where the text means none, and the rows are therefore refused."""
         try:
             landings = landing_frames(self.robot, text)
             if len(landings) > 1:
@@ -578,9 +611,26 @@ class _Reader:
         except ShockError as error:
             reason = str(error)
             self._refuse(rows, lambda i: reason)
-            return own
+            return ()
+        return landings[0]
+
+    def _landing(self, text: str, rows: np.ndarray) -> tuple[Contact, ...]:
+        """The contacts A+B of rows (n,), each as the scene has it or, if it has not, as the first of the scene.
+
+        Rows whose text means no contacts are refused, and have those of the scene.
+        """
+        own = self.landing.scene.contact
         alike = {contact.frame: contact for contact in reversed(own)}
-        return tuple(alike.get(frame, replace(own[0], frame=frame, velocity=None)) for frame in landings[0])
+        return tuple(alike.get(frame, replace(own[0], frame=frame, velocity=None)) for frame in self._frames(text, rows)) or own
+
+    def _stances(self) -> tuple[list[tuple[str, ...]], np.ndarray]:
+        """The different sets of standing feet, and which of them (n,) is that of each row; where a cell is empty, the scene's."""
+        if "stance" not in self.columns:
+            return [self.landing.scene.stance], np.zeros(self.n, dtype=int)
+        cells = self.columns["stance"]
+        texts, index = np.unique(np.where(_empty(cells), "", cells.astype(str)), return_inverse=True)
+        own = [self._frames(text, index == k) if text else self.landing.scene.stance for k, text in enumerate(texts.tolist())]
+        return own, index
 
     def _friction(self) -> Array:
         """Coefficients (n,) of friction; NaN where there are none."""
@@ -646,6 +696,7 @@ class _Reader:
     def _origins(self) -> tuple[tuple[str, ...], tuple[str, ...]]:
         joints = [name for name in self.robot.joint_names if name not in self.robot.followers]
         parts = {"contacts": "contact" in self.columns}
+        parts |= {"standing feet": True} if "stance" in self.columns else {}
         if self.robot.free_base:
             parts |= {
                 "base attitude": bool({"qw", "roll", "pitch", "yaw"} & self.base.keys()) or "qpos" in self.columns,

@@ -1,0 +1,169 @@
+"""Where a foot that falls is stopped: kinks of its height over time.
+
+Before and behind each sample a straight line is fitted to the heights. A touchdown is where the slope of the line ahead exceeds
+that of the line behind by more than noise explains, the foot fell and then does not, had been up, and stays down.
+"""
+
+import math
+from collections.abc import Iterator
+from typing import NamedTuple
+
+import numpy as np
+
+from shockpc.core.spatial import Array
+
+WINDOW, FEWEST = 6e-3, 3
+"""Time [s] and samples that a line is fitted to, whichever is longer."""
+
+WIDEST = 25e-3
+"""The same at most, where the heights are so noisy that the least jump would not be significant [s]."""
+
+LEAST, SIGNIFICANT = 0.15, 5.0
+"""Least jump of a slope that is a kink [m/s]; and in standard deviations, by the noise of the heights."""
+
+STILL_FALLING = 0.5
+"""Share of the slope before a kink that may be left after it."""
+
+FULL_FALL = 0.9
+"""Share of the slope with which a foot fell, with which it still falls: the last such sample is that of the touchdown. The force of
+the ground takes some milliseconds to stop the foot, so that the lines cross later."""
+
+CLEARANCE = 5e-3
+"""Height from which a foot comes down again after a landing, beyond noise [m]."""
+
+REST, REBOUND = 40e-3, 10e-3
+"""Time for which a foot has to stay down [s], and how much it may rise in it beyond noise [m]."""
+
+NOISE = 6.0
+"""Standard deviations beyond which a height is more than noise."""
+
+
+def slopes(t: Array, x: Array, n: int) -> tuple[Array, Array]:
+    """Slopes (N,) of the straight lines through the n intervals behind each sample, and ahead of it; fewer at the ends, NaN of one.
+
+    The weights of the samples are those of least squares for equal intervals; the slopes are exact for any intervals of a line.
+
+    Args:
+        t: (N,) times, rising [s].
+        x: (N,) values.
+        n: number of intervals, at least 2.
+    """
+    return _slopes_behind(t, x, n), _slopes_behind(-t[::-1], -x[::-1], n)[::-1]
+
+
+def _slopes_behind(t: Array, x: Array, n: int) -> Array:
+    behind, t = np.full(len(t), np.nan), t - t[0]
+    for m in range(2, min(n, len(t) - 1)):
+        weight = np.arange(m + 1) - 0.5 * m
+        behind[m] = weight @ x[: m + 1] / (weight @ t[: m + 1])
+    if len(t) > n:
+        weight = np.arange(n + 1) - 0.5 * n
+        behind[n:] = np.correlate(x, weight) / np.correlate(t, weight)
+    return behind
+
+
+def noise(x: Array) -> float:
+    """Standard deviation of the noise of a smooth signal (N,): of third differences, which have 20 times its variance."""
+    return float(1.4826 * np.median(np.abs(np.diff(x, 3))) / np.sqrt(20.0)) if len(x) > 3 else 0.0
+
+
+def slope_noise(sigma: float, period: float, n: int) -> float:
+    """Standard deviation of a slope through n intervals. Args: sigma of the values; period of the samples [s]."""
+    return sigma / (period * math.sqrt(n * (n + 1) * (n + 2) / 12.0))
+
+
+class FootLanding(NamedTuple):
+    """A landing of a foot.
+
+    Attributes:
+        sample: the last one before the first of its points is stopped.
+        points: numbers of those that are stopped within the time that counts as together.
+        speed: of the line behind, with which the first of them fell [m/s].
+    """
+
+    sample: int
+    points: tuple[int, ...]
+    speed: float
+
+
+def foot_landings(t: Array, heights: Array, together: float) -> list[FootLanding]:
+    """The landings of a foot.
+
+    Args:
+        t: (N,) times without gaps, rising [s].
+        heights: (N, p) of its points above level ground, wherever that is [m].
+        together: time within which points are stopped that land together [s].
+    """
+    if len(t) < 2 * FEWEST:
+        return []
+    lowest, sigma = heights.min(axis=1), max(map(noise, heights.T))
+    stops = sorted((stop.sample, p, stop) for p, height in enumerate(heights.T) for stop in _stops(t, height))
+    landings: list[FootLanding] = []
+    since = 0
+    for sample, p, stop in stops:
+        if landings and t[sample] - t[landings[-1].sample] <= together:
+            landings[-1] = landings[-1]._replace(points=tuple(sorted({*landings[-1].points, p})))
+            continue
+        if landings and t[sample] - t[since] <= REST:
+            continue
+        end = int(np.searchsorted(t, t[stop.kink] + REST - 1e-9))
+        if end == len(t):
+            break  # whether it stays is not known
+        after = lowest[stop.kink : end + 1]
+        up = lowest[min(since, sample) : sample + 1].max() >= after[0] + CLEARANCE + NOISE * sigma
+        if up and after.max() <= after[0] + REBOUND + NOISE * sigma:
+            landings.append(FootLanding(sample, (p,), stop.speed))
+            since = stop.kink
+    return landings
+
+
+class _Stop(NamedTuple):
+    """A point that fell and does not any more: last sample before, sample of the kink, and speed of the fall [m/s]."""
+
+    sample: int
+    kink: int
+    speed: float
+
+
+def _stops(t: Array, height: Array) -> Iterator[_Stop]:
+    """The stops of a point. Args: t (N,) [s], height (N,) [m]."""
+    sigma, period = noise(height), float(np.median(np.diff(t)))
+    best = math.inf, 0
+    for n in range(intervals(t, WINDOW), intervals(t, WIDEST) + 1):
+        deviation = max(slope_noise(sigma, period, n), _scatter(slopes(t, height, n)[0], n))
+        best = min(best, (SIGNIFICANT * math.sqrt(2.0) * deviation, n))
+        if best[0] <= LEAST:
+            break
+    threshold, n = max(LEAST, best[0]), best[1]
+    behind, ahead = slopes(t, height, n)
+    kink = np.nan_to_num(ahead - behind, nan=-np.inf)
+    stops = (kink >= threshold) & (behind <= -0.5 * np.maximum(kink, threshold)) & (ahead >= STILL_FALLING * behind)
+    kink = np.where(stops, kink, -np.inf)
+    for k in np.flatnonzero(stops).tolist():
+        if kink[k] == kink[max(k - n, 0) : k + n + 1].max():
+            fall = float(np.nanmin(behind[max(k - n, 0) : k + 1]))
+            # As few intervals as noise permits.
+            m = next((m for m in range(1, n) if 2.0 * slope_noise(sigma, period, m) <= (1.0 - FULL_FALL) * -fall), n)
+            own = slice(max(k - 2 * n, 0), k + n + 1)
+            local = (height[own][m:] - height[own][:-m]) / (t[own][m:] - t[own][:-m])
+            falls = np.flatnonzero(local <= FULL_FALL * fall + 2.0 * slope_noise(sigma, period, m))
+            yield _Stop(own.start + m - m // 2 + int(falls[-1]) if len(falls) else max(k - n, 0), k, -fall)
+
+
+def _scatter(slope: Array, n: int) -> float:
+    """Standard deviation of slopes about smooth ones: by second differences of those that share no sample (6 times its variance).
+
+    It also shows what wanders from sample to sample, such as an estimated position.
+
+    Args:
+        slope: (N,) of the lines behind each sample [m/s].
+        n: intervals of a line.
+    """
+    apart = slope[2 : len(slope) - 2]
+    second = apart[: -2 * n - 2] - 2.0 * apart[n + 1 : -n - 1] + apart[2 * n + 2 :]
+    return float(1.4826 * np.median(np.abs(second)) / math.sqrt(6.0)) if len(second) > 40 * n else 0.0
+
+
+def intervals(t: Array, window: float) -> int:
+    """Number of intervals in a window [s], at least those between the fewest samples. Args: t (N,) times [s]."""
+    return max(FEWEST - 1, round(window / float(np.median(np.diff(t)))))

@@ -1,0 +1,184 @@
+"""Bags of ROS 1 and ROS 2 and MCAP files: the joints and the base of a robot from messages of the usual types, as columns."""
+
+from array import array
+from collections.abc import Callable, Sequence
+from pathlib import Path
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from shockpc.text.errors import ShockError, StudyError, UnknownName
+from shockpc.text.paths import open_file
+from shockpc.text.printed import listed, visible
+
+BAGS = (".bag", ".mcap", ".db3")
+"""Endings of files of messages; a folder is a bag of ROS 2."""
+
+QUATERNION = ("qw", "qx", "qy", "qz")
+
+POSE = ("x", "y", "z", *QUATERNION)
+
+Numbers = tuple[tuple[str, ...], Sequence[float]]
+"""Names of columns, and their numbers."""
+
+
+class _Kind(NamedTuple):
+    """A type of message: what it gives, names of the usual topics, best first, and how its numbers are read."""
+
+    gives: str
+    usual: tuple[str, ...]
+    read: Callable[[Any], Numbers]
+
+
+class _Series(NamedTuple):
+    """Samples of one topic: names of columns, times [ns], and numbers, one after another."""
+
+    names: tuple[str, ...]
+    stamps: "array[int]"
+    numbers: "array[float]"
+
+
+def read_bag(path: Path, topics: Sequence[str], remarks: list[str]) -> dict[str, np.ndarray]:
+    """The columns of a bag: time_ns of the headers of messages, q_JOINT, qd_JOINT, and those of the base, as in recorded tables.
+
+    The clock is that of the joints. Of slower topics the samples stand at the nearest times of it, and between these is NaN.
+
+    Args:
+        path: of the file, or of the folder of ROS 2.
+        topics: the only ones that are read; by default the usual ones of each type.
+        remarks: what was chosen and what was left out is added to it.
+
+    Raises:
+        StudyError: it cannot be read, has no messages of these types, or several topics among which no name is usual.
+    """
+    try:
+        from rosbags.highlevel import AnyReader  # an extra
+        from rosbags.typesys import Stores, get_typestore
+    except ImportError:
+        raise StudyError('bags need the package "rosbags"; install it with: pip install rosbags, or give a CSV file') from None
+    for file in sorted(path.iterdir()) if path.is_dir() else [path]:
+        if file.is_file():
+            open_file(file, "bag", StudyError).close()
+    series: dict[tuple[str, tuple[str, ...]], _Series] = {}
+    try:
+        # Bags of ROS 2 may be without the definitions of their types.
+        with AnyReader([path], default_typestore=get_typestore(Stores.LATEST)) as reader:
+            chosen = _chosen(reader.connections, topics, remarks)
+            for connection, received, raw in reader.messages(chosen):
+                message: Any = reader.deserialize(raw, connection.msgtype)
+                stamp = message.header.stamp
+                names, numbers = KINDS[connection.msgtype].read(message)
+                if names and len(names) == len(numbers):
+                    own = series.setdefault((connection.topic, names), _Series(names, array("q"), array("d")))
+                    own.stamps.append(stamp.sec * 10**9 + stamp.nanosec or received)
+                    own.numbers.extend(numbers)
+    except ShockError:
+        raise
+    except Exception as refusal:  # of many kinds, because whatever is in a damaged file is read
+        text = visible(str(refusal))[:200]
+        raise StudyError(f'bag "{path}" cannot be read: {text or "it is damaged"} ({type(refusal).__name__})') from None
+    if not series:
+        raise StudyError(f'bag "{path}": topics {listed(topic.topic for topic in chosen)} have no messages with numbers')
+    return _on_one_clock(list(series.values()), remarks)
+
+
+def _chosen(connections: Sequence[Any], topics: Sequence[str], remarks: list[str]) -> list[Any]:
+    """The connections that are read: those asked for, else of what each type gives the one of the most usual name."""
+    known = [connection for connection in connections if connection.msgtype in KINDS]
+    names = list(dict.fromkeys(connection.topic for connection in known))
+    if not known:
+        kinds = listed(sorted({connection.msgtype for connection in connections}), 8)
+        raise StudyError(f"no topic is of a type that is read ({listed(KINDS)}); the bag has {kinds or 'none'}")
+    if unknown := [topic for topic in topics if topic not in names]:
+        raise UnknownName("topic", unknown[0], names, "this bag, of the types that are read", "")
+    chosen = list(topics)
+    for gives in () if topics else dict.fromkeys(kind.gives for kind in KINDS.values()):
+        own = [connection for connection in known if KINDS[connection.msgtype].gives == gives]
+        order = {topic: _usual(topic, KINDS[msgtype].usual) for topic, msgtype in sorted({(c.topic, c.msgtype) for c in own})}
+        best = [topic for topic, place in order.items() if place == min(order.values())]
+        if gives == "attitude" and any(KINDS[c.msgtype].gives == "pose" for c in known):
+            continue
+        if len(best) > 1:
+            raise StudyError(f"several topics give the {gives}: {listed(best, 12)}; name the ones to be read with --topic")
+        chosen += best
+        if len(order) > 1:
+            remarks.append(f"the {gives}: of {listed(best)}, not of {listed(topic for topic in order if topic not in best)}")
+        if gives == "attitude" and best:
+            remarks.append(f"the attitude of the base is that of {listed(best)}, whose axes are taken for those of the base")
+    return [connection for connection in known if connection.topic in chosen]
+
+
+def _usual(topic: str, usual: Sequence[str]) -> int:
+    """The place of a topic among the usual names; their number if it has none of them."""
+    return next((place for place, name in enumerate(usual) if f"/{topic}".endswith(f"/{name}")), len(usual))
+
+
+def _on_one_clock(series: list[_Series], remarks: list[str]) -> dict[str, np.ndarray]:
+    """The columns of several series at the times of the one that has the joints, or else most samples."""
+    series.sort(key=lambda own: (any(name.startswith("q_") for name in own.names), len(own.stamps)), reverse=True)
+    start = series[0].stamps[0]
+    clock = np.unique(np.array(series[0].stamps) - start)
+    columns: dict[str, np.ndarray] = {}
+    for own in series:
+        stamps, first = np.unique(np.array(own.stamps) - start, return_index=True)
+        if series[0] is own and (np.diff(np.array(own.stamps)) < 0).any():
+            remarks.append("messages are not in the order of their times, and are sorted")
+        values = np.array(own.numbers).reshape(-1, len(own.names))[first]
+        if len(stamps) < 2:
+            continue
+        # A quaternion and its opposite are one rotation, and no straight line leads from one to the other.
+        turned = [own.names.index(name) for name in QUATERNION if name in own.names]
+        flips = np.concatenate([[False], np.sum(values[1:, turned] * values[:-1, turned], axis=1) < 0.0])
+        values[:, turned] *= np.where(np.cumsum(flips) % 2, -1.0, 1.0)[:, None]
+        nearest = clock[np.clip(np.searchsorted(0.5 * (clock[1:] + clock[:-1]), stamps), 0, len(clock) - 1)]
+        at = np.unique(nearest[(nearest >= stamps[0]) & (nearest <= stamps[-1])])
+        rows = np.searchsorted(clock, at)
+        for k, name in enumerate(own.names):
+            if name in columns and np.isfinite(columns[name][rows]).any():
+                remarks.append(f"{name} is given by several series of messages; that with most samples is taken")
+                continue
+            column = columns.setdefault(name, np.full(len(clock), np.nan))
+            column[rows] = np.interp(at, stamps, values[:, k])
+    return {"time_ns": start + clock, **columns}
+
+
+def _joints(message: Any) -> Numbers:
+    if len(message.position) != len(message.name):
+        return (), ()
+    names = tuple(f"q_{name}" for name in message.name)
+    if len(message.velocity) != len(names):
+        return names, message.position.tolist()
+    return (*names, *(f"qd_{name}" for name in message.name)), [*message.position.tolist(), *message.velocity.tolist()]
+
+
+def _pose(pose: Any) -> Numbers:
+    r, q = pose.position, pose.orientation
+    return POSE, (r.x, r.y, r.z, q.w, q.x, q.y, q.z)
+
+
+def _odometry(message: Any) -> Numbers:
+    names, numbers = _twist(message.twist.twist, "_body")
+    return (*POSE, *names), (*_pose(message.pose.pose)[1], *numbers)
+
+
+def _twist(twist: Any, suffix: str = "") -> Numbers:
+    v, w = twist.linear, twist.angular
+    return tuple(f"{kind}{axis}{suffix}" for kind in "vw" for axis in "xyz"), (v.x, v.y, v.z, w.x, w.y, w.z)
+
+
+def _imu(message: Any) -> Numbers:
+    q = message.orientation
+    # By convention −1 says that there is no orientation.
+    if message.orientation_covariance[0] == -1.0 or not (q.w or q.x or q.y or q.z):
+        return (), ()
+    return QUATERNION, (q.w, q.x, q.y, q.z)
+
+
+KINDS = {
+    "sensor_msgs/msg/JointState": _Kind("joints", ("joint_states", "joint_state"), _joints),
+    "nav_msgs/msg/Odometry": _Kind("pose", ("odom", "odometry", "state_estimate"), _odometry),
+    "geometry_msgs/msg/PoseStamped": _Kind("pose", ("pose", "base_pose"), lambda message: _pose(message.pose)),
+    "geometry_msgs/msg/TwistStamped": _Kind("twist", ("twist", "base_twist"), lambda message: _twist(message.twist)),
+    "sensor_msgs/msg/Imu": _Kind("attitude", ("imu", "imu/data", "data"), _imu),
+}
+"""The messages that are read. The twist of Odometry is in the axes of the base, that of TwistStamped in those of the world."""
