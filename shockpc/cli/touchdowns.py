@@ -23,7 +23,7 @@ def touchdowns(
     options: SceneOptions,
     output: OutputOptions,
 ) -> None:
-    loaded, scenes = scenes_from(robot, options, on_each_foot=True)
+    loaded, scenes = scenes_from(robot, options)
     contacts = {contact.frame: contact for scene in scenes for contact in scene.contact}
     scene = dataclasses.replace(scenes[0], contact=tuple(contacts.values()))
     emit(touchdowns_report(str(log), study(log, scene, robot=loaded, **given(study, typed))), output)
