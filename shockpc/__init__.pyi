@@ -18,12 +18,12 @@ from .landing.scene_file import read_scene as read_scene
 from .profile import shock_maps as shock_maps
 from .profile import shock_profile as shock_profile
 from .quantities.accuracy import Health as Health
+from .quantities.maps import ShockMaps as ShockMaps
 from .quantities.profile import Bracket as Bracket
 from .quantities.profile import ContactImpulse as ContactImpulse
 from .quantities.profile import JointLoad as JointLoad
 from .quantities.profile import PartMargin as PartMargin
 from .quantities.profile import PointShock as PointShock
-from .quantities.profile import ShockMaps as ShockMaps
 from .quantities.profile import ShockProfile as ShockProfile
 from .quantities.profile import StanceImpulse as StanceImpulse
 from .quantities.table import QUANTITIES as QUANTITIES

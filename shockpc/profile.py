@@ -10,6 +10,7 @@ exact answer, and that is what a profile reports.
 """
 
 from collections.abc import Sequence
+from typing import Any
 
 import numpy as np
 
@@ -17,6 +18,7 @@ from shockpc.core.bodies import body_jumps, in_body_axes
 from shockpc.core.impulse import Solution, solve_impact
 from shockpc.core.spatial import Array, freeze
 from shockpc.core.threads import one_thread
+from shockpc.impact.derivatives import derivatives as map_derivatives
 from shockpc.impact.solve import solve_exactly
 from shockpc.landing.dynamics import Dynamics, dynamics
 from shockpc.landing.landing import Landing, PosedLanding, resolve
@@ -24,13 +26,11 @@ from shockpc.landing.posture import check_rotations
 from shockpc.landing.rows import Equation
 from shockpc.landing.scene import Scene
 from shockpc.landing.scene_file import robot_of
-from shockpc.quantities.profile import ShockMaps, ShockProfile
+from shockpc.quantities.maps import CHUNK, ShockMaps
+from shockpc.quantities.profile import ShockProfile
 from shockpc.robot.robot import Robot
 from shockpc.text.errors import SceneError
 from shockpc.text.trace import Trace
-
-CHUNK = 256
-"""Postures that are computed together, so that their arrays stay in the processor's cache."""
 
 FASTEST_PLAUSIBLE_RATE = 1e4
 """Jump of a joint velocity for a strike of 1 m/s above which the posture may be so nearly singular that a proof refuses it."""
@@ -84,12 +84,13 @@ def profile_of(landing: PosedLanding, trace: Trace | None = None) -> ShockProfil
     return profile
 
 
-def shock_maps(landing: Landing, Q: Array) -> ShockMaps:
+def shock_maps(landing: Landing, Q: Array, derivatives: bool = False) -> ShockMaps:
     """Steps 1 and 2 in many postures, in double precision.
 
     Args:
         landing: the landing; its own posture is not used. Loops have to be closed in each of the postures.
         Q: (N, nq) configurations in Pinocchio's layout.
+        derivatives: whether those of the maps by the tangent of q are computed too, which takes some seven times as long.
 
     Raises:
         SceneError: Q has another shape, no row, or a rotation that is none.
@@ -101,14 +102,19 @@ def shock_maps(landing: Landing, Q: Array) -> ShockMaps:
             "for one posture give q[None]"
         )
     check_rotations(landing.robot, Q)
-    parts = []
-    with one_thread(landing.robot.model.nv):
+    nv, parts, changes = landing.robot.model.nv, [], None
+    if derivatives:
+        changes = np.empty((len(Q), len(landing.robot.bodies), 6, 3, nv))
+    with one_thread(nv):
         for k in range(0, len(Q), CHUNK):
             state = dynamics(landing.robot, Q[k : k + CHUNK], landing.joint_model.armature)
             equation, solution, maps = impact_jumps(landing, state, own=False)
             condition, prove = needs_proof(landing, equation, solution)
-            parts.append((maps, state.rotation, state.position, solution.rank, condition, prove))
-    return ShockMaps(landing.robot, *(parts[0] if len(parts) == 1 else map(joined, zip(*parts, strict=True))))
+            parts.append((maps, state.rotation, state.position, solution.rank, condition, prove, state.J))
+            if changes is not None:
+                changes[k : k + CHUNK] = map_derivatives(landing, equation, solution).maps
+    whole: list[Any] = list(parts[0] if len(parts) == 1 else map(joined, zip(*parts, strict=True)))
+    return ShockMaps(landing, Q, *whole)._replace(derivatives=changes)
 
 
 def joined(parts: tuple[Array, ...]) -> Array:

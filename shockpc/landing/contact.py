@@ -5,7 +5,7 @@ from typing import Literal
 
 import numpy as np
 
-from shockpc.core.spatial import Array, cross
+from shockpc.core.spatial import Array, cross, cross_matrix
 from shockpc.landing.dynamics import dynamics
 from shockpc.landing.posture import configuration
 from shockpc.landing.rows import Block
@@ -177,8 +177,38 @@ def _lowest_point(shapes: tuple[Shape, ...], up: Array) -> Array:
 
     Args: up (3,), axes of the body.
     """
-    points = np.concatenate([shape.farthest(-up) for shape in shapes])
-    height = points @ up
+    points = [shape.farthest(-up) for shape in shapes]
+    return np.asarray(np.concatenate(points)[np.concatenate(_level(points, up))].mean(axis=0))
+
+
+def _level(points: list[Array], up: Array) -> list[np.ndarray]:
+    """Which points (k, 3) of each shape are the lowest of all."""
+    every = np.concatenate(points)
+    height = every @ up
     # A foot's sole is level to rounding only; its extent sets what counts as level.
-    slack = 1e-6 * max(float(np.ptp(points, axis=0).max()), 1e-6)
-    return np.asarray(points[height <= height.min() + slack].mean(axis=0))
+    slack = 1e-6 * max(float(np.ptp(every, axis=0).max()), 1e-6)
+    return [np.asarray(own @ up <= height.min() + slack) for own in points]
+
+
+def lowest_point_turned(contact: Block, rotation: Array) -> Array:
+    """By how much (N, 3, 3) a lowest point moves over its body as that turns at 1 rad/s about world x, y and z: it rolls [m].
+
+    It stays at a corner; over a rounding E, an ellipsoid with the semi-axes in its columns, it is E Eᵀ u / |Eᵀ u| along u, down.
+
+    Args:
+        contact: at the lowest point.
+        rotation: (N, 3, 3) of its body, body to world.
+    """
+    out = np.zeros_like(rotation)
+    for k, R in enumerate(rotation):
+        down = -R.T @ contact.normal
+        lowest = _level([shape.farthest(down) for shape in contact.lowest], -down)
+        for shape, own in zip(contact.lowest, lowest, strict=True):
+            along = down @ shape.rounding
+            length = float(np.linalg.norm(along))
+            if own.any() and length > 1e-6 * float(np.abs(shape.rounding).max()):
+                across_it = np.eye(3) - np.outer(along, along) / length**2
+                hessian = shape.rounding @ across_it @ shape.rounding.T / length
+                # As the body turns by ω, the direction in its axes turns by −ω.
+                out[k] += own.sum() / sum(map(np.sum, lowest)) * (R @ hessian @ cross_matrix(down) @ R.T)
+    return out

@@ -56,6 +56,16 @@ def approach_speeds(state: Dynamics, blocks: Sequence[Block], before: Motion | N
     return np.concatenate(b, axis=1)
 
 
+def speeds_undone(state: Dynamics, blocks: Sequence[Block], qd: Array) -> Array:
+    """The speeds b (N, nc, 1) that an impact undoes along each row, for whatever joint velocities (N, nv) before it."""
+    b = []
+    for block in blocks:
+        wrenches = block_wrenches(state, block)
+        undone = _undone(state, block, wrenches) if block.kind == "contact" else 0.0 * wrenches
+        b.append(undone @ (state.J @ np.where(state.supports[block.body], qd, 0.0)[..., None]))
+    return np.concatenate(b, axis=1)
+
+
 def _undone(state: Dynamics, block: Block, wrenches: Array) -> Array:
     """The wrenches (N, k, 6) whose power is the speed that the impact undoes along each row of a contact."""
     e, n = block.restitution, block.rebound

@@ -11,17 +11,16 @@ import numpy as np
 from shockpc.core.directions import ExtremeDirections
 from shockpc.core.impulse import RowChoice, solve_impact
 from shockpc.core.percussion import shock_at
-from shockpc.core.spatial import Array, Plane, freeze, jump_at, read_only
+from shockpc.core.spatial import Array, Plane, freeze, read_only
 from shockpc.impact.exact.proof import Proof
 from shockpc.impact.solve import solve_exactly
 from shockpc.landing.closure import Assembly
 from shockpc.landing.dynamics import dynamics
 from shockpc.landing.joint_model import without_springs
 from shockpc.landing.landing import PosedLanding
-from shockpc.landing.places import Place, PlaceKind, body_places, point_place
+from shockpc.landing.places import Place, PlaceKind, body_places
 from shockpc.landing.ratings import Strength, strength, torque_limits
 from shockpc.landing.scene import Scene
-from shockpc.landing.scene_file import point_at
 from shockpc.quantities.accuracy import (
     AT_REST,
     Health,
@@ -220,45 +219,6 @@ class Bracket(NamedTuple):
     as_modelled: float
     locked: float | None
     springs_free: float | None
-
-
-class ShockMaps(NamedTuple):
-    """The shock of a landing in N postures: Δv is linear in the strike, so every strike angle and speed is a product.
-
-    Attributes:
-        robot: the robot.
-        maps: (N, nb, 6, 3) jump (Δω, Δv at the body frame's origin) of every body for a strike of 1 m/s along world x, y and z;
-            world axes, double precision [rad/s, m/s].
-        rotation: (N, nb, 3, 3) of the body frames, body to world.
-        position: (N, nb, 3) origins of the body frames, from the base [m].
-        rank: (N,) number of independent contact and closure rows.
-        condition: (N,) estimated factor by which rounding is enlarged [1]; inf where double precision has no solution.
-        prove: (N,) whether the posture needs a proof: its rows depend on one another, or nearly, rounding may show above 1e-9, or
-            joints move so fast that it may be singular, which `shock_profile` refuses.
-    """
-
-    robot: Robot
-    maps: Array
-    rotation: Array
-    position: Array
-    rank: np.ndarray
-    condition: Array
-    prove: np.ndarray
-
-    def at(self, place: str | int, point: Array | None = None) -> Array:
-        """Maps (N, 3, 3) from strike to jump of a point, world axes.
-
-        Args:
-            place: a frame, FRAME:x,y,z, or the index of a body.
-            point: (3,) in the frame of the body, if that is an index [m]; by default its origin.
-
-        Raises:
-            UnknownName: the robot has no frame of that name.
-        """
-        if isinstance(place, str):
-            where = point_place(self.robot, point_at(self.robot, place))
-            place, point = where.body, where.r
-        return np.asarray(jump_at(self.maps[:, place], self.rotation[:, place] @ (np.zeros(3) if point is None else point)))
 
 
 @dataclass(frozen=True, eq=False)

@@ -1,0 +1,248 @@
+"""The shock of a landing in many postures as maps from the strike, with their derivatives, by the names of places."""
+
+from collections.abc import Sequence
+from typing import NamedTuple
+
+import numpy as np
+
+from shockpc.core.impulse import Solution, solve_impact
+from shockpc.core.spatial import Array, cross, jump_at
+from shockpc.core.threads import one_thread
+from shockpc.landing.dynamics import dynamics
+from shockpc.landing.landing import Landing
+from shockpc.landing.motion import speeds_undone
+from shockpc.landing.places import point_place
+from shockpc.landing.rows import Equation, block_axes, slices_of
+from shockpc.landing.scene_file import point_at
+from shockpc.robot.robot import Robot
+from shockpc.text.errors import SceneError, StudyError
+
+GRADIENTS = ("shock", "delta_v", "most_severe")
+"""Quantities of points of which maps give the gradient."""
+
+CHUNK = 256
+"""Postures that are computed together, so that their arrays stay in the processor's cache."""
+
+
+class WorstStrike(NamedTuple):
+    """The strike of several that is the worst in each of N postures.
+
+    Attributes:
+        shock: (N,) that it causes [1].
+        strike: (N,) its index.
+        gradient: (N, nv) of that shock by the tangent of q [1/m, 1/rad]; None where the maps have no derivatives.
+    """
+
+    shock: Array
+    strike: np.ndarray
+    gradient: Array | None
+
+
+class ShockMaps(NamedTuple):
+    """The shock of a landing in N postures: Δv is linear in the strike, so every strike angle and speed is a product.
+
+    Attributes:
+        landing: of which these are postures.
+        Q: (N, nq) configurations.
+        maps: (N, nb, 6, 3) jump (Δω, Δv at the body frame's origin) of every body for a strike of 1 m/s along world x, y and z;
+            world axes, double precision [rad/s, m/s].
+        rotation: (N, nb, 3, 3) of the body frames, body to world.
+        position: (N, nb, 3) origins of the body frames, from the base [m].
+        rank: (N,) number of independent contact and closure rows.
+        condition: (N,) estimated factor by which rounding is enlarged [1]; inf where double precision has no solution.
+        prove: (N,) whether the posture needs a proof: its rows depend on one another, or nearly, rounding may show above 1e-9, or
+            joints move so fast that it may be singular, which `shock_profile` refuses.
+        columns: (N, 6, nv) twist that each unit joint velocity gives to the bodies behind it, world axes, about the base.
+        derivatives: (N, nb, 6, 3, nv) of the maps by the tangent of q, Pinocchio's layout: those of a floating base are in its
+            axes. A follower, a locked joint or one of a loop has its own, in which the others stay. NaN in a singular posture,
+            where fewer rows are independent than beside it. None if they were not asked for.
+    """
+
+    landing: Landing
+    Q: Array
+    maps: Array
+    rotation: Array
+    position: Array
+    rank: np.ndarray
+    condition: Array
+    prove: np.ndarray
+    columns: Array
+    derivatives: Array | None = None
+
+    @property
+    def robot(self) -> Robot:
+        """The robot."""
+        return self.landing.robot
+
+    def at(self, place: str | int, point: Array | None = None) -> Array:
+        """Maps (N, 3, 3) from strike to jump of a point, world axes.
+
+        Args:
+            place: a frame, FRAME:x,y,z, or the index of a body.
+            point: (3,) in the frame of the body, if that is an index [m]; by default its origin.
+
+        Raises:
+            UnknownName: the robot has no frame of that name.
+        """
+        body, r = self._where(place, point)
+        return np.asarray(jump_at(self.maps[:, body], self.rotation[:, body] @ r))
+
+    def derivatives_at(self, place: str | int, point: Array | None = None) -> Array:
+        """Derivatives (N, 3, 3, nv) of the maps of a point, as `at`: the point stays where it is on its body.
+
+        Raises:
+            UnknownName: the robot has no frame of that name.
+            StudyError: the maps have no derivatives, or a posture is singular.
+        """
+        if self.derivatives is None:
+            raise StudyError("these maps have no derivatives; compute them with shock_maps(landing, Q, derivatives=True)")
+        body, r = self._where(place, point)
+        own = self.derivatives[:, body]
+        if not np.isfinite(own).all():
+            singular = np.flatnonzero(~np.isfinite(own).all(axis=(1, 2, 3)))
+            raise StudyError(
+                f"posture {singular[0]} (of {len(singular)} such) is singular, or nearly: fewer contact and closure rows are "
+                "independent there than beside it, so the shock has no derivative; leave it out, or take a posture beside it"
+            )
+        n, nv = len(own), own.shape[-1]
+        r = self.rotation[:, body] @ r
+        moved = jump_at(own.reshape(n, 6, -1), r).reshape(n, 3, 3, nv)
+        # r turns with the body: Δω × (ω_k × r).
+        turned = cross(self.columns[:, :3].swapaxes(1, 2) * self.robot.supports[body][:, None], r[:, None])
+        return np.asarray(moved + cross(self.maps[:, body, :3].swapaxes(1, 2)[:, :, None], turned[:, None]).transpose(0, 3, 1, 2))
+
+    def delta_v(self, place: str | int, strike: Array | Sequence[float] | None = None) -> Array:
+        """Jumps (N, 3) of the velocity of a point, world axes [m/s].
+
+        Args:
+            place: as for `at`.
+            strike: (3,) or (N, 3) velocity of the robot before the impact, world axes [m/s]; that of the landing by default.
+
+        Raises:
+            UnknownName: the robot has no frame of that name.
+            SceneError: before the landing the robot also rotates, or joints or contacts move: that is no strike along one vector.
+        """
+        return np.asarray((self.at(place) @ self._strike(strike)[..., None])[..., 0])
+
+    def shock(self, place: str | int, strike: Array | Sequence[float] | None = None) -> Array:
+        """Shock |Δv| / v_in (N,) of a point (Eq. 2). Args and errors: as for `delta_v`."""
+        return np.asarray(np.linalg.norm(self.delta_v(place, strike), axis=-1) / np.linalg.norm(self._strike(strike), axis=-1))
+
+    def gradient(self, quantity: str, strike: Array | Sequence[float] | None = None) -> Array:
+        """The derivatives of a quantity of a point by the tangent of q [its unit per m and rad].
+
+        Args:
+            quantity: "shock@PLACE" (N, nv), "most_severe@PLACE" (N, nv), or "delta_v@PLACE" (N, 3, nv), world axes.
+            strike: as for `delta_v`.
+
+        Returns: NaN where a shock is zero, or the most severe strike is one of several: there it has a kink.
+
+        Raises:
+            StudyError: it is another quantity, or a posture has no derivatives.
+            UnknownName, SceneError: as for `delta_v`.
+        """
+        key, _, place = quantity.partition("@")
+        if key not in GRADIENTS or not place:
+            raise StudyError(f'maps have no gradient of "{quantity}"; valid are ' + ", ".join(f"{key}@PLACE" for key in GRADIENTS))
+        change = self.derivatives_at(place)
+        if key == "most_severe":
+            left, s, right = np.linalg.svd(self.at(place))
+            slope = np.einsum("ni,nijk,nj->nk", left[..., 0], change, right[:, 0])
+            return np.asarray(np.where(s[:, :1] - s[:, 1:2] > 1e-9 * s[:, :1], slope, np.nan))
+        v = self._strike(strike)
+        along = np.einsum("nijk,nj->nik", change, np.broadcast_to(v, (len(change), 3)))
+        if key == "delta_v":
+            return np.asarray(along)
+        with np.errstate(invalid="ignore", divide="ignore"):
+            jump = self.delta_v(place, v)
+            unit = jump / np.linalg.norm(jump, axis=-1, keepdims=True)
+            return np.asarray(np.einsum("ni,nik->nk", unit, along) / np.linalg.norm(v, axis=-1, keepdims=True))
+
+    def worst(self, place: str | int, strikes: Array | Sequence[Sequence[float]]) -> WorstStrike:
+        """The worst shock of a point over some strikes, with its gradient where the maps have derivatives.
+
+        Args:
+            place: as for `at`.
+            strikes: (S, 3) velocities of the robot before the impact, world axes [m/s].
+
+        Raises:
+            ShockError: as for `gradient`.
+        """
+        every = np.asarray(strikes, dtype=float)
+        if every.ndim != 2 or every.shape[1] != 3 or not len(every):
+            raise SceneError(f"strikes have shape {every.shape}; give rows of three numbers, (S, 3), of at least one strike")
+        shocks = np.stack([self.shock(place, strike) for strike in every], axis=1)
+        k = shocks.argmax(axis=1)
+        slope = None if self.derivatives is None else self.gradient(f"shock@{place}", every[k])
+        return WorstStrike(shocks.max(axis=1), k, slope)
+
+    def joint_jumps(self, qd: Array | Sequence[float]) -> Array:
+        """Jumps Δq̇ (N, nv) of all joint velocities, the base's included, for whatever velocity before the impact.
+
+        Args:
+            qd: (nv,) or (N, nv) velocities before the impact, Pinocchio's layout [rad/s, m/s].
+
+        Raises:
+            SceneError: qd has another shape, or a contact has a velocity of its own.
+        """
+        return self._after(qd)[0]
+
+    def impulse(self, qd: Array | Sequence[float]) -> Array:
+        """Impulses (N, c, 3) of the ground on the robot at the contacts, then the standing feet, world axes [N s].
+
+        NaN where contact or closure rows depend on one another, so that the impulse is not determined. Args and errors: as for
+        `joint_jumps`.
+        """
+        return self._after(qd)[1]
+
+    def _after(self, qd: Array | Sequence[float]) -> tuple[Array, Array]:
+        """Δq̇ (N, nv) and the impulses (N, c, 3), solved again for other speeds."""
+        landing, nv, n = self.landing, self.robot.model.nv, len(self.Q)
+        rates = np.asarray(qd, dtype=float)
+        if rates.shape not in ((nv,), (n, nv)):
+            raise SceneError(f"qd has shape {rates.shape}; give velocities of shape ({nv},), or ({n}, {nv}) with one row a posture")
+        if any(contact.velocity is not None for contact in landing.contacts):
+            raise SceneError("a contact has a velocity of its own, which is no joint velocity; leave it out of the scene")
+        rates, jumps, impulses = np.broadcast_to(rates, (n, nv)), np.empty((n, nv)), list[Array]()
+        with one_thread(nv):
+            for k in range(0, n, CHUNK):
+                own = slice(k, k + CHUNK)
+                state = dynamics(self.robot, self.Q[own], landing.joint_model.armature)
+                equation = landing.equation(state, own=False)
+                equation = equation._replace(b=speeds_undone(state, equation.blocks, rates[own]))
+                most = landing.most_independent(state, equation.blocks)
+                solution = solve_impact(
+                    equation.inertia, equation.J_c, equation.b, equation.terms, equation.tolerance, most
+                )  # Eq. 4
+                jumps[own] = equation.full(solution.delta_qd)[..., 0]
+                impulses.append(_impulses(landing, equation, solution))
+        return jumps, np.concatenate(impulses)
+
+    def _where(self, place: str | int, point: Array | None) -> tuple[int, Array]:
+        if isinstance(place, str):
+            where = point_place(self.robot, point_at(self.robot, place))
+            return where.body, where.r
+        return place, np.zeros(3) if point is None else np.asarray(point)
+
+    def _strike(self, strike: Array | Sequence[float] | None) -> Array:
+        if strike is not None:
+            return np.asarray(strike, dtype=float)
+        if not self.landing.translates:
+            raise SceneError(
+                "before the impact the robot also rotates, or joints or contacts move on their own, so its strike is no single "
+                "velocity; give the strike, or joint_jumps the joint velocities"
+            )
+        return self.landing.before.velocity
+
+
+def _impulses(landing: Landing, equation: Equation, solution: Solution) -> Array:
+    """Impulses (N, c, 3) at the contacts and standing feet, world axes; NaN where they are not determined."""
+    parts = []
+    blocks = equation.blocks[: len(landing.contacts) + len(landing.stance)]
+    for block, rows in zip(blocks, slices_of(blocks), strict=True):
+        forces = slice(rows.start, rows.start + len(block.forces))
+        parts.append((solution.impulse[:, None, forces, 0] @ block_axes(equation.state, block)[:, : len(block.forces)])[:, 0])
+        for k, choice in solution.choices.items():
+            if not choice.unique[forces].all():
+                parts[-1][k] = np.nan
+    return np.stack(parts, axis=1)
