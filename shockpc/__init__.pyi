@@ -1,3 +1,4 @@
+from .evaluation.cost import ShockCost as ShockCost
 from .evaluation.table import Table as Table
 from .landing.landing import Landing as Landing
 from .landing.landing import PosedLanding as PosedLanding
@@ -34,6 +35,7 @@ from .studies.batch import batch as batch
 from .studies.check.study import check_budgets as check_budgets
 from .studies.compare import Design as Design
 from .studies.compare import compare as compare
+from .studies.improve import improve as improve
 from .studies.landings import landings as landings
 from .studies.limits import limits as limits
 from .studies.place.study import PlaceStudy as PlaceStudy

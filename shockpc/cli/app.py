@@ -23,6 +23,7 @@ GROUPS = {
     },
     "Decide": {
         "compare": "Compare the shock of designs, or of a design's changes.",
+        "improve": "Find the posture, strike or design with the least shock.",
         "limits": "Find joint angles that keep a number below or above a bound.",
         "place": "Find where on a body a sensor sees least shock.",
         "sensitivity": "Rank masses, inertias and angles by their effect on a number.",

@@ -7,6 +7,7 @@ from typing import Any, Literal, TypeAlias
 
 import numpy as np
 
+from shockpc.core.memo import memoized
 from shockpc.core.spatial import Array
 from shockpc.landing.contact import landing_frames
 from shockpc.landing.posture import settable_joints
@@ -118,7 +119,12 @@ class Variation:
 
     def joints(self, robot: Robot) -> tuple[Joint, ...]:
         """The joints that a joint's variation sets: what follows another joint is not among them."""
-        return settable_joints(robot, self.target, StudyError)
+        return _settable(robot, self.target)
+
+
+@memoized()
+def _settable(robot: Robot, pattern: str) -> tuple[Joint, ...]:
+    return settable_joints(robot, pattern, StudyError)
 
 
 Vary: TypeAlias = Mapping[str, Any] | Iterable[tuple[str, Any]]

@@ -247,6 +247,11 @@ def held_joints(robot: Robot, posture: Posture, movable: tuple[str, ...]) -> np.
     return held
 
 
+def difference(robot: Robot, Q: Array, other: Array) -> Array:
+    """The displacements (n, nv), tangent of q, that lead from configurations Q (n, nq) to others."""
+    return np.array([pin.difference(robot.model, *pair) for pair in zip(Q, other, strict=True)])
+
+
 def displaced(robot: Robot, q: Array, steps: Array) -> Array:
     """The configurations (n, nq) that are reached from one by joint velocities over a time of one.
 

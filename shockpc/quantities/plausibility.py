@@ -64,12 +64,16 @@ class Levels(NamedTuple):
     tolerance: float
 
     @property
-    def depth(self) -> Array:
-        """How far (N,) other links reach below the lowest contact, 0 where they do not; NaN without geometry."""
+    def clearance(self) -> Array:
+        """Height (N,) of the lowest of the other links above the lowest contact, below zero under it; NaN without geometry."""
         if not self.others.size:
             return np.full(len(self.contacts), np.nan)
-        lowest = self.surface[:, self.others].min(axis=1, initial=np.inf)
-        return np.asarray(np.maximum(self.contacts.min(axis=1) - lowest, 0.0))
+        return np.asarray(self.surface[:, self.others].min(axis=1, initial=np.inf) - self.contacts.min(axis=1))
+
+    @property
+    def depth(self) -> Array:
+        """How far (N,) other links reach below the lowest contact, 0 where they do not; NaN without geometry."""
+        return np.maximum(-self.clearance, 0.0)
 
     @property
     def below(self) -> np.ndarray:
@@ -77,9 +81,14 @@ class Levels(NamedTuple):
         return np.asarray(self.depth > self.tolerance)
 
     @property
+    def spread(self) -> Array:
+        """Difference in height (N,) of the contacts and standing feet."""
+        return np.asarray(np.ptp(self.contacts, axis=1))
+
+    @property
     def uneven(self) -> np.ndarray:
         """Whether (N,) the contacts and standing feet differ so much in height that flat ground cannot touch all of them."""
-        return np.asarray(np.ptp(self.contacts, axis=1) > self.tolerance)
+        return np.asarray(self.spread > self.tolerance)
 
 
 def on_ground(landing: Landing) -> list[int]:

@@ -66,11 +66,11 @@ def _extreme(part: str) -> Callable[[Impact, Places], Array]:
 
 
 DELTA_V = Quantity("delta_v", "point", "Δv, axes of the frame", "m/s", "greater", _delta_v, largest_jump, vector=True,
-    also=("friction", "stiffness"))  # fmt: skip
+    also=("friction", "stiffness"), linear=True)  # fmt: skip
 MOST_SEVERE = Quantity("most_severe", "point", "shock of the most severe strike", "1", "greater", _extreme("most_severe_shock"),
     path="most_severe.shock")  # fmt: skip
 SHOCK = Quantity("shock", "point", "shock", "1", "greater", shock, largest_shock, most_severe=MOST_SEVERE,
-    also=("friction", "stiffness"))  # fmt: skip
+    also=("friction", "stiffness"), length_of=DELTA_V)  # fmt: skip
 AT_CENTRE = (
     Quantity("most_severe_direction", "point", "most severe strike, world axes", "1", "neither", _extreme("most_severe"),
         vector=True, path="most_severe.direction"),
@@ -80,7 +80,7 @@ AT_CENTRE = (
     Quantity("least_severe", "point", "shock of the least severe strike", "1", "greater", _extreme("least_severe_shock"),
         path="least_severe.shock"),
     Quantity("peak_g", "point", "peak acceleration", "g", "greater", _peak, missing="the scene gives no pulse",
-        lacks=lambda landing: NEEDS_PULSE if landing.pulse is None else "", also=("friction",)),
+        lacks=lambda landing: NEEDS_PULSE if landing.pulse is None else "", also=("friction",), length_of=DELTA_V),
 )  # fmt: skip
 """What bodies have too, at their centres of mass."""
 

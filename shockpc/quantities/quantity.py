@@ -48,6 +48,8 @@ class Quantity(NamedTuple):
         also: for what else it exists: the impact with friction, and the jumps on contacts of finite stiffness.
         path: where it stands in the document of its place, by default under its key; None if it has no place of its own there.
         flag: whether it is 1 or 0, which documents write as true or false.
+        linear: whether it is linear in the jumps and impulses, by coefficients that do not change with the posture or the strike.
+        length_of: a quantity of that kind of which it is the length, but for a factor that does not change with them either.
     """
 
     key: str
@@ -75,6 +77,8 @@ class Quantity(NamedTuple):
     also: tuple[Literal["friction", "stiffness"], ...] = ()
     path: str | None = ""
     flag: bool = False
+    linear: bool = False
+    length_of: "Quantity | None" = None
 
     def per_landing(self, scene: Scene) -> bool:
         """Whether it is computed in one posture at a time, for a landing of a scene."""

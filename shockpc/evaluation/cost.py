@@ -1,0 +1,441 @@
+"""The worst of a number over some landings as a function of what may vary, with its gradient and with constraints.
+
+The rows are what an optimiser asks for; the engine computes them as those of any other study.
+"""
+
+import math
+import re
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass, field, replace
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from shockpc.core.spatial import Array, freeze
+from shockpc.evaluation.columns import Column, selected
+from shockpc.evaluation.evaluate import Evaluation
+from shockpc.evaluation.gradients import has_gradient, slopes
+from shockpc.evaluation.landings import Part
+from shockpc.evaluation.variation import ATTITUDE, OF_THE_SCENE, OFFSET, Variation, pairs
+from shockpc.evaluation.varied import VariedLandings, varied_landings
+from shockpc.landing.landing import PosedLanding, resolve
+from shockpc.landing.places import Place
+from shockpc.landing.posture import difference
+from shockpc.landing.rows import block_point
+from shockpc.landing.scene import Scene, Strike
+from shockpc.landing.scene_file import robot_of
+from shockpc.profile import shock_profile
+from shockpc.quantities.contacts import IMPULSE
+from shockpc.quantities.plausibility import levels, on_ground
+from shockpc.quantities.quantity import Quantity
+from shockpc.quantities.table import Selection
+from shockpc.robot.changes import links_with_mass
+from shockpc.robot.geometry import body_outline
+from shockpc.robot.robot import Robot
+from shockpc.text.errors import StudyError
+
+TRUSTED = 1e10
+"""Condition up to which rows are left in double precision; what is found is proven afterwards."""
+
+STEP = 1e-5
+"""Step of a difference, as a share of the range of what varies."""
+
+FAR = 0.05
+"""Slack of a constraint from which it is far from being missed, as a share of its scale."""
+
+SLACK = 1e-7
+"""By how much a constraint may be missed, as a share of its scale."""
+
+
+def _heights(impact: Any) -> Any:
+    points = np.stack([block_point(impact.state, impact.blocks[k]) for k in on_ground(impact.landing)], axis=1)
+    return levels(impact.landing, impact.state.rotation, impact.state.position, points)
+
+
+def _pushed(impact: Any, places: Sequence[Place]) -> Array:
+    normals = np.array([impact.blocks[place.number].normal for place in places])
+    return np.asarray(np.sum(IMPULSE.compute(impact, places) * normals, axis=-1))
+
+
+def _clearance(impact: Any, places: Sequence[Place]) -> Array:
+    """Heights (N, 1, n) of bodies above the lowest contact, without what strikes; infinite of one that is far above it."""
+    here, body = _heights(impact), np.array([i for i, own in enumerate(body_outline(impact.landing.robot).shapes) for _ in own])
+    lowest = [here.surface[:, here.others & (body == place.body)].min(axis=1, initial=np.inf) for place in places]
+    return np.asarray((np.stack(lowest, axis=1) - here.contacts.min(axis=1, keepdims=True))[:, None])
+
+
+PUSH = Quantity("push", "contact", "impulse with which the ground pushes", "N s", "neither", _pushed, linear=True)
+CLEARANCE = Quantity("clearance", "body", "height above the lowest contact", "m", "neither", _clearance)
+SPREAD = Quantity("spread", "robot", "difference in height", "m", "neither", lambda i, _: _heights(i).spread[:, None, None])
+"""What `feasible` decides by, as numbers that a constraint can follow: they have either sign."""
+
+
+@dataclass(frozen=True, eq=False)
+class ChosenLandings(VariedLandings):
+    """Landings with given values of what varies, each struck as in several scenes that differ in this alone.
+
+    Attributes:
+        X: (m, n) values, in the order of the variations.
+        scenes: the S scenes.
+        names: of these landings.
+        velocities: (S, 3) of the robot before the impact in each, world axes [m/s].
+    """
+
+    X: Array = field(default_factory=lambda: np.zeros((0, 0)), repr=False)
+    scenes: tuple[Scene, ...] = ()
+    names: tuple[str, ...] = ()
+    velocities: Array = field(default_factory=lambda: np.zeros((0, 3)), repr=False)
+
+    def at(self, X: Array) -> "ChosenLandings":
+        """The same landings with other values, what they share resolved already."""
+        other = replace(self, X=X, sample=len(X))
+        vars(other)["first"] = self.first
+        return other
+
+    @property
+    def strikes(self) -> int:
+        """Number of scenes."""
+        return len(self.scenes)
+
+    def _values(self, k: int) -> dict[Variation, np.ndarray]:
+        a, b = self.parts[k]
+        return {varied: self.X[a:b, j, None] for j, varied in enumerate(self.variations)}
+
+    def _landings(self, values: Any, m: int) -> Any:
+        if self.separate or any(varied.stage == 0 for varied in values):
+            return super()._landings(values, m)
+        return iter([(np.arange(m), self.first)])
+
+    def _strikes(self, landing: PosedLanding, values: Any, own: np.ndarray) -> Array:
+        if self.strikes == 1:
+            return super()._strikes(landing, values, own) if landing.scene.strike.velocity is None else self.velocities[None]
+        return np.broadcast_to(self.velocities, (len(own), self.strikes, 3))
+
+    def part(self, k: int, own: None) -> Part:
+        """As of any varied landings, with the proof of a row that needs one in the scene of its strike."""
+        return super().part(k, own)._replace(profile=lambda i: shock_profile(*self.struck(k, i)))
+
+    def resolved(self) -> tuple[Array, Array]:
+        """Configurations (m, nq) and strikes (m, S, 3) of all rows, which are of one landing."""
+        values, own = self._values(0), np.arange(len(self.X))
+        strikes = self._strikes(self.first, values, own)
+        return self._postures(self.first, values, own), np.broadcast_to(strikes, (len(own), self.strikes, 3))
+
+    def struck(self, k: int, i: int) -> "tuple[Scene, Robot]":
+        """Scene and robot of a row of a part."""
+        scene, robot = self._case(dict(zip(self.variations, self.X[self.parts[k][0] + i // self.strikes].tolist(), strict=True)))
+        return (scene if self.strikes == 1 else replace(scene, strike=self.scenes[i % self.strikes].strike)), robot
+
+
+class Term(NamedTuple):
+    """A number of a landing that counts.
+
+    Attributes:
+        column: the number.
+        landing: name of the landing.
+        group: index of the landings that it is computed with.
+        strike: its index among these.
+        role: index of the quantity of which it is a value; −1 of a constraint.
+        limit: of a constraint; None of others.
+        sign: 1 of an upper limit, −1 of a lower one.
+        scale: of a constraint [its unit].
+    """
+
+    column: Column
+    landing: str
+    group: int
+    strike: int
+    role: int
+    limit: float = 0.0
+    sign: float = 1.0
+    scale: float = 1.0
+
+    @property
+    def text(self) -> str:
+        """Of a constraint, as it is typed, or what the ground does."""
+        ground = {
+            "push": f"the ground does not pull {self.column.place.name}",
+            "clearance": f"{self.column.place.name} is not below the contact",
+            "spread": "flat ground touches all contacts",
+        }
+        key = self.column.selection.name
+        return ground.get(key, f"{self.column.name} {'<=' if self.sign > 0.0 else '>='} {self.limit:g}")
+
+    def measure(self, v: Array) -> tuple[Array, Array]:
+        """What an optimiser takes for values v, smooth and less where that is better, or at least zero where it holds; and d/dv."""
+        entry = self.column.selection.quantity
+        if self.role < 0:
+            size, turn = (np.abs(v), np.sign(v)) if self.column.selection.signed else (v, np.ones_like(v))
+            held = np.clip((self.limit - size) * self.sign / self.scale, -1e3, 1e3)
+            return np.where(np.isnan(v), 1.0, held), -np.nan_to_num(turn) * self.sign / self.scale
+        with np.errstate(divide="ignore", invalid="ignore"):
+            if entry.reciprocal:  # of an infinite radius of percussion the shock per metre is zero
+                return v**-2.0, -2.0 * v**-3.0
+            if entry.worse == "less":
+                return -v, -np.ones_like(v)
+            return (v, np.ones_like(v)) if entry.worse == "neither" and not entry.signed else (v * v, 2.0 * v)
+
+
+class ShockCost:
+    """The worst of a number over some landings as a function of what may vary, for any optimiser.
+
+        cost = shockpc.ShockCost(scene, "shock@imu_link", [("*_KFE", "-120:-10"), ("base-pitch", "-20:20")])
+        scipy.optimize.minimize(cost, cost.x0, jac=cost.gradient, bounds=cost.bounds)
+
+    Args:
+        scenes: one landing, or landings of one robot by name.
+        quantity: QUANTITY@PLACES; of several places the worst counts. Or several quantities: then those after the first are what
+            `values` gives too.
+        variables: ranges by subject, as in `variation`: {"*_KFE": "-120:-10", "mass:base": "0.8x:1.2x"}, or pairs of both.
+        robot: the scenes' robot, if it is loaded already.
+        keep: constraints, QUANTITY@PLACES<=LIMIT or >=LIMIT; of a number that may be negative its magnitude counts.
+        ground: whether flat ground has to allow the landings, as `feasible` says.
+
+    Attributes:
+        names: headings of the variables, with their units.
+        bounds: (n, 2) least and greatest value of each, in these units.
+        x0: (n,) present values, within the bounds.
+
+    Raises:
+        ShockError: a name is not known, a range does not fit or is missing, or a landing cannot be resolved.
+    """
+
+    def __init__(
+        self,
+        scenes: Scene | Mapping[str, Scene],
+        quantity: str | Sequence[str],
+        variables: Mapping[str, Any] | Iterable[tuple[str, Any]],
+        robot: Robot | None = None,
+        *,
+        keep: Sequence[str] = (),
+        ground: bool = True,
+    ) -> None:
+        self.scenes = {"": scenes} if isinstance(scenes, Scene) else dict(scenes)
+        self.quantities = (quantity,) if isinstance(quantity, str) else tuple(quantity)
+        if not self.scenes:
+            raise StudyError("no landing is given; give at least one scene")
+        self.robot = robot or robot_of(next(iter(self.scenes.values())))
+        landings = {name: resolve(scene, self.robot) for name, scene in self.scenes.items()}
+        first = next(iter(landings.values()))
+        varied = varied_landings(first.scene, pairs(variables), robot=self.robot, sample=1, keep_joints=True)
+        self.variations = varied.variations
+        self.names = tuple(one.column for one in self.variations)
+        self.bounds = np.array([_bounds(one) for one in self.variations])
+        self.x0 = np.array([np.clip(_present(one, first), *span) for one, span in zip(self.variations, self.bounds, strict=True)])
+        freeze(self.bounds, self.x0)
+        self.groups = _groups(varied, landings)
+        self.terms = tuple(
+            term for g, group in enumerate(self.groups) for term in self._terms(g, group.first, group.names, keep, ground)
+        )
+        if not any(term.role >= 0 for term in self.terms):
+            raise StudyError(f'"{self.quantities[0]}" has no place in these landings; name one')
+        posture_alone = all(one.kind == "joint" or one.kind in (*ATTITUDE, "strike-angle") for one in self.variations)
+        dropped = any(scene.strike.drop_height is not None for scene in self.scenes.values())
+        self._exact = posture_alone and not first.loops and not (dropped and "strike-angle" in self.names)
+        self._rates = dict[tuple[str, ...], tuple[Array, Array]]()
+        self._known: tuple[bytes, Array] = b"", np.zeros(0)
+
+    def __call__(self, x: Array) -> float:
+        """The worst value over the landings at (n,) values: of one that is better the greater it is, its negative or reciprocal."""
+        worst = float(self.measures(np.asarray(x, dtype=float)[None])[0].max())
+        return math.sqrt(worst) if self._squared else worst
+
+    def gradient(self, x: Array) -> Array:
+        """The derivatives (n,) of the worst value: where two landings are the worst, those of one of them."""
+        x = np.asarray(x, dtype=float)
+        measures = self.measures(x[None])[0]
+        k = int(measures.argmax())
+        slope = self.slopes(x)[[i for i, term in enumerate(self.terms) if term.role == 0][k]]
+        return np.asarray(slope / (2.0 * math.sqrt(measures[k])) if self._squared and measures[k] > 0.0 else slope)
+
+    def feasible(self, x: Array) -> bool:
+        """Whether the landings at (n,) values exist, flat ground allows them, and all constraints hold."""
+        x = np.asarray(x, dtype=float)[None]
+        return bool(np.isfinite(self.measures(x)).all() and self.held(x).all())
+
+    def cases(self, x: Array) -> dict[str, tuple[Scene, Robot]]:
+        """Scene and robot of each landing at (n,) values, by name."""
+        rows = [group.at(np.asarray(x, dtype=float)[None]) for group in self.groups]
+        found = {name: own.struck(0, s) for own in rows for s, name in enumerate(own.names)}
+        return {name: found[name] for name in self.scenes}
+
+    def scene(self, x: Array) -> Scene:
+        """The scene at (n,) values, of several landings the first. What changes the robot itself is not in it: see `cases`."""
+        return next(iter(self.cases(x).values()))[0]
+
+    def measures(self, X: Array, role: int = 0) -> Array:
+        """What an optimiser takes for a quantity (m, J), as `Term.measure`, at (m, n) values; infinite without a landing."""
+        own = [k for k, term in enumerate(self.terms) if term.role == role]
+        return np.stack(
+            [np.nan_to_num(self.terms[k].measure(v)[0], nan=np.inf) for k, v in zip(own, self.numbers(X).T[own], strict=True)], 1
+        )
+
+    def slack(self, X: Array) -> Array:
+        """How far (m, C) the constraints are from being missed, as shares of their scales."""
+        own = [k for k, term in enumerate(self.terms) if term.role < 0]
+        numbers = self.numbers(X)
+        return np.stack([self.terms[k].measure(numbers[:, k])[0] for k in own], axis=1) if own else np.zeros((len(X), 0))
+
+    def held(self, X: Array) -> np.ndarray:
+        """Whether (m, C) constraints hold."""
+        return np.asarray(self.slack(X) >= -SLACK)
+
+    def numbers(self, X: Array) -> Array:
+        """The values (m, K) of all terms, at (m, n) values; NaN where there is none."""
+        X = np.ascontiguousarray(X, dtype=float)
+        if X.tobytes() != self._known[0]:
+            self._known = X.tobytes(), self._computed(X, [True] * len(self.terms))
+        return self._known[1]
+
+    def slopes(self, x: Array) -> Array:
+        """The derivatives (K, n) of the measures of all terms at (n,) values: exact where there are formulas, else differences.
+
+        Those of constraints that are far from being missed, and have no formula, are zero.
+        """
+        x = np.asarray(x, dtype=float)
+        measured = [term.measure(v) for term, v in zip(self.terms, self.numbers(x[None])[0], strict=True)]
+        exact = [self._exact and has_gradient(self.groups[term.group].first, term.column) for term in self.terms]
+        far = [term.role < 0 and float(value) > FAR for term, (value, _) in zip(self.terms, measured, strict=True)]
+        out, n, h = np.zeros((len(exact), len(x))), len(x), STEP * np.ptp(self.bounds, axis=1)
+        differed = [not (known or needless) for known, needless in zip(exact, far, strict=True)]
+        if any(differed):
+            beside = self._computed(np.concatenate([x + np.diag(h), x - np.diag(h)]), differed)
+            out = ((beside[:n] - beside[n:]) / (2.0 * h[:, None])).T
+        for g, group in enumerate(self.groups):
+            own = [k for k, term in enumerate(self.terms) if term.group == g and exact[k]]
+            if own:
+                found = self._exact_slopes(group, x, list({(c := self.terms[k].column).name: c for k in own}.values()))
+                for k in own:
+                    out[k] = found[self.terms[k].column.name][self.terms[k].strike]
+        factors = np.array([float(factor) for _, factor in measured])
+        return np.asarray(np.nan_to_num(out * factors[:, None], nan=0.0, posinf=0.0, neginf=0.0))
+
+    def _exact_slopes(self, group: ChosenLandings, x: Array, wanted: list[Column]) -> dict[str, Array]:
+        """Derivatives of numbers (S, n) by name; how posture and strike change is a difference, of angles an exact one."""
+        h, n = STEP * np.ptp(self.bounds, axis=1), len(x)
+        q, strikes = group.at(x[None]).resolved()
+        if group.names not in self._rates or not all(one.kind == "joint" for one in self.variations):
+            Q, turned = group.at(np.concatenate([x + np.diag(h), x - np.diag(h)])).resolved()
+            rates = difference(self.robot, Q[n:], Q[:n]) / (2.0 * h[:, None])
+            self._rates[group.names] = rates, (turned[:n] - turned[n:]) / (2.0 * h[:, None, None])
+        return slopes(group.first, q[0], strikes[0], *self._rates[group.names], wanted)
+
+    def _computed(self, X: Array, chosen: Sequence[bool]) -> Array:
+        out = np.full((len(X), len(self.terms)), np.nan)
+        for g, group in enumerate(self.groups):
+            own = {k: term for k, term in enumerate(self.terms) if term.group == g and chosen[k]}
+            columns = tuple({term.column.name: term.column for term in own.values()}.values())
+            if columns:
+                table = Evaluation(group.at(X), columns, prove=0, trusted=TRUSTED).table()
+                for k, term in own.items():
+                    out[:, k] = table.columns[term.column.name].reshape(len(X), -1)[:, term.strike]
+        return out
+
+    @property
+    def _squared(self) -> bool:
+        entry = next(term for term in self.terms if term.role == 0).column.selection.quantity
+        return bool(entry.reciprocal) or not (entry.worse == "less" or (entry.worse == "neither" and not entry.signed))
+
+    def _terms(self, g: int, landing: PosedLanding, names: Sequence[str], keep: Sequence[str], ground: bool) -> Iterable[Term]:
+        wanted: list[tuple[Column, dict[str, Any]]] = []
+        for role, text in enumerate(self.quantities):
+            wanted += [(column, {"role": role}) for column in _columns(landing, text)]
+        for text in keep:
+            parts = re.fullmatch(r"(.+?)\s*([<>]=?)\s*([-+0-9.eE]+)", text.strip())
+            try:
+                quantity, sense, limit = parts.groups() if parts else ("", "", "")
+                number = float(limit)
+            except ValueError:
+                raise StudyError(f'"{text}" is not QUANTITY@PLACES<=LIMIT or >=LIMIT, such as joint_impulse@*_KFE<=2') from None
+            how = {"role": -1, "limit": number, "sign": 1.0 if sense[0] == "<" else -1.0, "scale": abs(number) or 1.0}
+            wanted += [(column, how) for column in _columns(landing, quantity)]
+        whole = landing.places("robot")[0]
+        if ground and landing.scene.friction is None:
+            size = self.robot.mass * landing.fastest_approach
+            wanted += [
+                (Column(Selection("push", PUSH), place), {"role": -1, "sign": -1.0, "scale": size})
+                for place in landing.contact_places
+            ]
+        if ground and on_ground(landing) and landing.base != "fixed":
+            how = {"role": -1, "limit": -landing.scene.ground_tolerance, "sign": -1.0, "scale": landing.length}
+            wanted += [(Column(Selection("clearance", CLEARANCE), place), how) for place in landing.places("body")]
+        if ground and len(on_ground(landing)) > 1:
+            limit = {"limit": landing.scene.ground_tolerance, "scale": landing.length}
+            wanted.append((Column(Selection("spread", SPREAD), whole), {"role": -1} | limit))
+        # Heights do not depend on the strike.
+        return [
+            Term(column, name, g, s, **how)
+            for column, how in wanted
+            for s, name in enumerate(names)
+            if s == 0 or column.selection.quantity not in (CLEARANCE, SPREAD)
+        ]
+
+
+def _groups(varied: VariedLandings, landings: Mapping[str, PosedLanding]) -> tuple[ChosenLandings, ...]:
+    """The landings, those together that differ in the velocity of the strike alone, unless that varies."""
+    apart = any(one.stage == 2 for one in varied.variations)
+    together = list[dict[str, PosedLanding]]()
+    for name, landing in landings.items():
+        others = (own for own in together if not apart and _unstruck(next(iter(own.values()))) == _unstruck(landing))
+        own = next(others, None)
+        if own is None:
+            together.append(own := {})
+        own[name] = landing
+    made = []
+    for own in together:
+        scenes = tuple(landing.scene for landing in own.values())
+        velocities = np.array([landing.before.velocity for landing in own.values()])
+        made.append(
+            ChosenLandings(
+                scenes[0], varied.robot, varied.variations, 1, scenes=scenes, names=tuple(own), velocities=velocities
+            ).at(np.zeros((1, len(varied.variations))))
+        )
+    return tuple(made)
+
+
+def _unstruck(landing: PosedLanding) -> Scene:
+    strike = landing.scene.strike
+    return replace(landing.scene, strike=Strike(angular_velocity=strike.angular_velocity, joint_velocities=strike.joint_velocities))
+
+
+def _columns(landing: PosedLanding, text: str) -> list[Column]:
+    """The numbers that a text means, one for each place.
+
+    Raises:
+        ShockError: as for `selected`; or it is computed in one posture at a time.
+    """
+    selection, places = selected(landing, text)
+    entry = selection.quantity
+    if entry.on != "scene" or entry.role == "feasible" or entry.per_landing(landing.scene):
+        raise StudyError(f"{selection.name} ({entry.title}) cannot be followed here: it is computed in one posture at a time")
+    return [Column(selection, place) for place in places]
+
+
+def _bounds(varied: Variation) -> tuple[float, float]:
+    """Least and greatest value of what varies.
+
+    Raises:
+        StudyError: there is no range between them.
+    """
+    values = varied.span or tuple(value for value in varied.values if isinstance(value, float))
+    if not values or not min(values) < max(values):
+        raise StudyError(f"{varied.subject} has no range; give one, such as {varied.subject}=LOW:HIGH")
+    return min(values), max(values)
+
+
+def _present(varied: Variation, landing: PosedLanding) -> float:
+    """The present value of what varies, in its unit; the middle of its range where there is no single one."""
+    scene, robot, kind = landing.scene, landing.robot, varied.kind
+    if varied.factor or kind.startswith("com-"):
+        return 1.0 if varied.factor else 0.0
+    if kind == "joint":
+        angle = varied.joints(robot)[0].value(landing.q)
+        return math.degrees(angle) if varied.unit == "deg" else angle
+    known: dict[str, Any] = dict(zip(ATTITUDE, scene.posture.base_rpy_deg or (0.0, 0.0, 0.0), strict=True))
+    known |= dict(zip(OFFSET, scene.contact[0].offset, strict=True))
+    known |= {"strike-angle": math.degrees(landing.strike_angle), "speed": float(np.linalg.norm(landing.before.velocity))}
+    known |= {name: getattr(scene, field_) for name, field_ in OF_THE_SCENE.items()}
+    if kind == "mass":
+        known[kind] = sum(links_with_mass(robot, varied.target).values())
+    value = known.get(kind)
+    return float(np.mean(_bounds(varied))) if value is None else float(value)

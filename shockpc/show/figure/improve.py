@@ -1,0 +1,59 @@
+"""An optimum as figures: the worst landing as given and at the optimum, the target over the steps of the runs; and a front."""
+
+import numpy as np
+from matplotlib.figure import Figure
+
+from shockpc.show.figure.landing import draw_picture
+from shockpc.show.figure.layout import LEFT, Page
+from shockpc.show.figure.style import CURVES, INK, new_chart
+from shockpc.show.figure.view import view_of, windows_of
+from shockpc.studies.improve import Improvement
+from shockpc.text.printed import printable
+
+GAP, FOOT, CHART = 0.25, 0.95, 2.7
+"""Between panels, under the pictures, and width of the chart [inches]."""
+
+
+def draw_improvement(study: Improvement) -> Figure:
+    """Draw both silhouettes with their shock, and the runs."""
+    profiles = study.before[study.worst], study.after[study.worst]
+    views = [view_of(profile) for profile in profiles]
+    windows = windows_of(views, (0.1, 0.1), (6.6, 3.4), (1.6, 1.6), arrow=0.45)
+    width = sum(window.sides[0] + GAP for window in windows)
+    x, tall = LEFT + width + 0.75, max(max(window.sides[1] for window in windows) + FOOT + 0.3, 2.9)
+    (before, after), target = study.values[0], printable(study.cost.quantities[0], 60)
+    page = Page(
+        x + CHART,
+        tall,
+        [f"{target}: {before:.3g} as given, {after:.3g} at the optimum", printable(study.worst, 100) or "one landing"],
+    )
+    at = LEFT
+    for k, (view, window, name) in enumerate(zip(views, windows, ("as given", "optimum"), strict=True)):
+        draw_picture(page, at, page.low + FOOT + 0.3, view, window, left=k == 0)
+        page.write(at + window.sides[0] / 2.0, page.low + FOOT - 0.1, name, 8.5, fontweight="bold", ha="center")
+        at += window.sides[0] + GAP
+    page.bar(LEFT, width - GAP)
+    axes, offset = page.axes(x, page.low + 0.75, CHART - 0.1, tall - 1.25), 0
+    best = int(np.argmin(study.ends))
+    for k, run in enumerate(study.runs):
+        # The constraints may not hold at a step between others.
+        held = np.flatnonzero(np.isfinite(run))
+        colour = INK if k == best else CURVES[k % len(CURVES)]
+        axes.plot(held, run[held], color=colour, linewidth=1.6 if k == best else 0.9, marker=".", markersize=2.5)
+        offset = max(offset, len(run))
+    known = np.concatenate([run[np.isfinite(run)] for run in study.runs])
+    if known.size and known.min() > 0.0 and known.max() > 20.0 * known.min():
+        axes.set_yscale("log")
+    axes.set(xlabel="step of a run (the best in black)", ylabel=target)
+    return page.figure
+
+
+def draw_front(study: Improvement) -> Figure:
+    """Draw the front of two numbers, with the landings as given."""
+    figure = new_chart(5.0, 3.6, "What one number costs in the other")
+    axes, points = figure.add_subplot(), np.array([point.values for point in study.front])
+    axes.plot(*points.T, color=CURVES[0], marker="o", markersize=4.0, linewidth=1.2, label="front")
+    axes.plot(study.values[0][0], study.values[1][0], color=INK, marker="s", linestyle="none", label="as given")
+    axes.set(xlabel=printable(study.cost.quantities[0], 60), ylabel=printable(study.cost.quantities[1], 60))
+    axes.legend()
+    return figure

@@ -1,0 +1,100 @@
+"""An optimum: what it gains, what holds it there, what each variable does, and how the worst landing changes."""
+
+import math
+from typing import Any
+
+import numpy as np
+
+from shockpc.evaluation.variation import OF_A_LINK
+from shockpc.show.document import record
+from shockpc.show.reports.compare import compare_report
+from shockpc.show.reports.report import Picture, Report
+from shockpc.show.tables import Lines, Row, Sheet
+from shockpc.show.wording import count, proof_text, shared_lines, shared_warnings
+from shockpc.studies.improve import Improvement
+from shockpc.text.printed import few
+
+
+def improve_report(study: Improvement) -> Report:
+    """The optimum."""
+    compared = compare_report(study.comparison)
+    picture = Picture(
+        "improve", "the worst landing as given and at the optimum, and the runs", "improve:draw_improvement", (study,)
+    )
+    front = [Picture("front", "the front of two numbers", "improve:draw_front", (study,))] if study.front else []
+    return Report(
+        name="improve",
+        title=f"The least {few(list(study.cost.quantities), 2)}",
+        body=lambda full: [
+            Lines([*shared_lines(study.after), *_lines(study)]),
+            picture,
+            *front,
+            _variables(study),
+            *([_front(study)] if study.front else []),
+            *(part for part in compared.body(full) if not isinstance(part, Picture)),
+        ],
+        closing=compared.closing,
+        warnings=shared_warnings(study.after),
+        sheets={"variables": lambda: _variables(study), **({"front": lambda: _front(study)} if study.front else {})},
+        document=lambda: _document(study),
+        landings={f"as given: {study.worst}": study.before[study.worst], f"optimum: {study.worst}": study.after[study.worst]},
+    )
+
+
+def _number(value: float, unit: str) -> str:
+    return f"{value:.4g} {unit}".removesuffix(" 1")
+
+
+def _lines(study: Improvement) -> list[tuple[str, str]]:
+    """Before and after, what holds the optimum, and how far it can be trusted."""
+    cost, lines = study.cost, list[tuple[str, str]]()
+    for role, (text, (before, after)) in enumerate(zip(cost.quantities, study.values, strict=True)):
+        unit = next(term for term in cost.terms if term.role == role).column.selection.quantity.unit
+        gain = f" ({100.0 * (after / before - 1.0):+.3g} %)" if before and math.isfinite(after / before) else ""
+        over = f", the worst of {count(len(study.after), 'landing')}" if len(study.after) > 1 else ""
+        lines.append((text, f"{_number(before, unit)} → {_number(after, unit)}{gain}{over}"))
+    bounds = [f"{one.name} at its {'least' if one.bound == 'low' else 'greatest'} value" for one in study.variables if one.bound]
+    lines.append(("held by", few([*bounds, *study.held], 6) or "nothing: it lies inside all ranges and constraints"))
+    agree = f"{study.agreeing} of {count(len(study.ends), 'run')} end there"
+    lines.append(("runs", f"{agree}; seed {study.seed}; no proof that nothing better exists"))
+    bound = max(profile.health.error_bound for profile in (*study.before.values(), *study.after.values()))
+    lines.append(("proven", f"both values, {proof_text(bound)}"))
+    return lines
+
+
+def _variables(study: Improvement) -> Sheet:
+    rows: list[Row] = [
+        (one.name, one.before, one.after, {"low": "least", "high": "greatest"}.get(one.bound), one.alone, one.low, one.high)
+        for one in study.variables
+    ]
+    header = ("variable", "as given", "optimum", "at bound", "target if set back", "5 % from", "5 % to")
+    notes = ["5 %: the range of it alone, up to its bounds, in which the target is at most 5 % worse than at the optimum"]
+    if changed := [one.subject for one in study.cost.variations if one.kind in (*OF_A_LINK, "place")]:
+        notes.append(f"{few(changed, 4)}: of the robot itself, and so not in the scene; change it in its file")
+    return Sheet("what each variable does", header, rows, notes)
+
+
+def _front(study: Improvement) -> Sheet:
+    header = (*study.cost.quantities, *study.cost.names)
+    return Sheet("front, in double precision", header, [(*point.values.tolist(), *point.x.tolist()) for point in study.front], [])
+
+
+def _document(study: Improvement) -> dict[str, Any]:
+    """The document, schema `shockpc.improve/1`; variables in the units of their names."""
+    return {
+        "quantities": [
+            {"quantity": text, "before": before, "after": after}
+            for text, (before, after) in zip(study.cost.quantities, study.values, strict=True)
+        ],
+        "worst": study.worst or None,
+        "held": study.held,
+        "variables": [record(one, *one._fields) for one in study.variables],
+        "runs": [np.asarray(run).tolist() for run in study.runs],
+        "agreeing": study.agreeing,
+        "seed": study.seed,
+        "front": [{"values": point.values.tolist(), "x": point.x.tolist()} for point in study.front],
+        "landings": [
+            {"landing": name or None, "before": study.before[name].scene, "after": profile.scene}
+            for name, profile in study.after.items()
+        ],
+    }

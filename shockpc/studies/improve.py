@@ -1,0 +1,337 @@
+"""The posture, strike or design with the least worst value of a number over some landings, within ranges and constraints.
+
+The least of the greatest of many smooth functions f_j(x) is the least t with f_j(x) <= t, a smooth program that SLSQP (Kraft 1988)
+solves from the best of many points of a Sobol sequence. Where two numbers are to be small, one is made small for each of several
+bounds of the other.
+"""
+
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass, field
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from shockpc.core.spatial import Array, read_only
+from shockpc.evaluation.columns import proven_columns
+from shockpc.evaluation.cost import ShockCost, Term
+from shockpc.evaluation.evaluate import profiles
+from shockpc.landing.scene import Scene
+from shockpc.quantities.profile import ShockProfile
+from shockpc.robot.robot import Robot
+from shockpc.studies.compare import STANDARD, Comparison, Design, compare
+from shockpc.text.errors import StudyError
+from shockpc.text.trace import Trace
+
+SAMPLE = 2048
+"""Points that are looked at before the best of them are improved."""
+
+APART = 0.1
+"""Least distance of starts, as a share of the ranges, in the variable in which they differ most."""
+
+COARSE, FINE = (30, 1e-7), (40, 1e-12)
+"""Steps of a run at most, and the change of the objective relative to its value at the start at which it ends: of all, then of the
+best, which is run again from where it ends until that gains nothing more."""
+
+GAIN, AGAIN = 1e-7, 3
+"""Gain of a fine run, as a share of the objective, from which another one follows, and how many do at most."""
+
+HELD = 1e-6
+"""Share of a range, or of a scale, within which a bound or a constraint holds an optimum, and within which landings are as bad."""
+
+FLAT = 0.05
+"""How much worse than the optimum, as a share of it, a value may be that counts as flat."""
+
+FRONT = 9
+"""Points between the ends of a front."""
+
+
+class Flatness(NamedTuple):
+    """What a variable does at the optimum.
+
+    Attributes:
+        name: heading, with its unit.
+        before: its value before, within the bounds.
+        after: its value at the optimum.
+        bound: which bound it is held by; empty if by none.
+        alone: the target if it alone is set back; NaN if there is no such landing.
+        low: least value of it alone with which the target is at most 5 % worse.
+        high: greatest.
+    """
+
+    name: str
+    before: float
+    after: float
+    bound: str
+    alone: float
+    low: float
+    high: float
+
+
+class FrontPoint(NamedTuple):
+    """A point of the front of two numbers: their worst values (2,), in double precision, and the variables (n,)."""
+
+    values: Array
+    x: Array
+
+
+@dataclass(frozen=True, eq=False)
+class Improvement:
+    """An optimum.
+
+    Attributes:
+        cost: what was improved.
+        x: (n,) the variables at the optimum.
+        before: proven profiles of the landings as they are given, by name.
+        after: those at the optimum.
+        values: the numbers, each the worst of the landings as given and at the optimum, proven [their units].
+        worst: name of the landing that is the worst at the optimum.
+        held: the constraints that hold it there, and the landings that are as bad as the worst.
+        variables: what each does.
+        runs: target of each run, step by step, in double precision; NaN where the constraints do not hold.
+        ends: (r,) that of their ends; infinite where they do not hold there.
+        front: of two numbers, the first one least first; empty for one.
+        comparison: of the worst landing as given and at the optimum.
+        seed: of the sequence.
+    """
+
+    cost: ShockCost = field(repr=False)
+    x: Array
+    before: dict[str, ShockProfile] = field(repr=False)
+    after: dict[str, ShockProfile] = field(repr=False)
+    values: tuple[tuple[float, ...], ...]
+    worst: str
+    held: tuple[str, ...]
+    variables: tuple[Flatness, ...]
+    runs: tuple[Array, ...] = field(repr=False)
+    ends: Array
+    front: tuple[FrontPoint, ...]
+    comparison: Comparison = field(repr=False)
+    seed: int
+
+    @property
+    def agreeing(self) -> int:
+        """How many runs end at the optimum, to a millionth of the target."""
+        best = float(self.ends.min())
+        return int(np.sum(self.ends <= best + HELD * max(abs(best), HELD)))
+
+
+def improve(
+    scenes: Scene | Mapping[str, Scene],
+    quantities: str | Sequence[str],
+    vary: Mapping[str, Any] | Iterable[tuple[str, Any]],
+    *,
+    robot: Robot | None = None,
+    keep: Sequence[str] = (),
+    ground: bool = True,
+    starts: int = 4,
+    seed: int = 0,
+    trace: Trace | None = None,
+) -> Improvement:
+    """Find where a number is the least bad in the worst of some landings.
+
+    Args:
+        scenes: one landing, or landings of one robot by name.
+        quantities: QUANTITY@PLACES, of several places the worst; or two, for the front between them: the optimum is then that of
+            the first.
+        vary: ranges by subject, as for `ShockCost`.
+        robot: the scenes' robot, if it is loaded already.
+        keep: constraints, QUANTITY@PLACES<=LIMIT or >=LIMIT.
+        ground: whether flat ground has to allow the landings.
+        starts: number of points from which runs start, besides the landing as given.
+        seed: of the sequence among whose points these are.
+        trace: collects what each stage cost.
+
+    Raises:
+        StudyError: no point meets the constraints, a quantity is not to be less or greater, or there are more than two.
+        ShockError: as for `ShockCost`.
+    """
+    trace = trace or Trace()
+    wanted = (quantities,) if isinstance(quantities, str) else tuple(quantities)
+    if not 1 <= len(wanted) <= 2 or starts < 0 or seed < 0:
+        raise StudyError("improve takes one quantity or two, and a number of starts and a seed that are not below zero")
+    with trace.stage("landings"):
+        cost = ShockCost(scenes, wanted, vary, robot, keep=keep, ground=ground)
+    for term in cost.terms:
+        if term.role >= 0 and term.column.selection.quantity.worse == "neither":
+            raise StudyError(
+                f"{term.column.title} is neither better nor worse if it is less; choose another quantity, or --keep it"
+            )
+    with trace.stage("sample"):
+        points = _starts(cost, starts, seed)
+    with trace.stage("runs"):
+        runs = [_Run(cost, x) for x in points]
+        best = min(runs, key=lambda run: run.value)
+        for _ in range(AGAIN if np.isfinite(best.value) else 0):
+            runs.append(_Run(cost, best.x, how=FINE))
+            gain, best = best.value - runs[-1].value, min(best, runs[-1], key=lambda run: run.value)
+            if gain <= GAIN * abs(best.value):
+                break
+    if not np.isfinite(best.value):
+        raise StudyError(
+            "no point meets the constraints; the one that comes nearest misses: "
+            + "; ".join(dict.fromkeys(term.text for term in _missed(cost, best.x)))
+            + ". Widen a range, or leave a constraint out"
+        )
+    with trace.stage("front"):
+        front = _front(cost, best, points) if len(wanted) > 1 else ()
+    with trace.stage("proof"):
+        cases = cost.cases(best.x)
+        before = dict(zip(cost.scenes, profiles({name: (scene, cost.robot) for name, scene in cost.scenes.items()}), strict=True))
+        after = dict(zip(cases, profiles(cases), strict=True))
+        values = tuple(tuple(_proven(cost, role, one)[0] for one in (before, after)) for role in range(len(wanted)))
+    worst = _proven(cost, 0, after)[1]
+    with trace.stage("comparison"):
+        designs = [Design("as given", cost.scenes[worst], cost.robot), Design("optimum", *cases[worst])]
+        comparison = compare(designs, [text for text in wanted if "," not in text and text.partition("@")[0] not in STANDARD])
+    return Improvement(
+        cost, read_only(best.x), before, after, values, worst, _holding(cost, best.x), _variables(cost, best.x),
+        tuple(run.history for run in runs), np.array([run.value for run in runs]), front, comparison, seed,
+    )  # fmt: skip
+
+
+class _Run:
+    """One run of SLSQP in shares of the ranges.
+
+    Attributes:
+        x: (n,) the best point.
+        value: the target there; infinite where the constraints do not hold.
+        history: (k,) the target at each step.
+    """
+
+    def __init__(
+        self, cost: ShockCost, start: Array, role: int = 0, bound: float | None = None, how: tuple[int, float] = COARSE
+    ) -> None:
+        from scipy.optimize import Bounds, minimize
+
+        low, width = cost.bounds[:, 0], np.ptp(cost.bounds, axis=1)
+        n, roles = len(low), np.array([term.role for term in cost.terms])
+        own, others = np.flatnonzero(roles == role), np.flatnonzero((roles >= 0) & (roles != role) & (bound is not None))
+        size = float(np.abs(cost.measures(start[None], role)).max()) or 1.0
+        most = 1.0 if bound is None else abs(bound) or 1.0
+
+        def constraints(z: Array) -> Array:
+            x = low + width * z[:n]
+            measured = [term.measure(v)[0] for term, v in zip(cost.terms, cost.numbers(x[None])[0], strict=True)]
+            values = np.nan_to_num(np.array(measured, dtype=float), nan=1e6 * size)
+            return np.concatenate([z[n] - values[own] / size, values[roles < 0], ((bound or 0.0) - values[others]) / most])
+
+        def jacobian(z: Array) -> Array:
+            slopes = cost.slopes(low + width * z[:n]) * width
+            rows = np.concatenate([-slopes[own] / size, slopes[roles < 0], -slopes[others] / most])
+            return np.column_stack([rows, np.where(np.arange(len(rows)) < len(own), 1.0, 0.0)])
+
+        def value(x: Array) -> float:
+            fits = bound is None or float(cost.measures(x[None], 1 - role).max()) <= bound + HELD * most
+            return float(cost.measures(x[None], role).max()) if fits and cost.feasible(x) else np.inf
+
+        steps, unit = [(start, value(start))], np.append(np.zeros(n), 1.0)
+
+        def note(z: Array) -> None:
+            x = np.clip(low + width * z[:n], *cost.bounds.T)
+            steps.append((x, value(x)))
+
+        result = minimize(
+            lambda z: z[n],
+            np.append((start - low) / width, 1.0),
+            jac=lambda z: unit,
+            method="SLSQP",
+            bounds=Bounds(np.append(np.zeros(n), -np.inf), np.append(np.ones(n), np.inf)),
+            constraints={"type": "ineq", "fun": constraints, "jac": jacobian},
+            callback=note,
+            options={"maxiter": how[0], "ftol": how[1]},
+        )
+        note(result.x)
+        self.x, self.value = min(steps, key=lambda step: step[1])
+        values = np.array([reached for _, reached in steps])
+        self.history = np.where(np.isfinite(values), _target(cost, role, values), np.nan)
+
+
+def _target(cost: ShockCost, role: int, measures: Array) -> Array:
+    """The quantity itself from what an optimiser takes for it, as `Term.measure`."""
+    entry = next(term for term in cost.terms if term.role == role).column.selection.quantity
+    with np.errstate(divide="ignore"):
+        return measures**-0.5 if entry.reciprocal else -measures if entry.worse == "less" else np.sqrt(measures)
+
+
+def _starts(cost: ShockCost, count: int, seed: int) -> list[Array]:
+    """The landing as given, and the best points of a Sobol sequence that are apart, those first that meet the constraints."""
+    from scipy.stats import qmc
+
+    low, width = cost.bounds[:, 0], np.ptp(cost.bounds, axis=1)
+    share = qmc.Sobol(len(low), seed=seed).random(SAMPLE)
+    worst = cost.measures(low + width * share).max(axis=1)
+    order = np.argsort(worst, kind="stable")[: SAMPLE // 8]
+    slack = np.minimum(cost.slack(low + width * share[order]).min(axis=1, initial=0.0), 0.0)
+    order = order[np.argsort(-np.where(slack < -HELD, slack, 0.0), kind="stable")]
+    chosen = [(cost.x0 - low) / width]
+    for point in share[order[np.isfinite(worst[order])]]:
+        if len(chosen) <= count and min(np.abs(point - other).max() for other in chosen) > APART:
+            chosen.append(point)
+    return [low + width * point for point in chosen]
+
+
+def _missed(cost: ShockCost, x: Array) -> list[Term]:
+    """The constraints that do not hold."""
+    own = [term for term in cost.terms if term.role < 0]
+    return [term for term, held in zip(own, cost.held(x[None])[0], strict=True) if not held]
+
+
+def _holding(cost: ShockCost, x: Array) -> tuple[str, ...]:
+    """What holds an optimum besides bounds: constraints without slack, and landings that are as bad as the worst."""
+    own, slack = [term for term in cost.terms if term.role < 0], cost.slack(x[None])[0]
+    held = [f"{term.text} ({term.landing})".removesuffix(" ()") for term, left in zip(own, slack, strict=True) if left < HELD]
+    measures = cost.measures(x[None])[0]
+    as_bad = measures >= measures.max() - HELD * np.abs(measures).max()
+    worst = [term for term, bad in zip((one for one in cost.terms if one.role == 0), as_bad, strict=True) if bad]
+    same = [f"{term.column.name} ({term.landing}) is as bad".replace(" ()", "") for term in worst if len(worst) > 1]
+    return tuple(dict.fromkeys((*held, *same)))
+
+
+def _variables(cost: ShockCost, x: Array) -> tuple[Flatness, ...]:
+    """What each variable does at an optimum."""
+    grid, found = 401, []
+    best, start = float(cost.measures(x[None]).max()), float(cost.measures(cost.x0[None]).max())
+    target = float(_target(cost, 0, np.array(best)))
+    entry = cost.terms[0].column.selection.quantity
+    # Where the optimum is zero, or nearly, 5 % are those of the value before.
+    size = abs(target) if best > HELD * abs(start) else abs(float(_target(cost, 0, np.array(start))))
+    for k, (name, (low, high)) in enumerate(zip(cost.names, cost.bounds, strict=True)):
+        X = np.repeat(x[None], grid + 1, axis=0)
+        X[:grid, k], X[grid, k] = np.linspace(low, high, grid), cost.x0[k]
+        values = _target(cost, 0, cost.measures(X).max(axis=1))
+        near = (values >= target - FLAT * size) if entry.worse == "less" else (values <= target + FLAT * size)
+        at = int(np.clip(round((x[k] - low) / (high - low) * (grid - 1)), 0, grid - 1))
+        below, above = np.flatnonzero(~near[:at]), np.flatnonzero(~near[at + 1 : grid])
+        first, last = (below[-1] + 1 if below.size else 0), (at + above[0] if above.size else grid - 1)
+        edge = HELD * (high - low)
+        bound = "low" if x[k] - low <= edge else "high" if high - x[k] <= edge else ""
+        ends = min(float(X[first, k]), float(x[k])), max(float(X[last, k]), float(x[k]))
+        found.append(Flatness(name, float(cost.x0[k]), float(x[k]), bound, float(values[grid]), *ends))
+    return tuple(found)
+
+
+def _proven(cost: ShockCost, role: int, found: Mapping[str, ShockProfile]) -> tuple[float, str]:
+    """The worst proven value of a quantity over landings, and the name of the landing."""
+    best = (-np.inf, np.nan, "")
+    for name, profile in found.items():
+        columns = list({t.column.name: t.column for t in cost.terms if t.role == role and t.landing == name}.values())
+        for column, value in zip(columns, proven_columns(profile, columns).values(), strict=True):
+            best = max(best, (float(column.worse(np.array(value))), value, name), key=lambda one: one[0])
+    return best[1], best[2]
+
+
+def _front(cost: ShockCost, first: _Run, points: Sequence[Array]) -> tuple[FrontPoint, ...]:
+    """Points between the optimum of the first quantity and that of the second: the first least for bounds of the second."""
+    other = min((_Run(cost, x, role=1) for x in (*points, first.x)), key=lambda run: run.value)
+    bounds = np.linspace(float(cost.measures(first.x[None], 1).max()), other.value, FRONT + 2)
+    found, x = [first.x], first.x
+    for bound in bounds[1:]:
+        runs = [_Run(cost, start, bound=float(bound)) for start in (x, other.x)]
+        best = min(runs, key=lambda run: run.value)
+        if np.isfinite(best.value):
+            x = best.x
+            found.append(x)
+    return tuple(
+        FrontPoint(np.array([float(_target(cost, r, cost.measures(x[None], r).max())) for r in (0, 1)]), read_only(x))
+        for x in found
+    )
