@@ -44,7 +44,7 @@ FAR = 0.05
 """Slack of a constraint from which it is far from being missed, as a share of its scale."""
 
 SLACK = 1e-7
-"""By how much a constraint may be missed, as a share of its scale."""
+"""By how much an optimiser may miss a constraint, as a share of its scale; it is given one that is narrower by twice as much."""
 
 
 def _heights(impact: Any) -> Any:
@@ -161,19 +161,15 @@ class Term(NamedTuple):
         key = self.column.selection.name
         return ground.get(key, f"{self.column.name} {'<=' if self.sign > 0.0 else '>='} {self.limit:g}")
 
-    def measure(self, v: Array) -> tuple[Array, Array]:
-        """What an optimiser takes for values v, smooth and less where that is better, or at least zero where it holds; and d/dv."""
+    @property
+    def kind(self) -> str:
+        """How an optimiser takes it: "held" at least zero where a constraint holds, squared, as its negative, or as it is."""
         entry = self.column.selection.quantity
         if self.role < 0:
-            size, turn = (np.abs(v), np.sign(v)) if self.column.selection.signed else (v, np.ones_like(v))
-            held = np.clip((self.limit - size) * self.sign / self.scale, -1e3, 1e3)
-            return np.where(np.isnan(v), 1.0, held), -np.nan_to_num(turn) * self.sign / self.scale
-        with np.errstate(divide="ignore", invalid="ignore"):
-            if entry.reciprocal:  # of an infinite radius of percussion the shock per metre is zero
-                return v**-2.0, -2.0 * v**-3.0
-            if entry.worse == "less":
-                return -v, -np.ones_like(v)
-            return (v, np.ones_like(v)) if entry.worse == "neither" and not entry.signed else (v * v, 2.0 * v)
+            return "size held" if self.column.selection.signed else "held"
+        if entry.reciprocal:
+            return "reciprocal"  # of an infinite radius of percussion the shock per metre is zero
+        return "negative" if entry.worse == "less" else "plain" if entry.worse == "neither" and not entry.signed else "square"
 
 
 class ShockCost:
@@ -232,6 +228,9 @@ class ShockCost:
         posture_alone = all(one.kind == "joint" or one.kind in (*ATTITUDE, "strike-angle") for one in self.variations)
         dropped = any(scene.strike.drop_height is not None for scene in self.scenes.values())
         self._exact = posture_alone and not first.loops and not (dropped and "strike-angle" in self.names)
+        self.roles, self.kinds = np.array([term.role for term in self.terms]), np.array([term.kind for term in self.terms])
+        limits = np.array([term[5:] for term in self.terms], dtype=float).T
+        self._how = self.roles < 0, self.kinds == "size held", *limits
         self._rates = dict[tuple[str, ...], tuple[Array, Array]]()
         self._known: tuple[bytes, Array] = b"", np.zeros(0)
 
@@ -245,7 +244,7 @@ class ShockCost:
         x = np.asarray(x, dtype=float)
         measures = self.measures(x[None])[0]
         k = int(measures.argmax())
-        slope = self.slopes(x)[[i for i, term in enumerate(self.terms) if term.role == 0][k]]
+        slope = self.slopes(x)[self.roles == 0][k]
         return np.asarray(slope / (2.0 * math.sqrt(measures[k])) if self._squared and measures[k] > 0.0 else slope)
 
     def feasible(self, x: Array) -> bool:
@@ -264,17 +263,32 @@ class ShockCost:
         return next(iter(self.cases(x).values()))[0]
 
     def measures(self, X: Array, role: int = 0) -> Array:
-        """What an optimiser takes for a quantity (m, J), as `Term.measure`, at (m, n) values; infinite without a landing."""
-        own = [k for k, term in enumerate(self.terms) if term.role == role]
-        return np.stack(
-            [np.nan_to_num(self.terms[k].measure(v)[0], nan=np.inf) for k, v in zip(own, self.numbers(X).T[own], strict=True)], 1
-        )
+        """What an optimiser takes for a quantity (m, J), smooth and less where it is better, at (m, n) values; inf without one."""
+        return np.nan_to_num(self.measured(self.numbers(X))[0][:, self.roles == role], nan=np.inf)
 
     def slack(self, X: Array) -> Array:
         """How far (m, C) the constraints are from being missed, as shares of their scales."""
-        own = [k for k, term in enumerate(self.terms) if term.role < 0]
-        numbers = self.numbers(X)
-        return np.stack([self.terms[k].measure(numbers[:, k])[0] for k in own], axis=1) if own else np.zeros((len(X), 0))
+        return np.asarray(self.measured(self.numbers(X))[0][:, self.roles < 0])
+
+    def measured(self, v: Array) -> tuple[Array, Array]:
+        """What an optimiser takes for the values (m, K) of all terms, and its derivatives by them.
+
+        A constraint is at least zero where it holds. Of what is never below zero the square counts, which is smooth at zero.
+        """
+        held, size, limit, sign, scale = self._how
+        with np.errstate(divide="ignore", invalid="ignore"):
+            turn = np.where(size, np.sign(v), 1.0)
+            slack = np.clip((limit - turn * v) * sign / scale - 2.0 * SLACK, -1e3, 1e3)  # so that it holds for sure
+            out = np.where(held, np.where(np.isnan(v), 1.0, slack), v)
+            slope = np.where(held, -turn * sign / scale, 1.0)
+            for kind, value, change in (
+                ("square", v * v, 2.0 * v),
+                ("reciprocal", v**-2.0, -2.0 * v**-3.0),
+                ("negative", -v, -1.0 + 0.0 * v),
+            ):
+                own = self.kinds == kind
+                out, slope = np.where(own, value, out), np.where(own, change, slope)
+        return out, slope
 
     def held(self, X: Array) -> np.ndarray:
         """Whether (m, C) constraints hold."""
@@ -293,22 +307,23 @@ class ShockCost:
         Those of constraints that are far from being missed, and have no formula, are zero.
         """
         x = np.asarray(x, dtype=float)
-        measured = [term.measure(v) for term, v in zip(self.terms, self.numbers(x[None])[0], strict=True)]
+        value, factors = (part[0] for part in self.measured(self.numbers(x[None])))
         exact = [self._exact and has_gradient(self.groups[term.group].first, term.column) for term in self.terms]
-        far = [term.role < 0 and float(value) > FAR for term, (value, _) in zip(self.terms, measured, strict=True)]
+        far = (self.roles < 0) & (value > FAR)
         out, n, h = np.zeros((len(exact), len(x))), len(x), STEP * np.ptp(self.bounds, axis=1)
         differed = [not (known or needless) for known, needless in zip(exact, far, strict=True)]
         if any(differed):
-            beside = self._computed(np.concatenate([x + np.diag(h), x - np.diag(h)]), differed)
+            # Of the measures, not of the numbers: a length has a kink where it is zero, its square has none.
+            numbers = self._computed(np.concatenate([x + np.diag(h), x - np.diag(h)]), differed)
+            beside = np.where(np.isnan(numbers), np.nan, self.measured(numbers)[0])
             out = ((beside[:n] - beside[n:]) / (2.0 * h[:, None])).T
         for g, group in enumerate(self.groups):
             own = [k for k, term in enumerate(self.terms) if term.group == g and exact[k]]
             if own:
                 found = self._exact_slopes(group, x, list({(c := self.terms[k].column).name: c for k in own}.values()))
                 for k in own:
-                    out[k] = found[self.terms[k].column.name][self.terms[k].strike]
-        factors = np.array([float(factor) for _, factor in measured])
-        return np.asarray(np.nan_to_num(out * factors[:, None], nan=0.0, posinf=0.0, neginf=0.0))
+                    out[k] = factors[k] * found[self.terms[k].column.name][self.terms[k].strike]
+        return np.asarray(np.nan_to_num(out, nan=0.0, posinf=0.0, neginf=0.0))
 
     def _exact_slopes(self, group: ChosenLandings, x: Array, wanted: list[Column]) -> dict[str, Array]:
         """Derivatives of numbers (S, n) by name; how posture and strike change is a difference, of angles an exact one."""
@@ -333,8 +348,7 @@ class ShockCost:
 
     @property
     def _squared(self) -> bool:
-        entry = next(term for term in self.terms if term.role == 0).column.selection.quantity
-        return bool(entry.reciprocal) or not (entry.worse == "less" or (entry.worse == "neither" and not entry.signed))
+        return next(term for term in self.terms if term.role == 0).kind in ("square", "reciprocal")
 
     def _terms(self, g: int, landing: PosedLanding, names: Sequence[str], keep: Sequence[str], ground: bool) -> Iterable[Term]:
         wanted: list[tuple[Column, dict[str, Any]]] = []

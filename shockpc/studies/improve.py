@@ -22,13 +22,13 @@ from shockpc.studies.compare import STANDARD, Comparison, Design, compare
 from shockpc.text.errors import StudyError
 from shockpc.text.trace import Trace
 
-SAMPLE = 2048
-"""Points that are looked at before the best of them are improved."""
+SAMPLE, FEW = 2048, 128
+"""Points that are looked at before the best of them are improved; and how many where each needs a landing of its own."""
 
 APART = 0.1
 """Least distance of starts, as a share of the ranges, in the variable in which they differ most."""
 
-COARSE, FINE = (30, 1e-7), (40, 1e-12)
+COARSE, FINE = (20, 1e-6), (40, 1e-12)
 """Steps of a run at most, and the change of the objective relative to its value at the start at which it ends: of all, then of the
 best, which is run again from where it ends until that gains nothing more."""
 
@@ -204,15 +204,14 @@ class _Run:
         from scipy.optimize import Bounds, minimize
 
         low, width = cost.bounds[:, 0], np.ptp(cost.bounds, axis=1)
-        n, roles = len(low), np.array([term.role for term in cost.terms])
+        n, roles = len(low), cost.roles
         own, others = np.flatnonzero(roles == role), np.flatnonzero((roles >= 0) & (roles != role) & (bound is not None))
         size = float(np.abs(cost.measures(start[None], role)).max()) or 1.0
         most = 1.0 if bound is None else abs(bound) or 1.0
 
         def constraints(z: Array) -> Array:
             x = low + width * z[:n]
-            measured = [term.measure(v)[0] for term, v in zip(cost.terms, cost.numbers(x[None])[0], strict=True)]
-            values = np.nan_to_num(np.array(measured, dtype=float), nan=1e6 * size)
+            values = np.nan_to_num(cost.measured(cost.numbers(x[None]))[0][0], nan=1e6 * size)
             return np.concatenate([z[n] - values[own] / size, values[roles < 0], ((bound or 0.0) - values[others]) / most])
 
         def jacobian(z: Array) -> Array:
@@ -247,7 +246,7 @@ class _Run:
 
 
 def _target(cost: ShockCost, role: int, measures: Array) -> Array:
-    """The quantity itself from what an optimiser takes for it, as `Term.measure`."""
+    """The quantity itself from what an optimiser takes for it, as `ShockCost.measured`."""
     entry = next(term for term in cost.terms if term.role == role).column.selection.quantity
     with np.errstate(divide="ignore"):
         return measures**-0.5 if entry.reciprocal else -measures if entry.worse == "less" else np.sqrt(measures)
@@ -258,9 +257,10 @@ def _starts(cost: ShockCost, count: int, seed: int) -> list[Array]:
     from scipy.stats import qmc
 
     low, width = cost.bounds[:, 0], np.ptp(cost.bounds, axis=1)
-    share = qmc.Sobol(len(low), seed=seed).random(SAMPLE)
+    count_all = FEW if any(group.separate for group in cost.groups) or any(not one.stage for one in cost.variations) else SAMPLE
+    share = qmc.Sobol(len(low), seed=seed).random(count_all)
     worst = cost.measures(low + width * share).max(axis=1)
-    order = np.argsort(worst, kind="stable")[: SAMPLE // 8]
+    order = np.argsort(worst, kind="stable")[: max(count_all // 8, 32)]
     slack = np.minimum(cost.slack(low + width * share[order]).min(axis=1, initial=0.0), 0.0)
     order = order[np.argsort(-np.where(slack < -HELD, slack, 0.0), kind="stable")]
     chosen = [(cost.x0 - low) / width]

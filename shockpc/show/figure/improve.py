@@ -39,12 +39,13 @@ def draw_improvement(study: Improvement) -> Figure:
         # The constraints may not hold at a step between others.
         held = np.flatnonzero(np.isfinite(run))
         colour = INK if k == best else CURVES[k % len(CURVES)]
-        axes.plot(held, run[held], color=colour, linewidth=1.6 if k == best else 0.9, marker=".", markersize=2.5)
+        reached = (np.minimum if study.values[0][1] <= study.values[0][0] else np.maximum).accumulate(run[held])
+        axes.step(held, reached, where="post", color=colour, linewidth=1.6 if k == best else 0.9, marker=".", markersize=2.5)
         offset = max(offset, len(run))
     known = np.concatenate([run[np.isfinite(run)] for run in study.runs])
     if known.size and known.min() > 0.0 and known.max() > 20.0 * known.min():
         axes.set_yscale("log")
-    axes.set(xlabel="step of a run (the best in black)", ylabel=target)
+    axes.set(xlabel="step of a run; the best so far (last run black)", ylabel=target)
     return page.figure
 
 

@@ -1,0 +1,168 @@
+"""Improving: optima that are known, brute force, and what the study says of its optimum; the cost as optimisers take it."""
+
+import json
+
+import numpy as np
+import pytest
+from commands import good, run
+from scipy.optimize import minimize
+from trees import known_robot
+
+from shockpc import Contact, Scene, ShockCost, Strike, StudyError, improve, resolve, shock_maps, shock_profile
+from shockpc.landing.scene_file import read_scene
+from shockpc.show.reports.improve import improve_report
+
+
+def anymal(restitution=0.0, **changes):
+    return Scene(robot="anymal_b", contact=(Contact(frame="LF_FOOT", restitution=restitution),), **changes)
+
+
+LEGS = [("LF_HFE", "0:70"), ("LF_KFE", "-120:-20")]
+
+
+def worst_by_grid(cost, n):
+    """The least worst value over n × n points that meet the constraints."""
+    axes = [np.linspace(*span, n) for span in cost.bounds]
+    X = np.stack(np.meshgrid(*axes, indexing="ij"), axis=-1).reshape(-1, 2)
+    measures = cost.measures(X).max(axis=1)
+    return np.sqrt(np.where(cost.held(X).all(axis=1), measures, np.inf).min())
+
+
+def test_a_rod_is_struck_at_its_centre_of_percussion():
+    """A free slender rod that is struck across at 2/3 of its length does not move at its other end."""
+    robot = known_robot("beam")
+    (body,) = robot.bodies
+    scene = Scene(robot="beam", contact=(Contact(frame="tip"),))
+    found = improve(scene, "shock@pivot", {"offset-x": "-0.9:-0.05"}, robot=robot, ground=False)
+    lever = body.com[0] - robot.frame("pivot").offset[0]
+    assert found.values[0][1] < 1e-9
+    assert 1.0 + found.x[0] == pytest.approx(lever + body.inertia[1, 1] / (body.mass * lever), abs=1e-9)
+    assert "nothing" in improve_report(found).text("table")
+
+
+def test_two_links_by_brute_force():
+    robot = known_robot("leg")
+    scene = Scene(robot="leg", contact=(Contact(frame=robot.links[-1]),), strike=Strike(strike_angle_deg=20.0))
+    vary = [(name, "-60:60") for name in robot.joint_names[:1]] + [("base-pitch", "-40:40")]
+    found = improve(scene, "shock@upper_leg", vary, robot=robot, ground=False)
+    assert found.values[0][1] <= worst_by_grid(found.cost, 200) * (1.0 + 1e-9)
+
+
+def test_anymal_against_a_grid_of_maps():
+    """The trunk's IMU over HFE and KFE, 160 000 postures by `shock_maps`, for two strikes."""
+    robot = known_robot("anymal_b")
+    angles = (-15.0, 20.0)
+    scenes = {f"{angle:g} deg": anymal(strike=Strike(strike_angle_deg=angle)) for angle in angles}
+    found = improve(scenes, "shock@imu_link", LEGS, robot=robot, ground=False)
+    landing = resolve(scenes["20 deg"], robot)
+    hfe, knee = (np.radians(np.linspace(*span, 400)) for span in found.cost.bounds)
+    Q = np.repeat(landing.q[None], 400 * 400, axis=0)
+    Q[:, robot.joint("LF_HFE").q.start], Q[:, robot.joint("LF_KFE").q.start] = np.repeat(hfe, 400), np.tile(knee, 400)
+    strikes = [(np.sin(np.radians(a)), 0.0, -np.cos(np.radians(a))) for a in angles]
+    grid = shock_maps(landing, Q).worst("imu_link", strikes).shock.min()
+    optimum = found.values[0][1]
+    assert optimum <= grid * (1.0 + 1e-9)
+    assert optimum == pytest.approx(grid, rel=2e-2)
+    assert max(one.points[0].shock for one in found.after.values()) == pytest.approx(optimum, rel=1e-14)
+
+
+def test_never_worse_than_random_landings_and_the_same_from_another_seed():
+    robot = known_robot("anymal_b")
+    scenes = {f"e = {e}": anymal(restitution=e) for e in (0.0, 0.3)}
+    vary = [*LEGS, ("LF_HAA", "-25:25"), ("base-pitch", "-15:15"), ("strike-angle", "0:25")]
+    first, other = (improve(scenes, "shock@imu_link", vary, robot=robot, starts=3, seed=seed) for seed in (0, 1))
+    assert other.values[0][1] == pytest.approx(first.values[0][1], abs=1e-6)
+    cost = first.cost
+    X = cost.bounds[:, 0] + np.random.default_rng(5).random((10_000, len(vary))) * np.ptp(cost.bounds, axis=1)
+    random = cost.measures(X).max(axis=1)
+    allowed = cost.held(X).all(axis=1)
+    assert allowed.sum() > 50
+    assert first.values[0][1] <= np.sqrt(random[allowed].min())
+    assert cost.feasible(first.x)
+    assert all(profile.value("feasible", "robot")[0] == 1.0 for profile in first.after.values())
+
+
+def test_a_constraint_holds_the_optimum_and_is_named():
+    robot, scene = known_robot("anymal_b"), anymal()
+    free = improve(scene, "shock@imu_link", LEGS, robot=robot, starts=2)
+    names = [place.name for place in free.after[""].places("joint")]
+    load = free.after[""].value("joint_impulse", "joint")[names.index("LF_KFE")]
+    limit = 0.9 * load
+    held = improve(scene, "shock@imu_link", LEGS, robot=robot, starts=2, keep=[f"joint_impulse@LF_KFE<={float(limit)!r}"])
+    assert held.after[""].value("joint_impulse", "joint")[names.index("LF_KFE")] <= limit
+    assert held.values[0][1] >= free.values[0][1]
+    with pytest.raises(StudyError, match="no point meets the constraints"):
+        improve(scene, "shock@imu_link", LEGS, robot=robot, starts=1, keep=["joint_impulse@LF_KFE<=1e-3"])
+
+
+@pytest.mark.parametrize(
+    ("quantity", "variables"),
+    [
+        (
+            "shock@imu_link:0.1,0.02,0",
+            [("*_HFE", "-60:60"), ("base-pitch", "-20:20"), ("base-roll", "-20:20"), ("strike-angle", "0:30")],
+        ),
+        ("delta_qd@LF_KFE", [*LEGS, ("base-yaw", "-40:40")]),
+        ("joint_impulse@LF_KFE", LEGS),
+        ("shock@imu_link", [("mass:*_SHANK", "0.8x:1.2x"), ("LF_KFE", "-120:-20"), ("speed", "0.5:2")]),
+        ("ropc@base", [("armature:*_KFE", "0.01:0.1"), ("place:LF_KFE", "0.8x:1.2x")]),
+    ],
+)
+def test_the_gradient_of_a_cost_is_that_of_differences(quantity, variables):
+    cost = ShockCost(anymal(strike=Strike(strike_angle_deg=10.0)), quantity, variables, known_robot("anymal_b"))
+    x = np.clip(cost.x0, *(cost.bounds.T + 0.1 * np.ptp(cost.bounds, axis=1) * np.array([[1], [-1]])))
+    for k, (low, high) in enumerate(cost.bounds):
+        h = 1e-4 * (high - low)
+        steps = [cost(x + s * h * np.eye(len(x))[k]) for s in (2, 1, -1, -2)]
+        slope = (-steps[0] + 8 * steps[1] - 8 * steps[2] + steps[3]) / (12 * h)
+        assert cost.gradient(x)[k] * (high - low) == pytest.approx(slope * (high - low), rel=1e-6, abs=1e-7)
+
+
+def test_a_cost_goes_into_scipy_in_two_lines():
+    cost = ShockCost(anymal(), "shock@imu_link", LEGS, known_robot("anymal_b"))
+    result = minimize(cost, cost.x0, jac=cost.gradient, bounds=cost.bounds)
+    assert result.fun < cost(cost.x0)
+    posture = cost.scene(result.x).posture.joints_deg
+    assert posture["LF_KFE"] == pytest.approx(result.x[1])
+    assert shock_profile(cost.scene(result.x)).points[0].shock == pytest.approx(result.fun, rel=1e-9)
+
+
+def test_a_front_of_two_numbers():
+    """Less of one number costs more of the other, and no point is worse in both than another."""
+    robot = known_robot("anymal_b")
+    found = improve(anymal(), ["shock@imu_link", "joint_impulse@LF_KFE"], LEGS, robot=robot, starts=2)
+    values = np.array([point.values for point in found.front])
+    assert len(values) >= 4
+    order = values[np.argsort(values[:, 0])]
+    assert (np.diff(order[:, 1]) <= 1e-6 * order[0, 1]).all()
+    assert values[:, 0].min() == pytest.approx(found.values[0][1], rel=1e-6)
+
+
+def test_the_command_writes_the_optimum(tmp_path, capfd):
+    scene = tmp_path / "optimum.toml"
+    text = good(
+        capfd, "improve", "anymal_b", "--contact", "LF_FOOT", "--at", "imu_link", "--vary", "LF_HFE=0:70", "--vary",
+        "LF_KFE=-120:-20",
+        "--over", "strike-angle=-10,10", "--starts", "1", "--save-scene", str(scene), "--format", "json",
+    )  # fmt: skip
+    document = json.loads(text)
+    files = sorted(tmp_path.glob("*.toml"))
+    assert len(files) == 2
+    shocks = [shock_profile(read_scene(file)).points[0].shock for file in files]
+    assert max(shocks) == pytest.approx(document["quantities"][0]["after"], rel=1e-12)
+    assert document["quantities"][0]["after"] < document["quantities"][0]["before"]
+
+
+def test_what_cannot_be_improved_says_so(capfd):
+    robot = known_robot("anymal_b")
+    for quantity, vary, text in (
+        ("v_in", LEGS, "neither better nor worse"),
+        ("shock@imu_link", [("contact", "*_FOOT")], "has no range"),
+        ("shock@imu_link", [("LF_KFE", "-50,-50")], "has no range"),
+        ("effective_mass@LF_FOOT", LEGS, "one posture at a time"),
+    ):
+        with pytest.raises(StudyError, match=text):
+            improve(anymal(), quantity, vary, robot=robot)
+    with pytest.raises(StudyError, match="is not QUANTITY@PLACES<=LIMIT"):
+        improve(anymal(), "shock@imu_link", LEGS, robot=robot, keep=["joint_impulse@LF_KFE=2"])
+    assert run(capfd, "improve", "anymal_b", "--contact", "LF_FOOT", "--at", "imu_link").code == 2
