@@ -4,7 +4,7 @@ import json
 
 import numpy as np
 import pytest
-from commands import good, run
+from commands import run
 from scipy.optimize import minimize
 from trees import known_robot
 
@@ -33,7 +33,7 @@ def test_a_rod_is_struck_at_its_centre_of_percussion():
     robot = known_robot("beam")
     (body,) = robot.bodies
     scene = Scene(robot="beam", contact=(Contact(frame="tip"),))
-    found = improve(scene, "shock@pivot", {"offset-x": "-0.9:-0.05"}, robot=robot, ground=False)
+    found = improve(scene, "shock@pivot", vary={"offset-x": "-0.9:-0.05"}, robot=robot, any_ground=True)
     lever = body.com[0] - robot.frame("pivot").offset[0]
     assert found.values[0][1] < 1e-9
     assert 1.0 + found.x[0] == pytest.approx(lever + body.inertia[1, 1] / (body.mass * lever), abs=1e-9)
@@ -44,7 +44,7 @@ def test_two_links_by_brute_force():
     robot = known_robot("leg")
     scene = Scene(robot="leg", contact=(Contact(frame=robot.links[-1]),), strike=Strike(strike_angle_deg=20.0))
     vary = [(name, "-60:60") for name in robot.joint_names[:1]] + [("base-pitch", "-40:40")]
-    found = improve(scene, "shock@upper_leg", vary, robot=robot, ground=False)
+    found = improve(scene, "shock@upper_leg", vary=vary, robot=robot, any_ground=True)
     assert found.values[0][1] <= worst_by_grid(found.cost, 200) * (1.0 + 1e-9)
 
 
@@ -53,7 +53,7 @@ def test_anymal_against_a_grid_of_maps():
     robot = known_robot("anymal_b")
     angles = (-15.0, 20.0)
     scenes = {f"{angle:g} deg": anymal(strike=Strike(strike_angle_deg=angle)) for angle in angles}
-    found = improve(scenes, "shock@imu_link", LEGS, robot=robot, ground=False)
+    found = improve(scenes, "shock@imu_link", vary=LEGS, robot=robot, any_ground=True)
     landing = resolve(scenes["20 deg"], robot)
     hfe, knee = (np.radians(np.linspace(*span, 400)) for span in found.cost.bounds)
     Q = np.repeat(landing.q[None], 400 * 400, axis=0)
@@ -70,7 +70,7 @@ def test_never_worse_than_random_landings_and_the_same_from_another_seed():
     robot = known_robot("anymal_b")
     scenes = {f"e = {e}": anymal(restitution=e) for e in (0.0, 0.3)}
     vary = [*LEGS, ("LF_HAA", "-25:25"), ("base-pitch", "-15:15"), ("strike-angle", "0:25")]
-    first, other = (improve(scenes, "shock@imu_link", vary, robot=robot, starts=3, seed=seed) for seed in (0, 1))
+    first, other = (improve(scenes, "shock@imu_link", vary=vary, robot=robot, starts=3, seed=seed) for seed in (0, 1))
     assert other.values[0][1] == pytest.approx(first.values[0][1], abs=1e-6)
     cost = first.cost
     X = cost.bounds[:, 0] + np.random.default_rng(5).random((10_000, len(vary))) * np.ptp(cost.bounds, axis=1)
@@ -84,15 +84,15 @@ def test_never_worse_than_random_landings_and_the_same_from_another_seed():
 
 def test_a_constraint_holds_the_optimum_and_is_named():
     robot, scene = known_robot("anymal_b"), anymal()
-    free = improve(scene, "shock@imu_link", LEGS, robot=robot, starts=2)
+    free = improve(scene, "shock@imu_link", vary=LEGS, robot=robot, starts=2)
     names = [place.name for place in free.after[""].places("joint")]
     load = free.after[""].value("joint_impulse", "joint")[names.index("LF_KFE")]
     limit = 0.9 * load
-    held = improve(scene, "shock@imu_link", LEGS, robot=robot, starts=2, keep=[f"joint_impulse@LF_KFE<={float(limit)!r}"])
+    held = improve(scene, "shock@imu_link", vary=LEGS, robot=robot, starts=2, keep=[f"joint_impulse@LF_KFE<={float(limit)!r}"])
     assert held.after[""].value("joint_impulse", "joint")[names.index("LF_KFE")] <= limit
     assert held.values[0][1] >= free.values[0][1]
     with pytest.raises(StudyError, match="no point meets the constraints"):
-        improve(scene, "shock@imu_link", LEGS, robot=robot, starts=1, keep=["joint_impulse@LF_KFE<=1e-3"])
+        improve(scene, "shock@imu_link", vary=LEGS, robot=robot, starts=1, keep=["joint_impulse@LF_KFE<=1e-3"])
 
 
 @pytest.mark.parametrize(
@@ -130,7 +130,7 @@ def test_a_cost_goes_into_scipy_in_two_lines():
 def test_a_front_of_two_numbers():
     """Less of one number costs more of the other, and no point is worse in both than another."""
     robot = known_robot("anymal_b")
-    found = improve(anymal(), ["shock@imu_link", "joint_impulse@LF_KFE"], LEGS, robot=robot, starts=2)
+    found = improve(anymal(), ["shock@imu_link", "joint_impulse@LF_KFE"], vary=LEGS, robot=robot, starts=2)
     values = np.array([point.values for point in found.front])
     assert len(values) >= 4
     order = values[np.argsort(values[:, 0])]
@@ -139,18 +139,19 @@ def test_a_front_of_two_numbers():
 
 
 def test_the_command_writes_the_optimum(tmp_path, capfd):
-    scene = tmp_path / "optimum.toml"
-    text = good(
+    outcome = run(
         capfd, "improve", "anymal_b", "--contact", "LF_FOOT", "--at", "imu_link", "--vary", "LF_HFE=0:70", "--vary",
-        "LF_KFE=-120:-20",
-        "--over", "strike-angle=-10,10", "--starts", "1", "--save-scene", str(scene), "--format", "json",
+        "LF_KFE=-120:-20", "--over", "strike-angle=-10,10", "--starts", "1", "--out", tmp_path / "out",
     )  # fmt: skip
-    document = json.loads(text)
-    files = sorted(tmp_path.glob("*.toml"))
+    assert outcome.code == 0
+    document = json.loads((tmp_path / "out" / "improve.json").read_text())
+    files = sorted((tmp_path / "out").glob("optimum-*.toml"))
     assert len(files) == 2
     shocks = [shock_profile(read_scene(file)).points[0].shock for file in files]
-    assert max(shocks) == pytest.approx(document["quantities"][0]["after"], rel=1e-12)
-    assert document["quantities"][0]["after"] < document["quantities"][0]["before"]
+    (number,) = document["quantities"]
+    assert max(shocks) == pytest.approx(number["after"], rel=1e-12)
+    assert number["after"] < number["before"]
+    assert (tmp_path / "out" / "improve.svg").stat().st_size > 1e4
 
 
 def test_what_cannot_be_improved_says_so(capfd):
@@ -162,7 +163,7 @@ def test_what_cannot_be_improved_says_so(capfd):
         ("effective_mass@LF_FOOT", LEGS, "one posture at a time"),
     ):
         with pytest.raises(StudyError, match=text):
-            improve(anymal(), quantity, vary, robot=robot)
+            improve(anymal(), quantity, vary=vary, robot=robot)
     with pytest.raises(StudyError, match="is not QUANTITY@PLACES<=LIMIT"):
-        improve(anymal(), "shock@imu_link", LEGS, robot=robot, keep=["joint_impulse@LF_KFE=2"])
+        improve(anymal(), "shock@imu_link", vary=LEGS, robot=robot, keep=["joint_impulse@LF_KFE=2"])
     assert run(capfd, "improve", "anymal_b", "--contact", "LF_FOOT", "--at", "imu_link").code == 2

@@ -5,9 +5,9 @@ solves from the best of many points of a Sobol sequence. Where two numbers are t
 bounds of the other.
 """
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
-from typing import Any, NamedTuple
+from typing import Annotated, NamedTuple
 
 import numpy as np
 
@@ -15,10 +15,15 @@ from shockpc.core.spatial import Array, read_only
 from shockpc.evaluation.columns import proven_columns
 from shockpc.evaluation.cost import ShockCost, Term
 from shockpc.evaluation.evaluate import profiles
+from shockpc.evaluation.variation import Vary, pairs
+from shockpc.evaluation.varied_scene import scene_grid
+from shockpc.landing.record import Option
 from shockpc.landing.scene import Scene
 from shockpc.quantities.profile import ShockProfile
 from shockpc.robot.robot import Robot
 from shockpc.studies.compare import STANDARD, Comparison, Design, compare
+from shockpc.studies.declare import study
+from shockpc.studies.question import common_robot
 from shockpc.text.errors import StudyError
 from shockpc.text.trace import Trace
 
@@ -115,30 +120,58 @@ class Improvement:
         return int(np.sum(self.ends <= best + HELD * max(abs(best), HELD)))
 
 
+@study(
+    "shockpc improve anymal_b --at imu_link --vary '*_HFE=20:60' --over strike-angle=-20:20:5",
+    "shockpc improve go2 --contact FL_foot --at imu --vary FL_calf_joint=-120:-60 --keep 'joint_impulse@FL_calf_joint<=2'",
+    more=(
+        "A robot without --contact lands on each of its feet alone. What counts is the worst landing. The numbers as given and at "
+        "the optimum are proven; that no better point exists is not. --out writes the scenes of the optimum."
+    ),
+)
 def improve(
-    scenes: Scene | Mapping[str, Scene],
-    quantities: str | Sequence[str],
-    vary: Mapping[str, Any] | Iterable[tuple[str, Any]],
-    *,
+    landings: Scene | Mapping[str, Scene],
+    quantities: Annotated[
+        Sequence[str],
+        Option(
+            "A number: a quantity (shockpc quantities lists them) at a place, of several places the worst; the shock at the points "
+            "of --at by default. Twice for the front between two.",
+            "Question",
+            "QUANTITY@PLACES",
+            "quantity",
+        ),
+    ] = (),
     robot: Robot | None = None,
-    keep: Sequence[str] = (),
-    ground: bool = True,
-    starts: int = 4,
-    seed: int = 0,
+    *,
+    vary: Annotated[
+        Vary,
+        Option(
+            "What may change, and its range a:b, of masses and places factors ax:bx: joints [deg; m if prismatic], base-pitch, "
+            "strike-angle, mass:LINK, place:JOINT and what else a sweep varies. A joint without a range has its limits.",
+            "Search",
+            "NAME=LOW:HIGH",
+        ),
+    ] = (),
+    over: Annotated[
+        Vary,
+        Option("Each landing with all of these values, a:b:n or a,b,c, such as strike-angle=-20:20:5.", "Search", "NAME=VALUES"),
+    ] = (),
+    keep: Annotated[
+        Sequence[str], Option("A constraint, such as 'joint_impulse@*_KFE<=2', or >=.", "Search", "QUANTITY@PLACES<=LIMIT")
+    ] = (),
+    any_ground: Annotated[
+        bool, Option("Allow landings that flat ground does not: it would pull a contact, or meet another link first.", "Search")
+    ] = False,
+    starts: Annotated[int, Option("Runs from points of a sample, besides that from the landing as given.", "Search", "N")] = 4,
+    seed: Annotated[int, Option("Seed of the sample.", "Search", "N")] = 0,
     trace: Trace | None = None,
 ) -> Improvement:
     """Find where a number is the least bad in the worst of some landings.
 
+    Of two quantities the optimum is that of the first.
+
     Args:
-        scenes: one landing, or landings of one robot by name.
-        quantities: QUANTITY@PLACES, of several places the worst; or two, for the front between them: the optimum is then that of
-            the first.
-        vary: ranges by subject, as for `ShockCost`.
+        landings: one landing, or landings of one robot by name.
         robot: the scenes' robot, if it is loaded already.
-        keep: constraints, QUANTITY@PLACES<=LIMIT or >=LIMIT.
-        ground: whether flat ground has to allow the landings.
-        starts: number of points from which runs start, besides the landing as given.
-        seed: of the sequence among whose points these are.
         trace: collects what each stage cost.
 
     Raises:
@@ -146,20 +179,29 @@ def improve(
         ShockError: as for `ShockCost`.
     """
     trace = trace or Trace()
-    wanted = (quantities,) if isinstance(quantities, str) else tuple(quantities)
+    scenes = {"": landings} if isinstance(landings, Scene) else landings
+    robot = robot or common_robot(scenes)
+    scenes = {
+        label.strip(): one for name, scene in scenes.items() for label, one in scene_grid(name, scene, robot, pairs(over)).items()
+    }
+    points = dict.fromkeys(f"shock@{point.label}" for scene in scenes.values() for point in scene.point)
+    wanted = (quantities,) if isinstance(quantities, str) else tuple(quantities or points)
     if not 1 <= len(wanted) <= 2 or starts < 0 or seed < 0:
-        raise StudyError("improve takes one quantity or two, and a number of starts and a seed that are not below zero")
+        raise StudyError(
+            f"improve takes one quantity or two, and starts and a seed from 0, got {len(wanted)}, {starts} and {seed}; name "
+            "a point with --at, or a number with --quantity"
+        )
     with trace.stage("landings"):
-        cost = ShockCost(scenes, wanted, vary, robot, keep=keep, ground=ground)
+        cost = ShockCost(scenes, wanted, vary, robot, keep=keep, ground=not any_ground)
     for term in cost.terms:
         if term.role >= 0 and term.column.selection.quantity.worse == "neither":
             raise StudyError(
                 f"{term.column.title} is neither better nor worse if it is less; choose another quantity, or --keep it"
             )
     with trace.stage("sample"):
-        points = _starts(cost, starts, seed)
+        begun = _starts(cost, starts, seed)
     with trace.stage("runs"):
-        runs = [_Run(cost, x) for x in points]
+        runs = [_Run(cost, x) for x in begun]
         best = min(runs, key=lambda run: run.value)
         for _ in range(AGAIN if np.isfinite(best.value) else 0):
             runs.append(_Run(cost, best.x, how=FINE))
@@ -173,7 +215,7 @@ def improve(
             + ". Widen a range, or leave a constraint out"
         )
     with trace.stage("front"):
-        front = _front(cost, best, points) if len(wanted) > 1 else ()
+        front = _front(cost, best, begun) if len(wanted) > 1 else ()
     with trace.stage("proof"):
         cases = cost.cases(best.x)
         before = dict(zip(cost.scenes, profiles({name: (scene, cost.robot) for name, scene in cost.scenes.items()}), strict=True))

@@ -6,6 +6,8 @@ from typing import Any
 import numpy as np
 
 from shockpc.evaluation.variation import OF_A_LINK
+from shockpc.landing.scene_file import scene_table
+from shockpc.quantities.profile import ShockProfile
 from shockpc.show.document import record
 from shockpc.show.reports.compare import compare_report
 from shockpc.show.reports.report import Picture, Report
@@ -13,6 +15,7 @@ from shockpc.show.tables import Lines, Row, Sheet
 from shockpc.show.wording import count, proof_text, shared_lines, shared_warnings
 from shockpc.studies.improve import Improvement
 from shockpc.text.printed import few
+from shockpc.text.toml import toml_lines
 
 
 def improve_report(study: Improvement) -> Report:
@@ -37,8 +40,14 @@ def improve_report(study: Improvement) -> Report:
         warnings=shared_warnings(study.after),
         sheets={"variables": lambda: _variables(study), **({"front": lambda: _front(study)} if study.front else {})},
         document=lambda: _document(study),
+        more=lambda: {name: "\n".join(toml_lines(scene_table(one.scene))) + "\n" for name, one in _scenes(study).items()},
         landings={f"as given: {study.worst}": study.before[study.worst], f"optimum: {study.worst}": study.after[study.worst]},
     )
+
+
+def _scenes(study: Improvement) -> dict[str, ShockProfile]:
+    """The landings at the optimum, by the names of their files."""
+    return {f"optimum-{k}.toml": profile for k, profile in enumerate(study.after.values(), start=1)}
 
 
 def _number(value: float, unit: str) -> str:
