@@ -7,9 +7,11 @@ OPEN, LOADING, UNLOADING = range(3)
 
 
 class Law:
-    """Elements on a robot of inertia M, and what each of them does; y = (x, ẋ, 1)."""
+    """Elements on a robot of inertia M that falls freely with accelerations g, and what each of them does; y = (x, ẋ, 1)."""
 
-    def __init__(self, M, elements, velocity):
+    def __init__(self, M, elements, velocity, gravity):
+        self.gravity = gravity
+        self.steady = np.where(elements.stiffness > 0.0, 0.0, elements.load)
         self.el, self.n, self.inverse = elements, len(M), np.linalg.inv(M)
         self.size = np.sqrt(np.einsum("ri,ij,rj->r", elements.rows, self.inverse, elements.rows))
         self.speed = np.sqrt(velocity @ M @ velocity)
@@ -18,6 +20,8 @@ class Law:
         self.mode = np.where((elements.contact < 0) | np.isin(elements.contact, approaches), LOADING, OPEN)
         self.slope = elements.stiffness.copy()
         self.slack, self.peak, self.way, self.opened = np.zeros((4, len(elements.rows)))
+        sprung = elements.stiffness > 0.0
+        self.slack[sprung] = (elements.load + 0.0 * self.slack)[sprung] / elements.stiffness[sprung]
         self.change()
 
     def change(self):
@@ -25,16 +29,16 @@ class Law:
         B, n, y = self.el.rows, self.n, self.y
         held = (self.mode == UNLOADING) & (self.el.restitution == 0.0)
         sprung = (self.mode != OPEN) & ~held
-        self.C, self.d = -(sprung * self.slope)[:, None] * B, sprung * self.slope * self.slack
+        self.C, self.d = -(sprung * self.slope)[:, None] * B, sprung * self.slope * self.slack + self.steady
         if held.any():
             H, scale = B[held], 1.0 / self.size[held]
             weighted = np.linalg.pinv(scale[:, None] * H @ self.inverse @ H.T * scale, rcond=1e-9) * scale * scale[:, None]
             take = -weighted @ H @ self.inverse @ B.T
-            self.C[held], self.d[held] = take @ self.C, take @ self.d
+            self.C[held], self.d[held] = take @ self.C, take @ self.d - weighted @ H @ self.gravity
             y[n:-1] -= self.inverse @ H.T @ weighted @ H @ y[n:-1]
         self.A = np.zeros((2 * n + 1, 2 * n + 1))
         self.A[:n, n:-1] = np.eye(n)
-        self.A[n:-1, :n], self.A[n:-1, -1] = self.inverse @ B.T @ self.C, self.inverse @ B.T @ self.d
+        self.A[n:-1, :n], self.A[n:-1, -1] = self.inverse @ B.T @ self.C, self.inverse @ B.T @ self.d + self.gravity
         rate, later = B @ y[n:-1], B @ (self.A @ y)[n:-1]
         first = np.where(np.abs(rate) > 1e-9 * self.size * self.speed, rate, later)
         self.way = np.where(self.el.normal, -1.0, np.where(self.way == 0.0, np.where(first < 0.0, -1.0, 1.0), self.way))
@@ -83,9 +87,9 @@ class Law:
         self.change()
 
 
-def follow(M, elements, velocity, end, samples):
+def follow(M, elements, velocity, end, samples, gravity=0.0):
     """Times (T,), forces (T, r) and velocities (T, n) until an end."""
-    law, t, step, rows = Law(M, elements, velocity), 0.0, end / samples, []
+    law, t, step, rows = Law(M, elements, velocity, gravity + 0.0 * velocity), 0.0, end / samples, []
     while True:
         for _ in range(200):
             value, i, kind = min(law.signals(law.y))

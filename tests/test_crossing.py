@@ -9,7 +9,8 @@ from shockpc.core.crossing import Effort, Signals, first_crossing
 def signals(constant, cosine, sine, linear=0.0, either=False):
     """Signals without tolerance."""
     s = len(cosine)
-    full = [np.broadcast_to(np.asarray(value, dtype=float), s) for value in (0.0, constant, linear)]
+    start = constant + np.sum(cosine, axis=1)
+    full = [np.broadcast_to(np.asarray(value, dtype=float), s) for value in (0.0, start, linear, 0.0)]
     return Signals(np.full(s, either), *full, np.asarray(cosine) - 1j * np.asarray(sine))
 
 
@@ -32,7 +33,7 @@ def test_the_first_of_several_roots(seed):
     time, index = first_crossing(sigma, sums, 3.0, Effort())
     t = np.linspace(0.0, 3.0, 100001)
     angle = np.outer(t, sigma)
-    values = sums.constant + np.outer(t, sums.linear) + np.cos(angle) @ cosine.T + np.sin(angle) @ sine.T
+    values = sums.start - cosine.sum(axis=1) + np.outer(t, sums.linear) + np.cos(angle) @ cosine.T + np.sin(angle) @ sine.T
     below = np.flatnonzero(values.min(axis=1) < 0.0)
     if not len(below):
         assert (time, index) == (3.0, None)

@@ -136,7 +136,20 @@ def loaded(e):
 def test_a_point_mass_on_a_spring(capfd, here, e):
     """Force v √(k m) after a quarter of a period; unloaded in e quarters of it, and not at all with e = 0."""
     (here / "box.urdf").write_text(BOX)
-    words = ("box.urdf", "--contact", "box", "--speed", 3, "--restitution", e, "--contact-stiffness", K, "--at", "box")
+    words = (
+        "box.urdf",
+        "--contact",
+        "box",
+        "--speed",
+        3,
+        "--restitution",
+        e,
+        "--contact-stiffness",
+        K,
+        "--no-gravity",
+        "--at",
+        "box",
+    )
     found = document(capfd, *words)["stiffness"]
     omega = math.sqrt(K / 2.0)
     assert found["difference"] < 1e-9
@@ -152,17 +165,100 @@ def test_a_point_mass_on_a_spring(capfd, here, e):
 
 def test_two_laws_of_restitution_differ_at_every_stiffness(capfd):
     """The difference from the impulse model does not shrink on stiffer contacts, and the line says why."""
-    words = ("go2", "--contact", "FL_foot", "--restitution", 0.5, "--contact-stiffness")
+    words = ("go2", "--contact", "FL_foot", "--restitution", 0.5, "--no-gravity", "--contact-stiffness")
     soft, stiff = (document(capfd, *words, k)["stiffness"]["difference"] for k in (1e6, 1e10))
     assert soft == pytest.approx(stiff, rel=1e-3)
     assert stiff > 0.01
     assert "part of the difference is between two laws of restitution" in good(capfd, "analyze", *words, 1e8)
 
 
+@pytest.mark.parametrize("e", [1.0, 0.5, 0.0])
+def test_a_point_mass_falls_on_a_spring(capfd, here, e):
+    """Under gravity: F = √(k m v² + (m g)²) + m g, first at (π − atan(ω v / g)) / ω; it leaves at e v, or stands with m g."""
+    (here / "box.urdf").write_text(BOX)
+    words = ("box.urdf", "--contact", "box", "--speed", 0.3, "--restitution", e, "--contact-stiffness", K, "--at", "box")
+    found = document(capfd, *words)["stiffness"]
+    omega, weight = math.sqrt(K / 2.0), 2.0 * GRAVITY
+    (contact,), (point,) = found["contacts"], found["points"]
+    force, when = math.hypot(0.6 * omega, weight) + weight, (math.pi - math.atan(omega * 0.3 / GRAVITY)) / omega
+    np.testing.assert_allclose([contact["peak_force"], contact["peak_force_time"]], [force, when], rtol=1e-7)
+    assert point["peak_acceleration"] == pytest.approx(force / 2.0 / GRAVITY, rel=1e-9)
+    scene = Scene(robot="box.urdf", contact=Contact(frame="box", restitution=e), strike=Strike(speed=0.3), contact_stiffness=K)
+    motion = shock_profile(scene).stiffness.motion
+    last = motion.at([motion.duration])
+    assert last.jump[0, 2] == pytest.approx(0.3 * (1.0 + e), rel=1e-9)
+    assert motion.separated == (e > 0.0)
+    # Without restitution it stands from where it is compressed most.
+    assert last.force[0, 2] == pytest.approx(0.0 if motion.separated else force, abs=1e-6)
+    later = CompliantLanding(shock_profile(scene).landing, 2.0 * motion.duration).motion
+    assert e > 0.0 or later.at([later.duration]).force[0, 2] == pytest.approx(weight, rel=1e-9)
+
+
+def test_motors_that_hold_the_weight_bring_a_robot_to_rest():
+    """On four feet without restitution, with standing torques, nothing moves any more, and joint rates are the impulse's.
+
+    Without torques the robot collapses, and its feet carry little. A torque that is given goes over the standing one.
+    """
+    feet = tuple(Contact(frame=f"{foot}_foot") for foot in ("FL", "FR", "RL", "RR"))
+    scene = Scene(robot="go2", contact=feet, contact_stiffness=K, joints=Joints(motors="standing"))
+    profile = shock_profile(scene)
+    weight, rates = profile.robot.mass * GRAVITY, quantity("joint", "delta_qd")
+
+    def end(profile):
+        found = profile.stiffness
+        jumps = found.impact_at(found.motion.duration).delta_qd[0, :, 0]
+        return found.motion.at([found.motion.duration]).force[0][found.motion.elements.normal].sum(), jumps
+
+    force, jump = end(profile)
+    assert force == pytest.approx(weight, rel=1e-6)
+    np.testing.assert_allclose(jump[6:], profile.values(rates, profile.places("joint")), atol=1e-6)
+    force, jump = end(shock_profile(replace(scene, joints=Joints())))
+    assert force < 0.5 * weight
+    assert np.abs(jump[6:] - profile.values(rates, profile.places("joint"))).max() > 0.1
+    given = shock_profile(replace(scene, joints=Joints(motors="standing", torque={"FL_calf_joint": 2.0})))
+    loads = [one.stiffness.motion.elements.load[12:] for one in (profile, given)]
+    assert loads[1][2] == 2.0
+    np.testing.assert_array_equal(np.delete(loads[0], 2), np.delete(loads[1], 2))
+
+
+@pytest.mark.parametrize("kind", ["none", "standing"])
+def test_constant_forces_do_not_change_the_impulse(kind):
+    """Their share falls with 1/√k, as the duration does."""
+    joints, differences = Joints(motors=kind), []
+    for k in (1e6, 1e8, 1e10):
+        profile = shock_profile(Scene(robot="go2", contact="FL_foot", contact_stiffness=k, joints=joints))
+        differences.append(profile.stiffness.difference)
+    np.testing.assert_allclose(np.array(differences[:2]) / differences[1:], 10.0, rtol=0.05)
+
+
+def test_a_motor_behind_a_spring_turns_its_joint():
+    """Behind a stiff spring as rigidly joined: the same velocities after 10 ms, to the share of a vibration of that spring."""
+    torque = {"*_calf_joint": 5.0, "*_thigh_joint": -1.0}
+    rotors, rates = [Rotor(inertia=1e-4, gear_ratio=6.33, stiffness=k) for k in (1e6, None)], []
+    for rotor, own in ((rotors[0], torque), (rotors[1], torque), (rotors[1], {})):
+        joints = Joints(rotor={"*": rotor}, torque=own)
+        profile = shock_profile(Scene(robot="go2", contact="FL_foot", contact_stiffness=1e4, joints=joints))
+        rates.append(profile.stiffness.impact_at(0.01).delta_qd[0, 6:, 0])
+    sprung, rigid, without = rates
+    assert np.abs(sprung - rigid).max() < 0.03 * np.abs(rigid - without).max()
+
+
+def test_a_loaded_spring_of_a_file_pushes(here):
+    """MJCF springref: a leg of 3 kg on a spring of 4000 N/m, deflected by 1 cm, is pushed with 40 N from the start."""
+    slide = '<joint name="leg" type="slide" axis="0 0 1" stiffness="4000" springref="0.01"/>'
+    (here / "hopper.xml").write_text(mjcf(floating(body("b", joints=slide))))
+    contact = Contact(frame="base", directions=("z",))
+    forces = [
+        shock_profile(Scene(robot="hopper.xml", contact=contact, contact_stiffness=K, gravity=gravity)).stiffness.motion.at([0.0])
+        for gravity in (True, False)
+    ]
+    np.testing.assert_allclose([one.force[0] for one in forces], [[0.0, 40.0], [0.0, 0.0]], atol=1e-9)
+
+
 def test_a_damper_beside_the_spring(capfd, here):
     """ζ = c / (2 √(k m)) makes e = exp(−2ζ acos ζ / √(1 − ζ²)); the same as that restitution."""
     (here / "box.urdf").write_text(BOX)
-    words = ("box.urdf", "--contact", "box", "--contact-stiffness", K)
+    words = ("box.urdf", "--contact", "box", "--contact-stiffness", K, "--no-gravity")
     zeta = 300.0 / (2.0 * math.sqrt(K * 2.0))
     e = math.exp(-2.0 * zeta * math.acos(zeta) / math.sqrt(1.0 - zeta**2))
     found = document(capfd, *words, "--contact-damping", 300)["stiffness"]
@@ -177,7 +273,7 @@ def test_a_damper_beside_the_spring(capfd, here):
 
 
 def test_a_spring_that_is_loaded_at_touchdown(capfd, here):
-    """MJCF springref: what balances k (springref − q) before the impact still does, so the motion is that of a relaxed spring.
+    """MJCF springref, without gravity: what balances k (springref − q) still does, so the motion is that of a relaxed spring.
 
     A deflection that is rounding of a keyframe is no load.
     """
@@ -185,7 +281,9 @@ def test_a_spring_that_is_loaded_at_touchdown(capfd, here):
     motions, loads = [], []
     for x in (0.01, 1e-7):
         (here / "hopper.xml").write_text(mjcf(floating(body("b", joints=slide.format(x)))))
-        profile = shock_profile(Scene(robot="hopper.xml", contact=(Contact(frame="base", directions=("z",)),), contact_stiffness=K))
+        profile = shock_profile(
+            Scene(robot="hopper.xml", contact=(Contact(frame="base", directions=("z",)),), contact_stiffness=K, gravity=False)
+        )
         motions.append(profile.stiffness.motion.at(np.linspace(0.0, profile.stiffness.motion.duration, 9)).force)
         text = good(capfd, "analyze", "hopper.xml", "--contact", "base", "--slide")
         loads.append([note in text for note in ("leg is loaded by its spring with 40 N at touchdown", "is loaded by its spring")])
@@ -205,7 +303,7 @@ def test_a_spring_that_is_loaded_at_touchdown(capfd, here):
 def test_a_column_of_two_masses(capfd, here, words, mass, share):
     """With a reflected inertia a between them the foot feels m₁ + a m₂ / (a + m₂); the joint carries what moves the upper mass."""
     (here / "column.urdf").write_text(COLUMN)
-    words = ("column.urdf", "--contact", "foot", "--slide", "--restitution", 1, "--contact-stiffness", K, *words)
+    words = ("column.urdf", "--contact", "foot", "--slide", "--restitution", 1, "--contact-stiffness", K, "--no-gravity", *words)
     whole = document(capfd, *words)
     found = whole["stiffness"]
     force = math.sqrt(K * mass)
@@ -228,7 +326,9 @@ def test_a_joint_of_several_axes_has_a_peak_force_but_no_torque_along_an_axis(he
     (here / "column.xml").write_text(text)
     (here / "column.urdf").write_text(text)
     contact = Contact(frame="foot", directions=("z",), restitution=1.0)
-    profile = shock_profile(Scene(robot=f"column.{'xml' if kind == 'ball' else 'urdf'}", contact=(contact,), contact_stiffness=K))
+    profile = shock_profile(
+        Scene(robot=f"column.{'xml' if kind == 'ball' else 'urdf'}", contact=(contact,), contact_stiffness=K, gravity=False)
+    )
     for key in ("peak_torque", "joint_torque_share", "along"):
         np.testing.assert_array_equal(profile.value(key, "joint"), [np.nan])
     assert profile.value("peak_joint_force", "joint") == pytest.approx(math.sqrt(K * 3.5) * 3.0 / 3.5, rel=1e-9)
@@ -255,7 +355,7 @@ def test_one_direction_is_the_impulse_times_a_half_sine(changes):
 
     Also where motors hold the rates of joints, and where the contact has a velocity of its own.
     """
-    profile = shock_profile(replace(ANYMAL, **{"contact": SLIDING, "contact_stiffness": K} | changes))
+    profile = shock_profile(replace(ANYMAL, **{"contact": SLIDING, "contact_stiffness": K, "gravity": False} | changes))
     found, (contact,), (sensor,) = profile.stiffness, profile.contacts, profile.points
     length = math.pi * math.sqrt(contact.mass_frictionless / K)
     assert found.difference < 1e-9
@@ -271,7 +371,7 @@ def test_one_direction_is_the_impulse_times_a_half_sine(changes):
 @pytest.mark.parametrize("name", ["fig3", "five_bar"])
 def test_without_restitution_the_jumps_are_those_of_the_impulse_model(name):
     """For whatever stiffness; loops stay closed, but what their joints carry is not computed."""
-    profile = shock_profile(replace(paper_scene(name), contact_stiffness=K))
+    profile = shock_profile(replace(paper_scene(name), contact_stiffness=K, gravity=False))
     assert profile.stiffness.difference < 1e-8
 
 
@@ -279,10 +379,10 @@ def test_without_restitution_the_jumps_are_those_of_the_impulse_model(name):
 def test_torques_in_a_loop(name):
     """A drive carries what accelerates its rotor, and a free joint nothing, which needs the forces that close the loop."""
     scene = paper_scene(name)
-    profile = shock_profile(replace(scene, contact_stiffness=K, joints=Joints()))
+    profile = shock_profile(replace(scene, contact_stiffness=K, gravity=False, joints=Joints()))
     np.testing.assert_array_equal(profile.value("peak_torque", "joint"), 0.0)
     names = [place.name for place in profile.places("joint")]
-    profile = shock_profile(replace(scene, contact_stiffness=K, joints=Joints(armature={names[0]: 0.01})))
+    profile = shock_profile(replace(scene, contact_stiffness=K, gravity=False, joints=Joints(armature={names[0]: 0.01})))
     rate = quantity("joint", "delta_qd").compute
     expected = np.where(np.arange(len(names)) == 0, 0.01 * profile.stiffness.peaks(rate, profile.places("joint"))[0], 0.0)
     np.testing.assert_allclose(profile.value("peak_torque", "joint"), expected, rtol=1e-8)
@@ -291,7 +391,14 @@ def test_torques_in_a_loop(name):
 def test_peaks_of_every_segment_are_refined():
     """A sample where one segment ends exceeds the samples of the next, but not its maximum: no time has more than the peak."""
     feet = tuple(Contact(frame=frame, restitution=1.0, restitution_along="directions") for frame in ("FL_foot", "RR_foot"))
-    scene = Scene(robot="go2", contact=feet, strike=Strike(strike_angle_deg=20.0), contact_stiffness=K, tangential_stiffness=5e4)
+    scene = Scene(
+        robot="go2",
+        contact=feet,
+        strike=Strike(strike_angle_deg=20.0),
+        contact_stiffness=K,
+        gravity=False,
+        tangential_stiffness=5e4,
+    )
     profile = shock_profile(scene)
     found = profile.stiffness
     force = found.motion.at(np.linspace(0.0, found.motion.duration, 20001)).force
@@ -309,7 +416,7 @@ def with_drives(profile, **drives):
 def test_springs_and_rotors_in_the_joints_of_a_robot(spring, rotor):
     """Energy is kept while the contact is loaded, momentum is what the ground gives, and a spring gives what moves its rotor."""
     lossless = Contact(frame="LF_FOOT", restitution=1.0, restitution_along="directions")
-    profile = shock_profile(replace(ANYMAL, contact=(lossless,), contact_stiffness=K))
+    profile = shock_profile(replace(ANYMAL, contact=(lossless,), contact_stiffness=K, gravity=False))
     moving = np.arange(18) >= 6
     stiffness, springs = np.where(moving, 50.0, 0.0), np.where(moving, spring, np.inf)
     found = with_drives(profile, stiffness=stiffness, drive_stiffness=springs, rotor=np.where(moving, rotor, 0.0))
@@ -332,7 +439,7 @@ def test_springs_and_rotors_in_the_joints_of_a_robot(spring, rotor):
 
 def test_a_rotor_behind_a_spring_is_free_or_rigid_at_the_ends():
     """A soft spring gives the peaks of free joints, a stiff one those of the reflected inertia."""
-    slides = replace(ANYMAL, contact=SLIDING, contact_stiffness=K)
+    slides = replace(ANYMAL, contact=SLIDING, contact_stiffness=K, gravity=False)
     free, moving = shock_profile(slides), np.arange(18) >= 6
     geared = shock_profile(replace(slides, joints=Joints(armature={"*": 0.01})))
     rotor = np.where(moving, 0.01, 0.0)
@@ -353,7 +460,7 @@ def contact_warnings(**changes):
     ("stiffness", "gravity", "deep"), [(1e-12, True, True), (1e2, True, True), (1e4, True, False), (1e6, False, False)]
 )
 def test_gravity_and_the_compression_are_left_out_with_a_warning(stiffness, gravity, deep):
-    warnings = contact_warnings(contact_stiffness=stiffness)
+    warnings = contact_warnings(contact_stiffness=stiffness, gravity=False)
     assert any("gravity is left out" in text for text in warnings) == gravity
     assert any("is compressed by" in text for text in warnings) == deep
 
@@ -363,7 +470,7 @@ def test_the_share_of_gravity(capfd, here, speed, share):
     """The share g T / v of a mass on a spring, whose time T does not depend on the speed."""
     (here / "box.urdf").write_text(BOX)
     k = 2.0 * (loaded(0.0) / (share / 100.0 * speed / GRAVITY)) ** 2
-    words = ("box.urdf", "--contact", "box", "--speed", speed, "--contact-stiffness", k)
+    words = ("box.urdf", "--contact", "box", "--speed", speed, "--contact-stiffness", k, "--no-gravity")
     text = good(capfd, "analyze", *words)
     assert (f"({share:.2g} %): real peak forces are larger" in text) == (share > 5.0)
 
@@ -371,12 +478,12 @@ def test_the_share_of_gravity(capfd, here, speed, share):
 def test_a_headline_that_finite_stiffness_contradicts():
     """Rotors behind springs count within the contact; behind a very stiff spring they are rigid, not free."""
     soft, stiff = (Joints(rotor={"*": Rotor(inertia=1.11842e-4, gear_ratio=6.33, stiffness=spring)}) for spring in (100.0, 1e12))
-    warnings = contact_warnings(joints=soft, contact_stiffness=K)
+    warnings = contact_warnings(joints=soft, contact_stiffness=K, gravity=False)
     assert any("shock at imu is 0.0425 at the end of contact on 100000 N/m, and 0.0024" in text for text in warnings)
     assert any("springs of joints count after 6.6 ms, within the 20.5 ms of contact" in text for text in warnings)
     assert contact_warnings(joints=soft) == []
     assert any("acts as rigid" in text for text in contact_warnings(joints=stiff))
-    assert not any("shock at" in text for text in contact_warnings(contact_stiffness=1e6))
+    assert not any("shock at" in text for text in contact_warnings(contact_stiffness=1e6, gravity=False))
 
 
 def test_the_rebound_hardly_depends_on_a_small_restitution():
@@ -385,7 +492,7 @@ def test_the_rebound_hardly_depends_on_a_small_restitution():
     shocks = []
     for e in (0.0, 1e-3, 0.01, 0.1, 0.2, 0.5):
         profile = shock_profile(
-            Scene(robot="go2", contact=(Contact(frame="FL_foot", restitution=e),), joints=soft, contact_stiffness=K)
+            Scene(robot="go2", contact=(Contact(frame="FL_foot", restitution=e),), joints=soft, contact_stiffness=K, gravity=False)
         )
         shocks.append(profile.value("shock_com_separated", "body")[0])
         assert 0.019 < profile.value("duration", "contact")[0] < 0.024
@@ -394,7 +501,18 @@ def test_the_rebound_hardly_depends_on_a_small_restitution():
 
 def test_a_foot_that_stays_on_the_ground_without_force_brings_no_warning(capfd):
     """Of 19.5 ms in which a foot is closed, the last 15.8 ms carry 1 % of the impulse: gravity and springs count for less."""
-    words = ("go2", "--contact", "FL_foot", "--contact-stiffness", K, "--drives", "none", "--joint-stiffness", "RR_calf_joint=100")
+    words = (
+        "go2",
+        "--contact",
+        "FL_foot",
+        "--contact-stiffness",
+        K,
+        "--no-gravity",
+        "--drives",
+        "none",
+        "--joint-stiffness",
+        "RR_calf_joint=100",
+    )
     found = document(capfd, *words)
     assert found["stiffness"]["contacts"][0]["duration"] == pytest.approx(3.6e-3, rel=1e-3)
     assert found["health"]["warnings"] == []
@@ -402,7 +520,7 @@ def test_a_foot_that_stays_on_the_ground_without_force_brings_no_warning(capfd):
 
 def test_springs_before_unknown_rotors_are_left_out_with_a_warning(capfd):
     """With a rotor of 0.25 kg m² at the joint, ANYmal's foot stays on the ground nine times as long."""
-    words = ("analyze", "anymal_b", "--contact", "LF_FOOT", "--contact-stiffness", K)
+    words = ("analyze", "anymal_b", "--contact", "LF_FOOT", "--contact-stiffness", K, "--no-gravity")
     left_out = "springs at LF_HAA, LF_HFE and 10 more joints are left out on contacts of finite stiffness"
     assert left_out in (out := good(capfd, *words))
     assert "see the jumps at the end of contact" not in out
@@ -412,14 +530,14 @@ def test_springs_before_unknown_rotors_are_left_out_with_a_warning(capfd):
 
 def test_many_changes_of_the_contacts_are_a_warning():
     """Joint springs of 2e9 N m/rad open and close the contact hundreds of times; without them it opens once."""
-    many = contact_warnings(contact_stiffness=K, joints=Joints(stiffness={"*": 2e9}))
+    many = contact_warnings(contact_stiffness=K, gravity=False, joints=Joints(stiffness={"*": 2e9}))
     assert any("durations are not reliable" in text for text in many)
-    assert not any("durations" in text for text in contact_warnings(contact_stiffness=K))
+    assert not any("durations" in text for text in contact_warnings(contact_stiffness=K, gravity=False))
 
 
 def test_the_force_over_time_ends_at_zero():
     """A contact without restitution opens at its largest force."""
-    profile = shock_profile(Scene(robot="go2", contact=(Contact(frame="FL_foot"),), contact_stiffness=K))
+    profile = shock_profile(Scene(robot="go2", contact=(Contact(frame="FL_foot"),), contact_stiffness=K, gravity=False))
     force = draw_time(profile).axes[0].lines[0].get_ydata()
     assert force[-1] == 0.0
     assert force[-2] > 10.0
@@ -427,7 +545,7 @@ def test_the_force_over_time_ends_at_zero():
 
 def test_files_over_time(capfd, here):
     """With a contact stiffness a folder has a figure over time; the spectrum of a point below the pulse's frequency is 2π f Δv."""
-    words = ("anymal_b", "--contact", "LF_FOOT", "--slide", "--restitution", 1, "--contact-stiffness", "4e6:1e6")
+    words = ("anymal_b", "--contact", "LF_FOOT", "--slide", "--restitution", 1, "--contact-stiffness", "4e6:1e6", "--no-gravity")
     good(capfd, "analyze", *words, "--spectrum", "--out", "out")
     assert {"time.svg", "spectrum.svg"} <= {path.name for path in (here / "out").iterdir()}
     read = json.loads((here / "out/profile.json").read_text())
@@ -441,7 +559,7 @@ def test_files_over_time(capfd, here):
 @pytest.mark.parametrize("stiffness", ["1e-3", "1e-30"])
 def test_the_spectrum_of_a_contact_that_lasts_long_is_refused(capfd, here, stiffness):
     """Its samples grow with the duration, 69 s to 2e15 s of contact; the other results do not need it."""
-    words = ("anymal_b", "--contact", "LF_FOOT", "--contact-stiffness", stiffness, "--format", "json")
+    words = ("anymal_b", "--contact", "LF_FOOT", "--contact-stiffness", stiffness, "--no-gravity", "--format", "json")
     assert json.loads(good(capfd, "analyze", *words))["stiffness"]["contacts"][0]["duration"] > 60.0
     outcome = run(capfd, "analyze", *words, "--spectrum")
     assert (outcome.code, outcome.out) == (3, "")
@@ -481,7 +599,7 @@ def test_refusals(changes, error, text):
 def test_velocities_that_no_motion_has_are_refused():
     """Two points of a foot do not come together at 1 m/s."""
     second = replace(FOOT[0], offset=(0.0, 0.0, 0.01), velocity=(0.0, 0.0, -2.0))
-    scene = replace(ANYMAL, contact=(replace(FOOT[0], velocity=(0.0, 0.0, -1.0)), second), contact_stiffness=K)
+    scene = replace(ANYMAL, contact=(replace(FOOT[0], velocity=(0.0, 0.0, -1.0)), second), contact_stiffness=K, gravity=False)
     with pytest.raises(SolveError, match="no motion of the robot has the velocities"):
         CompliantLanding(resolve(scene, load_robot("anymal_b")))
 
@@ -509,7 +627,9 @@ def test_a_sweep_takes_them_as_columns(capfd, here):
 
 def test_a_landing_on_springs_is_not_kept_in_memory():
     """Its impacts at several times are its own: a sweep of many such landings needs the memory of one."""
-    compliant = CompliantLanding(resolve(Scene(robot="anymal_b", contact="LF_FOOT", contact_stiffness=1e5), load_robot("anymal_b")))
+    compliant = CompliantLanding(
+        resolve(Scene(robot="anymal_b", contact="LF_FOOT", contact_stiffness=1e5, gravity=False), load_robot("anymal_b"))
+    )
     assert compliant.impact_at(1e-3) is compliant.impact_at(1e-3)
     kept = weakref.ref(compliant)
     del compliant
@@ -523,4 +643,4 @@ def test_a_column_without_values_says_why(capfd, here):
     robot = ("go2", "--contact", "FL_foot", "--quantity", "peak_force")
     for words in (("sweep", *robot, "--vary", "strike-angle=0,5", "--out", "swept"), ("landings", "log.csv", *robot)):
         assert "peak_force@FL_foot has no value: the scene gives no contact stiffness" in good(capfd, *words)
-    assert "has no value" not in good(capfd, "landings", "log.csv", *robot, "--contact-stiffness", 1e5)
+    assert "has no value" not in good(capfd, "landings", "log.csv", *robot, "--contact-stiffness", 1e5, "--no-gravity")

@@ -24,9 +24,11 @@ import shockpc
 from shockpc import Contact, Joints, Part, Posture, Scene, load_robot, read_scene, resolve, shock_profile
 from shockpc.bench.measured import LAWS, measured_landings, measured_tosses
 from shockpc.evaluation import table_files as files
+from shockpc.evaluation.columns import Column, selected
 from shockpc.evaluation.recorded import CLOSED_BY, recorded_landings
 from shockpc.evaluation.recorded_table import rows_of, rows_of_scenes
 from shockpc.evaluation.table_files import read_table
+from shockpc.impact.stiffness import CompliantLanding
 from shockpc.landing.landing import landing_of
 from shockpc.landing.motion import Motion
 from shockpc.landing.scene_file import scene_text
@@ -690,7 +692,7 @@ def test_finite_stiffness_ends_at_the_impulse(model, joints):
     robot, columns = known_robot("anymal_b"), table()
     after = {f"after{ms}ms_{name}": columns[name] for ms in (0.0001, 500) for name in ("vx", "vz")}
     after |= {f"after{ms}ms_LF_KFE": columns["before_LF_KFE"] for ms in (0.0001, 500)}
-    stiff = replace(SCENE, contact_stiffness=1e5, joints=joints)
+    stiff = replace(SCENE, contact_stiffness=1e5, gravity=False, joints=joints)
     comparison = compare_measured(columns | after, {model: stiff}, robot)
     found = {(one.model, one.time, one.name): one.predicted for one in comparison.agreements}
     assert not comparison.failures
@@ -698,6 +700,42 @@ def test_finite_stiffness_ends_at_the_impulse(model, joints):
         impulsive = found[model, 500.0, name]
         np.testing.assert_allclose(found[f"{model}, contacts of 100000 N/m", 500.0, name], impulsive, atol=1e-7)
         assert np.abs(found[f"{model}, contacts of 100000 N/m", 0.0001, name]).max() <= 1e-3 * np.abs(impulsive).max()
+
+
+def test_efforts_of_a_table_are_torques_of_its_rows():
+    """An empty cell is the torque of the scene; the scene of a row has them; without a contact stiffness they change nothing."""
+    robot, columns = known_robot("anymal_b"), table()
+    columns |= {"effort_LF_KFE": np.array([0.0, 5.0, -5.0, 5.0, np.nan, 5.0])}
+    stiff = replace(SCENE, contact_stiffness=1e5, joints=Joints(torque={"LF_KFE": 2.0, "RH_KFE": 3.0}))
+    peaks = ("peak_torque@LF_KFE", "peak_acceleration@imu_link")
+    made = compute(study(columns, stiff, peaks))
+    assert not made.messages
+    for i, torque in enumerate([0.0, 5.0, -5.0, 5.0, 2.0, 5.0]):
+        scene = made.study.case(i)
+        assert scene.joints.torque == {"LF_KFE": torque, "RH_KFE": 3.0}
+        profile = shock_profile(scene, robot)
+        names = [place.name for place in profile.places("joint")]
+        assert made.columns[peaks[0]][i] == pytest.approx(profile.value("peak_torque", "joint")[names.index("LF_KFE")], rel=1e-9)
+    plain = study(columns, SCENE, ("delta_v@imu_link",)).table()
+    del columns["effort_LF_KFE"]
+    same = study(columns, SCENE, ("delta_v@imu_link",)).table()
+    np.testing.assert_array_equal(plain.columns["delta_v@imu_link"], same.columns["delta_v@imu_link"])
+
+
+def test_velocities_at_a_time_are_columns():
+    """Changes of velocity on contacts of finite stiffness, with free fall; of a row that cannot be followed the message."""
+    columns = table()
+    made = study(columns, replace(SCENE, contact_stiffness=1e5))
+    selection, (place,) = selected(made.landings.first, "delta_v.x@base")
+    wanted = tuple(Column(selection, place, time=time) for time in (2.0, 8.0))
+    found = replace(made, computed=wanted).table().columns
+    for i in range(6):
+        motion = CompliantLanding(made.landings.landing(i), 0.008)
+        for column in wanted:
+            jump = motion.impact_at(column.time / 1e3).own_jumps[0, 0, 0, 3]
+            assert found[f"delta_v.x@base after {column.time:g} ms"][i] == pytest.approx(jump, rel=1e-9)
+    falls = study(columns | {"vz": np.full(6, 1.0)}, replace(SCENE, contact_stiffness=1e5))
+    assert len(replace(falls, computed=wanted).table().messages) == 6
 
 
 def test_measured_landings_of_cassie():

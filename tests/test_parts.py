@@ -126,7 +126,12 @@ def test_a_short_rating_and_a_critical_velocity_change():
 def test_a_point_mass_on_a_spring(here, part, margin, by):
     """Δv = v and a peak of v √(k/m): below both bounds of a survived pulse, or below one of the critical values."""
     scene = Scene(
-        robot="box.urdf", contact="box", strike=Strike(speed=3.0), contact_stiffness=K, part=(Part(name="p", at="box", **part),)
+        robot="box.urdf",
+        contact="box",
+        strike=Strike(speed=3.0),
+        contact_stiffness=K,
+        gravity=False,
+        part=(Part(name="p", at="box", **part),),
     )
     profile = shock_profile(scene)
     (found,) = profile.parts
@@ -160,8 +165,8 @@ def test_a_part_that_does_not_move_has_no_bound(here):
 @pytest.mark.parametrize(
     ("words", "part", "torque", "limit", "said"),
     [
-        (("--contact-stiffness", K), {}, None, 50.0, "of the torque limit"),
-        (("--contact-stiffness", K), {"momentary_torque": 200.0}, None, 200.0, "of the torque limit"),
+        (("--contact-stiffness", K, "--no-gravity"), {}, None, 50.0, "of the torque limit"),
+        (("--contact-stiffness", K, "--no-gravity"), {"momentary_torque": 200.0}, None, 200.0, "of the torque limit"),
         (("--pulse", "half-sine:5ms"), {}, math.pi / 2.0 / 5e-3, 50.0, "peak of a torque that has the pulse half-sine:5ms"),
         ((), {"torque_duration": 0.02}, 1.0 / 0.02, 50.0, "over the duration for which the joint withstands its torque, a mean"),
     ],
@@ -319,7 +324,7 @@ def test_shock_and_peaks_of_parts_are_columns_of_studies(here):
     values = of_shock.table().columns
     assert values["part.shock@IMU"].tolist() == values["shock@imu_link"].tolist()
     assert np.nanmax(values["double_error"]) < 1e-12
-    stiff = replace(scene, contact_stiffness=K)
+    stiff = replace(scene, contact_stiffness=K, gravity=False)
     peaks = sweep(stiff, {"speed": "1,2"}, quantities=("part.peak_g@IMU",)).table().columns["part.peak_g@IMU"]
     np.testing.assert_allclose(peaks, shock_profile(stiff).parts[0].peak_g * np.array([1.0, 2.0]), rtol=1e-6)
     with pytest.raises(StudyError, match=r"peak_g needs the duration of the impact.* or a contact stiffness"):

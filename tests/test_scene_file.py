@@ -115,7 +115,7 @@ def test_every_key_is_read(here):
     for key in ("normal", "velocity"):
         del table["contact"][1][key]
     table["point"] = [as_lists(point | given) for given in table["point"]]
-    assert scene_table(read_scene(write(here, EVERY_KEY))) == table
+    assert scene_table(read_scene(write(here, EVERY_KEY))) == table | {"gravity": True}
 
 
 def as_lists(table):
@@ -307,7 +307,7 @@ def values(kind):
         return st.tuples(*map(values, parts))
     if parts:
         return st.one_of(*map(values, parts))
-    return {float: FLOATS, str: NAMES, type(None): st.none()}[kind]
+    return {float: FLOATS, bool: st.booleans(), str: NAMES, type(None): st.none()}[kind]
 
 
 def records(kind, **given):
@@ -378,7 +378,7 @@ def test_schema_knows_every_key(capfd, here):
     table = tomllib.loads(EVERY_KEY)
     closure = table["closure"][0]
     used = {
-        "Scene": {*table, "friction", "contact_stiffness", "tangential_stiffness", "contact_damping"},
+        "Scene": {*table, "friction", "contact_stiffness", "tangential_stiffness", "contact_damping", "gravity"},
         "Posture": {*table["posture"], "base_quaternion", "joint_quaternions"},
         "Contact": {*table["contact"][0]},
     }
@@ -386,7 +386,7 @@ def test_schema_knows_every_key(capfd, here):
         "Strike": {*table["strike"], "velocity", "drop_height", "forward_speed"},
         "Point": {*table["point"][0]},
         "Part": {key for part in table["part"] for key in part},
-        "Joints": {*table["joints"]},
+        "Joints": {*table["joints"], "motors", "torque"},
     }
     used |= {"Rotor": {*table["joints"]["rotor"]["lf_hip"]}, "Closure": {*closure}, "LoopEnd": {*closure["a"]}}
     assert used == {name: {field.name for field in dataclasses.fields(record)} for name, record in records.items()}

@@ -263,6 +263,22 @@ def test_matrix_exponentials_agree(seed, e):
     np.testing.assert_allclose(motion.impulse_time(normals, 0.99), late, atol=2e-3)
 
 
+@pytest.mark.parametrize("e", [0.0, 0.05, 0.5, 1.0])
+@pytest.mark.parametrize("seed", [1, 4, 7])
+def test_matrix_exponentials_agree_under_constant_forces(seed, e):
+    """As before, with accelerations of free fall, springs that are loaded before the impact, and constant forces of motors."""
+    M, rows, velocity, rng = landing(seed, contacts=3)
+    elements = with_springs(sticking(rows, 1e3, e, e), rng.normal(size=(4, 6)), np.array([200.0, 200.0, 0.0, 0.0]))
+    elements = elements._replace(load=np.append(np.zeros(9), 10.0 * rng.normal(size=4)))
+    gravity = 5.0 * rng.normal(size=6) - 5.0 * np.linalg.solve(M, rows[2]) / np.linalg.norm(rows[2])
+    motion = simulate_landing(M, elements, velocity, until=0.15, gravity=gravity)
+    _, force, speed = follow(M, elements, velocity, 0.15, 750, gravity)
+    jump, peaks = speed[-1] - velocity, np.abs(force).max(axis=0)
+    np.testing.assert_allclose(motion.at([0.15]).jump[0], jump, atol=1e-5 * np.abs(jump).max())
+    np.testing.assert_allclose(motion.peak(np.eye(len(peaks))[:, None, :])[0], peaks, atol=1e-4 * peaks.max())
+    np.testing.assert_allclose(motion.at(np.zeros(1)).force[0], elements.load, atol=1e-9)
+
+
 @pytest.mark.parametrize("e", [0.0, 1e-3, 1e-2, 0.1])
 def test_a_contact_that_opens_for_an_instant_is_followed(e):
     """A mass behind a spring presses a foot on the ground for long after the foot is at rest: the rebound depends little on e."""

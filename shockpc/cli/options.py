@@ -111,11 +111,14 @@ class SceneOptions(NamedTuple):
     )
     joint_stiffness: tuple[Setting, ...] = _in_joints(
         "Stiffness of a spring of the joint itself, such as in a compliant leg, instead of the stiffness in an MJCF; its load at "
-        "touchdown (springref) is stated and left out, as gravity and the motors that balance it are [N m/rad; N/m if prismatic].",
+        "touchdown (springref) counts with a contact stiffness [N m/rad; N/m if prismatic].",
         "JOINT=STIFFNESS",
         setting,
     )
     armature: tuple[Setting, ...] = _in_joints("Reflected inertia of joints [kg m²; kg if prismatic].", "JOINT=INERTIA", setting)
+    torque: tuple[Setting, ...] = _in_joints(
+        "Constant torque of motors on contacts of finite stiffness [N m; N if prismatic].", "JOINT=TORQUE", setting
+    )
     lock: tuple[str, ...] = _in_joints("Locked joints, which keep the rate that they have.", "JOINT")
     at: tuple[str, ...] = _in_results("Points whose shock is computed besides the sensors', offset in the frame [m].", FRAME)
     part: tuple[tuple[str, str], ...] = _in_results(
@@ -132,8 +135,10 @@ class SceneOptions(NamedTuple):
 
     def fields(self, record: type) -> dict[str, Any]:
         """The fields of a part of a scene that were typed."""
-        named = {field: self.given.get(one.name.replace("-", "_")) for field, one in options_of(record).items()}
-        return {field: value for field, value in named.items() if value not in (None, ())}
+        declared = options_of(record)
+        named = {field: self.given.get(one.name.replace("-", "_")) for field, one in declared.items()}
+        typed = {field: value for field, value in named.items() if value not in (None, ())}
+        return {field: not value if declared[field].name.startswith("no-") else value for field, value in typed.items()}
 
 
 EVERYBODY = frozenset(

@@ -212,6 +212,7 @@ def _joints(joints: Joints, options: SceneOptions) -> Joints:
         armature=_replaced(armature, options.armature),
         rotor=_replaced(rotor, motors),
         stiffness=_replaced(joints.stiffness, options.joint_stiffness),
+        torque=_replaced(joints.torque, options.torque),
         locked=locked,
     )
 

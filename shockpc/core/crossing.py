@@ -5,6 +5,7 @@ stays positive there is no root; elsewhere the samples are refined. No root is p
 of its amplitude.
 """
 
+import math
 from typing import Any, NamedTuple, TypeAlias
 
 import numpy as np
@@ -41,19 +42,22 @@ class Effort:
 
 
 class Signals(NamedTuple):
-    """Signals s, constant + linear t + Re Σ_j wave_j exp(iσ_j t), whose fall below −tolerance is sought.
+    """Signals s, start + linear t + square t² + Re Σ_j wave_j (exp(iσ_j t) − 1), whose fall below −tolerance is sought.
+
+    Written from their start, slow oscillations of large amplitude, as of what falls against a soft spring, cancel no digits.
 
     Attributes:
         either: (s,) whether the signal may have either sign at first, and counts with that sign.
         tolerance: (s,) what counts as zero; negative where a signal must stay above it.
-        constant, linear: (s,) coefficients.
+        start, linear, square: (s,) coefficients.
         wave: (s, m) complex coefficients.
     """
 
     either: np.ndarray
     tolerance: Array
-    constant: Array
+    start: Array
     linear: Array
+    square: Array
     wave: ComplexArray
 
 
@@ -72,9 +76,10 @@ def first_crossing(sigma: Array, signals: Signals, horizon: float, effort: Effor
         ArithmeticError: the horizon, or the first fall, is too many periods away, or takes too many terms.
     """
     sign, turning = _first_sign(sigma, signals), 1j * sigma
-    wave, constant, linear = sign[:, None] * signals.wave, sign * signals.constant + signals.tolerance, sign * signals.linear
-    amplitude = np.abs(wave)
-    bound, start = amplitude @ sigma**2, constant + wave.real.sum(axis=1)
+    wave, start = sign[:, None] * signals.wave, sign * signals.start + signals.tolerance
+    linear, square = sign * signals.linear, sign * signals.square
+    amplitude, centre = np.abs(wave), start - wave.real.sum(axis=1)
+    bound = amplitude @ sigma**2 + 2.0 * np.maximum(square, 0.0)
     if len(sign) and start.min() < 0.0:
         return 0.0, int(start.argmin())
 
@@ -82,7 +87,7 @@ def first_crossing(sigma: Array, signals: Signals, horizon: float, effort: Effor
         effort.spend((count + 1) * wave.size)
         t = a + (b - a) / count * np.arange(count + 1.0)
         t[-1] = b
-        value = constant + t[:, None] * linear + oscillations(t[:, None] * sigma, wave)
+        value = start + t[:, None] * (linear + t[:, None] * square) + changes(t[:, None] * sigma, wave)
         # Between two samples a signal lies above the parabola through them that curves by the bound.
         change, curve = value[1:] - value[:-1], np.maximum(bound * ((b - a) / count) ** 2 / 2.0, 1e-300)
         dips = (np.abs(change) < curve) & (value[:-1] < (curve - change) ** 2 / (4.0 * curve))
@@ -96,10 +101,11 @@ def first_crossing(sigma: Array, signals: Signals, horizon: float, effort: Effor
 
     def root(i: int, a: float, b: float, above: float, below: float) -> float:
         t, last = a + (b - a) * max(above, 0.0) / (max(above, 0.0) - below), np.inf
-        level, rate, both = float(constant[i]), float(linear[i]), np.stack([wave[i], turning * wave[i]])
+        level, rate, bend, own = float(start[i]), float(linear[i]), float(square[i]), wave[i]
         for _ in range(100):
-            value, slope = (both @ np.exp(turning * t)).real.tolist()
-            value, slope = value + level + rate * t, slope + rate
+            turn = np.exp(turning * (t / 2.0))
+            value = level + t * (rate + t * bend) - 2.0 * float((turn.imag * (turn.imag * own.real + turn.real * own.imag)).sum())
+            slope = rate + 2.0 * t * bend + float((turning * own * turn**2).real.sum())
             a, b = (t, b) if value > 0.0 else (a, t)
             newton = t - value / slope if slope < 0.0 else a
             step = abs(newton - t)
@@ -110,19 +116,19 @@ def first_crossing(sigma: Array, signals: Signals, horizon: float, effort: Effor
             t = newton if a < newton < b else (a + b) / 2.0
         return t
 
-    rate = float(rate_of_change(sigma, amplitude, np.abs(constant)).max(initial=0.0))
+    rate = float(rate_of_change(sigma, amplitude, np.abs(centre)).max(initial=0.0))
     if rate == 0.0:
-        times = [-c / s if s < 0.0 else np.inf for c, s in zip(constant, linear, strict=True)]
+        times = [_falls(*terms) for terms in zip(start.tolist(), linear.tolist(), square.tolist(), strict=True)]
         earliest = min(times, default=np.inf)
         if earliest <= horizon and earliest < np.inf:
-            return float(earliest), times.index(earliest)
+            return earliest, times.index(earliest)
         return horizon if horizon < np.inf else 0.0, None
     step, a, end = 0.25 / rate, 0.0, horizon
     if horizon < np.inf:
         # A signal that grows faster than it oscillates cannot fall any more, as the gap of a contact that has opened for good.
-        lowest = constant - amplitude.sum(axis=1)
-        last = np.divide(-lowest, linear, out=np.full(len(linear), np.inf), where=linear > 0.0)
-        end = min(horizon, max(float(np.where((linear == 0.0) & (lowest > 0.0), 0.0, last).max(initial=0.0)), step))
+        lowest = centre - amplitude.sum(axis=1)
+        last = [_stays(*terms) for terms in zip(lowest.tolist(), linear.tolist(), square.tolist(), strict=True)]
+        end = min(horizon, max([*last, step]))
     for count in (64, 128, 256, 512, *[1024] * (MOST_SAMPLES // 1024)):
         b = min(a + count * step, end)
         if event := search(a, b, count, 3):
@@ -136,21 +142,47 @@ def first_crossing(sigma: Array, signals: Signals, horizon: float, effort: Effor
     )
 
 
+def _falls(start: float, linear: float, square: float) -> float:
+    """The first time at which start + linear t + square t² falls below zero, from start ≥ 0; infinite if it never does."""
+    if (root := linear**2 - 4.0 * square * start) < 0.0:
+        return np.inf
+    if linear > 0.0:
+        return (linear + math.sqrt(root)) / (-2.0 * square) if square < 0.0 else np.inf
+    return 2.0 * start / (math.sqrt(root) - linear) if root > 0.0 else np.inf
+
+
+def _stays(lowest: float, linear: float, square: float) -> float:
+    """The time from which on lowest + linear t + square t² stays positive; infinite if it does not."""
+    if square < 0.0 or (square == 0.0 and (linear < 0.0 or linear == 0.0 >= lowest)):
+        return np.inf
+    if lowest > 0.0 <= linear:
+        return 0.0
+    root = math.sqrt(max(linear**2 - 4.0 * square * lowest, 0.0))
+    if linear < 0.0:
+        return (root - linear) / (2.0 * square)
+    return -2.0 * lowest / (linear + root) if linear + root > 0.0 else 0.0
+
+
 def _first_sign(sigma: Array, signals: Signals) -> Array:
     """The sign (s,) by which to multiply signals; of one that may have either, that of its first derivative which is not zero."""
     sign = np.where(signals.either, 0.0, 1.0)
     if not signals.either.any():
         return sign
-    wave = signals.wave
-    for order in range(4):
-        value, size = wave.real.sum(axis=1), np.abs(wave.real).sum(axis=1)
-        if order == 0:
-            value, size = value + signals.constant, size + np.abs(signals.constant)
+    wave, further = signals.wave, (signals.start, signals.linear, 2.0 * signals.square, 0.0 * signals.start)
+    for order, constant in enumerate(further):
+        value = constant + wave.real.sum(axis=1) if order else np.array(constant)
+        size = np.abs(constant) + np.abs(wave.real).sum(axis=1)
         sign = np.where((sign == 0.0) & (np.abs(value) > NEGLIGIBLE * size), np.sign(value), sign)
         if sign.all():
             break
         wave = 1j * sigma * wave
     return np.where(sign == 0.0, 1.0, sign)
+
+
+def changes(angle: Array, wave: ComplexArray) -> Array:
+    """Re Σ_j wave_j (exp(i angle_j) − 1), (..., s), of angles (..., m) and waves (s, m), without cancellation at small angles."""
+    sin, cos = np.sin(angle / 2.0), np.cos(angle / 2.0)
+    return np.asarray(-2.0 * ((sin * sin) @ wave.real.T + (sin * cos) @ wave.imag.T))
 
 
 def oscillations(angle: Array, wave: ComplexArray) -> Array:

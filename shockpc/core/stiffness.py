@@ -1,20 +1,18 @@
 """A landing on contacts and springs of finite stiffness: forces, accelerations and their times, in closed form.
 
-The geometry is frozen, and gravity, motor torques and the springs' loads at touchdown, which balance one another before it, are
-left out: during a contact of milliseconds they change little. What
-remains is a linear system, excited by the velocity before impact,
+The geometry is frozen. What remains is a linear system, excited by the velocity before impact and by constant forces,
 
-    M ẍ + Σ_i B_iᵀ κ_i (B_i x − a_i) = 0,    x(0) = 0,    ẋ(0) = q̇⁻
+    M ẍ + Σ_i B_iᵀ κ_i (B_i x − a_i) = M g + Σ_j B_jᵀ τ_j,    x(0) = 0,    ẋ(0) = q̇⁻
 
 Each *element* i is a spring of stiffness κ along one row B_i (a row of a contact, or the deflection of a spring in a joint) that
-is without force at B_i x = a_i. With M = LLᵀ, u = Lᵀẋ and z_i = √κ_i (B_i x − a_i) the motion is a rotation, which keeps
-½|u|² + ½|z|²:
+is without force at B_i x = a_i; one without stiffness gives a constant force τ, as a motor. With g, the accelerations of free fall,
+M = LLᵀ, u = Lᵀẋ and z_i = √κ_i (B_i x − a_i), that is
 
-    ż = F u,    u̇ = −Fᵀ z,    F = diag(√κ) B L⁻ᵀ = U diag(σ) Vᵀ
+    ż = F u,    u̇ = −Fᵀ z + c,    c = Lᵀg + L⁻¹ Σ_j B_jᵀ τ_j,    F = diag(√κ) B L⁻ᵀ = U diag(σ) Vᵀ
 
-The singular values σ are the natural frequencies, and (Uᵀz, Vᵀu) rotate by the angles σt. Velocities that no spring resists are
-orthogonal to V and stay as they are; u is the part along the rows of all elements. F Fᵀ is the Delassus matrix of step 1, scaled by
-the stiffness.
+The singular values σ are the natural frequencies. (Uᵀz − Vᵀc/σ, Vᵀu) rotate by the angles σt: forces oscillate about those that
+balance c. Velocities that no spring resists, orthogonal to V, change at the rate of their part of c; u is the part along the
+rows of all elements. F Fᵀ is the Delassus matrix of step 1, scaled by the stiffness.
 
 Restitution is hysteresis (Walton and Braun 1986, J. Rheol. 30:949): an element is loaded with the stiffness k and, after its
 largest force, unloaded with k / e², which returns the share e² of its energy. A single row then returns −e times its velocity,
@@ -29,6 +27,11 @@ A contact opens where its normal force falls to zero; its tangential springs los
 contact *slips* first: without tangential forces it may press on the ground again, and then stays closed without friction. A contact
 closes where it opened, with all springs at rest.
 Between these events the solution is exact; they are found in order (`crossing`).
+
+Gravity brings a contact that has opened back to the ground, which is another impact, or it keeps a contact closed, which then
+stands. So a landing lasts as long as it would without constant forces, until all contacts are open and stay so; and, where a
+contact is compressed or rebounds then, until none is any more. Without springs between bodies and without restitution it ends where
+all rows are at rest. On ever stiffer contacts all this tends to the impulse.
 """
 
 from collections.abc import Iterator, Sequence
@@ -36,17 +39,17 @@ from typing import NamedTuple
 
 import numpy as np
 
-from shockpc.core.crossing import MOST_SAMPLES, ComplexArray, Effort, Signals, first_crossing, oscillations, rate_of_change
+from shockpc.core.crossing import MOST_SAMPLES, ComplexArray, Effort, Signals, changes, first_crossing, oscillations, rate_of_change
 from shockpc.core.spatial import Array
 
 OPEN, LOADING, UNLOADING = range(3)
 
-UNLOADS, RELOADS, REVERSES, SLIPS, OPENS, CLOSES = range(6)
+UNLOADS, RELOADS, REVERSES, SLIPS, OPENS, CLOSES, TURNS = range(7)
 
 EVENTS = "unloads", "reloads", "reverses", "slips", "opens", "closes"
 """What can happen to an element; a normal that unloads is at the end of its compression."""
 
-WATCHED = np.array([0, 1, 1, 1, 1, 2])
+WATCHED = np.array([0, 1, 1, 1, 1, 2, 0])
 """What tells of each: the rate (0), the force (1) or the gap (2) of an element."""
 
 NEGLIGIBLE = 1e-11
@@ -67,6 +70,10 @@ MOST_TOGETHER, SAMPLES_TOGETHER = 32, 2**13
 MOST_EVENTS, MOST_SEGMENTS = 2000, 4000
 """Bounds of the numbers of events of a motion, and of segments, which end also where a reversal is undone at once."""
 
+LONGEST = 2.0
+"""Times the duration without constant forces by which a motion with them ends: both halves of a half-sine become at most as long as
+the whole one is without them."""
+
 STAYS_OPEN = 10.0
 """Times the motion so far for which all contacts have to stay open, so that it has ended: what closes later is another impact."""
 
@@ -84,6 +91,8 @@ class Elements(NamedTuple):
         contact: (r,) number of the contact that a row belongs to, −1 for a spring between bodies.
         normal: (r,) whether a row is the normal of its contact, along which the ground pushes. Each contact has one.
         damping: (r,) c of a viscous damper beside the spring, which replaces e [N s/m, N m s/rad]; zero for none.
+        load: (r,) force on the robot along the row at the impact [N, N m]: of a spring between bodies that is deflected already, or
+            constant where the stiffness is zero. Contacts have none.
     """
 
     rows: Array
@@ -92,6 +101,7 @@ class Elements(NamedTuple):
     contact: np.ndarray
     normal: np.ndarray
     damping: Array | float = 0.0
+    load: Array | float = 0.0
 
 
 class Event(NamedTuple):
@@ -143,9 +153,10 @@ class Segment(NamedTuple):
         sigma: (m,) natural frequencies [rad/s].
         U: (r, m) modes in z of all elements.
         V: (d, m) modes in u.
-        zeta, upsilon: (m,) the modes in z and in u at the start.
-        drift: (d,) part of u that stays constant.
-        level: (r,) part of the forces of all elements that stays constant.
+        zeta, upsilon: (m,) the modes in z, less what balances constant forces, and in u at the start.
+        drift: (d,) part of u that does not oscillate, at the start.
+        fall: (d,) rate at which it changes.
+        level: (r,) part of the forces of all elements that stays constant; at rest they would have it.
         wave: (r, m) with their other part, Re(wave · exp(iσt)).
         jump: (d,) u(start) − u(0).
         displacement: (d,) ∫u dt until the start.
@@ -159,6 +170,7 @@ class Segment(NamedTuple):
     zeta: Array
     upsilon: Array
     drift: Array
+    fall: Array
     level: Array
     wave: ComplexArray
     jump: Array
@@ -170,8 +182,9 @@ class Segment(NamedTuple):
         half = t * self.sigma / 2.0
         cos, sin = np.cos(half), np.sin(half)
         path = t * np.divide(sin, half, out=np.ones_like(half), where=half != 0.0) * (cos * self.upsilon - sin * self.zeta)
-        jump = self.jump - (2.0 * sin * (cos * self.zeta + sin * self.upsilon)) @ self.V.T
-        return self.level + oscillations(t * self.sigma, self.wave), jump, self.displacement + t * self.drift + path @ self.V.T
+        jump = self.jump - (2.0 * sin * (cos * self.zeta + sin * self.upsilon)) @ self.V.T + t * self.fall
+        displacement = self.displacement + t * (self.drift + t / 2.0 * self.fall) + path @ self.V.T
+        return self.level + oscillations(t * self.sigma, self.wave), jump, displacement
 
     def impulse(self, t: float) -> Array:
         """The impulses (r,) of the forces from the start until a time t after it."""
@@ -188,7 +201,9 @@ class StiffMotion(NamedTuple):
         events: in order.
         separated: whether all contacts are open at the end.
         to_velocity: (n, d) from u to ẋ.
-        constant: (n,) part of ẋ that no element resists [rad/s, m/s].
+        constant: (n,) part of ẋ before impact that no element resists [rad/s, m/s].
+        gravity: (n,) accelerations of free fall [rad/s², m/s²].
+        falling: (n,) part of these that no element resists.
     """
 
     elements: Elements
@@ -197,6 +212,8 @@ class StiffMotion(NamedTuple):
     separated: bool
     to_velocity: Array
     constant: Array
+    gravity: Array
+    falling: Array
 
     @property
     def duration(self) -> float:
@@ -251,14 +268,15 @@ class StiffMotion(NamedTuple):
         for k in np.unique(which):
             now, segment = which == k, self.segments[k]
             force[now], jump[now], displacement[now] = segment.after(times[now] - segment.start)
-        displacement, jump = displacement @ self.to_velocity.T, jump @ self.to_velocity.T
-        return History(force, displacement + np.outer(times, self.constant), jump, force @ self.response.T)
+        displacement = displacement @ self.to_velocity.T + np.outer(times, self.constant) + np.outer(times**2 / 2.0, self.falling)
+        jump = jump @ self.to_velocity.T + np.outer(times, self.falling)
+        return History(force, displacement, jump, force @ self.response.T + self.gravity)
 
     def peak(self, outputs: Array) -> tuple[Array, Array]:
         """The largest lengths of vectors P f that are linear in the forces f, and when they are reached.
 
         Args:
-            outputs: (m, k, r) P; of what is linear in accelerations, G ẍ, it is G `response`.
+            outputs: (m, k, r) P; of what is linear in accelerations beyond free fall, G (ẍ − g), it is G `response`.
 
         Returns: (m,) lengths, NaN where P is, and (m,) times [s]. Each oscillation is sampled thirty times, and the largest local
             maxima of the samples are refined to rounding.
@@ -301,15 +319,18 @@ def damper_restitution(ratio: Array) -> Array:
     return np.asarray(np.exp(-2.0 * ratio * np.where(size > 0.0, angle / np.where(size > 0.0, size, 1.0), 1.0)))
 
 
-def simulate_landing(M: Array, elements: Elements, velocity: Array, until: float | None = None) -> StiffMotion:
+def simulate_landing(
+    M: Array, elements: Elements, velocity: Array, until: float | None = None, gravity: Array | None = None
+) -> StiffMotion:
     """Solve a landing with frozen geometry on elements of finite stiffness.
 
     Args:
         M: (n, n) inertia of the coordinates [kg, kg m, kg m²].
-        elements: springs of the contacts and between bodies.
+        elements: springs of the contacts and between bodies, and constant forces.
         velocity: (n,) q̇⁻ [rad/s, m/s].
-        until: time at which the motion ends [s]; by default, when all contacts open and stay so (`STAYS_OPEN`). Until a later time,
-            springs between bodies oscillate and contacts may close again.
+        until: time at which the motion ends [s]; by default, when all contacts open and stay so (`STAYS_OPEN`), without constant
+            forces. Until a later time, springs between bodies oscillate and contacts may close again.
+        gravity: (n,) accelerations of free fall [rad/s², m/s²]; none by default.
 
     Raises:
         ValueError: an argument is not finite, a stiffness is not above zero, a restitution is outside 0 to 1, a contact has not
@@ -317,20 +338,34 @@ def simulate_landing(M: Array, elements: Elements, velocity: Array, until: float
         ArithmeticError: M is not positive definite in double precision, the frequencies lie too far apart to find the events, or
             there are too many of them.
     """
-    _check(M, elements, velocity, until)
+    gravity = np.zeros(len(velocity)) if gravity is None else gravity
+    elements = elements._replace(load=np.broadcast_to(elements.load, len(elements.rows)))
+    _check(M, elements, velocity, until, gravity)
     factors = _factors(M)
-    state = _State(elements, *factors, velocity)
-    if state.separated:
+    alone = _State(elements._replace(load=np.zeros(len(elements.rows))), *factors, velocity, 0.0 * gravity)
+    if alone.separated:
         raise ValueError("no contact approaches the ground")
     if np.any(elements.damping):
-        elements = elements._replace(restitution=state.damped())
-        state = _State(elements, *factors, velocity)
+        elements = elements._replace(restitution=alone.damped())
+        alone = _State(elements._replace(load=np.zeros(len(elements.rows))), *factors, velocity, 0.0 * gravity)
+    if not (gravity.any() or np.any(elements.load)):
+        return _follow(alone, until)
+    state = _State(elements, *factors, velocity, gravity)
+    if until is not None or not np.any((elements.stiffness > 0.0) & (elements.restitution > 0.0)):
+        return _follow(state, until)
+    return _follow(state, _follow(alone, None).duration, settle=True)
+
+
+def _follow(state: "_State", until: float | None, settle: bool = False) -> StiffMotion:
+    """The motion from a state. Args: until, as for `simulate_landing`; settle, whether contacts that are moving then go on."""
+    elements = state.elements
     segments: list[Segment] = []
     events: list[Event] = []
     time, simultaneous = 0.0, 0
-    while True:
+    while not (state.settling and not state.moving) and not (until is None and state.stands):
         opened = until is None and state.separated
-        segment, hit = state.step(time, STAYS_OPEN * time if opened else np.inf if until is None else until - time)
+        end = np.inf if until is None else LONGEST * until if state.settling else until
+        segment, hit = state.step(time, STAYS_OPEN * time if opened else end - time)
         if opened and hit is None:
             break
         simultaneous += 1
@@ -338,13 +373,18 @@ def simulate_landing(M: Array, elements: Elements, velocity: Array, until: float
             segments.append(segment)
             time, simultaneous = time + segment.length, 0
         if hit is None:
+            if settle and not state.settling:
+                state.settling = True
+                continue
             break
+        if hit[1] == TURNS:
+            continue
         if len(events) == MOST_EVENTS or len(segments) >= MOST_SEGMENTS or simultaneous > 4 * len(elements.rows):
             remedies = (
                 ["take springs of joints that are stiffer than the contacts as rigid"] if np.any(elements.contact < 0) else []
             )
             remedies += ["take a softer contact or a larger restitution"]
-            remedies += ["end the motion earlier"] if until is not None else []
+            remedies += ["end the motion earlier"] if until is not None and not settle else []
             text = f"elements change {len(segments)} times in {time:.3g} s, too often to follow them; "
             raise ArithmeticError(text + ", or ".join(remedies))
         event = Event(time, hit[0], EVENTS[state.switch(*hit)])
@@ -353,15 +393,20 @@ def simulate_landing(M: Array, elements: Elements, velocity: Array, until: float
             events.remove(previous)
         else:
             events.append(event)
-    return StiffMotion(elements, tuple(segments), tuple(events), state.separated, state.to_velocity, state.constant)
+    return StiffMotion(
+        elements, tuple(segments), tuple(events), state.separated, state.to_velocity, state.constant, state.gravity, state.falling
+    )
 
 
-def _check(M: Array, elements: Elements, velocity: Array, until: float | None) -> None:
+def _check(M: Array, elements: Elements, velocity: Array, until: float | None, gravity: Array) -> None:
     """Raise ValueError for arguments that have no meaning."""
-    if not all(np.isfinite(values).all() for values in (M, velocity, *elements)):
-        raise ValueError("inertia, velocity and elements must be finite")
-    if not np.all(elements.stiffness > 0.0):
+    if not all(np.isfinite(values).all() for values in (M, velocity, gravity, *elements)):
+        raise ValueError("inertia, velocity, gravity and elements must be finite")
+    constant = (elements.contact < 0) & (elements.stiffness == 0.0)
+    if not np.all((elements.stiffness > 0.0) | constant):
         raise ValueError(f"each stiffness must be above zero, not {elements.stiffness.min():g}")
+    if np.any(np.asarray(elements.load)[elements.contact >= 0]):
+        raise ValueError("a contact has no load before the impact")
     if not np.all(np.asarray(elements.damping) >= 0.0):
         raise ValueError(f"each damping must be zero or above, not {np.min(elements.damping):g}")
     if not np.all((elements.restitution >= 0.0) & (elements.restitution <= 1.0)):
@@ -398,24 +443,35 @@ class _State:
         peak: (r,) z at the start of unloading.
         gap: (r,) B x since the contact opened [m].
         u, jump: (d,) at the impact, and the change since then.
+        pull: (d,) rate at which constant forces change u.
         displacement: (d,) ∫u dt.
         noise: size of z and u that counts as rounding.
         fastest: largest natural frequency of a single element [rad/s].
+        settling: whether the motion ends as soon as no contact is compressed further or rebounds.
         effort: of the search for events.
     """
 
-    def __init__(self, elements: Elements, factor: Array, inverse: Array, velocity: Array):
+    def __init__(self, elements: Elements, factor: Array, inverse: Array, velocity: Array, gravity: Array):
         Q, R = np.linalg.qr((elements.rows @ inverse).T)
         self.elements, self.W, self.to_velocity, self.u = elements, R.T, inverse @ Q, Q.T @ (factor @ velocity)
         self.constant = velocity - self.to_velocity @ self.u
+        free = Q.T @ (factor @ gravity)
+        self.gravity, self.falling = gravity, gravity - self.to_velocity @ free
         self.normal, self.rigid, self.grounded = elements.normal.tolist(), elements.restitution == 0.0, elements.contact >= 0
         self.lossy = elements.normal | (elements.restitution < 1.0)
         self.length = _lengths(self.W)
         self.slope = np.sqrt(elements.stiffness)
+        self.sprung = elements.stiffness > 0.0
         self.z, self.peak, self.gap = np.zeros((3, len(self.W)))
+        load = np.asarray(elements.load)
+        self.z[self.sprung] = -load[self.sprung] / self.slope[self.sprung]
+        self.steady = np.where(self.sprung, 0.0, load)
+        self.pull = free + self.W.T @ self.steady
         self.jump, self.displacement = np.zeros((2, len(self.u)))
-        speed = float(np.linalg.norm(self.u))
-        self.noise = NEGLIGIBLE * speed
+        self.settling = False
+        # What single contacts come to rest at counts like the speed.
+        speed, single = float(np.linalg.norm(self.u)), (self.slope * self.length)[elements.normal]
+        self.noise = NEGLIGIBLE * (speed + float(np.linalg.norm(self.pull)) / float(single.min()))
         self.fastest = float((self.slope * self.length).max())
         self.effort = Effort()
         closing = elements.contact[elements.normal & (self.W @ self.u < -1e-13 * self.length * speed)]
@@ -426,6 +482,23 @@ class _State:
         """Whether all contacts are open."""
         return not (self.mode[self.grounded] != OPEN).any()
 
+    @property
+    def stands(self) -> bool:
+        """Whether constant forces alone act on what is closed, all of whose rows are at rest."""
+        closed = self.mode != OPEN
+        return bool(
+            self.pull.any()
+            and closed[self.grounded].any()
+            and not (closed & self.sprung & ~((self.mode == UNLOADING) & self.rigid)).any()
+        )
+
+    @property
+    def moving(self) -> bool:
+        """Whether a contact is compressed further, or rebounds."""
+        normal = self.elements.normal
+        rebounds = (self.mode == UNLOADING) & ~self.rigid & (self.W @ (self.u + self.jump) > self.noise * self.length)
+        return bool((normal & ((self.mode == LOADING) | rebounds)).any())
+
     def damped(self) -> Array:
         """The restitution (r,) with the dampers: for the mode with the largest force of an element, or for an open one alone."""
         elements = self.elements
@@ -433,7 +506,7 @@ class _State:
         assert segment is not None
         force = np.abs(segment.wave)
         own = np.where(force.any(axis=1), segment.sigma[force.argmax(axis=1)], self.slope * self.length)
-        e = damper_restitution(elements.damping * own / (2.0 * elements.stiffness))
+        e = damper_restitution(elements.damping * own / (2.0 * np.where(self.sprung, elements.stiffness, 1.0)))
         return np.where(np.asarray(elements.damping) > 0.0, e, elements.restitution)
 
     def step(self, time: float, horizon: float) -> tuple[Segment | None, tuple[int, int] | None]:
@@ -443,48 +516,71 @@ class _State:
         its number falls below −tolerance.
         """
         rigid = (self.mode == UNLOADING) & self.rigid
-        held, sprung = rigid.nonzero()[0], ((self.mode != OPEN) & ~rigid).nonzero()[0]
-        if len(held) and not len(sprung):
+        held, sprung = rigid.nonzero()[0], ((self.mode != OPEN) & ~rigid & self.sprung).nonzero()[0]
+        if len(held) and not len(sprung) and not self.pull.any():
             # Nothing presses what is held on the ground, so that it is released.
             return None, (int(held[self.elements.normal[held]][0]), OPENS)
         F = self.slope[sprung, None] * self.W[sprung]
         # The scaled forces of all elements are to_all · z.
         to_all = np.zeros((len(self.W), len(sprung)))
         to_all[sprung, np.arange(len(sprung))] = 1.0
+        balance, pull = np.zeros(len(self.W)), self.pull
         if len(held):
-            F, to_all[held] = self._hold(F, held)
+            F, to_all[held], pull, balance[held] = self._hold(F, pull, held)
         watched = list(self._watched())
         element, kind, either, tolerance, offset, sign = np.array(watched).T
         row, either = (element + len(self.W) * WATCHED[kind.astype(int)]).astype(int), either != 0.0
         u, z = self.u + self.jump, self.z[sprung]
-        start = offset + tolerance + sign * np.concatenate([self.W @ u, to_all @ z, self.gap])[row]
+        now = np.concatenate([self.W @ u, to_all @ z + balance, self.gap])[row]
+        start = offset + tolerance + sign * now
         start[either] = np.inf
         if start.min() < 0.0:
             return None, watched[int(start.argmin())][:2]
         U, sigma, V = _graded_svd(F)
         sigma[sigma < DEPENDENT * (_lengths(F) @ np.abs(U))] = 0.0
-        zeta, upsilon = U.T @ z, V.T @ u
-        rest, drift = z - U @ zeta, u - V @ upsilon
-        of_u, still, along = self.W @ V, sigma == 0.0, self.W @ drift
+        still = sigma == 0.0
+        upsilon, along = V.T @ u, V.T @ pull
+        at_rest = np.divide(along, sigma, out=np.zeros_like(along), where=~still)
+        zeta = U.T @ z - at_rest
+        # What no spring resists changes at a constant rate.
+        drift, fall = u - V @ upsilon, pull - V @ np.where(still, 0.0, along)
+        of_u, rest = self.W @ V, z - U @ (zeta + at_rest)
         path = np.divide(of_u, sigma, out=np.zeros_like(of_u), where=~still)
-        constant = np.concatenate([along, to_all @ rest, self.gap - path @ zeta])
-        linear = np.concatenate([np.zeros(2 * len(along)), along + (of_u * still) @ upsilon])
+        falling, zero = self.W @ fall, np.zeros(len(self.W))
+        linear = np.concatenate([falling, zero, self.W @ drift + (of_u * still) @ upsilon])
+        square = np.concatenate([zero, zero, falling / 2.0])
         of_z = to_all @ U
         wave = np.concatenate([1j * of_u, of_z, path]) * (zeta - 1j * upsilon)
-        signals = Signals(either, tolerance, offset + sign * constant[row], sign * linear[row], sign[:, None] * wave[row])
+        signals = Signals(either, tolerance, offset + sign * now, sign * linear[row], sign * square[row], sign[:, None] * wave[row])
         length, first = first_crossing(sigma, signals, horizon, self.effort)
-        of_forces = slice(len(along), 2 * len(along))
-        level, wave = -self.slope * constant[of_forces], -self.slope[:, None] * wave[of_forces]
-        segment = Segment(time, length, sigma, of_z, V, zeta, upsilon, drift, level, wave, self.jump, self.displacement)
-        force, self.jump, displacement = segment.after(np.asarray(length))
+        of_forces = wave[len(self.W) : 2 * len(self.W)]
+        level = self.steady - self.slope * (to_all @ (rest + U @ at_rest) + balance)
+        segment = Segment(
+            time,
+            length,
+            sigma,
+            of_z,
+            V,
+            zeta,
+            upsilon,
+            drift,
+            fall,
+            level,
+            -self.slope[:, None] * of_forces,
+            self.jump,
+            self.displacement,
+        )
+        _, self.jump, displacement = segment.after(np.asarray(length))
         self.gap = self.gap + self.W @ (displacement - self.displacement)
-        self.z, self.displacement = -force / self.slope, displacement
+        self.z = to_all @ z + balance + changes(length * sigma, of_forces)
+        self.displacement = displacement
         return segment, None if first is None else watched[first][:2]
 
     def _watched(self) -> Iterator[tuple[int, int, bool, float, float, float]]:
         """What can change: element, event, whether its number counts with the sign that it has first, tolerance, constant, sign."""
         # Numbers of Python, because those of NumPy take ten times as long one by one.
         deflection, peak, rigid, noise = self.z.tolist(), self.peak.tolist(), self.rigid.tolist(), self.noise
+        rate = (self.W @ (self.u + self.jump)).tolist() if self.settling else []
         for i, (mode, normal, length) in enumerate(zip(self.mode.tolist(), self.normal, self.length.tolist(), strict=True)):
             if mode == LOADING and self.lossy[i]:
                 # A contact is loaded against its normal; an element without force, in the direction in which it moves first.
@@ -495,20 +591,22 @@ class _State:
                 # What is held by no force is released.
                 yield i, OPENS if normal else REVERSES, False, -noise if rigid[i] else noise, 0.0, loaded
                 yield i, RELOADS, False, noise, abs(peak[i]), -loaded
+                if self.settling and normal and not rigid[i] and rate[i] > noise * length:
+                    yield i, TURNS, False, noise * length, 0.0, 1.0
             elif mode == OPEN and normal:
                 yield i, CLOSES, False, noise * length / self.fastest, 0.0, 1.0
 
-    def _hold(self, F: Array, held: np.ndarray) -> tuple[Array, Array]:
-        """Keep rows at rest: F without their directions, and what takes the place of their z (h, p), over z.
+    def _hold(self, F: Array, pull: Array, held: np.ndarray) -> tuple[Array, Array, Array, Array]:
+        """Keep rows at rest: F and c without their directions, and what takes the place of their z: (h, p) over z, and (h,) of c.
 
-        From H u̇ = 0 with u̇ = −Fᵀz − Hᵀm follows m = −(H Hᵀ)⁻¹ H Fᵀ z; of dependent rows each takes the least share.
+        From H u̇ = 0 with u̇ = −Fᵀz − Hᵀm + c follows m = (H Hᵀ)⁻¹ H (c − Fᵀ z); of dependent rows each takes the least share.
         """
         Q, s, Pt = np.linalg.svd((self.W[held] / self.length[held, None]).T, full_matrices=False)
         independent = s > 1e-9 * s[0]
         Q, P = Q[:, independent], Pt[independent].T / s[independent]
         self.jump = self.jump - Q @ (Q.T @ (self.u + self.jump))
-        along = F @ Q
-        return F - along @ Q.T, -(P @ along.T) / (self.slope[held] * self.length[held])[:, None]
+        along, pulled, size = F @ Q, Q.T @ pull, (self.slope * self.length)[held]
+        return F - along @ Q.T, -(P @ along.T) / size[:, None], pull - Q @ pulled, P @ pulled / size
 
     def switch(self, i: int, kind: int) -> int:
         """Let an event happen to element i; what it is in full."""

@@ -13,6 +13,7 @@ from shockpc.landing.dynamics import Inertias, dynamics
 from shockpc.landing.landing import PosedLanding
 from shockpc.landing.places import Place, moving_point
 from shockpc.landing.rows import Equation
+from shockpc.landing.scene import Scene
 from shockpc.landing.scene_file import points_at
 from shockpc.profile import impact_jumps, needs_proof
 from shockpc.quantities.profile import ShockProfile
@@ -32,16 +33,18 @@ class Column(NamedTuple):
         selection: the quantity.
         place: where.
         asked: whether it was asked for by name, so that the summary and the figure show it.
+        time: after the impact [ms], on contacts of the scene's stiffness; None for the impulse.
     """
 
     selection: Selection
     place: Place
     asked: bool = False
+    time: float | None = None
 
     @property
     def name(self) -> str:
         """As the table of rows heads it, QUANTITY@PLACE."""
-        return f"{self.selection.name}@{self.place.name}"
+        return f"{self.selection.name}@{self.place.name}" + ("" if self.time is None else f" after {self.time:g} ms")
 
     @property
     def heading(self) -> str:
@@ -63,7 +66,11 @@ class Column(NamedTuple):
     @property
     def shock(self) -> bool:
         """Whether it is a shock of the row's own strike."""
-        return self.selection.quantity.most_severe is not None
+        return self.selection.quantity.most_severe is not None and self.time is None
+
+    def per_landing(self, scene: Scene) -> bool:
+        """Whether it is computed in one posture at a time, for a landing of a scene."""
+        return self.time is not None or self.selection.quantity.per_landing(scene)
 
     def worse(self, values: Array) -> Array:
         """How severe values (n,) are: greater is worse; −∞ where there is none. Of signed ones the magnitudes count.
@@ -235,7 +242,7 @@ def columns(
         own = landing.motions(rows) if strikes is None else landing
         block = postures(own, Q[rows], wanted, None if inertias is None else inertias.rows(rows), trusted)
         values, parting = block.values(None if strikes is None else strikes[rows], wanted, trusted is not None)
-        undecided = [values[c.name] for c in wanted if c.name in feasible or c.selection.quantity.per_landing(landing.scene)]
+        undecided = [values[c.name] for c in wanted if c.name in feasible or c.per_landing(landing.scene)]
         prove = block.prove[:, None] | np.any(np.isnan(undecided), axis=0)
         parts.append((values, block.condition, np.broadcast_to(prove, parting.shape[:2]), parting, block.solution.rank))
     computed = {name: np.concatenate([values[name] for values, *_ in parts]) for name in parts[0][0]}
@@ -253,7 +260,8 @@ def values_of(impact: DoubleImpact, wanted: Sequence[Column], shape: tuple[int, 
         shape: m and S.
         more: whether those count that are computed in one posture at a time elsewhere, where double precision has them.
     """
-    computed: dict[str, Array] = {}
+    computed = {column.name: np.full(shape, np.nan) for column in wanted if column.time is not None}
+    wanted = [column for column in wanted if column.time is None]
     with np.errstate(invalid="ignore", divide="ignore"):
         for entry in dict.fromkeys(column.selection.quantity for column in wanted):
             own = [column for column in wanted if column.selection.quantity is entry]
@@ -271,10 +279,31 @@ def values_of(impact: DoubleImpact, wanted: Sequence[Column], shape: tuple[int, 
 def proven_columns(profile: ShockProfile, wanted: Sequence[Column]) -> dict[str, float]:
     """The same columns of one landing, proven; NaN where redundant rows leave a number undetermined."""
     computed = {column.name: np.nan for column in wanted}
-    for selection in dict.fromkeys(column.selection for column in wanted):
-        of_it = [column for column in wanted if column.selection == selection]
+    for selection in dict.fromkeys(column.selection for column in wanted if column.time is None):
+        of_it = [column for column in wanted if column.selection == selection and column.time is None]
         places = {column.name: place for column in of_it if (place := column.at(profile.landing)) is not None}
         computed |= dict(zip(places, profile.numbers(selection, list(places.values())).tolist(), strict=True))
+    return computed
+
+
+def columns_at_times(landing: PosedLanding, wanted: Sequence[Column]) -> dict[str, float]:
+    """Those columns of one landing that are changes of velocity until a time, on contacts of finite stiffness.
+
+    Raises:
+        SolveError: the motion cannot be followed.
+        StudyError: the scene gives no contact stiffness.
+    """
+    from shockpc.impact.stiffness import CompliantLanding
+
+    if landing.scene.contact_stiffness is None:
+        raise StudyError("a quantity at a time after the impact needs a contact stiffness; give contact_stiffness")
+    timed = [column for column in wanted if column.time is not None]
+    times = sorted({column.time for column in timed if column.time is not None})
+    motion, computed = CompliantLanding(landing, times[-1] / 1e3), dict[str, float]()
+    for time in times:
+        own = {column._replace(time=None).name: column for column in timed if column.time == time}
+        values = values_of(motion.impact_at(time / 1e3), [column._replace(time=None) for column in own.values()], (1, 1))
+        computed |= {own[name].name: float(value[0, 0]) for name, value in values.items()}
     return computed
 
 

@@ -10,7 +10,7 @@ from typing import Any, Generic, TypeVar
 import numpy as np
 
 from shockpc.core.threads import one_thread
-from shockpc.evaluation.columns import Column, columns, double_difference, not_approaching, proven_columns
+from shockpc.evaluation.columns import Column, columns, columns_at_times, double_difference, not_approaching, proven_columns
 from shockpc.evaluation.executor import in_order
 from shockpc.evaluation.landings import Group, Landings, ListedLandings, Part, Refusal
 from shockpc.evaluation.table import Table
@@ -122,7 +122,7 @@ class Evaluation(Generic[L]):
                 continue
             with errors.of([i]):
                 profile = part.profile(i)
-                for name, value in proven_columns(profile, self.computed).items():
+                for name, value in (proven_columns(profile, self.computed) | self._later(part, i)).items():
                     values[name][i] = value
                 if self.look is not None:
                     looks[i] = self.look(profile)
@@ -182,10 +182,15 @@ class Evaluation(Generic[L]):
         Returns: which rows (n,) have proven numbers; and the difference (n,) of double precision, as `double_difference`.
         """
         proven, difference = np.zeros(len(needed), dtype=bool), np.full(len(needed), np.nan)
+        impulsive = [column for column in self.computed if column.time is None]
         for i in sorted({*np.flatnonzero(needed).tolist(), *compared.tolist()} - errors.messages.keys()):
             with errors.of([i]):
+                for name, value in self._later(part, i).items():
+                    values[name][i] = value
+                if self.computed and not impulsive:
+                    continue
                 profile = part.profile(i)
-                exact = proven_columns(profile, self.computed)
+                exact = proven_columns(profile, impulsive)
                 difference[i] = double_difference(profile, {name: float(values[name][i]) for name in exact}, exact, self.computed)
                 if needed[i]:
                     proven[i] = True
@@ -194,6 +199,12 @@ class Evaluation(Generic[L]):
         for column in self.computed if errors.messages else ():
             values[column.name][list(errors.messages)] = np.nan
         return proven, difference
+
+    def _later(self, part: Part, i: int) -> dict[str, float]:
+        """The columns at times of a row, which need no proof."""
+        if all(column.time is None for column in self.computed):
+            return {}
+        return columns_at_times(part.profile(i).landing if part.landing is None else part.landing(i), self.computed)
 
     def _table(self, k: int, results: dict[str, Any], errors: "_Errors", refused: tuple[int, int]) -> Table:
         columns = {name: results[name] for name in self.headings if name in results}

@@ -63,11 +63,13 @@ class Part(NamedTuple):
         labels: (n,) columns by heading that tell the rows apart; n is the number of postures times that of strikes.
         groups: the postures by what they share, made one after the other.
         profile: a row by its number in the part, with its proof; raises ShockError. It is asked of rows of groups made before.
+        landing: the same without the proof, where the source has columns at times.
     """
 
     labels: Mapping[str, np.ndarray]
     groups: Iterable[Group | Refusal]
     profile: Callable[[int], ShockProfile]
+    landing: Callable[[int], PosedLanding] | None = None
 
 
 class Landings(Protocol):

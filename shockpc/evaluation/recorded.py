@@ -88,7 +88,7 @@ class RecordedLandings:
         """What the rows depend on, besides scene and robot."""
         table = self.table
         text = hashlib.sha256(repr((table.scenes, {key: x.tolist() for key, x in table.labels.items()}, table.messages)).encode())
-        for part in (table.Q, *table.before, table.scene, table.contact_velocity, table.friction):
+        for part in (table.Q, *table.before, table.scene, table.contact_velocity, table.friction, table.effort):
             text.update(np.ascontiguousarray(part).tobytes())
         return {"table": {"rows": self.rows, "sha256": text.hexdigest()}}
 
@@ -127,12 +127,12 @@ class RecordedLandings:
         before = Motion(own.before.velocity, own.before.omega, own.before.joint_rates.copy())
         Q = own.Q.copy()
 
-        def profile(i: int) -> ShockProfile:
+        def landing(i: int) -> PosedLanding:
             motion = Motion(*(part[i] for part in before))
-            landing = self._landing(own.key(i)).at(Q[i]).moving(motion, own.contact_velocity[i])
-            return profile_of(self._written(own.own[i] if own.own else None, landing))
+            posed = self._landing(own.key(i)).at(Q[i]).moving(motion, own.contact_velocity[i])
+            return self._written(own.own[i] if own.own else None, with_torque(posed, own.effort[i]))
 
-        return Part(own.labels, self._groups(own, Q, before), profile)
+        return Part(own.labels, self._groups(own, Q, before), lambda i: profile_of(landing(i)), landing)
 
     def _groups(self, own: Rows, Q: Array, before: Motion) -> Iterator[Group | Refusal]:
         """The groups of a part; loops are closed in its configurations and motions."""
@@ -214,9 +214,8 @@ class RecordedLandings:
         if self.closes:
             q, rates, *_ = self._closed(landing, q, before.joint_rates)
             before = before._replace(joint_rates=rates)
-        return self._written(
-            self.table.own[row] if self.table.own else None, landing.at(q).moving(before, self.table.contact_velocity[row])
-        )
+        posed = landing.at(q).moving(before, self.table.contact_velocity[row])
+        return self._written(self.table.own[row] if self.table.own else None, with_torque(posed, self.table.effort[row]))
 
     @property
     def resolved(self) -> Iterator[PosedLanding]:
@@ -280,7 +279,19 @@ class RecordedLandings:
         )
         velocities = (None if block.velocity is None else tuple(block.velocity.tolist()) for block in landing.contacts)
         contact = tuple(replace(c, velocity=velocity) for c, velocity in zip(scene.contact, velocities, strict=True))
-        return replace(landing, scene=replace(scene, posture=posture, strike=strike, contact=contact))
+        joints, torque = scene.joints, landing.joint_model.torque
+        if np.isfinite(torque).any() and scene.contact_stiffness is not None:
+            of_axes = {joint.name: float(torque[joint.v][0]) for joint in robot.single_joints if joint.axis is not None}
+            joints = replace(joints, torque={name: value for name, value in of_axes.items() if np.isfinite(value)})
+        return replace(landing, scene=replace(scene, posture=posture, strike=strike, contact=contact, joints=joints))
+
+
+def with_torque(landing: PosedLanding, effort: Array) -> PosedLanding:
+    """A landing with the torques (nv,) of its row; NaN where they are the scene's."""
+    if not np.isfinite(effort).any():
+        return landing
+    model = landing.joint_model
+    return replace(landing, joint_model=model._replace(torque=np.where(np.isfinite(effort), effort, model.torque)))
 
 
 def recorded_landings(

@@ -2,8 +2,9 @@
 
 A row is a touchdown. Columns are named: joint positions (JOINT or q_JOINT) and rates (before_JOINT or qd_JOINT), base attitude (qw
 … qz, or roll, pitch, yaw) and position (x, y, z), its velocity (vx …) and angular velocity (wx …) in world axes or, with _body, in
-those of the base; vx@FRAME … is the velocity of a contact, where it is not empty; after_… is measured after the impact. Arrays qpos
-and qvel are MuJoCo's, the arrays name, position and velocity those of ROS's JointState.
+those of the base; vx@FRAME … is the velocity of a contact, where it is not empty; effort_JOINT the torque of a motor, which counts
+on contacts of finite stiffness; after_… is measured after the impact. Arrays qpos and qvel are MuJoCo's, the arrays name, position,
+velocity and effort those of ROS's JointState.
 """
 
 import re
@@ -50,7 +51,7 @@ variance, of the median column, from and up to which it is taken for a time seri
 EMPTY = " (as an empty cell, or a row with too few or too many, is read)"
 
 COLUMN = re.compile(
-    r"(?:(?P<after>after(?:(?P<ms>[0-9]{1,9}(?:\.[0-9]{1,9})?)ms)?_)|(?P<rate>before_|qd_)|q_)?(?P<name>.+?)(?P<deg>_deg)?"
+    r"(?:(?P<after>after(?:(?P<ms>[0-9]{1,9}(?:\.[0-9]{1,9})?)ms)?_)|(?P<rate>before_|qd_)|(?P<effort>effort_)|q_)?(?P<name>.+?)(?P<deg>_deg)?"
 )
 BASE = re.compile(
     r"(?:base_)?(?:(?P<quaternion>q[wxyz])|(?P<angle>roll|pitch|yaw)|(?P<place>[xyz])|(?P<twist>[vw][xyz])(?P<body>_body)?)"
@@ -59,6 +60,7 @@ CONTACT_VELOCITY = re.compile(r"v([xyz])@(.+)")
 ROS = (
     (re.compile(r"(?=.*/position\Z)(?:.*/)?joint_states?/(.+)/position"), "q_{}"),
     (re.compile(r"(?=.*/velocity\Z)(?:.*/)?joint_states?/(.+)/velocity"), "before_{}"),
+    (re.compile(r"(?=.*/effort\Z)(?:.*/)?joint_states?/(.+)/effort"), "effort_{}"),
     (re.compile(r".*pose/orientation/([wxyz])"), "base_q{}"),
     (re.compile(r".*pose/position/([xyz])"), "base_{}"),
     (re.compile(r".*twist/linear/([xyz])"), "base_v{}_body"),
@@ -99,6 +101,7 @@ class Rows(NamedTuple):
         scene: (n,) which of them each row is of.
         contact_velocity: (n, c, 3) of the contacts before the impact, world axes; NaN where it is that of the robot's motion [m/s].
         friction: (n,) coefficients of friction; NaN where there are none.
+        effort: (n, nv) torques of motors during the landing; NaN where they are the scene's [N m, N].
         joints: names of the joints whose positions the table gives.
         rates: names of those whose rates it gives.
         given: what the table gives, in words.
@@ -116,6 +119,7 @@ class Rows(NamedTuple):
     scene: np.ndarray
     contact_velocity: Array
     friction: Array
+    effort: Array
     joints: tuple[str, ...]
     rates: tuple[str, ...]
     given: tuple[str, ...]
@@ -144,6 +148,7 @@ class Rows(NamedTuple):
             scene=self.scene[a:b],
             contact_velocity=self.contact_velocity[a:b],
             friction=self.friction[a:b],
+            effort=self.effort[a:b],
             measured=(),
             own=self.own[a:b],
             messages={i - a: text for i, text in self.messages.items() if a <= i < b},
@@ -197,7 +202,8 @@ def rows_of_scenes(scenes: Mapping[str, Scene | ShockError], robot: Robot) -> Ro
             rows["contacts"][i, k] = np.nan if contact.velocity is None else contact.velocity
     return Rows(
         {"row": np.array(list(scenes))}, rows["q"], Motion(rows["velocity"], rows["omega"], rows["rates"]), tuple(shared), index,
-        rows["contacts"], rows["friction"], robot.joint_names, robot.joint_names, ("posture, motion, contacts, joint model",), (),
+        rows["contacts"], rows["friction"], 0.0 * rows["rates"] + np.nan, robot.joint_names, robot.joint_names,
+        ("posture, motion, contacts, joint model",), (),
         own=tuple(landings[i].scene if i in landings else None for i in range(len(scenes))),
         messages={i: str(error) for i, error in refused.items()},
     )  # fmt: skip
@@ -269,7 +275,7 @@ def _renamed(columns: dict[str, np.ndarray], rename: Mapping[str, str]) -> dict[
         new = name
         for old, wanted in rename.items():
             pattern = "(.*)".join(map(re.escape, old.split("*", 1)))
-            match = re.fullmatch(rf"((?:q_|qd_|before_|after(?:[\d.]+ms)?_)?){pattern}(_deg)?", name)
+            match = re.fullmatch(rf"((?:q_|qd_|before_|effort_|after(?:[\d.]+ms)?_)?){pattern}(_deg)?", name)
             if match is not None:
                 used.add(old)
                 prefix, *star, suffix = match.groups()
@@ -289,20 +295,19 @@ def _expanded(columns: Mapping[str, np.ndarray], robot: Robot) -> dict[str, np.n
     columns = dict(columns)
     if {"name", "position"} <= columns.keys() and columns["position"].ndim == 2:
         names = [str(name) for name in columns.pop("name").ravel()]
-        for key, prefix in (("position", "q_"), ("velocity", "before_")):
+        for key, prefix in (("position", "q_"), ("velocity", "before_"), ("effort", "effort_")):
             values = columns.pop(key, np.zeros((0, len(names))))
             if values.ndim != 2 or values.shape[1] != len(names):
                 raise StudyError(
                     f"{key} has shape {values.shape}, and name has {len(names)} joints; they have to be rows of as many"
                 )
             columns |= {prefix + name: values[:, k] for k, name in enumerate(names) if values.size}
-        columns.pop("effort", None)
     expanded: dict[str, Any] = {}
     numbered: dict[str, dict[int, np.ndarray]] = {}
     for name, values in columns.items():
         if match := re.fullmatch(r"(qpos|qvel)(?:_|\.|\[)?([0-9]{1,9})\]?", name):
             numbered.setdefault(match[1], {})[int(match[2])] = values
-        elif not name.endswith("/effort"):
+        else:
             expanded[next((form.format(m[1]) for pattern, form in ROS if (m := pattern.fullmatch(name))), name)] = values
     for name, parts in numbered.items():
         if sorted(parts) != list(range(len(parts))) or len({part.shape for part in parts.values()}) > 1:
@@ -349,6 +354,7 @@ class _Reader:
             raise StudyError("the table has no rows")
         self.Q = np.repeat(landing.q[None], self.n, axis=0)
         self.rates = np.repeat(landing.before.joint_rates[None], self.n, axis=0)
+        self.effort = np.full(self.rates.shape, np.nan)
         self.positions: set[str] = set()
         self.moving: set[str] = set()
         self.base: dict[str, Array] = {}
@@ -379,8 +385,8 @@ class _Reader:
             raise _in_rows(np.arange(n), self.messages[0])
         self._warn_of_a_series()
         return Rows(
-            self._labels(), self.Q, before, scenes, index, velocities, friction, tuple(self.positions), tuple(self.moving),
-            *self._origins(), tuple(self._measured(*column, before) for column in self.after),
+            self._labels(), self.Q, before, scenes, index, velocities, friction, self.effort, tuple(self.positions),
+            tuple(self.moving), *self._origins(), tuple(self._measured(*column, before) for column in self.after),
             messages=dict(sorted(self.messages.items())), warnings=tuple(self.warnings),
         )  # fmt: skip
 
@@ -469,6 +475,9 @@ class _Reader:
         after, rate, target, degrees = form["after"], form["rate"], form["name"], form["deg"]
         if name in joints:
             after, rate, target, degrees = None, None, name, None
+        elif form["effort"]:
+            self._effort(name, target + (degrees or ""), values)
+            return
         elif degrees and target + degrees in joints:
             target, degrees = target + degrees, None
         base = BASE.fullmatch(target) if target not in joints and rate != "qd_" else None
@@ -523,6 +532,13 @@ class _Reader:
             self.rates[:, joint.v] = numbers[:, None]
         else:
             set_many(self.robot, ((joint, numbers),), self.Q)
+
+    def _effort(self, name: str, joint_name: str, values: np.ndarray) -> None:
+        """Read a column of the torques of a joint's motor; an empty cell leaves that of the scene."""
+        (joint,) = settable_joints(self.robot, joint_name, StudyError)
+        if not np.isnan(self.effort[:, joint.v]).all():
+            raise _twice(f'the effort of joint "{joint.name}"')
+        self.effort[:, joint.v] = np.where(_empty(values), np.nan, self._numbers(name, values, missing=True))[:, None]
 
     def _mujoco(self, name: str, values: Array) -> None:
         """Read all coordinates, or all velocities, in the layout of MuJoCo: a free base turns at a rate in its own axes."""
@@ -705,6 +721,7 @@ class _Reader:
         given, missing = [what for what, known in parts.items() if known], [what for what, known in parts.items() if not known]
         given += [f'velocity of contact "{frame}"' for frame in dict.fromkeys(frame for frame, _ in self.at_contact)]
         given += ["friction"] * any(name in self.columns for name in FRICTION)
+        given += ["efforts"] * bool(np.isfinite(self.effort).any())
         for what, known in (("position", self.positions), ("rate", self.moving)):
             absent = [name for name in joints if name not in known]
             if known:

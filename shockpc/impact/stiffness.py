@@ -1,8 +1,10 @@
 """A landing on contacts and springs of finite stiffness: forces, accelerations and their times, in double precision, not proven.
 
-The inertia and the rows of a landing go to the solver of `core.stiffness`, in the velocities with which its loops stay closed. Its
-motion is linear in the forces of its elements at each time: what is linear in the jumps and impulses of an impact (the velocity of
-a point, the wrench through a joint) is, of the accelerations for unit forces, the matrix that gives the same of the motion.
+The inertia and the rows of a landing go to the solver of `core.stiffness`, in the velocities with which its loops stay closed, with
+gravity, the torques of motors and the loads of springs as constant forces. Its motion is linear in the forces of its elements at
+each time: what is linear in the jumps and impulses of an impact (the velocity of a point, the wrench through a joint) is, of the
+accelerations for unit forces, the matrix that gives the same of the motion. Accelerations are those beyond free fall, as an
+accelerometer measures them: gravity moves all bodies alike, and loads no joint by itself.
 """
 
 import functools
@@ -19,6 +21,7 @@ from shockpc.core.stiffness import Elements, History, attach_rotors, simulate_la
 from shockpc.impact.exact.proof import motion as size_of
 from shockpc.impact.friction import contact_rows, jumps_of
 from shockpc.impact.impact import DoubleImpact, Impact
+from shockpc.impact.loads import free_fall, motor_torques, spring_loads
 from shockpc.landing.landing import PosedLanding
 from shockpc.landing.places import Place
 from shockpc.landing.rows import block_point
@@ -48,7 +51,7 @@ IMPULSE_SHARE = 0.99
 
 GRAVITY_SHARE, DEEP = 0.05, 0.1
 """Share of the approach speed that gravity adds during the contact, and of the robot's size by which a contact is compressed, from
-which on the model without gravity and with frozen geometry is doubtful."""
+which on the model without gravity, or with frozen geometry, is doubtful."""
 
 
 class _Columns(DoubleImpact):
@@ -69,7 +72,7 @@ class CompliantLanding:
     Attributes:
         landing: the landing.
         motion: until that time.
-        number: (r,) contact of each element; −1 for a spring in a joint.
+        number: (r,) contact of each element; −1 for a spring or a motor in a joint.
 
     Raises:
         SolveError: the motion cannot be followed, or no motion of the robot has the velocities before the impact.
@@ -86,25 +89,38 @@ class CompliantLanding:
         model, M, B = landing.joint_model, rows.M, rows.J
         springs = np.flatnonzero(model.stiffness > 0.0)
         geared = np.flatnonzero(np.isfinite(model.drive_stiffness) & (model.rotor > 0.0))
-        self._joints = np.concatenate([springs, geared])
+        gravity = free_fall(landing, rows, self._free)
+        torque = motor_torques(landing, rows, self._free, gravity)
+        motors = np.flatnonzero(torque)
+        # A motor whose rotor is behind a spring turns the rotor; its spring carries the torque already.
+        behind = np.isin(motors, geared)
+        G = np.eye(len(self._free)) if rows.equation.G is None else rows.equation.G[0]
+        self._along = np.concatenate([G[springs], G[geared], np.where(behind[:, None], 0.0, G[motors])])
         B = np.concatenate([B, self._free[springs]])
         velocity = self._coordinates(before, B, np.concatenate([rows.speeds, before[springs]]))
         if len(geared):
             M, B, gears, velocity = attach_rotors(M, B, velocity, self._free[geared], model.rotor[geared])
             B = np.concatenate([B, gears])
-        added = len(self._joints)
+        if len(motors):
+            turned = np.zeros((len(motors), B.shape[1]))
+            turned[~behind, : self._free.shape[1]] = self._free[motors[~behind]]
+            turned[behind, self._free.shape[1] + np.searchsorted(geared, motors[behind])] = 1.0
+            B = np.concatenate([B, turned])
+        gravity = np.append(gravity, np.zeros(len(M) - len(gravity)))
+        added = len(self._along)
         self.number = np.concatenate([rows.number, np.full(added, -1)])
         elements = Elements(
             B,
-            np.concatenate([stiffness, model.stiffness[springs], model.drive_stiffness[geared]]),
+            np.concatenate([stiffness, model.stiffness[springs], model.drive_stiffness[geared], np.zeros(len(motors))]),
             np.concatenate([rows.restitution, np.ones(added)]),
             self.number,
             np.concatenate([rows.normal, np.zeros(added, dtype=bool)]),
             np.concatenate([np.where(rows.normal, landing.scene.contact_damping or 0.0, 0.0), np.zeros(added)]),
+            np.concatenate([np.zeros(len(stiffness)), spring_loads(landing)[springs], torque[geared], torque[motors]]),
         )
         self._velocity, self._normal = velocity, elements.normal
         try:
-            self.motion = simulate_landing(M, elements, velocity, until)
+            self.motion = simulate_landing(M, elements, velocity, until, gravity)
         except (ArithmeticError, np.linalg.LinAlgError) as refusal:
             raise SolveError(f"no verdict for contacts of {k:g} N/m: {refusal}") from None
         self._peaks: dict[Any, tuple[Array, Array]] = {}
@@ -150,18 +166,20 @@ class CompliantLanding:
     def _linear(self) -> _Columns:
         """Of each element the accelerations for its unit force as jumps, with what holds the loops; then the jumps of `ends`.
 
+        These jumps are those beyond free fall, as an accelerometer gives them.
+
         All is linear in these forces.
         """
         rows, equation, (n, held), response = self._rows, self._rows.equation, self._rows.turn.shape, self.motion.response
         impulse = np.zeros((len(equation.J_c[0]), len(self.number)))
         impulse[:held, :n] = rows.turn.T
         if len(impulse) > held:
-            G = np.eye(len(self._free)) if equation.G is None else equation.G[0]
-            along = np.concatenate([rows.turn @ equation.J_c[0, :held], G[self._joints]])
+            along = np.concatenate([rows.turn @ equation.J_c[0, :held], self._along])
             missing = equation.H[0] @ (rows.basis @ response[: self._free.shape[1]]) - along.T
             impulse[held:] = np.linalg.lstsq(equation.J_c[0, held:].T, missing, rcond=1e-10)[0]
         times, turns = self._turns
-        return self._impact(np.column_stack([response, *turns.jump[[times.index(self.compressed), -1]], self._impulsive]), impulse)
+        beyond = [turns.jump[k] - times[k] * self.motion.gravity for k in (times.index(self.compressed), -1)]
+        return self._impact(np.column_stack([response, *beyond, self._impulsive]), impulse)
 
     def readout(self, compute: Compute, places: Sequence[Place]) -> Array:
         """What gives a quantity, n vectors linear in jumps and impulses, of the forces of the elements (n, k, r)."""
@@ -169,7 +187,7 @@ class CompliantLanding:
         return np.ascontiguousarray(values.reshape(*values.shape[:2], -1).transpose(1, 2, 0))
 
     def ends(self, compute: Compute, places: Sequence[Place]) -> Array:
-        """A quantity (1, 3, n, ...) of the jumps until the end of compression, until the end, and in the impulse model."""
+        """A quantity (1, 3, n, ...) of the jumps beyond free fall until the end of compression and the end, and of the impulse."""
         return np.asarray(compute(self._linear, places))[:, len(self.number) :]
 
     def peaks(self, compute: Compute, places: Sequence[Place] = ()) -> tuple[Array, Array]:
@@ -225,12 +243,12 @@ class CompliantLanding:
 
     @functools.cached_property
     def compressed(self) -> float:
-        """Time at which the last contact ends its first compression [s]."""
+        """Time at which the last contact ends its first compression, or the end, if none does [s]."""
         first = self.motion.first("unloads")[self._normal]
-        return float(first[np.isfinite(first)].max())
+        return float(first[np.isfinite(first)].max(initial=0.0)) or self.motion.duration
 
     def impact_at(self, time: float) -> DoubleImpact:
-        """The jumps from the impact until a time [s], for the scene's own strike alone; without impulses."""
+        """The changes of velocity from the impact until a time [s], with free fall, of the scene's own strike; no impulses."""
         if time not in self._impacts:
             self._impacts[time] = self._impact(self.motion.at(np.array([time])).jump.T)
         return self._impacts[time]
@@ -251,7 +269,7 @@ class CompliantLanding:
 
     @property
     def agrees_by_construction(self) -> bool:
-        """Whether the jumps at the end are those of the impulse model for every stiffness, unless a contact slips."""
+        """Whether the jumps at the end are those of the impulse model for every stiffness, unless a contact slips or is pressed."""
         elements = self.motion.elements
         return bool(np.all(elements.restitution == 0.0) and np.ptp(elements.stiffness) == 0.0)
 
@@ -260,18 +278,18 @@ class CompliantLanding:
         """Largest compression (c,) of each contact along its normal [m]."""
         # It is largest where the normal is unloaded, or at the end.
         force = self._turns[1].force.max(axis=0)
-        return np.asarray((force / self.motion.elements.stiffness)[self._normal])
+        return np.asarray(force[self._normal] / self.motion.elements.stiffness[self._normal])
 
     def warnings(self) -> Iterator[Diagnostic]:
         """Warnings where what the model leaves out counts: gravity, the change of geometry, and contacts that open often."""
         rows = self.motion.elements.rows[self._normal]
         duration = float(self.duration.max())
         approach = float(-(rows @ self._velocity).min())
-        if (gravity := GRAVITY * duration) > GRAVITY_SHARE * approach:
+        if not self.landing.scene.gravity and (gravity := GRAVITY * duration) > GRAVITY_SHARE * approach:
             text = (
                 f"gravity is left out, and in the {1e3 * duration:.3g} ms of contact it adds {gravity:.3g} m/s to an "
                 f"approach of {approach:.3g} m/s ({100.0 * gravity / approach:.2g} %): real peak forces are larger; "
-                "take stiffer contacts, or simulate the landing with gravity"
+                "leave out --no-gravity"
             )
             yield Diagnostic("contact", "", gravity / approach, text)
         landing = self.landing

@@ -34,6 +34,7 @@ class JointModel(NamedTuple):
         rotor: (nv,) reflected inertia behind that spring [kg m², kg]; zero where there is none or it is not known.
         drives: where the drives are from, such as "drives of go2, derived"; empty if no joint has them.
         unknown: (nv,) of which joints nothing is known: neither file, drives nor scene give a drive, a spring or a lock.
+        torque: (nv,) of the motors on contacts of finite stiffness [N m, N]; NaN where the scene gives none.
     """
 
     armature: Array
@@ -44,6 +45,7 @@ class JointModel(NamedTuple):
     rotor: Array
     drives: str
     unknown: np.ndarray
+    torque: Array
 
     @property
     def springs(self) -> np.ndarray:
@@ -112,6 +114,9 @@ def joint_model(robot: Robot, joints: Joints) -> JointModel:
     for pattern, k in joints.stiffness.items():
         own = _velocities(robot, pattern)
         stiffness[own], known[own] = _positive("the stiffness of joint", pattern, k), True
+    torque = np.full(nv, np.nan)
+    for pattern, value in joints.torque.items():
+        torque[_velocities(robot, pattern)] = value
     for pattern in joints.locked:
         locked[_velocities(robot, pattern)] = True
     if joints.model == "locked":
@@ -136,7 +141,7 @@ def joint_model(robot: Robot, joints: Joints) -> JointModel:
     unknown = robot.actuated_dofs & ~known & ~locked & ~robot.velocities(robot.followers)
     label = drives.label if (by_default & ~locked).any() else ""
     name = _named(armature[robot.actuated_dofs], locked[robot.actuated_dofs])
-    return JointModel(armature, locked, name, stiffness, drive_stiffness, rotor, label, unknown)
+    return JointModel(armature, locked, name, stiffness, drive_stiffness, rotor, label, unknown, torque)
 
 
 def _with_rigid_springs(
@@ -162,7 +167,7 @@ def _with_rigid_springs(
 def without_springs(armature: Array, locked: np.ndarray, name: str) -> JointModel:
     """A joint model without springs. Args: armature (nv,), locked (nv,), and its name."""
     zero = np.zeros(len(armature))
-    return JointModel(armature, locked, name, zero, zero + np.inf, zero, "", zero > 0.0)
+    return JointModel(armature, locked, name, zero, zero + np.inf, zero, "", zero > 0.0, zero + np.nan)
 
 
 def _drives(robot: Robot, joints: Joints) -> Drives:

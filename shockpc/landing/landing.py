@@ -281,6 +281,9 @@ def _check_ground(scene: Scene, robot: Robot, blocks: tuple[Block, ...]) -> None
     for value, what in ((scene.tangential_stiffness, "a stiffness along the ground"), (scene.contact_damping, "a contact damping")):
         if k is None and value is not None:
             raise SceneError(f"{what} is given without the stiffness along the normal; give contact_stiffness too")
+    if k is None and (scene.joints.torque or scene.joints.motors):
+        what = "torque" if scene.joints.torque else f'motors = "{scene.joints.motors}"'
+        raise SceneError(f"{what} of joints: constant torques count on contacts of finite stiffness; give contact_stiffness too")
     if mu is None and k is None:
         return
     if mu is not None and k is not None:

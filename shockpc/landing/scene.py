@@ -161,6 +161,7 @@ class Joints(Record):
         armature: reflected inertia by pattern [kg m²; kg for a prismatic joint].
         rotor: rotor and gearbox by pattern; their reflected inertia is gear_ratio² · inertia.
         stiffness: of springs of the joints themselves, such as in a compliant leg, by pattern [N m/rad, N/m].
+        torque: constant torque of motors on contacts of finite stiffness, by pattern; it goes over `motors` [N m, N].
         locked: patterns of joints that hold the rate that they have before the impact: none, or that of the strike's joint
             velocities.
     """
@@ -180,9 +181,16 @@ class Joints(Record):
         "Joint model",
         "FILE|NAME|none",
     )
+    motors: Literal["none", "flight", "standing"] | None = option(
+        None,
+        "Constant torques of the motors on contacts of finite stiffness: those that hold the load of springs before touchdown "
+        "(flight, the default), those that also hold the robot's weight on its contacts (standing), or none.",
+        "Joint model",
+    )
     armature: Mapping[str, float] = field(default_factory=dict)
     rotor: Mapping[str, Rotor] = field(default_factory=dict)
     stiffness: Mapping[str, float] = field(default_factory=dict)
+    torque: Mapping[str, float] = field(default_factory=dict)
     locked: tuple[str, ...] = ()
 
 
@@ -414,6 +422,13 @@ class Scene(Record):
         above=0.0,
         varies=True,
     )
+    gravity: bool = option(
+        True,
+        "Whether gravity acts while the robot is on contacts of finite stiffness: by default it does, and with --no-gravity, or "
+        "gravity = false, it does not.",
+        RESULTS,
+        name="no-gravity",
+    )
     ground_tolerance: float = option(
         0.005,
         "By how much the lowest points of contacts and other links may differ in height that flat ground is taken to touch "
@@ -451,6 +466,7 @@ class Scene(Record):
             contact_stiffness: float | None = None,
             tangential_stiffness: float | None = None,
             contact_damping: float | None = None,
+            gravity: bool = True,
             ground_tolerance: float = 0.005,
         ) -> None: ...
 

@@ -151,9 +151,7 @@ def _drive_texts(profile: ShockProfile) -> list[str]:
     if loaded := {name: torque for name in sprung if (torque := float(np.abs(load[robot.joint(name).v]).max())) > 0.0}:
         most = max(loaded, key=lambda name: loaded[name])
         size = f"{loaded[most]:.3g} {'N' if robot.joint(most).unit == 'm' else 'N m'}"
-        texts.append(
-            f"{most} is loaded by its spring with {size} at touchdown, left out as gravity and the motors that balance it are"
-        )
+        texts.append(f"{most} is loaded by its spring with {size} at touchdown, which counts on contacts of finite stiffness")
     return texts
 
 
@@ -236,7 +234,7 @@ def without_value(columns: Iterable[tuple[str, Quantity]]) -> Iterator[str]:
 
 
 LEFT_OUT = (
-    "on contacts of finite stiffness gravity, the change of geometry and springs before rotors of unknown inertia are left out; "
+    "on contacts of finite stiffness the change of geometry and springs before rotors of unknown inertia are left out; "
     "shockpc analyze says where that counts in a landing"
 )
 """Said of many landings, for which the warnings of each are not computed."""

@@ -8,13 +8,12 @@ from typing import Annotated, Any, NamedTuple
 import numpy as np
 
 from shockpc.core.spatial import Array
-from shockpc.evaluation.columns import Column, selected, values_of
+from shockpc.evaluation.columns import Column, selected
 from shockpc.evaluation.evaluate import Evaluation
 from shockpc.evaluation.landings import Refusal
 from shockpc.evaluation.recorded import RecordedLandings, recorded_landings
 from shockpc.evaluation.recorded_table import Measured, rows_of
 from shockpc.evaluation.table_files import read_table
-from shockpc.impact.stiffness import CompliantLanding
 from shockpc.landing.dynamics import dynamics
 from shockpc.landing.landing import landing_of
 from shockpc.landing.places import body_places
@@ -24,7 +23,7 @@ from shockpc.landing.scene_file import robot_of
 from shockpc.quantities.table import select, selections
 from shockpc.robot.robot import Robot
 from shockpc.studies.declare import QuantityOption, study
-from shockpc.text.errors import ShockError, StudyError
+from shockpc.text.errors import StudyError
 
 DRAWS, SEED = 2000, 0
 """Of the bootstrap."""
@@ -175,7 +174,7 @@ def compare_measured(
         timed = tuple(column for column in rows.measured if column.time)
         if scene.contact_stiffness is not None and timed:
             name = f"{model}, contacts of {scene.contact_stiffness:g} N/m"
-            predictions.append((name, timed, *_predicted_later(study, predicting, timed, results.messages)))
+            predictions.append((name, timed, *_predicted_later(study, predicting, timed)))
         inertias = _inertias(study)
         for name, measured, predicted, messages in predictions:
             agreements += _agreements(name, measured, predicted, robot, inertias)
@@ -234,7 +233,7 @@ def _rotations(study: RecordedLandings) -> Array:
 
 
 def _predicted_later(
-    study: RecordedLandings, predicting: Mapping[str, Column], timed: Sequence[Measured], messages: Mapping[int, str]
+    study: RecordedLandings, predicting: Mapping[str, Column], timed: Sequence[Measured]
 ) -> tuple[list[Array], dict[int, str]]:
     """The changes (n,) until the time of each measured quantity, on contacts of finite stiffness, and failures by row.
 
@@ -242,20 +241,14 @@ def _predicted_later(
         study: the landings.
         predicting: columns by key.
         timed: what was measured, each with a time.
-        messages: the rows that have no landing.
     """
-    times, messages = sorted({measured.time for measured in timed if measured.time}), dict(messages)
-    columns = {time: {column.name: np.full(study.rows, np.nan) for column in predicting.values()} for time in times}
-    for i in sorted(set(range(study.rows)) - messages.keys()):
-        try:
-            motion = CompliantLanding(study.landing(i), times[-1] / 1e3)
-        except ShockError as error:
-            messages[i] = str(error)
-            continue
-        for time in times:
-            for name, value in values_of(motion.impact_at(time / 1e3), tuple(predicting.values()), (1, 1)).items():
-                columns[time][name][i] = value[0, 0]
-    jumps = {time: _jumps(study, predicting, columns[time]) for time in times}
+    at_times = {
+        time: {key: column._replace(time=time) for key, column in predicting.items()}
+        for time in sorted({measured.time for measured in timed if measured.time})
+    }
+    wanted = {column.name: column for columns in at_times.values() for column in columns.values()}
+    results = Evaluation(study, tuple(wanted.values()), prove=0).table()
+    messages, jumps = dict(results.messages), {time: _jumps(study, one, results.columns) for time, one in at_times.items()}
     later = [jumps[measured.time][measured.key] for measured in timed if measured.time]
     for measured, values in zip(timed, later, strict=True):
         for i in set(np.flatnonzero(np.isnan(values)).tolist()) - messages.keys():

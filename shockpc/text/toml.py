@@ -123,6 +123,8 @@ def _leaf(value: Any, kind: Any) -> Any:
     if kind is float:
         fits = isinstance(value, Real) and not isinstance(value, bool)
         return float(value) if fits and abs(value) <= LARGEST else None
+    if kind is bool:
+        return value if isinstance(value, bool) else None
     if kind is str:
         return os.fspath(value) if isinstance(value, str | Path) else None
     if get_origin(kind) is Literal:
@@ -150,7 +152,7 @@ def _wanted(kind: Any) -> str:
         return f"a list of {len(parts)} numbers up to {LARGEST:g}"
     if parts:
         return " or ".join(_wanted(part) for part in parts)
-    return f"a number up to {LARGEST:g}" if kind is float else "text in quotes"
+    return {float: f"a number up to {LARGEST:g}", bool: "true or false"}.get(kind, "text in quotes")
 
 
 def _shown(value: Any) -> str:

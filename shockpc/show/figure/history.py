@@ -65,7 +65,7 @@ def draw_time(profile: ShockProfile) -> Figure:
     rows[0].axvline(1e3 * compliant.compressed, color=INK, linewidth=0.6, linestyle=":")
     rows[-1].set_xlabel("time after touchdown [ms]")
     rows[-1].set_xlim(0.0, 1e3 * motion.duration)
-    words = "dashed: along the normal; dotted: end of compression; frozen geometry, no gravity, double precision, not proven"
+    words = "dashed: along the normal; dotted: end of compression; frozen geometry, double precision, not proven"
     figure.supxlabel(words, fontsize=7.0, x=0.02, ha="left")
     return figure
 

@@ -424,7 +424,7 @@ def _stiffness_sheets(profile: ShockProfile, most: int | None) -> list[Sheet]:
         return [(place.name, *row) for place, *row in zip(profile.places(kind), *values, strict=True)]
 
     header = ("contact", "99 % of the impulse in [ms]", "peak force [N]", "at [ms]")
-    title = f"contacts of {_stiffness(profile)} (frozen geometry, without gravity; double precision, not proven)"
+    title = f"contacts of {_stiffness(profile)} (frozen geometry{_forces(profile)}; double precision, not proven)"
     sheets = [Sheet(title, header, rows("contact", "duration", "peak_force", "peak_force_time"))]
     if points := rows("point", "peak_acceleration", "peak_acceleration_time"):
         sheets.append(Sheet("peak accelerations on these contacts", ("point", "peak [g]", "at [ms]"), points))
@@ -463,6 +463,14 @@ def _time_pictures(profile: ShockProfile, spectrum: bool) -> list[Picture]:
     if spectrum and any(place.body >= 0 for place in profile.places("point")):
         pictures.append(Picture("spectrum", f"shock response spectrum of points of {name}", "history:draw_spectrum", (profile,)))
     return pictures
+
+
+def _forces(profile: ShockProfile) -> str:
+    """Which constant forces act, where they are not the usual ones."""
+    if not profile.scene.gravity:
+        return ", without gravity"
+    motors = {"standing": ", motors hold the weight", "none": ", motors give no torque"}.get(profile.scene.joints.motors or "", "")
+    return ", under gravity" + motors + ", given torques" * bool(profile.scene.joints.torque)
 
 
 def _stiffness(profile: ShockProfile) -> str:

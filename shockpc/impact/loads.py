@@ -1,0 +1,80 @@
+"""The constant forces of a landing: gravity, the torques of motors, and what springs of joints carry at touchdown.
+
+Before touchdown the robot falls freely. Motors then need no torque to hold a posture, but for what loaded springs press on them:
+these torques they keep by default. They do not carry the weight, so the robot begins to collapse, which counts little in
+milliseconds.
+"""
+
+import numpy as np
+
+from shockpc.core.spatial import Array
+from shockpc.impact.friction import ContactRows
+from shockpc.landing.landing import PosedLanding
+from shockpc.landing.scene import GRAVITY
+
+
+def free_fall(landing: PosedLanding, rows: ContactRows, free: Array) -> Array:
+    """Accelerations (m,) of the coordinates under gravity alone [rad/s², m/s²]; zero where the scene leaves gravity out.
+
+    Every body of a robot whose base is free has that of gravity; no joint has any. A base that moves in a plane has the part in it.
+
+    Args:
+        landing: the landing.
+        rows: its coordinates and their inertia.
+        free: (nv, m) joint velocities for unit rates of the coordinates.
+    """
+    if not landing.scene.gravity:
+        return np.zeros(free.shape[1])
+    state, falling = landing.state, np.zeros(len(free))
+    falling[:6] = np.linalg.solve(state.J[0, :, :6], [0.0, 0.0, 0.0, 0.0, 0.0, -GRAVITY])
+    return np.asarray(np.linalg.solve(rows.M, free.T @ (state.H[0] @ falling)))
+
+
+def spring_loads(landing: PosedLanding) -> Array:
+    """Torques (nv,) that springs of joints give at touchdown, −k times their deflection from `springref` [N m, N].
+
+    Without gravity the springs are not loaded either: before touchdown its effects and theirs balance.
+    """
+    model = landing.joint_model
+    if not landing.scene.gravity:
+        return np.zeros(len(model.stiffness))
+    return np.asarray(-model.stiffness * model.deflection(landing.robot, landing.q))
+
+
+def motor_torques(landing: PosedLanding, rows: ContactRows, free: Array, gravity: Array) -> Array:
+    """Torques (nv,) of the motors, constant during the landing [N m, N]: those of the scene, or those that hold what is loaded.
+
+    In flight, the default, these are the least with which the loads of springs accelerate the robot least, √(aᵀ M a). Standing
+    torques hold the robot on the contacts that strike. Their forces are the least that hold it as one rigid body, or, where they
+    cannot hold all of it, as one foot, that leave the least acceleration; with these forces the torques are found as before.
+
+    Args:
+        landing: the landing.
+        rows: its coordinates, contacts and inertia.
+        free: (nv, m) joint velocities for unit rates of the coordinates.
+        gravity: (m,) accelerations of free fall.
+    """
+    model = landing.joint_model
+    torques: Array = np.zeros(len(free))
+    loads = free.T @ spring_loads(landing)
+    standing = landing.scene.joints.motors == "standing"
+    if (standing or loads.any()) and landing.scene.joints.motors != "none":
+        drives, inverse = _motors(landing), np.linalg.inv(np.linalg.cholesky(rows.M))
+        force: Array = np.zeros(len(rows.J))
+        missing = inverse @ -(rows.M @ gravity * standing + loads)
+        by_force, by_torque = inverse @ rows.J.T, inverse @ free[drives].T
+        if standing:
+            # In motions of the robot as one rigid body, springs and torques do no work.
+            still = np.linalg.lstsq(free, np.eye(len(free))[:, :6], rcond=None)[0]
+            rigid = np.linalg.qr(np.linalg.inv(inverse).T @ still)[0]
+            force[:] = np.linalg.lstsq(rigid.T @ by_force, rigid.T @ missing, rcond=1e-9)[0]
+        torques[drives] = np.asarray(np.linalg.lstsq(by_torque, missing - by_force @ force, rcond=1e-9)[0])
+    return np.where(model.locked, 0.0, np.where(np.isnan(model.torque), torques, model.torque))
+
+
+def _motors(landing: PosedLanding) -> np.ndarray:
+    """The velocities of the joints that have a motor: those with a reflected inertia, or if none has one all without a spring."""
+    model, robot = landing.joint_model, landing.robot
+    possible = robot.actuated_dofs & ~model.locked & ~robot.velocities(robot.followers)
+    driven = possible & (model.armature + model.rotor > 0.0)
+    return np.flatnonzero(driven if driven.any() else possible & ~(model.stiffness > 0.0))
