@@ -96,7 +96,7 @@ class VariedOneByOne(LandingsBeside):
         for a change by the size, H + t dH is singular for no |t| below 1 / √tr A², in which the sum of A's squared eigenvalues is;
         with a centre of mass H changes as its square, too.
         """
-        sizes = np.array([one.size or 1.0 for one in self.parameters])
+        sizes = np.array([parameter.size or 1.0 for parameter in self.parameters])
         landing, n = self.landing, len(sizes)
         changed = dynamics(landing.robot, np.repeat(landing.q[None], n, axis=0), None, self._inertias(sizes, np.ones(1))).H
         H, change, G = landing.state.H[0], changed - landing.state.H, landing.free_columns(landing.state)
@@ -104,8 +104,8 @@ class VariedOneByOne(LandingsBeside):
             H, change = G[0].T @ H @ G[0], G[0].T @ change @ G[0]
         A = np.linalg.solve(H, change)
         share = np.maximum(np.sqrt(np.abs(np.einsum("nij,nji->n", A, A))), LEAST_SHARE)
-        share = np.where([one.kind == "com" for one in self.parameters], np.maximum(share, np.sqrt(share)), share)
-        inertial = [not one.rates.keys().isdisjoint(Inertias._fields) for one in self.parameters]
+        share = np.where([parameter.kind == "com" for parameter in self.parameters], np.maximum(share, np.sqrt(share)), share)
+        inertial = [not parameter.rates.keys().isdisjoint(Inertias._fields) for parameter in self.parameters]
         return STEP * sizes / np.where(inertial, share, 1.0)
 
     @property
@@ -121,17 +121,17 @@ class VariedOneByOne(LandingsBeside):
     @property
     def kinds(self) -> tuple[str, ...]:
         """What varies."""
-        return tuple(one.kind for one in self.parameters)
+        return tuple(parameter.kind for parameter in self.parameters)
 
     @property
     def description(self) -> dict[str, Any]:
         """The names of the parameters."""
-        return {"parameters": [one[:3] for one in self.parameters], "steps": self.steps.tolist()}
+        return {"parameters": [parameter[:3] for parameter in self.parameters], "steps": self.steps.tolist()}
 
     def part(self, k: int, own: None) -> Part:
         """All rows, in the order of the parameters, those of a parameter in the order of `STEPS`."""
         landing, robot, n = self.landing, self.robot, len(STEPS)
-        names = [" ".join(filter(None, one[:3])) for one in self.parameters]
+        names = [" ".join(filter(None, parameter[:3])) for parameter in self.parameters]
         labels = {"parameter": np.repeat(names, n), "step": np.outer(self.steps, STEPS).ravel()}
         inertias, velocity = self._inertias(self.steps, STEPS), self._varied("velocity", landing.before.velocity, self.steps, STEPS)
         Q = displaced(robot, landing.q, self._varied("joints", np.zeros(robot.model.nv), self.steps, STEPS))
@@ -168,25 +168,25 @@ class VariedOneByOne(LandingsBeside):
     def _as_swept(self) -> dict[int, VariedLandings]:
         """The rows of parameters that a sweep varies, each by its number."""
         rows = dict[int, VariedLandings]()
-        for k, (one, step) in enumerate(zip(self.parameters, self.steps.tolist(), strict=True)):
-            if one.varied is None:
+        for k, (parameter, step) in enumerate(zip(self.parameters, self.steps.tolist(), strict=True)):
+            if parameter.varied is None:
                 continue
             for j, share in enumerate(STEPS.tolist()):
-                value = (one.value + share * step) * (math.degrees(1.0) if one.unit == "rad" else 1.0)
-                varied = replace(one.varied, values=(value,), span=None)
+                value = (parameter.value + share * step) * (math.degrees(1.0) if parameter.unit == "rad" else 1.0)
+                varied = replace(parameter.varied, values=(value,), span=None)
                 rows[len(STEPS) * k + j] = VariedLandings(self.scene, self.robot, (varied,))
         return rows
 
     def _inertias(self, steps: Array, shares: Array) -> Inertias:
-        own = Inertias.of(self.robot, self.landing.joint_model.armature)
-        return Inertias(*(self._varied(name, value[0], steps, shares) for name, value in own._asdict().items()))
+        present = Inertias.of(self.robot, self.landing.joint_model.armature)
+        return Inertias(*(self._varied(name, value[0], steps, shares) for name, value in present._asdict().items()))
 
     def _varied(self, what: str, value: Array, steps: Array, shares: Array) -> Array:
         """What the rates of a name change (p s, ...), after shares (s,) of steps (p,). Args: value, in the given landing."""
         out = np.repeat(value[None], len(steps) * len(shares), axis=0)
-        for rows, one, step in zip(np.split(out, len(steps)), self.parameters, steps, strict=True):
-            if what in one.rates:
-                rows += np.multiply.outer(step * shares, one.rates[what])
+        for rows, parameter, step in zip(np.split(out, len(steps)), self.parameters, steps, strict=True):
+            if what in parameter.rates:
+                rows += np.multiply.outer(step * shares, parameter.rates[what])
         return out
 
 

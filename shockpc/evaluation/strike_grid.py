@@ -80,11 +80,11 @@ class StrikeGrid(LandingsBeside):
         sweep = VariedLandings(self.scene, self.robot, (replace(self.varied, values=values),))
 
         def groups() -> Iterator[Group | Refusal]:
-            for one in sweep.part(0, None).groups if Q is None else [Group(np.arange(b - a), self.landing, Q)]:
-                if isinstance(one, Refusal):
-                    yield one
+            for group in sweep.part(0, None).groups if Q is None else [Group(np.arange(b - a), self.landing, Q)]:
+                if isinstance(group, Refusal):
+                    yield group
                 else:
-                    yield one._replace(strikes=self.velocities(angles[one.postures], speeds[one.postures, None]))
+                    yield group._replace(strikes=self.velocities(angles[group.postures], speeds[group.postures, None]))
 
         def profile(i: int) -> ShockProfile:
             if Q is None:
