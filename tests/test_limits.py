@@ -513,3 +513,10 @@ def test_a_loop_is_followed_to_its_last_digit():
         assert joint.value(follow(landing.robot, landing.q, q, landing.loops, landing.plane, held)) == pytest.approx(
             value, abs=1e-12
         )
+
+
+def test_the_map_is_the_number_also_between_the_strike_angles_of_the_scan():
+    found = hyq(0.1, step=math.radians(10.0))
+    angles, numbers = found.scan.map()
+    assert (angles[0], angles[-1]) == found.strikes
+    np.testing.assert_allclose(numbers, found.scan.over(angles), atol=1e-5)  # the least band of colour is 0.01
