@@ -12,6 +12,7 @@ from trees import known_robot, robot_from
 from shockpc import Closure, Contact, Joints, LoopEnd, Posture, Scene, SceneError, Strike, UnknownName, resolve, shock_profile
 from shockpc.landing.closure import closure_block, closure_gap, loop_of
 from shockpc.landing.dynamics import dynamics
+from shockpc.landing.joint_path import JointPath
 from shockpc.landing.rows import row_jacobian
 from shockpc.landing.scene_file import robot_of
 from shockpc.paper.landings import land, scene
@@ -511,3 +512,19 @@ def test_rates_that_open_a_loop_are_refused(rates, locked):
     speed = np.abs(resolve(four_bar(), FOUR_BAR).state.rotation[0, 2].T @ K[:, 6:] @ left).max()
     parts = '"rod–rocker"', f"{speed:.3g} m/s"
     refused(SceneError, parts, resolve, four_bar(strike=swinging(**rates), joints=Joints(locked=locked)), FOUR_BAR)
+
+
+@pytest.mark.parametrize(("name", "joint"), [("five_bar", "front_hip"), ("five_bar", "rear_hip")])
+def test_postures_beside_a_landing_have_its_number_of_independent_rows(name, joint):
+    """It is that of the same search started from each of them; and loops stay closed on the way there."""
+    landing = resolve(case := scene(name), robot_of(case))
+    path = JointPath(landing, [landing.robot.joint(joint)])
+    value = landing.robot.joint(joint).value(landing.q)
+    Q = path.at(value + np.array([-2e-3, 1e-4, 2e-3]), np.repeat(landing.q[None], 3, axis=0))
+    state = dynamics(landing.robot, Q)
+    blocks = landing.rows(state)
+    beside, anew = landing.most_independent(state, blocks), landing.mechanism.most_independent(blocks, state)
+    for k in range(3):
+        assert beside(k)[0] == anew(k)[0] == landing.most_independent(landing.state, landing.rows(landing.state))(0)[0]
+        assert beside(k)[1] == pytest.approx(anew(k)[1], rel=0.1)
+    assert all(np.abs(closure_gap(state, loop)).max() < 1e-9 for loop in landing.loops)
