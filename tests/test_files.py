@@ -126,6 +126,13 @@ def test_what_a_command_reads_it_does_not_replace(tmp_path):
     assert (path.read_text(), (tmp_path / "other.json").read_text()) == ("x", "mine")
 
 
+@pytest.mark.skipif(not Path("/proc/self/mem").exists(), reason="needs Linux")
+def test_a_file_that_fails_while_it_is_read_is_a_message():
+    """Opening it succeeds; a damaged disk does the same."""
+    with pytest.raises(OutputError, match='"/proc/self/mem" cannot be read: Input/output error'):
+        read_file(Path("/proc/self/mem"), "table", OutputError)
+
+
 def test_folders_are_tried_and_left_as_they_were_and_made_with_a_file(tmp_path):
     for folder in (tmp_path, tmp_path / "a" / "b"):
         check_folder(folder, "--out")

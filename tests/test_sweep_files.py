@@ -210,7 +210,7 @@ def undamaged(request, tmp_path_factory):
     return words, folder / "out", folder / "other"
 
 
-@pytest.mark.parametrize("damage", ["truncated", "changed", "of another sweep", "without a checksum"])
+@pytest.mark.parametrize("damage", ["truncated", "changed", "of another sweep", "exception added", "without a checksum"])
 def test_damaged_part_is_computed_again(capfd, undamaged, tmp_path, damage):
     """Whatever happened to a part, --resume gives the files of an undamaged run."""
     words, whole, other = undamaged
@@ -225,6 +225,9 @@ def test_damaged_part_is_computed_again(capfd, undamaged, tmp_path, damage):
         case "of another sweep":
             for path in (part, out / "checksums" / "part-00000.sha256"):
                 path.write_bytes((other / path.relative_to(out)).read_bytes())
+        case "exception added":
+            checksum = out / "checksums" / "part-00000.sha256"
+            checksum.write_bytes(checksum.read_bytes() + b"Traceback\n")
         case _:
             (out / "checksums" / "part-00000.sha256").unlink()
     good(capfd, *words, "--out", out, "--resume")

@@ -202,7 +202,7 @@ def _checksum(part: Path) -> Path:
 
 def _noted(part: Path) -> tuple[str, str]:
     """The checksum with the counts of a part, and the descriptions of its unexpected exceptions."""
-    line, _, defects = _checksum(part).read_text(encoding="utf-8").partition("\n")
+    line, _, defects = _checksum(part).read_bytes().decode().partition("\n")
     return line, defects
 
 
@@ -210,9 +210,12 @@ def _damaged(part: Path) -> OutputError:
     return OutputError(f'"{part}" is damaged; delete it, and run the same command with --resume')
 
 
-def _digest(content: bytes, mark: bytes, counts: str) -> str:
-    """SHA-256 of a part, its counts and what its sweep is, so that one of another sweep does not pass; then the counts."""
-    return f"{hashlib.sha256(mark + counts.encode() + content).hexdigest()} {counts}"
+def _digest(content: bytes, mark: bytes, counts: str, defects: str) -> str:
+    """SHA-256 of a part, its counts, the descriptions of its unexpected exceptions and what its sweep is; then the counts.
+
+    A part of another sweep, or one whose descriptions were changed, does not pass.
+    """
+    return f"{hashlib.sha256(mark + counts.encode() + defects.encode() + content).hexdigest()} {counts}"
 
 
 def _complete(part: Path, mark: bytes) -> bool:
@@ -220,8 +223,8 @@ def _complete(part: Path, mark: bytes) -> bool:
     try:
         if max(part.stat().st_size, _checksum(part).stat().st_size) > LARGEST_PART:
             return False
-        noted = _noted(part)[0]
-        return noted == _digest(part.read_bytes(), mark, noted.partition(" ")[2])
+        noted, defects = _noted(part)
+        return noted == _digest(part.read_bytes(), mark, noted.partition(" ")[2], defects)
     except (OSError, ValueError):
         return False
 
@@ -232,8 +235,8 @@ def _save(rows: Path, format_: Format, description: str, mark: bytes, evaluation
     part, landings = _part(rows, format_, k), evaluation.landings
     # A part that has its name has its checksum, whenever the process is killed.
     counts = " ".join(map(str, (len(table), *table.refused)))
-    noted = "\n".join([_digest(content, mark, counts), *table.defects])
-    write_file(_checksum(part), noted.rstrip("\n") + "\n", flush=True)
+    defects = "".join(table.defects).encode(errors="backslashreplace").decode()  # may hold names that are not UTF-8
+    write_file(_checksum(part), f"{_digest(content, mark, counts, defects)}\n{defects}", flush=True)
     write_file(part, content, flush=True)
     a, b = landings.parts[k]
     count: int = (b - a) * landings.strikes

@@ -51,12 +51,15 @@ def read_file(path: Path, what: str, error: type[Exception], *, output: bool = F
         output: whether it is an output of an earlier run, which this one may replace.
 
     Raises:
-        error: as `open_file`; or it is larger than 64 MB.
+        error: as `open_file`; or it is larger than 64 MB, or reading fails.
     """
     with open_file(path, what, error, output=output) as file:
         size = os.fstat(file.fileno()).st_size
         if size <= LARGEST_FILE:
-            return file.read(LARGEST_FILE + 1)
+            try:
+                return file.read(LARGEST_FILE + 1)
+            except OSError as refusal:  # a damaged disk, or a file of /proc
+                raise error(f'"{path}" cannot be read: {refusal.strerror}') from None
     raise error(f'"{path}" has {size / 2**20:.0f} MB; files of up to {LARGEST_FILE // 2**20} MB are read')
 
 
