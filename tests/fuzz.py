@@ -1,7 +1,7 @@
 """Thousands of hostile inputs through the command line: `python tests/fuzz.py 100000 [--from NUMBER] [--workers N]`.
 
-`python tests/fuzz.py 2000 --defects [NAME …]` puts defects into the commands one by one, and asks that so many cases find each;
-it takes some ten minutes.
+`python tests/fuzz.py 2000 --defects [NAME …]` puts defects into the commands one by one, and asks that so many cases find each. Of
+the cases those are run that are of the rule which the defect breaks, until one finds it; it takes a minute.
 
 Cases run one after the other in forks of this process, in which everything is imported; every tenth has a fork of its own. Where
 this is root, the forks are nobody, who may write in the folder of the case alone. What must hold: exit code 0, 2 or 3, or 1 from
@@ -42,14 +42,14 @@ os.environ |= dict.fromkeys(("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS"), "1")  #
 
 try:
     import numpy as np
-    from hostile import COMMANDS, FILES, SECRETS, STUDIES, TOKEN, UNFINISHED, Case, case
+    from hostile import COMMANDS, FILES, SECRETS, STUDIES, TOKEN, UNFINISHED, Case, case, rule_of
 
     from shockpc.cli import process
     from shockpc.cli.entry import main as run_command
     from shockpc.evaluation import recorded_table as landing_tables
     from shockpc.evaluation import table_files as tables
+    from shockpc.robot import child, urdf
     from shockpc.robot import files as robot_files
-    from shockpc.robot import urdf
     from shockpc.show.parts import Parts
     from shockpc.text import printed
 except ModuleNotFoundError as missing:
@@ -65,8 +65,8 @@ ALONE, AGAIN, LAST = 10, 50, 200
 NOBODY = 65534
 """Number of the user without privileges."""
 
-SECONDS, MEMORY = 20, 3 * 2**30
-"""What a case may take: time of the processor [s], and bytes beside those that this process takes already."""
+SECONDS, WAIT, MEMORY = 20, 200.0, 3 * 2**30
+"""What a case may take: time of the processor and by the clock [s], and bytes beside those that this process takes already."""
 
 
 class Fork(NamedTuple):
@@ -155,7 +155,7 @@ def _run(made: Case, folder: Path, alone: bool) -> Outcome:
     ran.append(made.words)
     connection.send((made.words, str(folder)))
     try:
-        code = connection.recv() if connection.poll(10.0 * SECONDS) else None
+        code = connection.recv() if connection.poll(WAIT) else None
         if alone or code is None:
             _end_fork()
     except EOFError:
@@ -262,6 +262,7 @@ def _violations(made: Case, outcome: Outcome, folder: Path) -> list[str]:
     documents = {"stdout.json": outcome.out} if code == 0 and last == ["json"] and "--help" not in words else {}
     holds = {
         f"exit code {code} for an input that has to be refused": not made.refused or code == 2,
+        f"no message: {made.message}": made.message in out + err,
         f"exit code {code}": code in (0, 2, 3) or (code == 1 and words[0] == "check"),
         f"files after a failure: {[*outcome.files]}": checks or not (failed and outcome.files),
         "on failure not one message": checks or not failed or (not out and err.count("\n") == 1),
@@ -308,42 +309,69 @@ _numbers = urdf._numbers
 
 _SQUARE = tuple((re.compile(rf"(?:.*/)?joint_states?/(.+)/{end}"), "q_{}") for end in ("position", "velocity"))
 
-DEFECTS: dict[str, tuple[tuple[object, str, object], ...]] = {
-    "fence": ((robot_files.OpenFolders, "contain", lambda *_: True),),
-    "mass": ((urdf, "_numbers", _any_mass),),
-    "field": ((tables.csv, "Error", KeyError),),
-    "member": ((tables, "_read_npz", _old_arrays),),
-    "growth": ((tables, "_refuse_size", lambda *_: None),),
-    "pipe": ((tables, "open_file", _waiting),),
-    "planted": ((Parts, "_refuse_links", lambda *_: None),),
-    "square": ((landing_tables, "ROS", _SQUARE),),
-    "digits": ((tables, "_refuse_other_digits", lambda *_: None),),
-    "elements": ((robot_files, "_MOST_ELEMENTS", 10**9),),
-    "signs": ((printed, "visible", lambda text, *_: text), (process, "visible", lambda text, *_: text)),
+_NO_FENCE = "from shockpc.robot.files import OpenFolders; OpenFolders.contain = lambda *_: True; "
+
+
+class Defect(NamedTuple):
+    """A defect that is put in on purpose.
+
+    Attributes:
+        rule: the name of that which it breaks.
+        replaced: objects, the names of their attributes, and what is put in the place of each.
+    """
+
+    rule: str
+    replaced: tuple[tuple[object, str, object], ...]
+
+
+DEFECTS = {
+    "fence": Defect("outside", ((robot_files.OpenFolders, "contain", lambda *_: True),)),
+    # MJCF files are read in an interpreter of their own.
+    "fence of MJCF": Defect("outside", ((child, "_CODE", child._CODE.replace("serve()", f"{_NO_FENCE}serve()")),)),
+    "mass": Defect("mass", ((urdf, "_numbers", _any_mass),)),
+    "field": Defect("field", ((tables.csv, "Error", KeyError),)),
+    "member": Defect("member", ((tables, "_read_npz", _old_arrays),)),
+    "growth": Defect("growth", ((tables, "_refuse_size", lambda *_: None),)),
+    "pipe": Defect("pipe", ((tables, "open_file", _waiting),)),
+    "planted": Defect("planted", ((Parts, "_refuse_links", lambda *_: None),)),
+    "square": Defect("long", ((landing_tables, "ROS", _SQUARE),)),
+    "digits": Defect("digits", ((tables, "_refuse_other_digits", lambda *_: None),)),
+    "elements": Defect("elements", ((robot_files, "_MOST_ELEMENTS", 10**9),)),
+    "signs": Defect("signs", tuple((module, "visible", lambda text, *_: text) for module in (printed, process))),
 }
-"""What is put in the place of what, by the name of the defect."""
+"""What is put in, by its name."""
 
 
 def _find(names: list[str], numbers: range) -> int:
-    """Put in defects one by one, each in a process of its own: 1 unless a case finds each."""
-    left = []
+    """Put in defects one by one: 1 unless a case of its rule finds each, in which nothing is found without it."""
+    fork, missed = multiprocessing.get_context("fork"), 0
     for name in names:
-        child = os.fork()
-        if not child:
-            global SECONDS
-            SECONDS = 5  # a hang is waited for
-            for place, attribute, instead in DEFECTS[name]:
-                setattr(place, attribute, instead)
-            _drop_privileges()
-            found = next((found for found in map(check, numbers) if found.violations), None)
-            text = f"case {found.number}: {found.violations[0]}" if found else f"not found in {len(numbers)} cases"
-            print(f"{name}: {text}", flush=True)
-            if _forks:
-                _end_fork()
-            os._exit(found is None)
-        if os.waitstatus_to_exitcode(os.waitpid(child, 0)[1]):
-            left.append(name)
-    return 1 if left else 0
+        of_rule = [k for k in numbers if (rule := rule_of(k)) and rule.__name__ == f"_{DEFECTS[name].rule}"]
+        with fork.Pool(1, _put_in, (name,)) as pool:
+            found = pool.apply(_first_found, (of_rule,))
+        text = f"not found in {len(of_rule)} cases of its rule"
+        if found:
+            with fork.Pool(1, _drop_privileges) as pool:
+                without = pool.apply(check, (found.number,)).violations
+            text = f"case {found.number}: {found.violations[0]}" + (f", without it: {without[0]}" if without else "")
+            found = None if without else found
+        print(f"{name}: {text}", flush=True)
+        missed += found is None
+    return 1 if missed else 0
+
+
+def _put_in(name: str) -> None:
+    """Put a defect into this process."""
+    global SECONDS, WAIT
+    SECONDS, WAIT = 5, 20.0  # a hang is waited for
+    for place, attribute, instead in DEFECTS[name].replaced:
+        setattr(place, attribute, instead)
+    _drop_privileges()
+
+
+def _first_found(numbers: list[int]) -> Found | None:
+    """The first case of some in which something does not hold."""
+    return next((found for found in map(check, numbers) if found.violations), None)
 
 
 def main() -> int:

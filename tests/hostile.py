@@ -13,6 +13,7 @@ import re
 import struct
 import zipfile
 import zlib
+from collections.abc import Callable
 from pathlib import Path
 from typing import Any, NamedTuple
 from xml.etree import ElementTree
@@ -300,6 +301,7 @@ class Case(NamedTuple):
         words: of the command line.
         refused: whether the command has to refuse it as a bad input.
         pipes, links: what takes the place of some files, or of folders with all that is in them; links with their targets.
+        message: what has to be printed, such as that of one row of a table.
     """
 
     files: dict[str, bytes]
@@ -307,6 +309,7 @@ class Case(NamedTuple):
     refused: bool = False
     pipes: tuple[str, ...] = ()
     links: dict[str, str] = {}  # noqa: RUF012 (the cases have no default of their own to change)
+    message: str = ""
 
     def write(self, folder: Path) -> None:
         """Make the folder; the files that a case may name but not read are in `outside` beside it."""
@@ -334,11 +337,16 @@ class Case(NamedTuple):
             os.truncate(folder / name, 2**30)
 
 
+def rule_of(number: int) -> "Rule | None":
+    """The rule of which case `number` is; None where it is one of changes at random."""
+    return RULES[number // 4 % len(RULES)] if number % 4 == 3 else None
+
+
 def case(number: int) -> Case:
     """Case `number`; every fourth is of a rule of its own."""
     rng, files = random.Random(f"case {number}"), dict(FILES)
-    if number % 4 == 3:
-        return RULES[number // 4 % len(RULES)](rng, files)
+    if rule := rule_of(number):
+        return rule(rng, files)
     (line,) = rng.choices(list(COMMANDS), [often for often, _ in COMMANDS.values()])
     words = line.split()
     files |= UNFINISHED if "--resume" in words else {}
@@ -676,7 +684,7 @@ def _long(rng: random.Random, files: dict[str, bytes]) -> Case:
     match rng.randrange(3):
         case 0:
             lines = files["landings.csv"].decode().split("\n")
-            lines[0] += "," + rng.choice(("joint_state/", "joint_states/")) * 20_000
+            lines[0] += "," + rng.choice(("joint_state/", "joint_states/")) * 10_000  # less than a cell may have
             data = "\n".join([lines[0], *(f"{line},1" for line in lines[1:])]).encode()
             return Case(files | {"landings.csv": data}, ["landings", "landings.csv", "robot.urdf"])
         case 1:
@@ -695,9 +703,11 @@ def _digits(rng: random.Random, files: dict[str, bytes]) -> Case:
     lines = files["landings.csv"].decode().split("\n")
     k = rng.randrange(1, len(lines))
     cells = lines[k].split(",")
-    cells[list(LANDINGS).index(rng.choice(("vx", "vz", "q_knee", "before_knee", "friction")))] = value
+    name = rng.choice(("vx", "vz", "q_knee", "before_knee", "friction"))
+    cells[list(LANDINGS).index(name)] = value
     lines[k] = ",".join(cells)
-    return Case(files | {"landings.csv": "\n".join(lines).encode()}, ["landings", "landings.csv", "robot.urdf"], refused=True)
+    files |= {"landings.csv": "\n".join(lines).encode()}
+    return Case(files, ["landings", "landings.csv", "robot.urdf"], message=f'column {name}: "{value}" is not a number')
 
 
 def _elements(rng: random.Random, files: dict[str, bytes]) -> Case:
@@ -725,5 +735,7 @@ def _signs(rng: random.Random, files: dict[str, bytes]) -> Case:
 SIGNS = ("\u202e", "\u2066", "\u200b", "\u2028", "\x85")
 """Characters that print nothing, or turn the direction of what follows."""
 
-RULES = (_outside, _mass, _field, _member, _growth, _pipe, _planted, _long, _digits, _elements, _soft, _signs)
+Rule = Callable[[random.Random, dict[str, bytes]], Case]
+
+RULES: tuple[Rule, ...] = (_outside, _mass, _field, _member, _growth, _pipe, _planted, _long, _digits, _elements, _soft, _signs)
 """What must hold whatever the input, with cases of its own each, because changes at random seldom come upon it."""

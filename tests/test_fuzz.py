@@ -18,21 +18,11 @@ def test_hostile_inputs():
 
 
 def test_defects_that_are_put_in_are_found():
-    """A few that are found soon; `python tests/fuzz.py 2000 --defects` puts in all, which takes minutes."""
-    words = [
-        sys.executable,
-        str(Path(__file__).with_name("fuzz.py")),
-        "17",
-        "--from",
-        "723",
-        "--defects",
-        "fence",
-        "field",
-        "member",
-    ]
+    """Each in one of those of the first 2000 cases that are of the rule which it breaks, chosen by the name of the rule alone."""
+    words = [sys.executable, str(Path(__file__).with_name("fuzz.py")), "2000", "--defects"]
     done = subprocess.run(words, capture_output=True, text=True, check=False)
     assert (done.returncode, done.stderr) == (0, ""), done.stdout + done.stderr
-    assert [line.partition(":")[0] for line in done.stdout.splitlines()] == ["fence", "field", "member"]
+    assert done.stdout.count(": case ") == done.stdout.count("\n") >= 10
 
 
 def test_every_rule_has_cases_of_its_own(monkeypatch):
