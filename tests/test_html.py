@@ -163,6 +163,14 @@ def test_large_triangles_are_divided_up_to_a_number():
     assert most < 3e8
 
 
+def test_triangles_at_random_are_fewer_and_do_not_vanish():
+    """They lie all around the origin, where the corner of a cell would part them however large it is."""
+    corners = np.random.default_rng(0).uniform(-0.1, 0.1, (60_000, 3))
+    soup = Shape("a", corners, mesh=Mesh(corners, np.arange(60_000).reshape(-1, 3)))
+    (surface,) = surfaces([[soup]], 1000)
+    assert 0 < len(surface.triangles) <= 1000
+
+
 @pytest.mark.parametrize("failure", [MemoryError(), ValueError("Out of range float values are not JSON compliant")])
 def test_a_page_that_cannot_be_made_is_a_warning(capfd, here, monkeypatch, failure):
     """The other files are written, and the results printed."""
