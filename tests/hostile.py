@@ -629,7 +629,7 @@ def _member(rng: random.Random, files: dict[str, bytes]) -> Case:
     content = rng.choice((b"hello", b"", header.getvalue(), header.getvalue()[:-20], header.getvalue() + b"12345"))
     archive = io.BytesIO(files["landings.npz"])
     with zipfile.ZipFile(archive, "a") as file:
-        file.writestr(rng.choice(("note.npy", "note", "note.txt")), content)
+        file.writestr(zipfile.ZipInfo(rng.choice(("note.npy", "note", "note.txt"))), content)  # without the time
     return Case(files | {"landings.npz": archive.getvalue()}, ["landings", "landings.npz", "robot.urdf"], refused=True)
 
 
@@ -641,7 +641,7 @@ def _growth(rng: random.Random, files: dict[str, bytes]) -> Case:
     block = packer.compress(bytes(2**20)) + packer.flush(zlib.Z_FULL_FLUSH)  # does not depend on what was before it
     packed, archive = block * count + b"\3\0", io.BytesIO()
     with zipfile.ZipFile(archive, "w") as file:
-        file.writestr("vz.npy", packed)
+        file.writestr(zipfile.ZipInfo("vz.npy"), packed)
     data, was, now = archive.getvalue(), struct.pack("<II", len(packed), len(packed)), struct.pack("<II", len(packed), count << 20)
     data = data.replace(was, now)
     for mark, at in ((b"PK\3\4", 8), (b"PK\1\2", 10)):
