@@ -14,13 +14,14 @@ from typing import Annotated, Any, Literal, NamedTuple
 import numpy as np
 
 from shockpc.core.spatial import Array, Plane
-from shockpc.evaluation.columns import Column, column
+from shockpc.evaluation.columns import Column, column, columns
 from shockpc.evaluation.crossings import crossings, kinks, vertices
 from shockpc.evaluation.evaluate import profiles
 from shockpc.evaluation.strike_scan import Bound, StrikeScan
 from shockpc.evaluation.variation import ATTITUDE, Variation, kind_of, motion_range, variation
 from shockpc.evaluation.varied_scene import present_value
-from shockpc.landing.posture import settable_joints
+from shockpc.landing.landing import PosedLanding
+from shockpc.landing.posture import set_many, settable_joints
 from shockpc.landing.record import Option
 from shockpc.landing.scene import Point, Scene
 from shockpc.landing.scene_file import robot_of
@@ -54,6 +55,9 @@ CLOSABLE = 0.1
 
 MOST_POSTURES = 200_000
 """Largest number of postures of a scan."""
+
+PROBES = 16
+"""Postures of the range of a joint by which it is decided whether most need a proof."""
 
 UNCHANGED = 1e-9
 """Share of a number by which rounding may change it."""
@@ -209,7 +213,7 @@ def limits(
     strikes: Annotated[
         tuple[float, float] | None,
         Option(
-            "Strike angles to look at; -30:75 by default, the scene's for a quantity of one posture at a time.",
+            "Strike angles to look at; -30:75 by default, the scene's where each landing needs a proof.",
             "Question",
             "LOW:HIGH",
             unit="deg",
@@ -218,7 +222,7 @@ def limits(
     step: Annotated[
         float | None,
         Option(
-            "Largest step of the scan; 0.1 deg or 0.0001 m by default, 20 times that for a quantity of one posture at a time; of "
+            "Largest step of the scan; 0.1 deg or 0.0001 m by default, 20 times that where each landing needs a proof; of "
             "what is no joint a 200th of the range.",
             "Question",
             "STEP",
@@ -264,13 +268,14 @@ def limits(
     unit = joints[0].unit if joints else varied.unit.replace("deg", "rad")
     if joints and landing.loops and landing.before.joint_rates.any():
         raise StudyError("how fast joints of a loop move depends on the posture; leave the joint velocities out")
+    proven = per_landing or _needs_proofs(landing, number, joints, np.linspace(low, high, PROBES))
     angle = landing.strike_angle
-    angles = _strike_range(plane, (angle, angle) if per_landing and strikes is None else strikes)
+    angles = _strike_range(plane, (angle, angle) if proven and strikes is None else strikes)
     if not np.linalg.norm(landing.before.velocity @ np.stack([plane.forward, [0.0, 0.0, 1.0]], axis=1)) > 0.0:
         raise StudyError(
             "the robot's velocity has no part in the plane that a strike angle could turn; give another plane or velocity"
         )
-    step = (STEP[unit] * (20 if per_landing else 1) if joints else (high - low) / 200.0) if step is None else step
+    step = (STEP[unit] * (20 if proven else 1) if joints else (high - low) / 200.0) if step is None else step
     if not step > 0.0 or (high - low) / step > MOST_POSTURES:
         raise StudyError(
             f"a step of {_value(step, unit)} from {_value(low, unit)} to {_value(high, unit)} is not possible; "
@@ -298,6 +303,23 @@ def limits(
         scan=scan,
         limits=tuple(_limits(scan, bound, ends, FINE.get(unit, 1e-8 * (high - low)))),
     )
+
+
+def _needs_proofs(landing: PosedLanding, target: Column, joints: tuple[Joint, ...], values: Array) -> bool:
+    """Whether most postures need a proof, which takes a thousand times as long as double precision.
+
+    Args:
+        landing: the scene's own; the only posture that is looked at if it has loops, or no joint varies.
+        target: the number.
+        joints: those that vary.
+        values: (m,) of each of them.
+    """
+    Q = landing.q[None]
+    if joints and not landing.loops:
+        Q = np.repeat(Q, len(values), axis=0)
+        set_many(landing.robot, [(joint, values) for joint in joints], Q)
+    needed = columns(landing, Q, np.tile(landing.before.velocity, (len(Q), 1, 1)), (target,), redundant=False)[2]
+    return bool(needed.mean() > 0.5)
 
 
 def _varied(
