@@ -8,7 +8,7 @@ import math
 
 import numpy as np
 import pytest
-from commands import good, run
+from commands import STICK, good, run
 from trees import known_robot
 
 from shockpc.evaluation.variation import motion_range
@@ -520,3 +520,12 @@ def test_the_map_is_the_number_also_between_the_strike_angles_of_the_scan():
     angles, numbers = found.scan.map()
     assert (angles[0], angles[-1]) == found.strikes
     np.testing.assert_allclose(numbers, found.scan.over(angles), atol=1e-5)  # the least band of colour is 0.01
+
+
+def test_a_robot_whose_landings_need_proofs_is_looked_at_coarsely(tmp_path):
+    """In double precision a shin of 1e9 kg m² loses the digits of the others; proofs at every strike angle would take hours."""
+    (tmp_path / "stick.urdf").write_text(STICK.replace('izz="0.0002"', 'izz="2e9"', 1))
+    given = Scene(robot=str(tmp_path / "stick.urdf"), contact=(Contact(frame="foot"),))
+    found = limits(given, "knee", "shock_com@body", 0.2)
+    assert found.scan.values[1] - found.scan.values[0] == pytest.approx(math.radians(2.0), rel=0.02)
+    assert len(found.scan.angles) == 1
