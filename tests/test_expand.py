@@ -271,6 +271,13 @@ def test_threads_do_not_mix(folder: Path):
         assert all(f'<mass value="{payload}"/>' in text for payload, text in zip(payloads, found, strict=True))
 
 
+@pytest.mark.parametrize("expression", ["python.hash('leg')", "list(python.set(list('abcdefgh')))"])
+def test_every_run_gives_the_same_text(expression: str, folder: Path):
+    """Python alone would give texts another hash, and sets another order, in every process."""
+    document = xacro(link(f"base_${{{expression}}}"))
+    assert len({read(folder, document, NAME).xml for _ in range(3)}) == 1
+
+
 def test_expressions_compute(folder: Path):
     """Numbers, properties and arguments, in both ways to write expressions."""
     numbers = {

@@ -1,7 +1,8 @@
 """xacro to URDF, without ROS: in a child process that reads no file itself and ends within 10 s and 1 GB.
 
-The child asks for every file and package that a document names, and gets what lies in the open folders; it has no environment. No
-code of a document runs: `xacro_expression` evaluates its expressions. What the child answers is bounded and checked here.
+The child asks for every file and package that a document names, and gets what lies in the open folders; of the environment it has
+the seed of its hashes alone, so that every run gives the same text. No code of a document runs: `xacro_expression` evaluates its
+expressions. What the child answers is bounded and checked here.
 """
 
 import difflib
@@ -28,6 +29,7 @@ from shockpc.text.printed import listed
 SECONDS = 10.0
 MEMORY = 2**30
 _CHILD = Path(__file__).with_name("xacro_child.py")
+_ENVIRONMENT = {"PYTHONHASHSEED": "0"}
 # xacro's lines about where something happened mean nothing without the file at hand.
 _PLACES = ("when ", "in file:", "included from:", "instantiated from:")
 # Up to the next element, so that the time is linear in the length of a text in which none ends.
@@ -78,11 +80,12 @@ def expand_xacro(text: str, folders: OpenFolders, arguments: Mapping[str, str]) 
 
 def _result(request: dict[str, Any], folders: OpenFolders, texts: list[str], missing: dict[str, str]) -> dict[str, str] | None:
     """Start the child and answer its questions until it has a result; None if it ends without one, or answers anything else."""
-    command = [sys.executable, "-I", "-S", "-B", "-X", "utf8", str(_CHILD)]
+    # As -I, but for the seed of hashes: with another in each run the order of a set, and hash(), would give other names.
+    command = [sys.executable, "-P", "-s", "-S", "-B", "-X", "utf8", str(_CHILD)]
     pipe = subprocess.PIPE
     with (
         suppress(BrokenPipeError, json.JSONDecodeError),  # the child has ended
-        subprocess.Popen(command, stdin=pipe, stdout=pipe, stderr=subprocess.DEVNULL, encoding="utf-8", env={}) as child,
+        subprocess.Popen(command, stdin=pipe, stdout=pipe, stderr=subprocess.DEVNULL, encoding="utf-8", env=_ENVIRONMENT) as child,
     ):
         assert child.stdin is not None
         assert child.stdout is not None
