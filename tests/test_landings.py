@@ -425,9 +425,18 @@ def test_contacts_of_a_table_keep_what_the_scene_says_of_them(here, capfd):
         analysis = ("analyze", "anymal_b", "--contact", foot, "--restitution", 0.5, "--velocity=0,0,-1", "--format", "json")
         (point,) = [point for point in json.loads(good(capfd, *analysis))["points"] if point["frame"] == "imu_link"]
         assert row["delta_v@imu_link"] == pytest.approx(np.linalg.norm(point["delta_v"]), rel=1e-12)
-    outcome = run(capfd, "landings", "log.csv", "anymal_b")
-    assert outcome.code == 2
-    assert "row 1 has no contact" in outcome.err
+
+
+@pytest.mark.parametrize("bad", ["LF_FOT", "*_FOOT", "", " "])
+def test_a_first_row_without_a_valid_contact_is_a_message_of_that_row(here, capfd, bad):
+    """Also without --contact, where a contact of the rows stands in the scene; the others are as with it."""
+    written(here / "log.csv", {"vz": np.full(3, -1.0), "contact": np.array([bad, "LF_FOOT", "RF_FOOT"])})
+    words = ("landings", "log.csv", "anymal_b", "--quantity", "delta_v@imu_link", "--format", "json")
+    rows, others = (json.loads(run(capfd, *words, *more).out)["rows"] for more in ((), ("--contact", "LH_FOOT")))
+    assert (rows[0]["delta_v@imu_link"], rows[1:]) == (None, others[1:])
+    assert "contact" in rows[0]["message"]
+    written(here / "log.csv", {"vz": np.full(1, -1.0), "contact": np.array([bad or "a"])})
+    assert run(capfd, "landings", "log.csv", "anymal_b").code == 2
 
 
 def test_friction_of_each_row():

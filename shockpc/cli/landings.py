@@ -5,6 +5,8 @@ import sys
 from pathlib import Path
 from typing import Any, Literal
 
+import numpy as np
+
 from shockpc.cli.declare import argument, command, group
 from shockpc.cli.options import ROBOT, OutputOptions, RunOptions, SceneOptions, in_run
 from shockpc.cli.output import emit, exit_code
@@ -65,7 +67,8 @@ def landings(
         if robot is None:
             raise StudyError(f"a table needs a robot: shockpc landings {table} ROBOT --contact …")
         if "contact" in columns:
-            options = with_contact(robot, options, columns["contact"].astype(str).ravel().tolist())
+            options, contacts = with_contact(robot, options, columns["contact"].astype(str).ravel().tolist())
+            columns["contact"] = np.reshape(contacts, columns["contact"].shape)
         loaded, scene = one_scene(robot, options)
         rows_in_table = rows_of(columns, landing_of(scene, loaded), renames)
     if len(models) > 1 and not rows_in_table.measured:

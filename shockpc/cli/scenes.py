@@ -2,6 +2,7 @@
 
 import dataclasses
 from collections.abc import Iterable, Mapping
+from contextlib import suppress
 from pathlib import Path
 from typing import Any, TypeVar
 
@@ -35,15 +36,9 @@ def scenes_from(robot: str, options: SceneOptions, trace: Trace | None = None) -
     Raises:
         ShockError: an option's value is not valid, or names nothing in the robot.
     """
-    scene = _scene_of(robot)
-    scene = _with(
-        scene,
-        **{name: str(value) for name, value in options.fields(Scene).items() if name in ("base", "srdf")},
-        xacro={**scene.xacro, **dict(options.xacro)},
-        packages={**scene.packages, **dict(options.package)},
-    )
+    scene = _with_file(_scene_of(robot), options)
     with (trace or Trace()).stage("robot file"):
-        loaded = robot_of(scene, [name.strip() for text in options.contact for name in (text, *text.split("+"))])
+        loaded = _robot_of(scene, options.contact)
     scene = _with(
         scene,
         **{name: value for name, value in options.fields(Scene).items() if name not in ("base", "srdf", "contact_stiffness")},
@@ -78,17 +73,40 @@ def landings_from(names: Iterable[str], options: SceneOptions, trace: Trace | No
     return landings
 
 
-def with_contact(robot: str, options: SceneOptions, contacts: list[str]) -> SceneOptions:
-    """Options with the first of the rows' own contacts until these are set, where neither options nor scene give one.
+def _with_file(scene: Scene, options: SceneOptions) -> Scene:
+    """A scene with those options on which its robot depends."""
+    return _with(
+        scene,
+        **{name: str(value) for name, value in options.fields(Scene).items() if name in ("base", "srdf")},
+        xacro={**scene.xacro, **dict(options.xacro)},
+        packages={**scene.packages, **dict(options.package)},
+    )
+
+
+def _robot_of(scene: Scene, contacts: Iterable[str]) -> Robot:
+    return robot_of(scene, [name.strip() for text in contacts for name in (text, *text.split("+"))])
+
+
+def with_contact(robot: str, options: SceneOptions, contacts: list[str]) -> tuple[SceneOptions, list[str]]:
+    """Options with a contact until the rows' own are set, where neither options nor scene give one; and the rows' contacts.
+
+    It is the first of them that means one landing of the robot; rows with another text are refused later. So is a row without any,
+    which would have that of the others: it has a text that names nothing.
 
     Raises:
-        ShockError: the scene cannot be read, or a row has no contact either.
+        ShockError: the scene or the robot cannot be read.
     """
-    if options.contact or _scene_of(robot).contact:
-        return options
-    if "" in contacts:
-        raise SceneError(f"row {contacts.index('')} has no contact; name it there, or one for all rows without by --contact")
-    return options._replace(contact=(contacts[0],))
+    scene = _scene_of(robot)
+    if options.contact or scene.contact:
+        return options, contacts
+    given = list(dict.fromkeys(filter(str.strip, contacts)))
+    loaded, chosen = _robot_of(_with_file(scene, options), given), given[:1]
+    for text in given:
+        with suppress(ShockError):
+            if len(landing_frames(loaded, text)) == 1:
+                chosen = [text]
+                break
+    return options._replace(contact=tuple(chosen)), [text or " " for text in contacts]
 
 
 def file_names(scenes: list[Scene]) -> list[str]:
