@@ -148,6 +148,23 @@ def test_a_leg_that_is_nearly_straight_stays_one(bend):
     )
 
 
+@pytest.mark.parametrize("digits", [2, 3, 4, 6, 16])
+def test_a_leg_that_is_straight_but_for_rounding_is_refused(digits):
+    """The knee's own angle is rounded, so that the leg on the world is not quite straight; exactly straight, it is refused."""
+    parts = ['<link name="world"/>', link("link0"), _joint("joint0", "world", "link0", "0 1 0", "0 0 1", "0 0 0"), link("link1")]
+    parts += [_joint("joint1", "link0", "link1", "0 1 0", "0 0 -0.3", f"0 {written(digits)} 0"), '<link name="foot"/>']
+    robot = robot_from(urdf(*parts, _joint("ankle", "link1", "foot", "1 0 0", "0.3 0 0", "0 0 0", "fixed"), name="chain"))
+
+    def straight(bend):
+        posture = Posture(joints_deg={"joint0": 10.0, "joint1": bend})
+        strike, contact = Strike(velocity=(0.2, 0.0, -1.0)), Contact(frame="foot", directions=("x", "z"))
+        return Scene(robot="chain", contact=contact, posture=posture, strike=strike)
+
+    with pytest.raises(SolveError, match="cannot be stopped" if digits == 16 else "singular or nearly so"):
+        shock_profile(straight(0.0), robot)
+    assert shock_profile(straight(1.0), robot).health.rank == 2
+
+
 def test_a_tilt_that_is_meant_stays():
     """0.02 rad are no rounding of a number with four decimals: the leg is locked by a contact that sticks, as it is drawn."""
     robot = chain(f"{QUARTER + 0.02:.4f}")

@@ -18,6 +18,9 @@ from shockpc.text.printed import few, listed
 UNPHYSICAL = 1e6
 """Motion relative to the strike beyond which it is that of a singular posture, and not physically plausible [1]."""
 
+FAST = 100.0
+"""Motion relative to the strike above which it is asked whether rounding of the file alone keeps the posture from being singular."""
+
 NO_INERTIA = 1e-30
 """Share of the largest diagonal entry of the inertia below which one is what rounding of the file made of a zero."""
 
@@ -59,7 +62,7 @@ def solve_exactly(landing: PosedLanding, equation: Equation, solution: Solution)
                 raise _without_inertia(landing, equation) from None
             continue
         _refuse_contradiction(landing, equation, proof)
-        _refuse_singular(landing, equation, proof)
+        _refuse_singular(landing, equation, proof, len(choice.rows))
         if not choice.uncertain:
             return proof
     raise SolveError(
@@ -222,14 +225,18 @@ def body_speeds(robot: Robot, jumps: Array, length: Array) -> Array:
     return np.asarray(np.fmax(centres, np.linalg.norm(jumps[:, :3], axis=1) * length))
 
 
-def _refuse_singular(landing: PosedLanding, equation: Equation, proof: Proof) -> None:
-    """Refuse a posture so nearly singular that the impact is not physically plausible."""
+def _refuse_singular(landing: PosedLanding, equation: Equation, proof: Proof, rank: int) -> None:
+    """Refuse a posture so nearly singular that the impact is not physically plausible, or is what rounding of the file leaves.
+
+    Args: rank, number of independent rows.
+    """
     robot, length = landing.robot, landing.robot.gyration.copy()
     for place in landing.points:
         if place.body >= 0:
             length[place.body] = max(length[place.body], float(np.linalg.norm(place.r - robot.coms[place.body])))
     times, body = greatest_motion(landing, proof.jumps[..., 3], length)
-    if times <= UNPHYSICAL:
+    rounded = FAST < times <= UNPHYSICAL and landing.mechanism.independent_here(landing.blocks, landing.state) < rank
+    if times <= UNPHYSICAL and not rounded:
         return
     rates = np.abs(proof.delta_qd[:, 3])
     moving = sorted(robot.independent_joints, key=lambda joint: -float(rates[joint.v].max()))
@@ -240,8 +247,8 @@ def _refuse_singular(landing: PosedLanding, equation: Equation, proof: Proof) ->
     raise SolveError(
         f'no verdict: body "{robot.bodies[body].name}" would move {times:.0e} times as fast as the strike, because '
         f"{_posture(landing)}{' with ' if at else ''}{few(at, 4)} is singular or nearly so ({block.name} has almost no motion "
-        f"along ({axis}) there), or almost no inertia resists that motion. Set another posture, such as with --set "
-        f"{fast[0].name if fast else 'JOINT'}=ANGLE, leave that direction out of the contact or of the strike, or lock joints "
+        f"along ({axis}) there{', up to rounding of the angles and lengths in the file' if rounded else ''}), or almost no inertia "
+        f"resists that motion. Set another posture, such as with --set {fast[0].name if fast else 'JOINT'}=ANGLE, leave that direction out of the contact or of the strike, or lock joints "
         "without inertia with --lock",
         blocks=[block.frame],
         bodies=[robot.bodies[body].name],
