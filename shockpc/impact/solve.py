@@ -19,7 +19,7 @@ UNPHYSICAL = 1e6
 """Motion relative to the strike beyond which it is that of a singular posture, and not physically plausible [1]."""
 
 FAST = 100.0
-"""Motion relative to the strike above which it is asked whether rounding of the file alone keeps the posture from being singular."""
+"""Motion relative to the strike above which rounding of the file may be all that keeps the posture from being singular."""
 
 NO_INERTIA = 1e-30
 """Share of the largest diagonal entry of the inertia below which one is what rounding of the file made of a zero."""
@@ -248,7 +248,8 @@ def _refuse_singular(landing: PosedLanding, equation: Equation, proof: Proof, ra
         f'no verdict: body "{robot.bodies[body].name}" would move {times:.0e} times as fast as the strike, because '
         f"{_posture(landing)}{' with ' if at else ''}{few(at, 4)} is singular or nearly so ({block.name} has almost no motion "
         f"along ({axis}) there{', up to rounding of the angles and lengths in the file' if rounded else ''}), or almost no inertia "
-        f"resists that motion. Set another posture, such as with --set {fast[0].name if fast else 'JOINT'}=ANGLE, leave that direction out of the contact or of the strike, or lock joints "
+        "resists that motion. Set another posture, such as with --set "
+        f"{fast[0].name if fast else 'JOINT'}=ANGLE, leave that direction out of the contact or of the strike, or lock joints "
         "without inertia with --lock",
         blocks=[block.frame],
         bodies=[robot.bodies[body].name],

@@ -105,7 +105,7 @@ class Mechanism(NamedTuple):
         return most
 
     def independent_here(self, blocks: Sequence[Block], state: Dynamics) -> int:
-        """The number of independent rows in one posture (N = 1), where those count as zero that rounding of the file alone may leave."""
+        """The number of independent rows in one posture (N = 1), without those that rounding of the file alone may leave."""
         at = [block._replace(point=block.point if block.point.ndim == 1 else block.point[0]) for block in blocks]
         return self._independent(at, state.Q[0])[0]
 
