@@ -25,6 +25,7 @@ from shockpc.landing.posture import set_many, settable_joints
 from shockpc.landing.record import Option
 from shockpc.landing.scene import Point, Scene
 from shockpc.landing.scene_file import robot_of
+from shockpc.profile import ILL_CONDITIONED
 from shockpc.quantities.profile import ShockProfile
 from shockpc.robot.robot import Joint, Robot
 from shockpc.studies.declare import study
