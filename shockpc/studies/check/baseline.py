@@ -16,6 +16,7 @@ from typing import Any, NamedTuple
 import shockpc
 from shockpc.landing.dynamics import PINOCCHIO
 from shockpc.landing.landing import PosedLanding
+from shockpc.landing.scene import Scene
 from shockpc.landing.scene_file import scene_table, with_paths
 from shockpc.quantities.table import select
 from shockpc.studies.check.design_record import design_record, read_design, rounded
@@ -182,6 +183,8 @@ def refuse_other_scene(baseline: Baseline, case: str, record: Mapping[str, Any])
         {key: value for key, value in _leaves(table, "") if key.startswith(("robot", "scene"))}
         for table in (record, baseline.cases[case])
     )
+    # A baseline of an older version has no keys that scenes have had since then: it is of a scene with their defaults.
+    there = {key: value for key, value in _leaves(scene_table(Scene(robot="")), "scene") if key in here} | there
     differing = [key for key in (*here, *(key for key in there if key not in here)) if here.get(key) != there.get(key)]
     if differing:
         listed = "; ".join(f"{key} is {_shown(here.get(key))} here and {_shown(there.get(key))} there" for key in differing[:3])
