@@ -17,7 +17,7 @@ from typing import Any
 import numpy as np
 import pinocchio as pin
 
-from shockpc import ShockMaps, SolveError, resolve, shock_maps, shock_profile
+from shockpc import Contact, Joints, Rotor, ShockMaps, SolveError, resolve, shock_maps, shock_profile
 from shockpc.bench.cases import chain, known_robot, landing
 from shockpc.bench.measure import timed
 from shockpc.bench.measured import measured_landings, measured_tosses
@@ -30,6 +30,7 @@ from shockpc.core.spatial import Array
 from shockpc.evaluation.evaluate import Evaluation
 from shockpc.evaluation.executor import processes
 from shockpc.evaluation.varied import VariedLandings
+from shockpc.impact.stiffness import CompliantLanding
 from shockpc.landing.dynamics import dynamics
 from shockpc.landing.landing import PosedLanding
 from shockpc.landing.scene import Scene
@@ -49,6 +50,18 @@ COMMANDS = {
 
 STRUCK = {"anymal_b": "LF_FOOT", "talos": "left_sole_link", "chain of 100 links": "link0", "hyq": "lf_foot"}
 """Robots and the frame that strikes."""
+
+FEET = tuple(Contact(frame=f"{leg}_foot") for leg in ("FL", "FR", "RL", "RR"))
+HOPPING = tuple(replace(foot, restitution=0.1) for foot in FEET)
+SERIES_ELASTIC = Joints(rotor={"*": Rotor(inertia=1.11842e-4, gear_ratio=6.33, stiffness=100.0)})
+STIFF: dict[str, dict[str, Any]] = {
+    "one foot": {"contact": FEET[:1]},
+    "one foot, without gravity": {"contact": FEET[:1], "gravity": False},
+    "four feet": {"contact": FEET},
+    "four feet that open and close again": {"contact": HOPPING, "joints": SERIES_ELASTIC},
+    "the same, without gravity": {"contact": HOPPING, "joints": SERIES_ELASTIC, "gravity": False},
+}
+"""Landings of Go2 on contacts of 1e5 N/m: what their scenes give."""
 
 MANY_POSTURES = 512
 """Postures of each robot for the peers."""
@@ -88,6 +101,13 @@ def _package(budget: float) -> Sheet:
         added, printed = 1e3 * _added(anymal[0], anymal[1], scene, budget)
         rows.append((f"{what} adds to shock_profile, ANYmal B, one foot", f"{added:.3g}", "1 ms", None))
         rows.append((f"{what} adds to shock_profile and its text", f"{printed:.3g}", None, None))
+    go2 = known_robot("go2")
+    for what, given in STIFF.items():
+        posed = resolve(Scene(robot="go2", contact_stiffness=1e5, **given), go2)
+        add(
+            f"motion on finite stiffness, Go2, {what}, {len(CompliantLanding(posed).motion.events)} events",
+            partial(CompliantLanding, posed),
+        )
     times = np.median([[_process_time(arguments) for arguments in COMMANDS.values()] for _ in range(5)], axis=0)
     for what, aim, seconds in zip(COMMANDS, (None, "1.6 × import", "1300 ms"), times, strict=True):
         rows.append((what, f"{1e3 * seconds:.3g}", aim, f"{seconds / times[0]:.2f}"))
