@@ -361,10 +361,10 @@ def _follow(state: "_State", until: float | None, settle: bool = False) -> Stiff
     elements = state.elements
     segments: list[Segment] = []
     events: list[Event] = []
-    time, simultaneous = 0.0, 0
-    while not (state.settling and not state.moving) and not (until is None and state.stands):
+    time, simultaneous, settling = 0.0, 0, False
+    while not (settling and not state.moving.any()) and not (until is None and state.stands):
         opened = until is None and state.separated
-        end = np.inf if until is None else LONGEST * until if state.settling else until
+        end = np.inf if until is None else LONGEST * until if settling else until
         segment, hit = state.step(time, STAYS_OPEN * time if opened else end - time)
         if opened and hit is None:
             break
@@ -373,11 +373,13 @@ def _follow(state: "_State", until: float | None, settle: bool = False) -> Stiff
             segments.append(segment)
             time, simultaneous = time + segment.length, 0
         if hit is None:
-            if settle and not state.settling:
-                state.settling = True
+            if settle and not settling:
+                settling = True
+                state.settle()
                 continue
             break
         if hit[1] == TURNS:
+            state.moving[hit[0]] = False
             continue
         if len(events) == MOST_EVENTS or len(segments) >= MOST_SEGMENTS or simultaneous > 4 * len(elements.rows):
             remedies = (
@@ -447,7 +449,7 @@ class _State:
         displacement: (d,) ∫u dt.
         noise: size of z and u that counts as rounding.
         fastest: largest natural frequency of a single element [rad/s].
-        settling: whether the motion ends as soon as no contact is compressed further or rebounds.
+        moving: (r,) normals of contacts for whose rebound the motion goes on.
         effort: of the search for events.
     """
 
@@ -468,7 +470,7 @@ class _State:
         self.steady = np.where(self.sprung, 0.0, load)
         self.pull = free + self.W.T @ self.steady
         self.jump, self.displacement = np.zeros((2, len(self.u)))
-        self.settling = False
+        self.moving = np.zeros(len(self.W), dtype=bool)
         # What single contacts come to rest at counts like the speed.
         speed, single = float(np.linalg.norm(self.u)), (self.slope * self.length)[elements.normal]
         self.noise = NEGLIGIBLE * (speed + float(np.linalg.norm(self.pull)) / float(single.min()))
@@ -492,12 +494,10 @@ class _State:
             and not (closed & self.sprung & ~((self.mode == UNLOADING) & self.rigid)).any()
         )
 
-    @property
-    def moving(self) -> bool:
-        """Whether a contact is compressed further, or rebounds."""
-        normal = self.elements.normal
+    def settle(self) -> None:
+        """Let the motion go on until each contact that is compressed further or rebounds now has ended that once."""
         rebounds = (self.mode == UNLOADING) & ~self.rigid & (self.W @ (self.u + self.jump) > self.noise * self.length)
-        return bool((normal & ((self.mode == LOADING) | rebounds)).any())
+        self.moving = self.elements.normal & ((self.mode == LOADING) | rebounds)
 
     def damped(self) -> Array:
         """The restitution (r,) with the dampers: for the mode with the largest force of an element, or for an open one alone."""
@@ -580,7 +580,7 @@ class _State:
         """What can change: element, event, whether its number counts with the sign that it has first, tolerance, constant, sign."""
         # Numbers of Python, because those of NumPy take ten times as long one by one.
         deflection, peak, rigid, noise = self.z.tolist(), self.peak.tolist(), self.rigid.tolist(), self.noise
-        rate = (self.W @ (self.u + self.jump)).tolist() if self.settling else []
+        moving = self.moving.tolist()
         for i, (mode, normal, length) in enumerate(zip(self.mode.tolist(), self.normal, self.length.tolist(), strict=True)):
             if mode == LOADING and self.lossy[i]:
                 # A contact is loaded against its normal; an element without force, in the direction in which it moves first.
@@ -591,8 +591,8 @@ class _State:
                 # What is held by no force is released.
                 yield i, OPENS if normal else REVERSES, False, -noise if rigid[i] else noise, 0.0, loaded
                 yield i, RELOADS, False, noise, abs(peak[i]), -loaded
-                if self.settling and normal and not rigid[i] and rate[i] > noise * length:
-                    yield i, TURNS, False, noise * length, 0.0, 1.0
+                if moving[i] and not rigid[i]:
+                    yield i, TURNS, False, 2.0 * noise * length, 0.0, 1.0
             elif mode == OPEN and normal:
                 yield i, CLOSES, False, noise * length / self.fastest, 0.0, 1.0
 
@@ -611,6 +611,7 @@ class _State:
     def switch(self, i: int, kind: int) -> int:
         """Let an event happen to element i; what it is in full."""
         e = 1.0 if self.rigid[i] else float(self.elements.restitution[i])
+        self.moving[i] &= kind == UNLOADS and not self.rigid[i]
         rows = self.elements.contact == self.elements.contact[i]
         if kind == UNLOADS:
             self.mode[i], self.slope[i], self.z[i] = UNLOADING, self.slope[i] / e, self.z[i] * e
