@@ -30,8 +30,7 @@ Between these events the solution is exact; they are found in order (`crossing`)
 
 Gravity brings a contact that has opened back to the ground, which is another impact, or it keeps a contact closed, which then
 stands. So a landing lasts as long as it would without constant forces, until all contacts are open and stay so; and, where a
-contact is compressed or rebounds then, until none is any more. Without springs between bodies and without restitution it ends where
-all rows are at rest. On ever stiffer contacts all this tends to the impulse.
+contact is compressed or rebounds then, until it no longer does. On ever stiffer contacts all this tends to the impulse.
 """
 
 from collections.abc import Iterator, Sequence
@@ -351,7 +350,7 @@ def simulate_landing(
     if not (gravity.any() or np.any(elements.load)):
         return _follow(alone, until)
     state = _State(elements, *factors, velocity, gravity)
-    if until is not None or not np.any((elements.stiffness > 0.0) & (elements.restitution > 0.0)):
+    if until is not None:
         return _follow(state, until)
     return _follow(state, _follow(alone, None).duration, settle=True)
 
@@ -362,7 +361,7 @@ def _follow(state: "_State", until: float | None, settle: bool = False) -> Stiff
     segments: list[Segment] = []
     events: list[Event] = []
     time, simultaneous, settling = 0.0, 0, False
-    while not (settling and not state.moving.any()) and not (until is None and state.stands):
+    while not settling or state.moving.any():
         opened = until is None and state.separated
         end = np.inf if until is None else LONGEST * until if settling else until
         segment, hit = state.step(time, STAYS_OPEN * time if opened else end - time)
@@ -483,16 +482,6 @@ class _State:
     def separated(self) -> bool:
         """Whether all contacts are open."""
         return not (self.mode[self.grounded] != OPEN).any()
-
-    @property
-    def stands(self) -> bool:
-        """Whether constant forces alone act on what is closed, all of whose rows are at rest."""
-        closed = self.mode != OPEN
-        return bool(
-            self.pull.any()
-            and closed[self.grounded].any()
-            and not (closed & self.sprung & ~((self.mode == UNLOADING) & self.rigid)).any()
-        )
 
     def settle(self) -> None:
         """Let the motion go on until each contact that is compressed further or rebounds now has ended that once."""
