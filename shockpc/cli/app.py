@@ -11,7 +11,7 @@ from typer.core import TyperCommand, TyperGroup, TyperOption
 
 from shockpc import __version__
 from shockpc.cli.declare import EXIT_CODES, Command, Help, command
-from shockpc.cli.options import RARE
+from shockpc.cli.options import PANELS, RARE
 
 GROUPS = {
     "Begin": {"guide": "Read how to use shockpc, by topic."},
@@ -84,7 +84,7 @@ class GroupedCommand(TyperCommand):
         parameters = self.get_params(ctx)
         hidden = RARE if not ctx.meta.get("all") and any(one.name == "help_all" for one in parameters) else ()
         for parameter in parameters:
-            if parameter.name in hidden:
+            if parameter.name in hidden and parameter.rich_help_panel in PANELS:
                 continue
             heading = (
                 "Arguments"

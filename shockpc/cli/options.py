@@ -149,6 +149,13 @@ EVERYBODY = frozenset(
 RARE = frozenset({*SceneOptions._fields, *OF_RECORDS} - {"given", *EVERYBODY})
 """Those that --help-all adds."""
 
+PANELS = frozenset(
+    info.rich_help_panel
+    for info in (*SceneOptions._field_defaults.values(), *(info for _, info in OF_RECORDS.values()))
+    if not isinstance(info, Declared)
+)
+"""The headings under which the options of a landing stand; a command's own option in the place of one has another."""
+
 
 class RunOptions(NamedTuple):
     """Where the parts of a study are computed."""
