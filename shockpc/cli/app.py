@@ -30,7 +30,7 @@ GROUPS = {
         "check": "Compare landings with budgets, as a gate in CI.",
     },
     "Data": {
-        "touchdowns": "Find the touchdowns of a log, and write the table of its landings.",
+        "touchdowns": "Find the touchdowns of a log: the table of its landings.",
         "landings": "Compute recorded landings, and compare what was measured.",
     },
     "For developers": {

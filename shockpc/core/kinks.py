@@ -31,8 +31,11 @@ the ground takes some milliseconds to stop the foot, so that the lines cross lat
 CLEARANCE = 5e-3
 """Height from which a foot comes down again after a landing, beyond noise [m]."""
 
-REST, REBOUND = 40e-3, 10e-3
-"""Time for which a foot has to stay down [s], and how much it may rise in it beyond noise [m]."""
+REST, SHORTEST = 40e-3, 20e-3
+"""Time for which a foot has to stay down, and at the end of a log at least [s]."""
+
+REBOUND, SINKING = 10e-3, 0.25
+"""How much it may rise in that time beyond noise [m]; and sink, as a share of the speed with which it fell."""
 
 NOISE = 6.0
 """Standard deviations beyond which a height is more than noise."""
@@ -106,12 +109,13 @@ def foot_landings(t: Array, heights: Array, together: float) -> list[FootLanding
             continue
         if landings and t[sample] - t[since] <= REST:
             continue
-        end = int(np.searchsorted(t, t[stop.kink] + REST - 1e-9))
-        if end == len(t):
+        after = lowest[stop.kink : int(np.searchsorted(t, t[stop.kink] + REST + 1e-9))]
+        rest, slack = t[stop.kink + len(after) - 1] - t[stop.kink], NOISE * sigma
+        if rest < SHORTEST:
             break  # whether it stays is not known
-        after = lowest[stop.kink : end + 1]
-        up = lowest[min(since, sample) : sample + 1].max() >= after[0] + CLEARANCE + NOISE * sigma
-        if up and after.max() <= after[0] + REBOUND + NOISE * sigma:
+        up = lowest[min(since, sample) : sample + 1].max() >= after[0] + CLEARANCE + slack
+        sinks = after[0] - after.min() > SINKING * stop.speed * rest + slack
+        if up and not sinks and after.max() <= after[0] + REBOUND + slack:
             landings.append(FootLanding(sample, (p,), stop.speed))
             since = stop.kink
     return landings
