@@ -26,10 +26,11 @@ def draw_touchdowns(found: Touchdowns) -> Figure:
         if found.landings
         else []
     )
-    rows = -(-len(shown) // COLUMNS)
+    columns = max(1, min(COLUMNS, len(shown)))
+    rows = -(-len(shown) // columns)
     title = f"{printable(found.robot.name, 40)}: {count(len(found.landings), 'touchdown')} in a log"
     figure = new_chart(7.2, 2.4 + 1.9 * rows, title)
-    grid = figure.add_gridspec(1 + rows, COLUMNS, height_ratios=[1.25, *[1.0] * rows])
+    grid = figure.add_gridspec(1 + rows, columns, height_ratios=[1.25, *[1.0] * rows])
     whole, t = figure.add_subplot(grid[0, :]), found.log.time
     step = max(1, len(t) // POINTS)
     _curves(whole, found, t[::step], slice(None, None, step), t[0])
@@ -44,7 +45,7 @@ def draw_touchdowns(found: Touchdowns) -> Figure:
     whole.margins(x=0.0)
     figure.legend(*whole.get_legend_handles_labels(), loc="outside right upper")
     for k, landing in enumerate(shown):
-        _detail(figure.add_subplot(grid[1 + k // COLUMNS, k % COLUMNS]), found, landing)
+        _detail(figure.add_subplot(grid[1 + k // columns, k % columns]), found, landing)
     if shown:
         figure.supxlabel(
             "time from a touchdown [ms]; dashed, triangles: last samples before feet touch; shaded: windows of the velocities",
@@ -54,7 +55,7 @@ def draw_touchdowns(found: Touchdowns) -> Figure:
 
 
 def _label(found: Touchdowns) -> str:
-    return "contact" if found.heights is None else "height [mm]"
+    return "flag, or force [N]" if found.heights is None else "height [mm]"
 
 
 def _curves(axes: Axes, found: Touchdowns, x: np.ndarray, chosen: slice, start: float) -> None:

@@ -14,7 +14,7 @@ from shockpc.text.printed import few
 SHORT = 12
 """Landings that are shown on a terminal."""
 
-NOTE = "fall: speed at which the contacts came down, slopes of straight lines through their heights; from heights, not from flags"
+NOTE = "fall: speed at which the contacts came down, by their heights"
 
 
 def touchdowns_report(log: str, found: Touchdowns) -> Report:
@@ -72,7 +72,8 @@ def _landings(found: Touchdowns, most: int | None) -> Sheet:
     header = ("landing", "time [s]", "contact", "stance", "fall [m/s]", "apart [ms]", "message")
     keep = [k for k in range(len(header)) if k < 3 or any(row[k] is not None for row in rows)]
     left = len(found.landings) - len(rows)
-    notes = [NOTE, *([f"{count(left, 'landing')} not shown; --out or --format json gives all"] if left else [])]
+    notes = [NOTE] if 4 in keep else []
+    notes += [f"{count(left, 'landing')} not shown; --out or --format json gives all"] if left else []
     return Sheet("touchdowns", [header[k] for k in keep], [[row[k] for k in keep] for row in rows], notes)
 
 
