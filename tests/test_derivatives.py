@@ -179,8 +179,19 @@ def test_a_singular_posture_says_so():
     maps = shock_maps(bent, np.stack([bent.q, straight.q]), derivatives=True)
     assert maps.prove[1]
     assert np.isfinite(maps.derivatives[0]).all()
-    with pytest.raises(StudyError, match=r"posture 1 .* is singular"):
+    with pytest.raises(StudyError, match=r"posture 1 .* has no derivatives: it is singular"):
         maps.gradient("shock@torso", STRIKE)
+
+
+def test_a_lowest_point_that_jumps_says_so():
+    """A box that lands flat rests on four corners, and on one as soon as it turns."""
+    box = '<collision><geometry><box size="0.4 0.3 0.2"/></geometry></collision>'
+    robot = robot_from(urdf(link("box", more=box)))
+    scene = Scene(robot=robot.label, contact=(Contact(frame="box", at="lowest"),))
+    with pytest.raises(StudyError, match="several points are the lowest"):
+        shock_maps(resolve(scene, robot), robot.start[None], derivatives=True).gradient("shock@box")
+    tilted = resolve(Scene(**{**vars(scene), "posture": Posture(base_rpy_deg=(3.0, 4.0, 0.0))}), robot)
+    assert np.isfinite(shock_maps(tilted, tilted.q[None], derivatives=True).gradient("shock@box:0.1,0,0")).all()
 
 
 def test_maps_without_derivatives_or_of_other_quantities_say_what_to_do():

@@ -194,6 +194,7 @@ def lowest_point_turned(contact: Block, rotation: Array) -> Array:
     """By how much (N, 3, 3) a lowest point moves over its body as that turns at 1 rad/s about world x, y and z: it rolls [m].
 
     It stays at a corner; over a rounding E, an ellipsoid with the semi-axes in its columns, it is E Eᵀ u / |Eᵀ u| along u, down.
+    Where several points are equally low it jumps: NaN.
 
     Args:
         contact: at the lowest point.
@@ -203,12 +204,16 @@ def lowest_point_turned(contact: Block, rotation: Array) -> Array:
     for k, R in enumerate(rotation):
         down = -R.T @ contact.normal
         lowest = _level([shape.farthest(down) for shape in contact.lowest], -down)
-        for shape, own in zip(contact.lowest, lowest, strict=True):
-            along = down @ shape.rounding
-            length = float(np.linalg.norm(along))
-            if own.any() and length > 1e-6 * float(np.abs(shape.rounding).max()):
-                across_it = np.eye(3) - np.outer(along, along) / length**2
-                hessian = shape.rounding @ across_it @ shape.rounding.T / length
-                # As the body turns by ω, the direction in its axes turns by −ω.
-                out[k] += own.sum() / sum(map(np.sum, lowest)) * (R @ hessian @ cross_matrix(down) @ R.T)
+        if sum(int(own.sum()) for own in lowest) > 1:
+            out[k] = np.nan
+            continue
+        shape = next(shape for shape, own in zip(contact.lowest, lowest, strict=True) if own.any())
+        along = down @ shape.rounding
+        length = float(np.linalg.norm(along))
+        if length > 1e-6 * float(np.abs(shape.rounding).max()):
+            hessian = shape.rounding @ (np.eye(3) - np.outer(along, along) / length**2) @ shape.rounding.T / length
+            # As the body turns by ω, the direction in its axes turns by −ω.
+            out[k] = R @ hessian @ cross_matrix(down) @ R.T
+        elif shape.rounding.any():
+            out[k] = np.nan
     return out

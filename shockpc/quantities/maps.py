@@ -55,7 +55,7 @@ class ShockMaps(NamedTuple):
         columns: (N, 6, nv) twist that each unit joint velocity gives to the bodies behind it, world axes, about the base.
         derivatives: (N, nb, 6, 3, nv) of the maps by the tangent of q, Pinocchio's layout: those of a floating base are in its
             axes. A follower, a locked joint or one of a loop has its own, in which the others stay. NaN in a singular posture,
-            where fewer rows are independent than beside it. None if they were not asked for.
+            where fewer rows are independent than beside it, and where a lowest point jumps. None if they were not asked for.
     """
 
     landing: Landing
@@ -101,8 +101,9 @@ class ShockMaps(NamedTuple):
         if not np.isfinite(own).all():
             singular = np.flatnonzero(~np.isfinite(own).all(axis=(1, 2, 3)))
             raise StudyError(
-                f"posture {singular[0]} (of {len(singular)} such) is singular, or nearly: fewer contact and closure rows are "
-                "independent there than beside it, so the shock has no derivative; leave it out, or take a posture beside it"
+                f"posture {singular[0]} (of {len(singular)} such) has no derivatives: it is singular, or nearly, so that fewer "
+                "contact and closure rows are independent there than beside it, or several points are the lowest ones of a "
+                "contact, which jumps; leave it out, or take a posture beside it"
             )
         n, nv = len(own), own.shape[-1]
         r = self.rotation[:, body] @ r

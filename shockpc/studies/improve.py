@@ -25,6 +25,7 @@ from shockpc.studies.compare import STANDARD, Comparison, Design, compare
 from shockpc.studies.declare import study
 from shockpc.studies.question import common_robot
 from shockpc.text.errors import StudyError
+from shockpc.text.printed import few
 from shockpc.text.trace import Trace
 
 SAMPLE, FEW = 2048, 128
@@ -114,6 +115,12 @@ class Improvement:
     seed: int
 
     @property
+    def units(self) -> tuple[str, ...]:
+        """Units of the numbers."""
+        roles = range(len(self.cost.quantities))
+        return tuple(next(term for term in self.cost.terms if term.role == role).column.unit for role in roles)
+
+    @property
     def agreeing(self) -> int:
         """How many runs end at the optimum, to a millionth of the target."""
         best = float(self.ends.min())
@@ -121,8 +128,8 @@ class Improvement:
 
 
 @study(
-    "shockpc improve anymal_b --at imu_link --vary '*_HFE=20:60' --over strike-angle=-20:20:5",
-    "shockpc improve go2 --contact FL_foot --at imu --vary FL_calf_joint=-120:-60 --keep 'joint_impulse@FL_calf_joint<=2'",
+    "shockpc improve anymal_b --contact LF_FOOT --at imu_link --vary LF_HFE=0:70 --vary LF_KFE=-110:-20 --over strike-angle=0:20:3",
+    "shockpc improve go2 --contact FL_foot --at imu --vary FL_calf_joint=-130:-60 --keep 'joint_impulse@FL_calf_joint<=2'",
     more=(
         "A robot without --contact lands on each of its feet alone. What counts is the worst landing. The numbers as given and at "
         "the optimum are proven; that no better point exists is not. --out writes the scenes of the optimum."
@@ -209,10 +216,11 @@ def improve(
             if gain <= GAIN * abs(best.value):
                 break
     if not np.isfinite(best.value):
+        near = max((run.x for run in runs), key=lambda x: float(cost.slack(x[None]).min(initial=0.0)))
+        missed = dict.fromkeys(term.text for term in _missed(cost, near)) or ["there is no landing"]
         raise StudyError(
-            "no point meets the constraints; the one that comes nearest misses: "
-            + "; ".join(dict.fromkeys(term.text for term in _missed(cost, best.x)))
-            + ". Widen a range, or leave a constraint out"
+            f"no point meets the constraints; the one that comes nearest misses: {few(list(missed), 4)}. Widen a range, or leave a "
+            "constraint out"
         )
     with trace.stage("front"):
         front = _front(cost, best, begun) if len(wanted) > 1 else ()

@@ -15,6 +15,8 @@ import numpy as np
 from shockpc.core.spatial import Array, read_only
 from shockpc.evaluation.columns import Column, column
 from shockpc.evaluation.evaluate import Evaluation, profiles
+from shockpc.evaluation.gradients import has_gradient
+from shockpc.evaluation.gradients import slopes as exact_slopes
 from shockpc.evaluation.one_by_one import (
     STEPS,
     Parameter,
@@ -27,6 +29,7 @@ from shockpc.evaluation.one_by_one import (
 from shockpc.evaluation.variation import OF_A_LINK, Vary, pairs, variation
 from shockpc.landing.record import Option
 from shockpc.landing.scene import Point, Scene
+from shockpc.profile import ILL_CONDITIONED, impact_jumps, needs_proof
 from shockpc.quantities.profile import ShockProfile
 from shockpc.robot.changes import Property
 from shockpc.robot.robot import Robot
@@ -46,6 +49,9 @@ TRUSTED = 1e10
 
 ROUNDING = 4.0
 """Rounding of a derivative, at most, relative to the median of what rounding leaves of second differences."""
+
+FORMULA = 1e-10
+"""Rounding of a derivative that a formula gives, at most, as a share of the largest one."""
 
 UNSETTLED = (
     "the difference does not settle: the number has a kink or a jump near this value, such as where a contact opens, its lowest "
@@ -87,6 +93,7 @@ class Effect(ParameterChange):
         derivatives: (L,) of the number in each landing [its unit/unit].
         error: largest error of these [its unit/unit].
         reason: why there are no derivatives; empty if there are.
+        formula: whether they are those of a formula, and not differences.
         up: change of the target by the step [its unit].
         down: change by the opposite step [its unit].
     """
@@ -94,6 +101,7 @@ class Effect(ParameterChange):
     derivatives: Array
     error: float
     reason: str
+    formula: bool
     up: float
     down: float
 
@@ -334,6 +342,7 @@ def _effect(
     derivatives = signs * [sum(weight * slope.value for weight, slope in of_landing) for of_landing in parts]
     derivatives = np.full_like(derivatives, np.nan) if reason else derivatives
     error = max(sum(abs(weight) * slope.error for weight, slope in of_landing) for of_landing in parts)
+    formula = all(slope.formula for of_landing in parts for _, slope in of_landing)
     now = values[_worst(target, values)]
 
     def effect(step: float) -> float:
@@ -341,15 +350,16 @@ def _effect(
         return float(step * derivatives.mean() if mean else values[k] - now + step * derivatives[k])
 
     up, down = effect(change.step), effect(-change.step)
-    return Effect(**vars(change), derivatives=read_only(derivatives), error=error, reason=reason, up=up, down=down)
+    return Effect(**vars(change), derivatives=read_only(derivatives), error=error, reason=reason, formula=formula, up=up, down=down)
 
 
 class _Slope(NamedTuple):
-    """A derivative of the number in a landing, its error, and why there is none."""
+    """A derivative of the number in a landing, its error, why there is none, and whether it is that of a formula."""
 
     value: float
     error: float = 0.0
     reason: str = ""
+    formula: bool = False
 
 
 def _slopes(profile: ShockProfile, wanted: Mapping[ParameterKey, Parameter], number: Column) -> dict[ParameterKey, _Slope]:
@@ -357,8 +367,8 @@ def _slopes(profile: ShockProfile, wanted: Mapping[ParameterKey, Parameter], num
 
     Of two steps h and h/2 the central differences D(h) and D(h/2) give (4 D(h/2) − D(h)) / 3, off by h⁴ (Richardson). The error is
     stated as |D(h) − D(h/2)|, or as the part of the second differences that does not vanish with h, which is that of a kink or a
-    jump, if that is larger. Of most parameters this part is rounding, which is added, and a smaller derivative is zero. A gradient
-    of the number would take the place of the differences here.
+    jump, if that is larger. Of most parameters this part is rounding, which is added, and a smaller derivative is zero. By the
+    posture and the strike some numbers have a derivative without differences.
 
     Args:
         profile: the given landing.
@@ -366,7 +376,10 @@ def _slopes(profile: ShockProfile, wanted: Mapping[ParameterKey, Parameter], num
         number: the number.
     """
     varied = {key: parameter for key, parameter in wanted.items() if not parameter.reason}
-    slopes = {key: _Slope(np.nan, reason=parameter.reason) for key, parameter in wanted.items()}
+    slopes = {key: _Slope(np.nan, reason=parameter.reason) for key, parameter in wanted.items()} | _formulas(
+        profile, varied, number
+    )
+    varied = {key: parameter for key, parameter in varied.items() if not slopes[key].formula}
     if not varied:
         return slopes
     source = VariedOneByOne(profile.landing, tuple(varied.values()))
@@ -386,6 +399,25 @@ def _slopes(profile: ShockProfile, wanted: Mapping[ParameterKey, Parameter], num
         else:
             slopes[key] = _Slope(float(value) if abs(value) > rounding[k] else 0.0, float(error))
     return slopes
+
+
+def _formulas(profile: ShockProfile, varied: Mapping[ParameterKey, Parameter], number: Column) -> dict[ParameterKey, _Slope]:
+    """The derivatives by angles and by the strike, where double precision has formulas for them."""
+    landing = profile.landing
+    own = {
+        key: one for key, one in varied.items() if one.kind in ("angle", "strike") and one.rates.keys() <= {"joints", "velocity"}
+    }
+    if not own or profile.redundant or not has_gradient(landing, number):
+        return {}
+    equation, solution, _ = impact_jumps(landing, landing.state)
+    if not float(needs_proof(landing, equation, solution)[0][0]) <= ILL_CONDITIONED:
+        return {}
+    rates = np.array([one.rates.get("joints", np.zeros(landing.robot.model.nv)) for one in own.values()])
+    turns = np.array([one.rates.get("velocity", np.zeros(3)) for one in own.values()])
+    (found,) = exact_slopes(landing, landing.q, landing.before.velocity[None], rates, turns[:, None], [number])[number.name]
+    error = FORMULA * float(np.abs(found).max(initial=0.0))
+    values = np.where(np.abs(found) > error, found, 0.0)
+    return {key: _Slope(float(value), error, formula=True) for key, value in zip(own, values, strict=True) if np.isfinite(value)}
 
 
 def _number(profile: ShockProfile, number: Column) -> float:

@@ -2,6 +2,7 @@
 
 import numpy as np
 from matplotlib.figure import Figure
+from matplotlib.ticker import MaxNLocator
 
 from shockpc.show.figure.landing import draw_picture
 from shockpc.show.figure.layout import LEFT, Page
@@ -33,7 +34,7 @@ def draw_improvement(study: Improvement) -> Figure:
         page.write(at + window.sides[0] / 2.0, page.low + FOOT - 0.1, name, 8.5, fontweight="bold", ha="center")
         at += window.sides[0] + GAP
     page.bar(LEFT, width - GAP)
-    axes, offset = page.axes(x, page.low + 0.75, CHART - 0.1, tall - 1.25), 0
+    axes = page.axes(x, page.low + 0.75, CHART - 0.1, tall - 1.25)
     best = int(np.argmin(study.ends))
     for k, run in enumerate(study.runs):
         # The constraints may not hold at a step between others.
@@ -41,12 +42,16 @@ def draw_improvement(study: Improvement) -> Figure:
         colour = INK if k == best else CURVES[k % len(CURVES)]
         reached = (np.minimum if study.values[0][1] <= study.values[0][0] else np.maximum).accumulate(run[held])
         axes.step(held, reached, where="post", color=colour, linewidth=1.6 if k == best else 0.9, marker=".", markersize=2.5)
-        offset = max(offset, len(run))
     known = np.concatenate([run[np.isfinite(run)] for run in study.runs])
     if known.size and known.min() > 0.0 and known.max() > 20.0 * known.min():
         axes.set_yscale("log")
-    axes.set(xlabel="step of a run; the best so far (last run black)", ylabel=target)
+    axes.set(xlabel="step of a run; best so far; in black the run to the optimum", ylabel=_label(study, 0))
+    axes.xaxis.set_major_locator(MaxNLocator(6, integer=True))
     return page.figure
+
+
+def _label(study: Improvement, role: int) -> str:
+    return f"{printable(study.cost.quantities[role], 60)} [{study.units[role]}]"
 
 
 def draw_front(study: Improvement) -> Figure:
@@ -55,6 +60,6 @@ def draw_front(study: Improvement) -> Figure:
     axes, points = figure.add_subplot(), np.array([point.values for point in study.front])
     axes.plot(*points.T, color=CURVES[0], marker="o", markersize=4.0, linewidth=1.2, label="front")
     axes.plot(study.values[0][0], study.values[1][0], color=INK, marker="s", linestyle="none", label="as given")
-    axes.set(xlabel=printable(study.cost.quantities[0], 60), ylabel=printable(study.cost.quantities[1], 60))
+    axes.set(**{f"{axis}label": _label(study, role) for role, axis in enumerate("xy")})
     axes.legend()
     return figure

@@ -51,14 +51,14 @@ def _scenes(study: Improvement) -> dict[str, ShockProfile]:
 
 
 def _number(value: float, unit: str) -> str:
-    return f"{value:.4g} {unit}".removesuffix(" 1")
+    return f"{value:.4g} {unit}".removesuffix(" -")
 
 
 def _lines(study: Improvement) -> list[tuple[str, str]]:
     """Before and after, what holds the optimum, and how far it can be trusted."""
     cost, lines = study.cost, list[tuple[str, str]]()
     for role, (text, (before, after)) in enumerate(zip(cost.quantities, study.values, strict=True)):
-        unit = next(term for term in cost.terms if term.role == role).column.selection.quantity.unit
+        unit = study.units[role]
         gain = f" ({100.0 * (after / before - 1.0):+.3g} %)" if before and math.isfinite(after / before) else ""
         over = f", the worst of {count(len(study.after), 'landing')}" if len(study.after) > 1 else ""
         lines.append((text, f"{_number(before, unit)} → {_number(after, unit)}{gain}{over}"))
@@ -84,7 +84,7 @@ def _variables(study: Improvement) -> Sheet:
 
 
 def _front(study: Improvement) -> Sheet:
-    header = (*study.cost.quantities, *study.cost.names)
+    header = (*(f"{text} [{unit}]" for text, unit in zip(study.cost.quantities, study.units, strict=True)), *study.cost.names)
     return Sheet("front, in double precision", header, [(*point.values.tolist(), *point.x.tolist()) for point in study.front], [])
 
 

@@ -81,7 +81,7 @@ def _document(study: Sensitivity) -> dict[str, Any]:
         "worse": study.target.selection.quantity.worse,
         "over": "mean" if study.mean else "worst",
         **record(study, "value", "percent"),
-        "exact": False,  # they were, in documents of version 1 that are older
+        "exact": all(effect.formula for effect in study.effects),
         "landings": [
             {"landing": name or None, "value": float(value), "warnings": profile.health.warnings, "scene": profile.scene}
             for name, value, profile in zip(study.landings, study.values, study.profiles, strict=True)
@@ -95,6 +95,7 @@ def _document(study: Sensitivity) -> dict[str, Any]:
                 "parts": [{"of": name or None, "axis": axis or None, "weight": w} for (_, axis, name), w in effect.parts.items()],
                 **record(effect, "derivatives", "error", "up", "down"),
                 "reason": effect.reason or None,
+                "formula": effect.formula,
             }
             for effect in study.effects
         ],
@@ -132,7 +133,9 @@ def _table(study: Sensitivity, most: int | None) -> Sheet:
 
 
 def _accuracy(study: Sensitivity, shown: Sequence[Effect]) -> str:
-    return f"derivatives are differences, with an error of at most {max(study.error(shown), 1e-15):.0e} of each"
+    formulas = [one for one in study.effects if one.formula]
+    which = "derivatives by angles and the strike are those of formulas, the others" if formulas else "derivatives are"
+    return f"{which} differences, with an error of at most {max(study.error(shown), 1e-15):.0e} of each"
 
 
 def _spreadsheet(study: Sensitivity) -> Sheet:
