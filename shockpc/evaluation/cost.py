@@ -16,8 +16,9 @@ from shockpc.evaluation.columns import Column, selected
 from shockpc.evaluation.evaluate import Evaluation
 from shockpc.evaluation.gradients import has_gradient, slopes
 from shockpc.evaluation.landings import Part
-from shockpc.evaluation.variation import ATTITUDE, OF_THE_SCENE, OFFSET, Variation, pairs
+from shockpc.evaluation.variation import ATTITUDE, Variation, pairs
 from shockpc.evaluation.varied import VariedLandings, varied_landings
+from shockpc.evaluation.varied_scene import present_value
 from shockpc.landing.landing import PosedLanding, resolve
 from shockpc.landing.places import Place
 from shockpc.landing.posture import difference
@@ -29,7 +30,6 @@ from shockpc.quantities.contacts import IMPULSE
 from shockpc.quantities.plausibility import levels, on_ground
 from shockpc.quantities.quantity import Quantity
 from shockpc.quantities.table import Selection
-from shockpc.robot.changes import links_with_mass
 from shockpc.robot.geometry import body_outline
 from shockpc.robot.robot import Robot
 from shockpc.text.errors import StudyError
@@ -190,7 +190,8 @@ class ShockCost:
     Attributes:
         names: headings of the variables, with their units.
         bounds: (n, 2) least and greatest value of each, in these units.
-        x0: (n,) present values, within the bounds.
+        given: (n,) present values; NaN of what has none, or not a single one.
+        x0: (n,) the same within the bounds, or the middle of them.
 
     Raises:
         ShockError: a name is not known, a range does not fit or is missing, or a landing cannot be resolved.
@@ -217,8 +218,10 @@ class ShockCost:
         self.variations = varied.variations
         self.names = tuple(one.column for one in self.variations)
         self.bounds = np.array([_bounds(one) for one in self.variations])
-        self.x0 = np.array([np.clip(_present(one, first), *span) for one, span in zip(self.variations, self.bounds, strict=True)])
-        freeze(self.bounds, self.x0)
+        present = [0.0 if one.kind.startswith("com-") else present_value(first, one) for one in self.variations]
+        self.given = np.array(present)
+        self.x0 = np.clip(np.where(np.isnan(self.given), self.bounds.mean(axis=1), self.given), *self.bounds.T)
+        freeze(self.bounds, self.given, self.x0)
         self.groups = _groups(varied, landings)
         self.terms = tuple(
             term for g, group in enumerate(self.groups) for term in self._terms(g, group.first, group.names, keep, ground)
@@ -435,21 +438,3 @@ def _bounds(varied: Variation) -> tuple[float, float]:
     if not values or not min(values) < max(values):
         raise StudyError(f"{varied.subject} has no range; give one, such as {varied.subject}=LOW:HIGH")
     return min(values), max(values)
-
-
-def _present(varied: Variation, landing: PosedLanding) -> float:
-    """The present value of what varies, in its unit; the middle of its range where there is no single one."""
-    scene, robot, kind = landing.scene, landing.robot, varied.kind
-    if varied.factor or kind.startswith("com-"):
-        return 1.0 if varied.factor else 0.0
-    if kind == "joint":
-        angle = varied.joints(robot)[0].value(landing.q)
-        return math.degrees(angle) if varied.unit == "deg" else angle
-    known: dict[str, Any] = dict(zip(ATTITUDE, scene.posture.base_rpy_deg or (0.0, 0.0, 0.0), strict=True))
-    known |= dict(zip(OFFSET, scene.contact[0].offset, strict=True))
-    known |= {"strike-angle": math.degrees(landing.strike_angle), "speed": float(np.linalg.norm(landing.before.velocity))}
-    known |= {name: getattr(scene, field_) for name, field_ in OF_THE_SCENE.items()}
-    if kind == "mass":
-        known[kind] = sum(links_with_mass(robot, varied.target).values())
-    value = known.get(kind)
-    return float(np.mean(_bounds(varied))) if value is None else float(value)

@@ -56,7 +56,7 @@ class Flatness(NamedTuple):
 
     Attributes:
         name: heading, with its unit.
-        before: its value before, within the bounds.
+        before: its value before; NaN if it has none, or not a single one.
         after: its value at the optimum.
         bound: which bound it is held by; empty if by none.
         alone: the target if it alone is set back; NaN if there is no such landing.
@@ -356,7 +356,7 @@ def _variables(cost: ShockCost, x: Array) -> tuple[Flatness, ...]:
         edge = HELD * (high - low)
         bound = "low" if x[k] - low <= edge else "high" if high - x[k] <= edge else ""
         ends = min(float(X[first, k]), float(x[k])), max(float(X[last, k]), float(x[k]))
-        found.append(Flatness(name, float(cost.x0[k]), float(x[k]), bound, float(values[grid]), *ends))
+        found.append(Flatness(name, float(cost.given[k]), float(x[k]), bound, float(values[grid]), *ends))
     return tuple(found)
 
 

@@ -72,8 +72,16 @@ def _lines(study: Improvement) -> list[tuple[str, str]]:
 
 
 def _variables(study: Improvement) -> Sheet:
+    ends = {"low": "least", "high": "greatest"}
     rows: list[Row] = [
-        (one.name, one.before, one.after, {"low": "least", "high": "greatest"}.get(one.bound), one.alone, one.low, one.high)
+        (
+            one.name,
+            *(None if math.isnan(x) else x for x in (one.before, one.after)),
+            ends.get(one.bound),
+            one.alone,
+            one.low,
+            one.high,
+        )
         for one in study.variables
     ]
     header = ("variable", "as given", "optimum", "at bound", "target if set back", "5 % from", "5 % to")
