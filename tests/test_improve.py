@@ -164,6 +164,8 @@ def test_what_cannot_be_improved_says_so(capfd):
     ):
         with pytest.raises(StudyError, match=text):
             improve(anymal(), quantity, vary=vary, robot=robot)
+    with pytest.raises(StudyError, match="would change nothing here"):
+        improve(anymal(friction=0.5), "shock@imu_link", vary=LEGS, robot=robot)
     with pytest.raises(StudyError, match="is not QUANTITY@PLACES<=LIMIT"):
         improve(anymal(), "shock@imu_link", vary=LEGS, robot=robot, keep=["joint_impulse@LF_KFE=2"])
     assert run(capfd, "improve", "anymal_b", "--contact", "LF_FOOT", "--at", "imu_link").code == 2

@@ -23,7 +23,7 @@ from shockpc.quantities.profile import ShockProfile
 from shockpc.robot.robot import Robot
 from shockpc.studies.compare import STANDARD, Comparison, Design, compare
 from shockpc.studies.declare import study
-from shockpc.studies.question import common_robot
+from shockpc.studies.question import common_robot, refuse_ground
 from shockpc.text.errors import StudyError
 from shockpc.text.printed import few
 from shockpc.text.trace import Trace
@@ -191,6 +191,8 @@ def improve(
     scenes = {
         label.strip(): one for name, scene in scenes.items() for label, one in scene_grid(name, scene, robot, pairs(over)).items()
     }
+    for scene in scenes.values():
+        refuse_ground(scene)
     points = dict.fromkeys(f"shock@{point.label}" for scene in scenes.values() for point in scene.point)
     wanted = (quantities,) if isinstance(quantities, str) else tuple(quantities or points)
     if not 1 <= len(wanted) <= 2 or starts < 0 or seed < 0:
