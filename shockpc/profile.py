@@ -112,7 +112,7 @@ def shock_maps(landing: Landing, Q: Array, derivatives: bool = False) -> ShockMa
             condition, prove = needs_proof(landing, equation, solution)
             parts.append((maps, state.rotation, state.position, solution.rank, condition, prove, state.J))
             if changes is not None:
-                changes[k : k + CHUNK] = map_derivatives(landing, equation, solution).maps
+                map_derivatives(landing, equation, solution, out=changes[k : k + CHUNK])
     whole: list[Any] = list(parts[0] if len(parts) == 1 else map(joined, zip(*parts, strict=True)))
     return ShockMaps(landing, Q, *whole)._replace(derivatives=changes)
 

@@ -62,7 +62,9 @@ def _tree(robot: Robot) -> _Tree:
     return _Tree(*(mask.astype(float) for mask in masks))
 
 
-def derivatives(landing: Landing, equation: Equation, solution: Solution, bodies: Sequence[int] | None = None) -> Derivatives:
+def derivatives(
+    landing: Landing, equation: Equation, solution: Solution, bodies: Sequence[int] | None = None, out: Array | None = None
+) -> Derivatives:
     """The derivatives of steps 1 and 2 in N postures.
 
     They are those of the equations as they stand: a follower, a locked joint and one of a loop each have a column of their own, in
@@ -74,6 +76,7 @@ def derivatives(landing: Landing, equation: Equation, solution: Solution, bodies
         equation: step 1.
         solution: of it.
         bodies: indices of those whose jumps are wanted; all by default.
+        out: (N, n, 6, 3, nv) into which the derivatives of the maps are written; a new array by default.
     """
     state, robot, tree = equation.state, landing.robot, _tree(landing.robot)
     n, nv, y = len(state.J), robot.model.nv, solution.delta_qd[..., :3]
@@ -111,7 +114,7 @@ def derivatives(landing: Landing, equation: Equation, solution: Solution, bodies
     if base is not None:
         d_qd += base
     chosen = slice(None) if bodies is None else list(bodies)
-    maps = _jumps(state._replace(position=state.position[:, chosen]), tree.moves.T[chosen], twists[..., chosen], turned, d_qd)
+    maps = _jumps(state._replace(position=state.position[:, chosen]), tree.moves.T[chosen], twists[..., chosen], turned, d_qd, out)
     return Derivatives(maps, d_qd, d_impulse.reshape(*d_impulse.shape[:2], 3, nv))
 
 
@@ -233,7 +236,7 @@ def _solved(landing: Landing, equation: Equation, solution: Solution, right: Arr
     return d_y, d_impulse
 
 
-def _jumps(state: Dynamics, moves: Array, twists: Array, B: Array, d_qd: Array) -> Array:
+def _jumps(state: Dynamics, moves: Array, twists: Array, B: Array, d_qd: Array, out: Array | None) -> Array:
     """Derivatives (N, n, 6, 3, nv) of the jumps of bodies at their frames' origins: by their joint velocities, and as they turn.
 
     A body behind joint k turns with it, ω_k × (Δω, Δv), but for the share of what carries joint k, which is in B.
@@ -251,5 +254,7 @@ def _jumps(state: Dynamics, moves: Array, twists: Array, B: Array, d_qd: Array) 
     shared = at.reshape(n, 6 * nb, 6) @ B
     shared += (turning.reshape(n, 18 * nb, 3) @ np.ascontiguousarray(state.J[:, :3])).reshape(shared.shape)
     shared *= np.repeat(np.tile(moves, 3), 6, axis=0)
-    shared += J.reshape(n, 6 * nb, nv) @ d_qd.reshape(n, nv, 3 * nv)
-    return np.asarray(shared.reshape(n, nb, 6, 3, nv))
+    out = np.empty((n, nb, 6, 3, nv)) if out is None else out
+    np.matmul(J.reshape(n, 6 * nb, nv), d_qd.reshape(n, nv, 3 * nv), out=out.reshape(shared.shape))
+    out += shared.reshape(out.shape)
+    return out
