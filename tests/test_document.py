@@ -67,9 +67,12 @@ RECORDS = {
     "document": "schema:str shockpc:str pinocchio:str robot:robot scene:dict v_in:float bodies:body* points:point* "
     "contacts:contact* joint_model:str health:health stance:foot* total:total energy:energy joints:joint* bracket:row* "
     "assembly:assembly? loads_unique:bool depth:float? feasible:float friction:sliding? stiffness:springs? drives:drives "
-    "parts:part*",
-    "part": "part:str body:str critical:critical delta_v:vector shock:float velocity_margin:float? peak_g:float? "
-    "acceleration_margin:float? part_margin:float? governed_by:str",
+    "margin_lost:lost? parts:part*",
+    "lost": "contact_stiffness:float? place:str refused:str",
+    "part": "part:str body:str joint:str? critical:critical? withstands:torque? delta_v:vector? shock:float? "
+    "velocity_margin:float? peak_g:float? acceleration_margin:float? along:float? torque:float? "
+    "part_margin:float? governed_by:str? missing:str?",
+    "torque": "momentary_torque:float? duration:float? given:bool",
     "critical": "velocity_change:float acceleration:float? both:bool basis:str",
     "drives": "source:str? unknown:str* springs:str* spring_time:float?",
     "robot": "name:str file:str mass:float n_bodies:int nv:int",

@@ -106,6 +106,33 @@ def test_a_short_rating_and_a_critical_velocity_change():
     assert (found.velocity_change, math.isnan(found.acceleration)) == (2.0, True)
 
 
+@given(PULSES, PULSES, st.floats(-1.0, 1.0).map(lambda power: 10.0**power))
+def test_a_rating_and_a_critical_velocity_change_never_clear_a_part_that_they_allow(test, landing, strength_of_part):
+    """A part of 1 Hz, known by a pulse that it survived and its critical velocity change: no landing with a margin breaks it."""
+    shape, length, peak = test
+    critical = strength_of_part * amplification(shape, length) * peak * GRAVITY / (2.0 * math.pi)
+    if strength_of_part < 1.0:
+        return  # it would not have survived
+    found = strength(Part(name="p", at="x", rating=f"{shape} {peak!r} g {length!r} s", critical_velocity_change=critical))
+    other, time, size = landing
+    if velocity_change(size * GRAVITY, Pulse(other, time)) <= found.velocity_change or size <= found.acceleration:
+        assert size * amplification(other, time) * GRAVITY <= 2.0 * math.pi * critical * (1.0 + 1e-4)
+
+
+def test_half_of_a_peak_that_does_not_show_the_critical_acceleration(here):
+    """A part of 100 Hz survives 100 g for 0.4 ms; half of that, 50 g, is 3 times a landing of 16.7 g and 8 ms that breaks it."""
+    f, rating = 100.0, Pulse("half-sine", 0.4e-3)
+    survived = 100.0 * amplification(*rating[:1], f * rating.length)
+    part = Part(name="p", at="box", rating="half-sine 100 g 0.4 ms", critical_velocity_change=survived * GRAVITY / 2 / math.pi / f)
+    speed = velocity_change(16.7 * GRAVITY, Pulse("half-sine", 8e-3))
+    scene = Scene(robot="box.urdf", contact="box", strike=Strike(speed=speed), pulse="half-sine:8ms", part=(part,))
+    (found,) = shock_profile(scene).parts
+    assert 50.0 / found.peak_g == pytest.approx(2.994, abs=1e-3)
+    true = survived / (found.peak_g * amplification("half-sine", 0.8))
+    assert found.part_margin <= true < 0.6
+    assert "says nothing of accelerations" in found.strength.basis
+
+
 # Margins
 
 
@@ -205,6 +232,106 @@ def test_joints_without_a_limit_or_a_time_have_no_share(here):
     assert np.isnan(profile.value("joint_torque_share", "joint")).all()
 
 
+# Parts of joints
+
+
+def landed(**scene):
+    """A column of 0.5 and 3 kg on a locked slide of at most 50 N, at 1 m/s with restitution 1: the slide carries 6 N s."""
+    contact = Contact(frame="foot", directions=("z",), restitution=1.0)
+    return shock_profile(Scene(robot="column.urdf", contact=contact, joints=Joints(model="locked"), **scene))
+
+
+@pytest.mark.parametrize(
+    ("scene", "part", "torque"),
+    [
+        ({"contact_stiffness": K}, {}, 3.0 * math.sqrt(K / 3.5)),
+        ({"pulse": "half-sine:5ms"}, {"momentary_torque": 200.0}, 6.0 * math.pi / 2.0 / 5e-3),
+        ({}, {"momentary_torque": 200.0, "torque_duration": 0.02}, 6.0 / 0.02),
+    ],
+    ids=["stiffness", "pulse", "duration"],
+)
+def test_a_part_of_a_joint_has_a_margin(here, scene, part, torque):
+    """Its momentary torque, or the effort limit of the file, over the peak or the mean of the impulse along its axis."""
+    profile = landed(part=(Part(name="gear", joint="slide", **part),), **scene)
+    (found,) = profile.parts
+    limit = part.get("momentary_torque", 50.0)
+    assert (found.part, found.joint, found.body) == ("gear", "slide", "body")
+    assert (abs(found.along), found.torque) == (pytest.approx(6.0, rel=1e-12), pytest.approx(torque, rel=1e-9))
+    assert found.part_margin == pytest.approx(limit / torque, rel=1e-9)
+    assert (found.governed_by, found.missing, found.shock, found.delta_v) == ("torque", "", None, None)
+    (warned,) = [one for one in profile.health.warnings if one.kind == "part"]
+    what = "momentary torque" if part else "effort limit"
+    assert warned.text == f"slide carries {torque / limit:.3g} times its {what}"
+
+
+def test_a_part_of_a_joint_that_cannot_be_judged_says_why(capfd, here):
+    """No time; and no torque, where the file has no limit: a row of the table, a warning, and null in the document."""
+    words = ("column.urdf", "--contact", "foot", "--part", "slide=50N", "--part", f"body={RATING}")
+    text = good(capfd, "analyze", *words)
+    assert "needs a pulse, stiffness or duration" in text
+    parts = {part["part"]: part for part in document(capfd, *words)["parts"]}
+    assert parts["slide"]["part_margin"] is None
+    assert parts["slide"]["missing"] == "needs a pulse, stiffness or duration"
+    assert parts["body"]["missing"] is None
+    (here / "weak.urdf").write_text(COLUMN.replace('effort="50"', 'effort="0"'))
+    part = Part(name="gear", joint="slide")
+    profile = shock_profile(Scene(robot="weak.urdf", contact="foot", pulse="half-sine:5ms", part=(part,)))
+    assert [one.text for one in profile.health.warnings if one.kind == "part"] == [
+        "gear is not judged: it needs a momentary torque; give the part a momentary_torque, because the robot's file has no effort "
+        "limit of its joint"
+    ]
+
+
+def test_a_torque_on_the_command_line(capfd, here):
+    """TORQUE, and TORQUE DURATION; in the unit of the joint, and of a joint that exists."""
+    words = ("column.urdf", "--contact", "foot", "--part", "sl*=50 N 20 ms", "--save-scene", "s.toml")
+    document(capfd, *words)
+    (part,) = tomllib.loads((here / "s.toml").read_text())["part"]
+    assert part == {"name": "sl*", "joint": "sl*", "momentary_torque": 50.0, "torque_duration": 0.02}
+    for text, fault in (("slide=50 N m", 'joint "slide" is in N, and'), ("slid=50 N", '"slide"'), ("slide=-5 N", "above zero")):
+        outcome = run(capfd, "analyze", *words[:4], text)
+        assert (outcome.code, fault in outcome.err) == (2, True), outcome.err
+
+
+@pytest.mark.parametrize("spring", [{}, {"stiffness": {"slide": 2e5}}], ids=["locked", "spring"])
+def test_contact_stiffness_from_which_a_margin_is_lost(here, spring):
+    """The torque is at its limit there: k = m (F/2v)² on a locked slide; and found the same where a spring shares the force."""
+    part = (Part(name="gear", joint="slide", momentary_torque=300.0), Part(name="p", at="body", rating=RATING))
+    contact = Contact(frame="foot", directions=("z",))
+    joints = Joints(**spring) if spring else Joints(model="locked")
+    scene = Scene(robot="column.urdf", contact=contact, joints=joints, part=part)
+    lost = shock_profile(scene).margin_lost
+    assert (lost.place, lost.refused) == ("gear", "")
+    if not spring:
+        assert lost.contact_stiffness == pytest.approx(3.5 * (300.0 / 3.0) ** 2, rel=3e-3)
+    there = shock_profile(replace(scene, contact_stiffness=lost.contact_stiffness))
+    assert there.parts[0].part_margin == pytest.approx(1.0, abs=2e-3)
+    assert there.margin_lost.contact_stiffness == pytest.approx(lost.contact_stiffness, rel=5e-3)
+
+
+def test_margins_that_are_not_lost_or_not_known(here):
+    """A speed below the critical velocity change is survived on every stiffness; a fixed base has none."""
+    part = (Part(name="p", at="box", critical_velocity_change=2.0),)
+    scene = Scene(robot="box.urdf", contact="box", part=part)
+    assert shock_profile(scene).margin_lost[:2] == (math.inf, "")
+    lost = shock_profile(replace(scene, part=(replace(part[0], critical_velocity_change=0.5),)), None).margin_lost
+    assert lost[:2] == (0.0, "p")
+    contact, posture = Contact(frame="foot", directions=("z",)), Posture(joints_deg={"knee": 60.0})
+    fixed = Scene(robot="stick.urdf", contact=contact, posture=posture, base="fixed", part=(replace(part[0], at="body"),))
+    assert "a contact stiffness needs a base that moves" in shock_profile(fixed).margin_lost.refused
+    assert shock_profile(replace(scene, part=())).margin_lost is None
+
+
+def test_budgets_count_gears(capfd, here):
+    """A margin of a part of joints is a budget as others are, and one that cannot be judged has no verdict."""
+    case = '[[case]]\nname = "a"\nrobot = "column.urdf"\njoints = { model = "locked" }\n[[case.contact]]\nframe = "foot"\n'
+    part = '[[part]]\nname = "gear"\njoint = "slide"\nmomentary_torque = 100\n'
+    budget = '[[budget]]\nmetric = "part_margin"\nmin = 1.0\n'
+    for time, code in (("", 3), ("torque_duration = 0.02\n", 1), ("torque_duration = 1.0\n", 0)):
+        (here / "budgets.toml").write_text(case + part + time + budget)
+        assert run(capfd, "check").code == code
+
+
 # Refusals
 
 
@@ -296,7 +423,7 @@ def test_budgets_of_parts(capfd, here):
     (here / "budgets.toml").write_text(case + '[[part]]\nname = 3\nrange = "1"\n' + budget)
     assert "part[0].name has to be text" in run(capfd, "check").err
     (here / "budgets.toml").write_text(case + budget)
-    assert "part_margin is of parts, and the scene has none at a frame" in run(capfd, "check").err
+    assert "part_margin is of parts, and the scene has none" in run(capfd, "check").err
 
 
 def test_margins_are_columns_of_studies(here):

@@ -122,8 +122,9 @@ class SceneOptions(NamedTuple):
     lock: tuple[str, ...] = _in_joints("Locked joints, which keep the rate that they have.", "JOINT")
     at: tuple[str, ...] = _in_results("Points whose shock is computed besides the sensors', offset in the frame [m].", FRAME)
     part: tuple[tuple[str, str], ...] = _in_results(
-        "A part at a point and a pulse that it survives, such as imu_link='half-sine 1500 g 0.5 ms'; a scene takes more.",
-        f"{FRAME}=RATING",
+        "A part at a point and a pulse that it survives, such as imu_link='half-sine 1500 g 0.5 ms', or joints and the torque that "
+        "their gears withstand, such as FL_calf_joint='50 N m' or '50 N m 20 ms' with its duration; a scene takes more.",
+        f"{FRAME}=RATING|JOINT=TORQUE",
         definition,
     )
     given: Mapping[str, Any] = OF_RECORDS

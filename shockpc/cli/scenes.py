@@ -8,7 +8,8 @@ from typing import Any, TypeVar
 
 from shockpc.cli.options import SceneOptions
 from shockpc.landing.contact import foot_contact, landing_frames, match_contacts
-from shockpc.landing.scene import Contact, Joints, Part, Posture, Rotor, Scene, Strike
+from shockpc.landing.ratings import part_from
+from shockpc.landing.scene import Contact, Joints, Posture, Rotor, Scene, Strike
 from shockpc.landing.scene_file import check_scene, plane_of, points_at, read_scene, robot_of
 from shockpc.robot.landmarks import each_foot, feet
 from shockpc.robot.robot import Robot
@@ -46,7 +47,7 @@ def scenes_from(robot: str, options: SceneOptions, trace: Trace | None = None) -
         strike=_strike(scene.strike, options),
         stance=tuple(dict.fromkeys(frame for text in options.stance for frame in match_contacts(loaded, text))) or None,
         joints=_joints(scene.joints, options),
-        part=scene.part + tuple(Part(name=at, at=at, rating=rating) for at, rating in options.part),
+        part=scene.part + tuple(part_from(loaded, at, rating) for at, rating in options.part),
         point=scene.point + tuple(point for text in options.at for point in points_at(loaded, text)),
     )
     if (stiffness := options.given.get("contact_stiffness")) is not None:

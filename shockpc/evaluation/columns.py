@@ -113,8 +113,11 @@ def places_at(landing: PosedLanding, quantity: Quantity, pattern: str | None = N
     robot, kind, places = landing.robot, quantity.of, landing.places(quantity.of)
     if lacking := quantity.lacks(landing):
         raise StudyError(lacking)
+    if quantity.carried:
+        places = tuple(place for place in places if (place.joint >= 0) == (quantity.carried == "joint"))
     if kind == "part" and not places:
-        raise StudyError(f"{quantity.key} is of parts, and the scene has none at a frame; describe them by [[part]]")
+        where = {"point": " at a frame", "joint": " of joints"}.get(quantity.carried, "")
+        raise StudyError(f"{quantity.key} is of parts, and the scene has none{where}; describe them by [[part]]")
     if quantity.strikes:
         places = places[: len(landing.contacts)]
     if pattern is None:

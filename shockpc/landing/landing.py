@@ -204,8 +204,13 @@ class PosedLanding(Landing):
 
     @functools.cached_property
     def parts(self) -> tuple[Place, ...]:
-        """The scene's parts that are at a point."""
+        """The scene's parts."""
         return part_places(self.robot, self.scene.part)
+
+    @property
+    def mounted(self) -> tuple[Place, ...]:
+        """The parts that are at a point."""
+        return tuple(place for place in self.parts if place.joint < 0)
 
     @functools.cached_property
     def contact_places(self) -> tuple[Place, ...]:
@@ -375,7 +380,8 @@ def landing_of(scene: Scene, robot: Robot) -> PosedLanding:
     check_parts(scene.part)
     torque_limits(robot, scene.part)
     for place in landing.parts:
-        strength(scene.part[place.number])
+        if place.joint < 0:
+            strength(scene.part[place.number])
     _refuse_twice(landing.blocks)
     return landing
 

@@ -27,6 +27,7 @@ class Place(NamedTuple):
         centre: whether the point is the body's centre of mass, wherever it is of the robot that is computed.
         number: of a contact among the landing's contacts and standing feet; of a joint, where its velocities begin in q̇; of a part
             among those of the scene.
+        joint: of a part of a joint: where the velocities of that begin in q̇; −1 for all else.
     """
 
     name: str
@@ -35,6 +36,7 @@ class Place(NamedTuple):
     axes: Array = read_only(np.eye(3))
     centre: bool = False
     number: int = 0
+    joint: int = -1
 
 
 @memoized()
@@ -78,17 +80,26 @@ def point_places(robot: Robot, points: tuple[Point, ...]) -> tuple[Place, ...]:
 
 
 def part_places(robot: Robot, parts: tuple[Part, ...]) -> tuple[Place, ...]:
-    """The parts that are at a point of a body.
+    """The parts, at a point of a body or of a joint.
+
+    A part of several joints is one of each: PART/JOINT, or JOINT where the part has the name of its pattern.
 
     Raises:
-        UnknownName: the robot has no frame of that name.
-        SceneError: the point is not a single one, or fixed to the world.
+        UnknownName: the robot has no frame, or no joint, of that name.
+        SceneError: the point is not a single one, or fixed to the world; or two parts have one name.
     """
-    places = [
-        point_place(robot, point_at(robot, part.at))._replace(name=part.name, number=k)
-        for k, part in enumerate(parts)
-        if part.at is not None
-    ]
+    places, joints = [], {place.name: place for place in joint_places(robot)}
+    for k, part in enumerate(parts):
+        if part.at is not None:
+            places.append(point_place(robot, point_at(robot, part.at))._replace(name=part.name, number=k))
+        elif part.joint is not None:
+            own = [joints[name] for name in robot.match_joints(part.joint)]
+            one = len(own) == 1
+            names = [part.name if one else p.name if part.name == part.joint else f"{part.name}/{p.name}" for p in own]
+            places += [Place(name, place.body, number=k, joint=place.number) for name, place in zip(names, own, strict=True)]
+    names = [place.name for place in places]
+    if twice := [name for name in names if names.count(name) > 1]:
+        raise SceneError(f'two parts are called "{printable(twice[0])}"; rename one of them')
     if fixed := [place.name for place in places if place.body < 0]:
         raise SceneError(
             f'part "{printable(fixed[0])}" is fixed to the world, so no impact moves it; name a frame on a moving link'

@@ -6,6 +6,11 @@ survives, without damping: a short pulse of velocity change V makes it respond w
 most. A pulse that it survived shows such an R where f is known. Where f is not known, a longer pulse with a smaller velocity change
 is survived too, whatever f is, because the response divided by f T falls with f T; a shorter one, if its peak is also below half of
 the peak survived.
+
+Where a pulse of velocity change V that it survived and its critical velocity change V_c are known, but not f, it responded with
+A R(f T) ≤ 2π f V_c for the response R to a unit peak. R(x)/x falls, so that V > V_c bounds f from below, and half of the peak A is
+below the critical acceleration where R is 1 or more from that f on: from V/V_c = 1.07 (half-sine), 1.08 (haversine), 1.17
+(saw-tooth) or 1.05 (rectangle) on.
 """
 
 import math
@@ -14,7 +19,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from shockpc.core.pulse import SHAPES, Pulse, pulse_from, velocity_change
+from shockpc.core.pulse import SHAPES, UNITS, Pulse, pulse_from, velocity_change
 from shockpc.core.spatial import Array
 from shockpc.core.spectrum import amplification
 from shockpc.landing.scene import GRAVITY, Part
@@ -28,6 +33,9 @@ IMPULSIVE = 0.3
 
 CHANGES = {"half-sine": "2AT/π", "saw-tooth": "AT/2", "haversine": "AT/2", "rectangle": "AT"}
 """Velocity change of each shape with peak A and length T."""
+
+CONCLUSIVE = 1.2
+"""Velocity change of a pulse survived over the critical one, from which on half of its peak is below the critical acceleration."""
 
 UNLIMITED = 1e300
 """Effort from which a limit of a file is none [N m, N]."""
@@ -71,17 +79,83 @@ def strength(part: Part) -> Strength:
         basis = f"lower bounds from the response of {largest:.3g} g at {f:g} Hz without damping, which it survives"
         return Strength(largest * GRAVITY / (2.0 * math.pi * f), largest / 2.0, False, basis)
     if given is not None:
-        # A pulse survived beyond the critical velocity change had a peak below the critical acceleration.
-        slow = survived > given
-        return Strength(
-            given, peak / 2.0 if slow else math.nan, False, "as given" + f", and half of the {peak:g} g survived" * slow
-        )
+        basis = "as given, the boundary of damage by short pulses"
+        if survived >= CONCLUSIVE * given:
+            return Strength(given, peak / 2.0, False, f"{basis}, and half of the {peak:g} g survived")
+        if part.rating is not None:
+            basis += (
+                f"; the pulse survived says nothing of accelerations, because its velocity change of {survived:.3g} m/s is below "
+                f"{CONCLUSIVE:g} of the critical one"
+            )
+        return Strength(given, math.nan, False, basis)
     basis = (
         f"{CHANGES[pulse.shape]} of the pulse survived, a lower bound of the critical velocity change for pulses of its shape of "
         f"{1e3 * pulse.length:.3g} ms or more, or natural frequencies below {IMPULSIVE / pulse.length:.4g} Hz; the peak, if it "
         "is known, also has to be below half of the one survived"
     )
     return Strength(survived, peak / 2.0, True, basis)
+
+
+class TorqueStrength(NamedTuple):
+    """What a joint withstands, according to a part.
+
+    Attributes:
+        momentary_torque: NaN where it is not known [N m, N].
+        duration: for which it does; NaN where it is not known [s].
+        given: whether the part gives it; else it is the effort limit of the robot's file.
+    """
+
+    momentary_torque: float
+    duration: float
+    given: bool
+
+
+def torque_strength(robot: Robot, part: Part, joint: str) -> TorqueStrength:
+    """What a joint withstands, according to a part of joints: its torque as given, else the effort limit of the robot's file.
+
+    Raises:
+        UnknownName: the robot has no such joint.
+        SceneError: a number of the part is not valid.
+    """
+    _check(part, "momentary_torque", "torque_duration")
+    torque = float(_efforts(robot)[robot.joint(joint).v.start]) if part.momentary_torque is None else part.momentary_torque
+    duration = math.nan if part.torque_duration is None else part.torque_duration
+    return TorqueStrength(torque, duration, part.momentary_torque is not None)
+
+
+def part_from(robot: Robot, at: str, rating: str) -> Part:
+    """A part as it is typed: a frame and a pulse, or joints and the torque that they withstand, such as "50 N m" or "50 N m 20 ms".
+
+    Raises:
+        UnknownName: a torque is given, and the robot has no such joint.
+        SceneError: the torque is no number above zero, or has the unit of another kind of joint.
+    """
+    found = re.fullmatch(r"(\S+?)\s*(N\s*m|N)(?:\s+(\S+?)\s*(us|µs|ms|s))?", rating.strip())
+    if found is None:
+        return Part(name=at, at=at, rating=rating)
+    torque, unit, length, of_time = found.groups()
+    try:
+        values = float(torque), None if length is None else float(length) * UNITS[of_time]
+        valid = all(1.0 / LARGEST <= value <= LARGEST for value in values if value is not None)
+    except ValueError:
+        valid = False
+    if not valid:
+        raise SceneError(
+            f'part "{printable(at)}": torque "{printable(rating, 60)}" cannot be read; give numbers above zero, such as '
+            '"50 N m", or "50 N m 20 ms" with the duration for which the joint withstands it'
+        )
+    for name in robot.match_joints(at):
+        right = "N" if robot.joint(name).kind == "prismatic" else "N m"
+        if unit.replace(" ", "") != right.replace(" ", ""):
+            raise SceneError(f'part "{printable(at)}": the load of joint "{name}" is in {right}, and "{rating}" is in {unit}')
+    return Part(name=at, joint=at, momentary_torque=values[0], torque_duration=values[1])
+
+
+def _efforts(robot: Robot) -> Array:
+    """The effort limits (nv,) of the robot's file; NaN where there is none [N m, N]."""
+    limit = np.array(robot.model.upperEffortLimit, dtype=float)
+    limit[~((limit > 0.0) & (limit < UNLIMITED))] = np.nan
+    return limit
 
 
 def torque_limits(robot: Robot, parts: tuple[Part, ...]) -> tuple[Array, Array]:
@@ -91,8 +165,7 @@ def torque_limits(robot: Robot, parts: tuple[Part, ...]) -> tuple[Array, Array]:
         UnknownName: a pattern fits no joint.
         SceneError: a number is not valid.
     """
-    limit = np.array(robot.model.upperEffortLimit, dtype=float)
-    limit[~((limit > 0.0) & (limit < UNLIMITED))] = np.nan
+    limit = _efforts(robot)
     duration = np.full(len(limit), np.nan)
     for part in parts:
         _check(part, "momentary_torque", "torque_duration")

@@ -27,6 +27,9 @@ SLOWEST, FASTEST = 1e-9, 1e9
 STRIKE, RESULTS, POSTURE = "Velocity before the impact", "What is computed", "Posture"
 """Headings of options."""
 
+CONTACTS = "foam 1e4, a rubber foot 1e5, hard plastic or metal on concrete 1e6 N/m or more"
+"""What stiffness contacts have; the README gives the sources."""
+
 Base = Literal["free", "planar", "fixed"]
 """How the base may move."""
 
@@ -311,7 +314,8 @@ class Part(Record):
         name: by which results refer to it.
         at: FRAME or FRAME:x,y,z, where it is mounted.
         rating: a pulse that it survives: shape, peak and length, such as "half-sine 1500 g 0.5 ms".
-        critical_velocity_change: below which no short pulse damages it, whatever its acceleration [m/s].
+        critical_velocity_change: the boundary of damage: below it no short pulse damages it, whatever its acceleration, and above
+            it one does [m/s].
         natural_frequency: of the part on its mounting [Hz].
         joint: name or glob of joints, in place of `at`.
         momentary_torque: that the gears of these joints withstand; by default the effort limit of the robot's file [N m, N].
@@ -404,7 +408,7 @@ class Scene(Record):
     contact_stiffness: float | None = option(
         None,
         "Also give forces, accelerations and their times on contacts of this stiffness, in every direction or along the normal and "
-        "along the ground.",
+        f"along the ground: {CONTACTS.removesuffix(' N/m or more')} or more.",
         RESULTS,
         "K or KN:KT",
         unit="N/m",

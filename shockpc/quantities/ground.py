@@ -111,7 +111,7 @@ def _loads(impact: Impact, _: Places) -> Array:
 
 def _points(landing: PosedLanding) -> list[Place]:
     """The points and parts that move."""
-    return [place for place in (*landing.points, *landing.parts) if place.body >= 0]
+    return [place for place in (*landing.points, *landing.mounted) if place.body >= 0]
 
 
 def _contact_peaks(found: "CompliantLanding", places: Places) -> Array:

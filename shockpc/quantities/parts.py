@@ -1,26 +1,84 @@
-"""How far parts are from their ratings: margins by velocity change and by acceleration, and shares of the torques of joints."""
+"""How far parts are from their ratings: margins by velocity change, by acceleration and by the torques of joints."""
 
-from typing import Any
+import math
+from collections.abc import Callable
+from dataclasses import replace
+from typing import Any, NamedTuple
 
 import numpy as np
 
+from shockpc.core.impulse import solve_impact
 from shockpc.core.percussion import norm
 from shockpc.core.pulse import peak_acceleration
 from shockpc.core.spatial import Array
-from shockpc.impact.impact import Impact
-from shockpc.landing.places import joint_places
-from shockpc.landing.ratings import Strength, strength, torque_limits
+from shockpc.impact.friction import jumps_of
+from shockpc.impact.impact import DoubleImpact, Impact
+from shockpc.landing.landing import PosedLanding, landing_of
+from shockpc.landing.places import Place, joint_places
+from shockpc.landing.ratings import Strength, TorqueStrength, strength, torque_limits, torque_strength
 from shockpc.landing.scene import GRAVITY
 from shockpc.quantities.ground import ALONG, PEAK_TORQUE, point_peaks
 from shockpc.quantities.joints import AXES, REDUNDANT
 from shockpc.quantities.points import DELTA_V, NEEDS_PULSE, SHOCK, point_velocity
 from shockpc.quantities.quantity import Places, Quantity, largest_jump
+from shockpc.text.errors import SceneError, SolveError
 
 NO_PULSE = "the scene gives neither a pulse nor a contact stiffness"
+NO_TORQUE = "no torque or effort limit is known"
+NO_TIME = f"{NO_PULSE}, nor the part the duration of its torque"
+NEEDS_TORQUE, NEEDS_TIME = "needs a momentary torque", "needs a pulse, stiffness or duration"
+REMEDIES = {
+    NEEDS_TORQUE: "; give the part a momentary_torque, because the robot's file has no effort limit of its joint",
+    NEEDS_TIME: "; give the scene a pulse or a contact stiffness, or the part a torque_duration",
+}
+"""What to change where a part of a joint has no margin."""
+
+SOFTEST, STIFFEST = 1e2, 1e9
+"""Stiffness of contacts between which that is sought from which on a margin is lost [N/m]."""
+
+START, STEPS, CLOSE = 1e5, 40, 1e-3
+"""The first value of it [N/m]; how many are tried; and how far from 1 a margin may be there."""
+
+OF_A_JOINT, OF_A_POINT = "the part is of a joint", "the part is at a point"
+
+Compute = Callable[[Impact, Places], Any]
+
+
+def _of_points(compute: Compute, joints: bool = False, vector: bool = False) -> Compute:
+    """A formula of parts at points alone, or of those of joints: no value at the others."""
+    axes = (3,) if vector else ()
+
+    def chosen(impact: Impact, places: Places) -> Any:
+        own = [k for k, place in enumerate(places) if (place.joint >= 0) == joints]
+        if own and len(own) == len(places):
+            return compute(impact, places)
+        values = compute(impact, [places[k] for k in own]) if own else np.zeros((1, 1, 0, *axes))
+        out = np.full((*values.shape[:2], len(places), *axes), np.nan, dtype=values.dtype)
+        out[:, :, own] = values
+        return out
+
+    return chosen
+
+
+def _of_joints(compute: Compute) -> Compute:
+    """A formula of parts of joints alone, of the places of these joints as parts are: no value at the others."""
+    return _of_points(compute, joints=True)
 
 
 def _strengths(impact: Impact, places: Places) -> list[Strength]:
     return [strength(impact.landing.scene.part[place.number]) for place in places]
+
+
+def _torque_strengths(landing: PosedLanding, places: Places) -> list[TorqueStrength]:
+    robot, parts = landing.robot, landing.scene.part
+    joints = _joints(landing, places)
+    return [torque_strength(robot, parts[part.number], joint.name) for part, joint in zip(places, joints, strict=True)]
+
+
+def _joints(landing: PosedLanding, places: Places) -> list[Place]:
+    """The joints of parts."""
+    joints = {place.number: place for place in joint_places(landing.robot)}
+    return [joints[place.joint] for place in places]
 
 
 def _quotient(impact: Impact, critical: list[float], values: Any, size: float) -> Any:
@@ -59,7 +117,7 @@ def _acceleration_margin(impact: Impact, places: Places) -> Any:
     return _quotient(impact, [one.acceleration for one in _strengths(impact, places)], peak, _largest_peak(impact, peak))
 
 
-def _part_margin(impact: Impact, places: Places) -> Any:
+def _point_margin(impact: Impact, places: Places) -> Any:
     margins = [_velocity_margin(impact, places), _acceleration_margin(impact, places)]
     velocity, acceleration = (impact.rounded(margin, lambda _: 0.0) for margin in margins)
     less = np.isnan(acceleration) | (velocity <= acceleration)
@@ -67,42 +125,168 @@ def _part_margin(impact: Impact, places: Places) -> Any:
     return np.where(np.where(both, less, np.isnan(acceleration) | (velocity >= acceleration)), *margins)
 
 
-def _torque_share(impact: Impact, places: Places) -> Any:
-    """Torque (N, S, n) along the axes of joints, of their momentary torques.
+def _torque(impact: Impact, places: Places, durations: Array) -> Any:
+    """Torques (N, S, n) along the axes of joints; NaN where they are not known [N m, N].
 
     The torque is the peak on contacts of finite stiffness; else the impulse along the axis gives the peak of a pulse as the scene
-    has it, or the mean over the duration that a part gives.
+    has it, or the mean over a duration.
+
+    Args:
+        impact: the impact.
+        places: the joints.
+        durations: (n,) for which a part says that a joint withstands its torque [s]; NaN where none does.
     """
-    limit = torque_limits(impact.landing.robot, impact.landing.scene.part)[0][[place.number for place in places]]
     if impact.landing.scene.contact_stiffness is not None:
-        return PEAK_TORQUE.compute(impact, places) / limit
-    impulse, shares = ALONG.compute(impact, places), _shares(impact, places)
+        return PEAK_TORQUE.compute(impact, places)
+    impulse, rates = ALONG.compute(impact, places), _rates(impact, durations)
     numbers = impact.rounded(impulse, lambda values: ALONG.size(impact, values))
-    known = impact.unique[:, None].all(axis=-1, keepdims=True) & ~np.isnan(numbers) & ~np.isnan(shares)
-    share = np.where(known, np.where(numbers < 0.0, -impulse, impulse), 0.0) * impact.exact(np.nan_to_num(shares))
-    return np.where(known, share, np.nan)
+    known = impact.unique[:, None].all(axis=-1, keepdims=True) & ~np.isnan(numbers) & ~np.isnan(rates)
+    return np.where(known, np.where(numbers < 0.0, -impulse, impulse) * impact.exact(np.nan_to_num(rates)), np.nan)
 
 
-def _shares(impact: Impact, places: Places) -> Array:
-    """Shares (n,) of the momentary torque for an impulse of 1 along the axis [1/(N m s), 1/(N s)]; NaN where not known."""
-    numbers, pulse = [place.number for place in places], impact.landing.pulse
-    limit, duration = (values[numbers] for values in torque_limits(impact.landing.robot, impact.landing.scene.part))
-    return np.asarray((1.0 / duration if pulse is None else peak_acceleration(1.0, pulse)) / limit)
+def _rates(impact: Impact, durations: Array) -> Array:
+    """Torque (n,) for an impulse of 1 along the axis [1/s]: of the scene's pulse, else the mean over a duration (n,) [s]."""
+    pulse = impact.landing.pulse
+    return 1.0 / durations if pulse is None else np.full(len(durations), peak_acceleration(1.0, pulse))
+
+
+def _torque_size(impact: Impact, durations: Array, values: Array) -> float:
+    """The natural size of torques: that of the largest load of a joint, with the shortest duration."""
+    return float(ALONG.size(impact, values) * np.nan_to_num(_rates(impact, durations)).max(initial=0.0))
+
+
+def _part_durations(impact: Impact, places: Places) -> Array:
+    return np.array([one.duration for one in _torque_strengths(impact.landing, places)])
+
+
+def _part_torque(impact: Impact, places: Places) -> Any:
+    return _torque(impact, _joints(impact.landing, places), _part_durations(impact, places))
+
+
+def _part_torque_size(impact: Impact, values: Array) -> float:
+    durations = [part.torque_duration or np.nan for part in impact.landing.scene.part]
+    return _torque_size(impact, np.array(durations), values)
+
+
+def _torque_margin(impact: Impact, places: Places) -> Any:
+    limits = [one.momentary_torque for one in _torque_strengths(impact.landing, places)]
+    torque = _part_torque(impact, places)
+    return _quotient(impact, limits, torque, _part_torque_size(impact, torque))
+
+
+def _part_margin(impact: Impact, places: Places) -> Any:
+    of_joints = np.array([place.joint >= 0 for place in places])
+    return np.where(of_joints, _of_joints(_torque_margin)(impact, places), _of_points(_point_margin)(impact, places))
+
+
+def not_judged(landing: PosedLanding, place: Place, redundant: bool) -> str:
+    """Why a part of a joint has no margin. Args: redundant, whether contacts or loops are."""
+    joint, own = _joints(landing, [place])[0], _torque_strengths(landing, [place])[0]
+    if landing.robot.joint(joint.name).axis is None:
+        return AXES
+    if np.isnan(own.momentary_torque):
+        return NEEDS_TORQUE
+    return "contacts or loops are redundant" if redundant else NEEDS_TIME
+
+
+class MarginLost(NamedTuple):
+    """Where a margin is lost.
+
+    Attributes:
+        contact_stiffness: least stiffness of the contacts on which a part has a margin below 1, or a joint more than its torque
+            limit [N/m]; 0 if that is so on `SOFTEST`, infinite if not even on `STIFFEST`; NaN where it is not known.
+        place: the name of that part or joint; empty if there is none.
+        refused: why it is not known; empty if it is.
+    """
+
+    contact_stiffness: float
+    place: str
+    refused: str
+
+
+def margin_lost(landing: PosedLanding) -> MarginLost | None:
+    """The contact stiffness from which on a margin is lost, of parts and of joints with a torque or an effort limit.
+
+    Contacts stick. Without springs in joints peaks are as the root of the stiffness, so that k times the squared margin is the
+    answer; with them it is the next value, which a bracket keeps.
+
+    Returns: None where there is neither a part nor a limit.
+    """
+    scene, robot = landing.scene, landing.robot
+    k = scene.contact_stiffness or START
+    along = None if scene.tangential_stiffness is None else scene.tangential_stiffness / k
+    try:
+        stiff = landing_of(replace(scene, contact_stiffness=k, pulse=None, range_g=None, friction=None), robot)
+        equation = stiff.equation(stiff.state)
+        most = stiff.most_independent(stiff.state, equation.blocks)
+        solution = solve_impact(equation.inertia, equation.J_c, equation.b, equation.terms, equation.tolerance, most)
+        jumps = jumps_of(stiff, equation.full(solution.delta_qd))
+        limits, rated = torque_limits(robot, ())[0], {place.joint for place in stiff.parts}
+        joints = [p for p in stiff.places("joint") if p.number not in rated and not np.isnan(limits[p.number])]
+        if not (joints or stiff.parts):
+            return None
+
+        def least(k: float) -> tuple[float, str]:
+            own = replace(stiff, scene=replace(stiff.scene, contact_stiffness=k, tangential_stiffness=along and along * k))
+            impact = DoubleImpact(own, equation, solution, jumps)
+            with np.errstate(divide="ignore"):
+                margins = [_part_margin(impact, own.parts)[0, 0]] if own.parts else []
+                margins += [1.0 / _torque_share(impact, joints)[0, 0]] if joints else []
+            known = np.nan_to_num(np.concatenate(margins).astype(float), nan=np.inf)
+            worst = int(np.argmin(known))
+            return float(known[worst]), [*own.parts, *joints][worst].name
+
+        low, high = SOFTEST, STIFFEST
+        for _ in range(STEPS):
+            margin, name = least(k)
+            low, high = (k, high) if margin >= 1.0 else (low, k)
+            if abs(margin - 1.0) < CLOSE or low == STIFFEST or high == SOFTEST:
+                break
+            k = float(np.clip(k * min(margin, 1e4) ** 2, SOFTEST, STIFFEST))
+            k = k if low <= k <= high else math.sqrt(low * high)
+    except (SceneError, SolveError) as refusal:
+        return MarginLost(math.nan, "", str(refusal))
+    return MarginLost(0.0 if high == SOFTEST else math.inf if low == STIFFEST else k, "" if low == STIFFEST else name, "")
+
+
+def _torque_share(impact: Impact, places: Places) -> Any:
+    """Torque (N, S, n) along the axes of joints, of their momentary torques."""
+    limits, durations = (values[[p.number for p in places]] for values in _limits(impact))
+    torque = _torque(impact, places, durations)
+    known = ~np.isnan(torque.astype(float)) & ~np.isnan(limits)
+    return np.where(known, np.where(known, torque, 0.0) / impact.exact(np.where(np.isnan(limits), 1.0, limits)), np.nan)
+
+
+def _limits(impact: Impact) -> tuple[Array, Array]:
+    return torque_limits(impact.landing.robot, impact.landing.scene.part)
 
 
 def _share_size(impact: Impact, values: Array) -> float:
-    return float(ALONG.size(impact, values) * np.nan_to_num(_shares(impact, joint_places(impact.landing.robot))).max(initial=0.0))
+    limits, durations = _limits(impact)
+    return float(ALONG.size(impact, values) * np.nan_to_num(_rates(impact, durations) / limits).max(initial=0.0))
 
 
 PARTS = (
-    *(entry._replace(of="part", also=()) for entry in (DELTA_V, SHOCK)),
-    Quantity("velocity_margin", "part", "critical velocity change, of that of the part", "1", "less", _velocity_margin),
-    Quantity("peak_g", "part", "peak acceleration", "g", "greater", _peak, _largest_peak, NO_PULSE, with_stiffness=True,
+    *(
+        entry._replace(of="part", also=(), missing=OF_A_JOINT, carried="point", compute=_of_points(entry.compute, vector=vector))
+        for entry, vector in ((DELTA_V, True), (SHOCK, False))
+    ),
+    Quantity("velocity_margin", "part", "critical velocity change, of that of the part", "1", "less", _of_points(_velocity_margin),
+        missing=OF_A_JOINT, carried="point"),
+    Quantity("peak_g", "part", "peak acceleration", "g", "greater", _of_points(_peak), _largest_peak,
+        f"{NO_PULSE}; or {OF_A_JOINT}", with_stiffness=True, carried="point",
         lacks=lambda landing: "" if landing.pulse or landing.scene.contact_stiffness else f"{NEEDS_PULSE}, or a contact stiffness"),
-    Quantity("acceleration_margin", "part", "critical acceleration, of the peak at the part", "1", "less", _acceleration_margin,
-        missing=f"{NO_PULSE}, or the part no critical acceleration", with_stiffness=True),
-    Quantity("part_margin", "part", "margin of the part, by velocity change or acceleration", "1", "less", _part_margin,
-        with_stiffness=True),
+    Quantity("acceleration_margin", "part", "critical acceleration, of the peak at the part", "1", "less",
+        _of_points(_acceleration_margin), missing=f"{NO_PULSE}, or the part no critical acceleration; or {OF_A_JOINT}",
+        with_stiffness=True, carried="point"),
+    Quantity("along", "part", "impulse along the axis of the part's joint", "N m s, N s", "greater",
+        _of_joints(lambda impact, places: ALONG.compute(impact, _joints(impact.landing, places))), ALONG.size,
+        f"{ALONG.missing}; or {OF_A_POINT}", shared=True, signed=True, carried="joint"),
+    Quantity("torque", "part", "torque along the axis of the part's joint: peak, or mean over the duration of its rating", "N m, N",
+        "greater", _of_joints(_part_torque), _part_torque_size, f"{AXES}; {NO_TIME}; {REDUNDANT}; or {OF_A_POINT}",
+        with_stiffness=True, carried="joint"),
+    Quantity("part_margin", "part", "margin of the part, by velocity change, acceleration or torque", "1", "less", _part_margin,
+        missing=f"of a joint: {AXES}; {NO_TORQUE}; {NO_TIME}; or {REDUNDANT}", with_stiffness=True),
     Quantity("joint_torque_share", "joint", "torque along the axis, of the momentary torque or the effort limit", "1", "greater",
         _torque_share, _share_size, f"{AXES}; no torque or effort limit is known; {NO_PULSE}, nor a part the duration of the "
         f"torque; or {REDUNDANT}", with_stiffness=True),

@@ -19,7 +19,7 @@ from shockpc.landing.dynamics import dynamics
 from shockpc.landing.joint_model import without_springs
 from shockpc.landing.landing import PosedLanding
 from shockpc.landing.places import Place, PlaceKind, body_places
-from shockpc.landing.ratings import Strength, strength, torque_limits
+from shockpc.landing.ratings import Strength, TorqueStrength, strength, torque_strength
 from shockpc.landing.scene import Scene
 from shockpc.quantities.accuracy import (
     AT_REST,
@@ -31,6 +31,7 @@ from shockpc.quantities.accuracy import (
     redundant,
     strained,
 )
+from shockpc.quantities.parts import REMEDIES, MarginLost, margin_lost, not_judged
 from shockpc.quantities.plausibility import gained, implausible, pulled, saturated, slipping
 from shockpc.quantities.quantity import Quantity
 from shockpc.quantities.table import Selection, quantities_of, quantity
@@ -130,25 +131,36 @@ class PointShock(NamedTuple):
 
 @_record_of("part")
 class PartMargin(NamedTuple):
-    """How far a part is from what it withstands.
+    """How far a part, at a point or of a joint, is from what it withstands.
 
     Attributes:
         part: its name.
-        body: the body it is fixed to.
-        strength: its damage boundary.
-        governed_by: which of the two margins is that of the part.
+        body: the body it is fixed to, or that its joint carries.
+        joint: its joint; empty for a part at a point.
+        strength: its damage boundary; of a part of a joint the torque.
+        governed_by: which margin is that of the part: by "velocity change", "acceleration" or "torque"; empty if it has none.
+        missing: why it has none; empty if it has one.
     """
 
     part: str
     body: str
-    strength: Strength
-    delta_v: Array
-    shock: float
-    velocity_margin: float
+    joint: str
+    strength: Strength | TorqueStrength
+    delta_v: Array | None
+    shock: float | None
+    velocity_margin: float | None
     peak_g: float | None
     acceleration_margin: float | None
-    part_margin: float
+    along: float | None
+    torque: float | None
+    part_margin: float | None
     governed_by: str
+    missing: str
+
+    @property
+    def speed_change(self) -> float:
+        """|Δv| [m/s]; NaN for a part of a joint."""
+        return math.nan if self.delta_v is None else math.hypot(*self.delta_v)
 
 
 @_record_of("contact")
@@ -432,16 +444,32 @@ class ShockProfile:
     @cached_property
     def parts(self) -> tuple[PartMargin, ...]:
         """Margins of the scene's parts."""
-        places = self.landing.parts
-        by_velocity = self.value("part_margin", "part") == self.value("velocity_margin", "part")
+        places, names = self.landing.parts, {place.number: place.name for place in self.places("joint")}
+        joints = [names.get(place.joint, "") for place in places]
+        given = [self.scene.part[place.number] for place in places]
+        margins, by_velocity = self.value("part_margin", "part"), self.value("velocity_margin", "part")
+        missing = [
+            not_judged(self.landing, place, self.redundant) if np.isnan(margin) else ""
+            for place, margin in zip(places, margins, strict=True)
+        ]
         return self._records(
             PartMargin,
             "part",
             part=[place.name for place in places],
             body=[self.bodies[place.body] for place in places],
-            strength=[strength(self.scene.part[place.number]) for place in places],
-            governed_by=["velocity change" if flag else "acceleration" for flag in by_velocity],
+            joint=joints,
+            strength=[torque_strength(self.robot, part, j) if j else strength(part) for part, j in zip(given, joints, strict=True)],
+            governed_by=[
+                ("" if np.isnan(margin) else "torque") if j else "velocity change" if margin == v else "acceleration"
+                for margin, v, j in zip(margins, by_velocity, joints, strict=True)
+            ],
+            missing=missing,
         )
+
+    @cached_property
+    def margin_lost(self) -> MarginLost | None:
+        """From which contact stiffness on a margin is lost; None without parts, or without limits and a contact stiffness."""
+        return margin_lost(self.landing) if self.landing.parts or self.stiffness is not None else None
 
     @cached_property
     def contacts(self) -> tuple[ContactImpulse, ...]:
@@ -548,7 +576,7 @@ class ShockProfile:
     def _beyond_the_impulse(self) -> Iterator[Diagnostic]:
         """Warnings where springs in joints, or a finite stiffness of the contacts, make another result than the impulse model."""
         if self.stiffness is not None:
-            places = [*self.bracketed, *self.landing.parts]
+            places = [*self.bracketed, *self.landing.mounted]
             impulse, finite = (self.values(quantity("point", key), places) for key in ("shock", "shock_separated"))
             differs = np.abs(finite - impulse)
             for k in np.flatnonzero((differs > DIFFERS * np.minimum(impulse, finite)) & (differs > LEAST_DIFFERENCE)).tolist():
@@ -566,24 +594,25 @@ class ShockProfile:
             yield from early_springs(self.landing, self.spring_time, duration)
 
     def _overloaded(self) -> Iterator[Diagnostic]:
-        """Warnings of parts with a margin below 1, and of rated joints beyond their torque or its duration."""
-        for one in self.parts:
-            if one.part_margin < 1.0:
-                text = f"{one.part} may be damaged: its margin by {one.governed_by} is {one.part_margin:.3g}, below 1"
-                yield Diagnostic("part", one.part, one.part_margin, text)
-        rated = {name for part in self.scene.part if part.joint is not None for name in self.robot.match_joints(part.joint)}
-        shares, durations = self.value("joint_torque_share", "joint").tolist(), torque_limits(self.robot, self.scene.part)[1]
+        """Warnings of parts that are not judged, that have a margin below 1, or whose torque is rated for a shorter time."""
         length = self.impact_length
-        for place, share in zip(self.places("joint"), shares, strict=True):
-            if place.name in rated and share > 1.0:
-                text = f"{place.name} carries {share:.3g} times its momentary torque"
-                yield Diagnostic("part", place.name, share, text)
-            if length is not None and length > durations[place.number]:
-                text = (
-                    f"the impact lasts {1e3 * length:.3g} ms, and the momentary torque of {place.name} is for "
-                    f"{1e3 * durations[place.number]:.3g} ms; give the torque that it withstands for longer"
+        for one in self.parts:
+            if one.missing:
+                yield Diagnostic(
+                    "part", one.part, None, f"{one.part} is not judged: it {one.missing}{REMEDIES.get(one.missing, '')}"
                 )
-                yield Diagnostic("part", place.name, length, text)
+            if one.part_margin is not None and one.part_margin < 1.0:
+                text = f"{one.part} may be damaged: its margin by {one.governed_by} is {one.part_margin:.3g}, below 1"
+                if isinstance(one.strength, TorqueStrength):
+                    limit = "its momentary torque" if one.strength.given else "its effort limit"
+                    text = f"{one.joint} carries {1.0 / one.part_margin:.3g} times {limit}"
+                yield Diagnostic("part", one.part, one.part_margin, text)
+            if isinstance(one.strength, TorqueStrength) and length is not None and length > one.strength.duration:
+                text = (
+                    f"the impact lasts {1e3 * length:.3g} ms, and the momentary torque of {one.joint} is for "
+                    f"{1e3 * one.strength.duration:.3g} ms; give the torque that it withstands for longer"
+                )
+                yield Diagnostic("part", one.part, length, text)
 
     @property
     def impact_length(self) -> float | None:

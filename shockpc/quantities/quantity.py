@@ -41,6 +41,7 @@ class Quantity(NamedTuple):
         lacks: what a landing lacks for it, as a message; empty where it exists.
         fixed: its value at a point that is fixed to the world, which nothing moves.
         strikes: whether only contacts that strike have it, and no standing foot.
+        carried: of which parts it is: of those at a "point", or those of a "joint"; empty for all.
         most_severe: of a shock: that of the most severe strike at the same place, to which errors of it are relative.
         reciprocal: what changes are ranked by where that is its reciprocal; empty where it is the quantity itself.
         role: what it says of whether flat ground allows a landing: "feasible" is 1 or 0, NaN where a proof decides; "pull" is above
@@ -71,6 +72,7 @@ class Quantity(NamedTuple):
     lacks: Callable[[PosedLanding], str] = lambda landing: ""
     fixed: Callable[[Place], Any] = lambda place: 0.0
     strikes: bool = False
+    carried: Literal["", "point", "joint"] = ""
     most_severe: "Quantity | None" = None
     reciprocal: str = ""
     role: Literal["", "feasible", "pull"] = ""

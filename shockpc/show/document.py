@@ -74,8 +74,12 @@ def content(profile: ShockProfile, spectrum: bool = False) -> dict[str, Any]:
         "friction": _friction(profile),
         "stiffness": _stiffness(profile, spectrum),
         "drives": _drives(profile),
+        "margin_lost": profile.margin_lost,
         "parts": [
-            {"part": one.part, "body": one.body, "critical": one.strength} | quantities | {"governed_by": one.governed_by}
+            {"part": one.part, "body": one.body, "joint": one.joint or None}
+            | {"critical": None if one.joint else one.strength, "withstands": one.strength if one.joint else None}
+            | quantities
+            | {"governed_by": one.governed_by or None, "missing": one.missing or None}
             for one, quantities in zip(profile.parts, _selected(profile, "part"), strict=True)
         ],
     }

@@ -6,7 +6,8 @@ from typing import Any
 
 from matplotlib.figure import Figure
 
-from shockpc.quantities.profile import ShockProfile
+from shockpc.landing.ratings import Strength
+from shockpc.quantities.profile import PartMargin, ShockProfile
 from shockpc.show.figure.style import CURVES, INK, PAPER, new_chart
 from shockpc.show.wording import contact_name
 from shockpc.text.printed import printable
@@ -16,32 +17,32 @@ MARKS = ("o", "s", "^", "D", "v", "P", "X", "*")
 
 
 def draw_damage(profiles: Sequence[ShockProfile]) -> Figure:
-    """Draw each part's boundary in a colour, and the velocity change and the peak that it has in each landing as a mark.
+    """Draw the boundary of each part at a point in a colour; its velocity change and peak in each landing are a mark.
 
     Where only a survived pulse is known, its bounds are dashed. A landing without a known peak is a line at its velocity change.
     """
     figure = new_chart(6.6, 4.0, f"Damage boundary of parts of {printable(profiles[0].robot.name, 60)}")
     axes = figure.add_subplot(xscale="log", yscale="log", xlabel="velocity change [m/s]", ylabel="peak acceleration [g]")
     axes.grid(True)
-    parts = profiles[0].parts
-    x = [v for p in profiles for one in p.parts for v in (math.hypot(*one.delta_v), one.strength.velocity_change)]
-    y = [a for p in profiles for one in p.parts for a in (one.peak_g, one.strength.acceleration)]
+    drawn = [_at_points(profile) for profile in profiles]
+    x = [v for own in drawn for one, bound in own for v in (one.speed_change, bound.velocity_change)]
+    y = [a for own in drawn for one, bound in own for a in (one.peak_g, bound.acceleration)]
     (left, right), (low, high) = _window(x, (0.1, 10.0)), _window(y, (10.0, 1000.0))
     axes.set(xlim=(left, right), ylim=(low, high))
-    for k, one in enumerate(parts):
+    for k, (one, bound) in enumerate(drawn[0]):
         colour, name = CURVES[k % len(CURVES)], printable(one.part, 32)
-        v, a = one.strength.velocity_change, one.strength.acceleration
-        if one.strength.both:
+        v, a = bound.velocity_change, bound.acceleration
+        if bound.both:
             axes.plot([v, v, left], [low, a, a], color=colour, linestyle=(0, (5, 2)), label=name)
         else:
             corner = low / 2.0 if math.isnan(a) else a
             axes.plot([v, v, right], [high, corner, corner], color=colour, label=name)
             axes.fill_between([v, right], corner, high, color=colour, alpha=0.08, linewidth=0.0)
-    for m, profile in enumerate(profiles):
+    for m, (profile, own) in enumerate(zip(profiles, drawn, strict=True)):
         mark: dict[str, Any] = {"marker": MARKS[m % len(MARKS)], "linestyle": "none", "markeredgecolor": PAPER, "markersize": 6.5}
         axes.plot([], [], color=INK, label=f"landing on {printable(contact_name(profile), 32)}", **mark)
-        for k, one in enumerate(profile.parts):
-            dv, colour = math.hypot(*one.delta_v), CURVES[k % len(CURVES)]
+        for k, (one, _) in enumerate(own):
+            dv, colour = one.speed_change, CURVES[k % len(CURVES)]
             if one.peak_g is None:
                 axes.axvline(dv, color=colour, linewidth=0.8, linestyle=":")
             axes.plot([dv], [low * 1.12 if one.peak_g is None else one.peak_g], color=colour, clip_on=False, zorder=5, **mark)
@@ -53,6 +54,11 @@ def draw_damage(profiles: Sequence[ShockProfile]) -> Figure:
         words += "\ndotted: velocity change of a landing whose peak is not known without a pulse or a contact stiffness"
     figure.supxlabel(words, fontsize=7.0, x=0.02, ha="left")
     return figure
+
+
+def _at_points(profile: ShockProfile) -> list[tuple[PartMargin, Strength]]:
+    """The parts at points, with their damage boundary."""
+    return [(one, one.strength) for one in profile.parts if isinstance(one.strength, Strength)]
 
 
 def _window(values: Sequence[float | None], usual: tuple[float, float]) -> tuple[float, float]:

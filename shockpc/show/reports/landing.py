@@ -8,6 +8,9 @@ import numpy as np
 
 from shockpc.core.directions import ExtremeDirections
 from shockpc.landing.places import PlaceKind
+from shockpc.landing.ratings import Strength, TorqueStrength
+from shockpc.landing.scene import CONTACTS
+from shockpc.quantities.parts import SOFTEST, STIFFEST
 from shockpc.quantities.profile import ShockProfile
 from shockpc.quantities.table import Selection, quantities_of, quantity
 from shockpc.show.document import content
@@ -65,6 +68,7 @@ def landing_report(
         closing=[
             *_balance_lines(profile),
             *_ground_lines(profile),
+            *_margin_lines(profile),
             f"contact rows: {profile.health.rank} of {profile.health.rows} independent",
             accuracy_line(profile),
         ],
@@ -310,27 +314,39 @@ def _points_sheet(profile: ShockProfile) -> Sheet:
 
 
 def _parts_sheet(profile: ShockProfile) -> Sheet:
-    """One row for each part: margins by velocity change and by acceleration, and which of them counts."""
-    peaks = profile.impact_length is not None
-    heads = ["part", "|Δv| [m/s]", "critical [m/s]", "margin [-]"]
-    heads += ["peak [g]", "critical [g]", "margin by peak [-]", "governing [-]", "by"] * peaks
+    """One row for each part: margins by velocity change and acceleration, or by torque, and which counts or what is missing."""
+    kinds = [isinstance(one.strength, TorqueStrength) for one in profile.parts]
+    points, joints, peaks = not all(kinds), any(kinds), profile.impact_length is not None
+    heads = ["part", *["|Δv| [m/s]", "critical [m/s]", "margin [-]"] * points]
+    heads += ["peak [g]", "critical [g]", "margin by peak [-]"] * (points and peaks)
+    heads += ["impulse along the axis [N m s, N s]", "torque [N m, N]", "withstands [N m, N]"] * joints
+    heads += ["governing [-]", "by"] * (peaks or joints)
     rows: list[Row] = []
-    for one in profile.parts:
-        by_velocity = (one.part, math.hypot(*one.delta_v), one.strength.velocity_change, one.velocity_margin)
-        by_peak = (one.peak_g, one.strength.acceleration, one.acceleration_margin, one.part_margin, one.governed_by)
-        rows.append((*by_velocity, *by_peak[: len(heads) - 4]))
     bases: dict[str, list[str]] = {}
     for one in profile.parts:
-        bases.setdefault(one.strength.basis, []).append(one.part)
-    notes = [f"critical values of {few(names, 6)}: {basis}" for basis, names in bases.items()]
-    notes += [] if peaks else ["margins by velocity change alone, because a peak needs a pulse or a contact stiffness"]
+        bound: Row
+        if isinstance(one.strength, TorqueStrength):
+            bound = (None,) * (3 * points + 3 * (points and peaks))
+            bound += (None if one.along is None else abs(one.along), one.torque, one.strength.momentary_torque)
+            basis = "the torque given" if one.strength.given else "the effort limit of the robot's file"
+            bases.setdefault("" if math.isnan(one.strength.momentary_torque) else basis, []).append(one.part)
+        else:
+            bound = (one.speed_change, one.strength.velocity_change, one.velocity_margin)
+            bound += (one.peak_g, one.strength.acceleration, one.acceleration_margin) * peaks + (None, None, None) * joints
+            bases.setdefault(one.strength.basis, []).append(one.part)
+        rows.append((one.part, *bound, one.part_margin, one.governed_by or one.missing)[: len(heads)])
+    notes = [f"critical values of {few(names, 6)}: {basis}" for basis, names in bases.items() if basis]
+    if not peaks and points:
+        notes.append("margins by velocity change alone, because a peak needs a pulse or a contact stiffness")
+    if joints and profile.stiffness is None and any(one.torque is not None for one in profile.parts):
+        notes.append(_torque_note(profile).replace("of the torque limit", "torque"))
     title = "parts (margin: factor on the speed of the strike below which the part survives)"
     return Sheet(title, heads, rows, notes)
 
 
 def _damage_picture(profiles: Sequence[ShockProfile]) -> list[Picture]:
     """The damage boundaries of the parts with the landings on them; nothing without parts."""
-    if not any(profile.parts for profile in profiles):
+    if not any(isinstance(one.strength, Strength) for profile in profiles for one in profile.parts):
         return []
     return [Picture("damage", f"damage boundary of parts of {profiles[0].robot.name}", "damage:draw_damage", (profiles,))]
 
@@ -479,6 +495,19 @@ def _stiffness(profile: ShockProfile) -> str:
     return f"{scene.contact_stiffness:g} N/m{along}" + (
         "" if scene.contact_damping is None else f", {scene.contact_damping:g} N s/m"
     )
+
+
+def _margin_lines(profile: ShockProfile) -> list[str]:
+    """From which contact stiffness on a margin of a part or a joint is lost."""
+    if (lost := profile.margin_lost) is None:
+        return []
+    if lost.refused:
+        return [f"contact stiffness from which on a margin is lost: not known, because {lost.refused}"]
+    if not lost.place:
+        return [f"no margin of a part or a joint is lost on contacts of up to {STIFFEST:g} N/m"]
+    if not lost.contact_stiffness:
+        return [f"the margin of {lost.place} is lost on contacts of any stiffness from {SOFTEST:g} N/m on"]
+    return [f"the margin of {lost.place} is lost on contacts of {lost.contact_stiffness:.3g} N/m or more; {CONTACTS}"]
 
 
 def _ground_lines(profile: ShockProfile) -> list[str]:
