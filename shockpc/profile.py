@@ -20,6 +20,7 @@ from shockpc.core.spatial import Array, freeze
 from shockpc.core.threads import one_thread
 from shockpc.impact.derivatives import derivatives as map_derivatives
 from shockpc.impact.solve import solve_exactly
+from shockpc.impact.stops import with_stops
 from shockpc.landing.dynamics import Dynamics, dynamics
 from shockpc.landing.landing import Landing, PosedLanding, resolve
 from shockpc.landing.posture import check_rotations
@@ -67,6 +68,9 @@ def profile_of(landing: PosedLanding, trace: Trace | None = None) -> ShockProfil
     """
     trace = trace or Trace()
     with one_thread(landing.robot.model.nv):
+        if landing.scene.stops:
+            with trace.stage("end stops that act"):
+                landing = with_stops(landing)
         with trace.stage("steps 1 and 2: impulsive equation of motion, jumps of the bodies"):
             equation, solution, jumps = impact_jumps(landing, landing.state)
         with trace.stage("proof: the same in ball arithmetic"):
@@ -93,8 +97,11 @@ def shock_maps(landing: Landing, Q: Array, derivatives: bool = False) -> ShockMa
         derivatives: whether those of the maps by the tangent of q are computed too, which takes some seven times as long.
 
     Raises:
-        SceneError: Q has another shape, no row, or a rotation that is none.
+        SceneError: Q has another shape, no row, or a rotation that is none; or the landing counts end stops, with which the jumps
+            are not linear in the strike.
     """
+    if landing.scene.stops:
+        raise SceneError("with end stops the jumps are not linear in the strike, so there are no maps; leave stops out")
     Q, nq = np.asarray(Q, dtype=float), landing.robot.model.nq
     if Q.ndim != 2 or Q.shape[1] != nq or not len(Q):
         raise SceneError(

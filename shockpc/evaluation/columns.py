@@ -15,6 +15,7 @@ from shockpc.landing.places import Place, moving_point
 from shockpc.landing.rows import Equation
 from shockpc.landing.scene import Scene
 from shockpc.landing.scene_file import points_at
+from shockpc.landing.stops import at_stops, driven_beyond
 from shockpc.profile import impact_jumps, needs_proof
 from shockpc.quantities.profile import ShockProfile
 from shockpc.quantities.quantity import Quantity, evaluate
@@ -181,8 +182,10 @@ class Postures(NamedTuple):
     prove: np.ndarray
     inertias: Inertias | None = None
 
-    def values(self, strikes: Array | None, wanted: Sequence[Column], more: bool = False) -> tuple[dict[str, Array], np.ndarray]:
-        """Every column (m, S) by name; and which contacts (m, S, c) do not approach the ground.
+    def values(
+        self, strikes: Array | None, wanted: Sequence[Column], more: bool = False
+    ) -> tuple[dict[str, Array], np.ndarray, np.ndarray]:
+        """Every column (m, S) by name; which contacts (m, S, c) do not approach the ground; and where (m, S) an end stop acts.
 
         Args:
             strikes: (m, S, 3) velocities of the base before the impact, world axes [m/s]; None for the landing's own (S = 1).
@@ -192,7 +195,7 @@ class Postures(NamedTuple):
         impact = DoubleImpact(self.landing, self.equation, self.solution, self.jumps, self.bodies, strikes, self.inertias)
         normals = np.array([contact.normal for contact in self.landing.contacts])
         parting = (impact.approach * normals).sum(axis=-1) >= -1e-9 * np.linalg.norm(impact.approach, axis=-1)
-        return values_of(impact, wanted, parting.shape[:2], more), parting
+        return values_of(impact, wanted, parting.shape[:2], more), parting, np.broadcast_to(stops_act(impact), parting.shape[:2])
 
 
 def postures(
@@ -237,21 +240,32 @@ def columns(
         trusted: as for `needs_proof`; with it, quantities of one posture at a time are computed where double precision has them.
 
     Returns: columns (m, S) by name; the condition (m,) of each posture; which rows (m, S) need a proof, those too that friction may
-        refuse; and which contacts (m, S, c) do not approach the ground.
+        refuse or in which an end stop acts; and which contacts (m, S, c) do not approach the ground.
     """
+    landing = landing.without_stops
     parts, feasible = [], [column.name for column in wanted if column.selection.quantity.role == "feasible"]
     for k in range(0, len(Q), BLOCK):
         rows = slice(k, k + BLOCK)
         own = landing.motions(rows) if strikes is None else landing
         block = postures(own, Q[rows], wanted, None if inertias is None else inertias.rows(rows), trusted)
-        values, parting = block.values(None if strikes is None else strikes[rows], wanted, trusted is not None)
+        values, parting, acting = block.values(None if strikes is None else strikes[rows], wanted, trusted is not None)
         undecided = [values[c.name] for c in wanted if c.name in feasible or c.per_landing(landing.scene)]
-        prove = block.prove[:, None] | np.any(np.isnan(undecided), axis=0)
+        prove = block.prove[:, None] | acting | np.any(np.isnan(undecided), axis=0)
         parts.append((values, block.condition, np.broadcast_to(prove, parting.shape[:2]), parting, block.solution.rank))
     computed = {name: np.concatenate([values[name] for values, *_ in parts]) for name in parts[0][0]}
     condition, prove, parting, rank = (np.concatenate(of_all) for of_all in list(zip(*parts, strict=True))[1:])
     prove = prove | (rank < rank.max())[:, None]
     return computed, condition, prove, parting
+
+
+def stops_act(impact: DoubleImpact) -> np.ndarray:
+    """Whether (N, S) a joint would move beyond an end stop that it is at; never for a scene that leaves stops out."""
+    landing = impact.landing
+    if not landing.scene.stops:
+        return np.zeros((1, 1), dtype=bool)
+    rates = impact.along(impact.delta_qd) + np.asarray(landing.before.joint_rates)[..., None, :]
+    sides = at_stops(landing.robot, impact.state.Q, landing.joint_model)[:, None]
+    return np.asarray(driven_beyond(sides, rates).any(axis=-1))
 
 
 def values_of(impact: DoubleImpact, wanted: Sequence[Column], shape: tuple[int, ...], more: bool = False) -> dict[str, Array]:

@@ -16,6 +16,7 @@ from shockpc.core.memo import memoized
 from shockpc.core.spatial import Array, freeze
 from shockpc.impact.impact import DoubleImpact
 from shockpc.impact.solve import independent_rows, rows_as_meant
+from shockpc.impact.stops import stop_rows
 from shockpc.landing.contact import across
 from shockpc.landing.landing import PosedLanding
 from shockpc.landing.rows import Equation, slices_of
@@ -71,7 +72,8 @@ class ContactRows(NamedTuple):
 
 
 def contact_rows(landing: PosedLanding) -> ContactRows:
-    """The rows of contacts and standing feet; of those that slide the normal alone."""
+    """The rows of contacts and standing feet; of those that slide the normal alone. End stops are left out."""
+    landing = landing.without_stops
     equation = landing.equation(landing.state)
     held = [block for block in landing.blocks if block.kind != "closure"]
     axes = [np.array([*across(block.normal), block.normal])[0 if block.size > 1 else 2 :] for block in held]
@@ -93,14 +95,16 @@ def contact_rows(landing: PosedLanding) -> ContactRows:
 
 @memoized()
 def friction_of(landing: PosedLanding) -> FrictionResult:
-    """The landing with the scene's coefficient of friction.
+    """The landing with the scene's coefficient of friction; its end stops are contacts without friction.
 
     Raises:
         SceneError: rows of contacts are redundant.
         SolveError: no solution was found, or each gains kinetic energy.
     """
+    landing = landing.without_stops
     rows, mu = contact_rows(landing), landing.scene.friction
     equation, n = rows.equation, rows.turn.shape[1]
+    stops, along, speeds = stop_rows(landing) if landing.scene.stops else ((), np.zeros((0, landing.robot.model.nv)), np.zeros(0))
     most = landing.most_independent(landing.state, equation.blocks)
     plain = solve_impact(equation.inertia, equation.J_c, equation.b, equation.terms, equation.tolerance, most)
     if plain.choices and not plain.choices[0].unique[:n].all():
@@ -110,25 +114,36 @@ def friction_of(landing: PosedLanding) -> FrictionResult:
     before = rows.speeds.reshape(-1, 3)
     e = rows.restitution[2::3]
     assert mu is not None
+    feet, k = len(e), len(stops)
+    # A stop is a contact with a normal alone.
+    J = np.zeros((3 * (feet + k), len(rows.M)))
+    J[: 3 * feet], J[3 * feet + 2 :: 3] = rows.J, along @ (rows.basis if equation.G is None else equation.G[0] @ rows.basis)
+    velocity = np.concatenate([before, np.column_stack([np.zeros((k, 2)), speeds])])
+    e = np.concatenate([e, [stop.restitution for stop in stops]])
     try:
-        by_impulse = np.linalg.solve(rows.M, rows.J.T)
-        found = solve_friction(rows.J @ by_impulse, before, np.full(len(e), mu), e)
+        by_impulse = np.linalg.solve(rows.M, J.T)
+        found = solve_friction(J @ by_impulse, velocity, np.repeat([mu, 0.0], [feet, k]), e)
     except np.linalg.LinAlgError as refusal:
         raise SolveError(f"no verdict for a friction of {mu:g}: {refusal}") from None
     if not found:
         raise SolveError(f"no verdict: no impulse was found that obeys Coulomb's law with a friction of {mu:g}; take another one")
     # Of several solutions that in which the contacts stick is the one of Eq. 4.
-    best = min(found, key=lambda solution: (solution.gains_energy, set(solution.state) != {"sticks"}))
+    best = min(found, key=lambda solution: (solution.gains_energy, set(solution.state[:feet]) != {"sticks"}))
     if best.gains_energy:
         raise SolveError(
             f"no verdict: with a friction of {mu:g} and the restitution of the contacts the impact would gain {best.energy:.3g} J "
             "of kinetic energy (Newton's restitution is not valid where slip stops or reverses); take less restitution"
         )
     moved = rows.basis @ (by_impulse @ best.impulse.ravel())
+    pushed = best.impulse[feet:, 2]
+    landing, loops = replace(landing, acting=tuple(stops[i] for i in np.flatnonzero(pushed > 0.0))), len(equation.J_c[0])
+    equation = landing.equation(landing.state)
     impulse = np.full((1, len(equation.J_c[0]), 4), np.nan)
-    impulse[0, :n, 3] = rows.turn.T @ best.impulse.ravel()
-    closing = equation.H[0] @ moved - equation.J_c[0, :n].T @ impulse[0, :n, 3]
-    impulse[0, n:, 3] = np.linalg.lstsq(equation.J_c[0, n:].T, closing, rcond=1e-10)[0]
+    impulse[0, :n, 3], impulse[0, loops:, 3] = rows.turn.T @ best.impulse[:feet].ravel(), pushed[pushed > 0.0]
+    closing = equation.H[0] @ moved - np.delete(equation.J_c[0], np.s_[n:loops], axis=0).T @ np.delete(
+        impulse[0, :, 3], np.s_[n:loops]
+    )
+    impulse[0, n:loops, 3] = np.linalg.lstsq(equation.J_c[0, n:loops].T, closing, rcond=1e-10)[0]
     # What is linear in the strike does not exist: friction is not.
     delta = np.full((1, len(moved), 4), np.nan)
     delta[0, :, 3] = moved
@@ -136,10 +151,10 @@ def friction_of(landing: PosedLanding) -> FrictionResult:
     freeze(impulse, delta, jumps)
     impact = DoubleImpact(landing, equation, Solution(delta, impulse, plain.scale, plain.rank, plain.condition, {}, {}), jumps)
     tangential = np.abs(before[:, :2]).max(axis=1) > 1e-12 * np.abs(before).max()
-    as_proven = set(best.state) == {"sticks"} and not np.any(tangential & (rows.restitution[::3] > 0.0))
-    velocity = (best.velocity[:, None] @ rows.axes.reshape(-1, 3, 3))[:, 0]
+    as_proven = set(best.state[:feet]) == {"sticks"} and not np.any(tangential & (rows.restitution[::3] > 0.0))
+    velocity = (best.velocity[:feet, None] @ rows.axes.reshape(-1, 3, 3))[:, 0]
     freeze(velocity, impact.delta_qd)
-    return FrictionResult(best.state, velocity, len(found), best.residual, -best.energy, None if as_proven else impact)
+    return FrictionResult(best.state[:feet], velocity, len(found), best.residual, -best.energy, None if as_proven else impact)
 
 
 def gains_with_friction(impact: DoubleImpact) -> np.ndarray:

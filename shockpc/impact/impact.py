@@ -218,7 +218,7 @@ class Impact:
         impulse, total = self.along(self.independent_impulse), 0.0 * self.com[:, None]
         force, moment = total, total
         for block, rows in zip(self.blocks, slices_of(self.blocks), strict=True):
-            if block.kind == "closure":
+            if block.kind in ("closure", "stop"):
                 continue
             parts, n = block_axes(self.state, block)[:, None] * impulse[..., rows, None], len(block.forces)
             pushed = parts[..., :n, :].sum(axis=-2)

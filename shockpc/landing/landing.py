@@ -165,16 +165,27 @@ class PosedLanding(Landing):
         state: the robot in that posture (N = 1).
         assembly: what closing the loops changed; None without loops.
         warnings: joints outside their limits, and parts of the scene that have no effect.
+        acting: rows of the end stops that act, where they are known.
     """
 
     q: Array = field(repr=False)
     state: Dynamics = field(repr=False)
     assembly: Assembly | None = field(default=None, repr=False)
     warnings: tuple[Diagnostic, ...] = field(default=(), repr=False)
+    acting: tuple[Block, ...] = field(default=(), repr=False)
 
     def __post_init__(self) -> None:
         """Make its arrays read-only."""
         freeze(*vars(self).values())
+
+    @property
+    def without_stops(self) -> "PosedLanding":
+        """This landing without the rows of stops that act."""
+        return replace(self, acting=()) if self.acting else self
+
+    def rows(self, state: Dynamics) -> tuple[Block, ...]:
+        """As for any landing, then the stops that act."""
+        return (*super().rows(state), *self.acting)
 
     def most_independent(self, state: Dynamics, blocks: tuple[Block, ...]) -> Callable[[int], tuple[int, float]]:
         """As for any landing; postures beside its own have the number of that."""
@@ -283,6 +294,8 @@ def pulse_of(scene: Scene) -> Pulse | None:
 def _check_ground(scene: Scene, robot: Robot, blocks: tuple[Block, ...]) -> None:
     """Refuse a friction, a contact stiffness or a tolerance of the ground that has no meaning for the scene."""
     mu, k = scene.friction, scene.contact_stiffness
+    if scene.stop_restitution is not None and not scene.stops:
+        raise SceneError("a restitution of end stops is given, but they are left out; give stops = true (--stops) too")
     for value, what in ((scene.tangential_stiffness, "a stiffness along the ground"), (scene.contact_damping, "a contact damping")):
         if k is None and value is not None:
             raise SceneError(f"{what} is given without the stiffness along the normal; give contact_stiffness too")
@@ -318,6 +331,8 @@ def _check_ground(scene: Scene, robot: Robot, blocks: tuple[Block, ...]) -> None
             )
     if k is None:
         return
+    if scene.stops:
+        raise SceneError("end stops are rigid, and a contact stiffness is given; leave one of them out")
     if scene.pulse is not None:
         raise SceneError("a pulse and a contact stiffness are given; the stiffness gives the length of the pulse, so leave it out")
     if scene.base == "fixed" or not robot.free_base:

@@ -38,7 +38,7 @@ def approach_speeds(state: Dynamics, blocks: Sequence[Block], before: Motion | N
 
     The first three columns are strikes of 1 m/s along world x, y and z, the last is that of a motion, if one is given. Rows of
     standing feet and of loops have none. Restitution in the direction n adds e (a·n) times the speed along n to that along a row's
-    axis a; to the rate about an axis, at each point of a flat contact, e times that across n.
+    axis a; to the rate about an axis, at each point of a flat contact, e times that across n. Of a stop it is the joint's rate.
     """
     b = []
     for block in blocks:
@@ -52,6 +52,12 @@ def approach_speeds(state: Dynamics, blocks: Sequence[Block], before: Motion | N
                 speeds[..., 3:] = rows @ twist_before(state, before, block.body)[..., None]
                 if block.velocity is not None:
                     speeds[:, :n, 3] = (rows[:, :n, 3:] @ block.velocity[..., None])[..., 0]
+        elif block.kind == "stop" and before is not None:
+            # The bodies on both sides turn alike, so their joint's rate alone counts.
+            turning = before._replace(velocity=0.0 * before.velocity, omega=0.0 * before.omega)
+            ends = [twist_before(state, turning, end) for end in (block.body, block.other) if end >= 0]
+            own = ends[0] - ends[1] if len(ends) > 1 else ends[0]
+            speeds[..., 3:] = (1.0 + block.restitution) * (wrenches @ own[..., None])
         b.append(speeds)
     return np.concatenate(b, axis=1)
 

@@ -20,10 +20,10 @@ NO_AXES, NO_NORMAL = np.zeros((0, 3)), np.zeros(3)
 
 
 class Block(NamedTuple):
-    """The rows of one contact, standing foot or closure: its forces, then its moments.
+    """The rows of one contact, standing foot, closure or end stop: its forces, then its moments.
 
     Attributes:
-        kind: only the rows of a contact have a speed to undo.
+        kind: only the rows of a contact and of a stop have a speed to undo.
         frame: name of what is held.
         body: index of the body on which the unit impulses act; −1 for the world.
         point: (3,), or (N, 3) where it differs between postures, at which they act, in the body's frame [m].
@@ -39,7 +39,7 @@ class Block(NamedTuple):
         lowest: shapes on which the lowest point is sought in each posture, and what is given as the point added to that.
     """
 
-    kind: Literal["contact", "stance", "closure"]
+    kind: Literal["contact", "stance", "closure", "stop"]
     frame: str
     body: int
     point: Array

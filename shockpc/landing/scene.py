@@ -405,6 +405,22 @@ class Scene(Record):
         least=0.0,
         varies=True,
     )
+    stops: bool | None = option(
+        None,
+        "Joints at a limit that the impact would drive beyond it are held by end stops, which can only push; by default they move "
+        "on, with a warning.",
+        RESULTS,
+    )
+    stop_restitution: float | None = option(
+        None,
+        "Coefficient of restitution of end stops, 0 (default) to 1.",
+        RESULTS,
+        "E",
+        least=0.0,
+        greatest=1.0,
+        unit="1",
+        varies=True,
+    )
     contact_stiffness: float | None = option(
         None,
         "Also give forces, accelerations and their times on contacts of this stiffness, in every direction or along the normal and "
@@ -467,6 +483,8 @@ class Scene(Record):
             pulse: str | None = None,
             range_g: float | None = None,
             friction: float | None = None,
+            stops: bool | None = None,
+            stop_restitution: float | None = None,
             contact_stiffness: float | None = None,
             tangential_stiffness: float | None = None,
             contact_damping: float | None = None,

@@ -8,6 +8,8 @@ from shockpc.core.percussion import norm
 from shockpc.core.spatial import Array, cross
 from shockpc.impact.impact import Impact
 from shockpc.landing.places import joint_places
+from shockpc.landing.rows import slices_of
+from shockpc.landing.stops import side_of
 from shockpc.quantities.quantity import Places, Quantity
 
 ORIGIN = "the joint's origin (of a prismatic joint, where it has slid to)"
@@ -52,6 +54,29 @@ def _along(impact: Impact, places: Places) -> Any:
     return np.where(single, power, np.nan)
 
 
+def _stop_impulse(impact: Impact, places: Places) -> Any:
+    """Impulses (N, S, n) of end stops along the axes of joints, in the direction of their coordinates [N m s, N s]."""
+    impulse = impact.along(impact.impulse)
+    if not impact.landing.scene.stops:
+        return np.full((*impulse.shape[:2], len(places)), np.nan)
+    total = [0.0 * impulse[..., 0] for _ in places]
+    known = impact.unique[:, None]
+    for block, rows in zip(impact.blocks, slices_of(impact.blocks), strict=True):
+        for k, place in enumerate(places):
+            if block.kind == "stop" and block.frame == place.name:
+                total[k] = total[k] + np.where(
+                    known[..., rows.start], side_of(impact.landing.robot, block) * impulse[..., rows.start], np.nan
+                )
+    return np.stack(total, axis=-1)
+
+
+def _stop_acts(impact: Impact, places: Places) -> Array:
+    """Whether (N, S, n) an end stop of a joint acts: 1 or 0."""
+    acting = {block.frame for block in impact.blocks if block.kind == "stop"}
+    shape = (*impact.along(impact.delta_qd).shape[:2], len(places))
+    return np.broadcast_to(np.array([float(place.name in acting) for place in places]), shape)
+
+
 def _size(impact: Impact, values: Array) -> float:
     """The largest part of a wrench through a joint [N s, N m s]."""
     places = joint_places(impact.landing.robot)
@@ -72,4 +97,8 @@ JOINTS = (
         REDUNDANT, shared=True, also=("friction",)),
     Quantity("joint_moment", "joint", f"impulsive moment through the joint, about {ORIGIN}", "N m s", "greater",
         lambda i, p: norm(_moment(i, p)), _size, REDUNDANT, shared=True, also=("friction",)),
+    Quantity("stop_impulse", "joint", "impulse of the joint's end stop along its axis", "N m s, N s", "greater", _stop_impulse,
+        _size, "the scene leaves end stops out; or contacts, loops or stops are redundant", signed=True, also=("friction",)),
+    Quantity("stop_acts", "joint", "whether an end stop of the joint acts", "1", "greater", _stop_acts, also=("friction",),
+        flag=True),
 )  # fmt: skip

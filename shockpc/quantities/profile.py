@@ -14,6 +14,7 @@ from shockpc.core.percussion import shock_at
 from shockpc.core.spatial import Array, Plane, freeze, read_only
 from shockpc.impact.exact.proof import Proof
 from shockpc.impact.solve import solve_exactly
+from shockpc.impact.stops import with_stops
 from shockpc.landing.closure import Assembly
 from shockpc.landing.dynamics import dynamics
 from shockpc.landing.joint_model import without_springs
@@ -21,6 +22,7 @@ from shockpc.landing.landing import PosedLanding
 from shockpc.landing.places import Place, PlaceKind, body_places
 from shockpc.landing.ratings import Strength, TorqueStrength, strength, torque_strength
 from shockpc.landing.scene import Scene
+from shockpc.landing.stops import at_stops, driven_beyond
 from shockpc.quantities.accuracy import (
     AT_REST,
     Health,
@@ -312,8 +314,10 @@ class ShockProfile:
                 proofs[name] = self.proof if model.name == name else proofs["free"]
                 continue
             state = dynamics(self.robot, self.landing.q[None])
-            changed = replace(self.landing, joint_model=without_springs(np.zeros(len(locked)), locked, name), state=state)
+            bare = self.landing.without_stops
+            changed = replace(bare, joint_model=without_springs(np.zeros(len(locked)), locked, name), state=state)
             try:
+                changed = with_stops(changed) if self.scene.stops else changed
                 equation = changed.equation(state)
                 most = changed.most_independent(state, equation.blocks)
                 solution = solve_impact(equation.inertia, equation.J_c, equation.b, equation.terms, equation.tolerance, most)
@@ -560,6 +564,7 @@ class ShockProfile:
                 *self._beyond_the_impulse(),
                 *saturated(landing, {point.frame: point.peak_g for point in self.points}),
                 *self._overloaded(),
+                *self._beyond_stops(),
                 *(Diagnostic("geometry", robot, None, text) for text in body_outline(self.robot).warnings),
             )
             return Health(
@@ -592,6 +597,21 @@ class ShockProfile:
 
             duration = None if self.stiffness is None else self.impact_length
             yield from early_springs(self.landing, self.spring_time, duration)
+
+    def _beyond_stops(self) -> Iterator[Diagnostic]:
+        """Warnings of joints at a limit that the impact drives beyond it, where the scene leaves end stops out."""
+        if self.scene.stops:
+            return
+        robot, rates = self.robot, self.landing.before.joint_rates + self.delta_qd
+        beyond = driven_beyond(at_stops(robot, self.q[None], self.landing.joint_model)[0], rates)
+        for joint in robot.single_joints:
+            if beyond[joint.v].any():
+                rate = abs(float(rates[joint.v.start]))
+                text = (
+                    f"{joint.name} is at its limit, and the impact drives it beyond at {rate:.3g} {joint.unit}/s; its end stop is "
+                    "left out: count it with stops = true (--stops)"
+                )
+                yield Diagnostic("limits", joint.name, rate, text)
 
     def _overloaded(self) -> Iterator[Diagnostic]:
         """Warnings of parts that are not judged, that have a margin below 1, or whose torque is rated for a shorter time."""

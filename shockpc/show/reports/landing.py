@@ -10,6 +10,7 @@ from shockpc.core.directions import ExtremeDirections
 from shockpc.landing.places import PlaceKind
 from shockpc.landing.ratings import Strength, TorqueStrength
 from shockpc.landing.scene import CONTACTS
+from shockpc.landing.stops import side_of
 from shockpc.quantities.parts import SOFTEST, STIFFEST
 from shockpc.quantities.profile import ShockProfile
 from shockpc.quantities.table import Selection, quantities_of, quantity
@@ -67,6 +68,7 @@ def landing_report(
         brief=None if whole else lambda: _answer(profile, bodies),
         closing=[
             *_balance_lines(profile),
+            *_stop_lines(profile),
             *_ground_lines(profile),
             *_margin_lines(profile),
             f"contact rows: {profile.health.rank} of {profile.health.rows} independent",
@@ -495,6 +497,21 @@ def _stiffness(profile: ShockProfile) -> str:
     return f"{scene.contact_stiffness:g} N/m{along}" + (
         "" if scene.contact_damping is None else f", {scene.contact_damping:g} N s/m"
     )
+
+
+def _stop_lines(profile: ShockProfile) -> list[str]:
+    """Which end stops act, and with what impulse; a line each."""
+    if not profile.scene.stops:
+        return []
+    values = dict(zip((p.name for p in profile.places("joint")), profile.value("stop_impulse", "joint").tolist(), strict=True))
+    lines = []
+    for stop in profile.landing.acting:
+        side = "least" if side_of(profile.robot, stop) > 0.0 else "greatest"
+        unit = "N m s" if len(stop.moments) else "N s"
+        lines.append(f"the end stop of {stop.frame} at its {side} value acts with {abs(values[stop.frame]):.4g} {unit}")
+    if lines:
+        return [*lines, "numbers of other strikes, such as the most and least severe directions, are those with these stops held"]
+    return ["no end stop acts"]
 
 
 def _margin_lines(profile: ShockProfile) -> list[str]:

@@ -1,0 +1,134 @@
+"""End stops in an impact: which of those that joints are at act, because without them a joint would move beyond its limit.
+
+The rows of contacts, standing feet and loops hold as in Eq. 4; a stop can only push. With w = v⁺ + e v⁻ (e = 0 where the joint did
+not move towards the stop) along the stops,
+
+    w ≥ 0,    p ≥ 0,    pᵀ w = 0,
+
+which for e = 0 is the jump of least kinetic energy that obeys them. Stops that act are further rows of Eq. 4, which is then solved,
+and proven, as it is without them.
+"""
+
+from dataclasses import replace
+
+import numpy as np
+
+from shockpc.core.impulse import solve_impact
+from shockpc.core.spatial import Array
+from shockpc.landing.landing import PosedLanding
+from shockpc.landing.rows import Block
+from shockpc.landing.stops import at_stops, driven_beyond, stop_block, stops_at
+from shockpc.text.errors import SolveError
+from shockpc.text.printed import listed
+
+TAKES = 1e-12
+"""Share of the greatest impulse of a stop, by the speed that it gives, below which a stop takes none."""
+
+DEPENDS = 1e-8
+"""Share of a row, or of the largest speed, below which what others leave of it is rounding."""
+
+LEFT = 1e-6
+"""Share of the largest speed up to which one along a stop whose joint the contacts hold is rounding of double precision."""
+
+RELAXED = 1e-9
+"""Share of the largest speed by which inequalities may be missed, so that some motion meets those that leave only one."""
+
+CONTRADICTS = 1e-10
+"""Residual of the dual problem of `least_push` below which no motion meets the inequalities."""
+
+
+def stop_rows(landing: PosedLanding) -> tuple[tuple[Block, ...], Array, Array]:
+    """The stops at which joints are: blocks, rows (k, nv) of speeds away from them, and these before the impact (k,)."""
+    robot, rates = landing.robot, landing.before.joint_rates
+    found = stops_at(robot, landing.q, landing.joint_model)
+    rows = np.zeros((len(found), robot.model.nv))
+    for k, (joint, side) in enumerate(found):
+        rows[k, joint.v.start] = side
+    before = rows @ rates
+    e = [landing.scene.stop_restitution or 0.0 if speed < 0.0 else 0.0 for speed in before.tolist()]
+    return tuple(stop_block(robot, *one, k) for one, k in zip(found, e, strict=True)), rows, before
+
+
+def with_stops(landing: PosedLanding) -> PosedLanding:
+    """A landing with the rows of the stops that act; the same where none does.
+
+    Raises:
+        SolveError: no impulses of stops keep all joints from moving beyond them.
+    """
+    bare = landing.without_stops
+    blocks, rows, before = stop_rows(bare)
+    if not blocks:
+        return bare
+    equation = bare.equation(bare.state)
+    most = bare.most_independent(bare.state, equation.blocks)
+    solution = solve_impact(equation.inertia, equation.J_c, equation.b, equation.terms, equation.tolerance, most)
+    after = bare.before.joint_rates + equation.full(solution.delta_qd)[0, :, 3]
+    if not np.isfinite(after).all() or not driven_beyond(at_stops(bare.robot, bare.q[None], bare.joint_model)[0], after).any():
+        return bare
+    G = np.eye(rows.shape[1]) if equation.G is None else equation.G[0]
+    own = rows @ G
+    to_metric = np.linalg.inv(np.linalg.cholesky(equation.H[0])).T
+    held, whole = equation.J_c[0] @ to_metric, np.linalg.norm(own @ to_metric, axis=1)
+    if len(held):
+        choice = solution.choices.get(0)
+        held = held if choice is None else held[choice.rows]
+        basis = np.linalg.qr(held.T, mode="complete")[0][:, len(held) :]
+        to_metric = to_metric @ basis
+    e = np.array([block.restitution for block in blocks])
+    in_metric = own @ to_metric
+    # What contacts and loops hold already, no stop can move.
+    length, missing = np.linalg.norm(in_metric, axis=1), -(rows @ after + e * before)
+    fixed = length <= DEPENDS * whole
+    in_metric[fixed], missing[fixed & (missing <= LEFT * np.abs(after).max())] = 0.0, 0.0
+    try:
+        impulse = least_push(in_metric, missing)
+    except ArithmeticError:
+        raise SolveError(
+            "no verdict: the contacts drive joints beyond their stops, whatever these do "
+            f"({listed((block.frame for block in blocks), 4)}): the mechanism cannot move as they ask; leave a direction or "
+            "a contact out, or the stops"
+        ) from None
+    pushes = impulse * length > TAKES * (impulse * length).max()
+    if not pushes.any():
+        return bare
+    # A stop that others hold as well shares their impulse, in a way that is not determined.
+    _, sizes, basis = np.linalg.svd(in_metric[pushes], full_matrices=False)
+    basis = basis[sizes > DEPENDS * sizes[0]]
+    left = np.linalg.norm(in_metric - (in_metric @ basis.T) @ basis, axis=1)
+    shares = (left <= DEPENDS * whole) & ~fixed
+    stays = np.abs(in_metric @ (in_metric.T @ impulse) - missing) <= DEPENDS * np.abs(after).max()
+    return replace(bare, acting=tuple(blocks[k] for k in np.flatnonzero(pushes | (shares & stays))))
+
+
+def least_push(rows: Array, missing: Array) -> Array:
+    """Impulses p ≥ 0 with w = G Gᵀ p − h ≥ 0 and pᵀ w = 0: those of the x = Gᵀ p of least length that meets G x ≥ h.
+
+    By the least-squares problem with non-negative unknowns to which Lawson and Hanson reduce it ("Solving Least Squares Problems",
+    1974, Section 23.4, LDP).
+
+    Args:
+        rows: (k, n) G, in units of the mass metric.
+        missing: (k,) h, speeds that are missing along the rows.
+
+    Returns: (k,) p; zero along rows that do not push.
+
+    Raises:
+        ArithmeticError: no x meets the inequalities.
+    """
+    from scipy.optimize import nnls  # takes longer to import than a landing to compute
+
+    length = np.linalg.norm(rows, axis=1)
+    scale = 1.0 / np.where(length > 0.0, length, 1.0)
+    G, h = rows * scale[:, None], missing * scale
+    largest = float(np.abs(h).max(initial=0.0))
+    if largest == 0.0:
+        return np.zeros(len(rows))
+    h = h - RELAXED * np.where(length > 0.0, largest, np.abs(missing).max())
+    E = np.vstack([G.T, h / largest])
+    f = np.zeros(len(E))
+    f[-1] = 1.0
+    u, _ = nnls(E, f)
+    left = E @ u - f
+    if -left[-1] <= CONTRADICTS:
+        raise ArithmeticError("no motion meets the inequalities")
+    return np.asarray(u / -left[-1] * largest * scale)
