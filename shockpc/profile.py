@@ -20,7 +20,7 @@ from shockpc.core.spatial import Array, freeze
 from shockpc.core.threads import one_thread
 from shockpc.impact.derivatives import derivatives as map_derivatives
 from shockpc.impact.solve import solve_exactly
-from shockpc.impact.stops import with_stops
+from shockpc.impact.stops import refuse_missed, with_stops
 from shockpc.landing.dynamics import Dynamics, dynamics
 from shockpc.landing.landing import Landing, PosedLanding, resolve
 from shockpc.landing.posture import check_rotations
@@ -68,6 +68,7 @@ def profile_of(landing: PosedLanding, trace: Trace | None = None) -> ShockProfil
     """
     trace = trace or Trace()
     with one_thread(landing.robot.model.nv):
+        refuse_missed(landing)
         if landing.scene.stops:
             with trace.stage("end stops that act"):
                 landing = with_stops(landing)

@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 from commands import good
 from random_landings import random_landing
+from robot_texts import joint, urdf
 from test_ground import BOX, COLUMN
 
 from shockpc import Contact, Joints, Posture, Scene, Strike, resolve, sensitivity, shock_maps, shock_profile, sweep
@@ -85,11 +86,11 @@ def at_limits(number):
     rng = np.random.default_rng([7, number])
     landing = resolve(replace(scene, base=scene.base), robot)
     limits, count = {}, 0
-    for joint in robot.single_joints:
-        value = joint.value(landing.q) if joint.kind in ("revolute", "prismatic") else math.nan
+    for one in robot.single_joints:
+        value = one.value(landing.q) if one.kind in ("revolute", "prismatic") else math.nan
         if rng.random() < 0.8 and count < 6 and math.isfinite(value):
-            limits[joint.name], count = [(value, math.inf), (-math.inf, value)][int(rng.integers(2))], count + 1
-    joints = tuple(joint._replace(limits=limits.get(joint.name, (-math.inf, math.inf))) for joint in robot.joints)
+            limits[one.name], count = [(value, math.inf), (-math.inf, value)][int(rng.integers(2))], count + 1
+    joints = tuple(one._replace(limits=limits.get(one.name, (-math.inf, math.inf))) for one in robot.joints)
     vars(robot)["joints"] = joints
     for name in ("single_joints", "independent_joints"):
         vars(robot).pop(name, None)
@@ -177,6 +178,93 @@ def test_contacts_that_leave_a_stop_no_way_have_no_verdict(here):
     scene = replace(closing, contact=tuple(replace(c, velocity=(0.0, 0.0, -1.0 - 2.0 * (c.frame == "foot"))) for c in apart))
     with pytest.raises(SolveError, match="drive joints beyond their stops"):
         shock_profile(scene)
+
+
+# A joint that runs into its stop
+
+
+PENDULUM = urdf(
+    '<link name="world"/>',
+    '<link name="rod"><inertial><origin xyz="0 0 -0.3"/><mass value="2"/>'
+    '<inertia ixx="0.05" ixy="0" ixz="0" iyy="0.05" iyz="0" izz="0.01"/></inertial></link>',
+    joint("hinge", "world", "rod", axis="0 1 0", more='<limit lower="-0.5" upper="1" effort="1" velocity="9"/>'),
+)
+
+
+@pytest.mark.parametrize("e", [0.0, 0.4, 1.0])
+@pytest.mark.parametrize(("value", "rate", "side"), [(-0.5, -3.0, 1.0), (1.0, 2.0, -1.0)], ids=["least", "greatest"])
+def test_a_pendulum_on_its_stop(here, e, value, rate, side):
+    """(1 + e) I ω at the stop, with I = I_c + m l² about the hinge, which carries (1 + e) m l ω; ½ I ω² (1 − e²) is lost."""
+    (here / "pendulum.urdf").write_text(PENDULUM)
+    inertia = 0.05 + 2.0 * 0.3**2
+    contact = Contact(frame="stop:hinge", restitution=e)
+    strike = Strike(joint_velocities={"hinge": rate})
+    scene = Scene(robot="pendulum.urdf", base="fixed", contact=contact, strike=strike, posture=Posture(joints={"hinge": value}))
+    profile = shock_profile(scene)
+    assert profile.delta_qd[-1:] == pytest.approx([-(1.0 + e) * rate], rel=1e-15)
+    assert profile.value("stop_impulse", "joint") == pytest.approx([-(1.0 + e) * inertia * rate], rel=1e-14)
+    assert np.linalg.norm(profile.loads[0].force) == pytest.approx((1.0 + e) * 2.0 * 0.3 * abs(rate), rel=1e-14)
+    assert profile.loads[0].along == pytest.approx(0.0, abs=1e-14)
+    assert profile.energy_lost == pytest.approx(0.5 * inertia * rate**2 * (1.0 - e**2), abs=1e-14)
+    (struck,) = profile.contacts
+    assert struck.effective_mass == pytest.approx(inertia, rel=1e-14)
+    assert struck.moment == pytest.approx([0.0, -(1.0 + e) * inertia * rate, 0.0], abs=1e-13)
+    assert np.linalg.norm(struck.approach) == pytest.approx(0.3 * abs(rate), rel=1e-14)
+    assert profile.shock_com[-1] == pytest.approx(1.0 + e, rel=1e-14)
+
+
+def test_a_slide_that_runs_into_its_stop(here):
+    """Two masses in free fall that meet at 3 m/s: p = 3 m₁ m₂ / (m₁ + m₂); no ground takes part in it."""
+    contact = Contact(frame="stop:slide")
+    profile = shock_profile(column(contact=contact, stops=None, strike=Strike(joint_velocities={"slide": -3.0})))
+    together = 0.5 * 3.0 / 3.5
+    assert profile.value("stop_impulse", "joint") == pytest.approx([3.0 * together], rel=1e-14)
+    np.testing.assert_allclose(profile.contacts[0].impulse, [0.0, 0.0, 3.0 * together], atol=1e-14)
+    assert profile.total_impulse == pytest.approx([0.0, 0.0, 0.0], abs=1e-15)
+    assert profile.energy_lost == pytest.approx(0.5 * together * 9.0, rel=1e-14)
+    np.testing.assert_allclose(profile.delta_v[:, 2], [-3.0 * together / 0.5, 3.0 * together / 3.0], rtol=1e-14)
+
+
+def test_a_stop_and_the_ground_at_once(here):
+    """A joint that runs into its stop when the foot lands: both are contacts, with a restitution of their own."""
+    contacts = (DOWN, Contact(frame="stop:slide", restitution=0.5))
+    strike = Strike(speed=2.0, joint_velocities={"slide": -3.0})
+    both = shock_profile(column(contact=contacts, stops=None, strike=strike))
+    stops = shock_profile(column(stop_restitution=0.5, strike=strike))
+    np.testing.assert_allclose(both.delta_qd, stops.delta_qd, atol=1e-15)
+    np.testing.assert_allclose(both.value("stop_impulse", "joint"), stops.value("stop_impulse", "joint"), rtol=1e-15)
+
+
+@pytest.mark.parametrize(
+    ("changes", "fault"),
+    [
+        ({"strike": Strike()}, "does not move, so its end stop is not struck"),
+        ({"posture": Posture(joints={"slide": 0.2})}, "is at 0.2 m and moves down, but its stop is at 0 m"),
+        ({"contact": Contact(frame="stop:slide", kind="flat")}, "has a restitution alone|a restitution and nothing else"),
+        ({"contact": Contact(frame="stop:slid")}, 'no joint "slid"'),
+        ({"friction": 0.5}, "is an end stop, and friction is for"),
+        ({"contact_stiffness": 1e5}, "is an end stop, and a contact stiffness is for"),
+    ],
+)
+def test_stops_that_cannot_be_struck(here, changes, fault):
+    """A joint that rests, is elsewhere or unknown; and what the ground alone has."""
+    given = {"contact": Contact(frame="stop:slide"), "stops": None, "strike": Strike(joint_velocities={"slide": -3.0})}
+    with pytest.raises(ShockError, match=fault):
+        shock_profile(column(**(given | changes)))
+
+
+def test_stops_that_strike_on_the_command_line(capfd, here):
+    """Names and globs, the report, and rows of a sweep in which the joint is not at its stop."""
+    words = ("column.urdf", "--contact", "stop:sl*", "--joint-velocity", "slide=-3")
+    text = good(capfd, "analyze", *words)
+    assert "contact      stop:slide, the end stop at the least value" in text
+    assert "the end stop of slide at its least value acts with 1.286 N s" in text
+    assert "stop:slide: effective mass along its joint 0.4286 kg" in text
+    scene = column(contact=Contact(frame="stop:slide"), stops=None, strike=Strike(joint_velocities={"slide": -3.0}))
+    table = sweep(scene, {"slide": "0,0.1"}, quantities=("stop_impulse@slide",)).table()
+    assert table.columns["stop_impulse@slide"][0] == pytest.approx(9.0 / 7.0, rel=1e-12)
+    assert np.isnan(table.columns["stop_impulse@slide"][1])
+    assert "stop" in table.messages[1]
 
 
 # With friction

@@ -15,7 +15,7 @@ from shockpc.landing.places import Place, moving_point
 from shockpc.landing.rows import Equation
 from shockpc.landing.scene import Scene
 from shockpc.landing.scene_file import points_at
-from shockpc.landing.stops import at_stops, driven_beyond
+from shockpc.landing.stops import at_stops, driven_beyond, missed_stops
 from shockpc.profile import impact_jumps, needs_proof
 from shockpc.quantities.profile import ShockProfile
 from shockpc.quantities.quantity import Quantity, evaluate
@@ -195,6 +195,7 @@ class Postures(NamedTuple):
         impact = DoubleImpact(self.landing, self.equation, self.solution, self.jumps, self.bodies, strikes, self.inertias)
         normals = np.array([contact.normal for contact in self.landing.contacts])
         parting = (impact.approach * normals).sum(axis=-1) >= -1e-9 * np.linalg.norm(impact.approach, axis=-1)
+        parting &= [contact.kind != "stop" for contact in self.landing.contacts]
         return values_of(impact, wanted, parting.shape[:2], more), parting, np.broadcast_to(stops_act(impact), parting.shape[:2])
 
 
@@ -259,13 +260,18 @@ def columns(
 
 
 def stops_act(impact: DoubleImpact) -> np.ndarray:
-    """Whether (N, S) a joint would move beyond an end stop that it is at; never for a scene that leaves stops out."""
+    """Whether (N, S) a joint would move beyond an end stop that it is at, or one that strikes is not at its stop.
+
+    Never for a scene that leaves stops out.
+    """
     landing = impact.landing
+    striking = [block for block in landing.contacts if block.kind == "stop"]
+    missed = missed_stops(landing.robot, striking, impact.state.Q, landing.before.joint_rates)[:, None]
     if not landing.scene.stops:
-        return np.zeros((1, 1), dtype=bool)
+        return missed
     rates = impact.along(impact.delta_qd) + np.asarray(landing.before.joint_rates)[..., None, :]
     sides = at_stops(landing.robot, impact.state.Q, landing.joint_model)[:, None]
-    return np.asarray(driven_beyond(sides, rates).any(axis=-1))
+    return np.asarray(driven_beyond(sides, rates).any(axis=-1) | missed)
 
 
 def values_of(impact: DoubleImpact, wanted: Sequence[Column], shape: tuple[int, ...], more: bool = False) -> dict[str, Array]:

@@ -18,6 +18,7 @@ from shockpc.landing.dynamics import Dynamics, Inertias
 from shockpc.landing.landing import PosedLanding
 from shockpc.landing.motion import twist_before
 from shockpc.landing.rows import Block, Equation, block_axes, block_point, block_wrenches, row_jacobian, slices_of
+from shockpc.landing.stops import velocity_at_stop
 
 
 class Impact:
@@ -127,6 +128,8 @@ class Impact:
         points = np.stack([block_point(self.state, block) for block in self.contacts], axis=1)
         velocities = self.velocities_before([block.body for block in self.contacts], points)
         for k, block in enumerate(self.contacts):
+            if block.kind == "stop":
+                velocities[:, :, k] = velocity_at_stop(self.state, block, self.landing.before)[:, None]
             if block.velocity is not None:
                 velocities[:, :, k] = self.exact(block.velocity)[..., None, :]
         return velocities

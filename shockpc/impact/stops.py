@@ -17,8 +17,8 @@ from shockpc.core.impulse import solve_impact
 from shockpc.core.spatial import Array
 from shockpc.landing.landing import PosedLanding
 from shockpc.landing.rows import Block
-from shockpc.landing.stops import at_stops, driven_beyond, stop_block, stops_at
-from shockpc.text.errors import SolveError
+from shockpc.landing.stops import at_stops, driven_beyond, missed_stops, stop_block, stops_at
+from shockpc.text.errors import SceneError, SolveError
 from shockpc.text.printed import listed
 
 TAKES = 1e-12
@@ -98,6 +98,18 @@ def with_stops(landing: PosedLanding) -> PosedLanding:
     shares = (left <= DEPENDS * whole) & ~fixed
     stays = np.abs(in_metric @ (in_metric.T @ impulse) - missing) <= DEPENDS * np.abs(after).max()
     return replace(bare, acting=tuple(blocks[k] for k in np.flatnonzero(pushes | (shares & stays))))
+
+
+def refuse_missed(landing: PosedLanding) -> None:
+    """Refuse end stops that are to strike while their joint is not there, or does not move towards them.
+
+    Raises:
+        SceneError: the text names them.
+    """
+    striking = [block for block in landing.contacts if block.kind == "stop"]
+    if missed_stops(landing.robot, striking, landing.q[None], landing.before.joint_rates)[0]:
+        names = listed((block.frame for block in striking), 4)
+        raise SceneError(f"{names}: a joint is not at the end stop that it is to strike, or does not move towards it")
 
 
 def least_push(rows: Array, missing: Array) -> Array:

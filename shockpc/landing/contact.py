@@ -12,7 +12,7 @@ from shockpc.landing.rows import Block
 from shockpc.landing.scene import Contact
 from shockpc.robot.geometry import Shape, body_outline
 from shockpc.robot.landmarks import feet, is_foot
-from shockpc.robot.robot import Robot
+from shockpc.robot.robot import STOP, Robot
 from shockpc.text.errors import SceneError
 from shockpc.text.printed import listed
 
@@ -28,11 +28,13 @@ def sticks(contact: Contact) -> bool:
 
 
 def match_contacts(robot: Robot, pattern: str) -> tuple[str, ...]:
-    """The frames that a name or a glob means, as in `Robot.match_frames`.
+    """The frames that a name or a glob means, as in `Robot.match_frames`; after "stop:", the end stops of joints.
 
     Raises:
         UnknownName: nothing fits; the text names the robot's feet.
     """
+    if pattern.startswith(STOP) and pattern not in robot.frames:
+        return tuple(STOP + name for name in robot.match_joints(pattern.removeprefix(STOP)))
     return robot.match_frames(pattern, "contact", _feet(robot))
 
 

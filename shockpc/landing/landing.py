@@ -24,8 +24,9 @@ from shockpc.landing.places import Place, PlaceKind, body_places, joint_places, 
 from shockpc.landing.posture import configuration, held_joints, outside_limits, reference_name, settable_joints
 from shockpc.landing.ratings import check_parts, strength, torque_limits
 from shockpc.landing.rows import Block, Equation, block_point, row_jacobian, slices_of
-from shockpc.landing.scene import Base, Contact, Scene
+from shockpc.landing.scene import Base, Contact, Scene, Strike
 from shockpc.landing.scene_file import check_scene, plane_of, with_paths, with_plane
+from shockpc.landing.stops import is_stop, striking_stop, velocity_at_stop
 from shockpc.robot.catalogue import closing_scene
 from shockpc.robot.robot import Loop, Robot
 from shockpc.text.diagnostic import Diagnostic
@@ -267,6 +268,9 @@ def _complete(scene: Scene, robot: Robot) -> Scene:
     if not scene.contact:
         raise SceneError(f'no contact is defined; name a link of robot "{robot.name}", such as "{robot.links[-1]}"')
     strike = scene.strike
+    alone = all(is_stop(robot, contact.frame) for contact in scene.contact)
+    if alone and strike == Strike(joint_velocities=strike.joint_velocities):
+        strike = replace(strike, velocity=(0.0, 0.0, 0.0))
     if strike.velocity is None and strike.drop_height is None:
         speed = 1.0 if strike.speed is None else strike.speed
         strike = replace(strike, speed=speed, strike_angle_deg=strike.strike_angle_deg or 0.0)
@@ -312,6 +316,10 @@ def _check_ground(scene: Scene, robot: Robot, blocks: tuple[Block, ...]) -> None
     if scene.contact_damping is not None and any(contact.restitution for contact in scene.contact):
         raise SceneError("a contact damping and a restitution cannot be combined; keep one of them")
     for contact, block in zip(scene.contact, blocks, strict=True):
+        if block.kind == "stop":
+            raise SceneError(
+                f'contact "{contact.frame}" is an end stop, and {option} is for contacts with the ground; leave it out'
+            )
         if contact.kind == "flat":
             raise SceneError(
                 f'contact "{contact.frame}" is flat, and {option} is for contacts at a point; make its kind "point"',
@@ -367,12 +375,17 @@ def landing_of(scene: Scene, robot: Robot) -> PosedLanding:
     # Where the plane is seen from above and struck within it, the ground is vertical.
     up = plane.e2 if plane.level and velocity[2] == 0.0 else np.array([0.0, 0.0, 1.0])
     joints = joint_model(robot, scene.joints)
-    contacts = tuple(contact_block(robot, contact, up) for contact in scene.contact)
+    q, assembly, warnings = configuration(robot, scene.posture), None, list[Diagnostic]()
+    contacts = tuple(
+        striking_stop(robot, contact, q, _rates(robot, scene, joints)[0])
+        if is_stop(robot, contact.frame)
+        else contact_block(robot, contact, up)
+        for contact in scene.contact
+    )
     stance = tuple(contact_block(robot, Contact(frame=frame), up, "stance") for frame in scene.stance)
     _check_ground(scene, robot, contacts)
-    normals = np.array([block.normal for block in (*contacts, *stance)])
-    up = normals[0] if np.ptp(normals, axis=0).max() <= 1e-12 else up
-    q, assembly, warnings = configuration(robot, scene.posture), None, list[Diagnostic]()
+    normals = np.array([block.normal for block in (*contacts, *stance) if block.kind != "stop"])
+    up = normals[0] if len(normals) and np.ptp(normals, axis=0).max() <= 1e-12 else up
     loops = all_loops(robot, scene.closure)
     if loops:
         assembly = assemble(robot, q, loops, plane, held_joints(robot, scene.posture, scene.assemble))
@@ -425,6 +438,8 @@ def contact_velocity(landing: Landing, state: Dynamics, block: Block) -> Array:
     """Velocity (N, 3) of a contact point before the impact, world axes [m/s]."""
     if block.velocity is not None:
         return np.broadcast_to(block.velocity, (len(state.J), 3))
+    if block.kind == "stop":
+        return velocity_at_stop(state, block, landing.before)
     twist = twist_before(state, landing.before, block.body)
     return np.asarray(velocity_at(twist[:, :3], twist[:, 3:], block_point(state, block)))
 
@@ -494,6 +509,14 @@ def _refuse_separation(landing: PosedLanding) -> None:
     """Refuse a contact that does not approach the ground, for it does not strike it."""
     for contact, block in zip(landing.contacts, landing.blocks, strict=False):
         velocity = contact_velocity(landing, landing.state, block)[0]
+        if block.kind == "stop" and not np.linalg.norm(velocity) > 1e-9 * float(np.abs(landing.before.joint_rates).max()):
+            raise SceneError(
+                f'the centre of mass of body "{landing.robot.bodies[block.body].name}" lies on the axis of "{block.frame}", so its '
+                "speed there is no measure of the strike; let another end stop strike",
+                blocks=[block.frame],
+            )
+        if block.kind == "stop":
+            continue
         leaving = float(velocity @ block.normal)
         if leaving >= -1e-9 * float(np.linalg.norm(velocity)):
             how = "is leaving the ground at" if leaving > 1e-9 else "moves along the ground, approaching it at"

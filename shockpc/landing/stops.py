@@ -1,12 +1,25 @@
 """End stops: which joints are at a limit, and the rows along which their stops push."""
 
+import math
+from dataclasses import replace
+from functools import partial
+
 import numpy as np
 
-from shockpc.core.spatial import Array
+from shockpc.core.spatial import Array, velocity_at
+from shockpc.landing.dynamics import Dynamics
 from shockpc.landing.joint_model import JointModel
-from shockpc.landing.rows import NO_AXES, Block
-from shockpc.robot.robot import Joint, Robot
+from shockpc.landing.motion import Motion, twist_before
+from shockpc.landing.rows import NO_AXES, Block, block_point
+from shockpc.landing.scene import Contact
+from shockpc.robot.robot import STOP, Joint, Robot
 from shockpc.robot.slack import LIMIT_SLACK
+from shockpc.text.errors import SceneError
+
+
+def is_stop(robot: Robot, frame: str) -> bool:
+    """Whether a contact is the end stop of a joint: "stop:JOINT", where no frame has that name."""
+    return frame.startswith(STOP) and frame not in robot.frames
 
 
 def has_stops(robot: Robot, joint: Joint) -> bool:
@@ -28,6 +41,73 @@ def stop_block(robot: Robot, joint: Joint, side: float, restitution: float = 0.0
     axis = side * (robot.bodies[body].rotation.T @ joint.axis)[None]
     forces, moments = (axis, NO_AXES) if joint.kind == "prismatic" else (NO_AXES, axis)
     return Block("stop", joint.name, body, np.zeros(3), forces, moments, joint.parent, body, restitution)
+
+
+def striking_stop(robot: Robot, contact: Contact, q: Array, rates: Array) -> Block:
+    """The row of an end stop that strikes: a joint runs into the stop towards which it moves.
+
+    Its contact point is the centre of mass of the joint's body, whose velocity is that relative to the body before it.
+
+    Args:
+        robot: the robot.
+        contact: whose frame is "stop:JOINT".
+        q: (nq,) configuration.
+        rates: (nv,) of the joints before the impact [rad/s, m/s].
+
+    Raises:
+        UnknownName: the robot has no such joint.
+        SceneError: the joint has no stops, does not move, or is not at the stop towards which it moves; or the contact has what a
+            stop does not.
+    """
+    frame, name = contact.frame, contact.frame.removeprefix(STOP)
+    joint = robot.joint(name) if name in robot.joint_names else robot.joint(robot.match_joints(name)[0])
+    refused = partial(SceneError, blocks=[frame], joints=[name])
+    if replace(contact, restitution=0.0, restitution_along="normal") != Contact(frame=frame):
+        raise refused(
+            f'contact "{frame}" is an end stop, which has a restitution and nothing else; leave out what else it is given'
+        )
+    if not has_stops(robot, joint):
+        raise refused(f'joint "{name}" has no end stop of its own: it is continuous, or one of several joints of its body')
+    rate = float(rates[joint.v.start])
+    if rate == 0.0:
+        raise refused(f'joint "{name}" does not move, so its end stop is not struck; give its rate, as --joint-velocity {name}=-2')
+    side, value = (-1.0 if rate > 0.0 else 1.0), joint.value(q)
+    limit = joint.limits[rate > 0.0]
+    if side not in sides_of(joint, value):
+        size, unit = (1.0, "m") if joint.kind == "prismatic" else (math.degrees(1.0), "deg")
+        where = f"its stop is at {size * limit:.6g} {unit}" if math.isfinite(limit) else "its file gives no limit there"
+        raise refused(
+            f'joint "{name}" is at {size * value:.6g} {unit} and moves {"up" if rate > 0.0 else "down"}, but {where}; set it there '
+            "with --set, or let it move the other way"
+        )
+    stop = stop_block(robot, joint, side, contact.restitution)
+    point = robot.bodies[stop.body].com
+    return stop._replace(frame=frame, point=point)
+
+
+def missed_stops(robot: Robot, stops: list[Block], Q: Array, rates: Array) -> np.ndarray:
+    """Whether (N,) a joint is not at the stop that it strikes, or does not move towards it.
+
+    Args:
+        robot: the robot.
+        stops: rows of end stops that strike.
+        Q: (N, nq) configurations.
+        rates: ([N,] nv) of the joints before the impact [rad/s, m/s].
+    """
+    missed = np.zeros(len(Q), dtype=bool)
+    for stop in stops:
+        joint, side = robot.joints[stop.body], side_of(robot, stop)
+        there = [side in sides_of(joint, joint.value(q)) for q in Q]
+        missed |= ~np.array(there) | (side * rates[..., joint.v.start] >= 0.0)
+    return missed
+
+
+def velocity_at_stop(state: Dynamics, stop: Block, before: Motion) -> Array:
+    """Velocity (N, 3) of the contact point of an end stop relative to the body before its joint, world axes [m/s]."""
+    point, turning = block_point(state, stop), before._replace(velocity=0.0 * before.velocity, omega=0.0 * before.omega)
+    ends = [twist_before(state, turning, end) for end in (stop.body, stop.other) if end >= 0]
+    own = ends[0] - ends[1] if len(ends) > 1 else ends[0]
+    return np.asarray(velocity_at(own[:, :3], own[:, 3:], point))
 
 
 def side_of(robot: Robot, stop: Block) -> float:

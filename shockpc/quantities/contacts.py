@@ -14,7 +14,7 @@ from shockpc.impact.impact import DoubleImpact, Impact
 from shockpc.impact.solve import independent_rows
 from shockpc.landing.closure import closure_block
 from shockpc.landing.contact import across
-from shockpc.landing.rows import NO_AXES, Block, block_point, slices_of
+from shockpc.landing.rows import NO_AXES, Block, block_axes, block_point, slices_of
 from shockpc.quantities.quantity import Places, Quantity, reach
 
 STRUCTURAL = 1e-26
@@ -35,7 +35,7 @@ LEFT_OUT = 10.0
 STANDS = "a standing foot strikes nothing"
 REDUNDANT = "contacts are redundant, so the impulse of a single one is not determined"
 PULLED = f"{REDUNDANT}; or the contact receives no impulse, or the ground would have to pull it"
-MITIGATION = "it requires a free base, no stance, and no loop that ties the robot to the world"
+MITIGATION = "it requires a free base, no stance, no loop that ties the robot to the world, and no end stop"
 
 
 def _rows(impact: Impact, places: Places) -> list[tuple[Block, slice]]:
@@ -46,7 +46,11 @@ def _rows(impact: Impact, places: Places) -> list[tuple[Block, slice]]:
 
 def _force(impact: Impact, block: Block, rows: slice) -> Any:
     """Impulse (N, S, 3) of a contact [N s], determined or not."""
-    return impact.along(impact.impulse)[..., rows][..., : len(block.forces)] @ impact.exact(block.forces)
+    n = len(block.forces)
+    axes = block_axes(impact.state, block)[:, None, :n] if block.kind == "stop" else impact.exact(block.forces)
+    impulse = impact.along(impact.impulse)[..., rows][..., :n]
+    # A hinge's stop has no force, whose sum is no ball.
+    return (impulse[..., None, :] @ axes)[..., 0, :] + impact.exact(np.zeros(3)) if block.kind == "stop" else impulse @ axes
 
 
 def _determined(impact: Impact, places: Places) -> np.ndarray:
@@ -69,7 +73,9 @@ def _moment(impact: Impact, places: Places) -> Any:
     """Moment (N, S, n, 3) about the contact points [N m s]; NaN of a point."""
     moments, impulse = [], impact.along(impact.impulse)
     for block, rows in _rows(impact, places):
-        own = impulse[..., rows][..., len(block.forces) :] @ impact.exact(block.moments)
+        n = len(block.forces)
+        axes = block_axes(impact.state, block)[:, None, n:] if block.kind == "stop" else impact.exact(block.moments)
+        own = (impulse[..., rows][..., None, n:] @ axes)[..., 0, :]
         known = len(block.moments) and impact.unique[:, None, rows].all(axis=-1, keepdims=True)
         moments.append(np.where(known, own, np.nan))
     return np.stack(moments, axis=-2)
@@ -89,6 +95,10 @@ def pull(impact: Impact, places: Places) -> Any:
     """By how much (N, S, n) the ground would have to pull [N s]; 0 where it pushes, NaN where the impulse is not determined."""
     pulls, impulse = [], impact.along(impact.impulse)
     for block, rows in _rows(impact, places):
+        if block.kind == "stop":
+            push = impulse[..., rows.start].astype(float)
+            pulls.append(np.where(impact.unique[:, None, rows.start], np.maximum(-push, 0.0), np.nan))
+            continue
         rising = block.forces @ block.normal
         steep = np.flatnonzero(np.abs(rising) > 1e-9)
         along = impulse[..., rows][..., : len(rising)].astype(float)
@@ -142,7 +152,7 @@ class _Resistance:
     """
 
     def __init__(self, impact: BallImpact, contact: int) -> None:
-        block = impact.blocks[contact]
+        block = self.block = impact.blocks[contact]
         self.impact, self.n, self.contact = impact, block.normal, impact.landing.scene.contact[contact]
         self.flat, self.point = bool(len(block.moments)), block._replace(forces=np.eye(3), moments=NO_AXES)
 
@@ -162,9 +172,17 @@ class _Resistance:
         """A of the contact point, whose link is free to turn."""
         return self._mobility(NO_AXES)
 
+    def _stop(self) -> Any:
+        """What resists at an end stop: the inertia about its joint, or the mass along it [kg m², kg]."""
+        held = self._held(NO_AXES)
+        A = self.impact.mobility(self.block, held, independent_rows(self.impact.landing, held))
+        return 1 / entries(A)[0, 0]
+
     @functools.cached_property
     def frictionless(self) -> Any:
-        """Effective mass if the contact slides [kg]; inf if it cannot give way."""
+        """Effective mass if the contact slides [kg]; inf if it cannot give way. Of an end stop see `_stop`."""
+        if self.block.kind == "stop":
+            return self._stop()
         A = self._mobility(np.array(across(self.n))) if self.flat else self.point_mobility
         along = balls(self.n) @ entries(A) @ balls(self.n)
         if not float(along) > STRUCTURAL * _largest(A):
@@ -173,7 +191,9 @@ class _Resistance:
 
     @functools.cached_property
     def sticking(self) -> Any:
-        """Effective mass if the contact sticks [kg]; inf if it cannot give way."""
+        """Effective mass if the contact sticks [kg]; inf if it cannot give way. Of an end stop see `_stop`."""
+        if self.block.kind == "stop":
+            return self._stop()
         moments = np.array([*across(self.n), self.n]) if self.flat else NO_AXES
         A = self._mobility(moments) if self.flat else self.point_mobility
         along = balls(self.n) @ entries(A) @ balls(self.n)
@@ -201,7 +221,7 @@ class _Resistance:
     @functools.cached_property
     def mitigation_frictionless(self) -> Any:
         """Impact mitigation factor of the contact point if it slides [1]; NaN where it has no meaning."""
-        if not self.impact.landing.floating:
+        if not self.impact.landing.floating or self.block.kind == "stop":
             return np.nan
         by_joints, whole = (balls(self.n) @ entries(A) @ balls(self.n) for A in (self.mobility_by_joints, self.point_mobility))
         if not float(by_joints) > STRUCTURAL * _largest(self.point_mobility):
@@ -211,7 +231,7 @@ class _Resistance:
     @functools.cached_property
     def mitigation(self) -> Any:
         """Impact mitigation factor of the contact point if it sticks [1]; NaN where it has no meaning."""
-        if not self.impact.landing.floating:
+        if not self.impact.landing.floating or self.block.kind == "stop":
             return np.nan
         A, by_joints = self.point_mobility, self.mobility_by_joints
         axes = sorted(_moving_axes(A))

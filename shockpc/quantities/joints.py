@@ -11,6 +11,7 @@ from shockpc.landing.places import joint_places
 from shockpc.landing.rows import slices_of
 from shockpc.landing.stops import side_of
 from shockpc.quantities.quantity import Places, Quantity
+from shockpc.robot.robot import STOP
 
 ORIGIN = "the joint's origin (of a prismatic joint, where it has slid to)"
 AXES = "the joint has more than one axis"
@@ -57,13 +58,13 @@ def _along(impact: Impact, places: Places) -> Any:
 def _stop_impulse(impact: Impact, places: Places) -> Any:
     """Impulses (N, S, n) of end stops along the axes of joints, in the direction of their coordinates [N m s, N s]."""
     impulse = impact.along(impact.impulse)
-    if not impact.landing.scene.stops:
+    if not impact.landing.scene.stops and not any(block.kind == "stop" for block in impact.blocks):
         return np.full((*impulse.shape[:2], len(places)), np.nan)
     total = [0.0 * impulse[..., 0] for _ in places]
     known = impact.unique[:, None]
     for block, rows in zip(impact.blocks, slices_of(impact.blocks), strict=True):
         for k, place in enumerate(places):
-            if block.kind == "stop" and block.frame == place.name:
+            if block.kind == "stop" and block.frame.removeprefix(STOP) == place.name:
                 total[k] = total[k] + np.where(
                     known[..., rows.start], side_of(impact.landing.robot, block) * impulse[..., rows.start], np.nan
                 )
@@ -72,7 +73,7 @@ def _stop_impulse(impact: Impact, places: Places) -> Any:
 
 def _stop_acts(impact: Impact, places: Places) -> Array:
     """Whether (N, S, n) an end stop of a joint acts: 1 or 0."""
-    acting = {block.frame for block in impact.blocks if block.kind == "stop"}
+    acting = {block.frame.removeprefix(STOP) for block in impact.blocks if block.kind == "stop"}
     shape = (*impact.along(impact.delta_qd).shape[:2], len(places))
     return np.broadcast_to(np.array([float(place.name in acting) for place in places]), shape)
 

@@ -547,6 +547,7 @@ class ShockProfile:
             impulses |= {(f'impulse through joint "{name}"', name): value for name, value in joints.items()}
             masses = {(f'effective mass of contact "{c.frame}"', c.frame): c.effective_mass for c in self.contacts}
             largest = tuple(oversized(landing, impulses, masses))
+            stopped = any(block.kind == "stop" for block in landing.contacts)
             held = max(float(self._contact_impulses.max()), float(np.linalg.norm(self.total_impulse)))
             warnings = (
                 *largest,
@@ -556,7 +557,7 @@ class ShockProfile:
                 *implausible(landing, {contact.frame: contact.mitigation for contact in self.contacts}),
                 *nearly_singular(landing, proof),
                 *redundant(landing, self.choice),
-                *(() if any(one.kind == "size" for one in largest) else strained(joints, held)),
+                *(() if stopped or any(one.kind == "size" for one in largest) else strained(joints, held)),
                 *data,
                 *pulled(landing, self.value("pull", "contact"), None if self.friction is None else self.friction.state),
                 *slipping(landing, self.value("friction_needed", "contact")),

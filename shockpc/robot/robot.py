@@ -21,6 +21,9 @@ from shockpc.text.printed import few, listed
 WORLD = "world"
 """A root link of this name stands for the ground: the robot is fixed to it unless the scene says otherwise."""
 
+STOP = "stop:"
+"""Before the name of a joint: its end stop, as what strikes."""
+
 KINDS = {"FreeFlyer": "free", "Spherical": "ball", "Planar": "planar", "Composite": "composite", "P": "prismatic"}
 KINDS |= {"RevoluteUnbounded": "continuous", "RUB": "continuous", "R": "revolute"}
 """Kinds of joint, by the beginning of what Pinocchio calls them."""
@@ -512,7 +515,12 @@ class Robot:
         return placed
 
     def frame(self, name: str) -> Frame:
-        """The frame of that exact name."""
+        """The frame of that exact name; of the end stop of a joint the centre of mass of the body that the joint carries."""
+        if name not in self.frames and name.startswith(STOP):
+            body = next((i for i, joint in enumerate(self.joints) if joint.name == name.removeprefix(STOP)), None)
+            if body is None:
+                raise self.unknown("joint", name.removeprefix(STOP), self.joint_names)
+            return Frame(name, body, np.eye(3), self.bodies[body].com, "site")
         if name not in self.frames:
             raise self.unknown("frame", name, self.frames)
         return self.frames[name]

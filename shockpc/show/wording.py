@@ -9,6 +9,7 @@ import numpy as np
 from shockpc.landing.rows import slices_of
 from shockpc.landing.scene import Base
 from shockpc.landing.scene_file import sideways
+from shockpc.landing.stops import side_of
 from shockpc.quantities.accuracy import SHARE
 from shockpc.quantities.profile import ShockProfile
 from shockpc.quantities.quantity import Quantity
@@ -247,6 +248,12 @@ def warning_lines(profile: ShockProfile) -> list[str]:
 
 def _contact_text(profile: ShockProfile, i: int) -> str:
     asked, contact = profile.scene.contact[i], profile.contacts[i]
+    if (block := profile.landing.contacts[i]).kind == "stop":
+        value = "least" if side_of(profile.robot, block) > 0.0 else "greatest"
+        rebound = f", restitution {asked.restitution:g}" * bool(asked.restitution)
+        return (
+            f"{asked.frame}, the end stop at the {value} value of the joint{rebound}; speeds are those of its body's CoM against it"
+        )
     where = ", ".join(f"{x:.3f}" for x in contact.point + 0.0)
     parts = [f"{asked.frame}{', its lowest point' if asked.at == 'lowest' else ''} at ({where}) m"]
     kept = [d if isinstance(d, str) else "({:g} {:g} {:g})".format(*d) for d in asked.directions]

@@ -14,6 +14,7 @@ from shockpc.landing.stops import side_of
 from shockpc.quantities.parts import SOFTEST, STIFFEST
 from shockpc.quantities.profile import ShockProfile
 from shockpc.quantities.table import Selection, quantities_of, quantity
+from shockpc.robot.robot import STOP
 from shockpc.show.document import content
 from shockpc.show.reports.answer import in_plane, landing_lines, shocks_sheet
 from shockpc.show.reports.report import Picture, Report, Section, picture_files
@@ -245,7 +246,9 @@ def contacts_sheet(profile: ShockProfile) -> Sheet:
             rows.append((name, "not unique", None, None, None))
             notes = ["the contact rows are redundant, so only the sum of the impulses is unique"]
         else:
-            rows.append((name, *contact.impulse, "tensile" if contact.friction_needed is None else contact.friction_needed))
+            stop = name.startswith(STOP) and name not in profile.robot.frames
+            needed = "end stop" if stop else "tensile" if contact.friction_needed is None else contact.friction_needed
+            rows.append((name, *contact.impulse, needed))
     if len(rows) > 1:
         rows.append(("total", *profile.total_impulse, None))
         notes.append(f"total moment ({vector_text(profile.total_moment)}) N m s about the centre of mass of the robot")
@@ -293,7 +296,7 @@ def _tables(profile: ShockProfile, bodies: Sequence[int] | None, most: int | Non
         *([_parts_sheet(profile)] if profile.parts else []),
         contacts_sheet(profile),
         *([_bracket_sheet(profile)] if profile.robot.joint_names else []),
-        directions_sheet(profile, most),
+        *([directions_sheet(profile, most)] if any(block.kind != "stop" for block in profile.landing.contacts) else []),
         *([_loads_sheet(profile, most)] if profile.loads else []),
         *_friction_sheets(profile),
         *_stiffness_sheets(profile, most),
@@ -501,17 +504,18 @@ def _stiffness(profile: ShockProfile) -> str:
 
 def _stop_lines(profile: ShockProfile) -> list[str]:
     """Which end stops act, and with what impulse; a line each."""
-    if not profile.scene.stops:
+    striking = [block for block in profile.landing.contacts if block.kind == "stop"]
+    if not profile.scene.stops and not striking:
         return []
     values = dict(zip((p.name for p in profile.places("joint")), profile.value("stop_impulse", "joint").tolist(), strict=True))
     lines = []
-    for stop in profile.landing.acting:
-        side = "least" if side_of(profile.robot, stop) > 0.0 else "greatest"
+    for stop in (*striking, *profile.landing.acting):
+        side, name = "least" if side_of(profile.robot, stop) > 0.0 else "greatest", stop.frame.removeprefix(STOP)
         unit = "N m s" if len(stop.moments) else "N s"
-        lines.append(f"the end stop of {stop.frame} at its {side} value acts with {abs(values[stop.frame]):.4g} {unit}")
-    if lines:
+        lines.append(f"the end stop of {name} at its {side} value acts with {abs(values[name]):.4g} {unit}")
+    if profile.landing.acting:
         return [*lines, "numbers of other strikes, such as the most and least severe directions, are those with these stops held"]
-    return ["no end stop acts"]
+    return lines or ["no end stop acts"]
 
 
 def _margin_lines(profile: ShockProfile) -> list[str]:
@@ -571,12 +575,16 @@ def _balance_lines(profile: ShockProfile) -> list[str]:
     share = "" if profile.energy_share is None else f", {100.0 * profile.energy_share:.3g} % of the kinetic energy before impact"
     lost = f"{profile.energy_lost:.4g} J{share}" if math.isfinite(profile.energy_lost) else "not determined: a motor does work"
     lines = [f"energy lost: {lost}"]
-    for contact in profile.contacts:
+    for contact, block in zip(profile.contacts, profile.landing.contacts, strict=True):
         mitigation = NO_MITIGATION
         if contact.mitigation is not None:
             factors = f"{contact.mitigation:.3f} sticking, {contact.mitigation_frictionless:.3f} frictionless"
             mitigation = f"impact mitigation factor {factors}"
         masses = f"{contact.mass_sticking:.4g} kg sticking, {contact.mass_frictionless:.4g} kg frictionless"
+        if block.kind == "stop":
+            what, unit = ("mass along its joint", "kg") if len(block.forces) else ("inertia about its joint", "kg m²")
+            lines.append(f"{contact.frame}: effective {what} {contact.effective_mass:.4g} {unit}")
+            continue
         lines.append(f"{contact.frame}: effective mass {masses}, {mitigation}")
     if assembly := profile.assembly:
         turn = f" and {shown_as(assembly.turn, 'rad')}" if assembly.turn > 0.0 else ""

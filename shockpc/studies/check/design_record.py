@@ -73,7 +73,7 @@ def design_record(landing: PosedLanding) -> dict[str, Any]:
                 "stiffness": model.stiffness[v],
             }
             joints[part.name] = {"kind": kind} | _numbers(axis=() if part.axis is None else part.axis, **driven)
-    frames = [robot.frames[contact.frame] for contact in landing.scene.contact]
+    frames = [robot.frame(contact.frame) for contact in landing.scene.contact]
     held = [(frame.name, frame.body, frame.offset, frame.rotation) for frame in frames]
     for name, carrying, p, R in (*held, *((point.name, point.body, point.r, point.axes) for point in landing.points)):
         points[name] = _entry(names[carrying] if carrying >= 0 else "world", p, R)
