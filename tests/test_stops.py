@@ -10,6 +10,7 @@ import pytest
 from commands import good
 from random_landings import random_landing
 from robot_texts import joint, urdf
+from scipy.integrate import solve_ivp
 from test_ground import BOX, COLUMN
 
 from shockpc import Contact, Joints, Posture, Scene, Strike, resolve, sensitivity, shock_maps, shock_profile, sweep
@@ -302,6 +303,54 @@ def test_friction_and_stops_of_any_robot(number):
     assert np.all(after > -1e-7 * np.abs(friction.delta_qd).max())
 
 
+# With finite stiffness
+
+
+def integrated(k, stop, rate):
+    """Peak forces of contact and stop, and the final velocities: two masses on springs that only push, by Runge–Kutta steps."""
+
+    def forces(x):
+        return k * max(-x[0], 0.0), stop * max(x[0] - x[1], 0.0)
+
+    def derivative(_, y):
+        ground, between = forces(y[:2])
+        return [y[2], y[3], (ground - between) / 0.5, between / 3.0]
+
+    found = solve_ivp(derivative, (0.0, 0.06), [0.0, 0.0, -2.0, -2.0 + rate], "DOP853", max_step=2e-5, rtol=1e-10, atol=1e-12)
+    peaks = np.array([forces(x) for x in found.y[:2].T]).max(axis=0)
+    return peaks, found.y[2:, -1]
+
+
+@pytest.mark.parametrize("rate", [0.0, -1.5])
+@pytest.mark.parametrize("stop", [3e4, 4e5])
+def test_a_stop_of_finite_stiffness(here, rate, stop):
+    """Two masses that land: the stop is a spring that only pushes, closes when it is driven, and gives all back with e = 1."""
+    contact, strike = replace(DOWN, restitution=1.0), Strike(speed=2.0, joint_velocities={"slide": rate} if rate else {})
+    scene = column(contact=contact, strike=strike, contact_stiffness=1e5, stop_stiffness=stop, stop_restitution=1.0)
+    profile = shock_profile(scene)
+    peaks, _ = integrated(1e5, stop, rate)
+    assert profile.value("peak_stop", "joint")[0] == pytest.approx(peaks[1], rel=1e-4)
+    assert profile.value("peak_force", "contact")[0] == pytest.approx(peaks[0], rel=1e-4)
+    assert profile.value("peak_torque", "joint")[0] == pytest.approx(0.0, abs=1e-6)
+
+
+def test_a_stiff_stop_is_a_rigid_one(here):
+    """Much stiffer than the contact, without restitution, it makes one body of 3.5 kg of both."""
+    profile = shock_profile(column(contact_stiffness=1e4, stop_stiffness=1e9))
+    assert profile.value("peak_force", "contact")[0] == pytest.approx(2.0 * math.sqrt(3.5e4), rel=1e-3)
+    assert profile.value("peak_stop", "joint")[0] == pytest.approx(3.0 / 3.5 * 2.0 * math.sqrt(3.5e4), rel=1e-2)
+    np.testing.assert_allclose(profile.value("shock_separated", "point"), profile.value("shock", "point"), rtol=1e-6)
+
+
+def test_a_stop_of_finite_stiffness_that_is_not_reached(here):
+    """It takes no force, and changes nothing."""
+    posture = Posture(joints={"slide": 0.2})
+    scene = column(posture=posture, contact_stiffness=1e5, stop_stiffness=1e5)
+    with_stops, without = shock_profile(scene), shock_profile(replace(scene, stops=None, stop_stiffness=None))
+    assert with_stops.value("peak_stop", "joint").tolist() == [0.0]
+    assert with_stops.value("peak_force", "contact").tobytes() == without.value("peak_force", "contact").tobytes()
+
+
 # Where they are given, and where they go
 
 
@@ -339,6 +388,8 @@ def test_rows_of_studies_are_those_of_analyses(here):
     ("changes", "fault"),
     [
         ({"stops": None, "stop_restitution": 0.5}, "give stops = true"),
+        ({"contact_stiffness": 1e5}, "give the stops a stop_stiffness too"),
+        ({"stop_stiffness": 1e5}, "needs stops = true .* and the stiffness of the contacts"),
         ({"stop_restitution": 1.5}, "stop_restitution must be ≥ 0 and ≤ 1, got 1.5"),
         ({"stops": "yes"}, 'stops has to be true or false, not "yes"'),
     ],

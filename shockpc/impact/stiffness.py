@@ -9,6 +9,7 @@ accelerometer measures them: gravity moves all bodies alike, and loads no joint 
 
 import functools
 from collections.abc import Callable, Iterator, Sequence
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -22,9 +23,10 @@ from shockpc.impact.exact.proof import motion as size_of
 from shockpc.impact.friction import contact_rows, jumps_of
 from shockpc.impact.impact import DoubleImpact, Impact
 from shockpc.impact.loads import free_fall, motor_torques, spring_loads
+from shockpc.impact.stops import stop_rows, with_stops
 from shockpc.landing.landing import PosedLanding
 from shockpc.landing.places import Place
-from shockpc.landing.rows import block_point
+from shockpc.landing.rows import Block, block_point
 from shockpc.landing.scene import GRAVITY
 from shockpc.text.diagnostic import Diagnostic
 from shockpc.text.errors import SolveError
@@ -81,12 +83,17 @@ class CompliantLanding:
     def __init__(self, landing: PosedLanding, until: float | None = None) -> None:
         self.landing, self._rows, k = landing, contact_rows(landing), landing.scene.contact_stiffness
         assert k is not None
-        rows, state = self._rows, landing.state
+        rows, state, nv = self._rows, landing.state, landing.robot.model.nv
+        # Stops are contacts that are open at first, where their joint does not move towards them.
+        self._stops: tuple[Block, ...] = ()
+        along, speeds = np.zeros((0, nv)), np.zeros(0)
+        if landing.scene.stops:
+            self._stops, along, speeds = stop_rows(landing)
         self._free = rows.basis if rows.equation.G is None else rows.equation.G[0] @ rows.basis
         before = landing.before.joint_rates.copy()
         before[:6] = np.linalg.solve(state.J[0, :, :6], np.concatenate([landing.before.omega, landing.before.velocity]))
         stiffness = np.where(rows.normal, k, landing.scene.tangential_stiffness or k)
-        model, M, B = landing.joint_model, rows.M, rows.J
+        model, M, B = landing.joint_model, rows.M, np.concatenate([rows.J, along @ self._free])
         springs = np.flatnonzero(model.stiffness > 0.0)
         geared = np.flatnonzero(np.isfinite(model.drive_stiffness) & (model.rotor > 0.0))
         gravity = free_fall(landing, rows, self._free)
@@ -97,7 +104,7 @@ class CompliantLanding:
         G = np.eye(len(self._free)) if rows.equation.G is None else rows.equation.G[0]
         self._along = np.concatenate([G[springs], G[geared], np.where(behind[:, None], 0.0, G[motors])])
         B = np.concatenate([B, self._free[springs]])
-        velocity = self._coordinates(before, B, np.concatenate([rows.speeds, before[springs]]))
+        velocity = self._coordinates(before, B, np.concatenate([rows.speeds, speeds, before[springs]]))
         if len(geared):
             M, B, gears, velocity = attach_rotors(M, B, velocity, self._free[geared], model.rotor[geared])
             B = np.concatenate([B, gears])
@@ -107,18 +114,21 @@ class CompliantLanding:
             turned[behind, self._free.shape[1] + np.searchsorted(geared, motors[behind])] = 1.0
             B = np.concatenate([B, turned])
         gravity = np.append(gravity, np.zeros(len(M) - len(gravity)))
-        added = len(self._along)
-        self.number = np.concatenate([rows.number, np.full(added, -1)])
+        added, stops, c = len(self._along), len(self._stops), len(landing.contact_places)
+        if self._stops:
+            self._rows = rows = rows._replace(equation=replace(landing, acting=self._stops).equation(state))
+        self.number = np.concatenate([rows.number, np.arange(c, c + stops), np.full(added, -1)])
+        stiffness = np.append(stiffness, np.full(stops, landing.scene.stop_stiffness or k))
         elements = Elements(
             B,
             np.concatenate([stiffness, model.stiffness[springs], model.drive_stiffness[geared], np.zeros(len(motors))]),
-            np.concatenate([rows.restitution, np.ones(added)]),
+            np.concatenate([rows.restitution, np.full(stops, landing.scene.stop_restitution or 0.0), np.ones(added)]),
             self.number,
-            np.concatenate([rows.normal, np.zeros(added, dtype=bool)]),
-            np.concatenate([np.where(rows.normal, landing.scene.contact_damping or 0.0, 0.0), np.zeros(added)]),
+            np.concatenate([rows.normal, np.ones(stops, dtype=bool), np.zeros(added, dtype=bool)]),
+            np.concatenate([np.where(rows.normal, landing.scene.contact_damping or 0.0, 0.0), np.zeros(stops + added)]),
             np.concatenate([np.zeros(len(stiffness)), spring_loads(landing)[springs], torque[geared], torque[motors]]),
         )
-        self._velocity, self._normal = velocity, elements.normal
+        self._velocity, self._normal = velocity, elements.normal & (self.number < c)
         try:
             self.motion = simulate_landing(M, elements, velocity, until, gravity)
         except (ArithmeticError, np.linalg.LinAlgError) as refusal:
@@ -160,7 +170,7 @@ class CompliantLanding:
             impulses[0, :, : impulse.shape[1]] = impulse
         # Of the solution of Eq. 4 only these are read.
         solution = Solution(delta, impulses, np.ones(impulses.shape[:2]), np.array([0]), np.ones(1), {}, {})
-        return _Columns(self.landing, equation, solution, jumps_of(self.landing, equation.full(delta)))
+        return _Columns(replace(self.landing, acting=self._stops), equation, solution, jumps_of(self.landing, equation.full(delta)))
 
     @functools.cached_property
     def _linear(self) -> _Columns:
@@ -171,12 +181,14 @@ class CompliantLanding:
         All is linear in these forces.
         """
         rows, equation, (n, held), response = self._rows, self._rows.equation, self._rows.turn.shape, self.motion.response
-        impulse = np.zeros((len(equation.J_c[0]), len(self.number)))
+        impulse, stops = np.zeros((len(equation.J_c[0]), len(self.number))), len(self._stops)
         impulse[:held, :n] = rows.turn.T
-        if len(impulse) > held:
-            along = np.concatenate([rows.turn @ equation.J_c[0, :held], self._along])
+        impulse[len(impulse) - stops :, n : n + stops] = np.eye(stops)
+        loops = slice(held, len(impulse) - stops)
+        if loops.stop > held:
+            along = np.concatenate([rows.turn @ equation.J_c[0, :held], equation.J_c[0, loops.stop :], self._along])
             missing = equation.H[0] @ (rows.basis @ response[: self._free.shape[1]]) - along.T
-            impulse[held:] = np.linalg.lstsq(equation.J_c[0, held:].T, missing, rcond=1e-10)[0]
+            impulse[loops] = np.linalg.lstsq(equation.J_c[0, loops].T, missing, rcond=1e-10)[0]
         times, turns = self._turns
         beyond = [turns.jump[k] - times[k] * self.motion.gravity for k in (times.index(self.compressed), -1)]
         return self._impact(np.column_stack([response, *beyond, self._impulsive]), impulse)
@@ -230,6 +242,17 @@ class CompliantLanding:
         """Time (c,) by which each contact has given 99 % of its normal impulse [s]."""
         return self.motion.impulse_time(np.flatnonzero(self._normal), IMPULSE_SHARE)
 
+    @functools.cached_property
+    def stop_peaks(self) -> dict[str, float]:
+        """The peak force or torque of the end stops of each joint that is at one [N, N m]."""
+        n = len(self._rows.normal)
+        outputs = np.eye(len(self.number))[n : n + len(self._stops), None]
+        peaks = self.motion.peak(outputs)[0] if self._stops else np.zeros(0)
+        found: dict[str, float] = {}
+        for stop, peak in zip(self._stops, peaks.tolist(), strict=True):
+            found[stop.frame] = max(peak, found.get(stop.frame, 0.0))
+        return found
+
     @property
     def restitution(self) -> Array:
         """Restitution (c,) of each contact along its normal, with the scene's damping [1]."""
@@ -256,8 +279,13 @@ class CompliantLanding:
     @functools.cached_property
     def _impulsive(self) -> Array:
         """Jumps (n,) of the coordinates in the impulse model."""
-        held, to_velocity = self.motion.elements.rows[self.number >= 0], self.motion.to_velocity
-        speeds = (1.0 + self._rows.restitution) * (held @ self._velocity)
+        elements, to_velocity = self.motion.elements, self.motion.to_velocity
+        acting = with_stops(self.landing).acting if self._stops else ()
+        named = [(stop.frame, stop.forces.tobytes(), stop.moments.tobytes()) for stop in acting]
+        acts = [(stop.frame, stop.forces.tobytes(), stop.moments.tobytes()) in named for stop in self._stops]
+        held = elements.rows[np.concatenate([np.ones(len(self._rows.normal)), acts, np.zeros(len(self._along))]).astype(bool)]
+        e = np.concatenate([self._rows.restitution, [stop.restitution for stop in acting]])
+        speeds = (1.0 + e) * (held @ self._velocity)
         return np.asarray(to_velocity @ np.linalg.lstsq(held @ to_velocity, -speeds, rcond=1e-9)[0])
 
     @functools.cached_property

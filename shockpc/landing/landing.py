@@ -300,6 +300,8 @@ def _check_ground(scene: Scene, robot: Robot, blocks: tuple[Block, ...]) -> None
     mu, k = scene.friction, scene.contact_stiffness
     if scene.stop_restitution is not None and not scene.stops:
         raise SceneError("a restitution of end stops is given, but they are left out; give stops = true (--stops) too")
+    if scene.stop_stiffness is not None and not (scene.stops and k is not None):
+        raise SceneError("a stiffness of end stops needs stops = true (--stops) and the stiffness of the contacts; give these too")
     for value, what in ((scene.tangential_stiffness, "a stiffness along the ground"), (scene.contact_damping, "a contact damping")):
         if k is None and value is not None:
             raise SceneError(f"{what} is given without the stiffness along the normal; give contact_stiffness too")
@@ -339,8 +341,8 @@ def _check_ground(scene: Scene, robot: Robot, blocks: tuple[Block, ...]) -> None
             )
     if k is None:
         return
-    if scene.stops:
-        raise SceneError("end stops are rigid, and a contact stiffness is given; leave one of them out")
+    if scene.stops and scene.stop_stiffness is None:
+        raise SceneError("contacts of finite stiffness are given, and rigid end stops; give the stops a stop_stiffness too")
     if scene.pulse is not None:
         raise SceneError("a pulse and a contact stiffness are given; the stiffness gives the length of the pulse, so leave it out")
     if scene.base == "fixed" or not robot.free_base:

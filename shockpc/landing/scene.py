@@ -421,6 +421,15 @@ class Scene(Record):
         unit="1",
         varies=True,
     )
+    stop_stiffness: float | None = option(
+        None,
+        "Stiffness of end stops, of hinges and of slides, beside a --contact-stiffness.",
+        RESULTS,
+        "K",
+        unit="N m/rad, N/m",
+        above=0.0,
+        varies=True,
+    )
     contact_stiffness: float | None = option(
         None,
         "Also give forces, accelerations and their times on contacts of this stiffness, in every direction or along the normal and "
@@ -485,6 +494,7 @@ class Scene(Record):
             friction: float | None = None,
             stops: bool | None = None,
             stop_restitution: float | None = None,
+            stop_stiffness: float | None = None,
             contact_stiffness: float | None = None,
             tangential_stiffness: float | None = None,
             contact_damping: float | None = None,

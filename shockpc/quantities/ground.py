@@ -167,6 +167,8 @@ GROUND = (
     _stiff("peak_joint_moment", "joint", "peak moment through the joint", "N m",
         lambda found, places: _joint_peaks(found, places)[1]),
     PEAK_TORQUE,
+    _stiff("peak_stop", "joint", "peak torque of the joint's end stop", "N m, N",
+        lambda found, places: np.array([found.stop_peaks.get(place.name, 0.0) for place in places])),
     _stiff("restitution", "contact", "restitution, with the contact's damping", "1",
         lambda found, places: found.restitution[_numbers(places)]),
     _stiff("stiffness_difference", "robot", "difference from the impulse model", "1",

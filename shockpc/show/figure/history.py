@@ -42,7 +42,7 @@ def draw_time(profile: ShockProfile) -> Figure:
     if motion.separated:
         force[-1] = 0.0
     size = [np.linalg.norm(force[:, compliant.number == c], axis=1) for c in range(len(profile.landing.contacts))]
-    normal = force[:, motion.elements.normal]
+    normal = force[:, motion.elements.normal & (compliant.number < len(profile.landing.contacts))]
     panels: list[tuple[str, list[str], Array]] = [("force [N]", [place.name for place in places], np.array(size))]
     points = [place for place in profile.places("point") if place.body >= 0]
     for title, entry, where, scale in (
