@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 from commands import good
 from random_landings import random_landing
-from robot_texts import joint, urdf
+from robot_texts import floating, joint, mjcf, urdf
 from scipy.integrate import solve_ivp
 from test_ground import BOX, COLUMN
 
@@ -260,7 +260,7 @@ def test_stops_that_strike_on_the_command_line(capfd, here):
     text = good(capfd, "analyze", *words)
     assert "contact      stop:slide, the end stop at the least value" in text
     assert "the end stop of slide at its least value acts with 1.286 N s" in text
-    assert "stop:slide: effective mass along its joint 0.4286 kg" in text
+    assert "stop:slide: impulse 1.286 N s, effective mass along its joint 0.4286 kg" in text
     scene = column(contact=Contact(frame="stop:slide"), stops=None, strike=Strike(joint_velocities={"slide": -3.0}))
     table = sweep(scene, {"slide": "0,0.1"}, quantities=("stop_impulse@slide",)).table()
     assert table.columns["stop_impulse@slide"][0] == pytest.approx(9.0 / 7.0, rel=1e-12)
@@ -371,6 +371,23 @@ def test_a_joint_that_is_driven_beyond_its_limit_is_a_warning(capfd, here):
     found = json.loads(good(capfd, "analyze", "s.toml", "--format", "json"))
     assert (found["joints"][0]["stop_impulse"], found["joints"][0]["stop_acts"]) == (pytest.approx(6.0), True)
     assert "no end stop acts" in good(capfd, "analyze", "s.toml", "--set", "slide=0.2")
+
+
+def test_a_joint_that_can_have_no_stop_is_a_warning(here):
+    """Two slides of one body of an MJCF: the lower one is at its limit, and its stop is left out in any case."""
+    slides = (
+        '<joint name="low" type="slide" axis="0 0 1" range="0 1" limited="true"/><joint name="side" type="slide" axis="1 0 0"/>'
+    )
+    upper = f'<body name="upper" pos="0 0 .3">{slides}<inertial pos="0 0 0" mass="3" diaginertia=".1 .1 .1"/></body>'
+    (here / "two.xml").write_text(mjcf(floating(upper)))
+    scene = Scene(robot="two.xml", contact=Contact(frame="base", directions=("z",)), stops=True)
+    profile = shock_profile(scene)
+    assert not profile.landing.acting
+    (warned,) = [one.text for one in profile.health.warnings if one.kind == "limits"]
+    assert warned == (
+        "low is at its limit, and the impact drives it beyond at 1 m/s; its end stop is left out, because it shares its body with "
+        "other joints"
+    )
 
 
 def test_rows_of_studies_are_those_of_analyses(here):

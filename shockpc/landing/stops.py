@@ -129,11 +129,19 @@ def stops_at(robot: Robot, q: Array, model: JointModel) -> list[tuple[Joint, flo
     return [(joint, side) for joint in free for side in sides_of(joint, joint.value(q))]
 
 
-def at_stops(robot: Robot, Q: Array, model: JointModel) -> Array:
-    """Whether a joint is at a stop in N postures: (N, nv) 1 at the least value, −1 at the greatest, NaN at both, else 0."""
+def at_stops(robot: Robot, Q: Array, model: JointModel, limits: bool = False) -> Array:
+    """Whether a joint is at a stop in N postures: (N, nv) 1 at the least value, −1 at the greatest, NaN at both, else 0.
+
+    Args:
+        robot: the robot.
+        Q: (N, nq) configurations.
+        model: which joints are locked, and so never are.
+        limits: whether limits of joints count too that can have no stops.
+    """
     found = np.zeros((len(Q), robot.model.nv))
     for joint in robot.single_joints:
-        if has_stops(robot, joint) and not model.locked[joint.v].any():
+        stops = joint.kind in ("revolute", "prismatic") if limits else has_stops(robot, joint)
+        if stops and not model.locked[joint.v].any():
             low, high = joint.limits
             value = Q[:, joint.q.start]
             lower, upper = value <= low + LIMIT_SLACK, value >= high - LIMIT_SLACK

@@ -22,7 +22,7 @@ from shockpc.landing.landing import PosedLanding
 from shockpc.landing.places import Place, PlaceKind, body_places
 from shockpc.landing.ratings import Strength, TorqueStrength, strength, torque_strength
 from shockpc.landing.scene import Scene
-from shockpc.landing.stops import at_stops, driven_beyond
+from shockpc.landing.stops import at_stops, driven_beyond, has_stops
 from shockpc.quantities.accuracy import (
     AT_REST,
     Health,
@@ -600,17 +600,17 @@ class ShockProfile:
             yield from early_springs(self.landing, self.spring_time, duration)
 
     def _beyond_stops(self) -> Iterator[Diagnostic]:
-        """Warnings of joints at a limit that the impact drives beyond it, where the scene leaves end stops out."""
-        if self.scene.stops:
-            return
+        """Warnings of joints at a limit that the impact drives beyond it, where their end stops are left out."""
         robot, rates = self.robot, self.landing.before.joint_rates + self.delta_qd
-        beyond = driven_beyond(at_stops(robot, self.q[None], self.landing.joint_model)[0], rates)
+        beyond = driven_beyond(at_stops(robot, self.q[None], self.landing.joint_model, limits=True)[0], rates)
         for joint in robot.single_joints:
-            if beyond[joint.v].any():
+            counted = has_stops(robot, joint)
+            if beyond[joint.v].any() and not (self.scene.stops and counted):
+                remedy = ": count it with stops = true (--stops)" if counted else ", because it shares its body with other joints"
                 rate = abs(float(rates[joint.v.start]))
                 text = (
                     f"{joint.name} is at its limit, and the impact drives it beyond at {rate:.3g} {joint.unit}/s; its end stop is "
-                    "left out: count it with stops = true (--stops)"
+                    f"left out{remedy}"
                 )
                 yield Diagnostic("limits", joint.name, rate, text)
 

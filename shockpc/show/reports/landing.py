@@ -9,10 +9,11 @@ import numpy as np
 from shockpc.core.directions import ExtremeDirections
 from shockpc.landing.places import PlaceKind
 from shockpc.landing.ratings import Strength, TorqueStrength
+from shockpc.landing.rows import Block
 from shockpc.landing.scene import CONTACTS
 from shockpc.landing.stops import side_of
 from shockpc.quantities.parts import SOFTEST, STIFFEST
-from shockpc.quantities.profile import ShockProfile
+from shockpc.quantities.profile import ContactImpulse, ShockProfile
 from shockpc.quantities.table import Selection, quantities_of, quantity
 from shockpc.robot.robot import STOP
 from shockpc.show.document import content
@@ -155,7 +156,10 @@ def _summary(profile: ShockProfile) -> list[tuple[str, str]]:
 def _summary_with_ground(profile: ShockProfile) -> list[tuple[str, str]]:
     """The summary, and impulse, friction and effective mass at the contacts."""
     texts = []
-    for contact in profile.contacts:
+    for contact, block in zip(profile.contacts, profile.landing.contacts, strict=True):
+        if block.kind == "stop":
+            texts.append(_stop_text(contact, block))
+            continue
         if contact.impulse is None:
             texts.append(f"{contact.frame}: impulse not determined, because rows are redundant")
             continue
@@ -164,6 +168,15 @@ def _summary_with_ground(profile: ShockProfile) -> list[tuple[str, str]]:
         size = f"impulse {rounded(math.hypot(*contact.impulse))} N s, effective mass {rounded(contact.mass_sticking)} kg"
         texts.append(f"{contact.frame}: {size}, {friction}")
     return [*_summary(profile), ("ground", few(texts, 4, "; "))]
+
+
+def _stop_text(contact: ContactImpulse, stop: Block) -> str:
+    """The impulse of an end stop that strikes, and what resists it."""
+    slides = bool(len(stop.forces))
+    impulse, unit, mass = (contact.impulse, "N s", "kg") if slides else (contact.moment, "N m s", "kg m²")
+    size = "not determined" if impulse is None else f"{rounded(math.hypot(*impulse))} {unit}"
+    what = "mass along its joint" if slides else "inertia about its joint"
+    return f"{contact.frame}: impulse {size}, effective {what} {rounded(contact.effective_mass)} {mass}"
 
 
 def _answer(profile: ShockProfile, bodies: Sequence[int] | None) -> list[Section]:
@@ -179,7 +192,7 @@ def _answer(profile: ShockProfile, bodies: Sequence[int] | None) -> list[Section
         *([_bracket_sheet(profile)] if profile.robot.joint_names else []),
         *([_worst_first(_loads_sheet(profile, JOINTS))] if profile.loads else []),
         *ground,
-        Lines([*_ground_lines(profile), *MORE]),
+        Lines([*_stop_lines(profile), *_ground_lines(profile), *_margin_lines(profile), *MORE]),
     ]
 
 
@@ -582,8 +595,7 @@ def _balance_lines(profile: ShockProfile) -> list[str]:
             mitigation = f"impact mitigation factor {factors}"
         masses = f"{contact.mass_sticking:.4g} kg sticking, {contact.mass_frictionless:.4g} kg frictionless"
         if block.kind == "stop":
-            what, unit = ("mass along its joint", "kg") if len(block.forces) else ("inertia about its joint", "kg m²")
-            lines.append(f"{contact.frame}: effective {what} {contact.effective_mass:.4g} {unit}")
+            lines.append(_stop_text(contact, block))
             continue
         lines.append(f"{contact.frame}: effective mass {masses}, {mitigation}")
     if assembly := profile.assembly:
