@@ -95,7 +95,7 @@ class SceneOptions(NamedTuple):
     package: tuple[tuple[str, str], ...] = PACKAGE
     contact: tuple[str, ...] = _in_contact(
         "What strikes the ground: a link, site or geom, by name or by a glob, such as '*_foot', which all names here may be. "
-        "Several matches are one landing each; A+B is one landing on both.",
+        "Several matches are one landing each; A+B is one landing on both; stop:JOINT is a joint that runs into its end stop.",
         "NAME",
     )
     together: bool = _in_contact("One landing on all matching contacts at once.")

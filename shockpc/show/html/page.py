@@ -279,8 +279,9 @@ def _landing(name: str, profile: ShockProfile, drawn: Sequence[Surface], geometr
         {
             "name": printable(contact.frame),
             "point": contact.point.tolist(),
-            "normal": block.normal.tolist(),
-            **_motion(contact.approach, None if block.velocity is not None else own),
+            # The page takes a contact that approaches along its normal as one that strikes, which an end stop does.
+            "normal": (-contact.approach / np.linalg.norm(contact.approach) if block.kind == "stop" else block.normal).tolist(),
+            **_motion(contact.approach, None if block.velocity is not None or block.kind == "stop" else own),
         }
         for contact, block in zip(profile.contacts, blocks, strict=True)
     ]
