@@ -28,7 +28,7 @@ STRIKE, RESULTS, POSTURE = "Velocity before the impact", "What is computed", "Po
 """Headings of options."""
 
 CONTACTS = "foam 1e4, a rubber foot 1e5, running surfaces 7.5e4 to 9.5e5 (Kerdok et al. 2002), hard ground 1e6 N/m or more"
-"""What stiffness contacts have; the README gives all sources."""
+"""What stiffness contacts have; the guide for designers gives all sources."""
 
 Base = Literal["free", "planar", "fixed"]
 """How the base may move."""
@@ -433,7 +433,7 @@ class Scene(Record):
     contact_stiffness: float | None = option(
         None,
         "Also give forces, accelerations and their times on contacts of this stiffness, in every direction or along the normal and "
-        f"along the ground: {CONTACTS.removesuffix(' N/m or more')} or more (sources in the README).",
+        f"along the ground: {CONTACTS.removesuffix(' N/m or more')} or more (sources: shockpc guide designer).",
         RESULTS,
         "K or KN:KT",
         unit="N/m",

@@ -46,8 +46,9 @@ def draw_damage(profiles: Sequence[ShockProfile]) -> Figure:
             if one.peak_g is None:
                 axes.axvline(dv, color=colour, linewidth=0.8, linestyle=":")
             axes.plot([dv], [low * 1.12 if one.peak_g is None else one.peak_g], color=colour, clip_on=False, zorder=5, **mark)
-    axes.xaxis.set_major_formatter("{x:g}")
-    axes.yaxis.set_major_formatter("{x:g}")
+    for axis in (axes.xaxis, axes.yaxis):
+        axis.set_major_formatter("{x:g}")
+        axis.set_minor_formatter("")
     figure.legend(loc="outside right upper")
     words = "solid: damage is possible in the shaded area; dashed: no damage to the left and below (a survived pulse, lower bounds)"
     if profiles[0].impact_length is None:
@@ -62,6 +63,9 @@ def _at_points(profile: ShockProfile) -> list[tuple[PartMargin, Strength]]:
 
 
 def _window(values: Sequence[float | None], usual: tuple[float, float]) -> tuple[float, float]:
-    """Limits of a logarithmic axis around the values above zero, a factor of 3 wider; without any, the usual ones."""
+    """Limits of a logarithmic axis around the values above zero, a factor of 4 wider, so that a power of ten lies between them.
+
+    Without any value they are the usual ones.
+    """
     known = [value for value in values if value is not None and 0.0 < value < math.inf]
-    return (min(known) / 3.0, max(known) * 3.0) if known else usual
+    return (min(known) / 4.0, max(known) * 4.0) if known else usual
