@@ -67,7 +67,10 @@ def with_stops(landing: PosedLanding) -> PosedLanding:
         return bare
     G = np.eye(rows.shape[1]) if equation.G is None else equation.G[0]
     own = rows @ G
-    to_metric = np.linalg.inv(np.linalg.cholesky(equation.H[0])).T
+    try:
+        to_metric = np.linalg.inv(np.linalg.cholesky(equation.H[0])).T
+    except np.linalg.LinAlgError:
+        return bare  # the proof names what has no inertia
     held, whole = equation.J_c[0] @ to_metric, np.linalg.norm(own @ to_metric, axis=1)
     if len(held):
         choice = solution.choices.get(0)

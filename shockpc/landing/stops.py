@@ -16,6 +16,9 @@ from shockpc.robot.robot import STOP, Joint, Robot
 from shockpc.robot.slack import LIMIT_SLACK
 from shockpc.text.errors import SceneError
 
+ROUNDING = 1e-9
+"""Share of the largest rate, those of the base too, below which one is rounding."""
+
 
 def is_stop(robot: Robot, frame: str) -> bool:
     """Whether a contact is the end stop of a joint: "stop:JOINT", where no frame has that name."""
@@ -149,16 +152,13 @@ def at_stops(robot: Robot, Q: Array, model: JointModel, limits: bool = False) ->
     return found
 
 
-def driven_beyond(sides: Array, rates: Array) -> np.ndarray:
+def driven_beyond(sides: Array, rates: Array, rounding: float = ROUNDING) -> np.ndarray:
     """Whether joints would move beyond stops that they are at, by more than rounding.
 
     Args:
         sides: (..., nv) as of `at_stops`.
         rates: (..., nv) of the joints after the impact, and the jumps of those of the base [rad/s, m/s].
+        rounding: share of the largest of these below which one is rounding.
     """
     beyond = np.where(np.isnan(sides), -np.abs(rates), np.nan_to_num(sides) * rates)
-    return np.asarray(beyond < -ROUNDING * np.abs(rates).max(axis=-1, keepdims=True))
-
-
-ROUNDING = 1e-9
-"""Share of the largest rate, those of the base too, below which one is rounding."""
+    return np.asarray(beyond < -rounding * np.abs(rates).max(axis=-1, keepdims=True))

@@ -51,6 +51,9 @@ if TYPE_CHECKING:
 R = TypeVar("R", bound="NamedTuple")
 T = TypeVar("T")
 
+ILL_CONDITIONED = 1e-6
+"""Share of the largest rate with which a joint moves beyond an end stop from which on that is no rounding of double precision."""
+
 DIFFERS, LEAST_DIFFERENCE = 0.1, 1e-3
 """Share by which shock on contacts of finite stiffness differs from that of the impulse model, from which a warning says so; and
 the least difference of which one does [1]."""
@@ -602,10 +605,17 @@ class ShockProfile:
     def _beyond_stops(self) -> Iterator[Diagnostic]:
         """Warnings of joints at a limit that the impact drives beyond it, where their end stops are left out."""
         robot, rates = self.robot, self.landing.before.joint_rates + self.delta_qd
-        beyond = driven_beyond(at_stops(robot, self.q[None], self.landing.joint_model, limits=True)[0], rates)
+        sides = at_stops(robot, self.q[None], self.landing.joint_model, limits=True)[0]
+        beyond, clearly = driven_beyond(sides, rates), driven_beyond(sides, rates, ILL_CONDITIONED)
         for joint in robot.single_joints:
             counted = has_stops(robot, joint)
-            if beyond[joint.v].any() and not (self.scene.stops and counted):
+            if self.scene.stops and counted and clearly[joint.v].any():
+                text = (
+                    f"{joint.name} is driven beyond its end stop, because double precision, which decides which stops act, is off: "
+                    "the posture is nearly singular; set another one"
+                )
+                yield Diagnostic("limits", joint.name, float(rates[joint.v.start]), text)
+            elif beyond[joint.v].any() and not (self.scene.stops and counted):
                 remedy = ": count it with stops = true (--stops)" if counted else ", because it shares its body with other joints"
                 rate = abs(float(rates[joint.v.start]))
                 text = (
