@@ -253,7 +253,7 @@ def _clear_resistance(impact: DoubleImpact, contact: int) -> dict[str, Array]:
     """The numbers (N,) of `_Resistance` by name, where robot and joints clearly move the point in every direction; else NaN."""
     landing, block = impact.landing, impact.blocks[contact]
     names = ("frictionless", "sticking", "effective", "mitigation_frictionless", "mitigation")
-    if not landing.floating or landing.loops or len(block.moments) or contact >= len(landing.contacts):
+    if not landing.floating or landing.loops or len(block.moments) or block.kind == "stop" or contact >= len(landing.contacts):
         return dict.fromkeys(names, np.full(len(impact.state.J), np.nan))
     point, n = block._replace(forces=np.eye(3), moments=NO_AXES), block.normal
     A = impact.mobility(point)
