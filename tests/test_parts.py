@@ -244,7 +244,7 @@ def landed(**scene):
 @pytest.mark.parametrize(
     ("scene", "part", "torque"),
     [
-        ({"contact_stiffness": K}, {}, 3.0 * math.sqrt(K / 3.5)),
+        ({"contact_stiffness": K, "gravity": False}, {}, 3.0 * math.sqrt(K / 3.5)),
         ({"pulse": "half-sine:5ms"}, {"momentary_torque": 200.0}, 6.0 * math.pi / 2.0 / 5e-3),
         ({}, {"momentary_torque": 200.0, "torque_duration": 0.02}, 6.0 / 0.02),
     ],
@@ -299,7 +299,7 @@ def test_contact_stiffness_from_which_a_margin_is_lost(here, spring):
     part = (Part(name="gear", joint="slide", momentary_torque=300.0), Part(name="p", at="body", rating=RATING))
     contact = Contact(frame="foot", directions=("z",))
     joints = Joints(**spring) if spring else Joints(model="locked")
-    scene = Scene(robot="column.urdf", contact=contact, joints=joints, part=part)
+    scene = Scene(robot="column.urdf", contact=contact, joints=joints, part=part, gravity=False)
     lost = shock_profile(scene).margin_lost
     assert (lost.place, lost.refused) == ("gear", "")
     if not spring:

@@ -326,7 +326,7 @@ def integrated(k, stop, rate):
 def test_a_stop_of_finite_stiffness(here, rate, stop):
     """Two masses that land: the stop is a spring that only pushes, closes when it is driven, and gives all back with e = 1."""
     contact, strike = replace(DOWN, restitution=1.0), Strike(speed=2.0, joint_velocities={"slide": rate} if rate else {})
-    scene = column(contact=contact, strike=strike, contact_stiffness=1e5, stop_stiffness=stop, stop_restitution=1.0)
+    scene = column(contact=contact, strike=strike, contact_stiffness=1e5, stop_stiffness=stop, stop_restitution=1.0, gravity=False)
     profile = shock_profile(scene)
     peaks, _ = integrated(1e5, stop, rate)
     assert profile.value("peak_stop", "joint")[0] == pytest.approx(peaks[1], rel=1e-4)
@@ -336,7 +336,7 @@ def test_a_stop_of_finite_stiffness(here, rate, stop):
 
 def test_a_stiff_stop_is_a_rigid_one(here):
     """Much stiffer than the contact, without restitution, it makes one body of 3.5 kg of both."""
-    profile = shock_profile(column(contact_stiffness=1e4, stop_stiffness=1e9))
+    profile = shock_profile(column(contact_stiffness=1e4, stop_stiffness=1e9, gravity=False))
     assert profile.value("peak_force", "contact")[0] == pytest.approx(2.0 * math.sqrt(3.5e4), rel=1e-3)
     assert profile.value("peak_stop", "joint")[0] == pytest.approx(3.0 / 3.5 * 2.0 * math.sqrt(3.5e4), rel=1e-2)
     np.testing.assert_allclose(profile.value("shock_separated", "point"), profile.value("shock", "point"), rtol=1e-6)
