@@ -10,6 +10,7 @@ from shockpc.cli.parse import (
     Setting,
     Vector,
     definition,
+    directions,
     drives,
     finite,
     folder,
@@ -100,6 +101,12 @@ class SceneOptions(NamedTuple):
     )
     together: bool = _in_contact("One landing on all matching contacts at once.")
     slide: bool = _in_contact("No friction: the contact stops the normal direction only.")
+    directions: tuple[str | Vector, ...] | None = _in_contact(
+        "Directions in which the contact stops the point, axes or vectors with semicolons between them; along the others it slides "
+        "freely, as xz for a leg on a boom along y. By default xyz.",
+        "AXES|X,Y,Z;…",
+        directions,
+    )
     flat: bool = _in_contact("A sole: the contact also stops the link from tilting, and from twisting unless it slides.")
     stance: tuple[str, ...] = _in_contact("A foot that is on the ground already and stays where it is.", "NAME")
     set: tuple[Setting, ...] = _in_posture("Position of joints [deg; m if prismatic].", "JOINT=VALUE", setting)

@@ -48,6 +48,16 @@ def numbers(text: str) -> tuple[float, ...]:
     return tuple(map(finite, text.split(",")))
 
 
+def directions(text: str) -> tuple[str | Vector, ...]:
+    """Axes such as xz or x,z, or vectors X,Y,Z with semicolons between them."""
+    axes = text.replace(",", "")
+    if axes and len(set(axes)) == len(axes) and set(axes) <= set("xyz"):
+        return tuple(axes)
+    if text.count(",") < 2:
+        raise typer.BadParameter(f'"{text}" is neither axes, such as xz, nor vectors, such as "1,0,1;0,1,0"')
+    return tuple(vector(part) for part in text.split(";"))
+
+
 def pair_of(text: str) -> tuple[str, str]:
     """A=B."""
     first, other = _split(text, "=", "FL_thigh=lf_upperleg")

@@ -53,6 +53,10 @@ def scenes_from(robot: str, options: SceneOptions, trace: Trace | None = None) -
     if (stiffness := options.given.get("contact_stiffness")) is not None:
         scene = dataclasses.replace(scene, contact_stiffness=stiffness[0], tangential_stiffness=stiffness[1])
     changes = options.fields(Contact) | ({"kind": "flat"} if options.flat else {})
+    if options.directions is not None:
+        if options.slide:
+            raise SceneError("--slide means --directions along the normal alone; leave one of them out")
+        changes["directions"] = options.directions
     landings = _contacts(loaded, scene, options)
 
     def changed(contact: Contact) -> Contact:

@@ -373,7 +373,8 @@ class _Reader:
             raise StudyError(f'the base of robot "{robot.name}" is fixed in its file; leave out {listed(self.base)}')
         set_many(robot, (), self.Q)
         rotation, before, friction = self._attitude(), self.landing.before, self._friction()
-        velocity, omega = (self._vector(kind, default, rotation) for kind, default in (("v", before.velocity), ("w", before.omega)))
+        defaults = ("v", self._base_velocity()), ("w", before.omega)
+        velocity, omega = (self._vector(kind, default, rotation) for kind, default in defaults)
         for mimic in robot.mimics if self.moving else ():
             led = np.zeros(n)
             for leader, multiplier in mimic.leaders.items():
@@ -678,6 +679,22 @@ class _Reader:
         for k, axis in enumerate("xyz"):
             self.Q[:, k] = self.base.get(axis, self.Q[:, k])
         return np.asarray(Rotation.from_quat(self.Q[:, 3:7]).as_matrix() @ self.robot.bodies[0].rotation)
+
+    def _base_velocity(self) -> Array:
+        """The base's velocity (3,) where the table does not give it; of a fixed base whose joints move there is none.
+
+        Raises:
+            StudyError: the scene gives it as a speed, which would be added to the motion of the joints.
+        """
+        strike, velocity = self.landing.scene.strike, self.landing.before.velocity
+        if self.landing.base != "fixed" or not self.moving or strike.velocity is not None or not velocity.any():
+            return velocity
+        if strike.drop_height is None and strike.speed == 1.0 and not strike.strike_angle_deg:
+            return 0.0 * velocity
+        raise StudyError(
+            "the table gives rates of joints on a fixed base, and the scene a speed or a drop height of the base, which would be "
+            "added to them; leave that out, or give the velocity of the base against the ground with --velocity"
+        )
 
     def _vector(self, kind: str, default: Array, rotation: Array) -> Array:
         """A velocity of the base (n, 3), world axes."""

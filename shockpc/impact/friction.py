@@ -1,5 +1,8 @@
 """The ground beyond Eq. 4: contacts that slide (Coulomb friction), in double precision, not proven.
 
+A contact that is stopped along one direction of the ground alone has friction along that one. A flat contact does not tilt, nor
+twist if it is stopped in all directions, as in Eq. 4: its moments are as large as that takes, whatever the friction.
+
 The inertia and the rows of a landing in its posture go to the solver of `core.friction`, in the velocities with which its loops
 stay closed.
 """
@@ -18,8 +21,9 @@ from shockpc.impact.impact import DoubleImpact
 from shockpc.impact.solve import independent_rows, rows_as_meant
 from shockpc.impact.stops import stop_rows
 from shockpc.landing.contact import across
-from shockpc.landing.landing import PosedLanding
-from shockpc.landing.rows import Equation, slices_of
+from shockpc.landing.landing import PosedLanding, contact_velocity
+from shockpc.landing.motion import approach_speeds
+from shockpc.landing.rows import NO_AXES, Block, Equation, block_wrenches, slices_of
 from shockpc.text.errors import SceneError, SolveError
 
 
@@ -44,53 +48,88 @@ class FrictionResult(NamedTuple):
 
 
 class ContactRows(NamedTuple):
-    """Rows of the contacts in coordinates with which loops stay closed: along two tangents of the ground and its normal.
+    """Rows of the contacts, in coordinates with which what is held rigidly stays so.
+
+    They are along the tangents of the ground along which a contact is stopped, none to two, and along its normal.
 
     Attributes:
         equation: Eq. 4 of the landing.
-        turn: (n, m) these rows, of those of the equation that are not of loops.
+        rigid: (nc,) which rows of the equation are held rigidly: of loops, the tilt of soles, and of feet that stay where they are.
+        turn: (n, nc) the rows of contacts, of those of the equation.
         axes: (n, 3) along which they are, world axes.
         number: (n,) contact or standing foot of each row.
-        normal: (n,) whether a row is along the normal of its contact.
+        place: (n,) tangent 0 or 1, or normal 2, of each row.
         restitution: (n,) e of each row: of a contact that sticks, with restitution along the normal, zero along the tangents.
-        speeds: (n,) along each row before the impact [m/s].
+        speeds: (n,) along each row before the impact, and after what is held rigidly has stopped [m/s].
+        stop: (ny,) jump with which a sole that turns stops turning [rad/s, m/s].
         basis: (ny, m) the free velocities for unit coordinates.
         M: (m, m) inertia.
         J: (n, m) speeds along the rows.
     """
 
     equation: Equation
+    rigid: np.ndarray
     turn: Array
     axes: Array
     number: np.ndarray
-    normal: np.ndarray
+    place: np.ndarray
     restitution: Array
     speeds: Array
+    stop: Array
     basis: Array
     M: Array
     J: Array
 
+    @property
+    def normal(self) -> np.ndarray:
+        """Whether each row (n,) is along the normal of its contact."""
+        return np.asarray(self.place == 2)
 
-def contact_rows(landing: PosedLanding) -> ContactRows:
-    """The rows of contacts and standing feet; of those that slide the normal alone. End stops are left out."""
+
+def contact_rows(landing: PosedLanding, stands: bool = False) -> ContactRows:
+    """The rows of contacts and standing feet; of a contact that slides along a direction, the others. End stops are left out.
+
+    Args:
+        landing: in its posture.
+        stands: whether standing feet stay where they are, as in Eq. 4, and have no rows of their own.
+    """
     landing = landing.without_stops
-    equation = landing.equation(landing.state)
-    held = [block for block in landing.blocks if block.kind != "closure"]
-    axes = [np.array([*across(block.normal), block.normal])[0 if block.size > 1 else 2 :] for block in held]
-    number = np.repeat(np.arange(len(held)), [len(own) for own in axes])
-    normal = np.append(number[1:] != number[:-1], True)
-    e, every = (np.array(values)[number] for values in zip(*((b.restitution, b.rebound is None) for b in held), strict=True))
-    turn = np.zeros((len(number), sum(block.size for block in held)))
-    for k, (block, rows) in enumerate(zip(held, slices_of(held), strict=True)):
-        turn[number == k, rows] = np.linalg.lstsq(block.forces.T, axes[k].T, rcond=None)[0].T
+    equation, blocks = landing.equation(landing.state), landing.blocks
+    own = [k for k, block in enumerate(blocks) if block.kind == "contact" or (block.kind == "stance" and not stands)]
+    sides = [_axes(blocks[k]) for k in own]
+    axes, place = (np.concatenate(part) for part in zip(*sides, strict=True))
+    number = np.repeat(np.arange(len(own)), [len(part) for part, _ in sides])
+    e, every = (
+        np.array(part)[number] for part in zip(*((blocks[k].restitution, blocks[k].rebound is None) for k in own), strict=True)
+    )
+    restitution = np.where((place == 2) | every, e, 0.0)
+    turn, rigid = np.zeros((len(number), len(equation.J_c[0]))), np.ones(len(equation.J_c[0]), dtype=bool)
+    for k, (i, (along, _)) in enumerate(zip(own, sides, strict=True)):
+        forces = slice(start := slices_of(blocks)[i].start, start + len(blocks[i].forces))
+        turn[number == k, forces] = np.linalg.lstsq(blocks[i].forces.T, along.T, rcond=None)[0].T
+        rigid[forces] = False
     basis, H = np.eye(equation.H.shape[1]), equation.H[0]
-    if loops := landing.blocks[len(held) :]:
-        K = equation.J_c[0, turn.shape[1] :][independent_rows(landing, loops)]
+    stop, (J, b) = np.zeros(len(H)), rows_as_meant(landing)
+    held = tuple(block._replace(forces=NO_AXES) if i in own else block for i, block in enumerate(blocks))
+    if rigid.any():
+        chosen = np.flatnonzero(rigid)[independent_rows(landing, tuple(block for block in held if block.size))]
+        K, by_impulse = equation.J_c[0, chosen], np.linalg.solve(H, equation.J_c[0, chosen].T)
+        stop = -by_impulse @ np.linalg.solve(K @ by_impulse, equation.b[0, chosen, 3])
         basis = np.linalg.qr(K.T, mode="complete")[0][:, len(K) :]
-    J_c, b = (turn @ part[: turn.shape[1]] for part in rows_as_meant(landing))
-    restitution = np.where(normal | every, e, 0.0)
-    M, speeds = basis.T @ H @ basis, b / (1.0 + restitution)
-    return ContactRows(equation, turn, np.concatenate(axes), number, normal, restitution, speeds, basis, M, J_c @ basis)
+    speeds = turn @ b / (1.0 + restitution) + turn @ J @ stop
+    return ContactRows(
+        equation, rigid, turn, axes, number, place, restitution, speeds, stop, basis, basis.T @ H @ basis, turn @ J @ basis
+    )
+
+
+def _axes(block: Block) -> tuple[Array, np.ndarray]:
+    """The axes (n, 3) of a contact: tangents of the ground along which it is stopped, and the normal; and which (n,) they are."""
+    basis = np.linalg.svd(block.forces)[2][: (rank := np.linalg.matrix_rank(block.forces))]
+    if rank == 3:
+        return np.array([*across(block.normal), block.normal]), np.arange(3)
+    if rank == 1:
+        return block.normal[None], np.array([2])
+    return np.array([np.cross(np.cross(*basis), block.normal), block.normal]), np.array([0, 2])
 
 
 @memoized()
@@ -103,47 +142,50 @@ def friction_of(landing: PosedLanding) -> FrictionResult:
     """
     landing = landing.without_stops
     rows, mu = contact_rows(landing), landing.scene.friction
-    equation, n = rows.equation, rows.turn.shape[1]
-    stops, along, speeds = stop_rows(landing) if landing.scene.stops else ((), np.zeros((0, landing.robot.model.nv)), np.zeros(0))
-    most = landing.most_independent(landing.state, equation.blocks)
+    stops, along, speeds_of_stops = (
+        stop_rows(landing) if landing.scene.stops else ((), np.zeros((0, landing.robot.model.nv)), np.zeros(0))
+    )
+    equation, most = rows.equation, landing.most_independent(landing.state, rows.equation.blocks)
     plain = solve_impact(equation.inertia, equation.J_c, equation.b, equation.terms, equation.tolerance, most)
-    if plain.choices and not plain.choices[0].unique[:n].all():
+    if plain.choices and not plain.choices[0].unique[~rows.rigid].all():
         raise SceneError(
             "friction is solved for contacts whose impulses are determined, but here rows are redundant; leave a contact out"
         )
-    before = rows.speeds.reshape(-1, 3)
-    e = rows.restitution[2::3]
+    # A direction along which a contact slides freely is a row that nothing moves.
+    own, m = 3 * rows.number + rows.place, int(rows.number[-1]) + 1
+    speeds, e, J = np.zeros(3 * m), rows.restitution[rows.normal], np.zeros((3 * m, len(rows.M)))
+    speeds[own], J[own] = rows.speeds, rows.J
+    before = speeds.reshape(-1, 3)
     assert mu is not None
-    feet, k = len(e), len(stops)
+    k, G = len(stops), np.eye(len(rows.basis)) if equation.G is None else equation.G[0]
     # A stop is a contact with a normal alone.
-    J = np.zeros((3 * (feet + k), len(rows.M)))
-    J[: 3 * feet], J[3 * feet + 2 :: 3] = rows.J, along @ (rows.basis if equation.G is None else equation.G[0] @ rows.basis)
-    velocity = np.concatenate([before, np.column_stack([np.zeros((k, 2)), speeds])])
+    J = np.concatenate([J, np.zeros((3 * k, len(rows.M)))])
+    J[3 * m + 2 :: 3] = along @ G @ rows.basis
+    towards = speeds_of_stops + along @ G @ rows.stop
+    velocity = np.concatenate([before, np.column_stack([np.zeros((k, 2)), towards])])
     e = np.concatenate([e, [stop.restitution for stop in stops]])
     try:
         by_impulse = np.linalg.solve(rows.M, J.T)
-        found = solve_friction(J @ by_impulse, velocity, np.repeat([mu, 0.0], [feet, k]), e)
+        found = solve_friction(J @ by_impulse, velocity, np.repeat([mu, 0.0], [m, k]), e)
     except np.linalg.LinAlgError as refusal:
         raise SolveError(f"no verdict for a friction of {mu:g}: {refusal}") from None
     if not found:
         raise SolveError(f"no verdict: no impulse was found that obeys Coulomb's law with a friction of {mu:g}; take another one")
     # Of several solutions that in which the contacts stick is the one of Eq. 4.
-    best = min(found, key=lambda solution: (solution.gains_energy, set(solution.state[:feet]) != {"sticks"}))
+    best = min(found, key=lambda solution: (solution.gains_energy, set(solution.state[:m]) != {"sticks"}))
     if best.gains_energy:
         raise SolveError(
             f"no verdict: with a friction of {mu:g} and the restitution of the contacts the impact would gain {best.energy:.3g} J "
             "of kinetic energy (Newton's restitution is not valid where slip stops or reverses); take less restitution"
         )
-    moved = rows.basis @ (by_impulse @ best.impulse.ravel())
-    pushed = best.impulse[feet:, 2]
-    landing, loops = replace(landing, acting=tuple(stops[i] for i in np.flatnonzero(pushed > 0.0))), len(equation.J_c[0])
-    equation = landing.equation(landing.state)
+    moved = rows.stop + rows.basis @ (by_impulse @ best.impulse.ravel())
+    pushed = best.impulse[m:, 2]
+    landing = replace(landing, acting=tuple(stops[i] for i in np.flatnonzero(pushed > 0.0)))
+    equation, own_rows = landing.equation(landing.state), len(rows.rigid)
     impulse = np.full((1, len(equation.J_c[0]), 4), np.nan)
-    impulse[0, :n, 3], impulse[0, loops:, 3] = rows.turn.T @ best.impulse[:feet].ravel(), pushed[pushed > 0.0]
-    closing = equation.H[0] @ moved - np.delete(equation.J_c[0], np.s_[n:loops], axis=0).T @ np.delete(
-        impulse[0, :, 3], np.s_[n:loops]
-    )
-    impulse[0, n:loops, 3] = np.linalg.lstsq(equation.J_c[0, n:loops].T, closing, rcond=1e-10)[0]
+    impulse[0, :own_rows, 3], impulse[0, own_rows:, 3] = rows.turn.T @ best.impulse[:m].ravel()[own], pushed[pushed > 0.0]
+    closing, rigid = equation.H[0] @ moved - equation.J_c[0].T @ impulse[0, :, 3], np.flatnonzero(rows.rigid)
+    impulse[0, rigid, 3] = np.linalg.lstsq(equation.J_c[0, rigid].T, closing, rcond=1e-10)[0]
     # What is linear in the strike does not exist: friction is not.
     delta = np.full((1, len(moved), 4), np.nan)
     delta[0, :, 3] = moved
@@ -151,10 +193,35 @@ def friction_of(landing: PosedLanding) -> FrictionResult:
     freeze(impulse, delta, jumps)
     impact = DoubleImpact(landing, equation, Solution(delta, impulse, plain.scale, plain.rank, plain.condition, {}, {}), jumps)
     tangential = np.abs(before[:, :2]).max(axis=1) > 1e-12 * np.abs(before).max()
-    as_proven = set(best.state[:feet]) == {"sticks"} and not np.any(tangential & (rows.restitution[::3] > 0.0))
-    velocity = (best.velocity[:feet, None] @ rows.axes.reshape(-1, 3, 3))[:, 0]
+    bounces = np.zeros(m, dtype=bool)
+    bounces[rows.number[rows.place < 2]] = rows.restitution[rows.place < 2] > 0.0
+    as_proven = set(best.state[:m]) == {"sticks"} and not np.any(tangential & bounces)
+    axes = np.zeros((3 * m, 3))
+    axes[own] = rows.axes
+    velocity = (best.velocity[:m, None] @ axes.reshape(-1, 3, 3))[:, 0]
+    velocity += _free_slip(landing, axes.reshape(-1, 3, 3), equation.full(delta)[..., 3])
+    stilled = tuple(block._replace(restitution=0.0) for block in landing.blocks)
+    rates = approach_speeds(landing.state, stilled, landing.before)[0, :, 3]
+    lost = -float(np.nan_to_num(impulse[0, :, 3]) @ (rates + equation.J_c[0] @ moved / 2.0))
     freeze(velocity, impact.delta_qd)
-    return FrictionResult(best.state[:feet], velocity, len(found), best.residual, -best.energy, None if as_proven else impact)
+    return FrictionResult(best.state[:m], velocity, len(found), best.residual, lost, None if as_proven else impact)
+
+
+def _free_slip(landing: PosedLanding, axes: Array, delta_qd: Array) -> Array:
+    """Velocities (m, 3) of contacts after the impact along the directions in which they slide freely, world axes [m/s].
+
+    Args:
+        landing: in its posture.
+        axes: (m, 3, 3) along which each contact is stopped; the others zero.
+        delta_qd: (1, nv) jumps of the joint velocities.
+    """
+    slip, state = np.zeros((len(axes), 3)), landing.state
+    for k in np.unique(np.argwhere(~axes.any(axis=2))[:, 0]).tolist():
+        block = landing.blocks[k]
+        jump = (block_wrenches(state, block._replace(forces=np.eye(3), moments=NO_AXES)) @ state.J)[0]
+        jump = (jump * state.supports[block.body]) @ delta_qd[0]
+        slip[k] = (np.eye(3) - axes[k].T @ axes[k]) @ (contact_velocity(landing, state, block)[0] + jump)
+    return slip
 
 
 def gains_with_friction(impact: DoubleImpact) -> np.ndarray:

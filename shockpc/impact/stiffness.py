@@ -81,8 +81,14 @@ class CompliantLanding:
     """
 
     def __init__(self, landing: PosedLanding, until: float | None = None) -> None:
-        self.landing, self._rows, k = landing, contact_rows(landing), landing.scene.contact_stiffness
+        self.landing, self._rows, k = landing, contact_rows(landing, stands=True), landing.scene.contact_stiffness
         assert k is not None
+        moving = max(np.abs(landing.before.omega).max(), np.abs(landing.before.joint_rates).max())
+        if np.abs(self._rows.stop).max() > LEAST_HELD * moving:
+            raise SolveError(
+                "a flat contact turns before the impact, and on contacts of finite stiffness it would have to stop turning at "
+                "once; let it not turn, or make it a point"
+            )
         rows, state, nv = self._rows, landing.state, landing.robot.model.nv
         # Stops are contacts that are open at first, where their joint does not move towards them.
         self._stops: tuple[Block, ...] = ()
@@ -90,8 +96,10 @@ class CompliantLanding:
         if landing.scene.stops:
             self._stops, along, speeds = stop_rows(landing)
         self._free = rows.basis if rows.equation.G is None else rows.equation.G[0] @ rows.basis
-        before = landing.before.joint_rates.copy()
-        before[:6] = np.linalg.solve(state.J[0, :, :6], np.concatenate([landing.before.omega, landing.before.velocity]))
+        before, moves = landing.before.joint_rates.copy(), np.concatenate([landing.before.omega, landing.before.velocity])
+        if landing.robot.free_base:
+            before[:6] = np.linalg.solve(state.J[0, :, :6], moves)
+        self._as_given = landing.robot.free_base or not moves.any()
         stiffness = np.where(rows.normal, k, landing.scene.tangential_stiffness or k)
         model, M, B = landing.joint_model, rows.M, np.concatenate([rows.J, along @ self._free])
         springs = np.flatnonzero(model.stiffness > 0.0)
@@ -139,8 +147,8 @@ class CompliantLanding:
     def _coordinates(self, before: Array, B: Array, speeds: Array) -> Array:
         """Velocities of the coordinates before the impact, with which the rows B of the elements have their speeds.
 
-        Where joints are locked at a rate, or a contact has a velocity of its own, they are not those of the robot: a motion with
-        constant velocity, in which all of it moves along, changes neither forces nor jumps.
+        Where joints are locked at a rate, a contact has a velocity of its own or the ground moves against a fixed base, they are
+        not those of the robot: a motion with constant velocity, in which all of it moves along, changes neither forces nor jumps.
 
         Args:
             before: (nv,) joint velocities before the impact.
@@ -151,7 +159,7 @@ class CompliantLanding:
             SolveError: no motion of the robot has these speeds.
         """
         own = any(contact.velocity is not None for contact in self.landing.contacts)
-        if len(self._free) == self._free.shape[1] and not own:
+        if len(self._free) == self._free.shape[1] and self._as_given and not own:
             return before
         velocity = np.linalg.lstsq(self._free, before, rcond=None)[0]
         velocity = velocity + np.linalg.lstsq(B, speeds - B @ velocity, rcond=1e-10)[0]
@@ -180,15 +188,19 @@ class CompliantLanding:
 
         All is linear in these forces.
         """
-        rows, equation, (n, held), response = self._rows, self._rows.equation, self._rows.turn.shape, self.motion.response
-        impulse, stops = np.zeros((len(equation.J_c[0]), len(self.number))), len(self._stops)
-        impulse[:held, :n] = rows.turn.T
-        impulse[len(impulse) - stops :, n : n + stops] = np.eye(stops)
-        loops = slice(held, len(impulse) - stops)
-        if loops.stop > held:
-            along = np.concatenate([rows.turn @ equation.J_c[0, :held], equation.J_c[0, loops.stop :], self._along])
+        rows, equation, response = self._rows, self._rows.equation, self.motion.response
+        impulse, own, (n, stops) = (
+            np.zeros((len(equation.J_c[0]), len(self.number))),
+            len(rows.rigid),
+            (len(rows.turn), len(self._stops)),
+        )
+        impulse[:own, :n] = rows.turn.T
+        impulse[own:, n : n + stops] = np.eye(stops)
+        if rows.rigid.any():
+            rigid = np.flatnonzero(rows.rigid)
+            along = np.concatenate([rows.turn @ equation.J_c[0, :own], equation.J_c[0, own:], self._along])
             missing = equation.H[0] @ (rows.basis @ response[: self._free.shape[1]]) - along.T
-            impulse[loops] = np.linalg.lstsq(equation.J_c[0, loops].T, missing, rcond=1e-10)[0]
+            impulse[rigid] = np.linalg.lstsq(equation.J_c[0, rigid].T, missing, rcond=1e-10)[0]
         times, turns = self._turns
         beyond = [turns.jump[k] - times[k] * self.motion.gravity for k in (times.index(self.compressed), -1)]
         return self._impact(np.column_stack([response, *beyond, self._impulsive]), impulse)

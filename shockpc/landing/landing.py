@@ -24,7 +24,7 @@ from shockpc.landing.places import Place, PlaceKind, body_places, joint_places, 
 from shockpc.landing.posture import configuration, held_joints, outside_limits, reference_name, settable_joints
 from shockpc.landing.ratings import check_parts, strength, torque_limits
 from shockpc.landing.rows import Block, Equation, block_point, row_jacobian, slices_of
-from shockpc.landing.scene import Base, Contact, Scene, Strike
+from shockpc.landing.scene import GRAVITY, Base, Contact, Scene, Strike
 from shockpc.landing.scene_file import check_scene, plane_of, with_paths, with_plane
 from shockpc.landing.stops import is_stop, striking_stop, velocity_at_stop
 from shockpc.robot.catalogue import closing_scene
@@ -267,16 +267,17 @@ def _complete(scene: Scene, robot: Robot) -> Scene:
     scene = check_scene(scene)
     if not scene.contact:
         raise SceneError(f'no contact is defined; name a link of robot "{robot.name}", such as "{robot.links[-1]}"')
-    strike = scene.strike
+    strike, base = scene.strike, scene.base or robot.usual_base
     alone = all(is_stop(robot, contact.frame) for contact in scene.contact)
-    if alone and strike == Strike(joint_velocities=strike.joint_velocities):
+    if strike == Strike(joint_velocities=strike.joint_velocities) and (alone or (base == "fixed" and strike.joint_velocities)):
+        # The motion of a fixed base is that of the ground, of which there is none where the joints move.
         strike = replace(strike, velocity=(0.0, 0.0, 0.0))
     if strike.velocity is None and strike.drop_height is None:
         speed = 1.0 if strike.speed is None else strike.speed
         strike = replace(strike, speed=speed, strike_angle_deg=strike.strike_angle_deg or 0.0)
     scene = with_paths(scene, lambda path: str(Path(path).expanduser().resolve()))
     posture = replace(scene.posture, reference=reference_name(robot, scene.posture.reference))
-    return with_plane(replace(scene, robot=robot.label, base=scene.base or robot.usual_base, strike=strike, posture=posture))
+    return with_plane(replace(scene, robot=robot.label, base=base, strike=strike, posture=posture))
 
 
 def pulse_of(scene: Scene) -> Pulse | None:
@@ -295,7 +296,7 @@ def pulse_of(scene: Scene) -> Pulse | None:
         raise SceneError(f"pulse: {refusal}") from None
 
 
-def _check_ground(scene: Scene, robot: Robot, blocks: tuple[Block, ...]) -> None:
+def _check_ground(scene: Scene, blocks: tuple[Block, ...]) -> None:
     """Refuse a friction, a contact stiffness or a tolerance of the ground that has no meaning for the scene."""
     mu, k = scene.friction, scene.contact_stiffness
     if scene.stop_restitution is not None and not scene.stops:
@@ -322,21 +323,17 @@ def _check_ground(scene: Scene, robot: Robot, blocks: tuple[Block, ...]) -> None
             raise SceneError(
                 f'contact "{contact.frame}" is an end stop, and {option} is for contacts with the ground; leave it out'
             )
-        if contact.kind == "flat":
-            raise SceneError(
-                f'contact "{contact.frame}" is flat, and {option} is for contacts at a point; make its kind "point"',
-                blocks=[contact.frame],
-            )
-        if mu is not None and not contact.sticks:
+        rank = np.linalg.matrix_rank(block.forces)
+        if mu is not None and rank == 1:
             raise SceneError(
                 f'contact "{contact.frame}" slides without friction, and a friction is given; leave out --slide (give it the '
-                "directions x, y and z), or the friction",
+                "directions x, y and z, or those along which it does not slide freely), or the friction",
                 blocks=[contact.frame],
             )
-        if not contact.sticks and not (len(block.forces) == 1 and abs(block.forces[0] @ block.normal) > 1.0 - 1e-9):
+        if np.linalg.matrix_rank(np.vstack([block.forces, block.normal]), tol=1e-9) > rank:
             raise SceneError(
-                f'contact "{contact.frame}" has a stiffness, so it has to be held in all directions, or in that of the ground\'s '
-                "normal alone (--slide)",
+                f'contact "{contact.frame}" has {option}, so the directions in which it is held have to span the ground\'s normal; '
+                "give directions along the normal and along the ground, such as x and z",
                 blocks=[contact.frame],
             )
     if k is None:
@@ -345,13 +342,6 @@ def _check_ground(scene: Scene, robot: Robot, blocks: tuple[Block, ...]) -> None
         raise SceneError("contacts of finite stiffness are given, and rigid end stops; give the stops a stop_stiffness too")
     if scene.pulse is not None:
         raise SceneError("a pulse and a contact stiffness are given; the stiffness gives the length of the pulse, so leave it out")
-    if scene.base == "fixed" or not robot.free_base:
-        raise SceneError("a contact stiffness needs a base that moves: a fixed one would press on the contact without end")
-    if scene.stance:
-        raise SceneError(
-            f'"{scene.stance[0]}" stands already, and how it is loaded is not known; a contact stiffness needs no stance',
-            blocks=scene.stance,
-        )
 
 
 def resolve(scene: Scene, robot: Robot) -> PosedLanding:
@@ -385,7 +375,7 @@ def landing_of(scene: Scene, robot: Robot) -> PosedLanding:
         for contact in scene.contact
     )
     stance = tuple(contact_block(robot, Contact(frame=frame), up, "stance") for frame in scene.stance)
-    _check_ground(scene, robot, contacts)
+    _check_ground(scene, contacts)
     normals = np.array([block.normal for block in (*contacts, *stance) if block.kind != "stop"])
     up = normals[0] if len(normals) and np.ptp(normals, axis=0).max() <= 1e-12 else up
     loops = all_loops(robot, scene.closure)
@@ -401,6 +391,9 @@ def landing_of(scene: Scene, robot: Robot) -> PosedLanding:
         warnings.append(Diagnostic("scene", robot.name, None, text))
     state = dynamics(robot, q[None], joints.armature)
     rates, given = _rates(robot, scene, joints)
+    rail = _rail(robot, scene, contacts, state)
+    if rail is not None:
+        velocity, rates[rail], given[rail] = np.zeros(3), _fall_along(robot, scene, rail, state), True
     if loops and rates.any():
         rates = with_loops(robot, state, [closure_block(loop) for loop in loops], rates, given, plane)
     before = Motion(velocity, _rotation(scene, plane), rates)
@@ -459,6 +452,46 @@ def _rotation(scene: Scene, plane: Plane) -> Array:
             + "; leave that part of the angular velocity out, or free the base"
         )
     return omega
+
+
+def _rail(robot: Robot, scene: Scene, contacts: tuple[Block, ...], state: Dynamics) -> int | None:
+    """The joint velocity along which a robot that its file ties to the world falls; None where it is not dropped on a rail.
+
+    The rail is the first joint towards a contact that lifts what it carries, if it slides.
+    """
+    if scene.strike.drop_height is None or scene.base != "fixed" or robot.usual_base != "fixed":
+        return None
+    lifts = _lift(robot, state)
+    carrying = np.flatnonzero(state.supports[contacts[0].body] & (np.abs(lifts) > 1e-9 * np.abs(lifts).max(initial=1e-300)))
+    carrying = carrying[carrying >= 6 * robot.free_base]
+    if not len(carrying) or next(joint for joint in robot.single_joints if joint.v.start == carrying[0]).kind != "prismatic":
+        return None
+    return int(carrying[0])
+
+
+def _lift(robot: Robot, state: Dynamics) -> Array:
+    """∂(m z)/∂q (nv,): how fast unit joint velocities lift the mass of the robot [kg m/s]."""
+    com = state.position[0] + (state.rotation[0] @ robot.coms[..., None])[..., 0]
+    lifted = velocity_at(state.J[0, :3].T, state.J[0, 3:].T, com[:, None])[..., 2]
+    return np.asarray(robot.masses @ (lifted * state.supports[: len(com)]))
+
+
+def _fall_along(robot: Robot, scene: Scene, rail: int, state: Dynamics) -> float:
+    """The rate [m/s] of a rail after a fall from the scene's drop height, of all that it carries: ½ H v² = m g h.
+
+    Raises:
+        SceneError: its rate, or a motion across the rail, is given too.
+    """
+    strike, lift, height = scene.strike, _lift(robot, state)[rail], scene.strike.drop_height or 0.0
+    name = next(joint.name for joint in robot.single_joints if joint.v.start == rail)
+    given = [joint.name for pattern in strike.joint_velocities for joint in settable_joints(robot, pattern)]
+    if name in given or strike.strike_angle_deg or strike.forward_speed:
+        raise SceneError(
+            f'the robot falls along its rail "{name}", whose rate follows from the drop height; leave out '
+            + ("that rate, or the drop height" if name in given else "the strike angle and the forward speed")
+        )
+    carried = float(robot.masses @ state.supports[: len(robot.bodies), rail])
+    return float(-np.sign(lift) * np.sqrt(2.0 * GRAVITY * height * carried / state.H[0, rail, rail]))
 
 
 def _rates(robot: Robot, scene: Scene, joints: JointModel) -> tuple[Array, np.ndarray]:

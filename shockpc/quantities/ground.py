@@ -140,6 +140,11 @@ def _numbers(places: Places) -> list[int]:
     return [place.number for place in places]
 
 
+def _of_contacts(values: Array, places: Places) -> Array:
+    """Values (n,) of contacts, and none of standing feet. Args: values (c,) of all contacts."""
+    return np.array([values[place.number] if place.number < len(values) else np.nan for place in places])
+
+
 PEAK_TORQUE = _stiff("peak_torque", "joint", "peak torque along the joint's axis", "N m, N",
     lambda found, places: _joint_peaks(found, places)[2], "the joint has more than one axis")  # fmt: skip
 
@@ -158,7 +163,7 @@ GROUND = (
     _stiff("peak_acceleration_time", "point", "time of the peak acceleration", "s",
         lambda found, places: point_peaks(found, places)[1]),
     _stiff("duration", "contact", "duration of 99 % of the normal impulse", "s",
-        lambda found, places: found.duration[_numbers(places)]),
+        lambda found, places: _of_contacts(found.duration, places)),
     _stiff("peak_force", "contact", "peak force", "N", lambda found, places: _contact_peaks(found, places)[0]),
     _stiff("peak_force_time", "contact", "time of the peak force", "s",
         lambda found, places: _contact_peaks(found, places)[1]),
@@ -170,7 +175,7 @@ GROUND = (
     _stiff("peak_stop", "joint", "peak torque of the joint's end stop", "N m, N",
         lambda found, places: np.array([found.stop_peaks.get(place.name, 0.0) for place in places])),
     _stiff("restitution", "contact", "restitution, with the contact's damping", "1",
-        lambda found, places: found.restitution[_numbers(places)]),
+        lambda found, places: _of_contacts(found.restitution, places)),
     _stiff("stiffness_difference", "robot", "difference from the impulse model", "1",
         lambda found, places: np.array([found.difference])),
     _stiff("compression", "robot", "time at which the contacts are compressed", "s",
