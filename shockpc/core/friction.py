@@ -83,6 +83,66 @@ def solve_friction(A: Array, velocity: Array, friction: Array, restitution: Arra
     return tuple(sorted(solutions, key=lambda solution: solution.gains_energy))
 
 
+def solve_each(A: Array, velocity: Array, friction: Array, restitution: Array) -> Array:
+    """The impulses of N landings on one contact each, as `solve_friction` finds them one by one.
+
+    Args:
+        A: (N, 3, 3) Delassus matrices [1/kg].
+        velocity: (N, 3) before impact.
+        friction: (N,) µ.
+        restitution: (N,) e.
+
+    Returns: (N, 3) impulses of the ground on the robot [N s]; of several solutions those that gain no energy go first, then those
+        that stick. NaN where there is none, or each gains energy.
+    """
+    b, mu = velocity.copy(), friction[:, None]
+    b[:, 2] -= restitution * np.maximum(-velocity[:, 2], 0.0)
+    s, Q = np.linalg.eigh(A)
+    kept = s > 1e-12 * s[:, -1:]
+    stick = -(Q @ (np.where(kept, 1.0 / np.where(kept, s, 1.0), 0.0)[..., None] * (Q.swapaxes(1, 2) @ b[..., None])))[..., 0]
+    sticks = (stick[:, 2] > 0.0) & (np.hypot(stick[:, 0], stick[:, 1]) <= friction * stick[:, 2] * (1.0 + CLOSE))
+    angle, valid = _slip_angles(A, b, friction)
+    d = np.stack([np.cos(angle), np.sin(angle)], axis=-1)
+    pressing = A[:, 2, 2, None] - mu * (d @ A[:, :2, 2, None])[..., 0]
+    valid &= pressing * -b[:, 2, None] > 0.0
+    normal = -b[:, 2, None] / np.where(valid, pressing, 1.0)
+    slip = b[:, None, :2] + normal[..., None] * (A[:, None, :2, 2] - mu[..., None] * (d @ A[:, :2, :2]))
+    valid &= np.sum(slip * d, axis=-1) > 0.0
+    slides = np.concatenate([-(mu * normal)[..., None] * d, normal[..., None]], axis=-1)
+    impulses = np.concatenate([stick[:, None], slides, np.zeros((len(A), 1, 3))], axis=1)
+    valid = np.concatenate([sticks[:, None], valid, b[:, 2, None] >= 0.0], axis=1)
+    change = impulses @ A
+    energy = np.sum(impulses * (velocity[:, None] + change / 2.0), axis=-1)
+    valid &= energy <= 1e-12 * np.sum(np.abs(impulses) * (np.abs(velocity[:, None]) + np.abs(change)), axis=-1)
+    best = impulses[np.arange(len(A)), valid.argmax(axis=1)]
+    return np.where(valid.any(axis=1)[:, None], best, np.nan)
+
+
+def _slip_angles(A: Array, b: Array, friction: Array) -> tuple[Array, np.ndarray]:
+    """Angles (N, 4) as `_slip_directions` finds them, and which of them are such."""
+    (txx, txy, ax), (_, tyy, ay), (_, _, N) = np.moveaxis(A, 0, -1)
+    (x, y), q, mu = b.T[:2], -b[:, 2], friction
+    k0 = mu / 2.0 * (ay * x - ax * y)
+    k1 = N * y + q * ay + 1j * (N * x + q * ax)
+    k2 = mu * (-(ax * y + ay * x) / 2.0 - q * txy + 1j * ((ay * y - ax * x) / 2.0 + q * (tyy - txx) / 2.0))
+    size = np.abs(k0) + np.abs(k1) + np.abs(k2)
+    quartic = np.abs(k2) > 1e-15 * size
+    companion = np.zeros((len(A), 4, 4), dtype=complex)
+    companion[:, [1, 2, 3], [0, 1, 2]] = 1.0
+    companion[quartic, 0] = -(np.stack([k1, 2.0 * k0, k1.conj(), k2.conj()], axis=1)[quartic] / k2[quartic, None])
+    angle = np.angle(np.linalg.eigvals(companion))
+    # Without the term of the second order: cos(φ + arg k₁) = −k₀ / |k₁|.
+    half = np.arccos(np.clip(-k0 / np.where(np.abs(k1) > 0.0, np.abs(k1), 1.0), -1.0, 1.0))[:, None] * np.array([1, -1, 1, -1])
+    angle = np.where(quartic[:, None], angle, half - np.angle(k1)[:, None])
+    k0, k1, k2, size = (part[:, None] for part in (k0, k1, np.where(quartic, k2, 0.0), size))
+    for _ in range(4):
+        w = np.exp(1j * angle)
+        value, slope = k0 + ((k1 + k2 * w) * w).real, -((k1 + 2.0 * k2 * w) * w).imag
+        near = np.abs(slope) > 1e-12 * size
+        angle = angle - np.where(near, np.clip(value / np.where(near, slope, 1.0), -0.1, 0.1), 0.0)
+    return angle, (np.abs(value) <= CLOSE * size) & (size > 0.0)
+
+
 def _one_contact(A: Array, b: Array, mu: float) -> Iterator[Array]:
     """All impulses (3,) of one contact with the velocity A λ + b; b_n includes the velocity that restitution demands."""
     if b[2] >= 0.0:

@@ -12,7 +12,7 @@ from shockpc.core.spatial import Array
 from shockpc.landing.contact import landing_frames
 from shockpc.landing.posture import settable_joints
 from shockpc.landing.record import options_of
-from shockpc.landing.scene import Scene, Strike
+from shockpc.landing.scene import Contact, Scene, Strike
 from shockpc.robot.changes import links_with_mass
 from shockpc.robot.robot import Joint, Robot
 from shockpc.text.errors import StudyError
@@ -20,15 +20,22 @@ from shockpc.text.errors import StudyError
 OF_THE_SCENE = {one.name: field for field, one in options_of(Scene).items() if one.varies}
 """Options of a scene that a sweep can vary, each with its field."""
 
+OF_CONTACTS = {one.name: field for field, one in options_of(Contact).items() if one.varies}
+"""Options of the contacts that a sweep can vary, each with its field."""
+
 STRIKE = {one.name: one.unit for one in options_of(Strike).values() if one.varies}
 ATTITUDE = {"base-roll": "deg", "base-pitch": "deg", "base-yaw": "deg"}
 OFFSET = {"offset-x": "m", "offset-y": "m", "offset-z": "m"}
 OF_A_LINK = {"mass": "kg", "com-x": "m", "com-y": "m", "com-z": "m", "inertia": "-"}
-GROUND = {one.name: one.unit.replace("1", "-") for one in options_of(Scene).values() if one.varies}
+GROUND = {one.name: one.unit.replace("1", "-") for record in (Scene, Contact) for one in options_of(record).values() if one.varies}
 INERTIAL = (*OF_A_LINK, "armature")
-OF_A_JOINT = ("armature", "joint-stiffness", "place")
+OF_A_JOINT = ("armature", "rotor", "joint-stiffness", "place")
 OF_A_PART = (*OF_A_LINK, *OF_A_JOINT)
-DRIVEN = {"armature": ("reflected inertia", "kg m²", "kg"), "joint-stiffness": ("stiffness", "N m/rad", "N/m")}
+DRIVEN = {
+    "armature": ("reflected inertia", "kg m²", "kg"),
+    "rotor": ("rotor inertia", "kg m²", "kg m²"),
+    "joint-stiffness": ("stiffness", "N m/rad", "N/m"),
+}
 """What a drive has: its name, and its unit for revolute and for prismatic joints."""
 
 WORDS = (
@@ -153,8 +160,8 @@ def variation(robot: Robot, subject: str, values: "str | float | Iterable[float 
     Args:
         robot: the robot.
         subject: "*_KFE", "joint:speed", "strike-angle", "speed", "base-pitch", "contact", "offset-x", "friction", "mass:LINK",
-            "com-z:LINK", "inertia:LINK", "armature:JOINTS", "joint-stiffness:JOINTS", "place:JOINTS" and so on; a name that is none
-            of these words is a joint, or a pattern of joints.
+            "com-z:LINK", "inertia:LINK", "armature:JOINTS", "rotor:JOINTS", "joint-stiffness:JOINTS", "place:JOINTS" and so on; a
+            name that is none of these words is a joint, or a pattern of joints.
         values: numbers or names; or a text: "a:b:n" for n values from a to b, "a,b,c" for these, "a:b" for a range to draw from,
             uniformly or, of factors of armature and stiffness and with ":log" after it, uniformly in the logarithm; "m±s" to draw
             from a normal distribution of mean m and standard deviation s, of a centre of mass also "±s"; an x after each number, or
@@ -172,7 +179,7 @@ def variation(robot: Robot, subject: str, values: "str | float | Iterable[float 
         raise StudyError(f"{subject}: no values are given; valid are {FORM}")
     unit = {**STRIKE, **ATTITUDE, **OFFSET, **GROUND, **OF_A_LINK}.get(kind, "")
     least = min(numbers + (span or ()), default=0.0)
-    if factor and kind not in ("mass", "inertia", *OF_A_JOINT):
+    if factor and (kind == "rotor" or kind not in ("mass", "inertia", *OF_A_JOINT)):
         raise StudyError(
             f"{subject}: a factor such as 0.8x or ±5% applies to mass:LINK, inertia:LINK, armature:JOINT, joint-stiffness:JOINT "
             f"and place:JOINT only; give values in {unit or 'SI units'}"
@@ -192,7 +199,7 @@ def variation(robot: Robot, subject: str, values: "str | float | Iterable[float 
     if kind in DRIVEN:
         what, *units = DRIVEN[kind]
         unit = _unit(robot, subject, target, dict(zip(("rad", "m"), units, strict=True)))
-        if least < 0.0 or (least == 0.0 and kind == "joint-stiffness"):
+        if least < 0.0 or (least == 0.0 and kind != "armature"):
             raise StudyError(f"{subject}: a {what} of {least:g} is {'below' if least < 0.0 else 'not above'} zero")
         if factor and law == "uniform" and span is not None:
             law = "log-uniform"

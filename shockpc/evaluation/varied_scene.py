@@ -7,7 +7,16 @@ from typing import Any, TypeVar, cast
 
 import numpy as np
 
-from shockpc.evaluation.variation import ATTITUDE, DRIVEN, OF_A_LINK, OF_THE_SCENE, OFFSET, Variation, variation
+from shockpc.evaluation.variation import (
+    ATTITUDE,
+    DRIVEN,
+    OF_A_LINK,
+    OF_CONTACTS,
+    OF_THE_SCENE,
+    OFFSET,
+    Variation,
+    variation,
+)
 from shockpc.landing.joint_model import JointModel, joint_model
 from shockpc.landing.landing import PosedLanding
 from shockpc.landing.scene import Contact, Joints, Rotor, Scene
@@ -63,6 +72,13 @@ def applied(scene: Scene, robot: Robot, varied: Variation, value: Any) -> tuple[
     if varied.kind in OF_THE_SCENE:
         given: dict[str, Any] = {OF_THE_SCENE[varied.kind]: float(value)}
         return replace(scene, **given), robot
+    if varied.kind in OF_CONTACTS:
+        own: dict[str, Any] = {OF_CONTACTS[varied.kind]: float(value)}
+        return replace(scene, contact=tuple(replace(contact, **own) for contact in scene.contact)), robot
+    if varied.kind == "rotor":
+        motor = replace(scene.joints.rotor.get(varied.target, Rotor(inertia=1.0)), inertia=float(value))
+        joints = replace(scene.joints, rotor=_set_last(scene.joints.rotor, {varied.target: motor}))
+        return replace(scene, joints=joints), robot
     if varied.kind == "armature":
         return replace(scene, joints=_with_armature(scene, robot, varied, float(value))), robot
     if varied.kind == "joint-stiffness":

@@ -13,7 +13,7 @@ from typing import NamedTuple
 import numpy as np
 
 from shockpc.core.bodies import body_jumps, in_body_axes
-from shockpc.core.friction import solve_friction
+from shockpc.core.friction import FrictionImpact, solve_friction
 from shockpc.core.impulse import Solution, solve_impact
 from shockpc.core.memo import memoized
 from shockpc.core.spatial import Array, freeze
@@ -132,6 +132,93 @@ def _axes(block: Block) -> tuple[Array, np.ndarray]:
     return np.array([np.cross(np.cross(*basis), block.normal), block.normal]), np.array([0, 2])
 
 
+class FrictionProblem(NamedTuple):
+    """What an impact with friction depends on in one posture, whatever the friction of its contacts and standing feet.
+
+    The m contacts are these, and behind them the end stops, which are contacts without friction.
+
+    Attributes:
+        rows: of the contacts and standing feet.
+        own: (n,) which of their rows, two tangents and a normal each, these are; nothing moves along the others.
+        stops: blocks of the end stops.
+        A: (3m, 3m) Delassus matrix [1/kg].
+        before: (m, 3) velocities along these rows before the impact [m/s].
+        restitution: (m,) e of the scene.
+        by_impulse: (ny, 3m) jumps of the free velocities for unit impulses.
+    """
+
+    rows: ContactRows
+    own: np.ndarray
+    stops: tuple[Block, ...]
+    A: Array
+    before: Array
+    restitution: Array
+    by_impulse: Array
+
+    @property
+    def contacts(self) -> int:
+        """Number of contacts and standing feet."""
+        return len(self.before) - len(self.stops)
+
+    def solved(self, mu: float, restitution: Array | float | None = None) -> tuple[FrictionImpact, int]:
+        """The impact with a coefficient of friction, and the number of solutions that were found.
+
+        Args:
+            mu: the coefficient.
+            restitution: of the contacts and standing feet along their normals; by default the scene's.
+
+        Raises:
+            SolveError: no solution was found, or each gains kinetic energy.
+        """
+        e, m = self.restitution.copy(), self.contacts
+        if restitution is not None:
+            e[:m] = restitution
+        try:
+            found = solve_friction(self.A, self.before, np.repeat([mu, 0.0], [m, len(self.stops)]), e)
+        except np.linalg.LinAlgError as refusal:
+            raise SolveError(f"no verdict for a friction of {mu:g}: {refusal}") from None
+        if not found:
+            raise SolveError(
+                f"no verdict: no impulse was found that obeys Coulomb's law with a friction of {mu:g}; take another one"
+            )
+        # Of several solutions that in which the contacts stick is the one of Eq. 4.
+        best = min(found, key=lambda solution: (solution.gains_energy, set(solution.state[:m]) != {"sticks"}))
+        if best.gains_energy:
+            raise SolveError(
+                f"no verdict: with a friction of {mu:g} and the restitution of the contacts the impact would gain "
+                f"{best.energy:.3g} J of kinetic energy (Newton's restitution is not valid where slip stops or reverses); take less "
+                "restitution"
+            )
+        return best, len(found)
+
+    def delta(self, impulse: Array) -> Array:
+        """Jumps (ny,) of the free velocities. Args: impulse (m, 3) of the contacts [N s]."""
+        return np.asarray(self.rows.stop + self.by_impulse @ impulse.ravel())
+
+
+def friction_problem(landing: PosedLanding) -> FrictionProblem:
+    """The problem of a landing with friction.
+
+    Raises:
+        SolveError: the inertia matrix is singular.
+    """
+    landing = landing.without_stops
+    rows = contact_rows(landing)
+    own, m = 3 * rows.number + rows.place, int(rows.number[-1]) + 1
+    nothing: tuple[tuple[Block, ...], Array, Array] = ((), np.zeros((0, landing.robot.model.nv)), np.zeros(0))
+    stops, along, speeds = stop_rows(landing) if landing.scene.stops else nothing
+    along = along if rows.equation.G is None else along @ rows.equation.G[0]
+    before, J = np.zeros(3 * (m + len(stops))), np.zeros((3 * (m + len(stops)), len(rows.M)))
+    before[own], J[own] = rows.speeds, rows.J
+    before[3 * m + 2 :: 3], J[3 * m + 2 :: 3] = speeds + along @ rows.stop, along @ rows.basis
+    e = np.concatenate([rows.restitution[rows.normal], [stop.restitution for stop in stops]])
+    try:
+        by_impulse = np.linalg.solve(rows.M, J.T)
+    except np.linalg.LinAlgError as refusal:
+        raise SolveError(f"no verdict with friction: {refusal}") from None
+    return FrictionProblem(rows, own, stops, J @ by_impulse, before.reshape(-1, 3), e, rows.basis @ by_impulse)
+
+
 @memoized()
 def friction_of(landing: PosedLanding) -> FrictionResult:
     """The landing with the scene's coefficient of friction; its end stops are contacts without friction.
@@ -141,46 +228,19 @@ def friction_of(landing: PosedLanding) -> FrictionResult:
         SolveError: no solution was found, or each gains kinetic energy.
     """
     landing = landing.without_stops
-    rows, mu = contact_rows(landing), landing.scene.friction
-    stops, along, speeds_of_stops = (
-        stop_rows(landing) if landing.scene.stops else ((), np.zeros((0, landing.robot.model.nv)), np.zeros(0))
-    )
-    equation, most = rows.equation, landing.most_independent(landing.state, rows.equation.blocks)
+    problem, mu = friction_problem(landing), landing.scene.friction
+    rows, own, m = problem.rows, problem.own, problem.contacts
+    before, equation = problem.before[:m], rows.equation
+    most = landing.most_independent(landing.state, equation.blocks)
     plain = solve_impact(equation.inertia, equation.J_c, equation.b, equation.terms, equation.tolerance, most)
     if plain.choices and not plain.choices[0].unique[~rows.rigid].all():
         raise SceneError(
             "friction is solved for contacts whose impulses are determined, but here rows are redundant; leave a contact out"
         )
-    # A direction along which a contact slides freely is a row that nothing moves.
-    own, m = 3 * rows.number + rows.place, int(rows.number[-1]) + 1
-    speeds, e, J = np.zeros(3 * m), rows.restitution[rows.normal], np.zeros((3 * m, len(rows.M)))
-    speeds[own], J[own] = rows.speeds, rows.J
-    before = speeds.reshape(-1, 3)
     assert mu is not None
-    k, G = len(stops), np.eye(len(rows.basis)) if equation.G is None else equation.G[0]
-    # A stop is a contact with a normal alone.
-    J = np.concatenate([J, np.zeros((3 * k, len(rows.M)))])
-    J[3 * m + 2 :: 3] = along @ G @ rows.basis
-    towards = speeds_of_stops + along @ G @ rows.stop
-    velocity = np.concatenate([before, np.column_stack([np.zeros((k, 2)), towards])])
-    e = np.concatenate([e, [stop.restitution for stop in stops]])
-    try:
-        by_impulse = np.linalg.solve(rows.M, J.T)
-        found = solve_friction(J @ by_impulse, velocity, np.repeat([mu, 0.0], [m, k]), e)
-    except np.linalg.LinAlgError as refusal:
-        raise SolveError(f"no verdict for a friction of {mu:g}: {refusal}") from None
-    if not found:
-        raise SolveError(f"no verdict: no impulse was found that obeys Coulomb's law with a friction of {mu:g}; take another one")
-    # Of several solutions that in which the contacts stick is the one of Eq. 4.
-    best = min(found, key=lambda solution: (solution.gains_energy, set(solution.state[:m]) != {"sticks"}))
-    if best.gains_energy:
-        raise SolveError(
-            f"no verdict: with a friction of {mu:g} and the restitution of the contacts the impact would gain {best.energy:.3g} J "
-            "of kinetic energy (Newton's restitution is not valid where slip stops or reverses); take less restitution"
-        )
-    moved = rows.stop + rows.basis @ (by_impulse @ best.impulse.ravel())
-    pushed = best.impulse[m:, 2]
-    landing = replace(landing, acting=tuple(stops[i] for i in np.flatnonzero(pushed > 0.0)))
+    best, count = problem.solved(mu)
+    moved, pushed = problem.delta(best.impulse), best.impulse[m:, 2]
+    landing = replace(landing, acting=tuple(problem.stops[i] for i in np.flatnonzero(pushed > 0.0)))
     equation, own_rows = landing.equation(landing.state), len(rows.rigid)
     impulse = np.full((1, len(equation.J_c[0]), 4), np.nan)
     impulse[0, :own_rows, 3], impulse[0, own_rows:, 3] = rows.turn.T @ best.impulse[:m].ravel()[own], pushed[pushed > 0.0]
@@ -204,7 +264,7 @@ def friction_of(landing: PosedLanding) -> FrictionResult:
     rates = approach_speeds(landing.state, stilled, landing.before)[0, :, 3]
     lost = -float(np.nan_to_num(impulse[0, :, 3]) @ (rates + equation.J_c[0] @ moved / 2.0))
     freeze(velocity, impact.delta_qd)
-    return FrictionResult(best.state[:m], velocity, len(found), best.residual, lost, None if as_proven else impact)
+    return FrictionResult(best.state[:m], velocity, count, best.residual, lost, None if as_proven else impact)
 
 
 def _free_slip(landing: PosedLanding, axes: Array, delta_qd: Array) -> Array:

@@ -9,7 +9,7 @@ import numpy as np
 
 from shockpc.core.spatial import Array
 from shockpc.impact.friction import ContactRows
-from shockpc.landing.landing import PosedLanding
+from shockpc.landing.landing import PosedLanding, mass_lifted
 from shockpc.landing.scene import GRAVITY
 
 
@@ -26,6 +26,8 @@ def free_fall(landing: PosedLanding, rows: ContactRows, free: Array) -> Array:
     if not landing.scene.gravity:
         return np.zeros(free.shape[1])
     state, falling = landing.state, np.zeros(len(free))
+    if not landing.robot.free_base:
+        return np.asarray(np.linalg.solve(rows.M, free.T @ (-GRAVITY * mass_lifted(landing.robot, state))))
     falling[:6] = np.linalg.solve(state.J[0, :, :6], [0.0, 0.0, 0.0, 0.0, 0.0, -GRAVITY])
     return np.asarray(np.linalg.solve(rows.M, free.T @ (state.H[0] @ falling)))
 

@@ -461,7 +461,7 @@ def _rail(robot: Robot, scene: Scene, contacts: tuple[Block, ...], state: Dynami
     """
     if scene.strike.drop_height is None or scene.base != "fixed" or robot.usual_base != "fixed":
         return None
-    lifts = _lift(robot, state)
+    lifts = mass_lifted(robot, state)
     carrying = np.flatnonzero(state.supports[contacts[0].body] & (np.abs(lifts) > 1e-9 * np.abs(lifts).max(initial=1e-300)))
     carrying = carrying[carrying >= 6 * robot.free_base]
     if not len(carrying) or next(joint for joint in robot.single_joints if joint.v.start == carrying[0]).kind != "prismatic":
@@ -469,7 +469,7 @@ def _rail(robot: Robot, scene: Scene, contacts: tuple[Block, ...], state: Dynami
     return int(carrying[0])
 
 
-def _lift(robot: Robot, state: Dynamics) -> Array:
+def mass_lifted(robot: Robot, state: Dynamics) -> Array:
     """∂(m z)/∂q (nv,): how fast unit joint velocities lift the mass of the robot [kg m/s]."""
     com = state.position[0] + (state.rotation[0] @ robot.coms[..., None])[..., 0]
     lifted = velocity_at(state.J[0, :3].T, state.J[0, 3:].T, com[:, None])[..., 2]
@@ -482,7 +482,7 @@ def _fall_along(robot: Robot, scene: Scene, rail: int, state: Dynamics) -> float
     Raises:
         SceneError: its rate, or a motion across the rail, is given too.
     """
-    strike, lift, height = scene.strike, _lift(robot, state)[rail], scene.strike.drop_height or 0.0
+    strike, lift, height = scene.strike, mass_lifted(robot, state)[rail], scene.strike.drop_height or 0.0
     name = next(joint.name for joint in robot.single_joints if joint.v.start == rail)
     given = [joint.name for pattern in strike.joint_velocities for joint in settable_joints(robot, pattern)]
     if name in given or strike.strike_angle_deg or strike.forward_speed:

@@ -60,7 +60,9 @@ class Contact(Record):
     )
     directions: tuple[Literal["x", "y", "z"] | tuple[float, float, float], ...] = ("x", "y", "z")
     kind: Literal["point", "flat"] = "point"
-    restitution: float = option(0.0, "Coefficient of restitution, 0 (default) to 1.", "Contact", "E", least=0.0, greatest=1.0)
+    restitution: float = option(
+        0.0, "Coefficient of restitution, 0 (default) to 1.", "Contact", "E", unit="1", least=0.0, greatest=1.0, varies=True
+    )
     restitution_along: Literal["normal", "directions"] = option(
         "normal",
         "What restitution reverses: the velocity along the normal alone (default; Newton's law), or along every direction in which "

@@ -8,19 +8,16 @@ from typing import Annotated, Any, NamedTuple
 import numpy as np
 
 from shockpc.core.spatial import Array
-from shockpc.evaluation.columns import Column, selected
 from shockpc.evaluation.evaluate import Evaluation
-from shockpc.evaluation.landings import Refusal
+from shockpc.evaluation.prediction import base_in_world, coordinate, energy_norms, inertias, predicted_later, predicting
 from shockpc.evaluation.recorded import RecordedLandings, recorded_landings
 from shockpc.evaluation.recorded_table import Measured, rows_of
 from shockpc.evaluation.table_files import read_table
-from shockpc.landing.dynamics import dynamics
 from shockpc.landing.landing import landing_of
-from shockpc.landing.places import body_places
 from shockpc.landing.record import Option
 from shockpc.landing.scene import Scene
 from shockpc.landing.scene_file import robot_of
-from shockpc.quantities.table import select, selections
+from shockpc.quantities.table import select
 from shockpc.robot.robot import Robot
 from shockpc.studies.declare import QuantityOption, study
 from shockpc.text.errors import StudyError
@@ -36,9 +33,6 @@ STATISTICS = ("r", "slope", "error", "error (energy)", "skill", "skill (mean)")
 
 ALL = "all velocities"
 """The group of all velocities, which have different units: it has an error in the energy norm alone."""
-
-COMPONENTS = ("vx", "vy", "vz", "wx", "wy", "wz")
-"""Those of the base's velocity, as coordinates."""
 
 INTERVAL = (2.5, 97.5)
 """Percentiles of its intervals."""
@@ -167,139 +161,23 @@ def compare_measured(
         if not rows.measured:
             raise StudyError("the table has no column of what was measured after the impact, such as after_JOINT or after_vz")
         study = RecordedLandings(robot, rows)
-        predicting = _predicting(study, friction=not np.isnan(rows.friction).all())
-        results = Evaluation(study, tuple({column.name: column for column in predicting.values()}.values()), prove=0).table()
-        jumps = _jumps(study, predicting, results.columns)
+        by_key = predicting(study, friction=not np.isnan(rows.friction).all())
+        results = Evaluation(study, tuple({column.name: column for column in by_key.values()}.values()), prove=0).table()
+        jumps = base_in_world(study, by_key, results.columns)
         predictions = [(model, rows.measured, [jumps[column.key] for column in rows.measured], results.messages)]
         timed = tuple(column for column in rows.measured if column.time)
         if scene.contact_stiffness is not None and timed:
             name = f"{model}, contacts of {scene.contact_stiffness:g} N/m"
-            predictions.append((name, timed, *_predicted_later(study, predicting, timed)))
-        inertias = _inertias(study)
+            predictions.append((name, timed, *predicted_later(study, by_key, timed)))
+        masses = inertias(study)
         for name, measured, predicted, messages in predictions:
-            agreements += _agreements(name, measured, predicted, robot, inertias)
+            agreements += _agreements(name, measured, predicted, robot, masses)
             failures += [(name, str(rows.names[i]), text) for i, text in messages.items()]
     return Validation(tuple(agreements), tuple(failures))
 
 
-def _predicting(study: RecordedLandings, friction: bool) -> dict[str, Column]:
-    """The columns that predict what was measured, by its key, with all components of the base's jump.
-
-    Args:
-        study: the landings.
-        friction: whether they have friction, and the jumps are those with it.
-    """
-    base, kinds = body_places(study.robot)[0], {"v": "delta_v", "w": "delta_omega"}
-    columns = {kind + axis: Column(select(f"body.{key}.{axis}"), base) for kind, key in kinds.items() for axis in "xyz"}
-    for key in dict.fromkeys(measured.key for measured in study.table.measured if "@" in measured.key):
-        selection, places = selected(study.first, key)
-        if len(places) != 1:
-            raise StudyError(f"after_{key} is one column, and means {len(places)} places; name one of them")
-        columns[key] = Column(selection, places[0])
-    return {key: _with_friction(key, column) for key, column in columns.items()} if friction else columns
-
-
-def _with_friction(key: str, column: Column) -> Column:
-    """The same quantity of the impact with friction. Args: key, of what was measured."""
-    selection = column.selection
-    if selection.quantity.unproven:
-        return column  # of the impact with friction already
-    name = selection.name.replace(selection.quantity.key, f"{selection.quantity.key}_friction")
-    if name not in selections():
-        raise StudyError(
-            f"after_{key} cannot be predicted with friction, because {selection.name} does not exist with it; leave the column out "
-            f"with --map after_{key}=, or the friction"
-        )
-    return column._replace(selection=select(name))
-
-
-def _jumps(study: RecordedLandings, predicting: Mapping[str, Column], columns: Mapping[str, Array]) -> dict[str, Array]:
-    """The jumps (n,) by key, those of the base in world axes. Args: columns (n,) by name, those of the base in its own axes."""
-    jumps = {key: columns[column.name] for key, column in predicting.items()}
-    for kind in "vw":
-        in_body = np.stack([jumps[kind + axis] for axis in "xyz"], axis=-1)
-        world = (_rotations(study) @ in_body[..., None])[..., 0]
-        jumps |= {kind + axis: world[:, k] for k, axis in enumerate("xyz")}
-    return jumps
-
-
-def _rotations(study: RecordedLandings) -> Array:
-    """Rotations (n, 3, 3) of the base's frame, body to world."""
-    from scipy.spatial.transform import Rotation
-
-    if not study.robot.free_base:
-        return np.broadcast_to(study.first.state.rotation[0, 0], (study.rows, 3, 3))
-    return np.asarray(Rotation.from_quat(study.table.Q[:, 3:7]).as_matrix() @ study.robot.bodies[0].rotation)
-
-
-def _predicted_later(
-    study: RecordedLandings, predicting: Mapping[str, Column], timed: Sequence[Measured]
-) -> tuple[list[Array], dict[int, str]]:
-    """The changes (n,) until the time of each measured quantity, on contacts of finite stiffness, and failures by row.
-
-    Args:
-        study: the landings.
-        predicting: columns by key.
-        timed: what was measured, each with a time.
-    """
-    at_times = {
-        time: {key: column._replace(time=time) for key, column in predicting.items()}
-        for time in sorted({measured.time for measured in timed if measured.time})
-    }
-    wanted = {column.name: column for columns in at_times.values() for column in columns.values()}
-    results = Evaluation(study, tuple(wanted.values()), prove=0).table()
-    messages, jumps = dict(results.messages), {time: _jumps(study, one, results.columns) for time, one in at_times.items()}
-    later = [jumps[measured.time][measured.key] for measured in timed if measured.time]
-    for measured, values in zip(timed, later, strict=True):
-        for i in set(np.flatnonzero(np.isnan(values)).tolist()) - messages.keys():
-            messages[i] = f"{measured.key} at a time after contact does not follow from velocities, or has no value"
-    return later, dict(sorted(messages.items()))
-
-
-def _inertias(study: RecordedLandings) -> Array:
-    """H (n, nv, nv) of the landings; of a free base in the world's components of its velocity and angular velocity."""
-    robot = study.robot
-    H = np.full((study.rows, robot.model.nv, robot.model.nv), np.nan)
-    for k, (first, _) in enumerate(study.parts):
-        for group in study.part(k, study.own(k)).groups:
-            if isinstance(group, Refusal):
-                continue
-            state = dynamics(robot, group.Q, group.landing.joint_model.armature)
-            rates = np.broadcast_to(np.eye(robot.model.nv), state.H.shape).copy()
-            if robot.free_base:
-                rates[:, :6, :6] = np.linalg.inv(state.J[:, [3, 4, 5, 0, 1, 2], :6])
-            H[first + group.postures] = rates.swapaxes(1, 2) @ state.H @ rates
-    return H
-
-
-def _coordinate(measured: Measured, robot: Robot) -> int:
-    """Which row of `_inertias` a measured velocity has; −1 for another quantity."""
-    if measured.key in COMPONENTS:
-        return COMPONENTS.index(measured.key)
-    return robot.joint(measured.name).v.start if measured.group == "joint rates" else -1
-
-
-def _energy_norms(H: Array, coordinates: Array, jumps: Array) -> Array:
-    """√(ΔᵀHΔ) (n,), the least for whatever Δ there is where none was measured [√J].
-
-    Args:
-        H: (n, nv, nv) inertias.
-        coordinates: (k,) of the jumps.
-        jumps: (n, k) measured parts of Δ; NaN where there is none.
-    """
-    norms, measured = np.full(len(jumps), np.nan), np.isfinite(jumps)
-    for pattern in np.unique(measured[measured.any(axis=1)], axis=0):
-        rows, own = (measured == pattern).all(axis=1), coordinates[pattern]
-        others = np.setdiff1d(np.arange(H.shape[1]), own)
-        A, B, C = (H[rows][:, left][:, :, right] for left, right in ((own, own), (own, others), (others, others)))
-        delta = jumps[rows][:, pattern, None]
-        squares = delta.swapaxes(1, 2) @ (A - B @ np.linalg.pinv(C, hermitian=True) @ B.swapaxes(1, 2)) @ delta
-        norms[rows] = np.sqrt(np.maximum(squares.ravel(), 0.0))
-    return norms
-
-
 def _agreements(
-    model: str, measured: Sequence[Measured], predicted: Sequence[Array], robot: Robot, inertias: Array
+    model: str, measured: Sequence[Measured], predicted: Sequence[Array], robot: Robot, masses: Array
 ) -> list[Agreement]:
     """Of every group, then of every quantity, at each time.
 
@@ -308,21 +186,21 @@ def _agreements(
         measured: the quantities.
         predicted: (n,) for each of them.
         robot: the robot.
-        inertias: as `_inertias` gives them.
+        masses: as `inertias` gives them.
     """
     groups: list[Agreement] = []
     quantities: list[Agreement] = []
-    coordinates = np.array([_coordinate(column, robot) for column in measured])
+    coordinates = np.array([coordinate(column, robot) for column in measured])
 
     def agreement(name: str, columns: Sequence[int], group: bool) -> Agreement:
         truth, guess = (np.stack([values[k] for k in columns], axis=1) for values in ([m.jump for m in measured], predicted))
         first, own = measured[columns[0]], coordinates[columns]
         unit = "√J" if name == ALL else first.unit or select(first.key.partition("@")[0]).quantity.unit
         known = np.isfinite(guess).all(axis=1) & np.isfinite(truth).any(axis=1)
-        H, y, x, ratio = inertias[known], truth[known], guess[known], np.full(int(known.sum()), np.nan)
+        H, y, x, ratio = masses[known], truth[known], guess[known], np.full(int(known.sum()), np.nan)
         if own.min() >= 0:
             with np.errstate(invalid="ignore", divide="ignore"):
-                ratio = _energy_norms(H, own, x - y) / _energy_norms(H, own, y)
+                ratio = energy_norms(H, own, x - y) / energy_norms(H, own, y)
         statistics = _statistics(y, x, ratio)
         if name == ALL:
             statistics = {key: x if key == "error (energy)" else (np.nan,) * 3 for key, x in statistics.items()}

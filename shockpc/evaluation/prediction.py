@@ -1,0 +1,343 @@
+"""Predicted jumps of what recorded landings measured, for values of what is unknown, and the norm in which errors count."""
+
+import functools
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field, replace
+from typing import NamedTuple
+
+import numpy as np
+
+from shockpc.core.friction import solve_each
+from shockpc.core.spatial import Array
+from shockpc.evaluation.columns import Column, selected
+from shockpc.evaluation.evaluate import Evaluation
+from shockpc.evaluation.landings import Refusal
+from shockpc.evaluation.recorded import RecordedLandings
+from shockpc.evaluation.recorded_table import Measured, Rows
+from shockpc.evaluation.variation import Variation
+from shockpc.evaluation.varied_scene import applied
+from shockpc.impact.friction import FrictionProblem, friction_problem
+from shockpc.landing.dynamics import dynamics
+from shockpc.landing.landing import PosedLanding
+from shockpc.landing.motion import Motion
+from shockpc.landing.places import Place, body_places
+from shockpc.landing.scene import Scene
+from shockpc.quantities.table import select, selections
+from shockpc.robot.robot import Robot
+from shockpc.text.errors import ShockError, StudyError
+
+COMPONENTS = ("vx", "vy", "vz", "wx", "wy", "wz")
+"""Those of the base's velocity, as coordinates."""
+
+
+def predicting(study: RecordedLandings, friction: bool) -> dict[str, Column]:
+    """The columns that predict what was measured, by its key, with all components of the base's jump.
+
+    Args:
+        study: the landings.
+        friction: whether they have friction, and the jumps are those with it.
+    """
+    base, kinds = body_places(study.robot)[0], {"v": "delta_v", "w": "delta_omega"}
+    columns = {kind + axis: Column(select(f"body.{key}.{axis}"), base) for kind, key in kinds.items() for axis in "xyz"}
+    for key in dict.fromkeys(measured.key for measured in study.table.measured if "@" in measured.key):
+        selection, places = selected(study.first, key)
+        if len(places) != 1:
+            raise StudyError(f"after_{key} is one column, and means {len(places)} places; name one of them")
+        columns[key] = Column(selection, places[0])
+    return {key: _with_friction(key, column) for key, column in columns.items()} if friction else columns
+
+
+def _with_friction(key: str, column: Column) -> Column:
+    """The same quantity of the impact with friction. Args: key, of what was measured."""
+    selection = column.selection
+    if selection.quantity.unproven:
+        return column  # of the impact with friction already
+    name = selection.name.replace(selection.quantity.key, f"{selection.quantity.key}_friction")
+    if name not in selections():
+        raise StudyError(
+            f"after_{key} cannot be predicted with friction, because {selection.name} does not exist with it; leave the column out "
+            f"with --map after_{key}=, or the friction"
+        )
+    return column._replace(selection=select(name))
+
+
+def base_in_world(study: RecordedLandings, predicting: Mapping[str, Column], columns: Mapping[str, Array]) -> dict[str, Array]:
+    """The jumps (n,) by key, those of the base in world axes. Args: columns (n,) by name, those of the base in its own axes."""
+    jumps = {key: columns[column.name] for key, column in predicting.items()}
+    for kind in "vw":
+        in_body = np.stack([jumps[kind + axis] for axis in "xyz"], axis=-1)
+        world = (_rotations(study) @ in_body[..., None])[..., 0]
+        jumps |= {kind + axis: world[:, k] for k, axis in enumerate("xyz")}
+    return jumps
+
+
+def _rotations(study: RecordedLandings) -> Array:
+    """Rotations (n, 3, 3) of the base's frame, body to world."""
+    from scipy.spatial.transform import Rotation
+
+    if not study.robot.free_base:
+        return np.broadcast_to(study.first.state.rotation[0, 0], (study.rows, 3, 3))
+    return np.asarray(Rotation.from_quat(study.table.Q[:, 3:7]).as_matrix() @ study.robot.bodies[0].rotation)
+
+
+def predicted_later(
+    study: RecordedLandings, by_key: Mapping[str, Column], timed: Sequence[Measured]
+) -> tuple[list[Array], dict[int, str]]:
+    """The changes (n,) until the time of each measured quantity, on contacts of finite stiffness, and failures by row.
+
+    Args:
+        study: the landings.
+        by_key: columns by key.
+        timed: what was measured, each with a time.
+    """
+    at_times = {
+        time: {key: column._replace(time=time) for key, column in by_key.items()}
+        for time in sorted({measured.time for measured in timed if measured.time})
+    }
+    wanted = {column.name: column for columns in at_times.values() for column in columns.values()}
+    results = Evaluation(study, tuple(wanted.values()), prove=0).table()
+    messages, jumps = dict(results.messages), {time: base_in_world(study, one, results.columns) for time, one in at_times.items()}
+    later = [jumps[measured.time][measured.key] for measured in timed if measured.time]
+    for measured, values in zip(timed, later, strict=True):
+        for i in set(np.flatnonzero(np.isnan(values)).tolist()) - messages.keys():
+            messages[i] = f"{measured.key} at a time after contact does not follow from velocities, or has no value"
+    return later, dict(sorted(messages.items()))
+
+
+def inertias(study: RecordedLandings) -> Array:
+    """H (n, nv, nv) of the landings; of a free base in the world's components of its velocity and angular velocity."""
+    robot = study.robot
+    H = np.full((study.rows, robot.model.nv, robot.model.nv), np.nan)
+    for k, (first, _) in enumerate(study.parts):
+        for group in study.part(k, study.own(k)).groups:
+            if isinstance(group, Refusal):
+                continue
+            state = dynamics(robot, group.Q, group.landing.joint_model.armature)
+            rates = np.broadcast_to(np.eye(robot.model.nv), state.H.shape).copy()
+            if robot.free_base:
+                rates[:, :6, :6] = np.linalg.inv(state.J[:, [3, 4, 5, 0, 1, 2], :6])
+            H[first + group.postures] = rates.swapaxes(1, 2) @ state.H @ rates
+    return H
+
+
+def coordinate(measured: Measured, robot: Robot) -> int:
+    """Which row of `inertias` a measured velocity has; −1 for another quantity."""
+    if measured.key in COMPONENTS:
+        return COMPONENTS.index(measured.key)
+    return robot.joint(measured.name).v.start if measured.group == "joint rates" else -1
+
+
+def reduced_inertia(H: Array, own: np.ndarray) -> Array:
+    """Inertias (n, k, k) of some velocities where the others are those with which ΔᵀHΔ is least: Schur complements of H.
+
+    Args:
+        H: (n, nv, nv) inertias.
+        own: (k,) which velocities.
+    """
+    others = np.setdiff1d(np.arange(H.shape[1]), own)
+    A, B, C = (H[:, left][:, :, right] for left, right in ((own, own), (own, others), (others, others)))
+    return np.asarray(A - B @ np.linalg.pinv(C, hermitian=True) @ B.swapaxes(1, 2))
+
+
+def energy_norms(H: Array, coordinates: Array, jumps: Array) -> Array:
+    """√(ΔᵀHΔ) (n,), the least for whatever Δ there is where none was measured [√J].
+
+    Args:
+        H: (n, nv, nv) inertias.
+        coordinates: (k,) of the jumps.
+        jumps: (n, k) measured parts of Δ; NaN where there is none.
+    """
+    norms, measured = np.full(len(jumps), np.nan), np.isfinite(jumps)
+    for pattern in np.unique(measured[measured.any(axis=1)], axis=0):
+        rows, own = (measured == pattern).all(axis=1), coordinates[pattern]
+        delta = jumps[rows][:, pattern, None]
+        squares = delta.swapaxes(1, 2) @ reduced_inertia(H[rows], own) @ delta
+        norms[rows] = np.sqrt(np.maximum(squares.ravel(), 0.0))
+    return norms
+
+
+SCALE = "scale:before"
+"""An unknown: the factor by which the velocities before the impact were measured too small."""
+
+MOST_KNOWN = 500
+"""Values of which the predictions are kept."""
+
+STICKS = 1e9
+"""Friction of rows without one, beside rows with friction."""
+
+
+class Predicted(NamedTuple):
+    """Jumps of velocities that were measured.
+
+    Attributes:
+        jumps: (n, k) predicted; NaN where there is no prediction.
+        measured: (n, k) measured; NaN where one was not.
+        messages: why rows have no prediction, by their number.
+    """
+
+    jumps: Array
+    measured: Array
+    messages: Mapping[int, str]
+
+
+@dataclass(frozen=True, eq=False)
+class Predictor:
+    """Jumps of measured velocities, for values of unknown quantities. What does not depend on friction and restitution is kept.
+
+    Attributes:
+        rows: the landings.
+        robot: their robot.
+        unknowns: the quantities.
+        measured: what was measured, velocities alone.
+    """
+
+    rows: Rows = field(repr=False)
+    robot: Robot = field(repr=False)
+    unknowns: tuple[Variation, ...]
+    measured: tuple[Measured, ...] = field(repr=False)
+
+    @functools.cached_property
+    def coordinates(self) -> np.ndarray:
+        """Which rows of `inertias` (k,) the measured velocities have."""
+        return np.array([coordinate(column, self.robot) for column in self.measured])
+
+    def study(self, values: Sequence[float] | None) -> RecordedLandings:
+        """The landings with values of the unknowns. Args: values (p,) in their units; None for the landings as they are given.
+
+        Raises:
+            ShockError: a value is not possible.
+        """
+        rows, robot, scenes = self.rows, self.robot, list(self.rows.scenes)
+        for one, value in zip(self.unknowns, values if values is not None else (), strict=values is not None):
+            if one.subject == SCALE:
+                before = Motion(*(value * part for part in rows.before))
+                rows = rows._replace(before=before, contact_velocity=value * rows.contact_velocity)
+                continue
+            if one.kind == "friction":
+                rows = rows._replace(friction=np.full(len(rows.Q), value))
+            changes = [applied(scene, robot, one, value) for scene in scenes]
+            scenes, robot = [scene for scene, _ in changes], changes[0][1]
+        return RecordedLandings(robot, rows._replace(scenes=tuple(scenes)))
+
+    def __call__(self, values: Sequence[float] | None) -> Predicted:
+        """The jumps for values (p,) of the unknowns; None for the landings as they are given."""
+        key = None if values is None else tuple(map(float, values))
+        if key not in self._known:
+            if len(self._known) >= MOST_KNOWN:
+                self._known.clear()
+            self._known[key] = self._predicted(key)
+        return self._known[key]
+
+    def _predicted(self, values: tuple[float, ...] | None) -> Predicted:
+        scale = dict(zip((one.subject for one in self.unknowns), values or (), strict=False)).get(SCALE, 1.0)
+        measured = np.stack([column.jump for column in self.measured], axis=1) + (1.0 - scale) * self._before
+        try:
+            study = self.study(values)
+            jumps, messages = self._jumps(study, values)
+        except ShockError as error:
+            jumps, messages = np.full(measured.shape, np.nan), dict.fromkeys(range(len(measured)), str(error))
+        jumps[list(messages)] = np.nan
+        return Predicted(jumps, measured, messages)
+
+    def _jumps(self, study: RecordedLandings, values: tuple[float, ...] | None) -> tuple[Array, dict[int, str]]:
+        scene, timed = study.scene, self.measured[0].time is not None
+        stiff = scene.contact_stiffness is not None and timed
+        if not stiff and not np.isnan(study.table.friction).all():
+            return self._with_friction(study, values)
+        keys = predicting(study, friction=False)
+        if stiff:
+            jumps, messages = predicted_later(study, keys, self.measured, {})
+            return np.stack(jumps, axis=1), messages
+        table = Evaluation(study, tuple({column.name: column for column in keys.values()}.values()), prove=0).table()
+        by_key = base_in_world(study, keys, table.columns)
+        return np.stack([by_key[column.key] for column in self.measured], axis=1), dict(table.messages)
+
+    def _with_friction(self, study: RecordedLandings, values: tuple[float, ...] | None) -> tuple[Array, dict[int, str]]:
+        """The jumps with friction, of which only the impulses of the contacts depend on friction and restitution."""
+        flat = any(contact.kind == "flat" for scene in study.table.scenes for contact in scene.contact)
+        named = list(zip(self.unknowns, values or (), strict=values is not None))
+        apart = ("friction",) if flat else ("friction", "restitution")
+        key = None if values is None else tuple(value for one, value in named if one.kind not in apart)
+        e = next((value for one, value in named if one.kind == "restitution"), None)
+        if key not in self._problems:
+            self._problems.clear()
+            self._problems[key] = [self._problem(study, i) for i in range(study.rows)]
+        jumps, messages = np.full((study.rows, len(self.measured)), np.nan), dict[int, str]()
+        friction = np.nan_to_num(study.table.friction, nan=STICKS)
+        known = self._problems[key]
+        messages |= {i: one for i, one in enumerate(known) if isinstance(one, str)}
+        alone = [i for i, one in enumerate(known) if not isinstance(one, str) and len(one[0].before) == 1]
+        impulses = dict[int, Array]()
+        if alone:
+            A, before, own = (np.stack(part) for part in zip(*map(_single, (known[i] for i in alone)), strict=True))
+            restitution = own if e is None else np.full(len(alone), e)
+            impulses = dict(zip(alone, solve_each(A, before, friction[alone], restitution), strict=True))
+        for i, one in enumerate(known):
+            if isinstance(one, str):
+                continue
+            problem, to_measured = one
+            try:
+                impulse = impulses.get(i)
+                if impulse is None or np.isnan(impulse).any():
+                    impulse = problem.solved(float(friction[i]), e)[0].impulse
+                jumps[i] = to_measured @ problem.delta(impulse)
+            except ShockError as error:
+                messages[i] = str(error)
+        return jumps, messages
+
+    def _problem(self, study: RecordedLandings, i: int) -> tuple[FrictionProblem, Array] | str:
+        """A landing with friction, with the measured velocities (k, ny) for unit free ones; or why there is none."""
+        try:
+            landing = study.landing(i)
+            problem = friction_problem(landing)
+        except ShockError as error:
+            return str(error)
+        equation, rates = problem.rows.equation, self.to_measured(landing)
+        return problem, rates if equation.G is None else rates @ equation.G[0]
+
+    def to_measured(self, landing: PosedLanding) -> Array:
+        """The measured velocities (k, nv) for unit joint velocities in a landing."""
+        rates = np.eye(self.robot.model.nv)
+        if self.robot.free_base:
+            rates[:6, :6] = landing.state.J[0][[3, 4, 5, 0, 1, 2], :6]
+        return np.asarray(rates[self.coordinates])
+
+    @functools.cached_property
+    def _known(self) -> dict[tuple[float, ...] | None, Predicted]:
+        return {}
+
+    @functools.cached_property
+    def _problems(self) -> dict[tuple[float, ...] | None, list[tuple[FrictionProblem, Array] | str]]:
+        return {}
+
+    @functools.cached_property
+    def _before(self) -> Array:
+        """The measured velocities (n, k) before the impact."""
+        velocity, omega, rates = self.rows.before
+        whole = rates.copy()
+        if self.robot.free_base:
+            whole[:, :6] = np.hstack([velocity, omega])
+        return np.asarray(whole[:, self.coordinates])
+
+    @functools.cached_property
+    def strike_energy(self) -> Array:
+        """Kinetic energy (n,) that each impact takes if its contacts stick without restitution: ½ v_inᵀ Λ v_in [J].
+
+        It does not depend on what was measured after the impact. NaN where there is no such landing.
+        """
+        scenes = tuple(_sticking(scene) for scene in self.rows.scenes)
+        rows = self.rows._replace(scenes=scenes, friction=np.full(len(self.rows.Q), np.nan))
+        lost = Column(select("energy_lost"), Place(self.robot.name))
+        return np.asarray(Evaluation(RecordedLandings(self.robot, rows), (lost,), prove=0).table().columns[lost.name])
+
+
+def _single(known: tuple[FrictionProblem, Array] | str) -> tuple[Array, Array, Array]:
+    """Delassus matrix (3, 3), velocity (3,) and restitution of a landing on one contact."""
+    assert not isinstance(known, str)
+    return known[0].A, known[0].before[0], known[0].restitution[0]
+
+
+def _sticking(scene: Scene) -> Scene:
+    """The scene on contacts that stick without restitution, of no finite stiffness."""
+    contact = tuple(replace(contact, restitution=0.0) for contact in scene.contact)
+    return replace(scene, contact=contact, friction=None, contact_stiffness=None, tangential_stiffness=None, contact_damping=None)

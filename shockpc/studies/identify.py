@@ -1,0 +1,523 @@
+"""From measured landings to what was unknown of a robot: drives, friction, restitution, stiffness, masses.
+
+The unknowns are those values with which predicted and measured jumps of velocities differ least, in the norm of the kinetic energy
+and relative to the energy of each strike, which the measurement after the impact has no part in: dividing by a measured jump, which is
+noisy, would favour values that predict small jumps. Landings that fit badly count less (soft L1).
+
+A grid is searched first, as where contacts stick nothing changes with the friction and a gradient leads nowhere. Intervals are a
+bootstrap over landings: each draw gives landings other weights, and the values follow from the derivatives at the solution.
+"""
+
+import os
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass, field
+from fnmatch import fnmatchcase
+from pathlib import Path
+from typing import Any, Literal, NamedTuple
+
+import numpy as np
+
+from shockpc.core.spatial import Array
+from shockpc.evaluation.prediction import SCALE, Predicted, Predictor, energy_norms, inertias, reduced_inertia
+from shockpc.evaluation.recorded_table import rows_of
+from shockpc.evaluation.table_files import read_table
+from shockpc.evaluation.variation import Variation, pairs, variation
+from shockpc.evaluation.varied_scene import applied
+from shockpc.landing.landing import landing_of
+from shockpc.landing.scene import Scene
+from shockpc.landing.scene_file import robot_of
+from shockpc.robot.robot import Robot
+from shockpc.text.errors import ShockError, StudyError
+from shockpc.text.printed import listed
+
+SEED = 0
+"""Of the bootstrap and of the parts that are left out."""
+
+GRID = {1: 33, 2: 12, 3: 6}
+"""Values of each of so many unknowns on the grid that is searched first; of more unknowns 2 ** `MOST` points of a Sobol sequence."""
+
+MOST, STARTS = 8, 3
+"""Of that sequence; and the points of the grid from which the search goes on."""
+
+STEP = 5e-3
+"""With which derivatives are differences, as a share of an unknown's range."""
+
+EDGE = 2e-3
+"""Share of the range within which a value is at its bound."""
+
+ALIKE = 0.05
+"""Relative scatter of the predicted jumps over the speeds of the strikes up to which landings are all alike."""
+
+HARD = 0.95
+"""Correlation from which two unknowns are hard to tell apart."""
+
+NO_INFLUENCE = 1e-6
+"""Share of the jumps up to which an unknown changes nothing."""
+
+SCAN = 25
+"""Values of each unknown for which the error is given."""
+
+State = Literal["identified", "at its bound", "not identifiable", "no influence"]
+
+
+class Unknown(NamedTuple):
+    """What was found of an unknown.
+
+    Attributes:
+        variation: the unknown, with its unit and range.
+        value: with which the landings are predicted best.
+        low: lower end of the 95 % interval; NaN without one.
+        high: its upper end.
+        state: "identified", or why there is no interval.
+        values: (m,) over its range.
+        errors: (m,) of the prediction with each of these, the other unknowns as found: median over the landings.
+    """
+
+    variation: Variation
+    value: float
+    low: float
+    high: float
+    state: State
+    values: Array
+    errors: Array
+
+
+@dataclass(frozen=True, eq=False)
+class Identification:
+    """What measured landings say about unknowns.
+
+    Errors of a landing are ‖predicted − measured‖ / ‖measured‖ in the energy norm √(ΔᵀHΔ); the statistic is their median. A
+    landing without a prediction counts as one of no jump, whose error is 1.
+
+    Attributes:
+        unknowns: with their values.
+        scene: the landing with these values; masses are none of a scene.
+        robot: the robot with these values.
+        predictor: of the jumps.
+        before: jumps with the scene as it is given.
+        after: jumps with the values that were found.
+        used: (n,) which landings count.
+        errors: "before" and "after", and "left out": of landings that had no part in finding the values (k-fold); "free impulse" is
+            that of the best impulse at the contacts, whatever its law, with the inertia that was found, NaN where every jump is
+            one of those.
+        landing_errors: (n,) the same by landing, NaN where it does not count.
+        correlation: (p, p) of the values; NaN where one was not identified.
+        singular: (p,) singular values of the derivatives by the unknowns over their ranges, relative to what is left unexplained.
+        statements: what the data do not tell, and what is wrong beyond their scatter.
+        messages: why landings have no prediction with these values, by number of the row.
+    """
+
+    unknowns: tuple[Unknown, ...]
+    scene: Scene = field(repr=False)
+    robot: Robot = field(repr=False)
+    predictor: Predictor = field(repr=False)
+    before: Predicted = field(repr=False)
+    after: Predicted = field(repr=False)
+    used: np.ndarray = field(repr=False)
+    errors: Mapping[str, float]
+    landing_errors: Mapping[str, Array] = field(repr=False)
+    correlation: Array
+    singular: Array
+    statements: tuple[str, ...]
+    messages: Mapping[int, str]
+
+    @property
+    def values(self) -> dict[str, float]:
+        """The values by subject."""
+        return {one.variation.subject: one.value for one in self.unknowns}
+
+
+def identify(
+    table: str | os.PathLike[str] | Mapping[str, Any],
+    scene: Scene,
+    unknown: Mapping[str, str] | Iterable[tuple[str, str]],
+    *,
+    robot: Robot | None = None,
+    rename: Mapping[str, str] | None = None,
+    after: float | None = None,
+    noise: Mapping[str, float] | None = None,
+    draws: int = 1000,
+    folds: int = 5,
+) -> Identification:
+    """Find unknowns of a robot and of the ground from measured jumps.
+
+    Args:
+        table: landings with columns after_…, as `landings` takes them; velocities alone are used.
+        scene: gives what the table does not.
+        unknown: ranges by subject, such as {"friction": "0:1.5", "armature:*_knee": "0.001:0.1:log"}: what a sweep varies of the
+            robot and the ground, and "scale:before", a factor on the velocities before the impact.
+        robot: the scene's robot, if it is loaded already.
+        rename: other names for columns or joints of the table, as for `rows_of`.
+        after: which of the measured times counts [ms]; by default the first.
+        noise: standard deviations of measured velocities by name or glob, such as {"v?": 0.02, "*": 0.5} [m/s, rad/s]; the first
+            that fits counts, and what none fits is not used. By default all count by their energy, relative to that of the strike.
+        draws: of the bootstrap.
+        folds: in how many parts the landings are left out.
+
+    Raises:
+        UnknownName: an unknown names nothing in the robot.
+        StudyError: a range is not valid, or the table has too little to find unknowns from.
+        ShockError: the table cannot be read, or no landing can be computed.
+    """
+    robot = robot or robot_of(scene)
+    columns = read_table(Path(table)) if isinstance(table, str | os.PathLike) else {k: np.asarray(x) for k, x in table.items()}
+    rows = rows_of(columns, landing_of(scene, robot), rename)
+    unknowns = tuple(_unknown(robot, *one) for one in pairs(unknown))
+    if not unknowns or len({one.subject for one in unknowns}) < len(unknowns):
+        raise StudyError("give each unknown once, as NAME=LOW:HIGH, such as friction=0:1.5")
+    if draws < 100 or folds < 2:
+        raise StudyError(f"{draws} draws and {folds} parts are not enough; give at least 100 draws and 2 parts")
+    velocities = [m for m in rows.measured if m.key in ("vx", "vy", "vz", "wx", "wy", "wz") or m.group == "joint rates"]
+    if not velocities:
+        raise StudyError(
+            "the table measured no velocity after the impact, such as after_JOINT or after_vz, so nothing can be found"
+        )
+    times = list(dict.fromkeys(column.time for column in velocities))
+    if after is not None and after not in times:
+        raise StudyError(f"nothing was measured after {after:g} ms; valid are {listed(f'{t:g}' for t in times if t is not None)}")
+    chosen = tuple(column for column in velocities if column.time == (times[0] if after is None else after))
+    deviations = np.array([_noise(column.name, noise) for column in chosen])
+    chosen = tuple(column for column, sigma in zip(chosen, deviations, strict=True) if sigma > 0.0)
+    if not chosen:
+        raise StudyError(f"--noise fits nothing that was measured; measured are {listed(column.name for column in velocities)}")
+    predictor = Predictor(rows, robot, unknowns, chosen)
+    fit = _Fit(predictor, deviations[deviations > 0.0] if noise else None)
+    return fit.identification(scene, draws, folds)
+
+
+def _unknown(robot: Robot, subject: str, values: str) -> Variation:
+    """An unknown with its range."""
+    if subject == SCALE:
+        numbers = variation(robot, "friction", values)
+        one = Variation(SCALE, "scale", "before", "-", span=numbers.span, law=numbers.law)
+    else:
+        one = variation(robot, subject, values)
+    if one.span is None or one.law == "normal":
+        raise StudyError(f"{subject}={values} is no range; give LOW:HIGH, or LOW:HIGH:log, such as {subject}=0.1:1")
+    if not one.uncertain and subject != SCALE:
+        raise StudyError(
+            f"{subject} is of how the robot lands, which the table gives; unknown may be friction, restitution, contact-stiffness, "
+            f"armature:JOINTS, rotor:JOINTS, joint-stiffness:JOINTS, mass:LINK, com-x:LINK, inertia:LINK and {SCALE}"
+        )
+    return one
+
+
+def _noise(name: str, noise: Mapping[str, float] | None) -> float:
+    """The standard deviation of a measured velocity; 1 where none is given for any."""
+    if not noise:
+        return 1.0
+    sigma = next((sigma for pattern, sigma in noise.items() if fnmatchcase(name, pattern)), 0.0)
+    if not 0.0 <= sigma < np.inf:
+        raise StudyError(f"a noise of {sigma:g} for {name} is not valid; give a standard deviation above zero")
+    return sigma
+
+
+class _Fit:
+    """The search. Unknowns are shares u (p,) of their ranges, in logarithms where these are so."""
+
+    def __init__(self, predictor: Predictor, noise: Array | None) -> None:
+        self.predictor, self.noise, self.p = predictor, noise, len(predictor.unknowns)
+        for corner in (0.0, 1.0):
+            _ = predictor.study(self.values(np.full(self.p, corner))).first  # what is wrong with a range is said at once
+        self.before = predictor(None)
+        known = np.isfinite(self.before.measured)
+        self.inertias = inertias(predictor.study(self.values(np.full(self.p, 0.5))))
+        energy = predictor.strike_energy
+        self.used = known.any(axis=1) & (energy > 0.0) & np.isfinite(self.inertias).all(axis=(1, 2))
+        if self.used.sum() <= self.p:
+            reasons = list(dict.fromkeys([*predictor.rows.messages.values(), *self.before.messages.values()]))
+            raise StudyError(
+                f"{self.used.sum()} landings that can be computed do not identify {self.p} unknowns; give more"
+                + (f" ({reasons[0]})" if reasons else "")
+            )
+        self.whitening = np.zeros((len(known), known.shape[1], known.shape[1]))
+        for pattern in np.unique(known[self.used], axis=0):
+            rows, own = np.flatnonzero((known == pattern).all(axis=1) & self.used), np.flatnonzero(pattern)
+            if noise is not None:
+                root = np.broadcast_to(np.diag(1.0 / noise[own]), (len(rows), len(own), len(own)))
+            else:
+                reduced = reduced_inertia(self.inertias[rows], predictor.coordinates[own])
+                root = np.linalg.cholesky(reduced).swapaxes(1, 2) / np.sqrt(2.0 * energy[rows, None, None])
+            self.whitening[np.ix_(rows, own, own)] = root
+        self.scale = 1.0
+
+    def values(self, u: Array) -> tuple[float, ...]:
+        """The values of the unknowns."""
+        return tuple(map(_value, self.predictor.unknowns, u.tolist()))
+
+    def residuals(self, u: Array) -> Array:
+        """Predicted less measured jumps (n, k) by their energies or noise, of landings that count; without prediction no jump."""
+        found = self.predictor(self.values(u))
+        difference = np.nan_to_num(found.jumps) - np.nan_to_num(found.measured)
+        return np.asarray((self.whitening @ difference[..., None])[self.used, :, 0])
+
+    def cost(self, u: Array) -> float:
+        """What is minimised."""
+        return float(np.sum(np.sqrt(1.0 + np.sum(self.residuals(u) ** 2, axis=1) / self.scale**2) - 1.0))
+
+    def derivatives(self, u: Array, step: Array | float = STEP) -> Array:
+        """Derivatives (n, k, p) of the residuals: differences to both sides, as far as the range allows."""
+        columns = []
+        for j, h in enumerate(np.broadcast_to(step, self.p)):
+            low, high = u.copy(), u.copy()
+            low[j], high[j] = max(u[j] - h, 0.0), min(u[j] + h, 1.0)
+            columns.append((self.residuals(high) - self.residuals(low)) / (high[j] - low[j]))
+        return np.stack(columns, axis=-1)
+
+    def solve(self) -> Array:
+        """The shares u with the least cost."""
+        from scipy.optimize import least_squares
+        from scipy.stats import qmc
+
+        if self.p in GRID:
+            count = GRID[self.p]
+            axes = np.meshgrid(*[(np.arange(count) + 0.5) / count] * self.p, indexing="ij")
+            points, apart = np.stack([axis.ravel() for axis in axes], axis=1), 1.5 / count
+        else:
+            points, apart = qmc.Sobol(self.p, rng=SEED).random_base2(MOST), 0.25
+        sizes = np.array([np.linalg.norm(self.residuals(u), axis=1) for u in points])
+        self.scale = max(float(np.median(sizes, axis=1).min()), 1e-9)
+        order = np.argsort([np.sum(np.sqrt(1.0 + size**2 / self.scale**2)) for size in sizes])
+        starts: list[Array] = []
+        for u in points[order]:
+            if len(starts) < STARTS and all(np.abs(u - other).max() > apart for other in starts):
+                starts.append(u)
+        for final in (False, True):
+            k = len(self.predictor.measured)
+            found = [
+                least_squares(
+                    lambda u: self.residuals(u).ravel(), u, lambda u: self.derivatives(u).reshape(-1, self.p), (0.0, 1.0),
+                    loss=lambda z: _soft_l1(z, k), f_scale=self.scale, xtol=1e-7, ftol=1e-9, gtol=1e-12, max_nfev=40,
+                ).x
+                for u in starts
+            ]  # fmt: skip
+            best = min(found, key=self.cost)
+            if not final:
+                # The size of an ordinary residual is known better now.
+                self.scale, starts = max(float(np.median(np.linalg.norm(self.residuals(best), axis=1))), 1e-9), [best]
+        for j in range(self.p):
+            for edge in (0.0, 1.0):
+                moved = np.where(np.arange(self.p) == j, edge, best)
+                if abs(best[j] - edge) < 10.0 * EDGE and self.cost(moved) <= self.cost(best) * (1.0 + 1e-6):
+                    best = moved
+        return np.asarray(best)
+
+    def identification(self, scene: Scene, draws: int, folds: int) -> Identification:
+        """The values, how well they are known, and how well they predict. Args: as for `identify`."""
+        u = self.solve()
+        predictor, unknowns, n = self.predictor, self.predictor.unknowns, int(self.used.sum())
+        edge = (u < EDGE) | (u > 1.0 - EDGE)
+        r, D = self.residuals(u), self.derivatives(u)
+        weight = 1.0 / np.sqrt(1.0 + np.sum(r**2, axis=1) / self.scale**2)
+        left = np.sqrt(
+            np.sum(weight * np.sum(r**2, axis=1)) / max(np.count_nonzero(self.whitening[self.used].any(axis=2)) - self.p, 1)
+        )
+        # Differences over what is not known anyway: one landing that begins to slip counts for a part of it.
+        spread = left / np.maximum(np.sqrt(np.einsum("n,nkp->p", weight, D**2)), 1e-12)
+        D = self.derivatives(u, np.clip(spread, STEP, 0.1))
+        singular, V = np.linalg.svd(np.sqrt(weight)[:, None, None].repeat(r.shape[1], 1).reshape(-1, 1) * D.reshape(-1, self.p))[1:]
+        singular = singular / max(left, 1e-300)
+        size = float(np.linalg.norm(self.whitening[self.used] @ np.nan_to_num(predictor(self.values(u)).jumps)[self.used, :, None]))
+        without = np.linalg.norm(D, axis=(0, 1)) <= NO_INFLUENCE * size
+        # A direction of which the 95 % interval is as wide as the range is not seen.
+        unseen = [V[j] for j in range(self.p) if not singular[j] > 4.0]
+        vague = np.any([np.abs(v) > 0.3 for v in unseen], axis=0) if unseen else np.zeros(self.p, dtype=bool)
+        spreads = self._alike(u)
+        free = ~(edge | without | vague)
+        steps = self._bootstrap(u, r, D, free, draws)
+        state: list[State] = [
+            "no influence" if without[j] else "not identifiable" if vague[j] or spreads < ALIKE else "at its bound" if edge[j]
+            else "identified" for j in range(self.p)
+        ]  # fmt: skip
+        low, high = np.full((2, self.p), np.nan)
+        for j in range(self.p):
+            if state[j] == "identified":
+                ends = np.quantile(np.clip(u[j] + steps[:, j], 0.0, 1.0), _tails(n, int(free.sum())))
+                low[j], high[j] = (_value(unknowns[j], float(end)) for end in ends)
+        correlation = np.full((self.p, self.p), np.nan)
+        if free.any():
+            correlation[np.ix_(free, free)] = np.corrcoef(steps[:, free].T)
+        found, errors, by_landing = predictor(self.values(u)), dict[str, float](), dict[str, Array]()
+        H = inertias(predictor.study(self.values(u)))
+        by_landing["before"] = self._errors(H, self.before)
+        by_landing["after"] = self._errors(H, found)
+        by_landing["left out"] = self._left_out(u, r, D, ~(without | vague), H, folds)
+        by_landing["free impulse"] = self._free_impulse(u, H)
+        errors = {name: float(np.median(values[self.used])) for name, values in by_landing.items()}
+        scans = [self._scan(u, j, H) for j in range(self.p)]
+        fitted, robot = scene, predictor.robot
+        for one, value in zip(unknowns, self.values(u), strict=True):
+            if one.subject != SCALE:
+                fitted, robot = applied(fitted, robot, one, value)
+        results = tuple(
+            Unknown(one, value, float(low[j]), float(high[j]), state[j], *scans[j])
+            for j, (one, value) in enumerate(zip(unknowns, self.values(u), strict=True))
+        )
+        statements = (
+            *self._unknown_statements(results, correlation, unseen, spreads), *self._model_statements(found, r, errors)
+        )  # fmt: skip
+        return Identification(
+            results, fitted, robot, predictor, self.before, found, self.used, errors, by_landing, correlation, singular, statements,
+            found.messages,
+        )  # fmt: skip
+
+    def _bootstrap(self, u: Array, r: Array, D: Array, free: np.ndarray, draws: int) -> Array:
+        """By how much (draws, p) the shares differ where landings are drawn with replacement; zero where they are not free."""
+        n = len(r)
+        counts = np.random.default_rng(SEED).multinomial(n, np.full(n, 1.0 / n), size=draws).astype(float)
+        return self._refitted(u, r, D, free, counts)
+
+    def _refitted(self, u: Array, r: Array, D: Array, free: np.ndarray, counts: Array) -> Array:
+        """By how much (m, p) the shares differ where landings have other weights (m, n), with derivatives (n, k, p) held."""
+        b, M, own = np.einsum("nk,nkp->np", r, D), np.einsum("nkp,nkq->npq", D, D), np.flatnonzero(free)
+        square, step = np.sum(r**2, axis=1), np.zeros((len(counts), self.p))
+        if not len(own):
+            return step
+        for _ in range(12):
+            size = square + 2.0 * step @ b.T + np.einsum("mp,npq,mq->mn", step, M, step)
+            weights = counts / np.sqrt(1.0 + np.maximum(size, 0.0) / self.scale**2)
+            A = np.einsum("mn,npq->mpq", weights, M[:, own][:, :, own])
+            right = -np.einsum("mn,np->mp", weights, b[:, own])
+            ridge = 1e-12 * np.einsum("mpp->m", A)[:, None, None] * np.eye(len(own)) + 1e-300 * np.eye(len(own))
+            step[:, own] = np.clip(u[own] + np.linalg.solve(A + ridge, right[..., None])[..., 0], 0.0, 1.0) - u[own]
+        return step
+
+    def _errors(self, H: Array, found: Predicted) -> Array:
+        """The errors (n,) of the landings that count, as in `Identification`."""
+        coordinates, measured = self.predictor.coordinates, np.where(self.used[:, None], found.measured, np.nan)
+        difference = np.where(np.isnan(measured), np.nan, np.nan_to_num(found.jumps) - measured)
+        with np.errstate(invalid="ignore", divide="ignore"):
+            return energy_norms(H, coordinates, difference) / energy_norms(H, coordinates, measured)
+
+    def _left_out(self, u: Array, r: Array, D: Array, free: np.ndarray, H: Array, folds: int) -> Array:
+        """The errors (n,) of landings that were left out when the values were found."""
+        used, errors = np.flatnonzero(self.used), np.full(len(self.used), np.nan)
+        parts = np.array_split(np.random.default_rng(SEED).permutation(len(used)), min(folds, len(used)))
+        counts = np.array([~np.isin(np.arange(len(used)), part) for part in parts], dtype=float)
+        for part, step in zip(parts, self._refitted(u, r, D, free, counts), strict=True):
+            errors[used[part]] = self._errors(H, self.predictor(self.values(u + step)))[used[part]]
+        return errors
+
+    def _free_impulse(self, u: Array, H: Array) -> Array:
+        """The errors (n,) with the impulse at the contacts that fits each landing best; NaN where any jump is that of one."""
+        predictor, errors = self.predictor, np.full(len(self.used), np.nan)
+        study, measured = predictor.study(self.values(u)), predictor(self.values(u)).measured
+        for i in np.flatnonzero(self.used).tolist():
+            own = np.flatnonzero(np.isfinite(measured[i]))
+            try:
+                landing = study.landing(i)
+            except ShockError:
+                continue
+            equation = landing.equation(landing.state)
+            moved = np.linalg.solve(equation.H[0], equation.J_c[0].T)
+            moved = predictor.to_measured(landing)[own] @ (moved if equation.G is None else equation.G[0] @ moved)
+            root = np.linalg.cholesky(reduced_inertia(H[i : i + 1], predictor.coordinates[own])[0]).T
+            U, s, _ = np.linalg.svd(root @ moved, full_matrices=False)
+            U, jump = U[:, s > 1e-9 * s.max(initial=0.0)], root @ measured[i, own]
+            if U.shape[1] < len(own):
+                errors[i] = np.linalg.norm(jump - U @ (U.T @ jump)) / np.linalg.norm(jump)
+        return errors
+
+    def _scan(self, u: Array, j: int, H: Array) -> tuple[Array, Array]:
+        """Values (m,) of an unknown over its range, and the median errors with them."""
+        shares = np.unique(np.append(np.linspace(0.0, 1.0, SCAN), u[j]))
+        points = [self.values(np.where(np.arange(self.p) == j, share, u)) for share in shares]
+        errors = [float(np.median(self._errors(H, self.predictor(values))[self.used])) for values in points]
+        return np.array([values[j] for values in points]), np.array(errors)
+
+    def _alike(self, u: Array) -> float:
+        """Relative scatter of the predicted jumps, each by the energy or speed of its strike."""
+        jumps = np.nan_to_num(self.predictor(self.values(u)).jumps)[self.used]
+        if self.noise is None:
+            jumps = (self.whitening[self.used] @ jumps[..., None])[..., 0]
+        else:
+            jumps = jumps / np.sqrt(self.predictor.strike_energy[self.used, None])
+        return float(np.sqrt(np.sum((jumps - jumps.mean(axis=0)) ** 2) / max(np.sum(jumps**2), 1e-300)))
+
+    def _unknown_statements(
+        self, results: Sequence[Unknown], correlation: Array, unseen: Sequence[Array], spreads: float
+    ) -> Iterable[str]:
+        """What the data do not tell of the unknowns."""
+        names, n = [one.variation.subject for one in results], int(self.used.sum())
+        if spreads < ALIKE:
+            yield (
+                f"not identifiable: the {n} landings are all alike (their predicted jumps differ by {100.0 * spreads:.2g} % once the "
+                "speed of the strike is taken out), so that they are one landing, measured several times; what is wrong otherwise in "
+                "the model there goes into the values, and no interval shows it. Measure landings in other postures"
+            )
+        for name, one in zip(names, results, strict=True):
+            if one.state == "no influence":
+                yield f"{name} has no influence on what was measured, so any value predicts the same"
+            if one.state == "at its bound":
+                yield f"{name} is at the bound {one.value:.4g} of its range, so it has no interval; widen the range if more is possible"
+        for v in unseen:
+            part = [j for j in range(self.p) if abs(v[j]) > 0.3 and results[j].state != "no influence"]
+            if len(part) == 1:
+                yield f"the data do not see {names[part[0]]}: within its range it changes the jumps less than what is left unexplained"
+            elif part:
+                signs = "against" if np.prod(np.sign(v[part[:2]])) > 0 else "with"
+                yield (
+                    f"the data cannot tell {' and '.join(names[j] for j in part)} apart: one changed {signs} the other predicts the "
+                    "same; fix one of them, or measure landings that differ more"
+                )
+        for i in range(self.p):
+            for j in range(i + 1, self.p):
+                if abs(correlation[i, j]) > HARD:
+                    yield (
+                        f"{names[i]} and {names[j]} are hard to tell apart (correlation {correlation[i, j]:.2f}): an error of one is "
+                        "made up for by the other"
+                    )
+
+    def _model_statements(self, found: Predicted, r: Array, errors: Mapping[str, float]) -> Iterable[str]:
+        """What is wrong beyond the scatter of the landings, or beyond the noise."""
+        wrong, n = [], int(self.used.sum())
+        counts = np.random.default_rng(SEED).multinomial(n, np.full(n, 1.0 / n), size=2000).astype(float)
+        for k, column in enumerate(self.predictor.measured):
+            x, y = (np.nan_to_num(values[self.used, k]) for values in (found.jumps, found.measured))
+            if not (size := float(x @ x)) > 0.0:
+                continue
+            slopes = counts @ (x * y) / np.maximum(counts @ (x * x), 1e-300)
+            low, high = np.quantile(slopes, (0.0015, 0.9985))
+            if n > 5 and not low <= 1.0 <= high:
+                wrong.append(f"{column.name} {x @ y / size:.2f} ({low:.2f} … {high:.2f})")
+        if wrong:
+            yield (
+                "the model is still wrong beyond the scatter of the landings: measured jumps are, times the predicted ones, "
+                + ", ".join(wrong)
+            )
+        if self.noise is not None:
+            ratio = float(np.sqrt(np.sum(r**2) / max(np.count_nonzero(self.whitening[self.used].any(axis=2)) - self.p, 1)))
+            if ratio > 1.0 + 3.0 / np.sqrt(2.0 * n):
+                yield f"the model is still wrong beyond the noise: what is left is {ratio:.3g} times the noise that was given"
+        if errors["free impulse"] < 0.9 * errors["after"]:
+            yield (
+                f"of the error of {errors['after']:.2f}, {errors['free impulse']:.2f} is left with the best impulse at the contacts, "
+                "whatever its law: that much is of the robot's inertia, its posture or the measurement, the rest of the law of contact"
+            )
+
+
+def _value(one: Variation, u: float) -> float:
+    """The value of an unknown for a share of its range."""
+    assert one.span is not None
+    low, high = one.span
+    if one.law == "log-uniform":
+        return float(np.clip(low * (high / low) ** u, low, high))
+    return float(np.clip(low + u * (high - low), low, high))
+
+
+def _soft_l1(z: Array, k: int) -> Array:
+    """SciPy's loss of squares z (n k,): 2 (√(1 + Σz) − 1) of the k residuals of a landing together, whatever axes they are along."""
+    root = np.sqrt(1.0 + z.reshape(-1, k).sum(axis=1))
+    share = np.where(np.arange(len(z)) % k == 0, np.repeat(2.0 * (root - 1.0), k), 0.0)
+    return np.stack([share, np.repeat(1.0 / root, k), np.zeros(len(z))])
+
+
+def _tails(n: int, p: int) -> tuple[float, float]:
+    """Quantiles of a bootstrap that are the ends of a 95 % interval: those of n landings and p unknowns are too narrow otherwise.
+
+    The expanded percentiles of Hesterberg 2015, "What Teachers Should Know About the Bootstrap", The American Statistician 69:371.
+    """
+    from scipy.stats import norm, t
+
+    tail = float(norm.cdf(np.sqrt(n / (n - p)) * t.ppf(0.025, n - p)))
+    return tail, 1.0 - tail
