@@ -114,8 +114,8 @@ def solve_each(A: Array, velocity: Array, friction: Array, restitution: Array) -
     change = impulses @ A
     energy = np.sum(impulses * (velocity[:, None] + change / 2.0), axis=-1)
     valid &= energy <= 1e-12 * np.sum(np.abs(impulses) * (np.abs(velocity[:, None]) + np.abs(change)), axis=-1)
-    best = impulses[np.arange(len(A)), valid.argmax(axis=1)]
-    return np.where(valid.any(axis=1)[:, None], best, np.nan)
+    first, exists = np.asarray(valid.argmax(axis=1)), np.asarray(valid.any(axis=1))
+    return np.where(exists[:, None], impulses[np.arange(len(A)), first], np.nan)
 
 
 def _slip_angles(A: Array, b: Array, friction: Array) -> tuple[Array, np.ndarray]:
@@ -140,7 +140,7 @@ def _slip_angles(A: Array, b: Array, friction: Array) -> tuple[Array, np.ndarray
         value, slope = k0 + ((k1 + k2 * w) * w).real, -((k1 + 2.0 * k2 * w) * w).imag
         near = np.abs(slope) > 1e-12 * size
         angle = angle - np.where(near, np.clip(value / np.where(near, slope, 1.0), -0.1, 0.1), 0.0)
-    return angle, (np.abs(value) <= CLOSE * size) & (size > 0.0)
+    return angle, np.asarray((np.abs(value) <= CLOSE * size) & (size > 0.0))
 
 
 def _one_contact(A: Array, b: Array, mu: float) -> Iterator[Array]:

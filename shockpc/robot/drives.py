@@ -36,7 +36,7 @@ class Drive:
         gear_ratio: turns of the rotor for one of the joint [1].
         drive_stiffness: of a spring between gearbox and joint [N m/rad, N/m].
         stiffness: of a spring of the joint itself [N m/rad, N/m].
-        status: published; derived from parts that are published; or of a simulation model.
+        status: published; derived from parts that are published; identified from measured landings; or of a simulation model.
         source: where it is from.
     """
 
@@ -47,7 +47,7 @@ class Drive:
     gear_ratio: float | None = None
     drive_stiffness: float | None = None
     stiffness: float | None = None
-    status: Literal["published", "derived", "simulation model"] | None = None
+    status: Literal["published", "derived", "identified", "simulation model"] | None = None
     source: str = ""
 
     @property

@@ -57,6 +57,9 @@ NO_INFLUENCE = 1e-6
 SCAN = 25
 """Values of each unknown for which the error is given."""
 
+ERRORS = ("before", "after", "left out", "free impulse")
+"""The errors of an `Identification`."""
+
 State = Literal["identified", "at its bound", "not identifiable", "no influence"]
 
 
@@ -241,6 +244,11 @@ class _Fit:
             self.whitening[np.ix_(rows, own, own)] = root
         self.scale = 1.0
 
+    @property
+    def freedoms(self) -> int:
+        """Number of measured values less that of unknowns; at least 1."""
+        return max(int(np.count_nonzero(self.whitening[self.used].any(axis=2))) - self.p, 1)
+
     def values(self, u: Array) -> tuple[float, ...]:
         """The values of the unknowns."""
         return tuple(map(_value, self.predictor.unknowns, u.tolist()))
@@ -309,9 +317,7 @@ class _Fit:
         edge = (u < EDGE) | (u > 1.0 - EDGE)
         r, D = self.residuals(u), self.derivatives(u)
         weight = 1.0 / np.sqrt(1.0 + np.sum(r**2, axis=1) / self.scale**2)
-        left = np.sqrt(
-            np.sum(weight * np.sum(r**2, axis=1)) / max(np.count_nonzero(self.whitening[self.used].any(axis=2)) - self.p, 1)
-        )
+        left = np.sqrt(np.sum(weight * np.sum(r**2, axis=1)) / self.freedoms)
         # Differences over what is not known anyway: one landing that begins to slip counts for a part of it.
         spread = left / np.maximum(np.sqrt(np.einsum("n,nkp->p", weight, D**2)), 1e-12)
         D = self.derivatives(u, np.clip(spread, STEP, 0.1))
@@ -486,7 +492,7 @@ class _Fit:
                 + ", ".join(wrong)
             )
         if self.noise is not None:
-            ratio = float(np.sqrt(np.sum(r**2) / max(np.count_nonzero(self.whitening[self.used].any(axis=2)) - self.p, 1)))
+            ratio = float(np.sqrt(np.sum(r**2) / self.freedoms))
             if ratio > 1.0 + 3.0 / np.sqrt(2.0 * n):
                 yield f"the model is still wrong beyond the noise: what is left is {ratio:.3g} times the noise that was given"
         if errors["free impulse"] < 0.9 * errors["after"]:

@@ -1,0 +1,65 @@
+"""What measured landings say about unknowns: the error over each of them, and predicted against measured jumps before and after."""
+
+import numpy as np
+from matplotlib.figure import Figure
+
+from shockpc.show.figure.landings import MARKERS
+from shockpc.show.figure.style import CURVES, INK, faded, new_chart
+from shockpc.show.wording import count
+from shockpc.studies.identify import Identification
+from shockpc.text.printed import printable
+
+ACROSS, REACH = 3, 1.1
+"""Panels beside one another; half the width of the frame of jumps, in greatest measured ones."""
+
+
+def draw(found: Identification) -> Figure:
+    """Draw both."""
+    groups = [column.group for column in found.predictor.measured]
+    group = max(dict.fromkeys(groups), key=groups.count)
+    p, across = len(found.unknowns), min(max(len(found.unknowns), 2), ACROSS)
+    robot = printable(found.predictor.robot.name, 40)
+    rows = -(-p // across)
+    figure = new_chart(1.2 + 2.5 * across, 0.7 + 1.9 * rows + 3.2, f"{robot}: {count(int(found.used.sum()), 'landing')}")
+    above, below = figure.subfigures(2, 1, squeeze=False, height_ratios=[1.9 * rows, 3.2]).ravel()
+    panels = above.subplots(rows, across, squeeze=False, sharey=True).ravel()
+    least = min(float(one.errors.min()) for one in found.unknowns)
+    most = max(1.1 * found.errors["before"], *(min(float(one.errors.max()), 2.0) for one in found.unknowns))
+    for panel, one in zip(panels, found.unknowns, strict=False):
+        if np.isfinite(one.low):
+            panel.axvspan(one.low, one.high, color=faded(CURVES[0], 0.75), linewidth=0.0, label="95 % interval")
+        panel.plot(one.values, one.errors, color=CURVES[0], label="error with this value")
+        panel.plot(one.value, np.interp(one.value, one.values, one.errors), "o", color=INK, markersize=3.5, label="value found")
+        panel.axhline(found.errors["before"], color=INK, linewidth=0.7, linestyle="--", label="error before")
+        panel.set(
+            xlabel=printable(f"{one.variation.subject} [{one.variation.unit}]", 40),
+            title=f"{one.value:.3g}" + (f" ({one.low:.3g} … {one.high:.3g})" if np.isfinite(one.low) else f", {one.state}"),
+            ylim=(0.0 if least < 0.5 * most else 0.9 * least, min(most, 2.0)),
+            xscale="log" if one.variation.law == "log-uniform" else "linear",
+        )
+        panel.grid(True)
+    for panel in panels[p:]:
+        panel.set_axis_off()
+    panels[0].set_ylabel("error (median) [1]")
+    panels[p - 1].legend(loc="upper left", bbox_to_anchor=(1.02, 1.0)) if p == across else panels[0].legend()
+    own = [k for k, name in enumerate(groups) if name == group]
+    pairs = below.subplots(1, 2, sharex=True, sharey=True)
+    reach = REACH * float(np.nanmax(np.abs(found.after.measured[found.used][:, own]))) or 1.0
+    unit = found.predictor.measured[own[0]].unit
+    for panel, title, key, predicted in zip(
+        pairs, ("before", "after"), ("before", "after"), (found.before, found.after), strict=True
+    ):
+        panel.plot([-reach, reach], [-reach, reach], color=INK, linewidth=0.6)
+        for k, column in enumerate(own):
+            panel.plot(
+                np.clip(predicted.jumps[found.used, column], -reach, reach), predicted.measured[found.used, column],
+                MARKERS[k // len(CURVES) % len(MARKERS)], color=CURVES[k % len(CURVES)], markersize=2.5 if len(found.used) < 200 else 1.5, clip_on=False,
+                label=printable(found.predictor.measured[column].name, 30),
+            )  # fmt: skip
+        error = f"error {found.errors[key]:.2f}" + (f", left out {found.errors['left out']:.2f}" if key == "after" else "")
+        panel.set(xlim=(-reach, reach), ylim=(-reach, reach), box_aspect=1.0, title=f"{title}: {error}")
+        panel.set_xlabel(f"predicted jump [{unit}]")
+        panel.grid(True)
+    pairs[0].set_ylabel(f"measured jump [{unit}]")
+    pairs[1].legend(markerscale=2.0, loc="upper left", bbox_to_anchor=(1.02, 1.0))
+    return figure

@@ -1,0 +1,183 @@
+"""What measured landings say about unknowns: their values, errors before and after, drives and a scene with them."""
+
+import dataclasses
+import math
+from collections.abc import Iterator, Mapping
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from shockpc.evaluation.prediction import SCALE
+from shockpc.evaluation.variation import OF_A_LINK
+from shockpc.landing.joint_model import joint_model
+from shockpc.landing.scene_file import scene_text
+from shockpc.show.reports.report import Picture, Report
+from shockpc.show.tables import Lines, Row, Sheet
+from shockpc.show.wording import count
+from shockpc.studies.identify import ERRORS, Identification
+from shockpc.text.printed import alike, few, listed
+from shockpc.text.toml import toml_lines
+
+DRIVES, SCENE = "drives.toml", "scene.toml"
+"""Files of what was found."""
+
+OF_DRIVES = ("armature", "rotor", "joint-stiffness")
+"""Kinds of unknowns that are drives."""
+
+
+def identify_report(found: Identification, table: str, day: str, folder: Path) -> Report:
+    """The report.
+
+    Args:
+        found: what was found.
+        table: name of the table.
+        day: on which it was, for the source of the drives.
+        folder: in which files are written, for the paths in the scene.
+    """
+    return Report(
+        name="identify",
+        title=f"Unknowns from {table}",
+        body=lambda full: [
+            Lines(list(_header(found, table))),
+            _unknowns(found),
+            _errors(found),
+            Picture("identify", "error over each unknown, and predicted against measured jumps", "identify:draw", (found,)),
+        ],
+        closing=[*found.statements, *_closing(found)],
+        sheets={"identify": lambda: _unknowns(found, exact=True), "landings": lambda: _landings(found)},
+        document=lambda: _document(found, table),
+        more=lambda: _files(found, table, day, folder),
+        others=(DRIVES,),
+    )
+
+
+def _header(found: Identification, table: str) -> Iterator[tuple[str, str]]:
+    predictor = found.predictor
+    yield "table", f"{table}: {count(len(found.used), 'landing')}, of which {int(found.used.sum())} count"
+    yield "robot", f"{predictor.robot.label} ({predictor.robot.name}, {predictor.robot.mass:.4g} kg)"
+    time = predictor.measured[0].time
+    when = "" if time is None else f", {time:g} ms after contact"
+    yield "measured", f"{few([column.name for column in predictor.measured], 12, what=' velocities')}{when}"
+    yield "in the table", ", ".join(predictor.rows.given)
+    yield "of the scene", ", ".join(predictor.rows.missing) or "nothing"
+
+
+def _unknowns(found: Identification, exact: bool = False) -> Sheet:
+    """The unknowns. Args: exact, whether with all digits, for programs."""
+    rows: list[Row] = []
+    for one in found.unknowns:
+        low, high = one.variation.span or (math.nan, math.nan)
+        ends = [None if math.isnan(end) else end for end in (one.low, one.high)]
+        if exact:
+            rows.append((one.variation.subject, one.variation.unit, one.value, *ends, low, high, one.state))
+            continue
+        interval = None if ends[0] is None else f"{one.low:.4g} … {one.high:.4g}"
+        name = f"{one.variation.subject} [{one.variation.unit}]"
+        rows.append((name, f"{one.value:.4g}", interval, f"{low:g} … {high:g}", one.state))
+    head = ("unknown", "unit", "value", "low", "high", "least", "greatest", "state")
+    notes = ["95 % interval: by drawing landings with replacement (expanded percentiles)"]
+    return Sheet("unknowns", head if exact else ("unknown", "value", "95 % interval", "range", "state"), rows, notes)
+
+
+def _errors(found: Identification) -> Sheet:
+    words = {
+        "before": "the scene as it is given", "after": "the values found", "left out": "the same, on landings left out",
+        "free impulse": "the best impulse at the contacts, whatever its law",
+    }  # fmt: skip
+    rows: list[Row] = [(words[name], None if math.isnan(x := found.errors[name]) else f"{x:.3f}") for name in ERRORS]
+    note = "median over the landings of ‖predicted − measured‖ / ‖measured‖ in the energy norm √(ΔᵀHΔ); no jump has the error 1"
+    return Sheet("error of the predicted jumps", ("prediction with", "error"), rows, [note])
+
+
+def _landings(found: Identification) -> Sheet:
+    names, messages = found.predictor.rows.names, dict(found.predictor.rows.messages) | dict(found.messages)
+    rows: list[Row] = [
+        (str(names[i]), *(float(found.landing_errors[key][i]) for key in ERRORS), messages.get(i)) for i in range(len(names))
+    ]
+    return Sheet("landings", ("landing", *(f"error {key}" for key in ERRORS), "message"), rows)
+
+
+def _closing(found: Identification) -> Iterator[str]:
+    if found.messages:
+        yield f"without a prediction with these values: {count(len(found.messages), 'landing')}"
+        yield from (f"  {n} x {text}" for text, n in alike(list(found.messages.values())).most_common(3))
+    if links := [one.variation.subject for one in found.unknowns if one.variation.kind in (*OF_A_LINK, "place")]:
+        yield (
+            f"{listed(links)} is of the robot's file, not of a scene: change it there; shockpc compare ROBOT --change NAME=VALUE shows "
+            "what it does"
+        )
+    if SCALE in found.values:
+        yield f"{SCALE} is of this table: multiply its velocities before the impact by it"
+
+
+def _document(found: Identification, table: str) -> dict[str, Any]:
+    def pairs(values: Any) -> list[list[float | None]]:
+        return [[None if np.isnan(x) else float(x) for x in row] for row in values]
+
+    return {
+        "table": table,
+        "robot": found.predictor.robot.name,
+        "scene": found.scene,
+        "landings": len(found.used),
+        "used": int(found.used.sum()),
+        "measured": [column.name for column in found.predictor.measured],
+        "unknowns": [
+            {
+                "name": one.variation.subject,
+                "unit": one.variation.unit,
+                "value": one.value,
+                "low": one.low,
+                "high": one.high,
+                "range": one.variation.span,
+                "state": one.state,
+                "error_over_range": pairs(zip(one.values, one.errors, strict=True)),
+            }
+            for one in found.unknowns
+        ],
+        "errors": {name.replace(" ", "_"): found.errors[name] for name in ERRORS},
+        "correlation": pairs(found.correlation),
+        "singular_values": found.singular,
+        "statements": found.statements,
+        "messages": {str(found.predictor.rows.names[i]): text for i, text in found.messages.items()},
+    }
+
+
+def _files(found: Identification, table: str, day: str, folder: Path) -> Mapping[str, str]:
+    """The drives, if some were unknown, and the scene with all that was found."""
+    scene, robot, files = found.scene, found.robot, dict[str, str]()
+    kinds = {one.variation.kind for one in found.unknowns}
+    if kinds & set(OF_DRIVES):
+        files[DRIVES] = _drives_text(found, table, day)
+        joints = dataclasses.replace(scene.joints, drives=str(folder / DRIVES), armature={}, rotor={}, stiffness={})
+        scene = dataclasses.replace(scene, joints=joints)
+    del robot
+    return files | {SCENE: scene_text(scene, folder)}
+
+
+def _drives_text(found: Identification, table: str, day: str) -> str:
+    """All drives of the robot with the values that were found, as a file for --drives."""
+    robot, joints = found.robot, found.scene.joints
+    model = joint_model(robot, dataclasses.replace(joints, model=None) if joints.model == "rigid" else joints)
+    sources: dict[str, str] = {}
+    for one in found.unknowns:
+        if one.variation.kind in OF_DRIVES:
+            interval = "" if math.isnan(one.low) else f" ({one.low:.4g} to {one.high:.4g})"
+            text = f"{table}, {count(int(found.used.sum()), 'landing')}, {day}: {one.value:.4g}{interval}"
+            text += f", {one.state}" * (one.state != "identified")
+            sources |= dict.fromkeys(robot.match_joints(one.variation.target), text)
+    drives: dict[str, dict[str, Any]] = {}
+    for name in robot.joint_names:
+        v = robot.joint(name).v.start
+        behind = np.isfinite(model.drive_stiffness[v])
+        values = {
+            "armature": float(model.rotor[v] if behind else model.armature[v]),
+            "drive_stiffness": float(model.drive_stiffness[v]) if behind else 0.0,
+            "stiffness": float(model.stiffness[v]),
+        }
+        values = {key: value for key, value in values.items() if value > 0.0}
+        if values:
+            more = {"status": "identified", "source": sources[name]} if name in sources else {"source": "of the scene"}
+            drive = drives.setdefault(repr((values, more)), {"joint": [], **values, **more})
+            drive["joint"].append(name)
+    return "\n".join(toml_lines({"drive": list(drives.values())})) + "\n"
