@@ -1,6 +1,6 @@
 """How often the 95 % intervals of `shockpc identify` hold the true values: simulated landings with noise, drawn anew each time.
 
-    python tests/identify_draws.py 300
+python tests/identify_draws.py 300
 """
 
 import sys
@@ -9,7 +9,7 @@ from pathlib import Path
 import numpy as np
 from robot_texts import joint, link, urdf
 
-from shockpc import Contact, Joints, Scene, identify
+from shockpc import Contact, Scene, identify
 from shockpc.evaluation.prediction import Predictor
 from shockpc.evaluation.recorded_table import rows_of
 from shockpc.evaluation.variation import variation
@@ -44,7 +44,7 @@ def simulated(scene, table, true, noise, rng):
     return {name: np.asarray(values)[kept] for name, values in table.items()}
 
 
-def blocks(rng, n, true=None, noise=0.2):
+def blocks(rng, n, true=None, noise=1.0):
     """Two hinged blocks that fall on a corner, thrown at random."""
     true = {"friction": 0.3, "restitution": 0.25} if true is None else true
     quaternion = rng.normal(size=(n, 4))
@@ -57,32 +57,39 @@ def blocks(rng, n, true=None, noise=0.2):
     return simulated(Scene(robot=str(BLOCKS), contact="elbow_1_corner_1"), table, true, spread, rng)
 
 
-def leg(rng, n, folder, true=None, noise=0.3, alike=0.0):
+def leg(rng, n, folder, true=None, noise=0.1, alike=0.0):
     """A leg on a rail that lands in different postures, or nearly in one."""
     (folder / "leg.urdf").write_text(LEG)
     true = {"armature:hip": 0.004, "armature:knee": 0.009} if true is None else true
     hip, knee = (middle + (0.5 if not alike else alike) * rng.uniform(-1.0, 1.0, n) for middle in (0.7, -1.4))
     table = {"q_hip": hip, "q_knee": knee, "before_rail": -rng.uniform(1.0, 2.0, n)}
-    table |= {"before_hip": rng.normal(0.0, 0.5, n), "before_knee": rng.normal(0.0, 0.5, n)}
+    table |= {f"before_{name}": rng.normal(0.0, 0.0 if alike else 0.5, n) for name in ("hip", "knee")}
     return simulated(leg_scene(folder), table, true, {"hip": noise, "knee": noise}, rng)
 
 
 def leg_scene(folder):
     """Of the leg."""
-    return Scene(robot=str(folder / "leg.urdf"), contact=Contact(frame="foot"))
+    return Scene(robot=str(folder / "leg.urdf"), contact=Contact(frame="foot", directions=("x", "z")))
 
 
 def coverage(make, scene, true, ranges, draws):
-    """Print how often the interval of each unknown holds the true value, and how wide it is."""
-    held, widths, found = [], [], []
+    """Write how often the interval of each unknown holds the true value, of those that have one, and how wide it is."""
+    held = {name: [] for name in true}
+    found, widths = ({name: [] for name in true} for _ in range(2))
     for seed in range(draws):
-        result = identify(make(np.random.default_rng(seed)), scene, ranges)
-        held.append([one.low <= true[one.variation.subject] <= one.high for one in result.unknowns])
-        widths.append([one.high - one.low for one in result.unknowns])
-        found.append([one.value for one in result.unknowns])
-    for k, (name, value) in enumerate(true.items()):
-        share, middle, width = np.mean(held, axis=0)[k], np.median(found, axis=0)[k], np.nanmedian(widths, axis=0)[k]
-        print(f"  {name} = {value:g}: held in {100.0 * share:.1f} % of {draws}; median value {middle:.4g}, width {width:.2g}")
+        for one in identify(make(np.random.default_rng(seed)), scene, ranges).unknowns:
+            name = one.variation.subject
+            found[name].append(one.value)
+            if one.state == "identified":
+                held[name].append(one.low <= true[name] <= one.high)
+                widths[name].append(one.high - one.low)
+    for name, value in true.items():
+        n, share = len(held[name]), 100.0 * float(np.mean(held[name] or [np.nan]))
+        error = np.sqrt(share * (100.0 - share) / max(n, 1))
+        text = f"held in {share:.1f} ± {error:.1f} % of {n} intervals, {draws - n} draws without one"
+        middle, width = np.median(found[name]), np.median(widths[name] or [np.nan])
+        sys.stdout.write(f"  {name} = {value:g}: {text}; median value {middle:.4g}, width {width:.2g}\n")
+        sys.stdout.flush()
 
 
 def main(draws):
@@ -91,13 +98,13 @@ def main(draws):
 
     true = {"friction": 0.3, "restitution": 0.25}
     scene = Scene(robot=str(BLOCKS), contact="elbow_1_corner_1")
-    print("80 tosses of two blocks", flush=True)
+    sys.stdout.write("80 tosses of two blocks\n")
     coverage(lambda rng: blocks(rng, 80), scene, true, {"friction": "0:1.5", "restitution": "0:1"}, draws)
     with tempfile.TemporaryDirectory() as folder:
         true = {"armature:hip": 0.004, "armature:knee": 0.009}
         ranges = dict.fromkeys(true, "0.0003:0.3:log")
         for n in (10, 30):
-            print(f"{n} landings of a leg on a rail in different postures", flush=True)
+            sys.stdout.write(f"{n} landings of a leg on a rail in different postures\n")
             leg(np.random.default_rng(0), n, Path(folder))
             coverage(lambda rng, n=n: leg(rng, n, Path(folder)), leg_scene(Path(folder)), true, ranges, draws)
 

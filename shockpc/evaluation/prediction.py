@@ -159,6 +159,12 @@ def energy_norms(H: Array, coordinates: Array, jumps: Array) -> Array:
 SCALE = "scale:before"
 """An unknown: the factor by which the velocities before the impact were measured too small."""
 
+TRUSTED = 1e10
+"""Condition up to which double precision is enough: what is measured has a few digits."""
+
+MOST_PROBLEMS = 16
+"""Values of all but friction, restitution and scale of which what does not depend on these is kept."""
+
 MOST_KNOWN = 500
 """Values of which the predictions are kept."""
 
@@ -248,22 +254,28 @@ class Predictor:
         if stiff:
             jumps, messages = predicted_later(study, keys, self.measured, {})
             return np.stack(jumps, axis=1), messages
-        table = Evaluation(study, tuple({column.name: column for column in keys.values()}.values()), prove=0).table()
+        computed = tuple({column.name: column for column in keys.values()}.values())
+        table = Evaluation(study, computed, prove=0, trusted=TRUSTED, redundant=False).table()
         by_key = base_in_world(study, keys, table.columns)
         return np.stack([by_key[column.key] for column in self.measured], axis=1), dict(table.messages)
 
     def _with_friction(self, study: RecordedLandings, values: tuple[float, ...] | None) -> tuple[Array, dict[int, str]]:
         """The jumps with friction, of which only the impulses of the contacts depend on friction and restitution."""
         flat = any(contact.kind == "flat" for scene in study.table.scenes for contact in scene.contact)
-        named = list(zip(self.unknowns, values or (), strict=values is not None))
-        apart = ("friction",) if flat else ("friction", "restitution")
-        key = None if values is None else tuple(value for one, value in named if one.kind not in apart)
-        e = next((value for one, value in named if one.kind == "restitution"), None)
+        by_subject = dict(zip((one.subject for one in self.unknowns), values or (), strict=values is not None))
+        apart = ("friction", SCALE) if flat else ("friction", "restitution", SCALE)
+        key = None if values is None else tuple(value for name, value in by_subject.items() if name not in apart)
         if key not in self._problems:
-            self._problems.clear()
-            self._problems[key] = [self._problem(study, i) for i in range(study.rows)]
+            if len(self._problems) >= MOST_PROBLEMS:
+                self._problems.clear()
+            unscaled = study if SCALE not in by_subject else self.study([*(by_subject | {SCALE: 1.0}).values()])
+            self._problems[key] = [self._problem(unscaled, i) for i in range(study.rows)]
         jumps, messages = np.full((study.rows, len(self.measured)), np.nan), dict[int, str]()
-        friction = np.nan_to_num(study.table.friction, nan=STICKS)
+        friction, e, scale = (
+            np.nan_to_num(study.table.friction, nan=STICKS),
+            by_subject.get("restitution"),
+            by_subject.get(SCALE, 1.0),
+        )
         known = self._problems[key]
         messages |= {i: one for i, one in enumerate(known) if isinstance(one, str)}
         alone = [i for i, one in enumerate(known) if not isinstance(one, str) and len(one[0].before) == 1]
@@ -271,11 +283,11 @@ class Predictor:
         if alone:
             A, before, own = (np.stack(part) for part in zip(*map(_single, (known[i] for i in alone)), strict=True))
             restitution = own if e is None else np.full(len(alone), e)
-            impulses = dict(zip(alone, solve_each(A, before, friction[alone], restitution), strict=True))
+            impulses = dict(zip(alone, solve_each(A, scale * before, friction[alone], restitution), strict=True))
         for i, one in enumerate(known):
             if isinstance(one, str):
                 continue
-            problem, to_measured = one
+            problem, to_measured = one[0].scaled(scale), one[1]
             try:
                 impulse = impulses.get(i)
                 if impulse is None or np.isnan(impulse).any():

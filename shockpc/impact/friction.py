@@ -191,6 +191,14 @@ class FrictionProblem(NamedTuple):
             )
         return best, len(found)
 
+    def scaled(self, factor: float) -> "FrictionProblem":
+        """The same with all velocities before the impact times a factor above zero."""
+        return (
+            self
+            if factor == 1.0
+            else self._replace(before=factor * self.before, rows=self.rows._replace(stop=factor * self.rows.stop))
+        )
+
     def delta(self, impulse: Array) -> Array:
         """Jumps (ny,) of the free velocities. Args: impulse (m, 3) of the contacts [N s]."""
         return np.asarray(self.rows.stop + self.by_impulse @ impulse.ravel())
