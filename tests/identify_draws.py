@@ -57,7 +57,7 @@ def blocks(rng, n, true=None, noise=1.0):
     return simulated(Scene(robot=str(BLOCKS), contact="elbow_1_corner_1"), table, true, spread, rng)
 
 
-def leg(rng, n, folder, true=None, noise=0.1, alike=0.0):
+def leg(rng, n, folder, true=None, noise=0.05, alike=0.0):
     """A leg on a rail that lands in different postures, or nearly in one."""
     (folder / "leg.urdf").write_text(LEG)
     true = {"armature:hip": 0.004, "armature:knee": 0.009} if true is None else true
