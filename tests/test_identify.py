@@ -124,7 +124,7 @@ def test_a_drive_is_found_from_a_start_that_is_ten_times_off(here, capfd):
     by_hand = replace(leg_scene(here), joints=Joints(drives=str(here / "out" / "drives.toml")))
     for landing in (scene, by_hand):
         armature = resolve(landing, robot_of(landing)).joint_model.armature
-        np.testing.assert_allclose(armature, [0.0, 0.004, 0.009], rtol=1e-3)
+        np.testing.assert_allclose(armature[-3:], [0.0, 0.004, 0.009], rtol=1e-3)
     good(capfd, "analyze", "out/scene.toml")
     document = json.loads((here / "out" / "identify.json").read_text())
     assert document["unknowns"][1]["value"] == pytest.approx(0.009, rel=1e-3)

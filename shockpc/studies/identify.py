@@ -1,8 +1,8 @@
 """From measured landings to what was unknown of a robot: drives, friction, restitution, stiffness, masses.
 
-The unknowns are those values with which predicted and measured jumps of velocities differ least, in the norm of the kinetic energy
-and relative to the energy of each strike, which the measurement after the impact has no part in: dividing by a measured jump, which is
-noisy, would favour values that predict small jumps. Landings that fit badly count less (soft L1).
+The unknowns are those values with which predicted and measured jumps of velocities differ least, in the norm of the kinetic
+energy and relative to the energy of each strike, in which the measurement after the impact has no part: dividing by a measured
+jump, which is noisy, would favour values that predict small jumps. Landings that fit badly count less (soft L1).
 
 A grid is searched first, as where contacts stick nothing changes with the friction and a gradient leads nowhere. Intervals are a
 bootstrap over landings: each draw gives landings other weights, and the values follow from the derivatives at the solution.
@@ -12,8 +12,9 @@ import os
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 from fnmatch import fnmatchcase
+from functools import partial
 from pathlib import Path
-from typing import Any, Literal, NamedTuple
+from typing import Annotated, Any, Literal, NamedTuple
 
 import numpy as np
 
@@ -21,12 +22,14 @@ from shockpc.core.spatial import Array
 from shockpc.evaluation.prediction import SCALE, Predicted, Predictor, energy_norms, inertias, reduced_inertia
 from shockpc.evaluation.recorded_table import rows_of
 from shockpc.evaluation.table_files import read_table
-from shockpc.evaluation.variation import Variation, pairs, variation
+from shockpc.evaluation.variation import Variation, Vary, pairs, variation
 from shockpc.evaluation.varied_scene import applied
 from shockpc.landing.landing import landing_of
+from shockpc.landing.record import Option
 from shockpc.landing.scene import Scene
 from shockpc.landing.scene_file import robot_of
 from shockpc.robot.robot import Robot
+from shockpc.studies.declare import study
 from shockpc.text.errors import ShockError, StudyError
 from shockpc.text.printed import listed
 
@@ -34,7 +37,7 @@ SEED = 0
 """Of the bootstrap and of the parts that are left out."""
 
 GRID = {1: 25, 2: 10, 3: 6}
-"""Values of each of so many unknowns on the grid that is searched first; of more unknowns 2 ** `MOST` points of a Sobol sequence."""
+"""Values of each of so many unknowns on the grid that is searched first; for more 2 ** `MOST` points of a Sobol sequence."""
 
 MOST, STARTS = 8, 2
 """Of that sequence; and the points of the grid from which the search goes on."""
@@ -133,32 +136,56 @@ class Identification:
         return {one.variation.subject: one.value for one in self.unknowns}
 
 
+@study(
+    "shockpc identify drops.csv leg.toml --unknown 'rotor:*knee=1e-6:1e-3:log' --out leg/",
+    "shockpc identify tosses.csv blocks.urdf --unknown friction=0:1.5 --unknown restitution=0:1",
+    more=(
+        "The table is one as shockpc landings takes, with velocities after the impact in columns after_…. Unknowns are found where "
+        "predicted and measured jumps differ least, with 95 % intervals; what the data do not tell is said. --out has drives.toml "
+        "for --drives, and scene.toml with all values, which every command takes."
+    ),
+)
 def identify(
     table: str | os.PathLike[str] | Mapping[str, Any],
     scene: Scene,
-    unknown: Mapping[str, str] | Iterable[tuple[str, str]],
+    unknown: Annotated[
+        Vary,
+        Option(
+            "What is unknown, and its range, of which :log searches the logarithm: friction, restitution, contact-stiffness [N/m], "
+            "contact-damping [N s/m], armature:JOINTS [kg m²], rotor:JOINTS (of the rotor itself) [kg m²], joint-stiffness:JOINTS "
+            "[N m/rad], mass:LINKS [kg], com-x:LINKS [m], inertia:LINKS (a factor), or scale:before, a factor on the velocities "
+            "before the impact.",
+            "What is unknown",
+            "NAME=LOW:HIGH[:log]",
+        ),
+    ],
     *,
     robot: Robot | None = None,
-    rename: Mapping[str, str] | None = None,
-    after: float | None = None,
-    noise: Mapping[str, float] | None = None,
-    draws: int = 1000,
-    folds: int = 5,
+    rename: Annotated[
+        Mapping[str, str] | None,
+        Option("Another name for a column, as for shockpc landings; nothing leaves it out.", "Table", "NAME=[NAME]", "map"),
+    ] = None,
+    after: Annotated[
+        float | None, Option("Which of several measured times counts; by default the first.", "Table", "MS", unit="ms")
+    ] = None,
+    noise: Annotated[
+        Mapping[str, float] | None,
+        Option(
+            "Standard deviation of measured velocities by name or glob [m/s, rad/s], the first that fits; what none fits is not "
+            "used. By default all count by their energy, relative to that of the strike.",
+            "How it is found",
+            "NAME=SIGMA",
+        ),
+    ] = None,
+    draws: Annotated[int, Option("Draws of the bootstrap.", "How it is found", "N")] = 1000,
+    folds: Annotated[int, Option("In how many parts landings are left out.", "How it is found", "N")] = 5,
 ) -> Identification:
     """Find unknowns of a robot and of the ground from measured jumps.
 
     Args:
         table: landings with columns after_…, as `landings` takes them; velocities alone are used.
         scene: gives what the table does not.
-        unknown: ranges by subject, such as {"friction": "0:1.5", "armature:*_knee": "0.001:0.1:log"}: what a sweep varies of the
-            robot and the ground, and "scale:before", a factor on the velocities before the impact.
         robot: the scene's robot, if it is loaded already.
-        rename: other names for columns or joints of the table, as for `rows_of`.
-        after: which of the measured times counts [ms]; by default the first.
-        noise: standard deviations of measured velocities by name or glob, such as {"v?": 0.02, "*": 0.5} [m/s, rad/s]; the first
-            that fits counts, and what none fits is not used. By default all count by their energy, relative to that of the strike.
-        draws: of the bootstrap.
-        folds: in how many parts the landings are left out.
 
     Raises:
         UnknownName: an unknown names nothing in the robot.
@@ -191,8 +218,10 @@ def identify(
     return fit.identification(scene, draws, folds)
 
 
-def _unknown(robot: Robot, subject: str, values: str) -> Variation:
+def _unknown(robot: Robot, subject: str, values: Any) -> Variation:
     """An unknown with its range."""
+    if not isinstance(values, str):
+        raise StudyError(f"{subject} has no range; give LOW:HIGH, or LOW:HIGH:log, such as {subject}=0.1:1")
     if subject == SCALE:
         numbers = variation(robot, "friction", values)
         one = Variation(SCALE, "scale", "before", "-", span=numbers.span, law=numbers.law)
@@ -293,12 +322,12 @@ class _Fit:
         for u in points[order]:
             if len(starts) < STARTS and all(np.abs(u - other).max() > apart for other in starts):
                 starts.append(u)
+        loss = partial(_soft_l1, k=len(self.predictor.measured))
         for final in (False, True):
-            k = len(self.predictor.measured)
             found = [
                 least_squares(
                     lambda u: self.residuals(u).ravel(), u, lambda u: self.derivatives(u).reshape(-1, self.p), (0.0, 1.0),
-                    loss=lambda z: _soft_l1(z, k), f_scale=self.scale, xtol=1e-7, ftol=1e-9, gtol=1e-12, max_nfev=40,
+                    loss=loss, f_scale=self.scale, xtol=1e-7, ftol=1e-9, gtol=1e-12, max_nfev=40,
                 ).x
                 for u in starts
             ]  # fmt: skip
@@ -452,31 +481,31 @@ class _Fit:
         names, n = [one.variation.subject for one in results], int(self.used.sum())
         if spreads < ALIKE:
             yield (
-                f"not identifiable: the {n} landings are all alike (their predicted jumps differ by {100.0 * spreads:.2g} % once the "
-                "speed of the strike is taken out), so that they are one landing, measured several times; what is wrong otherwise in "
-                "the model there goes into the values, and no interval shows it. Measure landings in other postures"
+                f"not identifiable: the {n} landings are all alike (their predicted jumps differ by {100.0 * spreads:.2g} % once "
+                "the speed of the strike is taken out), so that they are one landing, measured several times; what is wrong "
+                "otherwise in the model there goes into the values, and no interval shows it. Measure landings in other postures"
             )
         for name, one in zip(names, results, strict=True):
             if one.state == "no influence":
                 yield f"{name} has no influence on what was measured, so any value predicts the same"
             if one.state == "at its bound":
-                yield f"{name} is at the bound {one.value:.4g} of its range, so it has no interval; widen the range if more is possible"
+                yield f"{name} is at the bound {one.value:.4g} of its range, so it has no interval; widen the range if it can be"
         for v in unseen:
             part = [j for j in range(self.p) if abs(v[j]) > 0.3 and results[j].state != "no influence"]
             if len(part) == 1:
-                yield f"the data do not see {names[part[0]]}: within its range it changes the jumps less than what is left unexplained"
+                yield f"the data do not see {names[part[0]]}: over its range it changes the jumps less than what is unexplained"
             elif part:
                 signs = "with" if v[part[0]] * v[part[1]] > 0.0 else "against"
                 yield (
-                    f"the data cannot tell {' and '.join(names[j] for j in part)} apart: one changed {signs} the other predicts the "
-                    "same; fix one of them, or measure landings that differ more"
+                    f"the data cannot tell {' and '.join(names[j] for j in part)} apart: one changed {signs} the other predicts "
+                    "the same; fix one of them, or measure landings that differ more"
                 )
         for i in range(self.p):
             for j in range(i + 1, self.p):
                 if abs(correlation[i, j]) > HARD:
                     yield (
-                        f"{names[i]} and {names[j]} are hard to tell apart (correlation {correlation[i, j]:.2f}): an error of one is "
-                        "made up for by the other"
+                        f"{names[i]} and {names[j]} are hard to tell apart (correlation {correlation[i, j]:.2f}): an error of one "
+                        "is made up for by the other"
                     )
 
     def _model_statements(self, found: Predicted, r: Array, errors: Mapping[str, float]) -> Iterable[str]:
@@ -502,8 +531,9 @@ class _Fit:
                 yield f"the model is still wrong beyond the noise: what is left is {ratio:.3g} times the noise that was given"
         if SLIGHT < errors["after"] and errors["free impulse"] < 0.9 * errors["after"]:
             yield (
-                f"of the error of {errors['after']:.2f}, {errors['free impulse']:.2f} is left with the best impulse at the contacts, "
-                "whatever its law: that much is of the robot's inertia, its posture or the measurement, the rest of the law of contact"
+                f"of the error of {errors['after']:.2f}, {errors['free impulse']:.2f} is left with the best impulse at the "
+                "contacts, whatever its law: that much is of the robot's inertia, its posture or the measurement, the rest of the "
+                "law of contact"
             )
 
 
@@ -517,7 +547,7 @@ def _value(one: Variation, u: float) -> float:
 
 
 def _soft_l1(z: Array, k: int) -> Array:
-    """SciPy's loss of squares z (n k,): 2 (√(1 + Σz) − 1) of the k residuals of a landing together, whatever axes they are along."""
+    """SciPy's loss of squares z (n k,): 2 (√(1 + Σz) − 1) of the k residuals of a landing together, along whatever axes."""
     root = np.sqrt(1.0 + z.reshape(-1, k).sum(axis=1))
     share = np.where(np.arange(len(z)) % k == 0, np.repeat(2.0 * (root - 1.0), k), 0.0)
     return np.stack([share, np.repeat(1.0 / root, k), np.zeros(len(z))])

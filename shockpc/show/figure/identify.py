@@ -9,8 +9,8 @@ from shockpc.show.wording import count
 from shockpc.studies.identify import Identification
 from shockpc.text.printed import printable
 
-ACROSS, REACH = 3, 1.1
-"""Panels beside one another; half the width of the frame of jumps, in greatest measured ones."""
+ACROSS, REACH, MANY = 3, 1.1, 200
+"""Panels beside one another; half the width of the frame of jumps, in greatest measured ones; landings with smaller marks."""
 
 
 def draw(found: Identification) -> Figure:
@@ -46,18 +46,19 @@ def draw(found: Identification) -> Figure:
     pairs = below.subplots(1, 2, sharex=True, sharey=True)
     reach = REACH * float(np.nanmax(np.abs(found.after.measured[found.used][:, own]))) or 1.0
     unit = found.predictor.measured[own[0]].unit
-    for panel, title, key, predicted in zip(
-        pairs, ("before", "after"), ("before", "after"), (found.before, found.after), strict=True
-    ):
+    for panel, key, predicted in zip(pairs, ("before", "after"), (found.before, found.after), strict=True):
         panel.plot([-reach, reach], [-reach, reach], color=INK, linewidth=0.6)
         for k, column in enumerate(own):
+            marks = {"color": CURVES[k % len(CURVES)], "markersize": 2.5 if len(found.used) < MANY else 1.5, "clip_on": False}
             panel.plot(
-                np.clip(predicted.jumps[found.used, column], -reach, reach), predicted.measured[found.used, column],
-                MARKERS[k // len(CURVES) % len(MARKERS)], color=CURVES[k % len(CURVES)], markersize=2.5 if len(found.used) < 200 else 1.5, clip_on=False,
+                np.clip(predicted.jumps[found.used, column], -reach, reach),
+                predicted.measured[found.used, column],
+                MARKERS[k // len(CURVES) % len(MARKERS)],
                 label=printable(found.predictor.measured[column].name, 30),
-            )  # fmt: skip
+                **marks,
+            )
         error = f"error {found.errors[key]:.2f}" + (f", left out {found.errors['left out']:.2f}" if key == "after" else "")
-        panel.set(xlim=(-reach, reach), ylim=(-reach, reach), box_aspect=1.0, title=f"{title}: {error}")
+        panel.set(xlim=(-reach, reach), ylim=(-reach, reach), box_aspect=1.0, title=f"{key}: {error}")
         panel.set_xlabel(f"predicted jump [{unit}]")
         panel.grid(True)
     pairs[0].set_ylabel(f"measured jump [{unit}]")

@@ -104,8 +104,8 @@ def _closing(found: Identification) -> Iterator[str]:
         yield from (f"  {n} x {text}" for text, n in alike(list(found.messages.values())).most_common(3))
     if links := [one.variation.subject for one in found.unknowns if one.variation.kind in (*OF_A_LINK, "place")]:
         yield (
-            f"{listed(links)} is of the robot's file, not of a scene: change it there; shockpc compare ROBOT --change NAME=VALUE shows "
-            "what it does"
+            f"{listed(links)} is of the robot's file, not of a scene: change it there; shockpc compare ROBOT --change "
+            "NAME=VALUE shows what it does"
         )
     if SCALE in found.values:
         yield f"{SCALE} is of this table: multiply its velocities before the impact by it"
@@ -145,13 +145,12 @@ def _document(found: Identification, table: str) -> dict[str, Any]:
 
 def _files(found: Identification, table: str, day: str, folder: Path) -> Mapping[str, str]:
     """The drives, if some were unknown, and the scene with all that was found."""
-    scene, robot, files = found.scene, found.robot, dict[str, str]()
+    scene, files = found.scene, dict[str, str]()
     kinds = {one.variation.kind for one in found.unknowns}
     if kinds & set(OF_DRIVES):
         files[DRIVES] = _drives_text(found, table, day)
         joints = dataclasses.replace(scene.joints, drives=str(folder / DRIVES), armature={}, rotor={}, stiffness={})
         scene = dataclasses.replace(scene, joints=joints)
-    del robot
     return files | {SCENE: scene_text(scene, folder)}
 
 
