@@ -2,7 +2,7 @@
 PYTHON ?= python3.11
 BIN := .venv/bin
 
-.PHONY: demo paper gallery test check bench validate soak fuzz install clean
+.PHONY: demo paper gallery test check bench validate soak intervals fuzz install clean
 
 demo: .venv/.run
 	@"$(BIN)/shockpc" analyze quadruped --contact hind_foot --plane xz --out out/quadruped
@@ -44,10 +44,12 @@ bench: .venv/.dev
 	@"$(BIN)/shockpc" bench --out out/bench
 
 # Measured landings against predicted ones, by joint model; TABLE may be another one with the same columns. Then the tosses of two
-# hinged blocks that struck with one corner, by law of contact: a contact that sticks, friction, friction and restitution.
+# hinged blocks that struck with one corner, by law of contact: a contact that sticks, friction, friction and restitution; and what
+# these, and all tosses, say of friction and restitution.
 TABLE ?= robots/measured/cassie_landings.csv
 VALIDATE = "$(BIN)/shockpc" landings "$(TABLE)" robots/measured/cassie.toml --map second_foot_later_ms= --map "ankle_spring_joint_*="
 ELBOW = "$(BIN)/shockpc" landings out/validate/elbow.csv robots/measured/elbow/elbow.urdf --map gap=
+UNKNOWN = robots/measured/elbow/elbow.urdf --map gap= --unknown friction=0:1.5 --unknown restitution=0:1
 validate: .venv/.dev
 	@$(VALIDATE) --joints geared,free --contact-stiffness 1e5 --out out/validate
 	@$(VALIDATE) --lock "knee_joint_*" --lock "heel_spring_*" --out out/validate/springs_rigid
@@ -56,12 +58,18 @@ validate: .venv/.dev
 	@$(ELBOW) --out out/validate/elbow_sticks
 	@$(ELBOW) --friction 0.2 --out out/validate/elbow_friction
 	@$(ELBOW) --friction 0.2 --restitution 0.2 --out out/validate/elbow_friction_restitution
+	@"$(BIN)/shockpc" identify out/validate/elbow.csv $(UNKNOWN) --out out/validate/elbow_identified
+	@"$(BIN)/shockpc" identify robots/measured/elbow/elbow_landings.csv $(UNKNOWN) --out out/validate/elbow_all_identified
 
 # Reported bounds against an independent solution on random landings; after an interrupt it says how to continue.
 N ?= 100000
 FROM ?= 0
 soak: .venv/.dev
 	@"$(BIN)/python" tests/soak.py "$(N)" --from "$(FROM)"
+
+# How often the intervals of shockpc identify hold the true values of simulated landings; N draws, 300 unless it is given.
+intervals: .venv/.dev
+	@"$(BIN)/python" tests/identify_draws.py $(if $(filter command line,$(origin N)),"$(N)",300)
 
 # Commands on hostile files; after an interrupt it says how to continue.
 fuzz: .venv/.dev

@@ -61,7 +61,7 @@ def leg(rng, n, folder, true=None, noise=0.05, alike=0.0):
     """A leg on a rail that lands in different postures, or nearly in one."""
     (folder / "leg.urdf").write_text(LEG)
     true = {"armature:hip": 0.004, "armature:knee": 0.009} if true is None else true
-    hip, knee = (middle + (0.5 if not alike else alike) * rng.uniform(-1.0, 1.0, n) for middle in (0.7, -1.4))
+    hip, knee = (middle + (alike if alike else 0.5) * rng.uniform(-1.0, 1.0, n) for middle in (0.7, -1.4))
     table = {"q_hip": hip, "q_knee": knee, "before_rail": -rng.uniform(1.0, 2.0, n)}
     table |= {f"before_{name}": rng.normal(0.0, 0.0 if alike else 0.5, n) for name in ("hip", "knee")}
     return simulated(leg_scene(folder), table, true, {"hip": noise, "knee": noise}, rng)

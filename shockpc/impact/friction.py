@@ -184,10 +184,10 @@ class FrictionProblem(NamedTuple):
         # Of several solutions that in which the contacts stick is the one of Eq. 4.
         best = min(found, key=lambda solution: (solution.gains_energy, set(solution.state[:m]) != {"sticks"}))
         if best.gains_energy:
-            gained = f"with a friction of {mu:g} and the restitution of the contacts the impact would gain {best.energy:.3g} J"
+            gained = f"with friction {mu:g} and the restitution of the contacts the impact would gain {best.energy:.3g} J"
             raise SolveError(
-                f"no verdict: {gained} of kinetic energy (Newton's restitution is not valid where slip stops or reverses); take less "
-                "restitution"
+                f"no verdict: {gained} of kinetic energy (Newton's restitution is not valid where slip stops or reverses); take "
+                "less restitution"
             )
         return best, len(found)
 

@@ -31,7 +31,7 @@ from shockpc.landing.scene_file import robot_of
 from shockpc.robot.robot import Robot
 from shockpc.studies.declare import study
 from shockpc.text.errors import ShockError, StudyError
-from shockpc.text.printed import listed
+from shockpc.text.printed import few, listed
 
 SEED = 0
 """Of the bootstrap and of the parts that are left out."""
@@ -107,8 +107,8 @@ class Identification:
         after: jumps with the values that were found.
         used: (n,) which landings count.
         errors: "before" and "after", and "left out": of landings that had no part in finding the values (k-fold); "free impulse" is
-            that of the best impulse at the contacts, whatever its law, with the inertia that was found, NaN where every jump is
-            one of those.
+            that of the best impulse at the contacts, whatever its law, with the inertia that was found; NaN where it has more than
+            half as many directions as velocities were measured.
         landing_errors: (n,) the same by landing, NaN where it does not count.
         correlation: (p, p) of the values; NaN where one was not identified.
         singular: (p,) singular values of the derivatives by the unknowns over their ranges, relative to what is left unexplained.
@@ -439,7 +439,7 @@ class _Fit:
         return errors
 
     def _free_impulse(self, u: Array, H: Array) -> Array:
-        """The errors (n,) with the impulse at the contacts that fits each landing best; NaN where any jump is that of one."""
+        """The errors (n,) with the impulse at the contacts that fits each landing best; NaN where it would fit whatever jump."""
         predictor, errors = self.predictor, np.full(len(self.used), np.nan)
         study, measured = predictor.study(self.values(u)), predictor(self.values(u)).measured
         for i in np.flatnonzero(self.used).tolist():
@@ -454,7 +454,7 @@ class _Fit:
             root = np.linalg.cholesky(reduced_inertia(H[i : i + 1], predictor.coordinates[own])[0]).T
             U, s, _ = np.linalg.svd(root @ moved, full_matrices=False)
             U, jump = U[:, s > 1e-9 * s.max(initial=0.0)], root @ measured[i, own]
-            if U.shape[1] < len(own):
+            if 2 * U.shape[1] <= len(own):
                 errors[i] = np.linalg.norm(jump - U @ (U.T @ jump)) / np.linalg.norm(jump)
         return errors
 
@@ -523,13 +523,13 @@ class _Fit:
         if wrong:
             yield (
                 "the model is still wrong beyond the scatter of the landings: measured jumps are, times the predicted ones, "
-                + ", ".join(wrong)
+                + few(wrong, 6, what=" velocities")
             )
         if self.noise is not None:
             ratio = float(np.sqrt(np.sum(r**2) / self.freedoms))
             if ratio > 1.0 + 3.0 / np.sqrt(2.0 * n):
                 yield f"the model is still wrong beyond the noise: what is left is {ratio:.3g} times the noise that was given"
-        if SLIGHT < errors["after"] and errors["free impulse"] < 0.9 * errors["after"]:
+        if errors["after"] > SLIGHT and errors["free impulse"] < 0.9 * errors["after"]:
             yield (
                 f"of the error of {errors['after']:.2f}, {errors['free impulse']:.2f} is left with the best impulse at the "
                 "contacts, whatever its law: that much is of the robot's inertia, its posture or the measurement, the rest of the "
