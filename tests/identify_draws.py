@@ -67,6 +67,11 @@ def leg(rng, n, folder, true=None, noise=0.05, alike=0.0):
     return simulated(leg_scene(folder), table, true, {"hip": noise, "knee": noise}, rng)
 
 
+def csv_text(table):
+    """A table as the text of a CSV file."""
+    return "\n".join([",".join(table), *(",".join(map(str, row)) for row in zip(*table.values(), strict=True))]) + "\n"
+
+
 def leg_scene(folder):
     """Of the leg."""
     return Scene(robot=str(folder / "leg.urdf"), contact=Contact(frame="foot", directions=("x", "z")))

@@ -11,8 +11,10 @@ import subprocess
 import sys
 import time
 
+import numpy as np
 import pytest
 from commands import STICK, good, run
+from identify_draws import BLOCKS, csv_text, leg
 from test_scene_file import EVERY_KEY
 
 import shockpc
@@ -353,6 +355,11 @@ def test_examples_of_the_help_run(capfd, here, command):
     (here / "walk.csv").write_text(f"time,z,LF_HAA,LF_HFE,LF_KFE,force\n{samples}")
     (here / "scenes").mkdir()
     (here / "scenes" / "jump.toml").write_text('robot = "anymal_b"\n[[contact]]\nframe = "LF_FOOT"\n')
+    if command == "identify":
+        (here / "drops.csv").write_text(csv_text(leg(np.random.default_rng(0), 6, here)))
+        (here / "leg.toml").write_text('robot = "leg.urdf"\n[[contact]]\nframe = "foot"\ndirections = ["x", "z"]\n')
+        (here / "blocks.urdf").write_text(BLOCKS.read_text())
+        (here / "tosses.csv").write_text("\n".join(BLOCKS.with_name("elbow_landings.csv").read_text().splitlines()[:9]) + "\n")
     examples = re.findall(r"^ +shockpc (.*)$", good(capfd, command, "--help").partition("Examples:")[2], re.MULTILINE)
     assert 1 <= len(examples) <= 3
     for example in examples:

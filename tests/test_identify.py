@@ -7,7 +7,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from commands import good, run
-from identify_draws import BLOCKS, blocks, leg, leg_scene
+from identify_draws import BLOCKS, blocks, csv_text, leg, leg_scene
 
 from shockpc import Joints, Rotor, Scene, StudyError, identify, read_scene, resolve, shock_profile, sweep
 from shockpc.core.friction import solve_each, solve_friction
@@ -30,8 +30,7 @@ def rng(seed=0):
 
 def written(folder, table):
     """The table as a CSV file."""
-    rows = [",".join(table), *(",".join(map(str, row)) for row in zip(*table.values(), strict=True))]
-    (folder / "table.csv").write_text("\n".join(rows) + "\n")
+    (folder / "table.csv").write_text(csv_text(table))
     return "table.csv"
 
 

@@ -32,7 +32,7 @@ GROUPS = {
     "Data": {
         "touchdowns": "Find the touchdowns of a log: the table of its landings.",
         "landings": "Compute recorded landings, and compare what was measured.",
-        "identify": "Find drives, friction, restitution and masses from measured landings.",
+        "identify": "Find drives, friction and masses from measured landings.",
     },
     "For developers": {
         "quantities": "List the numbers that a landing has.",

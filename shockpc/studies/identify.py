@@ -137,8 +137,8 @@ class Identification:
 
 
 @study(
-    "shockpc identify drops.csv leg.toml --unknown 'rotor:*knee=1e-6:1e-3:log' --out leg/",
-    "shockpc identify tosses.csv blocks.urdf --unknown friction=0:1.5 --unknown restitution=0:1",
+    "shockpc identify drops.csv leg.toml --unknown 'armature:*knee=1e-4:0.1:log' --out knee/",
+    "shockpc identify tosses.csv blocks.urdf --map gap= --unknown friction=0:1.5 --unknown restitution=0:1",
     more=(
         "The table is one as shockpc landings takes, with velocities after the impact in columns after_…. Unknowns are found where "
         "predicted and measured jumps differ least, with 95 % intervals; what the data do not tell is said. --out has drives.toml "
