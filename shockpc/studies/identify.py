@@ -9,10 +9,10 @@ bootstrap over landings: each draw gives landings other weights, and the values 
 """
 
 import os
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 from fnmatch import fnmatchcase
-from functools import partial
+from functools import cache, partial
 from pathlib import Path
 from typing import Annotated, Any, Literal, NamedTuple
 
@@ -78,8 +78,6 @@ class Unknown(NamedTuple):
         low: lower end of the 95 % interval; NaN without one.
         high: its upper end.
         state: "identified", or why there is no interval.
-        values: (m,) over its range.
-        errors: (m,) of the prediction with each of these, the other unknowns as found: median over the landings.
     """
 
     variation: Variation
@@ -87,8 +85,6 @@ class Unknown(NamedTuple):
     low: float
     high: float
     state: State
-    values: Array
-    errors: Array
 
 
 @dataclass(frozen=True, eq=False)
@@ -114,6 +110,7 @@ class Identification:
         singular: (p,) singular values of the derivatives by the unknowns over their ranges, relative to what is left unexplained.
         statements: what the data do not tell, and what is wrong beyond their scatter.
         messages: why landings have no prediction with these values, by number of the row.
+        scan: of an unknown by its number: values (m,) over its range, and the errors (m,) with these, the others as found.
     """
 
     unknowns: tuple[Unknown, ...]
@@ -129,6 +126,7 @@ class Identification:
     singular: Array
     statements: tuple[str, ...]
     messages: Mapping[int, str]
+    scan: Callable[[int], tuple[Array, Array]] = field(repr=False)
 
     @property
     def values(self) -> dict[str, float]:
@@ -384,13 +382,12 @@ class _Fit:
         by_landing["left out"] = self._left_out(u, r, D, ~(without | vague), H, folds)
         by_landing["free impulse"] = self._free_impulse(u, H)
         errors = {name: float(np.median(values[self.used])) for name, values in by_landing.items()}
-        scans = [self._scan(u, j, H) for j in range(self.p)]
         fitted, robot = scene, predictor.robot
         for one, value in zip(unknowns, self.values(u), strict=True):
             if one.subject != SCALE:
                 fitted, robot = applied(fitted, robot, one, value)
         results = tuple(
-            Unknown(one, value, float(low[j]), float(high[j]), state[j], *scans[j])
+            Unknown(one, value, float(low[j]), float(high[j]), state[j])
             for j, (one, value) in enumerate(zip(unknowns, self.values(u), strict=True))
         )
         statements = (
@@ -398,7 +395,7 @@ class _Fit:
         )  # fmt: skip
         return Identification(
             results, fitted, robot, predictor, self.before, found, self.used, errors, by_landing, correlation, singular, statements,
-            found.messages,
+            found.messages, cache(partial(self._scan, u, H=H)),
         )  # fmt: skip
 
     def _bootstrap(self, u: Array, r: Array, D: Array, free: np.ndarray, draws: int) -> Array:

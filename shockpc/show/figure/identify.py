@@ -2,12 +2,16 @@
 
 import numpy as np
 from matplotlib.figure import Figure
+from matplotlib.ticker import NullFormatter, StrMethodFormatter
 
 from shockpc.show.figure.landings import MARKERS
 from shockpc.show.figure.style import CURVES, INK, faded, new_chart
 from shockpc.show.wording import count
 from shockpc.studies.identify import Identification
 from shockpc.text.printed import printable
+
+DEEP = 0.2
+"""Least error, in errors before, up to which errors are drawn in logarithms."""
 
 ACROSS, REACH, MANY = 3, 1.1, 200
 """Panels beside one another; half the width of the frame of jumps, in greatest measured ones; landings with smaller marks."""
@@ -23,21 +27,28 @@ def draw(found: Identification) -> Figure:
     figure = new_chart(1.2 + 2.5 * across, 0.7 + 1.9 * rows + 3.2, f"{robot}: {count(int(found.used.sum()), 'landing')}")
     above, below = figure.subfigures(2, 1, squeeze=False, height_ratios=[1.9 * rows, 3.2]).ravel()
     panels = above.subplots(rows, across, squeeze=False, sharey=True).ravel()
-    least = min(float(one.errors.min()) for one in found.unknowns)
-    most = max(1.1 * found.errors["before"], *(min(float(one.errors.max()), 2.0) for one in found.unknowns))
-    for panel, one in zip(panels, found.unknowns, strict=False):
+    scans = [found.scan(j) for j in range(p)]
+    least = min(float(errors.min()) for _, errors in scans)
+    most = max(1.1 * found.errors["before"], *(min(float(errors.max()), 2.0) for _, errors in scans))
+    deep = least < DEEP * found.errors["before"]
+    for panel, one, (values, errors) in zip(panels, found.unknowns, scans, strict=False):
         if np.isfinite(one.low):
             panel.axvspan(one.low, one.high, color=faded(CURVES[0], 0.75), linewidth=0.0, label="95 % interval")
-        panel.plot(one.values, one.errors, color=CURVES[0], label="error with this value")
-        panel.plot(one.value, np.interp(one.value, one.values, one.errors), "o", color=INK, markersize=3.5, label="value found")
+        panel.plot(values, errors, color=CURVES[0], label="error with this value")
+        panel.plot(one.value, np.interp(one.value, values, errors), "o", color=INK, markersize=3.5, label="value found")
         panel.axhline(found.errors["before"], color=INK, linewidth=0.7, linestyle="--", label="error before")
         panel.set(
             xlabel=printable(f"{one.variation.subject} [{one.variation.unit}]", 40),
             title=f"{one.value:.3g}" + (f" ({one.low:.3g} … {one.high:.3g})" if np.isfinite(one.low) else f", {one.state}"),
-            ylim=(0.0 if least < 0.5 * most else 0.9 * least, min(most, 2.0)),
+            yscale="log" if deep else "linear",
+            ylim=(0.7 * max(least, 1e-4 * most) if deep else 0.0, most),
             xscale="log" if one.variation.law == "log-uniform" else "linear",
         )
         panel.grid(True)
+        for axis, logarithmic in ((panel.xaxis, one.variation.law == "log-uniform"), (panel.yaxis, deep)):
+            if logarithmic:
+                axis.set_major_formatter(StrMethodFormatter("{x:g}"))
+                axis.set_minor_formatter(NullFormatter())
     for panel in panels[p:]:
         panel.set_axis_off()
     panels[0].set_ylabel("error (median) [1]")

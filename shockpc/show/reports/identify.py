@@ -131,9 +131,9 @@ def _document(found: Identification, table: str) -> dict[str, Any]:
                 "high": one.high,
                 "range": one.variation.span,
                 "state": one.state,
-                "error_over_range": pairs(zip(one.values, one.errors, strict=True)),
+                "error_over_range": pairs(zip(*found.scan(j), strict=True)),
             }
-            for one in found.unknowns
+            for j, one in enumerate(found.unknowns)
         ],
         "errors": {name.replace(" ", "_"): found.errors[name] for name in ERRORS},
         "correlation": pairs(found.correlation),
