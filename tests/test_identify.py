@@ -85,7 +85,7 @@ def test_sweeps_vary_restitution_and_rotors(here):
 
 def test_values_without_noise_are_exact():
     """The motion of both blocks tells friction and restitution; landings left out are predicted."""
-    found = identify(blocks(rng(), 40, noise=0.0), TOSSED, GROUND)
+    found = identify(blocks(rng(), 20, noise=0.0), TOSSED, GROUND)
     assert found.values == pytest.approx({"friction": 0.3, "restitution": 0.25}, abs=1e-4)
     assert found.errors["left out"] < 1e-3 < 0.1 < found.errors["before"]
     assert found.scene.friction == found.values["friction"]
@@ -94,14 +94,12 @@ def test_values_without_noise_are_exact():
 
 def test_intervals_hold_noisy_values():
     """These draws are as most are; tests/identify_draws.py counts how many."""
-    found = identify(blocks(rng(3), 80), TOSSED, GROUND)
+    found = identify(blocks(rng(3), 40), TOSSED, GROUND)
     for one, true in zip(found.unknowns, (0.3, 0.25), strict=True):
         assert one.state == "identified"
         assert one.low < true < one.high
         assert one.high - one.low < 0.1
     assert found.errors["free impulse"] < found.errors["after"] < found.errors["left out"] * 1.1 < found.errors["before"]
-    again = identify(blocks(rng(3), 80), TOSSED, GROUND)
-    assert [one[1:4] for one in again.unknowns] == [one[1:4] for one in found.unknowns]
 
 
 def test_a_drive_is_found_from_a_start_that_is_ten_times_off(here, capfd):
@@ -145,8 +143,25 @@ def test_velocities_before_that_are_too_small():
     assert found.values == pytest.approx({"friction": 0.3, "restitution": 0.25, "scale:before": 1.0 / 0.9}, abs=1e-3)
 
 
+def test_a_contact_stiffness_from_velocities_at_a_time(here):
+    """While the contact still presses; how stiff it is cannot be told from the end alone."""
+    table = leg(rng(), 5, here, noise=0.0)
+    scene = replace(leg_scene(here), contact_stiffness=5e4)
+    table |= {name.replace("after_", "after1ms_"): table.pop(name) for name in ("after_hip", "after_knee")}
+    rows = rows_of(table, landing_of(scene, robot_of(scene)))
+    jumps = Predictor(rows, robot_of(scene), (), rows.measured)(None).jumps
+    table |= {
+        f"after1ms_{column.name}": table[f"before_{column.name}"] + jump
+        for column, jump in zip(rows.measured, jumps.T, strict=True)
+    }
+    found = identify(table, leg_scene(here), {"contact-stiffness": "1e4:1e6:log"})
+    assert found.values["contact-stiffness"] == pytest.approx(5e4, rel=1e-3)
+    with pytest.raises(StudyError, match="does not say when it was measured"):
+        identify(leg(rng(), 5, here), leg_scene(here), {"contact-stiffness": (1e4, 1e6)})
+
+
 def test_one_wild_landing_changes_little():
-    table = blocks(rng(3), 40)
+    table = blocks(rng(3), 25)
     found = identify(table, TOSSED, GROUND)
     table["after_wx"] = table["after_wx"].copy()
     table["after_wx"][5] += 500.0
@@ -157,7 +172,7 @@ def test_one_wild_landing_changes_little():
 
 def test_rows_and_cells_without_numbers_are_left_out():
     """A landing that cannot be read does not count, nor what was not measured of another."""
-    table = blocks(rng(), 40, noise=0.0)
+    table = blocks(rng(), 20, noise=0.0)
     table["after_vz"], table["before_vz"] = table["after_vz"].copy(), table["before_vz"].copy()
     table["after_vz"][3], table["before_vz"][4] = np.nan, np.nan
     found = identify(table, TOSSED, GROUND)
@@ -202,7 +217,7 @@ def test_landings_in_one_posture_identify_nothing(here):
 
 def test_noise_weighs_what_was_measured_and_tells_a_wrong_model():
     """Velocities that no pattern fits are not used; with the true noise nothing is left, with less the model is wrong."""
-    table = blocks(rng(1), 60)
+    table = blocks(rng(1), 40)
     noise = {"v?": 0.1, "w?": 1.0}
     found = identify(table, TOSSED, GROUND, noise=noise)
     assert [column.name for column in found.predictor.measured] == ["vx", "vy", "vz", "wx", "wy", "wz"]

@@ -211,6 +211,12 @@ def identify(
     chosen = tuple(column for column, sigma in zip(chosen, deviations, strict=True) if sigma > 0.0)
     if not chosen:
         raise StudyError(f"--noise fits nothing that was measured; measured are {listed(column.name for column in velocities)}")
+    stiff = [one.subject for one in unknowns if one.kind in ("contact-stiffness", "contact-damping")]
+    if stiff and chosen[0].time is None:
+        raise StudyError(
+            f"{stiff[0]} changes the motion at a time after contact, and the table does not say when it was measured; name its "
+            "columns after6ms_… for 6 ms"
+        )
     predictor = Predictor(rows, robot, unknowns, chosen)
     fit = _Fit(predictor, deviations[deviations > 0.0] if noise else None)
     return fit.identification(scene, draws, folds)
@@ -218,6 +224,8 @@ def identify(
 
 def _unknown(robot: Robot, subject: str, values: Any) -> Variation:
     """An unknown with its range."""
+    if isinstance(values, tuple | list) and len(values) == 2:
+        values = f"{values[0]}:{values[1]}"
     if not isinstance(values, str):
         raise StudyError(f"{subject} has no range; give LOW:HIGH, or LOW:HIGH:log, such as {subject}=0.1:1")
     if subject == SCALE:
