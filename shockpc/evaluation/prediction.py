@@ -255,7 +255,7 @@ class Predictor:
             jumps, messages = predicted_later(study, keys, self.measured, {})
             return np.stack(jumps, axis=1), messages
         computed = tuple({column.name: column for column in keys.values()}.values())
-        table = Evaluation(study, computed, prove=0, trusted=TRUSTED, redundant=False).table()
+        table = Evaluation(study, computed, prove=0, trusted=TRUSTED).table()
         by_key = base_in_world(study, keys, table.columns)
         return np.stack([by_key[column.key] for column in self.measured], axis=1), dict(table.messages)
 
