@@ -5,8 +5,8 @@ energy and relative to the energy of each strike, in which the measurement after
 jump, which is noisy, would favour values that predict small jumps. Landings that fit badly count less (soft L1).
 
 A grid is searched first, as where contacts stick nothing changes with the friction and a gradient leads nowhere. Intervals are a
-bootstrap over landings: each draw gives landings other weights, and the values follow from the derivatives at the solution. So do the
-values without the landings that are left out, which are then predicted in full.
+bootstrap over landings: each draw gives landings other weights, and the values follow from the derivatives at the solution. So do
+the values without the landings that are left out, which are then predicted in full.
 """
 
 import os
