@@ -2,6 +2,7 @@
 
 import json
 import math
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -79,17 +80,21 @@ def test_a_mass_on_a_rail_on_a_stiff_contact(here):
     )
     for strike in (Strike(joint_velocities={"rail": -2.0}), Strike(speed=2.0)):
         contact = Contact(frame="mass", directions=("z",), restitution=1.0)
-        profile = shock_profile(Scene(robot="mass.urdf", contact=contact, strike=strike, contact_stiffness=K))
+        profile = shock_profile(Scene(robot="mass.urdf", contact=contact, strike=strike, contact_stiffness=K, gravity=False))
         assert profile.value("peak_force", "contact")[0] == pytest.approx(2.0 * math.sqrt(3.0 * K), rel=1e-9)
         assert profile.value("compression", "robot")[0] == pytest.approx(math.pi / 2.0 * math.sqrt(3.0 / K), rel=1e-9)
         assert profile.stiffness.motion.duration == pytest.approx(math.pi * math.sqrt(3.0 / K), rel=1e-9)
+        heavy, weight = shock_profile(replace(profile.scene, gravity=True)), 3.0 * GRAVITY
+        assert heavy.value("peak_force", "contact")[0] == pytest.approx(
+            weight + math.hypot(weight, 2.0 * math.sqrt(3.0 * K)), rel=1e-9
+        )
 
 
 @pytest.mark.parametrize("given", [{}, {"directions": ("x", "z")}, {"kind": "flat"}], ids=["point", "boom", "sole"])
 def test_a_rig_on_stiff_contacts_ends_as_the_impulse_model(rig, given):
     """Rows without restitution end at rest for every stiffness; soles do not tilt, but one that turns before has no such motion."""
     contact = Contact(frame="foot", **given)
-    profile = falling(rig, contact=contact, contact_stiffness=K)
+    profile = falling(rig, contact=contact, contact_stiffness=K, gravity=False)
     assert profile.stiffness.motion.separated
     assert profile.stiffness.difference < 1e-9
     if contact.kind == "flat":
@@ -99,7 +104,7 @@ def test_a_rig_on_stiff_contacts_ends_as_the_impulse_model(rig, given):
 
 def test_a_standing_foot_stays_on_stiff_contacts():
     """As in the impulse model, with which the end agrees; it has a force, and no duration of its own."""
-    scene = Scene(robot="quadruped", contact="hind_foot", stance=("front_foot",), contact_stiffness=K)
+    scene = Scene(robot="quadruped", contact="hind_foot", stance=("front_foot",), contact_stiffness=K, gravity=False)
     profile = shock_profile(scene)
     assert profile.stiffness.difference < 1e-9
     assert np.isnan(profile.value("duration", "contact")[1])

@@ -252,7 +252,7 @@ class Predictor:
             return self._with_friction(study, values)
         keys = predicting(study, friction=False)
         if stiff:
-            jumps, messages = predicted_later(study, keys, self.measured, {})
+            jumps, messages = predicted_later(study, keys, self.measured)
             return np.stack(jumps, axis=1), messages
         computed = tuple({column.name: column for column in keys.values()}.values())
         table = Evaluation(study, computed, prove=0, trusted=TRUSTED).table()
