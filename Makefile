@@ -28,7 +28,8 @@ gallery: paper .venv/.dev
 	@"$(BIN)/shockpc" limits hyq --contact lf_foot --joint lf_kfe_joint --at trunk_imu --max 0.1 --range -150:0 --out out/limits > /dev/null
 	@"$(BIN)/shockpc" sensitivity anymal_b --contact LF_FOOT --at imu_link --out out/sensitivity > /dev/null
 	@"$(BIN)/shockpc" place anymal_b --vary strike-angle=-30:75:8 --out out/place > /dev/null
-	@cp out/sweep/sweep.svg out/compare/compare.svg out/limits/limits.svg out/sensitivity/sensitivity.svg out/place/place.svg robots/gallery/
+	@"$(BIN)/shockpc" fall g1 --out out/fall > /dev/null
+	@cp out/fall/fall.svg out/sweep/sweep.svg out/compare/compare.svg out/limits/limits.svg out/sensitivity/sensitivity.svg out/place/place.svg robots/gallery/
 
 test: .venv/.dev
 	@"$(BIN)/python" -m pytest -n auto --dist loadfile

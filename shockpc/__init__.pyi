@@ -35,6 +35,7 @@ from .studies.batch import batch as batch
 from .studies.check.study import check_budgets as check_budgets
 from .studies.compare import Design as Design
 from .studies.compare import compare as compare
+from .studies.fall.study import fall as fall
 from .studies.identify import Identification as Identification
 from .studies.identify import identify as identify
 from .studies.improve import improve as improve

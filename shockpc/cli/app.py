@@ -20,6 +20,7 @@ GROUPS = {
     "Many landings": {
         "batch": "Land many robots on each of their feet, and rank them.",
         "sweep": "Compute landings over many postures, strikes and models.",
+        "fall": "Let a robot tip over, or drop it, and rank what strikes.",
     },
     "Decide": {
         "compare": "Compare the shock of designs, or of a design's changes.",

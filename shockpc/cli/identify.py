@@ -4,6 +4,8 @@ import datetime
 from pathlib import Path
 from typing import Any
 
+import numpy as np
+
 from shockpc.cli.declare import argument, command
 from shockpc.cli.options import ROBOT, OutputOptions, SceneOptions
 from shockpc.cli.output import emit
@@ -26,7 +28,8 @@ def identify(
 ) -> None:
     columns = read_table(table)
     if "contact" in columns:
-        options = with_contact(robot, options, columns["contact"].astype(str).ravel().tolist())
+        options, contacts = with_contact(robot, options, columns["contact"].astype(str).ravel().tolist())
+        columns["contact"] = np.reshape(contacts, columns["contact"].shape)
     loaded, scene = one_scene(robot, options)
     found = study(columns, scene, robot=loaded, **given(study, typed))
     emit(identify_report(found, table.name, datetime.date.today().isoformat(), output.out or Path.cwd()), output)

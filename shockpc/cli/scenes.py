@@ -78,6 +78,22 @@ def landings_from(names: Iterable[str], options: SceneOptions, trace: Trace | No
     return landings
 
 
+def postures_from(names: Iterable[str], options: SceneOptions, trace: Trace | None = None) -> tuple[Robot, dict[str, Scene]]:
+    """A robot, and postures of it by the names of their scenes; of a single one the name is empty.
+
+    Raises:
+        ShockError: as for `scenes_from`; contacts are given; or the scenes are of different robots.
+    """
+    if options.contact or options.stance:
+        raise SceneError("what strikes, and what stands, follows from the posture; leave out --contact and --stance")
+    names = list(dict.fromkeys(names))
+    read = {name: scenes_from(name, with_contact(name, options, ["*"])[0], trace) for name in names}
+    robot = read[names[0]][0]
+    if any(other is not robot for other, _ in read.values()):
+        raise SceneError("the postures are of different robots; give scenes of one robot, or one robot at a time")
+    return robot, {Path(name).stem if len(names) > 1 else "": scenes[0] for name, (_, scenes) in read.items()}
+
+
 def _with_file(scene: Scene, options: SceneOptions) -> Scene:
     """A scene with those options on which its robot depends."""
     return _with(

@@ -4,6 +4,7 @@ What the command passes for a parameter that is no option follows from the param
 
     scene        one landing, of ROBOT and the options of a scene
     landings     landings by name: SCENE..., or a robot's on each of its feet alone
+    postures     postures of one robot by name: SCENE..., or a robot's own
     designs      one landing of each DESIGN...
     target       the number that the study is about, --at or --quantity
     trace        measures stages, for --explain
@@ -27,7 +28,7 @@ from shockpc.cli.options import AT, EXPLAIN, PARSERS, ROBOT, STRICT, TARGET, Out
 from shockpc.cli.output import emit, exit_code
 from shockpc.cli.parse import Span, Vector, box, numbers, pair_of, renaming, robot_name, setting, span, variable
 from shockpc.cli.progress import ShownTrace, progress
-from shockpc.cli.scenes import landings_from, one_scene
+from shockpc.cli.scenes import landings_from, one_scene, postures_from
 from shockpc.evaluation.variation import Vary
 from shockpc.robot.robot import Robot
 from shockpc.studies.compare import Design
@@ -38,6 +39,10 @@ INPUTS = {
     "landings": (
         tuple[str, ...],
         argument("Scenes (TOML), or a robot, which lands on each foot alone.", "SCENE...", robot_name, default=...),
+    ),
+    "postures": (
+        tuple[str, ...],
+        argument("A robot, or scenes (TOML) of one robot in several postures.", "SCENE...", robot_name, default=...),
     ),
     "designs": (
         tuple[str, ...],
@@ -91,7 +96,7 @@ def study_command(name: str) -> Command:
         trace = ShownTrace()
         robot, given_landings = _read(kind, typed[kind], typed["options"], trace)
         arguments = {kind: given_landings, "trace": trace, "progress": partial(progress, "landings computed")}
-        if kind == "scene":
+        if kind in ("scene", "postures"):
             arguments["robot"] = robot
         if "target" in needs:
             arguments["target"] = target_of(typed["at_"], typed["quantity"])
@@ -126,6 +131,8 @@ def _read(kind: str, names: Any, options: SceneOptions, trace: ShownTrace) -> tu
     """The first robot, and what the parameter of a study takes that is of this kind."""
     if kind == "scene":
         return one_scene(names, options, trace)
+    if kind == "postures":
+        return postures_from(names, options, trace)
     if kind == "designs":
         designs = _designs(names, options)
         return designs[0].robot, designs

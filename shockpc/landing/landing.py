@@ -25,7 +25,7 @@ from shockpc.landing.posture import configuration, held_joints, outside_limits, 
 from shockpc.landing.ratings import check_parts, strength, torque_limits
 from shockpc.landing.rows import Block, Equation, block_point, row_jacobian, slices_of
 from shockpc.landing.scene import GRAVITY, Base, Contact, Scene, Strike
-from shockpc.landing.scene_file import check_scene, plane_of, with_paths, with_plane
+from shockpc.landing.scene_file import check_scene, plane_of, point_at, with_paths, with_plane
 from shockpc.landing.stops import is_stop, striking_stop, velocity_at_stop
 from shockpc.robot.catalogue import closing_scene
 from shockpc.robot.robot import Loop, Robot
@@ -374,7 +374,8 @@ def landing_of(scene: Scene, robot: Robot) -> PosedLanding:
         else contact_block(robot, contact, up)
         for contact in scene.contact
     )
-    stance = tuple(contact_block(robot, Contact(frame=frame), up, "stance") for frame in scene.stance)
+    standing = [point_at(robot, foot) for foot in scene.stance]
+    stance = tuple(contact_block(robot, Contact(frame=one.frame, offset=one.offset), up, "stance") for one in standing)
     _check_ground(scene, contacts)
     normals = np.array([block.normal for block in (*contacts, *stance) if block.kind != "stop"])
     up = normals[0] if len(normals) and np.ptp(normals, axis=0).max() <= 1e-12 else up

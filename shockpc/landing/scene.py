@@ -346,7 +346,7 @@ class Scene(Record):
         posture: posture of base and joints.
         strike: velocity relative to the ground.
         contact: the contacts that strike at the same time; from Python also one contact, or names of frames.
-        stance: frames that are already on the ground and stay where they are.
+        stance: frames, or points FRAME:x,y,z, that are already on the ground and stay where they are.
         closure: loops, in addition to those of the robot's file.
         joints: joint model (free, geared or locked).
         point: points at which the shock is computed, in addition to the robot's sensors.

@@ -1,0 +1,65 @@
+"""A strip of silhouettes in the moment of the worst impacts, the struck parts named and coloured."""
+
+import math
+
+import numpy as np
+from matplotlib.figure import Figure
+
+from shockpc.show.figure.layout import MARGIN, Page
+from shockpc.show.figure.picture import outlined
+from shockpc.show.figure.style import BANDS, INK, PAPER, faded
+from shockpc.show.figure.view import Window, view_of
+from shockpc.show.tables import rounded
+from shockpc.studies.fall.study import Falls
+from shockpc.text.printed import printable
+
+MOST, COLUMNS = 12, 6
+"""Most pictures, and most in a line."""
+
+WIDTH, CAPTION, GAP = 1.7, 0.56, 0.14
+"""Width of a picture, height of what is written under it, and distance to the next [inches]."""
+
+STRUCK, STANDS, BODY = BANDS[6], BANDS[4], faded(INK, 0.86)
+"""Colours of what strikes, of what is on the ground already and presses, and of all else."""
+
+
+def draw_falls(falls: Falls) -> Figure:
+    """Draw the worst strikes in the order of the table, on one scale; the robot falls to the right."""
+    results = falls.results[:MOST]
+    views = [view_of(result.profile) for result in results]
+    sizes = np.array([view.high - view.low for view in views])
+    inch = float(sizes[:, 0].max()) / (WIDTH - 0.1)
+    height = float(sizes[:, 1].max()) / inch + 0.15
+    across = min(COLUMNS, len(results))
+    lines, step, drop = math.ceil(len(results) / across), WIDTH + GAP, height + CAPTION + GAP
+    what = f"dropped from {falls.drop:g} m" if falls.drop is not None else "tipping over, to the right of each picture"
+    heading = (
+        f"{printable(falls.robot.label, 60)}, {what}: the moment of the worst impacts, ranked by {printable(falls.rank, 40)}",
+        "red: struck; blue: on the ground already, and pressing; dot: contact point; all on one scale",
+    )
+    page = Page(MARGIN + max(across * step - GAP, 7.0), lines * drop, heading)
+    for k, (result, view) in enumerate(zip(results, views, strict=True)):
+        x, y = MARGIN + (k % across) * step, page.low + (lines - 1 - k // across) * drop + CAPTION + GAP
+        ground, middle = float(view.contacts[:, 1].min()), float(view.low[0] + view.high[0]) / 2.0
+        corner = np.array([middle - WIDTH * inch / 2.0, ground - 0.06 * inch])
+        window = Window(corner, corner + np.array([WIDTH, height]) * inch, inch)
+        axes = page.picture(x, y, window)
+        strike, frames = result.strike, result.profile.robot.frames
+        struck, stands = ({frames[link].body for link in links} for links in (strike.struck, strike.stands))
+        order = sorted(view.drawn, key=lambda drawn: (drawn.body in struck) + (drawn.body in stands))
+        for number, drawn in enumerate(drawn for drawn in order if not drawn.region.is_empty):
+            colour = STRUCK if drawn.body in struck else STANDS if drawn.body in stands else BODY
+            edge = outlined(axes, drawn.region, view.size / 400.0, linewidth=0.4, edgecolor=faded(INK, 0.35))
+            edge.set(facecolor=colour, zorder=1.0 + 0.01 * number)
+        axes.axhspan(window.low[1], ground, facecolor=faded(INK, 0.6), zorder=0.5)
+        axes.axhline(ground, color=INK, linewidth=0.7, zorder=5.0)
+        axes.plot(*view.contacts.T, "o", color=INK, markersize=3.0, markeredgecolor=PAPER, markeredgewidth=0.4, zorder=6.0)
+        value = f"{falls.rank} {rounded(result.values[falls.rank])}"
+        turned = "" if strike.forward is None else f", {math.degrees(strike.rotation):.0f} deg"
+        page.write(x, y - 0.05, f"{k + 1}  {printable(strike.name, 40)}", 7.5, WIDTH, fontweight="bold")
+        first, *others = strike.struck
+        named = printable(first, 40) + f" and {len(others)} more" * bool(others)
+        page.write(x, y - 0.19, named, 7.0, WIDTH)
+        page.write(x, y - 0.31, f"{strike.speed:.3g} m/s, {strike.motion}{turned}", 7.0, WIDTH)
+        page.write(x, y - 0.43, printable(value, 50), 7.0, WIDTH)
+    return page.figure

@@ -1,0 +1,209 @@
+"""Falls: how the robot tips, and every strike as a landing, the worst first; the pictures are in the attitude of the impact."""
+
+import itertools
+import math
+from collections.abc import Iterator
+from typing import Any
+
+from shockpc.quantities.table import select
+from shockpc.show.document import record
+from shockpc.show.reports.report import Picture, Report
+from shockpc.show.tables import Lines, Row, Sheet, largest
+from shockpc.show.wording import count, header_lines, shared_warnings
+from shockpc.studies.fall.study import Falls, Result, Strike, Tip
+from shockpc.text.printed import listed
+
+PAGE, ROWS = 12, 16
+"""Strikes that the page shows in three dimensions; rows of a table on a terminal."""
+
+LIMITS = ("height", "contact", "limits")
+"""Kinds of warnings that every strike of a fall may have: of flat ground, on which its strikes are chosen, and of the posture."""
+
+
+def fall_report(falls: Falls) -> Report:
+    """The falls."""
+    what = f"dropped from {falls.drop:g} m" if falls.drop is not None else "tipping over"
+    picture = Picture("fall", "the robot in the moment of the worst impacts", "fall:draw_falls", (falls,))
+    profiles = {result.strike.name: result.profile for result in falls.results}
+    return Report(
+        name="fall",
+        title=f"Falls of {falls.robot.label}, {what}",
+        body=lambda full: [
+            Lines(list(_lines(falls))),
+            *([picture] if falls.results else []),
+            *([_tips(falls)] if falls.tips else []),
+            _strikes(falls, None if full else ROWS),
+        ],
+        closing=[f"not computed: {name}: {text}" for name, text in falls.failures],
+        warnings=[*(f"warning: {tip.name}: {text}" for tip in falls.tips for text in tip.warnings), *_warnings(falls)],
+        sheets={"strikes": lambda: _spreadsheet(falls), "falls": lambda: _tips(falls)},
+        document=lambda: _document(falls),
+        landings=dict(list(profiles.items())[:PAGE]),
+    )
+
+
+def _lines(falls: Falls) -> Iterator[tuple[str, str]]:
+    if falls.results:
+        header = dict(header_lines(falls.results[0].profile))
+        postures = dict.fromkeys(result.profile.scene.posture.reference or "" for result in falls.results)
+        yield "robot", header["robot"]
+        yield "posture", f"{listed(postures)}; joints are held until a strike, and move in it as modelled"
+        yield "joint model", header["joint model"]
+        friction = falls.results[0].profile.scene.friction
+        sticks = "contacts stick unless they would be pulled, and slide then; --friction MU for contacts that slide"
+        rest = f"friction {friction:g}" if friction is not None else sticks
+        if falls.results[0].profile.scene.contact_stiffness is not None:
+            rest += "; with a contact stiffness what is on the ground before a strike takes no part in it"
+        yield "ground", f"level, rigid, no restitution; {rest}"
+    if falls.drop is not None:
+        yield (
+            "attitudes",
+            (
+                "faces, edges and corners of the box around the posture, the centre of mass above it (MIL-STD-810H, method "
+                "516.8, procedure IV; diagonals of the box are another interpretation)"
+                if any(name.split()[-2:][0] in ("face", "edge", "corner") for name in _names(falls))
+                else "spread evenly; rotation about the vertical does not matter"
+            ),
+        )
+    for note in falls.notes:
+        yield "geometry", note
+
+
+def _names(falls: Falls) -> list[str]:
+    return [result.strike.fall for result in falls.results]
+
+
+def _warnings(falls: Falls) -> list[str]:
+    profiles = {result.strike.name: result.profile for result in falls.results}
+    remarks = [f"warning: {result.strike.name}: {result.strike.remark}" for result in falls.results if result.strike.remark]
+    return [*remarks, *(line for line in shared_warnings(profiles, without="height"))]
+
+
+def moves(tip: Tip, until: float) -> str:
+    """How a robot moves up to a rotation [rad], in words."""
+    parts = [phase for phase in tip.fall.phases if phase.start.theta < until]
+    texts = []
+    for kind, phases in itertools.groupby(parts, lambda phase: phase.kind):
+        *_, last = phases
+        texts.append(f"{kind} to {math.degrees(min(last.end.theta, until)):.3g} deg")
+    return ", ".join(texts[:4] + ["…"] * (len(texts) > 4))
+
+
+def _tips(falls: Falls) -> Sheet:
+    """One row for each posture and heading."""
+    rows: list[Row] = []
+    for tip in falls.tips:
+        own = [result.strike for result in falls.results if result.strike.fall == tip.name]
+        first = min(own, key=lambda strike: strike.number, default=None)
+        fastest = max(own, key=lambda strike: strike.speed, default=None)
+        rows.append(
+            (
+                tip.name, math.degrees(tip.balance), tip.least_push, None if first is None else moves(tip, first.rotation),
+                None if first is None else struck_words(first), None if first is None else first.rate, tip.hinged,
+                None if fastest is None else f"{fastest.number}: {fastest.speed:.3g} m/s", f"{len(own)}", f"{tip.slower}",
+            )
+        )  # fmt: skip
+    header = (
+        "fall", "balance [deg]", "least push [m/s]", "moves", "first strike", "rate [rad/s]", "on a hinge [rad/s]",
+        "fastest strike", "strikes", "slower",
+    )  # fmt: skip
+    notes = [
+        "balance: rotation from which it falls by itself; least push: speed that a level push has to give to its centre of mass",
+        "on a hinge: rate at the first strike if what is on the ground could be pulled; slower: touches that are not listed",
+    ]
+    return Sheet(f"{count(len(rows), 'fall')}, each followed until the robot rests", header, rows, notes)
+
+
+def struck_words(strike: Strike) -> str:
+    """What strikes; of several links the speed of each, and whether it separates."""
+    if len(strike.struck) == 1:
+        return next(iter(strike.struck))
+    named = (f"{link} {speed:.3g}{'' if link in strike.pressing else ' (separates)'}" for link, speed in strike.struck.items())
+    return listed(named, 4)
+
+
+def _strikes(falls: Falls, most: int | None) -> Sheet:
+    """The strikes, the worst first. Args: most, number of rows; None for all."""
+    rows: list[Row] = []
+    tipping = bool(falls.tips)
+    for result in falls.results:
+        strike = result.strike
+        how = (strike.motion, math.degrees(strike.rotation), strike.rate) if tipping else ()
+        values = (cell for text in falls.quantities for cell in (result.values[text], result.places[text] or None))
+        rows.append((strike.name, struck_words(strike), *how, strike.speed, *values, *result.trunk, _stop(result)))
+    rows, left = largest(rows, most, "strike")
+    when = ("before", "rotated [deg]", "rate [rad/s]") if tipping else ()
+    heads = [head for text in falls.quantities for head in (f"{text} [{_unit(text)}]", "at")]
+    trunk = ("trunk Δv free [m/s]", "as modelled [m/s]", "locked [m/s]")
+    header = ("strike", "struck", *when, "speed [m/s]", *heads, *trunk, "first at its stop")
+    standing = {result.strike.name: result.strike.stands for result in falls.results if result.strike.stands}
+    near = {result.strike.name: result.strike.near for result in falls.results if result.strike.near}
+    notes = [
+        *left,
+        "struck: links that meet the ground together, with their speeds [m/s]; speed: of the fastest towards the ground",
+        "trunk: |Δv| at the heaviest body's centre of mass with free, modelled and locked joints, any of which may be the largest",
+        "first at its stop: the joint that reaches its limit first if its rate after the strike stays, and when",
+        *(f"within 5 mm of striking too: {listed(names)} ({name})" for name, names in itertools.islice(near.items(), 4)),
+        *(f"on the ground already and pressing: {listed(names)} ({name})" for name, names in itertools.islice(standing.items(), 4)),
+    ]
+    return Sheet(f"{count(len(falls.results), 'strike')}, ranked by {falls.rank}", header, rows, notes)
+
+
+def _unit(text: str) -> str:
+    return select(text.partition("@")[0]).quantity.unit.replace("1", "-")
+
+
+def _stop(result: Result) -> str | None:
+    return None if result.stop is None else f"{result.stop[0]} {1e3 * result.stop[1]:.3g} ms"
+
+
+def _spreadsheet(falls: Falls) -> Sheet:
+    """All strikes in the order in which they happen, with all digits."""
+    columns = {name: values.tolist() for name, values in falls.table.columns.items() if name not in ("landing", "proven")}
+    messages = [falls.table.messages.get(i) for i in range(len(falls.table))]
+    rows = [(*(cell if cell != "" else None for cell in row), text) for *row, text in zip(*columns.values(), messages, strict=True)]
+    units = {"rotation": "deg", "rate": "rad/s", "speed": "m/s", "energy": "J"} | {text: _unit(text) for text in falls.quantities}
+    units |= dict.fromkeys((name for name in columns if name.startswith("trunk ")), "m/s")
+    header = [f"{name} [{units[name]}]" if name in units else name for name in columns]
+    return Sheet("", [*header, "failure"], rows)
+
+
+def _document(falls: Falls) -> dict[str, Any]:
+    """The document, schema `shockpc.fall/1`: angles in degrees, strikes the worst first."""
+    return {
+        "rank": falls.rank,
+        "drop": falls.drop,
+        "falls": [
+            {
+                "fall": tip.name,
+                "forward": tip.forward,
+                "balance_deg": math.degrees(tip.balance),
+                **record(tip, "least_push", "hinged"),
+                "rests": tip.fall.rests,
+                "phases": [
+                    {"motion": phase.kind, "from_deg": math.degrees(phase.start.theta), "to_deg": math.degrees(phase.end.theta),
+                     "rate": phase.end.omega}
+                    for phase in tip.fall.phases
+                ],
+                "slower_touches": tip.slower,
+                "warnings": tip.warnings,
+            }
+            for tip in falls.tips
+        ],
+        "strikes": [
+            {
+                **record(result.strike, "fall", "number", "struck", "near", "pressing", "stands", "motion"),
+                "rotation_deg": math.degrees(result.strike.rotation),
+                **record(result.strike, "rate", "energy"),
+                "values": {text: {"value": value, "at": result.places[text] or None} for text, value in result.values.items()},
+                "trunk": dict(zip(("free", "as_modelled", "locked"), result.trunk, strict=True)),
+                "stop": result.stop and dict(zip(("joint", "time"), result.stop, strict=True)),
+                "remark": result.strike.remark or None,
+                "warnings": result.profile.health.warnings,
+                "scene": result.profile.scene,
+            }
+            for result in falls.results
+        ],
+        "failures": {name: str(failure) for name, failure in falls.failures},
+        "notes": falls.notes,
+    }  # fmt: skip

@@ -1,0 +1,248 @@
+"""A robot whose joints are held: one rigid body with points on its surface, as a fall sees it.
+
+World axes, with the origin at the base of the robot in its posture.
+"""
+
+import math
+from dataclasses import dataclass, field, replace
+from typing import NamedTuple
+
+import numpy as np
+from scipy.spatial import ConvexHull
+
+from shockpc.core.spatial import Array, quaternion_of
+from shockpc.landing.landing import PosedLanding, landing_of
+from shockpc.landing.scene import Contact, Scene
+from shockpc.robot.geometry import Outline, Shape, body_outline, drawn_outline
+from shockpc.robot.robot import Robot
+from shockpc.studies.fall.motion import Section
+from shockpc.text.errors import StudyError
+
+UP = np.array([0.0, 0.0, 1.0])
+
+BURIED = 0.01
+"""Depth of visual geometry below the ground that is reported [m]."""
+
+CORNERS = 720
+"""Corners of a round shape in the plane of a fall; inside it by at most a part in 100 000 of its radius."""
+
+
+class Spot(NamedTuple):
+    """Where a link meets the ground: its name, and the point (3,) in the posture [m]."""
+
+    link: str
+    point: Array
+
+
+class Edge(NamedTuple):
+    """What a robot tips over.
+
+    Attributes:
+        forward: (3,) level unit vector across it, away from the support.
+        ends: (2,) of it, to the left from the centre of mass [m].
+    """
+
+    forward: Array
+    ends: Array
+
+    @property
+    def left(self) -> Array:
+        """(3,) level unit vector along it, about which the robot tips forward."""
+        return np.cross(UP, self.forward)
+
+
+@dataclass(frozen=True, eq=False)
+class Rigid:
+    """A robot with its joints held.
+
+    Attributes:
+        given: the scene of its posture.
+        landing: that posture.
+        mass: [kg]
+        com: (3,) centre of mass [m].
+        inertia: (3, 3) about it [kg m²].
+        coms: (nb, 3) of the bodies [m].
+        shapes: of all bodies, in the posture.
+        ghosts: visual shapes of links without collision geometry, which strike nothing.
+    """
+
+    given: Scene
+    landing: PosedLanding
+    mass: float
+    com: Array
+    inertia: Array
+    coms: Array
+    shapes: tuple[Shape, ...] = field(repr=False)
+    ghosts: tuple[Shape, ...] = field(repr=False)
+
+    @classmethod
+    def of(cls, scene: Scene, robot: Robot) -> "Rigid":
+        """The robot in the posture of a scene.
+
+        Raises:
+            ShockError: the posture is not possible.
+            StudyError: the robot cannot fall, or has no geometry.
+        """
+        if not robot.free_base or (scene.base or robot.usual_base) != "free":
+            raise StudyError(f'the base of robot "{robot.name}" does not move freely, so it does not fall; give --base free')
+        landing = landing_of(replace(scene, contact=(Contact(frame=robot.bodies[0].name),), stance=()), robot)
+        rotation, position = landing.state.rotation[0], landing.state.position[0]
+        coms = position + (rotation @ robot.coms[..., None])[..., 0]
+        com = robot.masses @ coms / robot.masses.sum()
+        arms = coms - com
+        spread = np.einsum("i,ij,ij->", robot.masses, arms, arms) * np.eye(3) - np.einsum("i,ij,ik->jk", robot.masses, arms, arms)
+        inertia = np.sum(rotation @ robot.inertias @ rotation.transpose(0, 2, 1), axis=0) + spread
+
+        def placed(found: Outline) -> tuple[Shape, ...]:
+            return tuple(shape.placed(rotation[i], position[i]) for i, own in enumerate(found.shapes) for shape in own)
+
+        shapes = placed(body_outline(robot))
+        links = {shape.link for shape in shapes}
+        ghosts = tuple(shape for shape in placed(drawn_outline(robot)) if shape.link not in links)
+        if not shapes:
+            raise StudyError(f'robot "{robot.name}" has neither collision nor visual geometry, so nothing of it meets the ground')
+        return cls(scene, landing, float(robot.masses.sum()), com, inertia, coms, shapes, ghosts)
+
+    def points(self, directions: Array) -> tuple[Array, np.ndarray]:
+        """Points (n, 3) of the surface [m] with those that reach farthest along unit vectors (m, 3), and the link of each (n,)."""
+        points, links = [], []
+        for shape in self.shapes:
+            own = shape.points
+            if shape.rounding.any():
+                along = directions @ shape.rounding
+                length = np.linalg.norm(along, axis=1, keepdims=True)
+                reach = np.divide(along, length, out=np.zeros_like(along), where=length > 1e-6 * np.abs(shape.rounding).max())
+                own = (own[:, None] + reach @ shape.rounding.T).reshape(-1, 3)
+            points.append(own)
+            links += [shape.link] * len(own)
+        return np.concatenate(points), np.array(links)
+
+    def section(self, forward: Array) -> Section:
+        """The robot in the plane in which it tips. Args: forward, (3,) level unit vector."""
+        angle = 2.0 * math.pi * np.arange(CORNERS) / CORNERS
+        points, _ = self.points(np.outer(np.cos(angle), forward) + np.outer(np.sin(angle), UP))
+        left = np.cross(UP, forward)
+        return Section.of(self.mass, float(left @ self.inertia @ left), (points - self.com) @ np.stack([forward, UP], axis=1))
+
+    def support(self, together: float) -> Array:
+        """Corners (k, 2) of the support, anticlockwise, in world x and y from the centre of mass [m]; two for a line, or one.
+
+        Args:
+            together: height up to which points are on the ground, and distance from a side up to which a corner is left out [m].
+        """
+        ring = 2.0 * math.pi * np.arange(64) / 64
+        points, _ = self.points(np.vstack([-UP, *np.stack([1e-3 * np.cos(ring), 1e-3 * np.sin(ring), -np.ones(64)], axis=1)]))
+        low = points[points[:, 2] <= points[:, 2].min() + together][:, :2] - self.com[:2]
+        across = np.linalg.svd(low - low.mean(axis=0), full_matrices=False)[2]
+        spread = np.ptp((low - low.mean(axis=0)) @ across.T, axis=0)
+        if spread[0] <= together:
+            return np.asarray(low.mean(axis=0, keepdims=True))
+        if len(low) < 3 or spread[1] <= together:
+            along = (low - low.mean(axis=0)) @ across[0]
+            return np.asarray(low[[int(np.argmin(along)), int(np.argmax(along))]])
+        corners = low[ConvexHull(low).vertices]
+        while len(corners) > 3:
+            before, after = np.roll(corners, 1, axis=0), np.roll(corners, -1, axis=0)
+            chord = after - before
+            away = np.abs(chord[:, 0] * (corners - before)[:, 1] - chord[:, 1] * (corners - before)[:, 0])
+            away /= np.linalg.norm(chord, axis=1)
+            if away.min() > together:
+                break
+            corners = np.delete(corners, int(np.argmin(away)), axis=0)
+        return np.asarray(corners)
+
+    def edge(self, heading: float, together: float) -> Edge:
+        """The side of the support over which the robot tips along a heading, from forward to the left [rad].
+
+        That is the side that the vertical through the centre of mass crosses. A support that is a line or a point, or a side that
+        is turned from the heading by more than 45 deg, has its farthest corner there instead, with no length.
+        """
+        wanted = np.array([math.cos(heading), math.sin(heading)])
+        corners = self.support(together)
+        ends = np.roll(corners, -1, axis=0)
+        sides = [(corners[k], ends[k]) for k in range(len(corners)) if len(corners) > 1]
+        best: tuple[float, Edge] | None = None
+        for a, b in sides:
+            along = (b - a) / np.linalg.norm(b - a)
+            normal = np.array([along[1], -along[0]])
+            distance, toward = float(a @ normal), float(wanted @ normal)
+            if toward <= math.cos(math.radians(45.0)):
+                continue
+            crossing = max(distance, 0.0) / toward * wanted
+            reached = sorted((float(a @ along), float(b @ along)))
+            outside = max(reached[0] - crossing @ along, crossing @ along - reached[1], 0.0)
+            forward = np.append(normal, 0.0)
+            left = np.cross(UP, forward)
+            edge = Edge(forward, np.sort([float(a @ left[:2]), float(b @ left[:2])]))
+            if best is None or outside < best[0] - together:
+                best = outside, edge
+        if best is not None:
+            return best[1]
+        forward = np.append(wanted, 0.0)
+        corner = corners[int(np.argmax(corners @ wanted))]
+        return Edge(forward, np.full(2, float(corner @ np.cross(UP, forward)[:2])))
+
+    def struck(self, rotation: Array, together: float) -> tuple[Array, np.ndarray]:
+        """Points (n, 3) of the surface on the ground in an attitude, from the centre of mass, world axes [m]; their links (n,).
+
+        Args:
+            rotation: (3, 3) from the posture.
+            together: height above the lowest point up to which points are on the ground [m].
+        """
+        points, links = self.points(-rotation[2:])
+        turned = (points - self.com) @ rotation.T
+        near = turned[:, 2] <= turned[:, 2].min() + together
+        return turned[near], links[near]
+
+    def buried(self, rotation: Array) -> str:
+        """Which link without collision geometry is below the ground in an attitude, and how far; empty for less than `BURIED`."""
+        ground = (self.struck(rotation, 0.0)[0])[:, 2].min()
+        depths = {shape.link: float(shape.reach(-rotation[2:])[0] + rotation[2] @ self.com + ground) for shape in self.ghosts}
+        worst = max(depths, key=lambda link: depths[link], default="")
+        if not depths or depths[worst] < BURIED:
+            return ""
+        return f"{worst} is {100.0 * depths[worst]:.2g} cm below the ground: it has visual geometry alone, which does not strike"
+
+    def spots(self, rotation: Array, points: Array, links: np.ndarray) -> tuple[Spot, ...]:
+        """Where each body meets the ground, among points as `struck` gives them: the middle of its points, on its lowest link."""
+        frames, spots = self.landing.robot.frames, []
+        bodies = np.array([frames[link].body for link in links.tolist()])
+        for body in dict.fromkeys(bodies[np.argsort(points[:, 2], kind="stable")].tolist()):
+            own = np.flatnonzero(bodies == body)
+            lowest = own[np.argmin(points[own, 2])]
+            middle = np.append((points[own].min(axis=0) + points[own].max(axis=0))[:2] / 2.0, points[lowest, 2])
+            spots.append(Spot(str(links[lowest]), self.com + middle @ rotation))
+        return tuple(spots)
+
+    def scene(self, rotation: Array, velocity: Array, omega: Array, struck: tuple[Spot, ...], stands: tuple[Spot, ...]) -> Scene:
+        """The landing in an attitude.
+
+        Args:
+            rotation: (3, 3) from the posture.
+            velocity: (3,) of the centre of mass [m/s].
+            omega: (3,) angular velocity [rad/s], world axes.
+            struck: what strikes.
+            stands: what is on the ground already.
+        """
+        scene, robot, state = self.given, self.landing.robot, self.landing.state
+        base = rotation @ state.rotation[0, 0] @ robot.bodies[0].rotation.T
+        ground = min(float(rotation[2] @ spot.point) for spot in (*struck, *stands))
+        posture = replace(
+            scene.posture,
+            base_rpy_deg=None,
+            base_quaternion=tuple((q := quaternion_of(base)) / np.linalg.norm(q)),
+            base_position=(0.0, 0.0, -ground),
+        )
+        own = velocity - np.cross(omega, rotation @ self.com)
+        strike = replace(scene.strike, speed=None, strike_angle_deg=None, drop_height=None, forward_speed=None)
+        strike = replace(strike, velocity=tuple(own.tolist()), angular_velocity=tuple(omega.tolist()) if omega.any() else None)
+
+        def offset(spot: Spot) -> tuple[float, float, float]:
+            frame = robot.frames[spot.link]
+            r = state.rotation[0, frame.body].T @ (spot.point - state.position[0, frame.body])
+            x, y, z = (frame.rotation.T @ (r - frame.offset)).tolist()
+            return x, y, z
+
+        contacts = tuple(Contact(frame=spot.link, offset=offset(spot)) for spot in struck)
+        standing = tuple(f"{spot.link}:" + ",".join(map(repr, offset(spot))) for spot in stands)
+        return replace(scene, posture=posture, strike=strike, contact=contacts, stance=standing)

@@ -1,0 +1,630 @@
+"""Falls of a robot: it tips over an edge of its support or is dropped, and each strike is a landing of its own.
+
+Between strikes the robot is one rigid body, its joints held, in the plane of the fall. What then strikes is solved as any other
+landing, with the joints as modelled. Of the points that meet the ground together those are in the landing that press.
+"""
+
+import itertools
+import math
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass, field, replace
+from typing import Annotated, Any, NamedTuple
+
+import numpy as np
+
+from shockpc.core.friction import solve_friction
+from shockpc.core.spatial import Array
+from shockpc.evaluation.columns import selected
+from shockpc.evaluation.evaluate import Evaluation
+from shockpc.evaluation.landings import ListedLandings
+from shockpc.evaluation.table import Table
+from shockpc.evaluation.variation import Vary, pairs
+from shockpc.evaluation.varied_scene import scene_grid
+from shockpc.impact.friction import contact_rows, friction_of
+from shockpc.landing.landing import PosedLanding, landing_of
+from shockpc.landing.record import Option
+from shockpc.landing.scene import GRAVITY, Contact, Scene
+from shockpc.quantities.profile import ShockProfile
+from shockpc.quantities.table import select
+from shockpc.robot.geometry import body_outline, outline
+from shockpc.robot.robot import Robot
+from shockpc.studies.declare import QuantityOption, declaration, study
+from shockpc.studies.fall.body import UP, Edge, Rigid
+from shockpc.studies.fall.motion import STICKS, Fall, Kind, Section, Touch, follow
+from shockpc.studies.question import common_robot
+from shockpc.text.errors import SceneError, ShockError, SolveError, StudyError
+from shockpc.text.printed import listed
+from shockpc.text.trace import Trace
+
+HEADINGS = {"front": 0.0, "left": 90.0, "back": 180.0, "right": -90.0}
+"""Directions of a fall from forward to the left [deg]."""
+
+SIDES = (("back", "", "front"), ("right", "", "left"), ("bottom", "", "top"))
+"""Names of the sides of the box around the robot, along x, y and z."""
+
+STANDARD = ("delta_v_max", "delta_v", "joint_impulse")
+WITH_FRICTION = ("delta_v_friction", "joint_impulse_friction")
+"""Quantities of every strike: of contacts that stick, or with friction."""
+
+NUDGE = 1e-6
+"""Rotation beyond the balance at which a robot begins to fall [rad]."""
+
+LEVEL = math.radians(1.0)
+"""Rotation within which points within `together` of the ground meet it as the robot is pushed [rad]."""
+
+SINKS = 1e-6
+"""Speed into the ground, of that of the strike, with which a point that stands takes part [1]."""
+
+NEAR = 5e-3
+"""Height up to which a part nearly strikes together with others [m]."""
+
+EARLY = math.radians(3.0)
+"""How long before the edge would be pulled or slips the centre of pressure may leave it without a warning [rad]."""
+
+
+@dataclass(frozen=True, eq=False, kw_only=True)
+class Strike:
+    """A strike, and its landing.
+
+    Attributes:
+        fall: name of the fall: posture, then heading or attitude.
+        number: of the strike in its fall, from 1.
+        struck: links that meet the ground together, the fastest first, with the speed of each towards the ground [m/s].
+        near: links less than `NEAR` above the ground then.
+        pressing: those of the struck links that press on it; the others separate.
+        stands: links that are on the ground already, on the edge about which the robot turns, and press on it.
+        motion: how the robot moved before.
+        rotation: since the posture in which the fall began [rad].
+        rate: angular velocity before [rad/s].
+        energy: kinetic energy before [J].
+        scene: of the landing.
+        forward: (3,) level unit vector in which the robot tips; None of a drop.
+        remark: what meets the ground and is not part of the landing as it should be, and why.
+    """
+
+    fall: str
+    number: int
+    struck: Mapping[str, float]
+    near: tuple[str, ...]
+    pressing: tuple[str, ...]
+    stands: tuple[str, ...]
+    motion: Kind
+    rotation: float
+    rate: float
+    energy: float
+    scene: Scene = field(repr=False)
+    forward: Array | None = None
+    remark: str = ""
+
+    @property
+    def name(self) -> str:
+        """Of the landing."""
+        return f"{self.fall} {self.number}" if self.forward is not None else self.fall
+
+    @property
+    def speed(self) -> float:
+        """Of the fastest of them towards the ground [m/s]."""
+        return max(self.struck.values())
+
+
+@dataclass(frozen=True, eq=False, kw_only=True)
+class Tip:
+    """A robot that tips over.
+
+    Attributes:
+        name: posture, then heading.
+        forward: (3,) level unit vector across the edge over which it tips.
+        balance: rotation at which it balances on the edge [rad]; zero or less if it does not stand on its own.
+        least_push: least speed of the centre of mass that a level push has to give for the robot to tip [m/s].
+        hinged: rate at the first strike of `least` or more, if the edge were a hinge [rad/s].
+        fall: what it does until it rests.
+        section: the robot in the plane of the fall.
+        slower: touches that are too slow to be listed.
+        warnings: what limits the result.
+    """
+
+    name: str
+    forward: Array
+    balance: float
+    least_push: float
+    hinged: float
+    fall: Fall
+    section: Section = field(repr=False)
+    slower: int
+    warnings: tuple[str, ...]
+
+
+class Result(NamedTuple):
+    """What is known of a strike.
+
+    Attributes:
+        strike: the strike.
+        values: the worst value of each quantity, by its text; NaN where there is none.
+        places: where it is the worst, by text.
+        trunk: |Δv| of the heaviest body's centre of mass: free joints, as modelled, locked; NaN without a verdict [m/s].
+        stop: joint that reaches its limit first after the strike if its rate stays, and when [s]; None if none moves towards it.
+        profile: of the landing.
+    """
+
+    strike: Strike
+    values: Mapping[str, float]
+    places: Mapping[str, str]
+    trunk: tuple[float, float, float]
+    stop: tuple[str, float] | None
+    profile: ShockProfile
+
+
+@dataclass(frozen=True, eq=False)
+class Falls:
+    """The falls of a robot.
+
+    Attributes:
+        robot: the robot.
+        rank: quantity by which strikes are ranked.
+        quantities: of every strike.
+        tips: one for each posture and heading.
+        results: of all strikes, the worst first.
+        table: all strikes in the order in which they happen, with their quantities and messages.
+        failures: names of falls and strikes without a result, and why.
+        drop: height of the drop [m]; None if it tips.
+        notes: what geometry is used, and what is left out.
+    """
+
+    robot: Robot
+    rank: str
+    quantities: tuple[str, ...]
+    tips: tuple[Tip, ...]
+    results: tuple[Result, ...]
+    table: Table
+    failures: tuple[tuple[str, ShockError], ...]
+    drop: float | None
+    notes: tuple[str, ...]
+
+    @property
+    def landings(self) -> tuple[Result, ...]:
+        """The landings that could be computed."""
+        return self.results
+
+
+@study(
+    "shockpc fall g1",
+    "shockpc fall talos --heading front --friction 0.5 --out fall/",
+    "shockpc fall go2 --drop 0.75 --part 'imu=half-sine 1500 g 0.5 ms'",
+    more=(
+        "The robot tips as one rigid body, its joints held, over an edge of its support until it rests: on an edge that sticks,"
+        " slides or leaves the ground, strike after strike. Each strike is a landing with the joints as modelled."
+    ),
+)
+def fall(
+    postures: Scene | Mapping[str, Scene],
+    robot: Robot | None = None,
+    *,
+    headings: Annotated[
+        Sequence[str],
+        Option(
+            "Front, left, back, right, or an angle from forward to the left [deg]; by default all four.",
+            "Fall",
+            "HEADING",
+            "heading",
+        ),
+    ] = tuple(HEADINGS),
+    push: Annotated[
+        float | None,
+        Option(
+            "Speed that a level push gives to the centre of mass; by default it falls from its balance at rest.",
+            "Fall",
+            "V",
+            unit="m/s",
+            above=0.0,
+        ),
+    ] = None,
+    drop: Annotated[
+        float | None,
+        Option(
+            "Drop it from this height instead, onto faces, edges and corners of the box around it, the centre of mass above them "
+            "(26 drops, as in MIL-STD-810H, method 516.8, procedure IV).",
+            "Fall",
+            "H",
+            unit="m",
+            above=0.0,
+        ),
+    ] = None,
+    attitudes: Annotated[
+        int | None, Option("Drop it in so many attitudes that are spread over all instead.", "Fall", "N", least=1.0)
+    ] = None,
+    tie: Annotated[float, Option("Height within which parts strike together.", "Fall", "H", unit="m", above=0.0)] = 1e-3,
+    least: Annotated[float, Option("List strikes of at least this speed.", "Fall", "V", unit="m/s", above=0.0)] = 0.1,
+    vary: Annotated[
+        Vary,
+        Option(
+            "Postures: values a:b:n or a,b,c of a joint or a glob [deg; m if prismatic], or of another quantity of the landing.",
+            "Fall",
+            "NAME=VALUES",
+        ),
+    ] = (),
+    quantities: QuantityOption = (),
+    rank: Annotated[
+        str | None,
+        Option(
+            "Quantity by which strikes are ranked, the worst first: delta_v_max by default, body.delta_v_friction with a friction, "
+            "part_margin with a part at a frame.",
+            "What is computed",
+            "KEY[@PLACE]",
+        ),
+    ] = None,
+    trace: Trace | None = None,
+) -> Falls:
+    """Let a robot tip over, or drop it, and compute each strike as a landing.
+
+    Args:
+        postures: a scene, or scenes of one robot by the names of their postures. What strikes in them is not used.
+        robot: the scenes' robot, if it is loaded already.
+        trace: collects what each stage cost.
+
+    Raises:
+        UnknownName: there is no such quantity, or nothing of what varies.
+        StudyError: the robot cannot fall, or options contradict one another.
+        ShockError: a posture is not possible.
+    """
+    trace = trace or Trace()
+    scenes = {"": postures} if isinstance(postures, Scene) else dict(postures)
+    robot = robot if robot is not None and scenes else common_robot(scenes)
+    for name, value in {"push": push, "drop": drop, "attitudes": attitudes, "tie": tie, "least": least}.items():
+        if fault := "" if value is None else declaration(fall).parameters[name].option.fault(float(value)):
+            raise StudyError(f"{name} {fault}")
+    if drop is None and attitudes is not None:
+        raise StudyError("attitudes are those of a drop; give its height too, by drop")
+    if drop is not None and push is not None:
+        raise StudyError("a push tips the robot, and a drop has none; leave one of them out")
+    scenes = {
+        name: one for posture, scene in scenes.items() for name, one in scene_grid(posture, scene, robot, pairs(vary)).items()
+    }
+    parts = any(part.at for scene in scenes.values() for part in scene.part)
+    slides = any(scene.friction is not None for scene in scenes.values())
+    rank = rank or ("part_margin" if parts else "body.delta_v_friction" if slides else "delta_v_max")
+    texts = tuple(dict.fromkeys([rank, *(WITH_FRICTION if slides else STANDARD), *quantities]))
+    worse, *_ = (select(text.partition("@")[0]).quantity.worse for text in texts)
+    tips, strikes, failures = list[Tip](), list[Strike](), dict[str, ShockError]()
+    for posture, scene in scenes.items():
+        _refuse_options(scene)
+        with trace.stage("posture and geometry"):
+            rigid = Rigid.of(scene, robot)
+        if drop is not None:
+            strikes += _drops(rigid, posture, drop, attitudes, tie)
+            continue
+        for name, angle in map(_heading, headings):
+            name = f"{posture} {name}".strip()
+            try:
+                with trace.stage("falls"):
+                    tip = _tip(rigid, name, angle, push, tie, least)
+                    strikes += _strikes(rigid, tip, tie, least)
+                tips.append(tip)
+            except StudyError as refusal:
+                failures[name] = refusal
+    if not strikes:
+        raise StudyError(
+            "; ".join(f"{name}: {text}" for name, text in failures.items())
+            or f"nothing strikes at {least:g} m/s or more; give a smaller --least"
+        )
+    table = _evaluated(strikes, robot, texts, trace)
+    results = sorted(
+        table.looks.values(),
+        key=lambda one: np.nan_to_num(one.values[rank] if worse == "less" else -abs(one.values[rank]), nan=math.inf),
+    )
+    failures |= {strikes[i].name: refusal for i, refusal in table.refusals.items()}
+    notes, every = tuple(_notes(robot)), tuple(failures.items())
+    return Falls(robot, rank, texts, tuple(tips), tuple(results), replace(table, looks={}), every, drop, notes)
+
+
+def _refuse_options(scene: Scene) -> None:
+    """Refuse what of a scene would have no effect: a motion before the impact, restitution, and how contacts are held."""
+    given = [key for key, value in vars(scene.strike).items() if value not in (None, {})]
+    like = Contact(frame="")
+    for contact in scene.contact:
+        given += [key for key in ("restitution", "directions", "kind", "normal") if getattr(contact, key) != getattr(like, key)]
+    if given:
+        raise StudyError(
+            f"the scene gives {listed(given)}: a fall computes how the robot strikes, and its contacts are points on level ground "
+            "without restitution; leave that out, or use shockpc analyze"
+        )
+
+
+def _notes(robot: Robot) -> Iterator[str]:
+    own = outline(robot, "collision")
+    if not any(own.shapes):
+        yield "the file has no collision geometry that could be read, so the visual geometry meets the ground"
+    yield from body_outline(robot).warnings
+    bare = [body.name for body, shapes in zip(robot.bodies, body_outline(robot).shapes, strict=True) if not shapes]
+    if bare:
+        share = 100.0 * sum(body.mass for body in robot.bodies if body.name in bare) / robot.mass
+        yield f"{len(bare)} of {len(robot.bodies)} bodies ({share:.2g} % of the mass) have no geometry, so they never strike"
+
+
+def _heading(heading: str | float) -> tuple[str, float]:
+    """Name of a heading and its angle [rad]."""
+    try:
+        angle = HEADINGS[heading] if isinstance(heading, str) and heading in HEADINGS else float(heading)
+    except ValueError:
+        angle = math.nan
+    if not abs(angle) <= 360.0:
+        valid = f"{', '.join(HEADINGS)}, and an angle from forward to the left within 360 deg"
+        raise StudyError(f'"{heading}" is no heading; valid are {valid}')
+    return str(heading) if heading in HEADINGS else f"{angle:g} deg", math.radians(angle)
+
+
+def _rotation(axis: Array, angle: float) -> Array:
+    """Rotation (3, 3) about a unit vector."""
+    x, y, z = axis
+    skew = np.array([[0.0, -z, y], [z, 0.0, -x], [-y, x, 0.0]])
+    return np.asarray(np.eye(3) + math.sin(angle) * skew + (1.0 - math.cos(angle)) * skew @ skew)
+
+
+def _tip(rigid: Rigid, name: str, heading: float, push: float | None, together: float, least: float) -> Tip:
+    """How a robot tips over along a heading.
+
+    Raises:
+        StudyError: it does not tip, or nothing of it strikes.
+    """
+    edge = rigid.edge(heading, together)
+    section, friction = rigid.section(edge.forward), rigid.landing.scene.friction
+    first, theta = _support(section, together)
+    corner, balanced = section.balance(first)
+    rate = section.least_rate(first, theta) if balanced > theta else 0.0
+    height = -section.at(first, theta)[1]
+    if balanced <= theta:
+        start, corner = section.pivoting(first, theta, 0.0 if push is None else push / height), first
+    elif push is None:
+        length, _, kappa = section.arm(corner)
+        start = section.pivoting(corner, balanced + NUDGE, math.sqrt(kappa * GRAVITY / length) * NUDGE)
+    elif push <= rate * height:
+        raise StudyError(
+            f"a push to {push:g} m/s does not tip the robot: it balances at {math.degrees(balanced):.3g} deg, which takes at least "
+            f"{rate * height:.3g} m/s"
+        )
+    else:
+        start, corner = section.pivoting(first, theta, push / height), first
+    found, hinge = follow(section, corner, start, friction), follow(section, corner, start, hinged=least)
+    listed = [touch for touch in found.touches if touch.speed >= least]
+    turned = math.degrees(math.acos(min(1.0, float(edge.forward @ [math.cos(heading), math.sin(heading), 0.0]))))
+    warnings = [f"the edge is turned by {turned:.2g} deg from the heading; the robot tips across the edge"] if turned > 3.0 else []
+    warnings += _below(rigid, edge, section, (*listed, *found.touches)[0])
+    warnings += _pressure(rigid, edge, section, found, least)
+    if not found.rests:
+        warnings.append("it is still rocking when it is no longer followed")
+    return Tip(
+        name=name, forward=edge.forward, balance=balanced, least_push=rate * height, hinged=hinge.touches[-1].before.omega,
+        fall=found, section=section, slower=len(found.touches) - len(listed), warnings=tuple(warnings),
+    )  # fmt: skip
+
+
+def _below(rigid: Rigid, edge: Edge, section: Section, touch: Touch) -> Iterator[str]:
+    """A warning of bodies without geometry whose centres of mass are below the ground at a strike.
+
+    Raises:
+        StudyError: they are most of the mass.
+    """
+    robot, theta = rigid.landing.robot, touch.before.theta
+    under = np.flatnonzero((rigid.coms - rigid.com) @ _rotation(edge.left, theta)[2] < section.at(touch.corner, theta)[1])
+    share, names = float(robot.masses[under].sum()) / rigid.mass, listed((robot.bodies[i].name for i in under), 4)
+    text = f"{names} ({100.0 * share:.2g} % of the mass) would be below the ground at the strike at {math.degrees(theta):.3g} deg, "
+    text += "because they have no geometry"
+    if share > 0.5:
+        raise StudyError(f"{text}; give the robot's file collision or visual geometry")
+    yield from [text] * bool(names)
+
+
+def _support(section: Section, together: float) -> tuple[int, float]:
+    """The forward corner of a robot's support, and the rotation at which it is on the ground [rad]."""
+    low = best = section.lowest(0.0)
+    while section.side(best) <= LEVEL and section.at(best + 1, 0.0)[1] - section.at(low, 0.0)[1] <= together:
+        best += 1
+    return best, max(section.side(best - 1), 0.0)
+
+
+def _pressure(rigid: Rigid, edge: Edge, section: Section, found: Fall, least: float) -> Iterator[str]:
+    """A warning where the centre of pressure leaves the edge: at (I_xy ω' + I_zy ω²) / N along it, from the centre of mass."""
+    if np.ptp(edge.ends) == 0.0:
+        yield "the support is a corner in this direction, not an edge: the robot may turn about it, and another part may strike"
+        return
+    last = next((touch for touch in found.touches if touch.speed >= least), found.touches[-1]).before.theta
+    held = list(itertools.takewhile(lambda phase: phase.kind == "pivots" and phase.start.theta < last, found.phases))
+    for phase in held:
+        length, angle, kappa = section.arm(phase.corner)
+        steps = 2 + int((phase.end.theta - phase.start.theta) / EARLY)
+        for theta in np.linspace(phase.start.theta, phase.end.theta, steps).tolist():
+            turn = _rotation(edge.left, theta)
+            moments, squared = turn @ rigid.inertia @ turn.T @ edge.left, section.squared_rate(phase.corner, theta, phase.start)
+            rate = edge.forward @ moments * kappa * GRAVITY / length * math.sin(theta + angle) + UP @ moments * squared
+            place = float(rate) / (rigid.mass * max(float(section.forces(phase.corner, theta, squared)[1]), 1e-9))
+            if not edge.ends[0] <= place <= edge.ends[1]:
+                if held[-1].end.theta - theta > EARLY:
+                    yield (
+                        f"the centre of pressure leaves the edge at {math.degrees(theta):.3g} deg, before the strike at "
+                        f"{math.degrees(last):.3g} deg: the robot then turns about a corner, and another part may strike"
+                    )
+                return
+
+
+def _strikes(rigid: Rigid, tip: Tip, together: float, least: float) -> Iterator[Strike]:
+    """The strikes of a fall that are fast enough, each with its landing."""
+    left, number, last, section = np.cross(UP, tip.forward), 0, tip.fall.touches[0], tip.section
+    kinds = {phase.end: phase.kind for phase in tip.fall.phases}
+    for touch in tip.fall.touches:
+        theta, omega = touch.before.theta, touch.before.omega
+        ahead, height = section.at(touch.corner, last.before.theta)
+        # What was within `together` of the ground at the last strike has been part of it, unless it stood there.
+        known = height - section.at(last.corner, last.before.theta)[1] <= together and not _stood(section, last, ahead)
+        if touch.speed < least or (number and known):
+            continue
+        number, last, turn = number + 1, touch, _rotation(left, theta)
+        points, links = rigid.struck(turn, together)
+        old = np.array([_stood(section, touch, place) for place in (points @ tip.forward).tolist()])
+        struck, stands = (rigid.spots(turn, points[own], links[own]) for own in (~old, old))
+        velocity = touch.before.vx * tip.forward + touch.before.vz * UP
+        down = {spot.link: omega * float(tip.forward @ turn @ (spot.point - rigid.com)) - touch.before.vz for spot in struck}
+        fastest = sorted(struck, key=lambda spot: -down[spot.link])
+        struck = tuple(spot for spot in fastest if down[spot.link] > SINKS * touch.speed) or tuple(fastest[:1])
+        near = set(rigid.struck(turn, max(NEAR, together))[1].tolist()) - set(links.tolist())
+        scene = rigid.scene(turn, velocity, omega * left, struck, stands)
+        if scene.plane == "auto":
+            scene = replace(scene, plane=tuple(np.cross(tip.forward, UP).tolist()))
+        if scene.contact_stiffness is not None:
+            scene = replace(scene, stance=())
+        yield _landing(
+            rigid, scene, turn, fall=tip.name, number=number, struck={spot.link: down[spot.link] for spot in struck},
+            near=tuple(sorted(near)), motion=kinds[touch.before], rotation=theta, rate=omega, forward=tip.forward,
+            energy=section.energy(touch.before) - rigid.mass * GRAVITY * touch.before.z,
+        )  # fmt: skip
+
+
+def _stood(section: Section, touch: Touch, place: float) -> bool:
+    """Whether what is on the ground at a place [m] is nearer to the corner that was there before a touch than to the new one."""
+    new, old = (section.at(corner, touch.before.theta)[0] for corner in (touch.corner, touch.on))
+    return touch.on >= 0 and abs(place - old) < abs(place - new)
+
+
+def _landing(rigid: Rigid, scene: Scene, turn: Array, **strike: Any) -> Strike:
+    """A strike with those contacts that press.
+
+    Friction is left out where it has no solution. Args: turn, (3, 3) from the posture to the attitude.
+    """
+    landing, n = landing_of(scene, rigid.landing.robot), len(scene.contact)
+    kept, remark = _pressing(landing) if n + len(scene.stance) > 1 else ([0], "")
+    scene = replace(
+        scene,
+        contact=tuple(scene.contact[k] for k in kept if k < n) or scene.contact[:1],
+        stance=tuple(scene.stance[k - n] for k in kept if k >= n),
+    )
+    try:
+        friction_of(landing_of(scene, rigid.landing.robot)) if scene.friction is not None else None
+    except (SceneError, SolveError) as refusal:
+        remark, scene = f"{refusal}; the numbers are those of contacts that stick", replace(scene, friction=None)
+    remark = "; ".join(filter(None, [remark, rigid.buried(turn)]))
+    pressing, stands = (one.frame for one in scene.contact), (foot.rpartition(":")[0] for foot in scene.stance)
+    return Strike(scene=scene, pressing=tuple(pressing), stands=tuple(stands), remark=remark, **strike)
+
+
+def _pressing(landing: PosedLanding) -> tuple[list[int], str]:
+    """Which of the contacts and standing points of a landing press, and what is wrong with that.
+
+    What stands takes part if it would sink otherwise. Where contacts stick, those that would be pulled are taken out.
+    """
+    friction, n = landing.scene.friction, len(landing.contacts)
+    mu, kept, frames = STICKS if friction is None else friction, list(range(n)), [place.name for place in landing.contact_places]
+    try:
+        rows = contact_rows(landing)
+        A, v = rows.J @ np.linalg.solve(rows.M, rows.J.T), rows.speeds.reshape(-1, 3)
+    except (np.linalg.LinAlgError, SceneError, SolveError):
+        return kept, ""  # the landing says why
+    for count in dict.fromkeys((n, len(frames))):
+        found = solve_friction(A[: 3 * count, : 3 * count], v[:count], np.full(count, mu), np.zeros(count))
+        impulse = found[0].impulse if found else np.zeros((count, 3))
+        kept = [k for k in range(count) if not found or found[0].state[k] != "separates"]
+        while friction is None or not found:
+            own = (3 * np.array(kept)[:, None] + np.arange(3)).ravel()
+            impulse = np.zeros((count, 3))
+            impulse[kept] = np.linalg.lstsq(A[np.ix_(own, own)], -v.ravel()[own], rcond=1e-9)[0].reshape(-1, 3)
+            pulled = min(kept, key=lambda k: float(impulse[k, 2]))
+            if impulse[pulled, 2] >= -SINKS * np.abs(impulse).max() or len(kept) == 1:
+                break
+            kept.remove(pulled)
+        sinking = -(v[:, 2] + (A[:, : 3 * count] @ impulse.ravel())[2::3]) / np.abs(v).max()
+        if sinking.max() <= SINKS:
+            break
+    worst, laws = int(np.argmax(sinking)), "no impulse was found that obeys the laws of friction"
+    if friction is None:
+        laws = "no set of contacts that stick or open obeys the laws of contact; with --friction they may slide"
+    text = f"{frames[worst]} would go on into the ground at {100.0 * sinking[worst]:.0f} % of the strike's speed: {laws}"
+    return kept, text if sinking[worst] > 0.01 else ""
+
+
+def _drops(rigid: Rigid, posture: str, height: float, count: int | None, together: float) -> Iterator[Strike]:
+    """The strikes of drops in all attitudes."""
+    speed = math.sqrt(2.0 * GRAVITY * height)
+    for name, down in (_box_attitudes(rigid) if count is None else _spread(count)).items():
+        axis, cosine = np.cross(down, -UP), float(down @ -UP)
+        length = float(np.linalg.norm(axis))
+        turn = _rotation(axis / length if length > 1e-12 else np.array([1.0, 0.0, 0.0]), math.atan2(length, cosine))
+        points, links = rigid.struck(turn, together)
+        spots, near = rigid.spots(turn, points, links), set(rigid.struck(turn, max(NEAR, together))[1].tolist())
+        scene = rigid.scene(turn, -speed * UP, np.zeros(3), spots, ())
+        yield _landing(
+            rigid, scene, turn, fall=f"{posture} {name}".strip(), number=1, struck={spot.link: speed for spot in spots},
+            near=tuple(sorted(near - set(links.tolist()))),
+            motion="is in the air", rotation=0.0, rate=0.0, energy=0.5 * rigid.mass * speed**2,
+        )  # fmt: skip
+
+
+def _box_attitudes(rigid: Rigid) -> dict[str, Array]:
+    """Unit vectors (3,) from the centre of mass to the faces, edges and corners of the box around the posture, by name."""
+    points, _ = rigid.points(np.vstack([np.eye(3), -np.eye(3)]))
+    low, high = points.min(axis=0) - rigid.com, points.max(axis=0) - rigid.com
+    found: dict[str, Array] = {}
+    for kind, count in (("face", 1), ("edge", 2), ("corner", 3)):
+        for signs in np.ndindex(3, 3, 3):
+            if sum(sign != 1 for sign in signs) == count:
+                place = np.array([(low[k], 0.0, high[k])[sign] for k, sign in enumerate(signs)])
+                name = "-".join(filter(None, (SIDES[k][sign] for k, sign in enumerate(signs))))
+                found[f"{kind} {name}"] = place / np.linalg.norm(place)
+    return found
+
+
+def _spread(count: int) -> dict[str, Array]:
+    """Unit vectors (3,) spread evenly over the sphere along a spiral; rotation about the vertical does not matter."""
+    k = np.arange(count) + 0.5
+    z, angle = 1.0 - 2.0 * k / count, math.pi * (1.0 + math.sqrt(5.0)) * k
+    r = np.sqrt(1.0 - z * z)
+    return {f"attitude {i + 1}": np.array([r[i] * math.cos(angle[i]), r[i] * math.sin(angle[i]), z[i]]) for i in range(count)}
+
+
+def _evaluated(strikes: Sequence[Strike], robot: Robot, texts: Sequence[str], trace: Trace) -> Table:
+    """The landings of all strikes, with columns that tell them apart and the worst value of each quantity."""
+    cases = {strike.name: (strike.scene, robot) for strike in strikes}
+    if len(cases) < len(strikes):
+        raise StudyError("two falls have one name; give each posture and heading once")
+    evaluation = Evaluation(ListedLandings(cases, trace), prove=None, look=lambda profile: profile)
+    table = evaluation.table()
+    looks = {i: _result(strikes[i], profile, texts) for i, profile in table.looks.items()}
+    columns = {
+        key: np.array([getattr(one, key) for one in strikes]) for key in ("fall", "number", "motion", "rate", "speed", "energy")
+    }
+    columns |= {"struck": np.array(["+".join(one.struck) for one in strikes])}
+    columns |= {"rotation": np.degrees([one.rotation for one in strikes])}
+    for text in texts:
+        columns[text] = np.array([looks[i].values[text] if i in looks else np.nan for i in range(len(strikes))])
+        columns[f"{text} at"] = np.array([looks[i].places[text] if i in looks else "" for i in range(len(strikes))])
+    trunk = np.array([looks[i].trunk if i in looks else (np.nan,) * 3 for i in range(len(strikes))])
+    columns |= {f"trunk {model}": trunk[:, k] for k, model in enumerate(("free", "as modelled", "locked"))}
+    return replace(table, columns={**columns, "proven": table.columns["proven"]}, looks=looks)
+
+
+def _result(strike: Strike, profile: ShockProfile, texts: Sequence[str]) -> Result:
+    values, places = {}, {}
+    for text in texts:
+        values[text], places[text] = math.nan, ""
+        key, at, place = text.partition("@")
+        if profile.scene.friction is None:
+            key = key.removesuffix("_friction")  # as its remark says
+        if select(key).quantity.lacks(profile.landing):
+            continue
+        selection, where = selected(profile.landing, key + at + place)
+        numbers = profile.numbers(selection, where) if len(where) else np.zeros(0)
+        sizes = np.abs(numbers) if selection.signed else numbers
+        if np.isfinite(sizes).any():
+            k = int(np.nanargmin(sizes) if selection.quantity.worse == "less" else np.nanargmax(sizes))
+            values[text], places[text] = float(numbers[k]), where[k].name
+    bracket = profile.bracket[0]
+    free, own, locked = (math.nan if x is None else x * profile.v_in for x in (bracket.free, bracket.as_modelled, bracket.locked))
+    return Result(strike, values, places, (free, own, locked), _first_stop(profile), profile)
+
+
+def _first_stop(profile: ShockProfile) -> tuple[str, float] | None:
+    """The joint that reaches its limit first after a strike, and when [s]; of joints within their limits."""
+    times = {}
+    for joint in profile.robot.single_joints:
+        rate = float(profile.delta_qd[joint.v].sum()) if joint.kind in ("revolute", "prismatic") else 0.0
+        if abs(rate) > 1e-9:
+            left = (joint.limits[1] - joint.value(profile.q)) if rate > 0.0 else (joint.limits[0] - joint.value(profile.q))
+            if math.isfinite(left) and left * rate >= 0.0:
+                times[joint.name] = abs(left / rate)
+    return min(times.items(), key=lambda one: one[1]) if times else None
