@@ -1,4 +1,11 @@
-"""Mechanical shock of a landing, body by body, from the rigid-body model alone."""
+"""Mechanical shock of a landing, body by body, from the rigid-body model alone.
+
+    profile = shockpc.shock_profile(shockpc.Scene(robot="anymal_b", contact="LF_FOOT"))
+    print(profile.bodies, profile.shock_com, profile.ropc)
+
+One landing: `Scene`, `shock_profile`. Many: `sweep`, `landings`, `batch`. Decisions: `compare`, `limits`, `place`, `sensitivity`, `improve`,
+`check_budgets`, `assert_shock`. Falls and logs: `fall`, `touchdowns`, `identify`. `shockpc guide` prints the guide.
+"""
 
 import lazy_loader
 

@@ -13,7 +13,7 @@ from shockpc.impact.derivatives import derivatives
 from shockpc.impact.impact import DoubleImpact
 from shockpc.landing.dynamics import dynamics
 from shockpc.landing.landing import PosedLanding
-from shockpc.profile import impact_jumps
+from shockpc.profile import ILL_CONDITIONED, impact_jumps, needs_proof
 from shockpc.quantities.quantity import evaluate
 
 
@@ -27,6 +27,12 @@ def has_gradient(landing: PosedLanding, column: Column) -> bool:
         return False
     lengthened = entry.length_of is not None and landing.scene.v_in != "com"
     return landing.translates and (entry.linear or lengthened)
+
+
+def clear(landing: PosedLanding) -> bool:
+    """Whether double precision is enough for the posture of a landing."""
+    equation, solution, _ = impact_jumps(landing, landing.state)
+    return float(needs_proof(landing, equation, solution)[0][0]) <= ILL_CONDITIONED
 
 
 def slopes(

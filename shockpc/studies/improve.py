@@ -21,7 +21,6 @@ from shockpc.landing.record import Option
 from shockpc.landing.scene import Scene
 from shockpc.quantities.profile import ShockProfile
 from shockpc.robot.robot import Robot
-from shockpc.studies.compare import STANDARD, Comparison, Design, compare
 from shockpc.studies.declare import study
 from shockpc.studies.question import common_robot, refuse_ground
 from shockpc.text.errors import StudyError
@@ -96,7 +95,6 @@ class Improvement:
         runs: target of each run, step by step, in double precision; NaN where the constraints do not hold.
         ends: (r,) that of their ends; infinite where they do not hold there.
         front: of two numbers, the first one least first; empty for one.
-        comparison: of the worst landing as given and at the optimum.
         seed: of the sequence.
     """
 
@@ -111,7 +109,6 @@ class Improvement:
     runs: tuple[Array, ...] = field(repr=False)
     ends: Array
     front: tuple[FrontPoint, ...]
-    comparison: Comparison = field(repr=False)
     seed: int
 
     @property
@@ -232,12 +229,9 @@ def improve(
         after = dict(zip(cases, profiles(cases), strict=True))
         values = tuple(tuple(_proven(cost, role, one)[0] for one in (before, after)) for role in range(len(wanted)))
     worst = _proven(cost, 0, after)[1]
-    with trace.stage("comparison"):
-        designs = [Design("as given", cost.scenes[worst], cost.robot), Design("optimum", *cases[worst])]
-        comparison = compare(designs, [text for text in wanted if "," not in text and text.partition("@")[0] not in STANDARD])
     return Improvement(
         cost, read_only(best.x), before, after, values, worst, _holding(cost, best.x), _variables(cost, best.x),
-        tuple(run.history for run in runs), np.array([run.value for run in runs]), front, comparison, seed,
+        tuple(run.history for run in runs), np.array([run.value for run in runs]), front, seed,
     )  # fmt: skip
 
 

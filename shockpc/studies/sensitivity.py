@@ -15,7 +15,7 @@ import numpy as np
 from shockpc.core.spatial import Array, read_only
 from shockpc.evaluation.columns import Column, column
 from shockpc.evaluation.evaluate import Evaluation, profiles
-from shockpc.evaluation.gradients import has_gradient
+from shockpc.evaluation.gradients import clear, has_gradient
 from shockpc.evaluation.gradients import slopes as exact_slopes
 from shockpc.evaluation.one_by_one import (
     STEPS,
@@ -29,7 +29,6 @@ from shockpc.evaluation.one_by_one import (
 from shockpc.evaluation.variation import OF_A_LINK, Vary, pairs, variation
 from shockpc.landing.record import Option
 from shockpc.landing.scene import Point, Scene
-from shockpc.profile import ILL_CONDITIONED, impact_jumps, needs_proof
 from shockpc.quantities.profile import ShockProfile
 from shockpc.robot.changes import Property
 from shockpc.robot.robot import Robot
@@ -407,10 +406,7 @@ def _formulas(profile: ShockProfile, varied: Mapping[ParameterKey, Parameter], n
     own = {
         key: one for key, one in varied.items() if one.kind in ("angle", "strike") and one.rates.keys() <= {"joints", "velocity"}
     }
-    if not own or profile.redundant or not has_gradient(landing, number):
-        return {}
-    equation, solution, _ = impact_jumps(landing, landing.state)
-    if not float(needs_proof(landing, equation, solution)[0][0]) <= ILL_CONDITIONED:
+    if not own or profile.redundant or not has_gradient(landing, number) or not clear(landing):
         return {}
     rates = np.array([one.rates.get("joints", np.zeros(landing.robot.model.nv)) for one in own.values()])
     turns = np.array([one.rates.get("velocity", np.zeros(3)) for one in own.values()])

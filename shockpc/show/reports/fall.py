@@ -10,7 +10,7 @@ from shockpc.show.document import record
 from shockpc.show.reports.report import Picture, Report
 from shockpc.show.tables import Lines, Row, Sheet, largest
 from shockpc.show.wording import count, header_lines, shared_warnings
-from shockpc.studies.fall.study import Falls, Result, Strike, Tip
+from shockpc.studies.fall.study import Falls, FallStrike, StrikeResult, Tip
 from shockpc.text.printed import listed
 
 PAGE, ROWS = 12, 16
@@ -114,7 +114,7 @@ def _tips(falls: Falls) -> Sheet:
     return Sheet(f"{count(len(rows), 'fall')}, each followed until the robot rests", header, rows, notes)
 
 
-def struck_words(strike: Strike) -> str:
+def struck_words(strike: FallStrike) -> str:
     """What strikes; of several links the speed of each, and whether it separates."""
     if len(strike.struck) == 1:
         return next(iter(strike.struck))
@@ -153,7 +153,7 @@ def _unit(text: str) -> str:
     return select(text.partition("@")[0]).quantity.unit.replace("1", "-")
 
 
-def _stop(result: Result) -> str | None:
+def _stop(result: StrikeResult) -> str | None:
     return None if result.stop is None else f"{result.stop[0]} {1e3 * result.stop[1]:.3g} ms"
 
 

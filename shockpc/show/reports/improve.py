@@ -13,6 +13,7 @@ from shockpc.show.reports.compare import compare_report
 from shockpc.show.reports.report import Picture, Report
 from shockpc.show.tables import Lines, Row, Sheet
 from shockpc.show.wording import count, proof_text, shared_lines, shared_warnings
+from shockpc.studies.compare import STANDARD, Design, compare
 from shockpc.studies.improve import Improvement
 from shockpc.text.printed import few
 from shockpc.text.toml import toml_lines
@@ -20,7 +21,9 @@ from shockpc.text.toml import toml_lines
 
 def improve_report(study: Improvement) -> Report:
     """The optimum."""
-    compared = compare_report(study.comparison)
+    designs = [Design(label, one.scene, one.robot) for label, one in _worst(study).items()]
+    further = [text for text in study.cost.quantities if "," not in text and text.partition("@")[0] not in STANDARD]
+    compared = compare_report(compare(designs, further))
     picture = Picture(
         "improve", "the worst landing as given and at the optimum, and the runs", "improve:draw_improvement", (study,)
     )
@@ -41,8 +44,13 @@ def improve_report(study: Improvement) -> Report:
         sheets={"variables": lambda: _variables(study), **({"front": lambda: _front(study)} if study.front else {})},
         document=lambda: _document(study),
         more=lambda: {name: "\n".join(toml_lines(scene_table(one.scene))) + "\n" for name, one in _scenes(study).items()},
-        landings={f"as given: {study.worst}": study.before[study.worst], f"optimum: {study.worst}": study.after[study.worst]},
+        landings={f"{label}: {study.worst}": one for label, one in _worst(study).items()},
     )
+
+
+def _worst(study: Improvement) -> dict[str, ShockProfile]:
+    """The landing that is the worst at the optimum, as given and there."""
+    return {"as given": study.before[study.worst], "optimum": study.after[study.worst]}
 
 
 def _scenes(study: Improvement) -> dict[str, ShockProfile]:

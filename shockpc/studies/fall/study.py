@@ -63,7 +63,7 @@ EARLY = math.radians(3.0)
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
-class Strike:
+class FallStrike:
     """A strike, and its landing.
 
     Attributes:
@@ -134,7 +134,7 @@ class Tip:
     warnings: tuple[str, ...]
 
 
-class Result(NamedTuple):
+class StrikeResult(NamedTuple):
     """What is known of a strike.
 
     Attributes:
@@ -146,7 +146,7 @@ class Result(NamedTuple):
         profile: of the landing.
     """
 
-    strike: Strike
+    strike: FallStrike
     values: Mapping[str, float]
     places: Mapping[str, str]
     trunk: tuple[float, float, float]
@@ -174,14 +174,14 @@ class Falls:
     rank: str
     quantities: tuple[str, ...]
     tips: tuple[Tip, ...]
-    results: tuple[Result, ...]
+    results: tuple[StrikeResult, ...]
     table: Table
     failures: tuple[tuple[str, ShockError], ...]
     drop: float | None
     notes: tuple[str, ...]
 
     @property
-    def landings(self) -> tuple[Result, ...]:
+    def landings(self) -> tuple[StrikeResult, ...]:
         """The landings that could be computed."""
         return self.results
 
@@ -284,7 +284,7 @@ def fall(
     rank = rank or ("part_margin" if parts else "body.delta_v_friction" if slides else "delta_v_max")
     texts = tuple(dict.fromkeys([rank, *(WITH_FRICTION if slides else STANDARD), *quantities]))
     worse, *_ = (select(text.partition("@")[0]).quantity.worse for text in texts)
-    tips, strikes, failures = list[Tip](), list[Strike](), dict[str, ShockError]()
+    tips, strikes, failures = list[Tip](), list[FallStrike](), dict[str, ShockError]()
     for posture, scene in scenes.items():
         _refuse_options(scene)
         with trace.stage("posture and geometry"):
@@ -445,7 +445,7 @@ def _pressure(rigid: Rigid, edge: Edge, section: Section, found: Fall, least: fl
                 return
 
 
-def _strikes(rigid: Rigid, tip: Tip, together: float, least: float) -> Iterator[Strike]:
+def _strikes(rigid: Rigid, tip: Tip, together: float, least: float) -> Iterator[FallStrike]:
     """The strikes of a fall that are fast enough, each with its landing."""
     left, number, last, section = np.cross(UP, tip.forward), 0, tip.fall.touches[0], tip.section
     kinds = {phase.end: phase.kind for phase in tip.fall.phases}
@@ -483,7 +483,7 @@ def _stood(section: Section, touch: Touch, place: float) -> bool:
     return touch.on >= 0 and abs(place - old) < abs(place - new)
 
 
-def _landing(rigid: Rigid, scene: Scene, turn: Array, **strike: Any) -> Strike:
+def _landing(rigid: Rigid, scene: Scene, turn: Array, **strike: Any) -> FallStrike:
     """A strike with those contacts that press.
 
     Friction is left out where it has no solution. Args: turn, (3, 3) from the posture to the attitude.
@@ -501,7 +501,7 @@ def _landing(rigid: Rigid, scene: Scene, turn: Array, **strike: Any) -> Strike:
         remark, scene = f"{refusal}; the numbers are those of contacts that stick", replace(scene, friction=None)
     remark = "; ".join(filter(None, [remark, rigid.buried(turn)]))
     pressing, stands = (one.frame for one in scene.contact), (foot.rpartition(":")[0] for foot in scene.stance)
-    return Strike(scene=scene, pressing=tuple(pressing), stands=tuple(stands), remark=remark, **strike)
+    return FallStrike(scene=scene, pressing=tuple(pressing), stands=tuple(stands), remark=remark, **strike)
 
 
 def _pressing(landing: PosedLanding) -> tuple[list[int], str]:
@@ -538,7 +538,7 @@ def _pressing(landing: PosedLanding) -> tuple[list[int], str]:
     return kept, text if sinking[worst] > 0.01 else ""
 
 
-def _drops(rigid: Rigid, posture: str, height: float, count: int | None, together: float) -> Iterator[Strike]:
+def _drops(rigid: Rigid, posture: str, height: float, count: int | None, together: float) -> Iterator[FallStrike]:
     """The strikes of drops in all attitudes."""
     speed = math.sqrt(2.0 * GRAVITY * height)
     for name, down in (_box_attitudes(rigid) if count is None else _spread(count)).items():
@@ -577,7 +577,7 @@ def _spread(count: int) -> dict[str, Array]:
     return {f"attitude {i + 1}": np.array([r[i] * math.cos(angle[i]), r[i] * math.sin(angle[i]), z[i]]) for i in range(count)}
 
 
-def _evaluated(strikes: Sequence[Strike], robot: Robot, texts: Sequence[str], trace: Trace) -> Table:
+def _evaluated(strikes: Sequence[FallStrike], robot: Robot, texts: Sequence[str], trace: Trace) -> Table:
     """The landings of all strikes, with columns that tell them apart and the worst value of each quantity."""
     cases = {strike.name: (strike.scene, robot) for strike in strikes}
     if len(cases) < len(strikes):
@@ -598,7 +598,7 @@ def _evaluated(strikes: Sequence[Strike], robot: Robot, texts: Sequence[str], tr
     return replace(table, columns={**columns, "proven": table.columns["proven"]}, looks=looks)
 
 
-def _result(strike: Strike, profile: ShockProfile, texts: Sequence[str]) -> Result:
+def _result(strike: FallStrike, profile: ShockProfile, texts: Sequence[str]) -> StrikeResult:
     values, places = {}, {}
     for text in texts:
         values[text], places[text] = math.nan, ""
@@ -615,7 +615,7 @@ def _result(strike: Strike, profile: ShockProfile, texts: Sequence[str]) -> Resu
             values[text], places[text] = float(numbers[k]), where[k].name
     bracket = profile.bracket[0]
     free, own, locked = (math.nan if x is None else x * profile.v_in for x in (bracket.free, bracket.as_modelled, bracket.locked))
-    return Result(strike, values, places, (free, own, locked), _first_stop(profile), profile)
+    return StrikeResult(strike, values, places, (free, own, locked), _first_stop(profile), profile)
 
 
 def _first_stop(profile: ShockProfile) -> tuple[str, float] | None:
