@@ -3,8 +3,8 @@
     profile = shockpc.shock_profile(shockpc.Scene(robot="anymal_b", contact="LF_FOOT"))
     print(profile.bodies, profile.shock_com, profile.ropc)
 
-One landing: `Scene`, `shock_profile`. Many: `sweep`, `landings`, `batch`. Decisions: `compare`, `limits`, `place`, `sensitivity`, `improve`,
-`check_budgets`, `assert_shock`. Falls and logs: `fall`, `touchdowns`, `identify`. `shockpc guide` prints the guide.
+One landing: `Scene`, `shock_profile`. Many: `sweep`, `landings`, `batch`. Decisions: `compare`, `limits`, `place`, `sensitivity`,
+`improve`, `check_budgets`, `assert_shock`. Falls and logs: `fall`, `touchdowns`, `identify`. `shockpc guide` prints the guide.
 """
 
 import lazy_loader
