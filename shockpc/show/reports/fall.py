@@ -11,7 +11,7 @@ from shockpc.show.reports.report import Picture, Report
 from shockpc.show.tables import Lines, Row, Sheet, largest
 from shockpc.show.wording import count, header_lines, shared_warnings
 from shockpc.studies.fall.study import Falls, FallStrike, StrikeResult, Tip
-from shockpc.text.printed import listed
+from shockpc.text.printed import few, listed
 
 PAGE, ROWS = 12, 16
 """Strikes that the page shows in three dimensions; rows of a table on a terminal."""
@@ -118,8 +118,8 @@ def struck_words(strike: FallStrike) -> str:
     """What strikes; of several links the speed of each, and whether it separates."""
     if len(strike.struck) == 1:
         return next(iter(strike.struck))
-    named = (f"{link} {speed:.3g}{'' if link in strike.pressing else ' (separates)'}" for link, speed in strike.struck.items())
-    return listed(named, 4)
+    named = [f"{link} {speed:.3g}{'' if link in strike.pressing else ' (separates)'}" for link, speed in strike.struck.items()]
+    return few(named, 4)
 
 
 def _strikes(falls: Falls, most: int | None) -> Sheet:
