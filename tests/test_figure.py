@@ -27,7 +27,7 @@ from shockpc.paper.figures import FIGURES, paper_figures
 from shockpc.robot.geometry import Shape
 from shockpc.robot.meshes import Mesh
 from shockpc.show.figure.landing import draw_landing
-from shockpc.show.figure.picture import layers
+from shockpc.show.figure.picture import LETTERS, PALE, layers
 from shockpc.show.figure.silhouette import silhouette, to_plane
 from shockpc.show.figure.style import BANDS, EDGES, band, render, settings
 from shockpc.show.figure.view import Field, field_of, view_of
@@ -326,6 +326,20 @@ def test_every_centre_of_percussion_is_in_the_table():
     assert x < figure.axes[1].get_xlim()[0]
     assert {f"{x:.2f}".replace("-", "−"), f"{z + 0.0:.2f}"} <= set(words(figure))
     assert "CoPc of the body with this number" not in words(figure)
+
+
+def test_a_centre_of_percussion_that_says_little_is_faint():
+    """The trunk of Go2 on one foot rotates mostly out of the plane: its CoPc is in brackets and grey, not that of the thigh."""
+    profile = landing("go2", "FL_foot")
+    trunk, thigh = (profile.bodies.index(name) for name in ("base", "FL_thigh"))
+    assert profile.off_plane[trunk] > 0.5 > profile.off_plane[thigh]
+    figure = draw_landing(profile)
+    written = words(figure)
+    assert f"({profile.ropc[trunk]:.2f})" in written
+    assert f"{profile.ropc[thigh]:.2f}" in written
+    inks = {text.get_text(): text.get_color() for text in figure.axes[1].texts if text.get_fontsize() == LETTERS}
+    assert inks["(1)"] == PALE
+    assert inks["3"] != PALE
 
 
 def test_a_body_that_only_translates_has_no_centre():

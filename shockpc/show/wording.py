@@ -24,6 +24,9 @@ if TYPE_CHECKING:
 UNITS = {"rad": (math.degrees(1.0), "deg"), "m": (1e3, "mm")}
 """Units of small tables and figures by SI unit: what a number is multiplied by, and the name."""
 
+BRACKETED = 0.5
+"""Share of a body's motion out of the plane above which its CoPc and RoPc, which describe the rest, are in brackets [1]."""
+
 JOINT_MODELS = {
     "free": "free (zero reflected inertia; a stiff gearbox changes the results considerably)",
     "geared": "geared (every joint has the reflected inertia of its drive)",
@@ -42,6 +45,11 @@ ROUNDED = 1e-6
 """Deflection of a spring that postures with six decimals leave where it is relaxed [rad, m]."""
 
 PLANES = {"xz": "xz (sagittal)", "yz": "yz (frontal)", "xy": "xy (from above)"}
+
+
+def mostly_off_plane(profile: ShockProfile) -> np.ndarray:
+    """For each body (n,), whether so much of its motion is out of the plane that CoPc and RoPc say little of it."""
+    return np.asarray(profile.off_plane > BRACKETED)
 
 
 def header_lines(profile: ShockProfile) -> list[tuple[str, str]]:

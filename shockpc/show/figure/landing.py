@@ -10,7 +10,7 @@ from shockpc.show.figure.layout import LEFT, Page, Rows, short
 from shockpc.show.figure.picture import draw_bodies, draw_marks, letter
 from shockpc.show.figure.style import band
 from shockpc.show.figure.view import View, Window, view_of, windows_of
-from shockpc.show.wording import count, joint_model_text, plane_text, posture_text, strike_text
+from shockpc.show.wording import BRACKETED, count, joint_model_text, plane_text, posture_text, strike_text
 from shockpc.text.printed import few, printable
 
 FOOT = 0.8
@@ -65,8 +65,11 @@ def _body_rows(profile: ShockProfile, view: View) -> Rows:
     for i, number in view.numbers.items():
         low, high = profile.shock_min[i], profile.shock_max[i]
         shock = f"{short(low)}–{short(high)}" if np.isfinite(high) else f"{short(profile.shock_com[i])} CoM"
-        centre = map(short, view.centres[i]) if i in view.centres else ("none", "")
-        rows.append((str(number), printable(profile.bodies[i], 16), *centre, short(profile.ropc[i]), shock))
+        cells = [*map(short, view.centres[i])] if i in view.centres else ["none", ""]
+        cells.append(short(profile.ropc[i]))
+        if i in view.faint:
+            cells = [f"({cell})" if cell not in ("none", "") else cell for cell in cells]
+        rows.append((str(number), printable(profile.bodies[i], 16), *cells, shock))
     return rows
 
 
@@ -86,7 +89,8 @@ def _notes(profile: ShockProfile, view: View) -> list[str]:
     if share:
         notes.append(
             f"{', '.join(map(str, share))}: up to {100.0 * max(share.values()):.0f} % of the motion is out of the plane; colours "
-            "hold in the middle of the body, CoPc and RoPc for the motion in the plane."
+            "hold in the middle of the body, CoPc and RoPc for the motion in the plane"
+            f"{f', which are in brackets above {100.0 * BRACKETED:.0f} %' if view.faint & set(view.numbers) else ''}."
         )
     more = {}
     for drawn in view.drawn:

@@ -18,6 +18,9 @@ from shockpc.show.figure.view import Field, View, Window
 GOLD = "#ffd24d"
 """Of sensors."""
 
+PALE = faded(INK, 0.6)
+"""Of marks that say little of a body."""
+
 ARROW_SIGN = Path([(-1, 0), (0.3, 0), (0.3, 0.25), (1, 0), (0.3, -0.25), (0.3, 0)])
 CROSSED = Path.make_compound_path(Path.unit_circle(), Path([[-1, 0], [1, 0], [0, -1], [0, 1]], [1, 2, 1, 2]))
 
@@ -32,6 +35,10 @@ SIGNS = {
     "ring": sign("contact that moves perpendicular to the plane", marker="o", markersize=12.0, fillstyle="none"),
     "centre": sign("CoPc of the body with this number", marker=CROSSED, markersize=8.0),
     "circle": sign("RoPc: shock is 1 on this circle", 0.5, linestyle=(0, (5, 3)), linewidth=0.55),
+    "faint centre": sign(
+        "CoPc of a body that moves mostly out of the plane", 5.9, marker=CROSSED, markersize=8.0, color=PALE, markeredgewidth=0.7
+    ),
+    "faint circle": sign("its RoPc", 0.4, linestyle=(0, (2, 4)), linewidth=0.45, color=PALE),
     "joint": sign("joint", 4.0, marker="o", markersize=2.6, markeredgewidth=0.5),
     "sensor": sign("sensor or point", marker="D", markersize=4.2, markerfacecolor=GOLD, markeredgewidth=0.7),
 }
@@ -105,7 +112,9 @@ def draw_marks(axes: Axes, view: View, window: Window) -> None:
     labels = Labels(axes, window, shapely.union_all([drawn.region for drawn in view.drawn]))
     visible = {i: view.centres[i] for i in view.numbers if i in view.centres and window.holds(view.centres[i], 0.05)}
     joints = [place for place in view.joints if window.holds(place)]
-    for sign, places, room in (("joint", joints, 0.03), ("centre", visible.values(), OWN), ("sensor", view.sensors, 0.06)):
+    firm, faint = ([centre for i, centre in visible.items() if (i in view.faint) is pale] for pale in (False, True))
+    kinds = (("joint", joints, 0.03), ("centre", firm, OWN), ("faint centre", faint, OWN), ("sensor", view.sensors, 0.06))
+    for sign, places, room in kinds:
         for place in places:
             axes.plot(*place, **SIGNS[sign])
             labels.keep_free(place, room)
@@ -116,14 +125,16 @@ def draw_marks(axes: Axes, view: View, window: Window) -> None:
     _tags(view, labels)
     groups: list[list[int]] = []
     for i, centre in visible.items():
-        near = [group for group in groups if np.linalg.norm(visible[group[0]] - centre) < OWN * window.inch]
+        alike = [group for group in groups if (group[0] in view.faint) is (i in view.faint)]
+        near = [group for group in alike if np.linalg.norm(visible[group[0]] - centre) < OWN * window.inch]
         (near[0].append(i) if near else groups.append([i]))
         angle = np.linspace(0.0, 2.0 * np.pi, 181)
         circle = centre + view.radii[i] * np.stack([np.cos(angle), np.sin(angle)], axis=1)
         if window.holds(circle).mean() > WHOLE:
-            axes.plot(*circle.T, **SIGNS["circle"])
+            axes.plot(*circle.T, **SIGNS["faint circle" if i in view.faint else "circle"])
     for group in groups:
-        labels.place(visible[group[0]], ", ".join(str(view.numbers[i]) for i in group), gap=OWN)
+        text = ", ".join(str(view.numbers[i]) for i in group)
+        labels.place(visible[group[0]], f"({text})" if group[0] in view.faint else text, gap=OWN, faint=group[0] in view.faint)
     for k, place in enumerate(view.sensors):
         labels.place(place, letter(k), gap=0.06)
 
@@ -200,7 +211,7 @@ class Labels:
         covered = 4.0 * disc.intersection(self._taken).area + 2.0 * outside + disc.intersection(self._bodies).area
         return float(covered / disc.area)
 
-    def place(self, mark: Array, text: str, gap: float) -> None:
+    def place(self, mark: Array, text: str, gap: float, faint: bool = False) -> None:
         """Write a short text beside a mark (2,) [m], at a gap [inches] on the side where it covers least."""
         size = np.array([0.62 * len(text) + 0.3, 1.25]) * LETTERS / 72.0 * self._inch
         options = []
@@ -214,6 +225,5 @@ class Labels:
         _, middle, box = min(options, key=lambda option: option[0])
         self._taken = shapely.union(self._taken, box)
         backing = {"boxstyle": "round,pad=0.06", "facecolor": PAPER, "edgecolor": "none", "alpha": 0.8}
-        self._axes.text(
-            middle[0], middle[1], text, fontsize=LETTERS, fontweight="bold", ha="center", va="center", zorder=8, bbox=backing
-        )
+        look: dict[str, Any] = {"color": PALE, "fontweight": "normal"} if faint else {"fontweight": "bold"}
+        self._axes.text(middle[0], middle[1], text, fontsize=LETTERS, ha="center", va="center", zorder=8, bbox=backing, **look)

@@ -14,6 +14,7 @@ from shockpc.quantities.profile import ShockProfile
 from shockpc.robot.geometry import Shape, drawn_outline, inertia_box, outline
 from shockpc.robot.robot import Robot
 from shockpc.show.figure.silhouette import Edges, PlaneShape, silhouette, surface, to_plane
+from shockpc.show.wording import mostly_off_plane
 
 FEW = 6
 """A robot with up to this many bodies has all of them numbered."""
@@ -79,6 +80,7 @@ class View(NamedTuple):
         sensors: (n, 2) sensors and points.
         centres: CoPc (2,) of each body that rotates in the plane, by its index.
         radii: (n,) RoPc of all bodies.
+        faint: bodies that move mostly out of the plane, of which CoPc and RoPc say little.
     """
 
     drawn: tuple[Drawn, ...]
@@ -92,6 +94,7 @@ class View(NamedTuple):
     sensors: Array
     centres: dict[int, Array]
     radii: Array
+    faint: frozenset[int]
 
     @property
     def size(self) -> float:
@@ -146,6 +149,7 @@ def view_of(profile: ShockProfile) -> View:
         sensors=to_plane(np.array([point.position for point in profile.points]).reshape(-1, 3), plane),
         centres={i: centres[i] for i in range(len(centres)) if not profile.translates[i]},
         radii=profile.ropc,
+        faint=frozenset(np.flatnonzero(mostly_off_plane(profile)).tolist()),
     )
 
 

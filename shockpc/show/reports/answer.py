@@ -5,12 +5,10 @@ from collections.abc import Sequence
 
 from shockpc.quantities.profile import ShockProfile
 from shockpc.show.tables import Cell, Row, Sheet, largest, rounded
+from shockpc.show.wording import BRACKETED, mostly_off_plane
 
 PLACES = 14
 """Bodies in the table of shocks."""
-
-BRACKETED = 50.0
-"""Share of a body's motion out of the plane from which its CoPc and RoPc, which describe the rest, are in brackets [%]."""
 
 USUAL = {"posture": "standing", "base": "falls freely", "plane": "xz"}
 """Beginnings of lines of the header that say what is so unless options say otherwise."""
@@ -42,8 +40,10 @@ def shocks_sheet(profile: ShockProfile, bodies: Sequence[int] | None = None) -> 
     kept, notes = largest(of_bodies, PLACES, "body", [float(profile.shock_com[i]) for i in shown])
     rows = sorted([*of_points, *kept], key=lambda row: -float(row[1] or 0.0))
     heads = ("shock at", "shock [-]", "greatest on the body [-]", "RoPc [m]", "CoPc x [m]", "CoPc y [m]", "CoPc z [m]")
-    if any(100.0 * profile.off_plane[i] > BRACKETED for i in shown):
-        notes += (f"in brackets: more than {BRACKETED:.0f} % of the body's motion is out of the plane, of which these say nothing",)
+    if mostly_off_plane(profile)[shown].any():
+        notes += (
+            f"in brackets: over {100.0 * BRACKETED:.0f} % of the body's motion is out of the plane, of which these say nothing",
+        )
     return Sheet("shock relative to the strike (CoPc in body coordinates)", heads, rows, notes)
 
 
@@ -54,5 +54,5 @@ def radius(profile: ShockProfile, i: int) -> tuple[float, ...]:
 
 def in_plane(profile: ShockProfile, i: int, value: Cell) -> Cell:
     """A number of a body that describes its motion in the plane, as text in brackets where most of it is out of the plane."""
-    doubtful = 100.0 * profile.off_plane[i] > BRACKETED and isinstance(value, float) and not math.isnan(value)
+    doubtful = mostly_off_plane(profile)[i] and isinstance(value, float) and not math.isnan(value)
     return f"({rounded(value)})" if doubtful else value
