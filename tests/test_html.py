@@ -208,6 +208,13 @@ def test_page_holds_scene_and_command(capfd, here):
     assert good(capfd, "analyze", "again.toml") == good(capfd, "analyze", "stick.urdf", "--contact", "foot", "--set", "knee=-30")
 
 
+def test_every_number_of_a_table_sorts(moving):
+    """What the script sorts by is read by JavaScript, whether the number is of Python or of NumPy; shocks are of the latter."""
+    values = re.findall(r'data-v="([^"]*)"', html_of(landing_report(moving)))
+    assert len(values) > 20
+    assert np.isfinite([float(value) for value in values]).all()
+
+
 def test_without_plotly(capfd, here, monkeypatch):
     """Everything else is written, and one line says what is missing."""
     monkeypatch.setattr("importlib.util.find_spec", lambda name: None)
@@ -314,6 +321,10 @@ def test_browser_draws_anymal(here, tmp_path_factory):
         page.evaluate(SET % ("angle-range", 20))
         other = shock_profile(replace(scene, strike=Strike(strike_angle_deg=20.0)))
         np.testing.assert_allclose(cells(page, "point-rows")["imu_link"][0], other.points[0].shock, rtol=1e-6)
+        faint = page.evaluate(
+            "[...document.querySelectorAll('#body-rows tbody tr')].map((row) => row.cells[9].className == 'faint')"
+        )
+        assert faint == (other.off_plane > 0.5).tolist()
         x, y = page.evaluate("(({x, y, width, height}) => [x + width / 2, y + height / 2])(view.getBoundingClientRect())")
         page.call("Input.dispatchMouseEvent", type="mouseMoved", x=x, y=y)
         page.wait("document.getElementById('pointer').textContent.includes(' m in its frame: shock ')")

@@ -35,6 +35,7 @@ from shockpc.show.html.charts import CONFIG, STYLES, history, picture, placed
 from shockpc.show.html.surfaces import Surface, surfaces
 from shockpc.show.reports.report import Picture, Report, Section
 from shockpc.show.tables import Cell, Lines, Sheet, rounded
+from shockpc.show.wording import BRACKETED
 from shockpc.text.printed import printable
 
 MOST_TRIANGLES, MOST_BODIES, SAMPLES = 90_000, 500, 400
@@ -165,7 +166,8 @@ def _head(header: Sequence[str], numeric: Sequence[bool]) -> str:
 
 
 def _cell(cell: Cell, numeric: bool) -> str:
-    value = f' data-v="{cell!r}"' if isinstance(cell, float) and math.isfinite(cell) else ""
+    # The representation of a number of NumPy has the name of its type, which no script reads.
+    value = f' data-v="{float(cell)!r}"' if isinstance(cell, float) and math.isfinite(cell) else ""
     return f"<td{value}{'' if numeric else ' class=name'}>{_text(rounded(cell))}</td>"
 
 
@@ -197,12 +199,13 @@ def _view(shown: Mapping[str, ShockProfile], every: int) -> str:
     bodies += ["CoPc x [m]", "CoPc y [m]", "CoPc z [m]", "RoPc [m]"]
     contacts = ["", "contact or standing foot", "x [N s]", "y [N s]", "z [N s]", "friction to stick [-]"]
     joints = ["", "joint", "along the axis [N m s, N s]", "force [N s]", "moment [N m s]"]
+    doubtful = f"; in brackets if over {100.0 * BRACKETED:.0f} % of the motion is out of the plane"
     live = [
         f'<div class="scroll"><table id="{key}"><caption>{title}</caption>{_head(header, [k > 1 for k in range(len(header))])}'
         "<tbody></tbody></table></div>"
         for key, title, header in (
             ("point-rows", "sensors and points, for this strike (Δv in the frame's own axes)", points),
-            ("body-rows", "bodies, for this strike (CoPc in body coordinates)", bodies),
+            ("body-rows", f"bodies, for this strike (CoPc in body coordinates{doubtful})", bodies),
             ("contact-rows", "impulses of the ground on the robot, for this strike (world axes)", contacts),
             ("joint-rows", "impulses through the joints, for this strike", joints),
         )
@@ -236,6 +239,7 @@ def _data(shown: Mapping[str, ShockProfile]) -> dict[str, Any]:
             for name, profile in shown.items()
         ],
         "contradiction": CONTRADICTION,
+        "bracketed": BRACKETED,
         "styles": STYLES,
         "config": CONFIG,
     }
@@ -302,6 +306,7 @@ def _landing(name: str, profile: ShockProfile, drawn: Sequence[Surface], geometr
         "bodies": list(map(printable, profile.bodies)),
         "numbered": list(numbered(profile)),
         "com": robot.coms.tolist(),
+        "gyration": robot.gyration.tolist(),
         "rotation": profile.rotation.tolist(),
         "position": profile.position.tolist(),
         "models": {

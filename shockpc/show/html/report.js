@@ -52,6 +52,14 @@
     return model.left.some((row, k) => Math.abs(along(row)) > data.contradiction * fastest + model.rounding[k] * length);
   }
 
+  // The share of a body's motion that is out of the plane, as the analysis defines it; of a body at rest nothing.
+  function offPlane(body, jump, v_in) {
+    const normal = landing.normals[body], gyration = landing.gyration[body], moved = velocityAt(jump, landing.com[body]);
+    const tilting = gyration * norm(sum(jump.omega, normal, -dot(jump.omega, normal)));
+    const size = Math.max(gyration * norm(jump.omega), norm(moved));
+    return size > landing.rounded * v_in ? Math.max(tilting, Math.abs(dot(moved, normal))) / size : 0;
+  }
+
   // All numbers of the strike and the joint model that are set; without an impact they are NaN.
   function computed() {
     const [theta, psi, speed] = inputs.map((name, k) => byId(name).valueAsNumber * (k < 2 ? Math.PI / 180 : 1));
@@ -74,6 +82,7 @@
       const floor = landing.rounded * Math.max(v_in, norm(jump.v)) / landing.length;
       return { spin, com: norm(velocityAt(jump, landing.com[body])) / v_in,
         least: extreme(body, Math.min), greatest: extreme(body, Math.max),
+        faint: offPlane(body, jump, v_in) > data.bracketed,
         copc: Math.abs(turn) > floor ? scaled(cross(landing.normals[body], jump.v), 1 / turn) : null,
         ropc: Math.abs(turn) <= floor ? Infinity : v_in / Math.abs(turn),
         screw: spin > floor ? scaled(cross(jump.omega, jump.v), 1 / spin ** 2) : null };
@@ -90,15 +99,16 @@
     return Math.abs(power) <= 3 ? x.toFixed(Math.min(4, 3 - power)) : x.toExponential(2);
   }
 
-  // A table that is sorted stays so: each of its rows knows its number.
+  // A table that is sorted stays so: each of its rows knows its number. What says little is in brackets and faint.
   function fill(table, rows) {
     const body = table.tBodies[0];
     while (body.rows.length < rows.length) body.insertRow().dataset.k = body.rows.length - 1;
     for (const row of body.rows) {
-      rows[row.dataset.k].forEach((value, k) => {
+      rows[row.dataset.k].forEach((entry, k) => {
+        const faint = Array.isArray(entry), value = faint ? entry[0] : entry;
         const cell = row.cells[k] ?? row.insertCell(), numeric = typeof value === "number";
-        cell.className = numeric ? "" : "name";
-        cell.textContent = numeric ? rounded(value) : value;
+        cell.className = faint ? "faint" : numeric ? "" : "name";
+        cell.textContent = !numeric ? value : faint && !Number.isNaN(value) ? `(${rounded(value)})` : rounded(value);
         if (numeric) cell.dataset.v = value;
       });
     }
@@ -143,7 +153,7 @@
     fill(byId("point-rows"), deltas.map((delta, k) => [landing.points[k].letter, landing.points[k].name, norm(delta) / v_in, ...delta,
       ...(landing.peak === null ? [] : [norm(delta) * landing.peak])]));
     fill(byId("body-rows"), bodies.map((body, k) => [String(landing.numbered.indexOf(k) + 1 || ""), landing.bodies[k], body.com,
-      body.least, body.greatest, body.spin, ...(body.copc ?? [NaN, NaN, NaN]), body.ropc]));
+      body.least, body.greatest, body.spin, ...[...(body.copc ?? [NaN, NaN, NaN]), body.ropc].map((x) => (body.faint ? [x] : x))]));
     fill(byId("contact-rows"), landing.grounds.map(({ name, normal }, k) => {
       const up = dot(contacts[k], normal);
       return ["", name, ...contacts[k], up > 0 ? norm(sum(contacts[k], normal, -up)) / up : NaN];
