@@ -33,8 +33,9 @@ from shockpc.landing.landing import landing_of
 from shockpc.landing.motion import Motion
 from shockpc.landing.scene_file import scene_text
 from shockpc.quantities.table import quantity
+from shockpc.show.figure.landings import draw_validation
 from shockpc.show.reports.landings import agreement_sheet
-from shockpc.studies.landings import DRAWS, SEED, STATISTICS, compare_measured
+from shockpc.studies.landings import DRAWS, SEED, STATISTICS, Agreement, Validation, compare_measured
 from shockpc.text.errors import SceneError, SolveError, StudyError, UnknownName
 
 SCENE = Scene(robot="anymal_b", contact=(Contact(frame="LF_FOOT"),))
@@ -1045,3 +1046,25 @@ def test_the_time_of_a_table_is_linear_in_its_columns(tmp_path):
         return process_time() - start
 
     assert seconds(10_000) < 400 * min(seconds(100) for _ in range(5))
+
+
+def test_measured_over_predicted_jumps_hides_no_point():
+    """What lies beyond the frame is an arrow on its edge, with its count; where nothing was predicted to jump, words say so."""
+    measured = np.array([[1.0], [-1.0], [0.5]])
+    statistics = dict.fromkeys(("r", "error"), (np.nan,) * 3)
+    shown = [
+        Agreement(
+            "free", None, "joint rates", "rad/s", True, measured, np.array([[9.0], [-0.5], [-7.0]]), {**statistics, "r": (0.4,) * 3}
+        ),
+        Agreement("locked", None, "joint rates", "rad/s", True, measured, np.zeros((3, 1)), statistics),
+    ]
+    of_knee = SimpleNamespace(name="knee", group="joint rates", time=None)
+    recorded = SimpleNamespace(robot=SimpleNamespace(name="leg"), rows=3, table=SimpleNamespace(measured=[of_knee]))
+    figure = draw_validation(recorded, Validation(tuple(shown), ()))
+    free, locked = figure.axes
+    reach = free.get_xlim()[1]
+    arrows = {line.get_marker(): line.get_xydata().tolist() for line in free.lines if line.get_marker() in "<>"}
+    assert arrows == {">": [[reach, 1.0]], "<": [[-reach, 0.5]]}
+    assert "arrows: 2 of 3 beyond" in free.get_title()
+    assert locked.get_title() == "locked\nno jump predicted"
+    assert "nan" not in free.get_title()

@@ -1,5 +1,6 @@
 """The landings of a table: how often each value occurs with the worst landings named, and measured over predicted jumps."""
 
+import math
 import textwrap
 
 import numpy as np
@@ -7,16 +8,16 @@ from matplotlib.figure import Figure
 
 from shockpc.evaluation.recorded import RecordedLandings
 from shockpc.evaluation.table import Table
-from shockpc.show.figure.style import BANDS, CURVES, INK, band, new_chart
+from shockpc.show.figure.style import BANDS, COUNTS, CURVES, INK, band, new_chart
 from shockpc.show.wording import count
-from shockpc.studies.landings import ALL, Validation
+from shockpc.studies.landings import ALL, Agreement, Validation
 from shockpc.text.printed import printable
 
 MOST_PANELS, WORST, BINS = 8, 3, 60
-"""Distributions of one figure, landings that are named beside each, and its bins."""
+"""Distributions of one figure, landings that are named beside each, and its most bins."""
 
 FRAME_REACH = 1.4
-"""Half the width of the frame of a comparison, in greatest measured jumps; predictions beyond it are drawn on its edge."""
+"""Half the width of the frame of a comparison, in greatest measured jumps; predictions beyond it are arrows on its edge."""
 
 MARKERS = ("o", "^", "s", "D")
 """Of quantities whose colours are the same."""
@@ -31,9 +32,10 @@ def draw_landings(study: RecordedLandings, results: Table) -> Figure:
         return new_chart(5.0, 1.0, f"{title}, none of which could be computed")
     figure = new_chart(6.4, 0.9 + 1.15 * len(shown), title)
     for panel, (column, values) in zip(figure.subplots(len(shown), 1, squeeze=False).ravel(), shown, strict=True):
-        counts, edges = np.histogram(values, BINS)
+        # Few landings have few bins, so that the shape is not that of chance.
+        counts, edges = np.histogram(values, min(BINS, math.ceil(2.0 * values.size**0.5)))
         middle = 0.5 * (edges[1:] + edges[:-1])
-        colours = [BANDS[band(max(x, 0.0))] if column.shock else CURVES[0] for x in middle]
+        colours = [BANDS[band(max(x, 0.0))] if column.shock else COUNTS for x in middle]
         panel.bar(edges[:-1], counts, np.diff(edges), align="edge", color=colours)
         panel.stairs(counts, edges, color=INK, linewidth=0.6)
         panel.axvline(float(np.median(values)), color=INK, linewidth=0.8, linestyle="--")
@@ -59,7 +61,11 @@ def draw_validation(study: RecordedLandings, validation: Validation) -> Figure:
     title = f"{printable(study.robot.name, 40)}: {printable(largest.name, 40)} in {count(study.rows, 'landing')}"
     figure = new_chart(1.9 + 2.0 * len(models), 0.8 + 2.0 * len(times), title)
     panels = figure.subplots(len(times), len(models), squeeze=False, sharex=True, sharey=True)
-    reach = FRAME_REACH * max(float(np.nan_to_num(np.abs(each.measured)).max()) for each in shown) or 1.0
+    measured, predicted = (
+        max(float(np.nan_to_num(np.abs(values)).max()) for values in kind)
+        for kind in ([each.measured for each in shown], [each.predicted for each in shown])
+    )
+    reach = min(FRAME_REACH * measured, 1.05 * max(measured, predicted)) or 1.0
     for panel in panels.ravel():
         panel.set(xlim=(-reach, reach), ylim=(-reach, reach), box_aspect=1.0)
         panel.plot([-reach, reach], [-reach, reach], color=INK, linewidth=0.6)
@@ -67,19 +73,17 @@ def draw_validation(study: RecordedLandings, validation: Validation) -> Figure:
     for each in shown:
         panel = panels[times.index(each.time), models.index(each.model)]
         for k, name in enumerate(quantities):
-            marks = {"marker": MARKERS[k // len(CURVES) % len(MARKERS)], "markersize": 2.5, "linestyle": "none", "clip_on": False}
-            panel.plot(
-                np.clip(each.predicted[:, k], -reach, reach),
-                each.measured[:, k],
-                color=CURVES[k % len(CURVES)],
-                label=printable(name, 30),
-                **marks,
-            )
-        statistics = f"r {each.statistics['r'][0]:.2f}, median error {each.statistics['error'][0]:.2f}"
-        beyond = int(np.sum(np.abs(each.predicted) > reach))
-        statistics += f"\n{beyond} of {each.predicted.size} outside" if beyond else ""
+            x, y = each.predicted[:, k], each.measured[:, k]
+            look = {"color": CURVES[k % len(CURVES)], "linestyle": "none", "clip_on": False}
+            inside = np.abs(x) <= reach
+            marker = MARKERS[k // len(CURVES) % len(MARKERS)]
+            panel.plot(x[inside], y[inside], marker=marker, markersize=2.5, label=printable(name, 30), **look)
+            for arrow, edge, beyond in (("<", -reach, x < -reach), (">", reach, x > reach)):
+                panel.plot(np.full(beyond.sum(), edge), y[beyond], marker=arrow, markersize=4.0, **look)
+        outside = int(np.sum(np.abs(each.predicted) > reach))
         first = [*textwrap.wrap(printable(each.model, 60), 30)] if each.time == times[0] else []
-        panel.set(title="\n".join([*first, statistics]))
+        farther = [f"arrows: {outside} of {each.predicted.size} beyond"] if outside else []
+        panel.set(title="\n".join([*first, _agreement(each), *farther]))
     for time, panel in zip(times, panels[:, 0], strict=True):
         panel.set_ylabel("" if time is None else f"after {time:g} ms")
     handles, labels = panels[times.index(largest.time), models.index(largest.model)].get_legend_handles_labels()
@@ -87,3 +91,12 @@ def draw_validation(study: RecordedLandings, validation: Validation) -> Figure:
     figure.supxlabel(f"predicted jump [{largest.unit}]")
     figure.supylabel(f"measured jump [{largest.unit}]; line: equal")
     return figure
+
+
+def _agreement(each: Agreement) -> str:
+    """How well predictions agree, in words where there is no correlation."""
+    r, error = each.statistics["r"][0], each.statistics["error"][0]
+    if not np.isfinite(r):
+        known = each.predicted[np.isfinite(each.predicted)]
+        return "no jump predicted" if known.size and not known.any() else "r undetermined" if known.size else "not predicted"
+    return f"r {r:.2f}" + (f", median error {error:.2f}" if np.isfinite(error) else "")

@@ -14,7 +14,7 @@ from shockpc.core.spatial import Array
 from shockpc.evaluation.summary import Extent, Summary
 from shockpc.evaluation.variation import Variation
 from shockpc.evaluation.varied import VariedLandings
-from shockpc.show.figure.style import BANDS, CURVES, INK, PAPER, SHOCK, band, new_chart
+from shockpc.show.figure.style import BANDS, COUNTS, CURVES, INK, PAPER, SHOCK, band, new_chart
 from shockpc.text.printed import printable
 
 MOST_CURVES, MAPS = len(CURVES), 4
@@ -155,7 +155,7 @@ def _distributions(title: str, extents: Sequence[Extent], summary: Summary[Varie
         shares = extent.counts.reshape(-1, joined).sum(axis=1) / total
         edges = np.linspace(low - margin, high + margin, len(shares) + 1)
         middle = 0.5 * (edges[1:] + edges[:-1])
-        colours = [BANDS[band(max(x, 0.0))] if extent.column.shock else CURVES[0] for x in middle]
+        colours = [BANDS[band(max(x, 0.0))] if extent.column.shock else COUNTS for x in middle]
         panel.bar(edges[:-1], shares, np.diff(edges), align="edge", color=colours)
         panel.stairs(shares, edges, color=INK, linewidth=0.6)
         panel.axvline(extent.median, color=INK, linewidth=0.8, linestyle="--")
