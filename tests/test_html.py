@@ -22,6 +22,7 @@ from shockpc.robot.meshes import Mesh
 from shockpc.show.folder import report_files
 from shockpc.show.html.surfaces import surfaces
 from shockpc.show.reports.landing import analyze_report, landing_report
+from shockpc.show.tables import Sheet
 
 BROWSER = pytest.mark.skipif(CHROMIUM is None, reason="no Chromium is installed, which draws report.html")
 
@@ -422,6 +423,37 @@ def test_every_study_has_a_page(capfd, tmp_path, monkeypatch, study):
     assert page.texts["pre"] == [shlex.join(["shockpc", study, *STUDIES[study]])]
     assert "data" not in page.texts
     assert len(text.encode()) < 8e6
+
+
+ANSWERS = {
+    "place": (("anymal_b", "--contact", "LF_FOOT", "--body", "base"), "<caption>places on base", "<p>imu_link sees"),
+    "compare": (("anymal_b", "anymal_c", "--contact", "LF_FOOT"), 'alt="what changes between the designs"'),
+    "check": (("budgets.toml",), "<caption>budgets of 1 landing: 1 passed"),
+}
+"""Arguments of commands, and what their pages begin with."""
+
+
+@pytest.mark.parametrize("command", ANSWERS)
+def test_a_page_begins_with_the_answer_of_its_command(capfd, here, command):
+    """Places, changes and outcomes are before the view of the landing."""
+    (here / "budgets.toml").write_text(
+        '[[case]]\nname = "one"\nrobot = "anymal_b"\ncontact = "LF_FOOT"\n[[budget]]\nmetric = "shock"\nat = "imu_link"\nmax = 9\n'
+    )
+    arguments, *answers = ANSWERS[command]
+    good(capfd, command, *arguments, "--out", here / "out")
+    text = (here / "out" / "report.html").read_text(encoding="utf-8")
+    view = text.index("<main>")
+    assert all(text.count(answer) == 1 and text.index(answer) < view for answer in answers)
+
+
+def test_tables_without_rows_are_left_out(moving):
+    """A heading over nothing says nothing."""
+    report = landing_report(moving)
+    lines, *others = report.body(True)
+    empty = Sheet("nothing to see", ("name", "number [m]"), ())
+    text = html_of(replace(report, body=lambda full: [lines, empty, *others]))
+    assert "nothing to see" not in text
+    assert "nothing to see" in html_of(replace(report, body=lambda full: [lines, empty._replace(rows=[("a", 1.0)]), *others]))
 
 
 @BROWSER

@@ -86,7 +86,7 @@ def page(report: Report, files: Mapping[str, str | bytes], library: Path | None,
             '<meta name="viewport" content="width=device-width, initial-scale=1">',
             f"<title>{title}</title><style>\n{(here / 'report.css').read_text('utf-8')}</style></head><body>",
             f"<h1>{title}</h1>",
-            *(_section(number, *map(_block, _above(body))) for _, number, body, _ in blocks),
+            *(_section(number, *_answer(folder, body, part, files)) for folder, number, body, part in blocks),
             _view(shown, len(report.landings)) if shown else "",
             *(_section(number, *_below(folder, body, part, files)) for folder, number, body, part in blocks),
             *(_section(number, *_own(number, profile)) for number, profile in enumerate(shown.values())),
@@ -102,24 +102,40 @@ def _section(number: int | None, *parts: str) -> str:
     return f"<section{'' if number is None else f' data-landing={number}'}>{''.join(parts)}</section>"
 
 
-def _above(body: Sequence[Section]) -> list[Section]:
-    """The lines before the first figure or table."""
-    return list(itertools.takewhile(lambda block: isinstance(block, Lines), body))
+def _above(body: Sequence[Section], report: Report) -> list[Section]:
+    """What is before the view: the answer of the command, or the lines before the first figure or table."""
+    return list(body[: report.lead]) or list(itertools.takewhile(lambda block: isinstance(block, Lines), body))
+
+
+def _answer(folder: str, body: Sequence[Section], report: Report, files: Mapping[str, str | bytes]) -> list[str]:
+    """The answer of the command, with the lines that it ends with. Args: folder, of the report's files."""
+    parts = [_part(block, folder, report, files) for block in _above(body, report)]
+    if report.landings and parts and not report.lead:
+        parts.append('<p class="note">These lines are of the strike of the scene; what follows the controls has a blue edge.</p>')
+    return [*parts, *_closing(report)] if report.lead else parts
+
+
+def _part(block: Section, folder: str, report: Report, files: Mapping[str, str | bytes]) -> str:
+    """A figure, a table or lines."""
+    if not isinstance(block, Picture):
+        return _block(block)
+    source = base64.b64encode(_encoded(files[f"{folder}{block.name}.svg"])).decode()
+    # The picture in three dimensions takes the place of a landing's own figure, which only paper shows.
+    kind = "paper" if report.name == "profile" and block.name not in ON_SCREEN else "figure"
+    return f'<img class="{kind}" alt="{_text(block.caption)}" src="data:image/svg+xml;base64,{source}">'
+
+
+def _closing(report: Report) -> list[str]:
+    return [f"<p>{_text(line)}</p>" for line in report.closing]
 
 
 def _below(folder: str, body: Sequence[Section], report: Report, files: Mapping[str, str | bytes]) -> list[str]:
     """Figures, tables and lines. Args: folder, of the report's files."""
     parts = [f"<h2>Results{' for the strike of the scene' if report.landings or folder else ''}</h2>"]
-    # The picture in three dimensions takes the place of a landing's own figure, which only paper shows.
-    for block in body[len(_above(body)) :]:
-        if isinstance(block, Picture):
-            source = base64.b64encode(_encoded(files[f"{folder}{block.name}.svg"])).decode()
-            kind = "paper" if report.name == "profile" and block.name not in ON_SCREEN else "figure"
-            parts.append(f'<img class="{kind}" alt="{_text(block.caption)}" src="data:image/svg+xml;base64,{source}">')
-        else:
-            parts.append(_block(block))
+    parts += [_part(block, folder, report, files) for block in body[len(_above(body, report)) :]]
+    parts = parts if any(parts[1:]) else []
     warnings = "".join(f'<p class="warnings">{_text(line)}</p>' for line in report.warnings)
-    return [*parts, *(f"<p>{_text(line)}</p>" for line in report.closing), warnings]
+    return [*parts, *([] if report.lead else _closing(report)), warnings]
 
 
 def _encoded(content: str | bytes) -> bytes:
@@ -141,7 +157,7 @@ def _text(text: str) -> str:
 
 def _block(block: Section) -> str:
     if isinstance(block, Sheet):
-        return _table(block)
+        return _table(block) if block.rows or block.notes else ""
     assert isinstance(block, Lines)
     title = f"<h3>{_text(block.title)}</h3>" if block.title else ""
     named = [(name, text) for name, text in (("", line) if isinstance(line, str) else line for line in block.lines)]
@@ -201,7 +217,7 @@ def _view(shown: Mapping[str, ShockProfile], every: int) -> str:
     joints = ["", "joint", "along the axis [N m s, N s]", "force [N s]", "moment [N m s]"]
     doubtful = f"; in brackets if over {100.0 * BRACKETED:.0f} % of the motion is out of the plane"
     live = [
-        f'<div class="scroll"><table id="{key}"><caption>{title}</caption>{_head(header, [k > 1 for k in range(len(header))])}'
+        f'<div class="scroll live"><table id="{key}"><caption>{title}</caption>{_head(header, [k > 1 for k in range(len(header))])}'
         "<tbody></tbody></table></div>"
         for key, title, header in (
             ("point-rows", "sensors and points, for this strike (Δv in the frame's own axes)", points),
@@ -220,7 +236,7 @@ def _view(shown: Mapping[str, ShockProfile], every: int) -> str:
         f'<label for="model">joints</label><select id="model" class="wide">{models}</select>'
         f'<span>show</span><span class="wide">{switches}</span>'
         '<span></span><button id="reset" class="wide" type="button">back to the scene\'s own strike</button></div>'
-        f'<p id="state"></p>{note}{left}{live[0]}</div><div class="wide">{"".join(live[1:])}</div></main>'
+        f'<p id="state" class="live"></p>{note}{left}{live[0]}</div><div class="wide">{"".join(live[1:])}</div></main>'
     )
 
 

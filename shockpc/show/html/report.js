@@ -101,6 +101,7 @@
 
   // A table that is sorted stays so: each of its rows knows its number. What says little is in brackets and faint.
   function fill(table, rows) {
+    table.parentElement.hidden = !rows.length;
     const body = table.tBodies[0];
     while (body.rows.length < rows.length) body.insertRow().dataset.k = body.rows.length - 1;
     for (const row of body.rows) {
@@ -148,7 +149,10 @@
     result = computed();
     const { bodies, deltas, refusal, v_in, contacts, loads } = result, model = byId("model").value;
     const joints = model === "as modelled" ? "joints as modelled" : `joints ${model}`;
-    byId("state").textContent = refusal || `shock is relative to ${rounded(v_in)} m/s; ${joints}`;
+    const own = model === "as modelled" && inputs.every((name, k) => byId(name).valueAsNumber === landing.strike[k]);
+    byId("state").textContent = refusal ||
+      `${own ? "the strike of the scene" : "another strike or joint model than the scene's"}; shock is relative to ` +
+      `${rounded(v_in)} m/s; ${joints}`;
     byId("state").classList.toggle("refused", Boolean(refusal));
     fill(byId("point-rows"), deltas.map((delta, k) => [landing.points[k].letter, landing.points[k].name, norm(delta) / v_in, ...delta,
       ...(landing.peak === null ? [] : [norm(delta) * landing.peak])]));

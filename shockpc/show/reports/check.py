@@ -35,6 +35,7 @@ def check_report(check: Check) -> Report:
         name="check",
         title=f"Budgets: {check.count('passed')} passed, {check.count('exceeded')} exceeded",
         body=lambda full: [check_sheet(check, for_terminal=not full), *_commands(check)],
+        lead=1,
         sheets={"check": lambda: Sheet("", list(records[0]), [tuple(row.values()) for row in records])},
         document=lambda: {
             "file": check.path,

@@ -30,6 +30,7 @@ def compare_report(comparison: Comparison) -> Report:
             Picture("compare", "what changes between the designs", "compare:draw_comparison", (comparison, header)),
             *(_sheet(comparison, differences, letters, None if full else 8) for differences in comparison.quantities),
         ],
+        lead=2,
         closing=[*_paired(comparison, letters), *_unmatched(comparison, letters)],
         warnings=_warnings(comparison, letters),
         sheets={"compare": lambda: _all(comparison, letters)},

@@ -28,6 +28,7 @@ def place_report(study: PlaceStudy) -> Report:
             *_margins(study),
             _landings(study, None if full else 6),
         ],
+        lead=3,
         closing=[*_gains(study), *_proof(study)],
         warnings=[*failed, *(f"warning: {text}" for text in study.region.warnings), *shared_warnings(_named(study), "sensor")],
         sheets={"places": lambda: _places(study), "landings": lambda: _landings(study)},

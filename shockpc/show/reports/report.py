@@ -55,6 +55,8 @@ class Report:
         page: name of the file of that document.
         body: lines, tables and figures in the order of reading; the argument is whether all rows are wanted, as in the Markdown
             document, or on a terminal those of the largest values.
+        lead: how many sections of the whole body are the answer of the command, which report.html has before the view, with the
+            lines under the body; by default the lines that the body begins with.
         brief: what a terminal shows in place of the body and the lines under it; by default these.
         closing: lines under the body.
         warnings: lines under those: what warns, and what could not be computed.
@@ -72,6 +74,7 @@ class Report:
     title: str = ""
     page: str = "report"
     body: Callable[[bool], Iterable[Section]]
+    lead: int = 0
     brief: Callable[[], Iterable[Section]] | None = None
     closing: Sequence[str] = ()
     warnings: Sequence[str] = ()
