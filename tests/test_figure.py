@@ -20,7 +20,7 @@ from matplotlib.text import Text
 
 import shockpc
 import shockpc.show.figure.view
-from shockpc import Contact, Joints, Scene, Strike, load_robot, shock_profile
+from shockpc import Contact, Joints, Posture, Scene, Strike, load_robot, shock_profile
 from shockpc.core.spatial import plane_from
 from shockpc.landing.scene_file import with_plane
 from shockpc.paper.figures import FIGURES, paper_figures
@@ -326,6 +326,20 @@ def test_every_centre_of_percussion_is_in_the_table():
     assert x < figure.axes[1].get_xlim()[0]
     assert {f"{x:.2f}".replace("-", "−"), f"{z + 0.0:.2f}"} <= set(words(figure))
     assert "CoPc of the body with this number" not in words(figure)
+
+
+def test_a_long_line_under_the_title_is_wrapped():
+    """Many joint angles are read as easily as few: the letters stay as large, and the lines hold all of them."""
+    angles = dict.fromkeys(("FL_calf_joint", "FR_calf_joint", "RL_calf_joint", "RR_calf_joint"), -90.0)
+    figure = draw_landing(landing("go2", "FL_foot", posture=Posture(joints_deg=angles), base="planar"))
+    texts = [text for text in figure.axes[0].texts if text.get_fontsize() == 8.0]
+    lines = [text.get_text() for text in texts]
+    assert len(lines) > 2
+    whole = " ".join(lines)
+    assert all(f"{name} = −90 deg" in whole for name in angles)
+    assert "strike 1 m/s, 0 deg from the vertical" in whole
+    width = figure.get_size_inches()[0] * figure.dpi
+    assert all(text.get_window_extent().x1 < width for text in texts)
 
 
 def test_a_centre_of_percussion_that_says_little_is_faint():

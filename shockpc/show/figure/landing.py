@@ -1,12 +1,14 @@
 """A landing in the plane: each body is coloured by the shock at each of its points."""
 
+import textwrap
+
 import numpy as np
 import shapely
 from matplotlib.figure import Figure
 
 from shockpc.quantities.profile import ShockProfile
 from shockpc.robot.geometry import drawn_outline
-from shockpc.show.figure.layout import LEFT, Page, Rows, short
+from shockpc.show.figure.layout import COLUMN, LEFT, MARGIN, Page, Rows, short
 from shockpc.show.figure.picture import draw_bodies, draw_marks, letter
 from shockpc.show.figure.style import band
 from shockpc.show.figure.view import View, Window, view_of, windows_of
@@ -15,6 +17,9 @@ from shockpc.text.printed import few, printable
 
 FOOT = 0.8
 """Room for coordinates and the colour bar [inches]."""
+
+LETTER = 0.07
+"""Width of a letter under the title, about [inches]."""
 
 WARNINGS = 3
 """Warnings that are written in full."""
@@ -33,7 +38,8 @@ def draw_landing(profile: ShockProfile) -> Figure:
     (window,) = windows_of([view], (0.15, 0.15), (5.4, 6.4), (3.4, 2.2))
     width, height = window.sides
     tables = [_body_rows(profile, view), *([_point_rows(profile)] if profile.points else [])]
-    page = Page(LEFT + width, height + FOOT, _heading(profile), tables, _notes(profile, view))
+    heading = _heading(profile, LEFT + width + COLUMN + MARGIN)
+    page = Page(LEFT + width, height + FOOT, heading, tables, _notes(profile, view))
     draw_picture(page, LEFT, page.low + FOOT, view, window)
     page.bar(LEFT, width)
     page.key()
@@ -47,7 +53,8 @@ def draw_picture(page: Page, x: float, y: float, view: View, window: Window, lef
     draw_marks(axes, view, window)
 
 
-def _heading(profile: ShockProfile) -> tuple[str, str, str]:
+def _heading(profile: ShockProfile, width: float) -> list[str]:
+    """The title, and lines under it that are wrapped to a width [inches]."""
     contacts = few([printable(contact.frame, 30) for contact in profile.contacts], 4, " + ")
     robot = printable(profile.robot.source.name or profile.robot.name, 40)
     scene = profile.scene
@@ -55,7 +62,9 @@ def _heading(profile: ShockProfile) -> tuple[str, str, str]:
     words += [f"plane {plane_text(profile).partition(';')[0]}"] * (scene.plane != "xz")
     words += ["contact slides"] * any(not contact.sticks for contact in scene.contact)
     words += [f"restitution {e:g}" for e in [max(contact.restitution for contact in scene.contact)] if e]
-    return f"{robot}: shock of landing on {contacts}", "; ".join(words), f"joint model: {joint_model_text(profile)}"
+    lines = "; ".join(words), f"joint model: {joint_model_text(profile)}"
+    most = int(width / LETTER)
+    return [f"{robot}: shock of landing on {contacts}", *(part for line in lines for part in textwrap.wrap(line, most))]
 
 
 def _body_rows(profile: ShockProfile, view: View) -> Rows:
