@@ -263,5 +263,6 @@ def test_contact_sheet_shows_the_worst_landing_of_each_robot(capfd, tmp_path):
     worst = {row["robot"]: row["contact"] for row in reversed(rows)}
     assert re.findall(r">on (\w+)<", drawn) == [worst[name] for name in dict.fromkeys(row["robot"] for row in rows)]
     for k, name in enumerate(dict.fromkeys(row["robot"] for row in rows), start=1):
-        assert f">{k}  {name}<" in drawn
+        known = next(row["drives"] for row in rows if row["robot"] == name)
+        assert f">{k}  {name}{' *' if known else ''}<" in drawn
     assert "sheet.svg" in (tmp_path / "report.md").read_text()
