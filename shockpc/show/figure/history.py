@@ -30,7 +30,11 @@ DECADE = 12.0
 def draw_time(profile: ShockProfile) -> Figure:
     """Draw forces of the contacts, accelerations of points and torques along the axes of joints."""
     compliant = _compliant(profile)
-    figure = new_chart(7.2, 5.4, f"{printable(profile.robot.name)} landing on {printable(contact_name(profile), 60)}, over time")
+    figure = new_chart(
+        7.2,
+        5.4,
+        f"{_landing_text(profile)}, over time",
+    )
     motion, places = compliant.motion, profile.places("contact")
     ends = sorted({0.0, motion.duration, *(event.time for event in motion.events)})
     t = np.unique(
@@ -73,8 +77,7 @@ def draw_time(profile: ShockProfile) -> Figure:
 def draw_spectrum(profile: ShockProfile) -> Figure:
     """Draw the shock response spectrum of each point, without damping and with 5 %."""
     compliant, points = _compliant(profile), [place for place in profile.places("point") if place.body >= 0]
-    names = f"{printable(profile.robot.name)} landing on {printable(contact_name(profile), 60)}"
-    figure = new_chart(7.2, 3.8, f"Shock response spectrum, {names}")
+    figure = new_chart(7.2, 3.8, f"Shock response spectrum, {_landing_text(profile)}")
     axes = figure.add_subplot(
         xscale="log", yscale="log", xlabel="natural frequency [Hz]", ylabel="largest response along an axis [g]"
     )
@@ -91,6 +94,12 @@ def draw_spectrum(profile: ShockProfile) -> Figure:
     axes.yaxis.set_minor_formatter("{x:g}" if high < DECADE * low else NullFormatter())
     figure.legend(loc="outside right upper", fontsize=7.0)
     return figure
+
+
+def _landing_text(profile: ShockProfile) -> str:
+    """The robot as it was asked for, and its contacts."""
+    name = profile.robot.source.name or profile.robot.name
+    return f"{printable(name)} landing on {printable(contact_name(profile), 60)}"
 
 
 def _compliant(profile: ShockProfile) -> CompliantLanding:
