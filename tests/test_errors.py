@@ -61,8 +61,6 @@ APART = Closure(a=LoopEnd(frame="hind_foot"), b=LoopEnd(frame="torso", offset=(0
         ({"contact": replace(FOOT, directions=("x",))}, {"blocks": ("hind_foot",)}),
         ({"contact": (FOOT, FOOT)}, {"blocks": ("hind_foot", "hind_foot")}),
         ({"strike": Strike(strike_angle_deg=120.0)}, {"blocks": ("hind_foot",)}),
-        ({"stance": ("front_foot",), "contact_stiffness": 1e5}, {"blocks": ("front_foot",)}),
-        ({"contact": replace(FOOT, kind="flat"), "friction": 0.5}, {"blocks": ("hind_foot",)}),
         ({"joints": Joints(armature={"hind_knee": -1.0})}, {"joints": ("hind_knee",)}),
         ({"joints": Joints(rotor={"hind_knee": Rotor(inertia=1e-4)})}, {"joints": ("hind_knee",)}),
         ({"joints": Joints(locked=("hind_knee",), stiffness={"hind_knee": 1.0})}, {"joints": ("hind_knee",)}),

@@ -264,7 +264,7 @@ PULSE, STIFF = {"pulse": "half-sine:5ms"}, {"contact_stiffness": 1e5}
         (HYQ, "delta_v.x@trunk_imu", {"max": 0.02}),
         (dataclasses.replace(PARTS, **PULSE), "part_margin@IMU", {"min": 10.0}),
         (dataclasses.replace(PARTS, **PULSE), "joint_torque_share@lf_kfe_joint", {"max": 0.02}),
-        (dataclasses.replace(PARTS, **STIFF), "joint_torque_share@lf_kfe_joint", {"max": 0.15}),
+        (dataclasses.replace(PARTS, **STIFF, gravity=False), "joint_torque_share@lf_kfe_joint", {"max": 0.15}),
         (HYQ, "effective_mass@lf_foot", {"max": 2.0}),
         (HYQ, "mitigation@lf_foot", {"min": 0.84}),
     ],

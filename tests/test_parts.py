@@ -310,7 +310,7 @@ def test_contact_stiffness_from_which_a_margin_is_lost(here, spring):
 
 
 def test_margins_that_are_not_lost_or_not_known(here):
-    """A speed below the critical velocity change is survived on every stiffness; a fixed base has none."""
+    """A speed below the critical velocity change is survived on every stiffness; with an end stop that is rigid none is known."""
     part = (Part(name="p", at="box", critical_velocity_change=2.0),)
     scene = Scene(robot="box.urdf", contact="box", part=part)
     assert shock_profile(scene).margin_lost[:2] == (math.inf, "")
@@ -318,7 +318,8 @@ def test_margins_that_are_not_lost_or_not_known(here):
     assert lost[:2] == (0.0, "p")
     contact, posture = Contact(frame="foot", directions=("z",)), Posture(joints_deg={"knee": 60.0})
     fixed = Scene(robot="stick.urdf", contact=contact, posture=posture, base="fixed", part=(replace(part[0], at="body"),))
-    assert "a contact stiffness needs a base that moves" in shock_profile(fixed).margin_lost.refused
+    assert shock_profile(fixed).margin_lost[:2] == (math.inf, "")
+    assert "give the stops a stop_stiffness too" in shock_profile(replace(fixed, stops=True)).margin_lost.refused
     assert shock_profile(replace(scene, part=())).margin_lost is None
 
 

@@ -246,7 +246,8 @@ def test_peak_force_of_a_mass_on_a_spring():
     """With v sqrt(k m) the derivative by the mass is v sqrt(k / m) / 2; a contact above which the mass is turns nothing."""
     inertia = '<inertial pos="0 0 0" mass="2" diaginertia=".1 .2 .25"/><site name="foot" pos="0 0 -0.3"/>'
     robot = robot_from(mjcf(f'<body name="a"><freejoint/>{inertia}</body>'), ".xml")
-    scene = Scene(robot="m", contact=Contact(frame="foot", directions=("z",)), strike=Strike(speed=3.0), contact_stiffness=5e4)
+    contact, strike = Contact(frame="foot", directions=("z",)), Strike(speed=3.0)
+    scene = Scene(robot="m", contact=contact, strike=strike, contact_stiffness=5e4, gravity=False)
     study = sensitivity(scene, "peak_force@foot", robot)
     mass = changes(study)["mass", "", "a"]
     assert study.value == pytest.approx(3.0 * math.sqrt(5e4 * 2.0), rel=1e-12)

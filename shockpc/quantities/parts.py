@@ -216,7 +216,8 @@ def margin_lost(landing: PosedLanding) -> MarginLost | None:
     k = scene.contact_stiffness or START
     along = None if scene.tangential_stiffness is None else scene.tangential_stiffness / k
     try:
-        stiff = landing_of(replace(scene, contact_stiffness=k, pulse=None, range_g=None, friction=None), robot)
+        bare = replace(scene, contact_stiffness=k, pulse=None, range_g=None, friction=None)
+        stiff = landing if bare == scene else landing_of(bare, robot)
         equation = stiff.equation(stiff.state)
         most = stiff.most_independent(stiff.state, equation.blocks)
         solution = solve_impact(equation.inertia, equation.J_c, equation.b, equation.terms, equation.tolerance, most)
@@ -227,7 +228,8 @@ def margin_lost(landing: PosedLanding) -> MarginLost | None:
             return None
 
         def least(k: float) -> tuple[float, str]:
-            own = replace(stiff, scene=replace(stiff.scene, contact_stiffness=k, tangential_stiffness=along and along * k))
+            changed = replace(stiff.scene, contact_stiffness=k, tangential_stiffness=along and along * k)
+            own = stiff if changed == stiff.scene else replace(stiff, scene=changed)
             impact = DoubleImpact(own, equation, solution, jumps)
             with np.errstate(divide="ignore"):
                 margins = [_part_margin(impact, own.parts)[0, 0]] if own.parts else []
