@@ -8,7 +8,7 @@ as `shockpc.cli.study` describes.
 """
 
 import inspect
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from typing import Annotated, Any, NamedTuple, TypeAlias, TypeVar, get_args
 
 from shockpc.landing.record import Option, describe
@@ -26,6 +26,18 @@ QuantityOption: TypeAlias = Annotated[
     ),
 ]
 """Further columns of a table, as `shockpc.evaluation.columns.selected` takes them."""
+
+RenameOption: TypeAlias = Annotated[
+    Mapping[str, str] | None,
+    Option(
+        "Another name for a column, or for a joint in all of its columns; a * stands for the same text in both, and what is given "
+        "no new name is left out.",
+        "Table",
+        "NAME=[NAME]",
+        "map",
+    ),
+]
+"""Names of the columns of a table or a log, as `shockpc.evaluation.recorded_table.rows_of` takes them."""
 
 
 class Parameter(NamedTuple):

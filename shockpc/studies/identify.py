@@ -30,7 +30,7 @@ from shockpc.landing.record import Option
 from shockpc.landing.scene import Scene
 from shockpc.landing.scene_file import robot_of
 from shockpc.robot.robot import Robot
-from shockpc.studies.declare import study
+from shockpc.studies.declare import RenameOption, study
 from shockpc.text.errors import ShockError, StudyError
 from shockpc.text.printed import few, listed
 
@@ -160,10 +160,7 @@ def identify(
     ],
     *,
     robot: Robot | None = None,
-    rename: Annotated[
-        Mapping[str, str] | None,
-        Option("Another name for a column, as for shockpc landings; nothing leaves it out.", "Table", "NAME=[NAME]", "map"),
-    ] = None,
+    rename: RenameOption = None,
     after: Annotated[
         float | None, Option("Which of several measured times counts; by default the first.", "Table", "MS", unit="ms")
     ] = None,

@@ -19,7 +19,7 @@ from shockpc.landing.scene import Scene
 from shockpc.landing.scene_file import robot_of
 from shockpc.quantities.table import select
 from shockpc.robot.robot import Robot
-from shockpc.studies.declare import QuantityOption, study
+from shockpc.studies.declare import QuantityOption, RenameOption, study
 from shockpc.text.errors import StudyError
 
 DRAWS, SEED = 2000, 0
@@ -98,16 +98,7 @@ def landings(
     quantities: QuantityOption = (),
     *,
     robot: Robot | None = None,
-    rename: Annotated[
-        Mapping[str, str] | None,
-        Option(
-            "Another name for a column, or for a joint in all of its columns; a * stands for the same text in both, and what is "
-            "given no new name is left out.",
-            "Table",
-            "NAME=[NAME]",
-            "map",
-        ),
-    ] = None,
+    rename: RenameOption = None,
     rank: Annotated[str | None, Option("Order the landings by a quantity, the worst first.", "Table", "KEY[@PLACE]")] = None,
     prove: Annotated[
         int, Option("Landings that are compared with a proof, besides those that need one.", "How it is computed", "N")

@@ -26,7 +26,7 @@ from shockpc.landing.scene import GRAVITY, Scene
 from shockpc.landing.scene_file import robot_of
 from shockpc.robot.landmarks import each_foot
 from shockpc.robot.robot import Robot
-from shockpc.studies.declare import study
+from shockpc.studies.declare import RenameOption, study
 from shockpc.text.errors import StudyError, UnknownName
 from shockpc.text.printed import listed
 
@@ -121,16 +121,7 @@ def touchdowns(
     scene: Scene,
     *,
     robot: Robot | None = None,
-    rename: Annotated[
-        Mapping[str, str] | None,
-        Option(
-            "Another name for a column, or for a joint in all of its columns; a * stands for the same text in both, and what is "
-            "given no new name is left out.",
-            "Log",
-            "NAME=[NAME]",
-            "map",
-        ),
-    ] = None,
+    rename: RenameOption = None,
     topics: Annotated[
         Sequence[str],
         Option("Read this topic of a bag, and no other that is not named; by default the usual ones.", "Log", "TOPIC", "topic"),
