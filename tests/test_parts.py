@@ -478,3 +478,12 @@ def test_names_of_parts(capfd, here):
         if path.suffix in SUFFIXES:
             check_text(read(path))
             SUFFIXES[path.suffix](read(path))
+
+
+def test_a_margin_that_takes_too_many_events_is_not_sought(here, monkeypatch):
+    """On a very soft contact a leg may oscillate thousands of times, for each stiffness that is tried."""
+    monkeypatch.setattr("shockpc.quantities.parts.MOST_SEGMENTS", 1)
+    part = (Part(name="gear", joint="slide", momentary_torque=300.0),)
+    contact = Contact(frame="foot", directions=("z",))
+    lost = shock_profile(Scene(robot="column.urdf", contact=contact, joints=Joints(stiffness={"slide": 2e5}), part=part)).margin_lost
+    assert math.isnan(lost.contact_stiffness) and "too often" in lost.refused

@@ -39,6 +39,9 @@ SOFTEST, STIFFEST = 1e2, 1e9
 START, STEPS, CLOSE = 1e5, 40, 1e-3
 """The first value of it [N/m]; how many are tried; and how far from 1 a margin may be there."""
 
+MOST_SEGMENTS = 2500
+"""Bound of the number of segments of all motions together that are computed for it."""
+
 OF_A_JOINT, OF_A_POINT = "the part is of a joint", "the part is at a point"
 
 Compute = Callable[[Impact, Places], Any]
@@ -227,7 +230,9 @@ def margin_lost(landing: PosedLanding) -> MarginLost | None:
         if not (joints or stiff.parts):
             return None
 
-        def least(k: float) -> tuple[float, str]:
+        from shockpc.impact.stiffness import compliant_landing
+
+        def least(k: float) -> tuple[float, str, int]:
             changed = replace(stiff.scene, contact_stiffness=k, tangential_stiffness=along and along * k)
             own = stiff if changed == stiff.scene else replace(stiff, scene=changed)
             impact = DoubleImpact(own, equation, solution, jumps)
@@ -236,11 +241,14 @@ def margin_lost(landing: PosedLanding) -> MarginLost | None:
                 margins += [1.0 / _torque_share(impact, joints)[0, 0]] if joints else []
             known = np.nan_to_num(np.concatenate(margins).astype(float), nan=np.inf)
             worst = int(np.argmin(known))
-            return float(known[worst]), [*own.parts, *joints][worst].name
+            return float(known[worst]), [*own.parts, *joints][worst].name, len(compliant_landing(own).motion.segments)
 
-        low, high = SOFTEST, STIFFEST
+        low, high, segments = SOFTEST, STIFFEST, 0
         for _ in range(STEPS):
-            margin, name = least(k)
+            margin, name, more = least(k)
+            segments += more
+            if segments > MOST_SEGMENTS:
+                raise SolveError(f"the elements change {segments} times in the motions that were computed for it, too often")
             low, high = (k, high) if margin >= 1.0 else (low, k)
             if abs(margin - 1.0) < CLOSE or low == STIFFEST or high == SOFTEST:
                 break
