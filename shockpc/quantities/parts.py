@@ -39,7 +39,7 @@ SOFTEST, STIFFEST = 1e2, 1e9
 START, STEPS, CLOSE = 1e5, 40, 1e-3
 """The first value of it [N/m]; how many are tried; and how far from 1 a margin may be there."""
 
-MOST_SEGMENTS = 2500
+MOST_SEGMENTS = 1500
 """Bound of the number of segments of all motions together that are computed for it."""
 
 OF_A_JOINT, OF_A_POINT = "the part is of a joint", "the part is at a point"
