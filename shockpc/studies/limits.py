@@ -17,7 +17,7 @@ from shockpc.core.spatial import Array, Plane
 from shockpc.evaluation.columns import Column, column, columns
 from shockpc.evaluation.crossings import crossings, kinks, vertices
 from shockpc.evaluation.evaluate import profiles
-from shockpc.evaluation.strike_scan import Bound, StrikeScan
+from shockpc.evaluation.strike_scan import ANGLES, Bound, StrikeScan
 from shockpc.evaluation.variation import ATTITUDE, Variation, kind_of, motion_range, variation
 from shockpc.evaluation.varied_scene import present_value
 from shockpc.landing.landing import PosedLanding
@@ -57,8 +57,11 @@ CLOSABLE = 0.1
 MOST_POSTURES = 200_000
 """Largest number of postures of a scan."""
 
-PROBES = 16
-"""Postures of the range of a joint by which it is decided whether most need a proof."""
+PROBES = 64
+"""Postures of the range of a joint by which the number of landings that need a proof is estimated."""
+
+MOST_PROOFS = 2000
+"""Number of proofs of a scan above which fewer postures and one strike are looked at; a proof takes 5 to 30 ms."""
 
 UNCHANGED = 1e-9
 """Share of a number by which rounding may change it."""
@@ -214,7 +217,7 @@ def limits(
     strikes: Annotated[
         tuple[float, float] | None,
         Option(
-            "Strike angles to look at; -30:75 by default, the scene's where each landing needs a proof.",
+            "Strike angles to look at; -30:75 by default, the scene's where many landings need a proof.",
             "Question",
             "LOW:HIGH",
             unit="deg",
@@ -223,7 +226,7 @@ def limits(
     step: Annotated[
         float | None,
         Option(
-            "Largest step of the scan; 0.1 deg or 0.0001 m by default, 20 times that where each landing needs a proof; of "
+            "Largest step of the scan; 0.1 deg or 0.0001 m by default, 20 times that where many landings need a proof; of "
             "what is no joint a 200th of the range.",
             "Question",
             "STEP",
@@ -269,14 +272,17 @@ def limits(
     unit = joints[0].unit if joints else varied.unit.replace("deg", "rad")
     if joints and landing.loops and landing.before.joint_rates.any():
         raise StudyError("how fast joints of a loop move depends on the posture; leave the joint velocities out")
-    proven = per_landing or _needs_proofs(landing, number, joints, np.linspace(low, high, PROBES))
+    finest = STEP[unit] if joints else (high - low) / 200.0
+    scanned = (high - low) / finest * (1 if strikes and strikes[0] == strikes[1] else ANGLES)
+    needed = _share_to_prove(landing, number, joints, np.linspace(low, high, PROBES))
+    proven = per_landing or scanned * needed > MOST_PROOFS
     angle = landing.strike_angle
     angles = _strike_range(plane, (angle, angle) if proven and strikes is None else strikes)
     if not np.linalg.norm(landing.before.velocity @ np.stack([plane.forward, [0.0, 0.0, 1.0]], axis=1)) > 0.0:
         raise StudyError(
             "the robot's velocity has no part in the plane that a strike angle could turn; give another plane or velocity"
         )
-    step = (STEP[unit] * (20 if proven else 1) if joints else (high - low) / 200.0) if step is None else step
+    step = finest * (20 if proven and joints else 1) if step is None else step
     if not step > 0.0 or (high - low) / step > MOST_POSTURES:
         raise StudyError(
             f"a step of {_value(step, unit)} from {_value(low, unit)} to {_value(high, unit)} is not possible; "
@@ -306,8 +312,8 @@ def limits(
     )
 
 
-def _needs_proofs(landing: PosedLanding, target: Column, joints: tuple[Joint, ...], values: Array) -> bool:
-    """Whether most postures need a proof, which takes a thousand times as long as double precision.
+def _share_to_prove(landing: PosedLanding, target: Column, joints: tuple[Joint, ...], values: Array) -> float:
+    """The share of postures that need a proof, which takes a thousand times as long as double precision.
 
     Args:
         landing: the scene's own; the only posture that is looked at if it has loops, or no joint varies.
@@ -320,7 +326,7 @@ def _needs_proofs(landing: PosedLanding, target: Column, joints: tuple[Joint, ..
         Q = np.repeat(Q, len(values), axis=0)
         set_many(landing.robot, [(joint, values) for joint in joints], Q)
     needed = columns(landing, Q, np.tile(landing.before.velocity, (len(Q), 1, 1)), (target,), trusted=ILL_CONDITIONED)[2]
-    return bool(needed.mean() > 0.5)
+    return float(needed.mean())
 
 
 def _varied(
