@@ -59,7 +59,7 @@ except ModuleNotFoundError as missing:
 BLOCK = 20
 """Cases that a process takes at once."""
 
-ALONE, AGAIN, LAST = 10, 50, 200
+ALONE, AGAIN, LAST = 25, 50, 200
 """Every so many cases one has a fork of its own, one is repeated; and a fork ends after so many."""
 
 NOBODY = 65534

@@ -344,7 +344,8 @@ class Case(NamedTuple):
 
 def rule_of(number: int) -> "Rule | None":
     """The rule of which case `number` is; None where it is one of changes at random."""
-    return RULES[number // 4 % len(RULES)] if number % 4 == 3 else None
+    turn, k = divmod(number // 4, len(RULES))
+    return RULES[k] if number % 4 == 3 and (turn % 4 == 0 or RULES[k] not in SLOW) else None
 
 
 def case(number: int) -> Case:
@@ -744,3 +745,6 @@ Rule = Callable[[random.Random, dict[str, bytes]], Case]
 
 RULES: tuple[Rule, ...] = (_outside, _mass, _field, _member, _growth, _pipe, _planted, _long, _digits, _elements, _soft, _signs)
 """What must hold whatever the input, with cases of its own each, because changes at random seldom come upon it."""
+
+SLOW = (_elements, _soft)
+"""Rules whose cases take seconds: every fourth turn is theirs."""

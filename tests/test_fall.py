@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 from commands import good, run
 
-from shockpc import Contact, Scene, Strike, StudyError, fall, load_robot, shock_profile
+from shockpc import Contact, Scene, SolveError, Strike, StudyError, fall, load_robot, shock_profile
 from shockpc.landing.scene import GRAVITY
 from shockpc.studies.fall.body import Rigid
 from shockpc.studies.fall.motion import Motion, Section, follow
@@ -323,6 +323,13 @@ def test_what_cannot_fall_says_why(figure, tmp_path):
     ):
         with pytest.raises(StudyError, match=words):
             fall(scene, **options)
+
+
+def test_a_robot_with_negative_moments_of_inertia_does_not_fall(tmp_path):
+    file = tmp_path / "negative.urdf"
+    file.write_text(urdf().replace('iyz="0"', 'iyz="90"', 1))
+    with pytest.raises(SolveError, match=r"principal moments of .torso."):
+        fall(Scene(robot=str(file)))
 
 
 def test_standing_points_may_have_offsets(figure):

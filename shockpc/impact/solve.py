@@ -36,17 +36,8 @@ def solve_exactly(landing: PosedLanding, equation: Equation, solution: Solution)
             independent, or the posture is so nearly singular that the result is not physically plausible.
     """
     H, size = equation.H[0], np.abs(np.diagonal(equation.H[0]))
-    if not np.isfinite(H).all() and np.isfinite(equation.state.H).all():
-        raise SolveError(
-            f'in {_posture(landing)} the inertia matrix of robot "{landing.robot.name}" is not positive definite, so some motion '
-            "would have no or a negative kinetic energy, because of the principal moments of "
-            f"{few(landing.robot.negative_moments, 4)}; none can be negative: correct them in the file"
-        )
     if not np.isfinite(H).all():
-        raise SolveError(
-            f'the inertia matrix of robot "{landing.robot.name}" is not finite: its masses and lengths are too large for double '
-            "precision; give them in kg and m"
-        )
+        raise without_kinetic_energy(landing, equation.state.H)
     if not np.all(np.diagonal(H) > NO_INERTIA * size.max(initial=0.0)):
         raise _without_inertia(landing, equation)
     # Rows that look independent are taken as such, and looked at more closely if the proof finds that they are not.
@@ -71,6 +62,25 @@ def solve_exactly(landing: PosedLanding, equation: Equation, solution: Solution)
         "of a flat one), put points that nearly meet exactly together or a billionth of the robot apart, or set another posture "
         "with --set",
         blocks=[block.frame for block in landing.blocks],
+    )
+
+
+def without_kinetic_energy(landing: PosedLanding, H: Array) -> SolveError:
+    """Why the inertia matrix that the numbers of the robot's file make is not one of a mechanism.
+
+    Args:
+        landing: the landing.
+        H: (n, nv, nv) as computed, before it is tested.
+    """
+    if not np.isfinite(H).all():
+        return SolveError(
+            f'the inertia matrix of robot "{landing.robot.name}" is not finite: its masses and lengths are too large for double '
+            "precision; give them in kg and m"
+        )
+    return SolveError(
+        f'in {_posture(landing)} the inertia matrix of robot "{landing.robot.name}" is not positive definite, so some motion '
+        "would have no or a negative kinetic energy, because of the principal moments of "
+        f"{few(landing.robot.negative_moments, 4)}; none can be negative: correct them in the file"
     )
 
 

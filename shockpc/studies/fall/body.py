@@ -10,7 +10,9 @@ from typing import NamedTuple
 import numpy as np
 from scipy.spatial import ConvexHull
 
+from shockpc.core.inertia import definite
 from shockpc.core.spatial import Array, quaternion_of
+from shockpc.impact.solve import without_kinetic_energy
 from shockpc.landing.landing import PosedLanding, landing_of
 from shockpc.landing.scene import Contact, Scene
 from shockpc.robot.geometry import Outline, Shape, body_outline, drawn_outline
@@ -80,12 +82,14 @@ class Rigid:
         """The robot in the posture of a scene.
 
         Raises:
-            ShockError: the posture is not possible.
+            ShockError: the posture is not possible, or its inertia is not one of a mechanism.
             StudyError: the robot cannot fall, or has no geometry.
         """
         if not robot.free_base or (scene.base or robot.usual_base) != "free":
             raise StudyError(f'the base of robot "{robot.name}" does not move freely, so it does not fall; give --base free')
         landing = landing_of(replace(scene, contact=(Contact(frame=robot.bodies[0].name),), stance=()), robot)
+        if not np.isfinite(definite(landing.state.inertia)).all():
+            raise without_kinetic_energy(landing, landing.state.H)
         rotation, position = landing.state.rotation[0], landing.state.position[0]
         coms = position + (rotation @ robot.coms[..., None])[..., 0]
         com = robot.masses @ coms / robot.masses.sum()
