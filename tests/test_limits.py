@@ -529,3 +529,17 @@ def test_a_robot_whose_landings_need_proofs_is_looked_at_coarsely(tmp_path):
     found = limits(given, "knee", "shock_com@body", 0.2)
     assert found.scan.values[1] - found.scan.values[0] == pytest.approx(math.radians(2.0), rel=0.02)
     assert len(found.scan.angles) == 1
+
+
+def test_a_scan_of_which_a_part_needs_proofs_is_bounded_too(tmp_path):
+    """With an arm 60 m long a part of the knee's postures need a proof; at 43 strike angles each they would take hours."""
+    arm = (
+        '<link name="arm"><inertial><origin xyz="0 60 0"/><mass value="0.3"/>'
+        '<inertia ixx="0.003" iyy="0.003" izz="0.0002" ixy="0" ixz="0" iyz="0"/></inertial></link>'
+        '<joint name="shoulder" type="continuous"><origin xyz="0 0.1 0.1" rpy="0.1 0 0"/><parent link="body"/><child link="arm"/>'
+        '<axis xyz="1 0 0"/><mimic joint="knee" multiplier="0.5" offset="0.1"/></joint></robot>'
+    )
+    (tmp_path / "stick.urdf").write_text(STICK.replace("</robot>", arm))
+    found = limits(Scene(robot=str(tmp_path / "stick.urdf"), contact=(Contact(frame="foot"),)), "knee", "shock_com@body", 0.2)
+    assert found.scan.values[1] - found.scan.values[0] == pytest.approx(math.radians(2.0), rel=0.02)
+    assert len(found.scan.angles) == 1
