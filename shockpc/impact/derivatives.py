@@ -25,6 +25,10 @@ from shockpc.landing.rows import Block, Equation, block_axes, block_point, block
 from shockpc.robot.robot import Robot
 
 
+BLOCK = 16
+"""Postures whose maps are changed together, so that the arrays stay in the processor's cache."""
+
+
 class Derivatives(NamedTuple):
     """Derivatives by the tangent of q, Pinocchio's layout, for strikes of 1 m/s along world x, y and z; NaN where there are none.
 
@@ -114,7 +118,11 @@ def derivatives(
     if base is not None:
         d_qd += base
     chosen = slice(None) if bodies is None else list(bodies)
-    maps = _jumps(state._replace(position=state.position[:, chosen]), tree.moves.T[chosen], twists[..., chosen], turned, d_qd, out)
+    position, moves, twists = state.position[:, chosen], tree.moves.T[chosen], twists[..., chosen]
+    maps = np.empty((n, len(moves), 6, 3, nv)) if out is None else out
+    for k in range(0, n, BLOCK):
+        own = slice(k, k + BLOCK)
+        _jumps(position[own], state.J[own], moves, twists[:, :, own], turned[own], d_qd[own], maps[own])
     return Derivatives(maps, d_qd, d_impulse.reshape(*d_impulse.shape[:2], 3, nv))
 
 
@@ -236,25 +244,22 @@ def _solved(landing: Landing, equation: Equation, solution: Solution, right: Arr
     return d_y, d_impulse
 
 
-def _jumps(state: Dynamics, moves: Array, twists: Array, B: Array, d_qd: Array, out: Array | None) -> Array:
+def _jumps(p: Array, J: Array, moves: Array, twists: Array, B: Array, d_qd: Array, out: Array) -> None:
     """Derivatives (N, n, 6, 3, nv) of the jumps of bodies at their frames' origins: by their joint velocities, and as they turn.
 
     A body behind joint k turns with it, ω_k × (Δω, Δv), but for the share of what carries joint k, which is in B.
     """
-    p, nv = state.position, d_qd.shape[1]
-    n, nb = p.shape[:2]
+    n, nb, nv = *p.shape[:2], d_qd.shape[1]
     at = np.zeros((n, nb, 6, 6))  # to the frame's origin: v + ω × p
     at[..., range(6), range(6)], at[..., 3:, :3] = 1.0, -cross_matrix(p)
-    J = (at.reshape(n, 6 * nb, 6) @ state.J).reshape(n, nb, 6, nv) * np.repeat(moves[:, None], 6, axis=1)
     at_origin = np.concatenate([twists[:3], twists[3:] + _cross(twists[:3], np.moveaxis(p, 2, 0)[:, None])])
     turning = np.zeros((n, nb, 2, 3, 3, 3))
     for row, column, other in ((0, 1, 2), (1, 2, 0), (2, 0, 1)):  # ω × u = −[u]× ω
         turning[..., row, :, column] = at_origin[other::3].transpose(2, 3, 0, 1)
         turning[..., column, :, row] = -turning[..., row, :, column]
     shared = at.reshape(n, 6 * nb, 6) @ B
-    shared += (turning.reshape(n, 18 * nb, 3) @ np.ascontiguousarray(state.J[:, :3])).reshape(shared.shape)
+    shared += (turning.reshape(n, 18 * nb, 3) @ np.ascontiguousarray(J[:, :3])).reshape(shared.shape)
     shared *= np.repeat(np.tile(moves, 3), 6, axis=0)
-    out = np.empty((n, nb, 6, 3, nv)) if out is None else out
-    np.matmul(J.reshape(n, 6 * nb, nv), d_qd.reshape(n, nv, 3 * nv), out=out.reshape(shared.shape))
+    own = (at.reshape(n, 6 * nb, 6) @ J) * np.repeat(moves, 6, axis=0)
+    np.matmul(own, d_qd.reshape(n, nv, 3 * nv), out=out.reshape(shared.shape))
     out += shared.reshape(out.shape)
-    return out
