@@ -249,7 +249,7 @@ def _jumps(p: Array, J: Array, moves: Array, twists: Array, B: Array, d_qd: Arra
 
     A body behind joint k turns with it, ω_k × (Δω, Δv), but for the share of what carries joint k, which is in B.
     """
-    n, nb, nv = *p.shape[:2], d_qd.shape[1]
+    (n, nb), nv = p.shape[:2], d_qd.shape[1]
     at = np.zeros((n, nb, 6, 6))  # to the frame's origin: v + ω × p
     at[..., range(6), range(6)], at[..., 3:, :3] = 1.0, -cross_matrix(p)
     at_origin = np.concatenate([twists[:3], twists[3:] + _cross(twists[:3], np.moveaxis(p, 2, 0)[:, None])])
