@@ -2,9 +2,12 @@
 
 import csv
 import json
+import os
 import re
 import shlex
 import shutil
+import subprocess
+import sys
 import tomllib
 from pathlib import Path
 from xml.etree import ElementTree as ET
@@ -12,6 +15,7 @@ from xml.etree import ElementTree as ET
 import jsonschema
 import numpy as np
 import pytest
+import yaml
 from commands import STICK, STICK_WITH_IMU, good, run
 
 import shockpc
@@ -26,6 +30,7 @@ from shockpc.studies.check.study import check_budgets
 from shockpc.studies.sweep import sweep
 from shockpc.text.printed import printable
 
+ACTION = Path(__file__).parents[1] / ".github/actions/check/action.yml"
 GEOMETRY = '<link name="shin"><collision><origin xyz="0 0 -0.2"/><geometry><box size="0.02 0.02 0.4"/></geometry></collision>'
 NO_INERTIA = '<inertia ixx="0" ixy="0" ixz="0" iyy="0" iyz="0" izz="0"/>'
 ROBOT = STICK_WITH_IMU.replace('<link name="shin">', GEOMETRY)
@@ -459,6 +464,20 @@ def test_github(capfd, here, monkeypatch):
     summary = (here / "summary.md").read_text(encoding="utf-8")
     assert summary.startswith("# Before\n### Budgets of 1 landing: 1 passed, 1 exceeded, 1 exceeded with a warning")
     assert len(table(summary)) == 3
+
+
+def test_the_action_runs_the_check(here):
+    """The step of the composite action, run as a runner does: with the inputs in the environment."""
+    action = yaml.safe_load(ACTION.read_text())
+    step = next(step for step in action["runs"]["steps"] if "shockpc check" in step.get("run", ""))
+    inputs = {name: entry["default"] for name, entry in action["inputs"].items()}
+    given = {name: inputs[text.split(".")[1].rstrip(" }")] for name, text in step["env"].items()}
+    given["PATH"] = f"{Path(sys.executable).parent}:{os.environ['PATH']}"
+    write(here, ANGLES, FAILS)
+    done = subprocess.run(["bash", "-ec", step["run"]], env=os.environ | given, capture_output=True, text=True, check=False)
+    assert (done.returncode, done.stderr) == (1, "")
+    assert "::error" in done.stdout
+    assert (here / "shock" / "junit.xml").is_file()
 
 
 def test_github_shows_ten_annotations(capfd, here):
