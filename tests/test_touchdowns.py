@@ -15,6 +15,7 @@ from rosbags.typesys import Stores, get_typestore
 import shockpc
 from shockpc import Contact, Scene, load_robot
 from shockpc.core.kinks import noise, slopes
+from shockpc.evaluation.bags import read_bag
 from shockpc.evaluation.logs import read_log
 from shockpc.text.errors import StudyError, UnknownName
 
@@ -516,3 +517,47 @@ def test_topics_of_a_bag(here, capfd):
     outcome = run(capfd, "touchdowns", "two.bag", "robot.urdf")
     assert outcome.code == 2
     assert '"/a", "/b"; name the ones to be read with --topic' in outcome.err
+
+
+@pytest.mark.parametrize("kind", ["bag", "mcap"])
+def test_attitude_and_twist_of_a_bag(here, kind):
+    """Imu gives the attitude, TwistStamped velocities in world axes, Odometry the pose and velocities in the base's axes."""
+    path, attitude = here / ("log.bag" if kind == "bag" else "log"), (0.5, 0.5, -0.5, 0.5)
+    bag, odometry = Bag(path, kind), Bag(here / ("odom.bag" if kind == "bag" else "odom"), kind)
+    types = bag.store.types
+
+    def twist(seconds):
+        return bag.make("Twist", bag.make("Vector3", 0.1, -0.2, seconds), bag.make("Vector3", 1.0, 2.0, 3.0))
+
+    def quaternion(wxyz):
+        return bag.make("Quaternion", *wxyz[1:], wxyz[0])
+
+    with bag.writer, odometry.writer:
+        for k in range(20):
+            seconds, zero = 0.01 * k, bag.make("Vector3", 0.0, 0.0, 0.0)
+            bag.joints("/joint_states", seconds, ["left_leg"], [0.5 * seconds])
+            bag.write("/base_twist", types["geometry_msgs/msg/TwistStamped"](bag.header(seconds), twist(seconds)), seconds)
+            # A covariance of −1 says that there is no orientation.
+            known = np.full(9, -1.0 if k == 7 else 0.0)
+            own = quaternion((1.0, 0.0, 0.0, 0.0) if k == 7 else attitude)
+            imu = types["sensor_msgs/msg/Imu"](bag.header(seconds), own, known, zero, np.zeros(9), zero, np.zeros(9))
+            bag.write("/imu/data", imu, seconds)
+            pose = bag.make("Pose", bag.make("Point", 1.0, 2.0, 3.0 + seconds), quaternion(attitude))
+            with_pose, with_twist = (types[f"geometry_msgs/msg/{name}WithCovariance"] for name in ("Pose", "Twist"))
+            message = types["nav_msgs/msg/Odometry"](
+                bag.header(seconds), "base", with_pose(pose, np.zeros(36)), with_twist(twist(seconds), np.zeros(36))
+            )
+            odometry.write("/odom", message, seconds)
+    remarks = []
+    columns = read_bag(path, (), remarks)
+    time = 1e-9 * (columns["time_ns"] - columns["time_ns"][0])
+    for name, value in zip(("qw", "qx", "qy", "qz"), attitude, strict=True):
+        np.testing.assert_allclose(columns[name], np.where(np.arange(20) == 7, np.nan, value))
+    np.testing.assert_allclose(columns["vz"], time, atol=1e-9)
+    np.testing.assert_allclose([columns["vx"], columns["vy"]], [[0.1] * 20, [-0.2] * 20])
+    np.testing.assert_allclose([columns["wx"], columns["wy"], columns["wz"]], [[1.0] * 20, [2.0] * 20, [3.0] * 20])
+    assert any('attitude of the base is that of "/imu/data"' in remark for remark in remarks)
+    columns = read_bag(here / odometry.writer.path.name, (), [])
+    np.testing.assert_allclose(columns["z"], 3.0 + time, atol=1e-9)
+    np.testing.assert_allclose(columns["vz_body"], time, atol=1e-9)
+    np.testing.assert_allclose(columns["qy"], -0.5)
