@@ -14,6 +14,7 @@ from rosbags.typesys import Stores, get_typestore
 
 import shockpc
 from shockpc import Contact, Scene, load_robot
+from shockpc.bench.logs import FEET, quadruped, trot
 from shockpc.core.kinks import noise, slopes
 from shockpc.evaluation.bags import read_bag
 from shockpc.evaluation.logs import read_log
@@ -41,79 +42,16 @@ RAIL = urdf(
 )  # fmt: skip
 """A leg on a vertical rail."""
 
-FEET = ("LF", "RF", "LH", "RH")
-
-
-def dog():
-    """A quadruped with two joints a leg, in the text of an MJCF."""
-    legs = "".join(
-        f'<body name="{foot}_thigh" pos="{x} {y} 0"><joint name="{foot}_hip" axis="0 1 0" armature="0.005" range="-170 170"/>'
-        '<inertial pos="0 0 -.08" mass="0.6" diaginertia="0.002 0.002 0.0005"/>'
-        f'<body name="{foot}_shank" pos="0 0 -.2"><joint name="{foot}_knee" axis="0 1 0" armature="0.005" range="-170 170"/>'
-        '<inertial pos="0 0 -.08" mass="0.15" diaginertia="0.0005 0.0005 0.00005"/>'
-        f'<geom name="{foot}_foot" type="sphere" size=".02" pos="0 0 -.2" mass="0.02" solref="0.005 1"/>'
-        f'<site name="{foot}_site" pos="0 0 -.2" size=".03"/></body></body>'
-        for foot, x, y in zip(FEET, (0.2, 0.2, -0.2, -0.2), (0.12, -0.12, 0.12, -0.12), strict=True)
-    )
-    motors = "".join(f'<motor joint="{foot}_{name}"/>' for foot in FEET for name in ("hip", "knee"))
-    touch = "".join(f'<touch site="{foot}_site"/>' for foot in FEET)
-    return (
-        '<mujoco model="dog"><compiler autolimits="true"/><option timestep="0.0005" integrator="implicitfast"/>'
-        '<worldbody><geom type="plane" size="9 9 1"/>'
-        '<body name="trunk" pos="0 0 .36"><freejoint/><inertial pos="0 0 0" mass="9" diaginertia="0.06 0.2 0.22"/>'
-        f"{legs}</body></worldbody><actuator>{motors}</actuator><sensor>{touch}</sensor></mujoco>"
-    )
-
-
-def hip_and_knee(x, z):
-    """The angles of a leg with links of 0.2 m whose foot is at (x, z)."""
-    knee = -np.arccos(np.clip((x * x + z * z) / 0.08 - 1.0, -1.0, 1.0))
-    return np.arctan2(-x, -z) - np.arctan2(np.sin(knee), 1.0 + np.cos(knee)), knee
-
-
-class Trot:
-    """Two seconds of a simulated trot at 2 kHz: times, qpos, qvel, forces of the feet, and the last samples before touchdowns."""
-
-    def __init__(self):
-        model = mujoco.MjModel.from_xml_string(dog())
-        data = mujoco.MjData(model)
-        data.qpos[7:], data.qpos[2], n = [*hip_and_knee(0.0, -0.32)] * 4, 0.36, 4000
-        self.time, self.force = np.arange(n) * 5e-4, np.zeros((n, 4))
-        self.qpos, self.qvel = np.zeros((n, model.nq)), np.zeros((n, model.nv))
-        for k in range(n):
-            for i, foot in enumerate(FEET):
-                phase = (data.time / 0.36 + 0.5 * (foot in ("RF", "LH"))) % 1.0
-                swing = phase < 0.5 and data.time > 0.2
-                x = 0.018 * (4.0 * phase - 1.0 if phase < 0.5 else 3.0 - 4.0 * phase) if data.time > 0.2 else 0.0
-                want = np.array(hip_and_knee(x, -0.32 + 0.08 * np.sin(2.0 * np.pi * phase) * swing))
-                own = slice(2 * i, 2 * i + 2)
-                data.ctrl[own] = np.clip(100.0 * (want - data.qpos[7:][own]) - 6.0 * data.qvel[6:][own], -40.0, 40.0)
-            self.qpos[k], self.qvel[k] = data.qpos, data.qvel
-            mujoco.mj_step(model, data)
-            self.force[k] = data.sensordata
-        on = self.force > 0.0
-        # Of a contact that chatters, the first after 20 ms without one.
-        self.touchdowns = [
-            [k for k in np.flatnonzero(on[1:, i] & ~on[:-1, i]) if not on[max(k - 40, 0) : k + 1, i].any()] for i in range(4)
-        ]
-
-    def log(self, step=1, noise=0.0, seed=0):
-        """Every so many samples as columns, with noise of positions [m, rad]."""
-        rng, qpos = np.random.default_rng(seed), self.qpos[::step].copy()
-        qpos += noise * rng.standard_normal(qpos.shape)
-        qpos[:, 3:7] /= np.linalg.norm(qpos[:, 3:7], axis=1)[:, None]
-        return {"time": self.time[::step], "qpos": qpos}
-
 
 @pytest.fixture(scope="module")
-def trot():
-    return Trot()
+def trotting():
+    return trot()
 
 
 @pytest.fixture(scope="module")
 def dog_scene(tmp_path_factory):
     file = tmp_path_factory.mktemp("dog") / "dog.xml"
-    file.write_text(dog())
+    file.write_text(quadruped())
     return Scene(robot=str(file), contact=tuple(Contact(frame=f"{foot}_foot") for foot in FEET))
 
 
@@ -177,28 +115,28 @@ def test_a_leg_on_a_rail_falls_and_stops(here, rate):
 @pytest.mark.parametrize(
     ("step", "noise", "error"), [(1, 0.0, 2e-3), (2, 0.0, 2e-3), (4, 0.0, 3e-3), (10, 0.0, 6e-3), (1, 1e-4, 3e-3), (2, 1e-4, 6e-3)]
 )
-def test_a_simulated_trot(trot, dog_scene, step, noise, error):
+def test_a_simulated_trot(trotting, dog_scene, step, noise, error):
     """At 2 kHz to 200 Hz, clean and with noise: every touchdown is found within a few samples, and none is invented."""
-    columns = trot.log(step, noise)
+    columns = trotting.log(step, noise)
     found = shockpc.touchdowns(columns, dog_scene)
-    assert sum(map(len, trot.touchdowns)) > 20
-    for foot, touchdowns in zip(FEET, trot.touchdowns, strict=True):
+    assert sum(map(len, trotting.touchdowns)) > 20
+    for foot, touchdowns in zip(FEET, trotting.touchdowns, strict=True):
         times = [columns["time"][landing.first] for landing in found.landings if f"{foot}_foot" in landing.contacts]
-        np.testing.assert_allclose(times, trot.time[touchdowns], atol=error)
+        np.testing.assert_allclose(times, trotting.time[touchdowns], atol=error)
     assert ("none is given" in " ".join(found.warnings)) == (step == 10)
     assert any(name.startswith("before_") for name in found.table) == (step < 10)
 
 
-def test_velocities_of_a_trot_are_those_of_the_simulation(trot, dog_scene):
+def test_velocities_of_a_trot_are_those_of_the_simulation(trotting, dog_scene):
     """In the middle of the window before a touchdown, and 6 ms after it; angular velocities of the base are in world axes."""
-    found = shockpc.touchdowns(trot.log(), dog_scene)
+    found = shockpc.touchdowns(trotting.log(), dog_scene)
     rows, names = (
         [landing for landing in found.landings if landing.table],
         [f"{foot}_{name}" for foot in FEET for name in ("hip", "knee")],
     )
     for prefix, base, at in (("before_", "", [k.first - 3 for k in rows]), ("after6ms_", "after6ms_", [k.last + 12 for k in rows])):
-        truth = trot.qvel[at].copy()
-        truth[:, 3:6] = [rotation(trot.qpos[k, 3:7]) @ trot.qvel[k, 3:6] for k in at]
+        truth = trotting.qvel[at].copy()
+        truth[:, 3:6] = [rotation(trotting.qpos[k, 3:7]) @ trotting.qvel[k, 3:6] for k in at]
         keys = [*(base + key for key in ("vx", "vy", "vz", "wx", "wy", "wz")), *(prefix + name for name in names)]
         values = np.stack([found.table[key] for key in keys], axis=1)
         for part, error in ((slice(0, 3), 0.01), (slice(3, 6), 0.05), (slice(6, None), 0.1)):
@@ -212,9 +150,9 @@ def rotation(quaternion):
     return matrix.reshape(3, 3)
 
 
-def test_the_table_is_one_that_landings_takes(here, trot, dog_scene, capfd):
+def test_the_table_is_one_that_landings_takes(here, trotting, dog_scene, capfd):
     """From the log to measured against predicted jumps on the command line; the figure and the table are written."""
-    np.savez(here / "walk.npz", **trot.log(), tau=np.zeros(len(trot.time)))
+    np.savez(here / "walk.npz", **trotting.log(), tau=np.zeros(len(trotting.time)))
     printed = good(capfd, "touchdowns", "walk.npz", dog_scene.robot, "--contact", "*_foot", "--out", "found")
     assert 'not of the robot\'s state: "tau"' in printed
     assert {file.name for file in (here / "found").iterdir()} >= {

@@ -19,6 +19,7 @@ import pinocchio as pin
 
 from shockpc import Contact, Joints, Rotor, ShockMaps, SolveError, resolve, shock_maps, shock_profile
 from shockpc.bench.cases import chain, known_robot, landing
+from shockpc.bench.logs import found_touchdowns
 from shockpc.bench.measure import timed
 from shockpc.bench.measured import measured_landings, measured_tosses
 from shockpc.bench.methods import Prepared, System, UnsuitedError, all_quantities, double_jumps, system_of
@@ -286,5 +287,6 @@ COSTS = {
     "sweeps": _sweeps,
     "measured landings": measured_landings,
     "measured tosses": measured_tosses,
+    "touchdowns in logs": found_touchdowns,
 }
 """Tables of what the package costs, and of how far the model is from measurements; the argument is the time for each clock [s]."""

@@ -24,7 +24,6 @@ from shockpc.landing.landing import Landing
 from shockpc.landing.rows import Block, Equation, block_axes, block_point, block_wrenches, slices_of
 from shockpc.robot.robot import Robot
 
-
 BLOCK = 16
 """Postures whose maps are changed together, so that the arrays stay in the processor's cache."""
 

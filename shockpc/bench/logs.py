@@ -1,0 +1,165 @@
+"""Touchdowns that are found in logs, against those of a simulated quadruped, whose contacts are known."""
+
+import tempfile
+from collections.abc import Iterator, Sequence
+from pathlib import Path
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from shockpc import Contact, Scene, load_robot
+from shockpc.core.spatial import Array
+from shockpc.robot.robot import Robot
+from shockpc.show.tables import Cell, Sheet
+from shockpc.studies.touchdowns import touchdowns
+
+FEET = ("LF", "RF", "LH", "RH")
+
+STEP = 5e-4
+"""Of the simulation, whose samples are the log at 2 kHz [s]."""
+
+APART = 40
+"""Samples without contact before one that counts as a touchdown: a contact of the simulation chatters."""
+
+MATCH = 6e-3
+"""By how much a touchdown may be early or late and count as found [s]."""
+
+TROTS = (0.30, 0.36, 0.42)
+"""Periods of the trots [s]."""
+
+FALLS = 24
+"""Falls, from attitudes and with rates of a seeded sample."""
+
+LOGS = ((1, 0.0), (2, 0.0), (4, 0.0), (10, 0.0), (2, 1e-4), (2, 3e-4), (2, 1e-3))
+"""Every how many samples of the simulation one is in the log, and noise of positions in it [m, rad]."""
+
+
+def quadruped() -> str:
+    """A quadruped with two joints a leg, in the text of an MJCF."""
+    legs = "".join(
+        f'<body name="{foot}_thigh" pos="{x} {y} 0"><joint name="{foot}_hip" axis="0 1 0" armature="0.005" range="-170 170"/>'
+        '<inertial pos="0 0 -.08" mass="0.6" diaginertia="0.002 0.002 0.0005"/>'
+        f'<body name="{foot}_shank" pos="0 0 -.2"><joint name="{foot}_knee" axis="0 1 0" armature="0.005" range="-170 170"/>'
+        '<inertial pos="0 0 -.08" mass="0.15" diaginertia="0.0005 0.0005 0.00005"/>'
+        f'<geom name="{foot}_foot" type="sphere" size=".02" pos="0 0 -.2" mass="0.02" solref="0.005 1"/>'
+        f'<site name="{foot}_site" pos="0 0 -.2" size=".03"/></body></body>'
+        for foot, x, y in zip(FEET, (0.2, 0.2, -0.2, -0.2), (0.12, -0.12, 0.12, -0.12), strict=True)
+    )
+    motors = "".join(f'<motor joint="{foot}_{name}"/>' for foot in FEET for name in ("hip", "knee"))
+    touch = "".join(f'<touch site="{foot}_site"/>' for foot in FEET)
+    return (
+        '<mujoco model="dog"><compiler autolimits="true"/><option timestep="0.0005" integrator="implicitfast"/>'
+        '<worldbody><geom type="plane" size="9 9 1"/>'
+        '<body name="trunk" pos="0 0 .36"><freejoint/><inertial pos="0 0 0" mass="9" diaginertia="0.06 0.2 0.22"/>'
+        f"{legs}</body></worldbody><actuator>{motors}</actuator><sensor>{touch}</sensor></mujoco>"
+    )
+
+
+def _hip_and_knee(x: float, z: float) -> tuple[float, float]:
+    """The angles of a leg with links of 0.2 m whose foot is at (x, z)."""
+    knee = -np.arccos(np.clip((x * x + z * z) / 0.08 - 1.0, -1.0, 1.0))
+    return float(np.arctan2(-x, -z) - np.arctan2(np.sin(knee), 1.0 + np.cos(knee))), float(knee)
+
+
+class Simulated(NamedTuple):
+    """A motion of the quadruped at 2 kHz.
+
+    Attributes:
+        time: (n,) [s].
+        qpos: (n, nq) as MuJoCo has it.
+        qvel: (n, nv) the same.
+        touchdowns: of each foot the last samples before it touches the ground.
+    """
+
+    time: Array
+    qpos: Array
+    qvel: Array
+    touchdowns: list[list[int]]
+
+    def log(self, step: int = 1, noise: float = 0.0, seed: int = 0) -> dict[str, Any]:
+        """Every so many samples as columns, with noise of positions [m, rad]."""
+        rng, qpos = np.random.default_rng(seed), self.qpos[::step].copy()
+        qpos += noise * rng.standard_normal(qpos.shape)
+        qpos[:, 3:7] /= np.linalg.norm(qpos[:, 3:7], axis=1)[:, None]
+        return {"time": self.time[::step], "qpos": qpos}
+
+
+def trot(period: float = 0.36, seconds: float = 2.0) -> Simulated:
+    """A trot on the spot. Args: period [s]; seconds, how long it lasts."""
+    return _simulated(np.array([0.0, 0.0, 0.36, 1.0, 0.0, 0.0, 0.0]), np.zeros(6), period, seconds)
+
+
+def fall(seed: int, seconds: float = 1.5) -> Simulated:
+    """A fall from a tilted attitude, with rates, onto legs that are held. Args: seed of these; seconds, how long it lasts."""
+    rng = np.random.default_rng(seed)
+    axis, angle = rng.standard_normal(3), rng.uniform(0.2, 0.8)
+    attitude = np.concatenate([[np.cos(angle / 2)], np.sin(angle / 2) * axis / np.linalg.norm(axis)])
+    base = np.concatenate([[0.0, 0.0, rng.uniform(0.6, 0.9)], attitude])
+    return _simulated(base, np.concatenate([rng.uniform(-0.5, 0.5, 3), rng.uniform(-2.0, 2.0, 3)]), None, seconds)
+
+
+def _simulated(base: Array, velocity: Array, period: float | None, seconds: float) -> Simulated:
+    """The motion from a pose (7,) and a velocity (6,) of the base: a trot with a period, or legs that are held."""
+    import mujoco  # an extra
+
+    model = mujoco.MjModel.from_xml_string(quadruped())
+    data, n = mujoco.MjData(model), round(seconds / STEP)
+    data.qpos[:7], data.qpos[7:], data.qvel[:6] = base, [*_hip_and_knee(0.0, -0.32)] * 4, velocity
+    time, force = np.arange(n) * STEP, np.zeros((n, 4))
+    qpos, qvel = np.zeros((n, model.nq)), np.zeros((n, model.nv))
+    for k in range(n):
+        for i, foot in enumerate(FEET):
+            x, height = 0.0, -0.32
+            if period is not None:
+                phase = (data.time / period + 0.5 * (foot in ("RF", "LH"))) % 1.0
+                moves = data.time > 0.2
+                x = 0.018 * (4.0 * phase - 1.0 if phase < 0.5 else 3.0 - 4.0 * phase) * moves
+                height += 0.08 * np.sin(2.0 * np.pi * phase) * (phase < 0.5 and moves)
+            own = slice(2 * i, 2 * i + 2)
+            wanted = np.array(_hip_and_knee(x, height))
+            data.ctrl[own] = np.clip(100.0 * (wanted - data.qpos[7:][own]) - 6.0 * data.qvel[6:][own], -40.0, 40.0)
+        qpos[k], qvel[k] = data.qpos, data.qvel
+        mujoco.mj_step(model, data)
+        force[k] = data.sensordata
+    on: np.ndarray = force > 0.0
+    begins = [np.flatnonzero(on[1:, i] & ~on[:-1, i]).tolist() for i in range(4)]
+    return Simulated(
+        np.asarray(time), qpos, qvel, [[k for k in ks if not on[max(k - APART, 0) : k + 1, i].any()] for i, ks in enumerate(begins)]
+    )
+
+
+def found_touchdowns(budget: float = 0.0) -> Sheet:
+    """How many touchdowns of simulated logs are found, and how many are invented. Args: budget, of clocks; here are none."""
+    del budget
+    header = ("log", "touchdowns", "found", "invented", "late, median [ms]")
+    notes = f"a quadruped in MuJoCo; found: within {1e3 * MATCH:g} ms; trots of {len(TROTS)} periods, {FALLS} falls on held legs"
+    with tempfile.TemporaryDirectory() as folder:
+        file = Path(folder, "dog.xml")
+        file.write_text(quadruped(), encoding="utf-8")
+        scene = Scene(robot=str(file), contact=tuple(Contact(frame=f"{foot}_foot") for foot in FEET))
+        robot = load_robot(str(file))
+        trots, falls = [trot(period) for period in TROTS], [fall(seed) for seed in range(FALLS)]
+        rows: list[tuple[Cell, ...]] = []
+        for step, noise in LOGS:
+            for name, motions in (("trots", trots), ("falls", falls)):
+                what = f"{name}, {1e-3 / (STEP * step):g} kHz" + (f", noise of {1e3 * noise:g} mm and mrad" if noise else "")
+                rows.append((what, *_compared(motions, step, noise, scene, robot)))
+    return Sheet("touchdowns found in simulated logs", header, rows, notes)
+
+
+def _compared(motions: Sequence[Simulated], step: int, noise: float, scene: Scene, robot: Robot) -> Iterator[Cell]:
+    """Touchdowns, how many of them are found and how many others are, and the median by how much these are late [ms]."""
+    known, invented, late = 0, 0, list[float]()
+    for seed, motion in enumerate(motions):
+        columns = motion.log(step, noise, seed)
+        landings = touchdowns(columns, scene, robot=robot).landings
+        for foot, samples in zip(FEET, motion.touchdowns, strict=True):
+            left = [float(columns["time"][one.first]) for one in landings if f"{foot}_foot" in one.contacts]
+            for true in motion.time[samples].tolist():
+                known += 1
+                nearest = min(left, key=lambda time: abs(time - true), default=np.inf)
+                if abs(nearest - true) <= MATCH:
+                    left.remove(nearest)
+                    late.append(nearest - true)
+            invented += len(left)
+    yield from (known, len(late), invented, 1e3 * float(np.median(late)) if late else None)
