@@ -22,6 +22,7 @@ from commands import STICK, good, run
 from shockpc import Scene
 from shockpc.cli.entry import main
 from shockpc.evaluation import varied
+from shockpc.show import parts
 from shockpc.show.parts import Parts
 from shockpc.studies.sweep import sweep
 
@@ -172,6 +173,24 @@ def test_a_defect_is_exit_code_70_after_the_other_rows_are_written(capfd, monkey
     rows = Parts(sweep(Scene(robot=str(stick), contact="foot"), {"friction": "0.4,0.5,0.6"}), tmp_path / "out", format_).table()
     assert [i for i in rows.messages] == [1]
     assert np.isnan(rows.columns["shock_com@body"]).tolist() == [False, True, False]
+
+
+@pytest.mark.parametrize("limit", [None, 0])
+def test_a_csv_file_is_parsed_once_for_as_many_columns_as_memory_allows(monkeypatch, stick, tmp_path, limit):
+    """Files hold the shortest texts that are read as the same numbers, so that all columns are equal to those in memory."""
+    made = sweep(Scene(robot=str(stick), contact="foot"), {"knee": "-40:-20:3", "contact": "foot"}, quantities=["ropc@body"])
+    files, expected, parsed = Parts(made, tmp_path / "out", "csv"), made.table(), []
+    files.prepare(resume=False)
+    assert list(files.write(None)) == [0, 3]
+    if limit is not None:
+        monkeypatch.setitem(parts.READ_TOGETHER, "csv", limit)
+    reader = csv.reader
+    monkeypatch.setattr(csv, "reader", lambda file: parsed.append(file) or reader(file))
+    read = files.table()
+    for name, values in expected.columns.items():
+        np.testing.assert_array_equal(read.columns[name], values)
+    assert len(parsed) == (1 if limit is None else len(expected.columns) + 1)
+    assert read.messages == expected.messages
 
 
 @pytest.fixture(scope="module")

@@ -8,7 +8,7 @@ import json
 import os
 import platform
 import stat
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from concurrent.futures import Executor
 from dataclasses import dataclass
 from pathlib import Path
@@ -23,7 +23,7 @@ from shockpc.landing.dynamics import PINOCCHIO
 from shockpc.landing.scene_file import scene_table
 from shockpc.show.document import json_text
 from shockpc.show.files import destination, write_file
-from shockpc.show.tables import Sheet, as_csv
+from shockpc.show.tables import csv_text, exact
 from shockpc.text.errors import OutputError
 from shockpc.text.paths import read_file
 
@@ -31,6 +31,9 @@ Format = Literal["parquet", "csv"]
 
 LARGEST_PART = 2**30
 """Bytes above which a file is no part that was written here."""
+
+READ_TOGETHER = {"csv": 2**27, "parquet": 0}
+"""Bytes of columns, at most but for one column, that are read together: all columns of a CSV file are parsed for any of them."""
 
 
 @dataclass(frozen=True)
@@ -110,22 +113,21 @@ class Parts:
                 unfinished.unlink(missing_ok=True)
 
     def table(self) -> Table:
-        """All rows, of which a column is read from the files each time that it is asked for.
+        """All rows, of which columns are read from the files when they are asked for.
 
         Raises:
             OutputError: a part is not as it was written; also when a column is read later.
         """
         counts = [self._counts(_part(self._rows, self.format, k)) for k in range(len(self.evaluation.landings.parts))]
         _, pulled, below = (sum(of_all) for of_all in zip(*counts, strict=True))
-        columns, messages, first = _Columns(self), dict[int, str](), 0
-        for texts in self.column("message"):
-            messages |= {first + int(i): str(texts[i]) for i in np.flatnonzero(texts.astype(bool))}
-            first += len(texts)
+        columns = _Columns(self)
+        texts = columns["message"]
+        messages = {int(i): str(texts[i]) for i in np.flatnonzero(texts.astype(bool))}
         noted = [_noted(_part(self._rows, self.format, k))[1] for k in range(len(counts))]
         return Table(self.evaluation.computed, columns, messages, (pulled, below), tuple(filter(None, noted)))
 
-    def column(self, name: str) -> Iterator[Any]:
-        """A column, part by part: (n,) floats with NaN where there is nothing, or texts with nothing there.
+    def read(self, names: Sequence[str]) -> Iterator[list[Any]]:
+        """Some columns, part by part: (n,) floats with NaN where there is nothing, or texts with nothing there.
 
         Raises:
             OutputError: a part is not as it was written.
@@ -133,12 +135,12 @@ class Parts:
         for k in range(len(self.evaluation.landings.parts)):
             path = _part(self._rows, self.format, k)
             try:
-                values = self._read(path, name)
+                columns = self._read(path, names)
             except (OSError, ValueError, LookupError, TypeError, NotImplementedError):
-                values = None
-            if values is None or len(values) != self._counts(path)[0]:
+                columns = []
+            if {len(values) for values in columns} != {self._counts(path)[0]}:
                 raise _damaged(path)
-            yield values
+            yield columns
 
     def _counts(self, part: Path) -> tuple[int, ...]:
         """Numbers of a part: of its rows, and of those that flat ground does not allow, for two reasons."""
@@ -147,18 +149,23 @@ class Parts:
         except (OSError, ValueError):
             raise _damaged(part) from None
 
-    def _read(self, path: Path, name: str) -> Any:
+    def _read(self, path: Path, names: Sequence[str]) -> list[Any]:
         if self.format == "parquet":
             with path.open("rb") as content:  # a path with a colon would be read as an address
-                return _arrow().parquet.read_table(content, columns=[name])[name].to_numpy()
-        place = (*self.evaluation.headings, "message").index(name)  # the file may hold the heading escaped
+                table = _arrow().parquet.read_table(content, columns=list(names))
+            return [table[name].to_numpy() for name in names]
+        headings = (*self.evaluation.headings, "message")
         with path.open(encoding="utf-8", newline="") as file:
-            cells = [line[place] for line in csv.reader(file)][1:]
+            lines = list(csv.reader(file))[1:]  # after the header, which may hold headings escaped
+        return [self._column(name, [line[k] for line in lines]) for name, k in ((name, headings.index(name)) for name in names)]
+
+    def _column(self, name: str, cells: Sequence[str]) -> np.ndarray:
+        """A column of a CSV file as an array."""
         if name == "proven":
             return np.array([cell == "yes" for cell in cells])
         if name in (*self.evaluation.landings.headings, "message"):
             return _texts_or_numbers(cells)
-        return np.array([float(cell or "nan") for cell in cells])
+        return np.array(list(map(float, cells)) if all(cells) else [float(cell or "nan") for cell in cells])
 
     @property
     def _rows(self) -> Path:
@@ -183,7 +190,7 @@ class Parts:
         return description
 
 
-def _texts_or_numbers(cells: list[str]) -> np.ndarray:
+def _texts_or_numbers(cells: Sequence[str]) -> np.ndarray:
     """What tells rows apart: numbers, or texts such as the names of contacts and messages."""
     try:
         return np.array([float(cell) for cell in cells])
@@ -253,21 +260,35 @@ def _parquet(table: Table, description: str) -> bytes:
 
 def _csv(table: Table) -> str:
     """A table as CSV; where there is no number the cell is empty."""
-    columns = [np.where(x, "yes", "no") if x.dtype.kind == "b" else x for x in table.columns.values()]
-    messages = [table.messages.get(i) for i in range(len(table))]
-    return as_csv(Sheet("", (*table.columns, "message"), list(zip(*(x.tolist() for x in columns), messages, strict=True))))
+    columns = [_cells(x) for x in table.columns.values()]
+    messages = [exact(table.messages.get(i)) for i in range(len(table))]
+    return csv_text([[exact(name) for name in (*table.columns, "message")], *zip(*columns, messages, strict=True)])
+
+
+def _cells(values: np.ndarray) -> list[Any]:
+    """A column as `exact` writes its cells, but for floats, which a CSV file has with the same digits."""
+    if values.dtype.kind == "f":
+        cells: list[Any] = np.where(np.isnan(values), np.array(None), values + 0.0).tolist()
+        return cells
+    return [exact(x) for x in (np.where(values, "yes", "no") if values.dtype.kind == "b" else values).tolist()]
 
 
 class _Columns(Mapping[str, np.ndarray]):
-    """The columns of parts, each read when it is asked for."""
+    """The columns of parts, read when one is asked for, together with those that follow it; the columns read last are kept."""
 
     def __init__(self, parts: Parts) -> None:
-        self._parts = parts
+        self._parts, self._kept = parts, dict[str, np.ndarray]()
 
     def __getitem__(self, name: str) -> np.ndarray:
-        if name not in self._parts.evaluation.headings:
+        parts, headings = self._parts, (*self._parts.evaluation.headings, "message")
+        if name not in headings:
             raise KeyError(name)
-        return np.concatenate(list(self._parts.column(name)))
+        if name not in self._kept:
+            count = max(1, READ_TOGETHER[parts.format] // (8 * parts.evaluation.landings.rows))
+            names = (headings[headings.index(name) :] + headings)[: min(count, len(headings))]
+            self._kept = {}
+            self._kept = {key: np.concatenate(x) for key, x in zip(names, zip(*parts.read(names), strict=True), strict=True)}
+        return self._kept[name]
 
     def __iter__(self) -> Iterator[str]:
         return iter(self._parts.evaluation.headings)

@@ -3,7 +3,7 @@
 import io
 import math
 import re
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from typing import NamedTuple
 
 from shockpc.show.wording import count
@@ -91,10 +91,15 @@ def as_csv(sheet: Sheet) -> str:
     An apostrophe in front keeps a spreadsheet from computing a text that begins like a formula. Characters that are not printable
     are escapes.
     """
+    return csv_text([exact(cell) for cell in row] for row in (sheet.header, *sheet.rows))
+
+
+def csv_text(rows: Iterable[Sequence[Cell]]) -> str:
+    """Rows of cells, as `exact` gives them, as CSV."""
     out = io.StringIO()
     import csv
 
-    csv.writer(out, lineterminator="\n").writerows([_exact(cell) for cell in row] for row in (sheet.header, *sheet.rows))
+    csv.writer(out, lineterminator="\n").writerows(rows)
     return out.getvalue()
 
 
@@ -141,7 +146,8 @@ def _at_the_point(cells: list[str]) -> list[str]:
     return [cell if n is None else cell + " " * (most - n) for cell, n in zip(cells, decimals, strict=True)]
 
 
-def _exact(cell: Cell) -> str:
+def exact(cell: Cell) -> str:
+    """A cell with all digits, empty where there is nothing; a text is printable and no formula."""
     if isinstance(cell, str):
         text = printable(cell)
         return f"'{text}" if text.lstrip(" ").startswith(_FORMULA) else text
