@@ -8,7 +8,7 @@ import numpy as np
 
 from shockpc.core.spatial import Array
 from shockpc.landing.dynamics import Inertias
-from shockpc.landing.landing import PosedLanding
+from shockpc.landing.landing import OfLanding, PosedLanding
 from shockpc.landing.scene import Scene
 from shockpc.profile import shock_profile
 from shockpc.quantities.profile import ShockProfile
@@ -128,7 +128,7 @@ class Landings(Protocol):
 
 
 @dataclass(frozen=True, eq=False)
-class LandingsBeside:
+class LandingsBeside(OfLanding):
     """What sources have in common whose rows differ from one landing that is resolved.
 
     Attributes:
@@ -138,16 +138,6 @@ class LandingsBeside:
     landing: PosedLanding = field(repr=False)
 
     further = ()
-
-    @property
-    def robot(self) -> Robot:
-        """The robot of the landing."""
-        return self.landing.robot
-
-    @property
-    def scene(self) -> Scene:
-        """The landing that is varied."""
-        return self.landing.scene
 
     @property
     def kinds(self) -> tuple[str, ...]:

@@ -262,6 +262,26 @@ class PosedLanding(Landing):
         return float(np.linalg.norm(extent)) + float(self.robot.gyration.max()) or 1.0
 
 
+class OfLanding:
+    """What is of one resolved landing has its robot and scene.
+
+    Attributes:
+        landing: that one.
+    """
+
+    landing: PosedLanding
+
+    @property
+    def robot(self) -> Robot:
+        """The robot."""
+        return self.landing.robot
+
+    @property
+    def scene(self) -> Scene:
+        """What lands, with every default filled in."""
+        return self.landing.scene
+
+
 def _complete(scene: Scene, robot: Robot) -> Scene:
     """The scene with every default filled in and every path absolute, so that it says all that is computed."""
     scene = check_scene(scene)

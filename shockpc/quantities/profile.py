@@ -18,10 +18,9 @@ from shockpc.impact.stops import with_stops
 from shockpc.landing.closure import Assembly
 from shockpc.landing.dynamics import dynamics
 from shockpc.landing.joint_model import without_springs
-from shockpc.landing.landing import PosedLanding
+from shockpc.landing.landing import OfLanding, PosedLanding
 from shockpc.landing.places import Place, PlaceKind, body_places
 from shockpc.landing.ratings import Strength, TorqueStrength, strength, torque_strength
-from shockpc.landing.scene import Scene
 from shockpc.landing.stops import at_stops, driven_beyond, has_stops
 from shockpc.quantities.accuracy import (
     AT_REST,
@@ -38,7 +37,6 @@ from shockpc.quantities.plausibility import gained, implausible, pulled, saturat
 from shockpc.quantities.quantity import Quantity
 from shockpc.quantities.table import Selection, quantities_of, quantity
 from shockpc.robot.geometry import body_outline
-from shockpc.robot.robot import Robot
 from shockpc.text.diagnostic import Diagnostic
 from shockpc.text.errors import SceneError, SolveError
 from shockpc.text.trace import Trace
@@ -239,7 +237,7 @@ class Bracket(NamedTuple):
 
 
 @dataclass(frozen=True, eq=False)
-class ShockProfile:
+class ShockProfile(OfLanding):
     """The shock of one landing; index i of an array over the bodies is body i of the robot. Its arrays cannot be written to.
 
     The reported numbers are those of the proof: midpoints of enclosures, rounded to doubles. All are computed when they are first
@@ -328,16 +326,6 @@ class ShockProfile:
             except (SceneError, SolveError):
                 proofs[name] = None
         return proofs
-
-    @property
-    def robot(self) -> Robot:
-        """The robot."""
-        return self.landing.robot
-
-    @property
-    def scene(self) -> Scene:
-        """What was computed, with every default filled in."""
-        return self.landing.scene
 
     @property
     def plane(self) -> Plane:
