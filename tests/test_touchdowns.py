@@ -105,11 +105,11 @@ def test_a_leg_on_a_rail_falls_and_stops(here, rate):
     window = found.window["joints"]
     middle = time[landing.first] - 0.5 * window
     foot = -9.81 * middle - 0.2 * np.sin(0.5 + 0.2 * np.sin(20.0 * middle)) * 4.0 * np.cos(20.0 * middle)
-    np.testing.assert_allclose(found.table["before_rail"], foot, rtol=2e-3)
-    np.testing.assert_allclose(found.table["before_knee"], 4.0 * np.cos(20.0 * middle), rtol=2e-3)
+    np.testing.assert_allclose(found.table.columns["before_rail"], foot, rtol=2e-3)
+    np.testing.assert_allclose(found.table.columns["before_knee"], 4.0 * np.cos(20.0 * middle), rtol=2e-3)
     after = time[landing.first] + 0.012
-    np.testing.assert_allclose(found.table["after12ms_knee"], 4.0 * np.cos(20.0 * after), rtol=2e-2, atol=2e-3)
-    np.testing.assert_allclose(found.table["q_knee"], knee[landing.first], rtol=1e-12)
+    np.testing.assert_allclose(found.table.columns["after12ms_knee"], 4.0 * np.cos(20.0 * after), rtol=2e-2, atol=2e-3)
+    np.testing.assert_allclose(found.table.columns["q_knee"], knee[landing.first], rtol=1e-12)
 
 
 @pytest.mark.parametrize(
@@ -124,7 +124,7 @@ def test_a_simulated_trot(trotting, dog_scene, step, noise, error):
         times = [columns["time"][landing.first] for landing in found.landings if f"{foot}_foot" in landing.contacts]
         np.testing.assert_allclose(times, trotting.time[touchdowns], atol=error)
     assert ("none is given" in " ".join(found.warnings)) == (step == 10)
-    assert any(name.startswith("before_") for name in found.table) == (step < 10)
+    assert any(name.startswith("before_") for name in found.table.columns) == (step < 10)
 
 
 def test_velocities_of_a_trot_are_those_of_the_simulation(trotting, dog_scene):
@@ -138,7 +138,7 @@ def test_velocities_of_a_trot_are_those_of_the_simulation(trotting, dog_scene):
         truth = trotting.qvel[at].copy()
         truth[:, 3:6] = [rotation(trotting.qpos[k, 3:7]) @ trotting.qvel[k, 3:6] for k in at]
         keys = [*(base + key for key in ("vx", "vy", "vz", "wx", "wy", "wz")), *(prefix + name for name in names)]
-        values = np.stack([found.table[key] for key in keys], axis=1)
+        values = np.stack([found.table.columns[key] for key in keys], axis=1)
         for part, error in ((slice(0, 3), 0.01), (slice(3, 6), 0.05), (slice(6, None), 0.1)):
             errors = np.abs(values[:, part] - truth[:, part])
             assert np.quantile(errors, 0.9) < error * (1.0 if prefix == "before_" else 4.0)
@@ -177,9 +177,9 @@ def test_the_table_is_one_that_landings_takes(here, trotting, dog_scene, capfd):
 def test_feet_that_touch_together(here, together, rows):
     """Within the time they are one landing, from the first foot's touchdown to the last one's; else the first stands."""
     found = stepped(here, stepping(), together=together)
-    assert found.table["contact"].tolist() == rows
+    assert found.table.columns["contact"].tolist() == rows
     assert (found.landings[0].first, found.landings[-1].last) == (200, 203)
-    assert found.table.get("stance", np.array([""])).tolist()[-1] == ("" if len(rows) == 1 else "left_foot")
+    assert found.table.columns.get("stance", np.array([""])).tolist()[-1] == ("" if len(rows) == 1 else "left_foot")
 
 
 def test_standing_feet_of_a_table_are_the_stance_of_its_landings(here):
@@ -230,7 +230,7 @@ def test_a_rail_that_is_not_in_the_log_is_known_by_a_flight(here):
     (landing,) = shockpc.touchdowns(columns, scene).landings
     assert landing.first == touch > 250
     middle = np.gradient(rail, time[100:])[[touch - 102, touch - 101]].mean()
-    np.testing.assert_allclose(shockpc.touchdowns(columns, scene).table["before_rail"], middle, rtol=0.02)
+    np.testing.assert_allclose(shockpc.touchdowns(columns, scene).table.columns["before_rail"], middle, rtol=0.02)
     bent = shockpc.touchdowns(
         columns | {"knee": np.where(time < 0.14, 0.0, 1.5), "foot_contact": (np.abs(time - 0.13) > 0.025) * 1.0}, scene
     )
@@ -248,10 +248,10 @@ def test_what_the_heights_need_and_the_log_lacks_is_said(here, lacking):
     assert lacking in str(refusal.value)
     flag = (columns["time"] > 0.2).astype(float)
     found = stepped(here, columns | {"left_foot_contact": flag, "right_foot_contact": flag})
-    assert found.table["contact"].tolist() == ["left_foot+right_foot"]
+    assert found.table.columns["contact"].tolist() == ["left_foot+right_foot"]
     assert found.heights is None
     absent = {"z": {"z", "vz", "after6ms_vz"}, "left_leg": {"q_left_leg", "before_left_leg"}}[lacking]
-    assert not absent & found.table.keys()
+    assert not absent & found.table.columns.keys()
     assert "is not in this log" in " ".join(found.warnings) or lacking != "z"
 
 
@@ -259,7 +259,7 @@ def test_what_the_heights_need_and_the_log_lacks_is_said(here, lacking):
 def test_the_rate_of_samples_decides(here, rate, warned, given):
     found = stepped(here, stepping(rate))
     assert any("samples a second" in text for text in found.warnings) == warned
-    assert ("before_left_leg" in found.table) == given
+    assert ("before_left_leg" in found.table.columns) == given
     assert len(found.landings) == 1
 
 
@@ -278,8 +278,8 @@ def test_rates_that_lag_are_said_and_not_used(here):
     late = stepped(here, columns | {"qd_left_leg": np.concatenate([np.full(5, rate[0]), rate[:-5]])})
     assert 'by 5.0 ms, and are not used: "left_leg"' in " ".join(late.warnings)
     assert not any("lag" in text for text in (*plain.warnings, *stepped(here, columns | {"qd_left_leg": rate}).warnings))
-    for name, values in plain.table.items():
-        np.testing.assert_array_equal(late.table[name], values)
+    for name, values in plain.table.columns.items():
+        np.testing.assert_array_equal(late.table.columns[name], values)
 
 
 def test_slower_samples_are_brought_to_the_clock_of_the_fast_ones(here):
@@ -292,7 +292,7 @@ def test_slower_samples_are_brought_to_the_clock_of_the_fast_ones(here):
     found = stepped(here, columns)
     assert [landing.first for landing in found.landings] == [200]
     assert found.window == {"joints": pytest.approx(3e-3), "base": np.inf}
-    np.testing.assert_allclose(found.table["before_left_leg"], -0.9, rtol=1e-9)
+    np.testing.assert_allclose(found.table.columns["before_left_leg"], -0.9, rtol=1e-9)
     columns["z"][150:250] = np.nan
     found = stepped(here, columns)
     assert found.landings == ()
@@ -305,14 +305,14 @@ def test_a_log_without_touchdowns_and_its_ends(here, capfd):
     for side in ("left", "right"):
         swing[f"{side}_leg"] = 0.5 - swing["z"] + 0.05 * np.cos(2.0 * np.pi * 5.0 * swing["time"])
     assert stepped(here, swing).landings == ()
-    assert {name: len(x) for name, x in stepped(here, swing).table.items()} == {"name": 0, "time": 0, "contact": 0}
+    assert {name: len(x) for name, x in stepped(here, swing).table.columns.items()} == {"name": 0, "time": 0, "contact": 0}
     with (here / "swing.csv").open("w") as file:
         np.savetxt(file, np.stack(list(swing.values()), axis=1), delimiter=",", header=",".join(swing), comments="")
     assert "no touchdowns" in good(capfd, "touchdowns", "swing.csv", "robot.urdf", "--out", "none")
     late = stepped(here, {name: values[:250] for name, values in stepping().items()}, after=(6.0, 45.0, 60.0))
     assert "no velocities 45, 60 ms after it" in late.landings[0].message
-    assert np.isnan(late.table["after45ms_left_leg"]).all()
-    assert np.isfinite(late.table["after6ms_left_leg"]).all()
+    assert np.isnan(late.table.columns["after45ms_left_leg"]).all()
+    assert np.isfinite(late.table.columns["after6ms_left_leg"]).all()
     early = stepped(here, stepping(stops=(0.0015, 0.0015)))
     assert [landing.table for landing in early.landings] in ([], [False])
 
@@ -426,10 +426,10 @@ def test_bags(here, kind):
     """Joints at 1 kHz and poses at 500 Hz between them are the motion that was written; a damaged file is one message."""
     path = recorded(here / ("log.bag" if kind == "bag" else "log"), kind)
     found = stepped(here, path)
-    np.testing.assert_allclose(found.table["time"], [1_700_000_000.2], rtol=1e-15, atol=1e-6)
+    np.testing.assert_allclose(found.table.columns["time"], [1_700_000_000.2], rtol=1e-15, atol=1e-6)
     assert [landing.last - landing.first for landing in found.landings] == [3]
-    np.testing.assert_allclose(found.table["vz"], -0.1, rtol=1e-6)
-    np.testing.assert_allclose(found.table["before_left_leg"], -0.9, rtol=1e-6)
+    np.testing.assert_allclose(found.table.columns["vz"], -0.1, rtol=1e-6)
+    np.testing.assert_allclose(found.table.columns["before_left_leg"], -0.9, rtol=1e-6)
     file = path if path.is_file() else path / f"log.{kind}"
     if path.is_dir():
         assert stepped(here, file).landings == found.landings

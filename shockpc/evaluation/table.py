@@ -1,4 +1,4 @@
-"""The computed landings as columns: which are worst, how they are distributed, which the ground allows."""
+"""What a study found as columns: which rows are worst, how they are distributed, which landings the ground allows."""
 
 import itertools
 from collections.abc import Iterable, Mapping, Sequence
@@ -9,19 +9,21 @@ import numpy as np
 
 from shockpc.core.spatial import Array
 from shockpc.evaluation.columns import Column, percentile
+from shockpc.quantities.table import selections
 from shockpc.text.errors import ShockError, StudyError
 from shockpc.text.printed import listed
 
 
 @dataclass(frozen=True, eq=False)
 class Table:
-    """Landings as rows, in columns by heading.
+    """Landings, or what was derived from them, as rows, in columns by heading.
 
     Attributes:
         computed: the quantities that were computed, each a column of its name.
-        columns: (n,) by heading: what tells the rows apart, then what was computed; NaN where a thing does not exist. "proven"
-            tells which rows hold proven numbers; "double_error" is how far double precision was off where it was compared with a
-            proof, relative to the most severe shock of the same point; "row" is the number of the row, if some are left out.
+        columns: (n,) by heading: what tells the rows apart, then what was computed; NaN where a thing does not exist, None where a
+            text does not. "proven" tells which rows hold proven numbers; "double_error" is how far double precision was off where
+            it was compared with a proof, relative to the most severe shock of the same point; "row" is the number of the row, if
+            some are left out.
         messages: why a row could not be computed, by its index.
         refused: numbers of rows that flat ground does not allow, left out or not: those in which it would pull a contact, and the
             others, in which another link is below it.
@@ -29,6 +31,7 @@ class Table:
         looks: what was made of the profile of every row that has one, by its index, where that was asked for.
         refusals: the errors of which the messages are, where every row is proven.
         first: number of the first row.
+        label_units: units of columns by heading, where neither the heading nor a quantity tells it.
     """
 
     computed: tuple[Column, ...] = field(repr=False)
@@ -39,9 +42,25 @@ class Table:
     looks: Mapping[int, Any] = field(default_factory=dict, repr=False)
     refusals: Mapping[int, ShockError] = field(default_factory=dict, repr=False)
     first: int = 0
+    label_units: Mapping[str, str] = field(default_factory=dict, repr=False)
 
     def __len__(self) -> int:
-        return len(self.columns["proven"])
+        return len(next(iter(self.columns.values())))
+
+    @classmethod
+    def of_rows(
+        cls, header: Sequence[str], rows: Iterable[Sequence[str | float | None]], messages: Mapping[int, str] = {}
+    ) -> "Table":
+        """A table of rows of texts or numbers, with None where there is nothing. Args: header, names with units in brackets."""
+        columns = list(zip(*rows, strict=True)) or [()] * len(header)
+        kinds = (object if any(isinstance(cell, str) for cell in cells) else float for cells in columns)
+        return cls((), {name: np.array(x, dtype=kind) for name, x, kind in zip(header, columns, kinds, strict=True)}, messages)
+
+    @property
+    def units(self) -> dict[str, str]:
+        """The unit of every column by its heading: "-" for 1; empty of texts, counts, and numbers whose rows name theirs."""
+        known = {**self.label_units, **{column.name: column.unit for column in self.computed}}
+        return {name: known.get(name, _unit(name)) for name in self.columns}
 
     @classmethod
     def joined(cls, tables: Iterable["Table"]) -> "Table":
@@ -72,12 +91,14 @@ class Table:
         key, _, place = text.partition("@")
         named = [column for column in self.computed if column.selection.name == key and place in ("", column.place.name)]
         if len(named) != 1:
-            valid = listed((column.name for column in named or self.computed), 6)
+            valid = listed((column.name for column in named or self.computed), 6) or "none of which one value is worse than another"
             raise StudyError(f'"{text}" means {valid}; name one of them' if named else f'no column is "{text}"; there are {valid}')
         return named[0]
 
     def values(self, column: Column | str) -> Array:
-        """The values (n,) of a computed column."""
+        """The values (n,) of a column, of a computed one also by what `column` takes."""
+        if isinstance(column, str) and column in self.columns:
+            return self.columns[column]
         return self.columns[(self.column(column) if isinstance(column, str) else column).name]
 
     @property
@@ -138,3 +159,12 @@ class Table:
     def __dataframe__(self, *args: Any, **options: Any) -> Any:
         """The table for libraries that read the dataframe interchange protocol; it needs pyarrow."""
         return self.to_arrow().__dataframe__(*args, **options)
+
+
+def _unit(heading: str) -> str:
+    """The unit that a heading has in brackets, or that of the quantity that it names."""
+    _, bracket, unit = heading.rpartition(" [")
+    if bracket:
+        return unit.removesuffix("]")
+    selection = selections().get(heading.partition("@")[0])
+    return selection.quantity.unit.replace("1", "-") if selection else "deg" if heading.endswith("_deg") else ""

@@ -9,12 +9,13 @@ import math
 import os
 import zipfile
 import zlib
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
 from typing import IO, Any
 
 import numpy as np
 
+from shockpc.evaluation.table import Table
 from shockpc.text.errors import StudyError
 from shockpc.text.paths import open_file, usable_path
 
@@ -29,6 +30,20 @@ MOST_ROWS = 2**24
 
 NPY_HEADERS = {(1, 0): np.lib.format.read_array_header_1_0, (2, 0): np.lib.format.read_array_header_2_0}
 """How the header of an array is read, by the version of its format."""
+
+
+def columns_of(table: str | os.PathLike[str] | Mapping[str, Any] | Table) -> dict[str, np.ndarray]:
+    """The columns of recorded landings by name, from a file as `read_table` reads it, or as they are.
+
+    Raises:
+        StudyError: it is neither a file nor columns by name, or the file cannot be read.
+    """
+    if isinstance(table, str | os.PathLike):
+        return read_table(Path(table))
+    columns = table.columns if isinstance(table, Table) else table
+    if not isinstance(columns, Mapping):
+        raise StudyError(f"a table is a file or its columns by name, and this is {type(table).__name__}")
+    return {str(name): np.asarray(values) for name, values in columns.items()}
 
 
 def read_table(path: Path) -> dict[str, np.ndarray]:

@@ -6,6 +6,7 @@ import re
 from collections.abc import Iterable, Sequence
 from typing import NamedTuple
 
+from shockpc.evaluation.table import Table
 from shockpc.show.wording import count
 from shockpc.text.printed import message, printable
 
@@ -28,6 +29,11 @@ class Sheet(NamedTuple):
     header: Sequence[str]
     rows: Sequence[Sequence[Cell]]
     notes: Sequence[str] = ()
+
+
+def sheet_of(table: Table, title: str = "", notes: Sequence[str] = ()) -> Sheet:
+    """The columns of a study's table, without its messages."""
+    return Sheet(title, tuple(table.columns), list(zip(*(x.tolist() for x in table.columns.values()), strict=True)), notes)
 
 
 class Lines(NamedTuple):

@@ -16,13 +16,10 @@ from shockpc.quantities.quantity import Quantity
 from shockpc.robot.drives import similar_robots
 from shockpc.robot.landmarks import BENT
 from shockpc.robot.robot import WORLD, Robot
-from shockpc.text.printed import few, listed, printable
+from shockpc.text.printed import UNITS, few, listed, printable
 
 if TYPE_CHECKING:
     from shockpc.evaluation.columns import Column
-
-UNITS = {"rad": (math.degrees(1.0), "deg"), "m": (1e3, "mm")}
-"""Units of small tables and figures by SI unit: what a number is multiplied by, and the name."""
 
 BRACKETED = 0.5
 """Share of a body's motion out of the plane above which its CoPc and RoPc, which describe the rest, are in brackets [1]."""

@@ -7,6 +7,7 @@ from typing import Annotated, NamedTuple
 
 from shockpc.evaluation.columns import selected
 from shockpc.evaluation.evaluate import proven
+from shockpc.evaluation.table import Table
 from shockpc.landing.places import Place, PlaceKind
 from shockpc.landing.record import Option
 from shockpc.landing.scene import Scene
@@ -108,6 +109,22 @@ class Comparison:
     quantities: tuple[Differences, ...]
     unmatched: tuple[Unmatched, ...]
     partners: tuple[Partners, ...] = field(repr=False)
+
+    @property
+    def letters(self) -> list[str]:
+        """What tables call the designs."""
+        return [chr(ord("A") + k) if k < 26 else f"design {k + 1}" for k in range(len(self.designs))]
+
+    @property
+    def table(self) -> Table:
+        """A row for each quantity at each place that the designs have in common: its values, and their changes from the first."""
+        first, *others = self.letters
+        rows = (
+            (differences.selection.name, differences.selection.quantity.unit, row.place, *row.values, *row.changes)
+            for differences in self.quantities
+            for row in differences.rows
+        )
+        return Table.of_rows(("quantity", "unit", "place", first, *others, *(f"{name} - {first}" for name in others)), rows)
 
 
 def design_with(design: Design, changes: Sequence[Change]) -> Design:

@@ -14,7 +14,6 @@ from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 from fnmatch import fnmatchcase
 from functools import cache, partial
-from pathlib import Path
 from typing import Annotated, Any, Literal, NamedTuple
 
 import numpy as np
@@ -22,7 +21,8 @@ import numpy as np
 from shockpc.core.spatial import Array
 from shockpc.evaluation.prediction import SCALE, Predicted, Predictor, energy_norms, inertias, reduced_inertia
 from shockpc.evaluation.recorded_table import rows_of
-from shockpc.evaluation.table_files import read_table
+from shockpc.evaluation.table import Table
+from shockpc.evaluation.table_files import columns_of
 from shockpc.evaluation.variation import Variation, Vary, pairs, variation
 from shockpc.evaluation.varied_scene import applied
 from shockpc.landing.landing import landing_of
@@ -130,6 +130,16 @@ class Identification:
     scan: Callable[[int], tuple[Array, Array]] = field(repr=False)
 
     @property
+    def table(self) -> Table:
+        """A row for each unknown."""
+        header = ("unknown", "unit", "value", "low", "high", "least", "greatest", "state")
+        rows = (
+            (x.variation.subject, x.variation.unit, x.value, x.low, x.high, *(x.variation.span or (None, None)), x.state)
+            for x in self.unknowns
+        )
+        return Table.of_rows(header, rows)
+
+    @property
     def values(self) -> dict[str, float]:
         """The values by subject."""
         return {one.variation.subject: one.value for one in self.unknowns}
@@ -145,7 +155,7 @@ class Identification:
     ),
 )
 def identify(
-    table: str | os.PathLike[str] | Mapping[str, Any],
+    table: str | os.PathLike[str] | Mapping[str, Any] | Table,
     scene: Scene,
     unknown: Annotated[
         Vary,
@@ -189,8 +199,7 @@ def identify(
         ShockError: the table cannot be read, or no landing can be computed.
     """
     robot = robot or robot_of(scene)
-    columns = read_table(Path(table)) if isinstance(table, str | os.PathLike) else {k: np.asarray(x) for k, x in table.items()}
-    rows = rows_of(columns, landing_of(scene, robot), rename)
+    rows = rows_of(columns_of(table), landing_of(scene, robot), rename)
     unknowns = tuple(_unknown(robot, *one) for one in pairs(unknown))
     if not unknowns or len({one.subject for one in unknowns}) < len(unknowns):
         raise StudyError("give each unknown once, as NAME=LOW:HIGH, such as friction=0:1.5")

@@ -15,6 +15,7 @@ from shockpc.core.spatial import Array, read_only
 from shockpc.evaluation.columns import proven_columns
 from shockpc.evaluation.cost import ShockCost, Term
 from shockpc.evaluation.evaluate import profiles
+from shockpc.evaluation.table import Table
 from shockpc.evaluation.variation import Vary, pairs
 from shockpc.evaluation.varied_scene import scene_grid
 from shockpc.landing.record import Option
@@ -116,6 +117,14 @@ class Improvement:
         """Units of the numbers."""
         roles = range(len(self.cost.quantities))
         return tuple(next(term for term in self.cost.terms if term.role == role).column.unit for role in roles)
+
+    @property
+    def table(self) -> Table:
+        """A row for each variable."""
+        header = ("variable", "as given", "optimum", "at bound", "target if set back", "5 % from", "5 % to")
+        ends: dict[str, str | None] = {"low": "least", "high": "greatest", "": None}
+        rows = ((one.name, one.before, one.after, ends[one.bound], one.alone, one.low, one.high) for one in self.variables)
+        return Table.of_rows(header, rows)
 
     @property
     def agreeing(self) -> int:

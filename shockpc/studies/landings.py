@@ -2,7 +2,6 @@
 
 import os
 from collections.abc import Mapping, Sequence
-from pathlib import Path
 from typing import Annotated, Any, NamedTuple
 
 import numpy as np
@@ -12,7 +11,8 @@ from shockpc.evaluation.evaluate import Evaluation
 from shockpc.evaluation.prediction import base_in_world, coordinate, energy_norms, inertias, predicted_later, predicting
 from shockpc.evaluation.recorded import RecordedLandings, recorded_landings
 from shockpc.evaluation.recorded_table import Measured, rows_of
-from shockpc.evaluation.table_files import read_table
+from shockpc.evaluation.table import Table
+from shockpc.evaluation.table_files import columns_of
 from shockpc.landing.landing import landing_of
 from shockpc.landing.record import Option
 from shockpc.landing.scene import Scene
@@ -93,7 +93,7 @@ class Validation(NamedTuple):
     ),
 )
 def landings(
-    table: str | os.PathLike[str] | Mapping[str, Any],
+    table: str | os.PathLike[str] | Mapping[str, Any] | Table,
     scene: Scene,
     quantities: QuantityOption = (),
     *,
@@ -107,21 +107,17 @@ def landings(
     """The landings of a recorded table, checked; computed part by part as the result is iterated over, or at once by `table`.
 
     Args:
-        table: a CSV, Parquet or NPZ file, or its columns by name, as `rows_of` takes them.
+        table: a CSV, Parquet or NPZ file, or its columns by name, such as the table of `touchdowns`; as `rows_of` takes them.
         scene: gives what the table does not.
         robot: the scene's robot, if it is loaded already.
 
     Raises:
         ShockError: the table cannot be read, a column names nothing in the robot, or the scene cannot be resolved.
     """
-    if isinstance(table, str | os.PathLike):
-        columns = read_table(Path(table))
-    elif isinstance(table, Mapping):
-        columns = {str(name): np.asarray(values) for name, values in table.items()}
-    else:
-        raise StudyError(f"a table is a file or its columns by name, and this is {type(table).__name__}")
     robot = robot or robot_of(scene)
-    return recorded_landings(rows_of(columns, landing_of(scene, robot), rename), robot, quantities, prove=prove, rank=rank)
+    return recorded_landings(
+        rows_of(columns_of(table), landing_of(scene, robot), rename), robot, quantities, prove=prove, rank=rank
+    )
 
 
 def compare_measured(

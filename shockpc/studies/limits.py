@@ -18,6 +18,7 @@ from shockpc.evaluation.columns import Column, column, columns
 from shockpc.evaluation.crossings import crossings, kinks, vertices
 from shockpc.evaluation.evaluate import profiles
 from shockpc.evaluation.strike_scan import ANGLES, Bound, StrikeScan
+from shockpc.evaluation.table import Table
 from shockpc.evaluation.variation import ATTITUDE, Variation, kind_of, motion_range, variation
 from shockpc.evaluation.varied_scene import present_value
 from shockpc.landing.landing import PosedLanding
@@ -31,6 +32,7 @@ from shockpc.robot.robot import Joint, Robot
 from shockpc.studies.declare import study
 from shockpc.studies.question import refuse_ground
 from shockpc.text.errors import SolveError, StudyError
+from shockpc.text.printed import UNITS
 from shockpc.text.toml import LARGEST
 
 STRIKES = (-30.0, 75.0)
@@ -162,6 +164,27 @@ class JointLimits:
     def subject(self) -> str:
         """The joints, or what else varies."""
         return "+".join(self.joints)
+
+    @property
+    def shown_unit(self) -> str:
+        """Unit of values in tables."""
+        return UNITS.get(self.unit, (1.0, self.unit))[1]
+
+    def shown(self, value: float) -> float:
+        """A value in the unit of tables."""
+        return round(UNITS.get(self.unit, (1.0, self.unit))[0] * value, 9) + 0.0
+
+    @property
+    def table(self) -> Table:
+        """A row for every interval of values that keeps the bound, at its strike angle or range of strike angles."""
+        ends = "least strike angle [deg]", "greatest strike angle [deg]"
+        header = (*ends, f"low [{self.shown_unit}]", f"high [{self.shown_unit}]", "low end", "high end")
+        rows = (
+            (*map(math.degrees, one.strikes), self.shown(i.low), self.shown(i.high), i.low_end, i.high_end)
+            for one in self.limits
+            for i in one.allowed
+        )
+        return Table.of_rows(header, rows)
 
     @functools.cached_property
     def unchanged(self) -> bool:

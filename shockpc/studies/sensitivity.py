@@ -26,6 +26,7 @@ from shockpc.evaluation.one_by_one import (
     parameters,
     swept_parameter,
 )
+from shockpc.evaluation.table import Table
 from shockpc.evaluation.variation import OF_A_LINK, Vary, pairs, variation
 from shockpc.landing.record import Option
 from shockpc.landing.scene import Point, Scene
@@ -142,6 +143,17 @@ class Sensitivity:
         """The effects that exist, the step with the largest change of the target first."""
         known = (effect for effect in self.effects if not effect.reason)
         return tuple(sorted(known, key=lambda effect: -max(abs(effect.up), abs(effect.down))))
+
+    @property
+    def table(self) -> Table:
+        """A row for each effect as `ranked`, then those without a derivative, whose messages say why."""
+        target = f"{self.target.selection.name} [{self.target.unit}]"
+        header = ("parameter", "of", "value", "unit", "step", target, f"opposite {target}", f"error {target}")
+        effects = (*self.ranked, *(effect for effect in self.effects if effect.reason))
+        rows = (
+            (f"{x.kind} {x.axis}".strip(), x.name or None, x.value, x.unit, x.step, x.up, x.down, x.step * x.error) for x in effects
+        )
+        return Table.of_rows(header, rows, {i: effect.reason for i, effect in enumerate(effects) if effect.reason})
 
     def error(self, effects: Iterable[Effect]) -> float:
         """The largest error of the derivatives of some effects, each as a share of its largest [1]."""

@@ -19,6 +19,7 @@ from shockpc.core.kinks import FEWEST, foot_landings
 from shockpc.core.spatial import Array
 from shockpc.evaluation.logged_motion import PARTS, TWIST, LoggedMotion, Part
 from shockpc.evaluation.logs import Log, read_log
+from shockpc.evaluation.table import Table
 from shockpc.landing.contact import foot_contact
 from shockpc.landing.landing import landing_of
 from shockpc.landing.record import Option
@@ -53,6 +54,10 @@ SIGNS = ("contact", "touch", "force", "fz", "grf")
 """Words beside the name of a foot, in a column of flags or forces."""
 
 
+UNITS = {"time": "s", **dict.fromkeys("xyz", "m"), **dict.fromkeys(TWIST[:3], "m/s"), **dict.fromkeys(TWIST[3:], "rad/s")}
+"""Units of times, and of the base's position and velocities."""
+
+
 class Touchdown(NamedTuple):
     """A landing in a log.
 
@@ -82,7 +87,7 @@ class Touchdowns:
 
     Attributes:
         robot: the robot.
-        table: columns by name, a row for each landing, as `landings` takes them; numbers that were not measured are NaN.
+        table: a row for each landing, as `landings` takes them; numbers that were not measured are NaN.
         landings: all that were found.
         log: the time series.
         frames: contacts that were looked at.
@@ -94,7 +99,7 @@ class Touchdowns:
     """
 
     robot: Robot = field(repr=False)
-    table: Mapping[str, np.ndarray] = field(repr=False)
+    table: Table = field(repr=False)
     landings: tuple[Touchdown, ...]
     log: Log = field(repr=False)
     frames: tuple[str, ...]
@@ -232,13 +237,15 @@ class _Finder:
                 "stance": "+".join(stance),
             }
             rows += [] if row is None else [labels | row]
-        table = {name: np.array([row[name] for row in rows]) for name in (rows[0] if rows else ("name", "time", "contact"))}
+        robot = self.motion.robot
+        columns = {name: np.array([row[name] for row in rows]) for name in (rows[0] if rows else ("name", "time", "contact"))}
         if not any(landing.stance for landing in landings):
-            table.pop("stance", None)
+            columns.pop("stance", None)
+        table = Table((), columns, {}, label_units={name: _unit(robot, name) for name in columns})
         self._warn_of_noise(landings, windows["base"])
         flagged = {self.frames[c]: name for c, (name, _) in self.flags.items()}
         return Touchdowns(
-            self.motion.robot, table, tuple(landings), self.log, self.frames, self.heights, flagged, windows, after,
+            robot, table, tuple(landings), self.log, self.frames, self.heights, flagged, windows, after,
             tuple(self.warnings),
         )  # fmt: skip
 
@@ -381,6 +388,16 @@ class _Finder:
             return np.nan
         landed = next(c for c, (_, flag) in self.flags.items() if flag[touch + 1])
         return self.motion.rail_before(lift, touch, (c, landed), begin, end)
+
+
+def _unit(robot: Robot, name: str) -> str:
+    """The unit of a column of the table: of q_JOINT, before_JOINT, after6ms_JOINT or after6ms_vx, or as in `UNITS`."""
+    kind, _, subject = name.partition("_")
+    if (subject or name) in UNITS:
+        return UNITS[subject or name]
+    if subject not in robot.joint_names:
+        return ""
+    return ("m" if robot.joint(subject).kind == "prismatic" else "rad") + ("" if kind == "q" else "/s")
 
 
 def _plain(name: str) -> str:

@@ -1,8 +1,12 @@
 """How names from files are printed: without what controls a terminal, the direction of text or a CI runner, and not too long."""
 
+import math
 import re
 from collections import Counter
 from collections.abc import Iterable, Sequence
+
+UNITS = {"rad": (math.degrees(1.0), "deg"), "m": (1e3, "mm")}
+"""Units of small tables and figures by SI unit: what a number is multiplied by, and the name."""
 
 _COMMANDS = (("^( *):(?=:)", r"\1\\x3a"), (r"(?i)##(?=\[|vso\[)", r"#\\x23"))
 """How lines begin, or what they contain, that CI runners take for commands, and what is printed instead."""

@@ -7,9 +7,9 @@ import numpy as np
 from matplotlib.figure import Figure
 
 from shockpc.show.figure.style import BANDS, INK, PAPER, SHOCK, new_chart
-from shockpc.show.wording import UNITS, contact_name
+from shockpc.show.wording import contact_name
 from shockpc.studies.limits import JointLimits
-from shockpc.text.printed import printable
+from shockpc.text.printed import UNITS, printable
 
 SHARES = (0.0, 0.1, 0.25, 0.5, 0.75, 1.0, 1.5, 2.0, 4.0)
 """Limits of the bands as multiples of the bound; the last band is open."""

@@ -10,7 +10,7 @@ from xml.etree import ElementTree as ET
 from shockpc.show.document import record
 from shockpc.show.files import destination
 from shockpc.show.reports.report import Report
-from shockpc.show.tables import Cell, Lines, Sheet, as_markdown
+from shockpc.show.tables import Cell, Lines, Sheet, as_markdown, sheet_of
 from shockpc.show.wording import count, proof_text
 from shockpc.studies.check.budgets import Budget
 from shockpc.studies.check.study import MOST_CHANGES, Check, Outcome, Status
@@ -30,19 +30,18 @@ PROPERTY = MESSAGE | str.maketrans({":": "%3A", ",": "%2C"})
 
 def check_report(check: Check) -> Report:
     """The outcomes; the CSV file is in the order of the file of budgets, the tables begin with what fails."""
-    records = [_record(outcome) for outcome in check.outcomes]
     return Report(
         name="check",
         title=f"Budgets: {check.count('passed')} passed, {check.count('exceeded')} exceeded",
         body=lambda full: [check_sheet(check, for_terminal=not full), *_commands(check)],
         lead=1,
-        sheets={"check": lambda: Sheet("", list(records[0]), [tuple(row.values()) for row in records])},
+        sheets={"check": lambda: sheet_of(check.table)},
         document=lambda: {
             "file": check.path,
             "exit_code": check.exit_code,
             "counts": {status.replace(" ", "_"): check.count(status) for status in get_args(Status)},
             **record(check, "landings", "error_bound"),
-            "outcomes": records,
+            "outcomes": list(map(_record, check.outcomes)),
             "changes": check.changes,
             "notes": check.notes,
         },
@@ -104,19 +103,8 @@ def _explained(check: Check, outcome: Outcome) -> str:
 
 
 def _record(outcome: Outcome) -> dict[str, Any]:
-    budget = outcome.budget
-    return {
-        **record(outcome, "case", "strike_angle_deg", "at"),
-        "metric": budget.metric,
-        "unit": _unit(outcome),
-        "value": _number(outcome.value),
-        **record(budget, "max", "min", "percentile"),
-        "baseline": _number(outcome.baseline),
-        "baseline_tolerance": budget.baseline_tolerance,
-        "change": outcome.change,
-        "severity": budget.severity,
-        **record(outcome, "status", "reason", "line", "command"),
-    }
+    row = outcome.record
+    return row | {key: "inf" if row[key] == math.inf else row[key] for key in ("value", "baseline")}
 
 
 def _unit(outcome: Outcome) -> str:
@@ -232,7 +220,3 @@ def _line(check: Check, outcome: Outcome) -> dict[str, str]:
     root = os.path.realpath(os.environ.get("GITHUB_WORKSPACE") or ".")
     place = {} if check.path is None else {"file": os.path.relpath(os.path.realpath(check.path), root)}
     return place if outcome.line is None else {**place, "line": str(outcome.line)}
-
-
-def _number(value: float | None) -> float | str | None:
-    return "inf" if value is not None and math.isinf(value) else value

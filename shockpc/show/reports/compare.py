@@ -5,7 +5,7 @@ from typing import Any
 
 from shockpc.show.document import record
 from shockpc.show.reports.report import Picture, Report
-from shockpc.show.tables import Lines, Row, Sheet, largest
+from shockpc.show.tables import Lines, Row, Sheet, largest, sheet_of
 from shockpc.show.wording import contact_name, count, strike_text
 from shockpc.studies.compare import Comparison, Differences
 
@@ -13,7 +13,7 @@ from shockpc.studies.compare import Comparison, Differences
 def compare_report(comparison: Comparison) -> Report:
     """Designs side by side."""
     designs, profiles = comparison.designs, comparison.profiles
-    letters = [chr(ord("A") + k) if k < 26 else f"design {k + 1}" for k in range(len(designs))]
+    letters = comparison.letters
     header = [
         (
             letter,
@@ -33,7 +33,7 @@ def compare_report(comparison: Comparison) -> Report:
         lead=2,
         closing=[*_paired(comparison, letters), *_unmatched(comparison, letters)],
         warnings=_warnings(comparison, letters),
-        sheets={"compare": lambda: _all(comparison, letters)},
+        sheets={"compare": lambda: sheet_of(comparison.table)},
         document=lambda: _document(comparison),
         landings={f"{k}: {design.label}": profile for k, design, profile in zip(letters, designs, profiles, strict=True)},
     )
@@ -68,16 +68,6 @@ def _document(comparison: Comparison) -> dict[str, Any]:
             {**record(entry, "kind", "name"), "designs": [labels[k] for k in entry.designs]} for entry in comparison.unmatched
         ],
     }
-
-
-def _all(comparison: Comparison, letters: list[str]) -> Sheet:
-    """All quantities as one table, with the key and unit of each in columns of their own."""
-    rows: list[Row] = [
-        (differences.selection.name, differences.selection.quantity.unit, row.place, *row.values, *row.changes)
-        for differences in comparison.quantities
-        for row in differences.rows
-    ]
-    return Sheet("", ("quantity", "unit", "place", *letters, *(f"{name} - {letters[0]}" for name in letters[1:])), rows)
 
 
 def _paired(comparison: Comparison, letters: list[str]) -> list[str]:

@@ -162,9 +162,7 @@ def _spreadsheet(falls: Falls) -> Sheet:
     columns = {name: values.tolist() for name, values in falls.table.columns.items() if name not in ("landing", "proven")}
     messages = [falls.table.messages.get(i) for i in range(len(falls.table))]
     rows = [(*(cell if cell != "" else None for cell in row), text) for *row, text in zip(*columns.values(), messages, strict=True)]
-    units = {"rotation": "deg", "rate": "rad/s", "speed": "m/s", "energy": "J"} | {text: _unit(text) for text in falls.quantities}
-    units |= dict.fromkeys((name for name in columns if name.startswith("trunk ")), "m/s")
-    header = [f"{name} [{units[name]}]" if name in units else name for name in columns]
+    header = [f"{name} [{unit}]" if (unit := falls.table.units[name]) else name for name in columns]
     return Sheet("", [*header, "failure"], rows)
 
 

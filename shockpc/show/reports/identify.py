@@ -13,7 +13,7 @@ from shockpc.evaluation.variation import OF_A_LINK
 from shockpc.landing.joint_model import joint_model
 from shockpc.landing.scene_file import scene_text
 from shockpc.show.reports.report import Picture, Report
-from shockpc.show.tables import Lines, Row, Sheet
+from shockpc.show.tables import Lines, Row, Sheet, sheet_of
 from shockpc.show.wording import count
 from shockpc.studies.identify import ERRORS, Identification
 from shockpc.text.printed import alike, few, listed
@@ -45,7 +45,7 @@ def identify_report(found: Identification, table: str, day: str, folder: Path) -
             Picture("identify", "error over each unknown, and predicted against measured jumps", "identify:draw", (found,)),
         ],
         closing=[*found.statements, *_closing(found)],
-        sheets={"identify": lambda: _unknowns(found, exact=True), "landings": lambda: _landings(found)},
+        sheets={"identify": lambda: sheet_of(found.table), "landings": lambda: _landings(found)},
         document=lambda: _document(found, table),
         more=lambda: _files(found, table, day, folder),
         others=(DRIVES,),
@@ -63,21 +63,15 @@ def _header(found: Identification, table: str) -> Iterator[tuple[str, str]]:
     yield "of the scene", ", ".join(predictor.rows.missing) or "nothing"
 
 
-def _unknowns(found: Identification, exact: bool = False) -> Sheet:
-    """The unknowns. Args: exact, whether with all digits, for programs."""
+def _unknowns(found: Identification) -> Sheet:
     rows: list[Row] = []
     for one in found.unknowns:
         low, high = one.variation.span or (math.nan, math.nan)
-        ends = [None if math.isnan(end) else end for end in (one.low, one.high)]
-        if exact:
-            rows.append((one.variation.subject, one.variation.unit, one.value, *ends, low, high, one.state))
-            continue
-        interval = None if ends[0] is None else f"{one.low:.4g} … {one.high:.4g}"
+        interval = None if math.isnan(one.low) else f"{one.low:.4g} … {one.high:.4g}"
         name = f"{one.variation.subject} [{one.variation.unit}]"
         rows.append((name, f"{one.value:.4g}", interval, f"{low:g} … {high:g}", one.state))
-    head = ("unknown", "unit", "value", "low", "high", "least", "greatest", "state")
     notes = ["95 % interval: by drawing landings with replacement (expanded percentiles)"]
-    return Sheet("unknowns", head if exact else ("unknown", "value", "95 % interval", "range", "state"), rows, notes)
+    return Sheet("unknowns", ("unknown", "value", "95 % interval", "range", "state"), rows, notes)
 
 
 def _errors(found: Identification) -> Sheet:

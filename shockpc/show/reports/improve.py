@@ -11,7 +11,7 @@ from shockpc.quantities.profile import ShockProfile
 from shockpc.show.document import record
 from shockpc.show.reports.compare import compare_report
 from shockpc.show.reports.report import Picture, Report
-from shockpc.show.tables import Lines, Row, Sheet
+from shockpc.show.tables import Lines, Sheet, sheet_of
 from shockpc.show.wording import count, proof_text, shared_lines, shared_warnings
 from shockpc.studies.compare import STANDARD, Design, compare
 from shockpc.studies.improve import Improvement
@@ -80,23 +80,10 @@ def _lines(study: Improvement) -> list[tuple[str, str]]:
 
 
 def _variables(study: Improvement) -> Sheet:
-    ends = {"low": "least", "high": "greatest"}
-    rows: list[Row] = [
-        (
-            one.name,
-            *(None if math.isnan(x) else x for x in (one.before, one.after)),
-            ends.get(one.bound),
-            one.alone,
-            one.low,
-            one.high,
-        )
-        for one in study.variables
-    ]
-    header = ("variable", "as given", "optimum", "at bound", "target if set back", "5 % from", "5 % to")
     notes = ["5 %: the range of it alone, up to its bounds, in which the target is at most 5 % worse than at the optimum"]
     if changed := [one.subject for one in study.cost.variations if one.kind in (*OF_A_LINK, "place")]:
         notes.append(f"{few(changed, 4)}: of the robot itself, and so not in the scene; change it in its file")
-    return Sheet("what each variable does", header, rows, notes)
+    return sheet_of(study.table, "what each variable does", notes)
 
 
 def _front(study: Improvement) -> Sheet:

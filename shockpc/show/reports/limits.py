@@ -6,8 +6,8 @@ from typing import Any
 
 from shockpc.evaluation.variation import GROUND
 from shockpc.show.reports.report import Picture, Report
-from shockpc.show.tables import Lines, Row, Sheet
-from shockpc.show.wording import UNITS, header_lines, warning_lines
+from shockpc.show.tables import Lines, Row, Sheet, sheet_of
+from shockpc.show.wording import header_lines, warning_lines
 from shockpc.studies.limits import Interval, JointLimits, StrikeLimits
 
 MARKS = {"bound": "", "range": "*", "loop": "†"}
@@ -20,11 +20,11 @@ ROWS, RECORDS = 12, 100
 
 def limits_report(found: JointLimits) -> Report:
     """The limits of a joint."""
-    unit = f" {_unit(found)}".removesuffix(" -")
-    low, high, step = (_number(found, value) for value in (*found.range, found.step))
+    unit = f" {found.shown_unit}".removesuffix(" -")
+    low, high, step = (found.shown(value) for value in (*found.range, found.step))
     scan = f"{found.subject} from {low:g} to {high:g}{unit}, scanned in steps of {step:g}{unit}"
     if found.of_joints:
-        least, greatest = (f"{_number(found, end):g}" if math.isfinite(end) else "none" for end in found.file_limits)
+        least, greatest = (f"{found.shown(end):g}" if math.isfinite(end) else "none" for end in found.file_limits)
         scan += f"; the file's limits are {least} and {greatest}"
     return Report(
         name="limits",
@@ -37,7 +37,7 @@ def limits_report(found: JointLimits) -> Report:
         ],
         closing=_no_dependence(found) or _none_allowed(found),
         warnings=_warnings(found),
-        sheets={"limits": lambda: _intervals(found), "postures": lambda: _postures(found)},
+        sheets={"limits": lambda: sheet_of(found.table), "postures": lambda: _postures(found)},
         document=lambda: _document(found),
     )
 
@@ -67,7 +67,7 @@ def _none_allowed(found: JointLimits) -> list[str]:
     if any(one.allowed for one in found.limits):
         text += " where flat ground allows the landing"
     if best is not None:
-        text += f"; the {_best(found)} that is feasible is {best.best:.3g} at {_text(found, best.best_at)} {_unit(found)}"
+        text += f"; the {_best(found)} that is feasible is {best.best:.3g} at {_text(found, best.best_at)} {found.shown_unit}"
     remedy = "allow more, or give another range with --range"
     if not any(one.feasible for one in found.limits):
         remedy = "flat ground allows no landing of this range; give another with --range, or a greater --ground-tolerance"
@@ -77,7 +77,7 @@ def _none_allowed(found: JointLimits) -> list[str]:
 def _warnings(found: JointLimits) -> list[str]:
     warnings = warning_lines(found.profile)
     for low, high, reason in found.scan.unreachable:
-        ends = f"{_text(found, low)} to {_text(found, high)} {_unit(found)}"
+        ends = f"{_text(found, low)} to {_text(found, high)} {found.shown_unit}"
         warnings.append(f"warning: from {ends} there is no result: {reason}")
     n = len(found.scan.values)
     if found.scan.inaccurate:
@@ -160,7 +160,7 @@ def _allowed(found: JointLimits) -> Sheet:
         at = None if math.isnan(one.best) else _text(found, one.best_at)
         rows.append((_strikes(found, one), allowed, feasible, usable, one.best, at))
     ends = {end for one in found.limits for interval in one.allowed for end in interval[2:]}
-    name, unit = found.target.selection.name, _unit(found)
+    name, unit = found.target.selection.name, found.shown_unit
     return Sheet(
         f"values of {found.subject} that keep {found.target.name} {_bound(found)}",
         (
@@ -188,23 +188,11 @@ def _postures(found: JointLimits, most: int | None = None) -> Sheet:
     low, high = map(math.degrees, found.strikes)
     varied = "joint" if found.of_joints else found.subject
     header = (
-        f"{varied} [{_unit(found)}]", f"at the scene's strike [{found.target.unit}]", f"{_worst(found)} [{found.target.unit}]",
+        f"{varied} [{found.shown_unit}]", f"at the scene's strike [{found.target.unit}]", f"{_worst(found)} [{found.target.unit}]",
         "at strike angle [deg]", "strike angles allowed [deg]",
     )  # fmt: skip
     notes = () if every == 1 else (f"every {every}th value of the scan; --out writes all",)
     return Sheet(f"{found.target.title} over strike angles from {low:g} to {high:g} deg", header, rows, notes)
-
-
-def _intervals(found: JointLimits) -> Sheet:
-    """A row for every interval, for a spreadsheet."""
-    rows = [
-        (*map(math.degrees, one.strikes), _number(found, i.low), _number(found, i.high), i.low_end, i.high_end)
-        for one in found.limits
-        for i in one.allowed
-    ]
-    unit = _unit(found)
-    header = ("least strike angle [deg]", "greatest strike angle [deg]", f"low [{unit}]", f"high [{unit}]", "low end", "high end")
-    return Sheet("", header, rows)
 
 
 def _every(found: JointLimits, most: int) -> int:
@@ -241,8 +229,8 @@ def _text(found: JointLimits, value: float, whole: Callable[[float], int] = roun
         value: in SI units.
         whole: how it becomes a whole number of its last digit.
     """
-    value = _number(found, value)
-    most = abs(value) if found.of_joints else max(abs(_number(found, end)) for end in found.range)
+    value = found.shown(value)
+    most = abs(value) if found.of_joints else max(abs(found.shown(end)) for end in found.range)
     decimals = max(0, 3 - math.floor(math.log10(most * (1.0 + 5e-5) or 1.0)))
     decimals = min(decimals, 2) if found.of_joints else decimals
     # An end that is a round number but for rounding errors stays one.
@@ -260,20 +248,6 @@ def _best(found: JointLimits) -> str:
 
 def _worst(found: JointLimits) -> str:
     return "least" if found.bound.below else "greatest"
-
-
-def _scale(found: JointLimits) -> tuple[float, str]:
-    """What a value is multiplied by in tables, and the unit."""
-    return UNITS.get(found.unit, (1.0, found.unit))
-
-
-def _unit(found: JointLimits) -> str:
-    return _scale(found)[1]
-
-
-def _number(found: JointLimits, value: float) -> float:
-    """A value of the joint in that unit."""
-    return round(_scale(found)[0] * value, 9) + 0.0
 
 
 def _degrees(angle: float) -> float:

@@ -7,12 +7,9 @@ import numpy as np
 from shockpc.quantities.profile import ShockProfile
 from shockpc.show.document import record
 from shockpc.show.reports.report import Picture, Report
-from shockpc.show.tables import Lines, Row, Sheet, largest
+from shockpc.show.tables import Lines, Row, Sheet, largest, sheet_of
 from shockpc.show.wording import count, proof_text, shared_lines, shared_warnings
 from shockpc.studies.place.study import PlaceStudy, SensorPlace
-
-_EQUAL = 1.0 - 1e-6
-"""Share of the greatest shock from which others are equal to it; they differ by the rounding of the optimum."""
 
 
 def place_report(study: PlaceStudy) -> Report:
@@ -86,27 +83,16 @@ def _header(study: PlaceStudy) -> list[tuple[str, str]]:
 
 
 def _places(study: PlaceStudy) -> Sheet:
-    weighted = study.weights is not None
-    found = [(one.name, one.position, one.combined, one.shocks) for one in (*study.today, *study.places)]
     notes = []
     if study.count > 1:
-        together = np.min([one.shocks for one in study.places], axis=0)
-        found.append(("together", np.full(3, np.nan), study.combined, together))
         notes.append("together: in each landing the sensor with the least shock")
     elif len(study.places) > 1:
         notes.append(f"each further place: the best one at least {study.apart:.3g} m along x, y or z from those before")
     hidden = [f"{one.name} {1e3 * one.hidden:.3g} mm" for one in study.places if one.hidden is not None]
     if hidden:
         notes.append(f"distance from the geometry that one sees: {', '.join(hidden)}; --geometry visual is on it")
-    # At the best place several landings have the greatest shock; the first is named, whatever the processor rounds.
-    rows: list[Row] = [
-        (name, *position, *([mean] if weighted else []), shocks.max(), study.landings[(shocks >= _EQUAL * shocks.max()).argmax()])
-        for name, position, mean, shocks in found
-    ]
-    header = ["place", "x [m]", "y [m]", "z [m]", *(["weighted mean [-]"] if weighted else []), "greatest shock [-]", "in landing"]
-    return Sheet(
-        f"places on {study.robot.bodies[study.body].name} (in its frame; shock relative to the strike)", header, rows, notes
-    )
+    title = f"places on {study.robot.bodies[study.body].name} (in its frame; shock relative to the strike)"
+    return sheet_of(study.table, title, notes)
 
 
 def _landings(study: PlaceStudy, most: int | None = None) -> Sheet:

@@ -7,7 +7,7 @@ from typing import Any
 from shockpc.quantities.profile import ShockProfile
 from shockpc.show.document import record
 from shockpc.show.reports.report import Picture, Report
-from shockpc.show.tables import Lines, Row, Sheet, largest
+from shockpc.show.tables import Lines, Row, Sheet, largest, sheet_of
 from shockpc.show.wording import count, shared_lines, shared_warnings, shown_as
 from shockpc.studies.sensitivity import Effect, Sensitivity
 from shockpc.text.printed import listed
@@ -43,7 +43,7 @@ def sensitivity_report(study: Sensitivity) -> Report:
             _table(study, None if full else MOST),
         ],
         warnings=shared_warnings(landings),
-        sheets={"sensitivity": lambda: _spreadsheet(study)},
+        sheets={"sensitivity": lambda: sheet_of(study.table)},
         document=lambda: _document(study),
     )
 
@@ -136,12 +136,3 @@ def _accuracy(study: Sensitivity, shown: Sequence[Effect]) -> str:
     formulas = [one for one in study.effects if one.formula]
     which = "derivatives by angles and the strike are those of formulas, the others" if formulas else "derivatives are"
     return f"{which} differences, with an error of at most {max(study.error(shown), 1e-15):.0e} of each"
-
-
-def _spreadsheet(study: Sensitivity) -> Sheet:
-    rows: list[Row] = []
-    for effect in study.ranked:
-        what = (f"{effect.kind} {effect.axis}".strip(), effect.name or None, effect.value, effect.unit, effect.step)
-        rows.append((*what, effect.up, effect.down, effect.step * effect.error))
-    target = f"{study.target.selection.name} [{study.target.unit}]"
-    return Sheet("", ("parameter", "of", "value", "unit", "step", target, f"opposite {target}", f"error {target}"), rows)

@@ -6,7 +6,7 @@ from typing import Any
 import numpy as np
 
 from shockpc.show.reports.report import Picture, Report
-from shockpc.show.tables import Lines, Row, Sheet
+from shockpc.show.tables import Lines, Row, Sheet, sheet_of
 from shockpc.show.wording import count
 from shockpc.studies.touchdowns import Touchdowns
 from shockpc.text.printed import few
@@ -31,14 +31,9 @@ def touchdowns_report(log: str, found: Touchdowns) -> Report:
         body=body,
         closing=list(_closing(found)),
         warnings=[f"warning: {text}" for text in found.warnings],
-        sheets={"touchdowns": lambda: Sheet("", tuple(found.table), _rows(found))},
+        sheets={"touchdowns": lambda: sheet_of(found.table)},
         document=lambda: _document(log, found),
     )
-
-
-def _rows(found: Touchdowns) -> list[Row]:
-    """The rows of the table, with all digits."""
-    return [tuple(cells) for cells in zip(*(values.tolist() for values in found.table.values()), strict=True)]
 
 
 def _header(log: str, found: Touchdowns) -> Iterator[tuple[str, str]]:

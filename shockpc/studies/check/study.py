@@ -16,6 +16,7 @@ import numpy as np
 
 from shockpc.evaluation.columns import Column, places_at
 from shockpc.evaluation.evaluate import Evaluation, proven
+from shockpc.evaluation.table import Table
 from shockpc.evaluation.varied import VariedLandings, varied_landings
 from shockpc.landing.landing import PosedLanding, resolve
 from shockpc.landing.places import Place
@@ -72,6 +73,25 @@ class Outcome:
     command: str = ""
 
     @property
+    def record(self) -> dict[str, Any]:
+        """All that a table says of it, by heading."""
+        budget = self.budget
+        return {
+            "case": self.case,
+            "strike_angle_deg": self.strike_angle_deg,
+            "at": self.at,
+            "metric": budget.metric,
+            "unit": budget.selection.quantity.unit,
+            "value": self.value,
+            **{key: getattr(budget, key) for key in ("max", "min", "percentile")},
+            "baseline": self.baseline,
+            "baseline_tolerance": budget.baseline_tolerance,
+            "change": self.change,
+            "severity": budget.severity,
+            **{key: getattr(self, key) for key in ("status", "reason", "line", "command")},
+        }
+
+    @property
     def key(self) -> OutcomeKey:
         """What the value belongs to."""
         return OutcomeKey(self.case, self.strike_angle_deg, self.at, self.budget.metric)
@@ -115,6 +135,12 @@ class Check:
     notes: tuple[str, ...]
     profiles: dict[str, ShockProfile] = field(default_factory=dict, repr=False)
     defects: tuple[str, ...] = field(default=(), repr=False)
+
+    @property
+    def table(self) -> Table:
+        """A row for each outcome, in the order of the file of budgets."""
+        records = [outcome.record for outcome in self.outcomes]
+        return Table.of_rows(list(records[0]), (tuple(row.values()) for row in records))
 
     def count(self, status: str) -> int:
         """Number of outcomes of a status."""

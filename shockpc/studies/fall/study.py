@@ -595,7 +595,9 @@ def _evaluated(strikes: Sequence[FallStrike], robot: Robot, texts: Sequence[str]
         columns[f"{text} at"] = np.array([looks[i].places[text] if i in looks else "" for i in range(len(strikes))])
     trunk = np.array([looks[i].trunk if i in looks else (np.nan,) * 3 for i in range(len(strikes))])
     columns |= {f"trunk {model}": trunk[:, k] for k, model in enumerate(("free", "as modelled", "locked"))}
-    return replace(table, columns={**columns, "proven": table.columns["proven"]}, looks=looks)
+    units = {"rotation": "deg", "rate": "rad/s", "speed": "m/s", "energy": "J"} | {f"{text} at": "" for text in texts}
+    units |= {name: "m/s" for name in columns if name.startswith("trunk ")}
+    return replace(table, columns={**columns, "proven": table.columns["proven"]}, looks=looks, label_units=units)
 
 
 def _result(strike: FallStrike, profile: ShockProfile, texts: Sequence[str]) -> StrikeResult:

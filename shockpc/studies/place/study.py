@@ -11,6 +11,7 @@ import numpy as np
 from shockpc.core.pulse import peak_acceleration
 from shockpc.core.spatial import Array
 from shockpc.evaluation.evaluate import proven
+from shockpc.evaluation.table import Table
 from shockpc.evaluation.variation import Vary, pairs
 from shockpc.evaluation.varied_scene import scene_grid
 from shockpc.landing.landing import pulse_of
@@ -32,6 +33,9 @@ from shockpc.text.names import match
 
 NEAREST = 1e-3
 """Least distance between alternatives [m]."""
+
+EQUAL = 1.0 - 1e-6
+"""Share of the greatest shock from which others are equal to it, of which the first is named; rounding makes them differ."""
 
 MOST_ALTERNATIVES = 20
 """Alternatives that can be asked for."""
@@ -114,6 +118,21 @@ class PlaceStudy:
     def weights(self) -> Array | None:
         """Weights (L,) of the landings with sum 1 if places are compared by the weighted mean; None for the greatest shock."""
         return self.fields.weights
+
+    @property
+    def table(self) -> Table:
+        """A row for each present sensor, for each place found, and for all of these together if there are several sensors."""
+        found = [(one.name, one.position, one.combined, one.shocks) for one in (*self.today, *self.places)]
+        if self.count > 1:
+            together = np.min([one.shocks for one in self.places], axis=0)
+            found.append(("together", np.full(3, np.nan), self.combined, together))
+        mean = self.weights is not None
+        rows = (
+            (name, *at, *([combined] * mean), shocks.max(), self.landings[(shocks >= EQUAL * shocks.max()).argmax()])
+            for name, at, combined, shocks in found
+        )
+        means = ["weighted mean [-]"] * mean
+        return Table.of_rows(("place", "x [m]", "y [m]", "z [m]", *means, "greatest shock [-]", "in landing"), rows)
 
     @property
     def gap(self) -> float:
