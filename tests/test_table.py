@@ -2,8 +2,13 @@
 
 import numpy as np
 import pytest
+from identify_draws import BLOCKS, blocks
+from test_touchdowns import STEPPER
 
+import shockpc
+from shockpc import Design, Scene, load_robot
 from shockpc.evaluation.table import Table
+from shockpc.studies.check.budgets import read_budgets
 
 COLUMNS = {
     "contact": np.array(["LF_FOOT", "LF_FOOT", "LH_FOOT"]),
@@ -59,3 +64,112 @@ def test_polars_has_the_columns(table):
         np.testing.assert_array_equal(frame[name].to_numpy(), values)
     assert frame["message"].to_list() == [None, "no impact", None]
     assert frame.schema["shock@imu_link"] == polars.Float64
+
+
+FOOT = Scene(robot="anymal_b", contact="LF_FOOT")
+TOSSED = Scene(robot=str(BLOCKS), contact="elbow_1_corner_1")
+BUDGETS = """
+[[case]]
+name = "drop"
+robot = "anymal_b"
+contact = "LF_FOOT"
+[[budget]]
+case = "drop"
+at = "imu_link"
+metric = "shock"
+max = 0.5
+"""
+
+
+def checked(folder):
+    (folder / "budgets.toml").write_text(BUDGETS)
+    return shockpc.check_budgets(read_budgets(folder / "budgets.toml"))
+
+
+def fallen(folder):
+    """Touchdown of a body on a leg, in a log of the positions of its legs."""
+    time = np.arange(0.0, 0.5, 1e-3)
+    z = 0.6 - 0.1 * time
+    columns = {"time": time, "z": z, "qw": np.ones(len(time))} | dict.fromkeys(("x", "y", "qx", "qy", "qz"), np.zeros(len(time)))
+    legs = {f"{side}_leg": np.maximum(0.2 - time, 0.0) + 0.5 - z for side in ("left", "right")}
+    (folder / "stepper.urdf").write_text(STEPPER)
+    return shockpc.touchdowns(columns | legs, Scene(robot=str(folder / "stepper.urdf"), contact=("left_foot", "right_foot")))
+
+
+STUDIES = {
+    "batch": (lambda _: shockpc.batch(["anymal_b"]), lambda found: 4, {"shock_max": "-"}),
+    "check_budgets": (checked, lambda found: len(found.outcomes), {"strike_angle_deg": "deg", "value": ""}),
+    "compare": (
+        lambda _: shockpc.compare([Design("a", FOOT, load_robot("anymal_b"))], changes=["mass:LF_SHANK=0.9x"]),
+        lambda found: sum(len(one.rows) for one in found.quantities),
+        {"quantity": "", "A": ""},
+    ),
+    "fall": (
+        lambda _: shockpc.fall(Scene(robot=str(BLOCKS)), drop=0.5, attitudes=2),
+        lambda found: len(found.results) + len(found.failures),
+        {"rotation": "deg", "speed": "m/s", "energy": "J", "struck": ""},
+    ),
+    "identify": (
+        lambda _: shockpc.identify(blocks(np.random.default_rng(0), 8), TOSSED, {"friction": "0:1.5"}, draws=100),
+        lambda found: len(found.unknowns),
+        {"unknown": "", "value": ""},
+    ),
+    "improve": (
+        lambda _: shockpc.improve(FOOT, ["shock@imu_link"], vary={"LF_KFE": "-80:-60"}, any_ground=True, starts=0),
+        lambda found: len(found.variables),
+        {"variable": ""},
+    ),
+    "landings": (
+        lambda _: shockpc.landings({"q_LF_KFE": [-1.0, -1.2]}, FOOT, ["shock@imu_link"]),
+        lambda found: 2,
+        {"shock@imu_link": "-"},
+    ),
+    "limits": (
+        lambda _: shockpc.limits(FOOT, "LF_KFE", "shock@imu_link", 0.1, joint_range=(-1.5, -1.0), step=0.02),
+        lambda found: sum(len(one.allowed) for one in found.limits),
+        {"low [deg]": "deg", "least strike angle [deg]": "deg", "low end": ""},
+    ),
+    "place": (
+        lambda _: shockpc.place({"down": FOOT, "slanted": Scene(robot="anymal_b", contact="RH_FOOT")}),
+        lambda found: len(found.today) + len(found.places),
+        {"x [m]": "m", "greatest shock [-]": "-", "in landing": ""},
+    ),
+    "sensitivity": (
+        lambda _: shockpc.sensitivity(FOOT, "shock@imu_link"),
+        lambda found: len(found.effects),
+        {"parameter": "", "shock [-]": "-"},
+    ),
+    "sweep": (
+        lambda _: shockpc.sweep(FOOT, {"strike-angle": "0,10,20"}, quantities=["ropc@base"]),
+        lambda found: 3,
+        {"strike-angle [deg]": "deg", "ropc@base": "m"},
+    ),
+    "touchdowns": (fallen, lambda found: 1, {"time": "s", "q_left_leg": "m", "before_left_leg": "m/s", "contact": ""}),
+}
+
+
+def test_every_study_is_among_these():
+    declared = {name for name in shockpc.__all__ if "study" in getattr(getattr(shockpc, name), "__dict__", {})}
+    assert STUDIES.keys() == declared | {"check_budgets"}
+
+
+@pytest.mark.parametrize("name", STUDIES)
+def test_every_study_has_a_table_with_units(name, tmp_path):
+    compute, rows, units = STUDIES[name]
+    found = compute(tmp_path)
+    table = found.table() if callable(found.table) else found.table
+    assert isinstance(table, Table)
+    assert len(table) == rows(found) > 0
+    assert table.units.keys() == table.columns.keys()
+    assert {heading: table.units[heading] for heading in units} == units
+    assert {len(values) for values in table.columns.values()} == {len(table)}
+    arrow = table.to_arrow().to_pydict()
+    for heading, values in table.columns.items():
+        assert [cell is None for cell in arrow[heading]] == [cell is None or cell != cell for cell in values.tolist()]
+    pandas = pytest.importorskip("pandas")
+    frame = table.to_pandas()
+    assert list(frame.columns) == [*table.columns, "message"]
+    for heading, values in table.columns.items():
+        missing = pandas.isna(frame[heading]).to_numpy()
+        np.testing.assert_array_equal(missing, [cell is None or cell != cell for cell in values.tolist()])
+        assert frame[heading].to_numpy()[~missing].tolist() == values[~missing].tolist()
