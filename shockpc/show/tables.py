@@ -32,8 +32,9 @@ class Sheet(NamedTuple):
 
 
 def sheet_of(table: Table, title: str = "", notes: Sequence[str] = ()) -> Sheet:
-    """The columns of a study's table, without its messages."""
-    return Sheet(title, tuple(table.columns), list(zip(*(x.tolist() for x in table.columns.values()), strict=True)), notes)
+    """The columns of a study's table, of the rows without a message."""
+    rows = list(zip(*(x.tolist() for x in table.columns.values()), strict=True))
+    return Sheet(title, tuple(table.columns), [row for i, row in enumerate(rows) if i not in table.messages], notes)
 
 
 class Lines(NamedTuple):
