@@ -8,6 +8,7 @@ import dense
 import numpy as np
 import pinocchio as pin
 import pytest
+from commands import run
 from robot_texts import LIMIT, body, floating, joint, link, mjcf, refused, urdf
 from trees import known_robot, robot_from
 
@@ -285,3 +286,11 @@ def test_a_factor_of_one_is_not_said(mass):
     found = re.search(r"may be up to ([\d.]+) times larger", joint_lines(profile))
     assert (found is not None) == (factor >= 1.05)
     assert found is None or float(found[1]) == pytest.approx(factor, rel=0.05)
+
+
+def test_joints_without_a_solution_have_a_reason(capfd):
+    """A rigid robot that stands on one foot cannot stop another that strikes."""
+    outcome = run(capfd, "analyze", "talos", "--contact", "left_sole_link", "--stance", "right_sole_link", "--flat")
+    assert outcome.code == 0
+    assert "locked without a solution)" in outcome.out
+    assert '(–: no solution with joints locked: stance "right_sole_link" cannot be stopped' in outcome.out

@@ -886,6 +886,18 @@ def test_a_joint_model_that_is_refused_leaves_no_files(here, capfd):
     assert not (here / "out").exists()
 
 
+def test_rigid_springs_are_left_out_where_there_are_none(here, capfd):
+    """Of several joint models; the first that is left counts for the rows."""
+    written(here / "log.csv", measured(table(), known_robot("anymal_b"), 0.1))
+    words = ("--contact", "LF_FOOT", "--drives", "none", "--prove", 0, "--format", "json", "--joints")
+    outcome = run(capfd, "landings", here / "log.csv", "anymal_b", *words, "rigid,locked,free")
+    assert outcome.code == 0
+    assert 'joint model rigid is left out, because no joint of "anymal" has a spring' in outcome.err
+    document = json.loads(outcome.out)
+    assert list(dict.fromkeys(one["model"] for one in document["measured"])) == ["locked", "free"]
+    assert document["rows"] == json.loads(good(capfd, "landings", here / "log.csv", "anymal_b", *words, "locked"))["rows"]
+
+
 @pytest.mark.parametrize(
     ("text", "message"),
     [

@@ -18,6 +18,7 @@ from shockpc.cli.study import asked, given, help_of
 from shockpc.evaluation.recorded import recorded_landings
 from shockpc.evaluation.recorded_table import rows_of, rows_of_scenes
 from shockpc.evaluation.table_files import read_table
+from shockpc.landing.joint_model import joint_model
 from shockpc.landing.landing import landing_of
 from shockpc.landing.record import options_of
 from shockpc.landing.scene import Joints, Scene
@@ -70,6 +71,14 @@ def landings(
             options, contacts = with_contact(robot, options, columns["contact"].astype(str).ravel().tolist())
             columns["contact"] = np.reshape(contacts, columns["contact"].shape)
         loaded, scene = one_scene(robot, options)
+        if (
+            models[1:]
+            and "rigid" in models
+            and not joint_model(loaded, dataclasses.replace(scene.joints, model=None)).springs.any()
+        ):
+            print_error(f'joint model rigid is left out, because no joint of "{loaded.name}" has a spring')
+            models = tuple(model for model in models if model != "rigid")
+            scene = dataclasses.replace(scene, joints=dataclasses.replace(scene.joints, model=models[0]))
         rows_in_table = rows_of(columns, landing_of(scene, loaded), renames)
     if len(models) > 1 and not rows_in_table.measured:
         raise StudyError("several joint models are compared with what was measured, but the table has no column after_…")

@@ -361,7 +361,10 @@ def _check_ground(scene: Scene, blocks: tuple[Block, ...]) -> None:
     if scene.stops and scene.stop_stiffness is None:
         raise SceneError("contacts of finite stiffness are given, and rigid end stops; give the stops a stop_stiffness too")
     if scene.pulse is not None:
-        raise SceneError("a pulse and a contact stiffness are given; the stiffness gives the length of the pulse, so leave it out")
+        raise SceneError(
+            "a pulse and a contact stiffness are given; on contacts of finite stiffness the length of the impact, and so its peak "
+            "accelerations and forces, follow from the stiffness: leave out the pulse, or the contact stiffness"
+        )
 
 
 def resolve(scene: Scene, robot: Robot) -> PosedLanding:

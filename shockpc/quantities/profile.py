@@ -303,12 +303,18 @@ class ShockProfile(OfLanding):
 
         Returns: None where that has no verdict, or the landing no springs.
         """
-        return self._other_joints[name]
+        proof = self._other_joints[name]
+        return None if isinstance(proof, str) else proof
+
+    @property
+    def unsolved_joints(self) -> dict[str, str]:
+        """Why there is no solution with "free" joints, "locked" ones or "springs_free", as in `proof_with`, by these names."""
+        return {name: proof for name, proof in self._other_joints.items() if isinstance(proof, str)}
 
     @cached_property
-    def _other_joints(self) -> dict[str, Proof | None]:
+    def _other_joints(self) -> dict[str, Proof | str | None]:
         joints, model = self.robot.actuated_dofs, self.landing.joint_model
-        proofs: dict[str, Proof | None] = {"springs_free": None}
+        proofs: dict[str, Proof | str | None] = {"springs_free": None}
         models = {"free": np.zeros_like(joints), "locked": joints}
         for name, locked in (models | ({"springs_free": joints & ~model.springs} if model.springs.any() else {})).items():
             if model.name == name or not (locked.any() or name == "free"):
@@ -323,8 +329,8 @@ class ShockProfile(OfLanding):
                 most = changed.most_independent(state, equation.blocks)
                 solution = solve_impact(equation.inertia, equation.J_c, equation.b, equation.terms, equation.tolerance, most)
                 proofs[name] = solve_exactly(changed, equation, solution)
-            except (SceneError, SolveError):
-                proofs[name] = None
+            except (SceneError, SolveError) as refusal:
+                proofs[name] = str(refusal)
         return proofs
 
     @property

@@ -133,8 +133,10 @@ def _summary(profile: ShockProfile) -> list[tuple[str, str]]:
     """What matters most: the shock at the sensors, the largest impulse through a joint, and the warnings."""
     sensors = [row for row in profile.bracket if row.place in {place.name for place in profile.landing.points}]
     shown = [(row.place, row) for row in sensors] or [(f"CoM of {row.place}", row) for row in profile.bracket]
+    ends = [(_or_none(row.free), _or_none(row.locked)) for _, row in shown]
     texts = [
-        f"{name} {rounded(row.as_modelled)} (joints free {rounded(row.free)} … locked {rounded(row.locked)})" for name, row in shown
+        f"{name} {rounded(row.as_modelled)} (joints free {free} … locked {locked})"
+        for (name, row), (free, locked) in zip(shown, ends, strict=True)
     ]
     loads, warnings = profile.loads, profile.health.warnings
     force = "none, because the robot has no joints"
@@ -151,6 +153,11 @@ def _summary(profile: ShockProfile) -> list[tuple[str, str]]:
             force = "not determined, because the mechanism is singular or redundant here"
     first = "no warnings" if not warnings else f"{count(len(warnings), 'warning')}: {warnings[0]}"
     return [("shock", few(texts, 4, "; ")), ("joint", f"largest impulse: {force}"), ("warnings", first)]
+
+
+def _or_none(shock: float | None) -> str:
+    """A shock with other joints; the table of the joint model says why there is none."""
+    return "without a solution" if shock is None else rounded(shock)
 
 
 def _summary_with_ground(profile: ShockProfile) -> list[tuple[str, str]]:
@@ -399,7 +406,10 @@ def _bracket_sheet(profile: ShockProfile) -> Sheet:
         *(["locked, springs free [-]"] if sprung else []),
     )
     rows = [row[: len(header)] for row in profile.bracket]
-    notes = ["–: not solvable with that joint model"] * any(None in row for row in rows)
+    named = {"free": "joints free", "locked": "joints locked", "springs_free": "locked, springs free"}
+    # Without the remedy, which would be that of a scene with such joints.
+    reasons = {model: text.removeprefix("no verdict: ").partition(";")[0] for model, text in profile.unsolved_joints.items()}
+    notes = [f"–: no solution with {named[model]}: {reason}" for model, reason in reasons.items()]
     notes += ["free: no rotor, or each behind a soft spring; locked: gears and motors that do not yield during the impact"]
     if len(header) > 4:
         notes += [
