@@ -190,6 +190,9 @@ def test_how_many_were_not_computed_is_said_and_the_exit_code_is_3_if_all_or_str
     assert outcome.code == 0
     assert [run(capfd, "batch", *words).code for words in (("bolt", "nosuch", "--strict"), ("nosuch",))] == [3, 3]
     assert 'not computed: nosuch: no robot "nosuch"' in outcome.out
+    assert "not computed: 2 landings: bodies" in (text := run(capfd, "batch", "romeo").out)
+    assert text.count("no mass or inertia") == 1
+    assert "(first: romeo l_sole)" in text
     assert outcome.out.count("bolt") >= 2
     assert outcome.err == "shockpc: 1 of 3 landings could not be computed; the results name them\n"
 

@@ -371,7 +371,8 @@ def test_text_and_json(capfd, here):
     assert 0.0 < found["error_bound"] <= 1e-15
     assert [one["case"] for one in found["outcomes"]] == [ODD, ODD]
     assert [one["status"] for one in found["outcomes"]] == rows == ["exceeded", "passed"]
-    assert found["outcomes"][0]["reason"] == f"{found['outcomes'][0]['value']:.6g} is above max 0.001"
+    assert (reason := found["outcomes"][0]["reason"]) == f"{found['outcomes'][0]['value']:.6g} is above max 0.001"
+    assert outcome.out.count(reason) == outcome.out.count("exceeded  ") == 1
 
 
 def test_an_infinite_radius_is_a_value(capfd, here):

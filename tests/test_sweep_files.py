@@ -148,7 +148,7 @@ def test_rows_that_cannot_be_computed_have_a_message_and_their_number_is_said(ca
     assert (outcome.code, outcome.err) == (0, "shockpc: 1 of 2 landings could not be computed; the results name them\n")
     assert run(capfd, *words, "strike-angle=0,120", "--out", tmp_path / "strict", "--strict").code == 3
     assert run(capfd, *words, "strike-angle=120", "--out", tmp_path / "none").code == 3
-    assert "not computed: 1 of 2 landings" in outcome.out
+    assert "not computed: 1 of 2 landings\n  row 1: " in outcome.out
     table = pyarrow.parquet.read_table(tmp_path / "out" / "rows").to_pydict()
     assert table["message"] == [None, 'contact "foot" does not approach the ground, so there is no impact']
     assert table["shock_com@body"][1] is None

@@ -23,7 +23,7 @@ from shockpc.show.reports.landing import accuracy_line, analyze_report, contacts
 from shockpc.show.tables import Lines, Sheet, as_csv, as_markdown, as_text, escaped, rounded
 from shockpc.show.wording import header_lines
 from shockpc.text.diagnostic import Diagnostic
-from shockpc.text.printed import alike, message, printable
+from shockpc.text.printed import cause_lines, causes, message, printable
 
 
 def directions(*shape):
@@ -366,9 +366,11 @@ def test_bodies_that_do_not_move_become_one_line():
 
 def test_messages_that_differ_only_in_a_gap_are_counted_together():
     text = 'closure "a–b" cannot be closed: its ends stay {} mm apart and {} deg turned; joints that may move: "{}"'
-    counted = alike([text.format(*given) for given in (("1.2", "3", "k"), ("4e-05", "-0.5", "k"), ("1.2", "3", "other"))])
-    assert sorted(counted.values()) == [1, 2]
-    assert text.format("some", "some", "k") in counted
+    gaps = (("1.2", "3", "other"), ("1.2", "3", "k"), ("4e-05", "-0.5", "k"))
+    found = causes(enumerate(text.format(*given) for given in gaps))
+    assert [(one.rows, one.first) for one in found] == [(2, 1), (1, 0)]
+    same = text.format("some", "some", "k")
+    assert list(cause_lines(found, "rows", 1)) == [f"2 rows: {same} (first: 1)", "and 1 other cause"]
 
 
 HYQ = ("hyq", "--contact", "lf_foot")

@@ -1,6 +1,5 @@
 """Many landings in a few numbers: ranges and percentiles, what they depend on, and how far double precision was off."""
 
-from collections import Counter
 from collections.abc import Sequence
 from typing import Generic, NamedTuple
 
@@ -11,7 +10,7 @@ from shockpc.evaluation.columns import Column, percentile
 from shockpc.evaluation.evaluate import Evaluation, L
 from shockpc.evaluation.table import Table
 from shockpc.evaluation.variation import Variation
-from shockpc.text.printed import alike
+from shockpc.text.printed import Cause, causes
 
 PERCENTILES = (5, 95, 99)
 """Of a sample, besides its median."""
@@ -80,7 +79,7 @@ class Summary(NamedTuple, Generic[L]):
         varied: what differs between the rows of a sample and is a number.
         correlations: (v, e) rank correlation (Spearman) of each of these with each of the extents' columns; NaN of a constant.
         ranked: number of rows of which they are.
-        messages: why rows could not be computed, with the number of such rows, most frequent first.
+        messages: why rows could not be computed, with the number of such rows and the first of them, most frequent first.
         failed: number of rows that could not be computed.
         refused: numbers of rows that flat ground does not allow, left out or not.
         proven: number of rows that needed a proof and have one.
@@ -94,7 +93,7 @@ class Summary(NamedTuple, Generic[L]):
     varied: tuple[Variation, ...]
     correlations: Array
     ranked: int
-    messages: tuple[tuple[str, int], ...]
+    messages: tuple[Cause, ...]
     failed: int
     refused: Refused
     proven: int
@@ -116,7 +115,7 @@ def summarise(evaluation: Evaluation[L], table: Table, varied: Sequence[Variatio
         varied: what differs between the rows and is a number, with which results are correlated.
         keep: whether the values are drawn as a curve or a map.
     """
-    messages = Counter(alike(table.messages.values()))
+    messages = causes((int(table.numbers[i]), text) for i, text in table.messages.items())
     flags, errors = table.columns["proven"].astype(bool), table.columns["double_error"]
     others = errors[~flags & ~np.isnan(errors)]
     feasible, rows = table.feasible, evaluation.landings.rows
@@ -135,8 +134,8 @@ def summarise(evaluation: Evaluation[L], table: Table, varied: Sequence[Variatio
         tuple(varied),
         correlations,
         int(np.sum(~np.isnan(drivers[0]))) if drivers else 0,
-        tuple(messages.most_common()),
-        sum(messages.values()),
+        tuple(messages),
+        sum(cause.rows for cause in messages),
         Refused(sum(table.refused), *table.refused),
         int(flags.sum()),
         len(others),

@@ -2,14 +2,22 @@
 
 import math
 import re
-from collections import Counter
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Iterator, Sequence
+from typing import NamedTuple
 
 UNITS = {"rad": (math.degrees(1.0), "deg"), "m": (1e3, "mm")}
 """Units of small tables and figures by SI unit: what a number is multiplied by, and the name."""
 
 _COMMANDS = (("^( *):(?=:)", r"\1\\x3a"), (r"(?i)##(?=\[|vso\[)", r"#\\x23"))
 """How lines begin, or what they contain, that CI runners take for commands, and what is printed instead."""
+
+
+class Cause(NamedTuple):
+    """Why some rows were not computed: the message, how many of them have it, and the name of the first."""
+
+    text: str
+    rows: int
+    first: object
 
 
 def visible(text: str, kept: str = "") -> str:
@@ -46,9 +54,23 @@ def message(text: str) -> str:
     return printable(quoted, 2000)
 
 
-def alike(texts: Iterable[str]) -> Counter[str]:
-    """How often each message occurs; those that differ only in the gap of a loop that stays open are one."""
-    return Counter(re.sub(r"(?<![\d.e+-])[\d.e+-]++(?= (mm apart|deg turned))", "some", text) for text in texts)
+def causes(messages: Iterable[tuple[object, str]]) -> list[Cause]:
+    """The causes of what was not computed, the most frequent first; those that differ only in the gap of an open loop are one.
+
+    Args: messages, of what was not computed by its name.
+    """
+    named: dict[str, list[object]] = {}
+    for name, text in messages:
+        named.setdefault(re.sub(r"(?<![\d.e+-])[\d.e+-]++(?= (mm apart|deg turned))", "some", text), []).append(name)
+    return sorted((Cause(text, len(names), names[0]) for text, names in named.items()), key=lambda cause: -cause.rows)
+
+
+def cause_lines(found: Sequence[Cause], noun: str, most: int) -> Iterator[str]:
+    """A line for each of the most frequent causes, as "12 rows: cause (first: NAME)". Args: noun, of the rows in the plural."""
+    for text, number, first in found[:most]:
+        yield f"{first}: {text}" if number == 1 else f"{number} {noun}: {text} (first: {first})"
+    if left := found[most:]:
+        yield f"and {len(left)} other cause{'s' * (len(left) > 1)}"
 
 
 def few(names: Sequence[str], most: int, separator: str = ", ", what: str = "") -> str:

@@ -10,6 +10,10 @@ from shockpc.show.reports.report import Picture, Report, picture_files
 from shockpc.show.tables import Lines, Row, Sheet
 from shockpc.show.wording import count, proof_text, without_value
 from shockpc.studies.batch import Batch, BatchRow
+from shockpc.text.printed import Cause, cause_lines, causes
+
+CAUSES = 20
+"""Different causes of landings that could not be computed that are shown."""
 
 NO_DRIVES = {"free": "nothing gives a reflected inertia; stiff gearboxes change the results considerably"}
 """What a joint model without drives of the catalogue means."""
@@ -25,10 +29,7 @@ def batch_report(batch: Batch) -> Report:
         name="batch",
         title="Landings of robots",
         body=lambda full: [*picture, _sheet(batch), *([Lines(warnings)] if full else [])],
-        closing=[
-            f"not computed: {' '.join(filter(None, (failure.robot, failure.contact)))}: {failure.reason}"
-            for failure in batch.failures
-        ],
+        closing=[f"not computed: {line}" for line in cause_lines(_causes(batch), "landings", CAUSES)],
         sheets={"batch": lambda: _sheet(batch, for_terminal=False)},
         document=lambda: {
             "rows": [_record(row) for row in batch.rows],
@@ -36,6 +37,11 @@ def batch_report(batch: Batch) -> Report:
         },
         others=picture_files("sheet"),
     )
+
+
+def _causes(batch: Batch) -> list[Cause]:
+    """Why landings were not computed."""
+    return causes((" ".join(filter(None, (failure.robot, failure.contact))), failure.reason) for failure in batch.failures)
 
 
 def _record(row: BatchRow) -> dict[str, Any]:

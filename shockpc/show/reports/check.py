@@ -15,10 +15,13 @@ from shockpc.show.wording import count, proof_text
 from shockpc.studies.check.budgets import Budget
 from shockpc.studies.check.study import MOST_CHANGES, Check, Outcome, Status
 from shockpc.text.errors import OutputError
-from shockpc.text.printed import few, printable
+from shockpc.text.printed import cause_lines, causes, few, printable
 
 MOST_COMMANDS = 10
 """Errors of one step that GitHub shows."""
+
+MOST_CAUSES = 6
+"""Different causes of numbers that could not be computed that are shown."""
 
 MOST_ROWS = 500
 """Rows of a summary, whose size GitHub limits to 1 MiB."""
@@ -56,7 +59,8 @@ def check_sheet(check: Check, for_terminal: bool = True, most: int | None = None
 
     Args:
         check: the outcomes.
-        for_terminal: the reasons why budgets are not met are notes under the table, rather than its last column.
+        for_terminal: the limit of a budget that is not met says by how much, and notes say what was not computed, rather than a
+            last column.
         most: largest number of rows; a note counts the others.
     """
     shown = sorted(check.outcomes, key=lambda outcome: (not outcome.fails, not outcome.reason))[:most]
@@ -66,19 +70,26 @@ def check_sheet(check: Check, for_terminal: bool = True, most: int | None = None
         "at": [outcome.at for outcome in shown],
         "metric": [f"{outcome.budget.metric} [{_unit(outcome).replace('1', '-')}]" for outcome in shown],
         "value": [outcome.value for outcome in shown],
-        "limit": [_limit_text(outcome.budget) for outcome in shown],
+        "limit": [outcome.reason if for_terminal and _exceeded(outcome) else _limit_text(outcome.budget) for outcome in shown],
         "baseline": [outcome.baseline for outcome in shown],
         "change [%]": [None if outcome.change is None else 100.0 * outcome.change for outcome in shown],
         "reason": [None if for_terminal else outcome.reason or None for outcome in shown],
     }
     # A column without any entry tells nothing.
     kept = {head: cells for head, cells in columns.items() if head == "value" or any(cell is not None for cell in cells)}
-    notes = [f"{_status(outcome)}: {place_text(outcome)}: {outcome.reason}" for outcome in shown if outcome.reason and for_terminal]
+    missing = causes(
+        (place_text(outcome), outcome.reason) for outcome in shown if outcome.status == "not computed" and for_terminal
+    )
+    notes = [f"not computed: {line}" for line in cause_lines(missing, "numbers", MOST_CAUSES)]
     cases = dict.fromkeys(outcome.case for outcome in shown if outcome.reason)
     notes += [f"joint model of {case}: {model}" for case in cases if (model := _joint_model(check, case))]
     if left := len(check.outcomes) - len(shown):
         notes.append(f"{count(left, 'row')} not shown")
     return Sheet(_summary_text(check), list(kept), list(zip(*kept.values(), strict=True)), [*notes, *check.notes])
+
+
+def _exceeded(outcome: Outcome) -> bool:
+    return outcome.status == "exceeded"
 
 
 def _commands(check: Check) -> list[Lines]:

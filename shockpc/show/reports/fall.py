@@ -11,7 +11,7 @@ from shockpc.show.reports.report import Picture, Report
 from shockpc.show.tables import Lines, Row, Sheet, largest
 from shockpc.show.wording import count, header_lines, shared_warnings
 from shockpc.studies.fall.study import Falls, FallStrike, StrikeResult, Tip
-from shockpc.text.printed import few, listed
+from shockpc.text.printed import cause_lines, causes, few, listed
 
 PAGE, ROWS = 12, 16
 """Strikes that the page shows in three dimensions; rows of a table on a terminal."""
@@ -34,7 +34,9 @@ def fall_report(falls: Falls) -> Report:
             *([_tips(falls)] if falls.tips else []),
             _strikes(falls, None if full else ROWS),
         ],
-        closing=[f"not computed: {name}: {text}" for name, text in falls.failures],
+        closing=[
+            f"not computed: {line}" for line in cause_lines(causes((name, str(why)) for name, why in falls.failures), "falls", 6)
+        ],
         warnings=[*(f"warning: {tip.name}: {text}" for tip in falls.tips for text in tip.warnings), *_warnings(falls)],
         sheets={"strikes": lambda: _spreadsheet(falls), "falls": lambda: _tips(falls)},
         document=lambda: _document(falls),

@@ -16,7 +16,7 @@ from shockpc.show.reports.report import Picture, Report
 from shockpc.show.tables import Lines, Row, Sheet, sheet_of
 from shockpc.show.wording import count
 from shockpc.studies.identify import ERRORS, Identification
-from shockpc.text.printed import alike, few, listed
+from shockpc.text.printed import cause_lines, causes, few, listed
 from shockpc.text.toml import toml_lines
 
 DRIVES, SCENE = "drives.toml", "scene.toml"
@@ -95,7 +95,8 @@ def _landings(found: Identification) -> Sheet:
 def _closing(found: Identification) -> Iterator[str]:
     if found.messages:
         yield f"without a prediction with these values: {count(len(found.messages), 'landing')}"
-        yield from (f"  {n} x {text}" for text, n in alike(list(found.messages.values())).most_common(3))
+        refused = causes((str(found.predictor.rows.names[i]), text) for i, text in found.messages.items())
+        yield from (f"  {line}" for line in cause_lines(refused, "landings", 3))
     if links := [one.variation.subject for one in found.unknowns if one.variation.kind in (*OF_A_LINK, "place")]:
         yield (
             f"{listed(links)} is of the robot's file, not of a scene: change it there; shockpc compare ROBOT --change "

@@ -14,7 +14,7 @@ from shockpc.show.reports.report import Picture, Report, Section, picture_files
 from shockpc.show.tables import Lines, Row, Sheet
 from shockpc.show.wording import JOINT_MODELS, LEFT_OUT, count, proven_text, shown_as, without_value
 from shockpc.studies.landings import STATISTICS, Agreement, Validation
-from shockpc.text.printed import alike, few
+from shockpc.text.printed import cause_lines, causes, few
 
 SHORT = 10
 """Landings that are shown on a terminal."""
@@ -178,11 +178,12 @@ def _closing(study: RecordedLandings, results: Table, validation: Validation | N
         if 0 < (missing := int(np.sum(np.isnan(columns[column.name]) & computed))) < np.sum(computed):
             why = column.selection.quantity.missing or "it does not exist there"
             yield f"no {column.name} in {count(missing, 'landing')}: {why}"
-    failures = [text for _, _, text in validation.failures] if validation else []
-    for what, texts in (("computed", list(results.messages.values())), ("predicted", failures)):
-        if texts:
-            yield f"not {what}: {count(len(texts), 'landing')}"
-            yield from (f"  {n} x {text}" for text, n in alike(texts).most_common(MESSAGES))
+    refused = [(str(study.table.names[i]), text) for i, text in results.messages.items()]
+    failures = [(f"{row} ({model})", text) for model, row, text in validation.failures] if validation else []
+    for what, messages in (("computed", refused), ("predicted", failures)):
+        if messages:
+            yield f"not {what}: {count(len(messages), 'landing')}"
+            yield from (f"  {line}" for line in cause_lines(causes(messages), "landings", MESSAGES))
 
 
 def _warnings(landings: RecordedLandings) -> Iterator[str]:

@@ -10,11 +10,13 @@ from shockpc.show.reports.report import Picture, Report
 from shockpc.show.tables import Lines, Row, Sheet, largest, sheet_of
 from shockpc.show.wording import count, proof_text, shared_lines, shared_warnings
 from shockpc.studies.place.study import PlaceStudy, SensorPlace
+from shockpc.text.printed import cause_lines, causes
 
 
 def place_report(study: PlaceStudy) -> Report:
     """The places of least shock on a body."""
-    failed = [f"not computed: {name}: {reason}" for name, reason in study.failures]
+    refused = causes((name, str(reason)) for name, reason in study.failures)
+    failed = [f"not computed: {line}" for line in cause_lines(refused, "landings", 6)]
     return Report(
         name="place",
         title=f"Place of least shock on {study.robot.bodies[study.body].name} of {study.robot.name}",

@@ -14,6 +14,7 @@ from shockpc.show.document import record
 from shockpc.show.reports.report import Picture, Report
 from shockpc.show.tables import Lines, Row, Sheet, largest
 from shockpc.show.wording import LEFT_OUT, proven_text, without_value
+from shockpc.text.printed import cause_lines
 
 MESSAGES = 5
 """Messages of rows that could not be computed that are shown."""
@@ -45,7 +46,7 @@ def sweep_report(summary: Summary[VariedLandings]) -> Report:
             "rows": summary.rows,
             **record(summary, "failed", "proven", "compared", "largest_error"),
             "not_feasible": summary.refused._asdict(),
-            "messages": [{"text": text, "rows": count} for text, count in summary.messages],
+            "messages": [{"text": one.text, "rows": one.rows, "first": one.first} for one in summary.messages],
             "quantities": [_record(summary, k) for k in range(len(summary.extents))],
         },
         others=("correlations.csv",),
@@ -134,9 +135,8 @@ def _lines(summary: Summary[VariedLandings]) -> Iterator[str]:
         yield LEFT_OUT
     if summary.failed:
         yield f"not computed: {summary.failed} of {summary.rows} landings"
-        yield from (f"  {count} x {text}" for text, count in summary.messages[:MESSAGES])
-        if len(summary.messages) > MESSAGES:
-            yield f"  and {len(summary.messages) - MESSAGES} other messages, in the column message"
+        named = [cause._replace(first=f"row {cause.first}") for cause in summary.messages]
+        yield from (f"  {line}" for line in cause_lines(named, "rows", MESSAGES))
     if summary.proven:
         yield proven_text(summary.proven, [one.column for one in summary.extents])
     if summary.compared:
