@@ -8,7 +8,7 @@ import signal
 
 import numpy as np
 import pytest
-from commands import Outcome, good, interrupted, run
+from commands import STICK, Outcome, good, interrupted, run
 
 from shockpc.evaluation.executor import executor
 from shockpc.landing.scene import Contact, Scene
@@ -159,7 +159,7 @@ def test_an_unexpected_error_is_the_message_of_its_row(monkeypatch):
     assert re.fullmatch("an error in shockpc itself, .*ZeroDivisionError in test_batch.py, line [0-9]+: odd", failure.reason)
 
 
-@pytest.mark.parametrize(("name", "legs"), [("quadrupeds", 4), ("bipeds", 2)])
+@pytest.mark.parametrize(("name", "legs"), [("quadrupeds", 4), ("bipeds", 2), ("humanoids", 2)])
 def test_robots_of_a_set_have_so_many_feet(name, legs):
     assert {len(each_foot(load_robot(robot))) for robot in SETS[name]} == {legs}
 
@@ -183,6 +183,16 @@ def test_command_prints_a_ranked_table(capfd):
     assert lines[0] == "8 landings, ranked by shock_max"
     assert [line.split()[0] for line in lines[4:12]] == ["go2"] * 4 + ["anymal_b"] * 4
     assert "joints: geared, drives derived: go2; free, drives derived, through springs: anymal_b" in text
+    assert [line.split()[4:7] for line in lines[4:6]] == [[str(k), "of", "4"] for k in (1, 2)]
+
+
+def test_a_path_is_shown_once_and_drives_that_nobody_knows_have_no_star(capfd, tmp_path):
+    """Of one's own robot file without drives, beside a robot of the catalogue."""
+    (tmp_path / "stick.urdf").write_text(STICK)
+    text = good(capfd, "batch", tmp_path / "stick.urdf", "bolt")
+    assert text.count(str(tmp_path)) == 1
+    assert next(line for line in text.splitlines() if line.startswith("stick.urdf")).split()[3:6] == ["free", "1", "of"]
+    assert "*: what drives the joints is known" in text
 
 
 def test_how_many_were_not_computed_is_said_and_the_exit_code_is_3_if_all_or_strictly_any(capfd):

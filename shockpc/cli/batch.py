@@ -23,7 +23,9 @@ _in_robots = group("Robots")
 def batch(
     *,
     names: tuple[str, ...] = argument("Robots by name, robot files and scenes.", "[ROBOT]...", robot_name),
-    robots: tuple[str, ...] = _in_robots("A set of robots: quadrupeds, bipeds or all.", "SET"),
+    robots: tuple[str, ...] = _in_robots(
+        "A set of robots: quadrupeds, bipeds, humanoids (bipeds with a trunk and arms) or all.", "SET"
+    ),
     jobs: int = _in_robots("Processes that compute at the same time; 1 by default.", "N", least=1, default=1),
     typed: Any = asked(study),
     options: SceneOptions,

@@ -24,8 +24,12 @@ SETS: dict[str, tuple[str, ...]] = {
         "simple_humanoid", "simple_humanoid_classical", "talos", "talos_full", "talos_full_box", "talos_reduced_box",
         "talos_reduced_corrected",
     ),
+    "humanoids": (
+        "g1", "g1_hands", "icub", "icub_reduced", "romeo", "romeo_laas_small", "romeo_small", "simple_humanoid",
+        "simple_humanoid_classical", "talos", "talos_full", "talos_full_box", "talos_reduced_box", "talos_reduced_corrected",
+    ),
 }  # fmt: skip
-"""Robots of example-robot-data by their number of legs, with and without arms."""
+"""Robots of example-robot-data by their number of legs, with and without arms; humanoids are the bipeds with arms and a trunk."""
 
 # The file under robots/ → the name to type, then its other names. Only where the stem alone would mislead.
 _RENAMED: dict[str, tuple[str, ...]] = {

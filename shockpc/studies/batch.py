@@ -5,6 +5,7 @@ import math
 from collections.abc import Callable, Iterable, Mapping
 from concurrent.futures import Executor
 from dataclasses import dataclass, field, replace
+from pathlib import Path
 from typing import Annotated, Any, NamedTuple
 
 import numpy as np
@@ -42,6 +43,7 @@ class BatchRow:
         trunk: name of the trunk.
         joint_model: free, geared, locked or mixed.
         drives: where the drives are from, such as "drives of go2, derived"; empty if they are the file's or the scene's.
+        drives_known: whether catalogue, file or scene say what drives the joints.
         values: the quantities by name, those of bodies and points at the trunk (its centre of mass) unless places are named, of
             several places the worst; None where there is none.
         sensors: shock at each of the robot's sensors, and at each point of the scene [1].
@@ -56,6 +58,7 @@ class BatchRow:
     trunk: str
     joint_model: str
     drives: str
+    drives_known: bool
     values: Mapping[str, float | None]
     sensors: Mapping[str, float]
     warnings: tuple[str, ...]
@@ -94,6 +97,19 @@ class Batch(NamedTuple):
     rows: tuple[BatchRow, ...]
     failures: tuple[Failure, ...]
     table: Table
+
+    @property
+    def ranks(self) -> tuple[str, ...]:
+        """The rank of each row among those of the same joint model, as "2 of 8"."""
+        models = [row.joint_model for row in self.rows]
+        return tuple(f"{models[: k + 1].count(model)} of {models.count(model)}" for k, model in enumerate(models))
+
+    @property
+    def short_names(self) -> dict[str, str]:
+        """The robots that are paths by the names of their files, where these differ."""
+        labels = dict.fromkeys([*(row.robot for row in self.rows), *(failure.robot for failure in self.failures)])
+        names = {label: Path(label).name or label for label in labels}
+        return {label: name for label, name in names.items() if name != label and list(names.values()).count(name) == 1}
 
 
 def landings_on_each_foot(name: str) -> tuple[Robot, list[Scene]]:
@@ -178,13 +194,15 @@ def _number(row: BatchRow | None, text: str) -> float:
 
 def _row(look: Callable[[ShockProfile], Any] | None, texts: Mapping[str, str], profile: ShockProfile) -> BatchRow:
     trunk = profile.places("body")[int(np.argmax(profile.robot.masses))]
+    model = profile.landing.joint_model
     return BatchRow(
         source="",
         robot=profile.robot.label,
         contact=contact_name(profile.scene),
         trunk=trunk.name,
         joint_model=profile.joint_model,
-        drives=profile.landing.joint_model.drives,
+        drives=model.drives,
+        drives_known=bool(model.drives) or (model.name in ("geared", "mixed") and not model.unknown.any()),
         values={name: _worst(profile, trunk, text) for name, text in texts.items()},
         sensors={point.frame: point.shock for point in profile.points},
         warnings=tuple(str(warning) for warning in profile.health.warnings),

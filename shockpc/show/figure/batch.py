@@ -33,9 +33,10 @@ def draw_contact_sheet(batch: Batch) -> Figure:
     heading = (
         f"Worst landing of each robot, by the {printable(select(batch.rank).quantity.title, 60)}",
         "arrow: velocity of the contact before the impact; numbers are of the trunk; each robot is scaled to fit",
-        *(["*: the drives of this robot are known"] if any(row.drives for row in rows) else []),
+        *(["*: what drives the joints is known"] if any(row.drives_known for row in rows) else []),
     )
     page = Page(MARGIN + max(across * step - GAP, LEAST_WIDTH), lines * drop + FOOT, heading)
+    short = batch.short_names
     for k, row in enumerate(rows):
         x, y = MARGIN + (k % across) * step, page.low + FOOT + (lines - 1 - k // across) * drop + CAPTION + GAP
         (window,) = windows_of([row.picture], (0.0, 0.0), (WIDTH, HEIGHT), (WIDTH, HEIGHT), pad=0.05, arrow=0.22)
@@ -49,7 +50,14 @@ def draw_contact_sheet(batch: Batch) -> Figure:
             shock = f"{row.values['shock_com']:.2g} at CoM" if greatest is None else f"up to {greatest:.2g}"
             ropc = row.values["ropc"]
             number = shock if ropc is None else f"{shock}; RoPc {ropc:.3g} m"
-        page.write(x, y - 0.04, f"{k + 1}  {printable(row.robot, 40)}{' *' if row.drives else ''}", 7.5, WIDTH, fontweight="bold")
+        page.write(
+            x,
+            y - 0.04,
+            f"{k + 1}  {printable(short.get(row.robot, row.robot), 40)}{' *' if row.drives_known else ''}",
+            7.5,
+            WIDTH,
+            fontweight="bold",
+        )
         scene = f", {Path(row.source).name}" if row.source.endswith(".toml") else ""
         page.write(x, y - 0.16, f"on {printable(row.contact + scene, 40)}", 7.0, WIDTH)
         page.write(x, y - 0.28, printable(number, 40), 7.0, WIDTH)

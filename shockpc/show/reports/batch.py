@@ -32,7 +32,10 @@ def batch_report(batch: Batch) -> Report:
         closing=[f"not computed: {line}" for line in cause_lines(_causes(batch), "landings", CAUSES)],
         sheets={"batch": lambda: _sheet(batch, for_terminal=False)},
         document=lambda: {
-            "rows": [_record(row) for row in batch.rows],
+            "rows": [
+                {**_record(row), "rank_with_joint_model": int(rank.split()[0])}
+                for row, rank in zip(batch.rows, batch.ranks, strict=True)
+            ],
             "failures": list(map(vars, batch.failures)),
         },
         others=picture_files("sheet"),
@@ -41,7 +44,9 @@ def batch_report(batch: Batch) -> Report:
 
 def _causes(batch: Batch) -> list[Cause]:
     """Why landings were not computed."""
-    return causes((" ".join(filter(None, (failure.robot, failure.contact))), failure.reason) for failure in batch.failures)
+    short = batch.short_names
+    names = (" ".join(filter(None, (short.get(one.robot, one.robot), one.contact))) for one in batch.failures)
+    return causes(zip(names, (one.reason for one in batch.failures), strict=True))
 
 
 def _record(row: BatchRow) -> dict[str, Any]:
@@ -58,7 +63,9 @@ def _sheet(batch: Batch, for_terminal: bool = True) -> Sheet:
     units = (select(name.partition("@")[0]).quantity.unit.replace("1", "-") for name in names)
     # A robot by its name or file needs no second column for that; a scene is known by its name.
     scenes = not for_terminal or any(row.source.endswith(".toml") for row in batch.rows)
-    header = [*(["scene"] if scenes else []), "robot", "contact", "trunk", "joints"]
+    ranks, models = batch.ranks, len({row.joint_model for row in batch.rows})
+    ranked = models > 1 or not for_terminal
+    header = [*(["scene"] if scenes else []), "robot", "contact", "trunk", "joints", *(["rank with these"] if ranked else [])]
     header += [f"{name} [{unit}]" for name, unit in zip(names, units, strict=True)]
     header += [
         "IMU",
@@ -66,11 +73,15 @@ def _sheet(batch: Batch, for_terminal: bool = True) -> Sheet:
         *([] if for_terminal else ["posture", "drives", "sensors and points [-]", "warnings", "failure"]),
     ]
     rows: list[Row] = []
-    for row in batch.rows:
+    short = batch.short_names if for_terminal else {}
+    marked = for_terminal and not all(row.drives_known for row in batch.rows)
+    for row, rank in zip(batch.rows, ranks, strict=True):
         imus = {name: shock for name, shock in row.sensors.items() if is_imu(name)}
         imu = max(imus.items(), key=lambda pair: pair[1], default=(None, None))
         source = (_scene_of(row, for_terminal),) if scenes else ()
-        cells: Row = (*source, row.robot, row.contact, row.trunk, row.joint_model, *(row.values[name] for name in names), *imu)
+        joints = f"{row.joint_model}{' *' * (row.drives_known and marked)}"
+        cells: Row = (*source, short.get(row.robot, row.robot), row.contact, row.trunk, joints, *([rank] if ranked else []))
+        cells += (*(row.values[name] for name in names), *imu)
         if not for_terminal:
             sensors = "; ".join(f"{name}={value!r}" for name, value in row.sensors.items())
             cells += (row.scene.posture.reference, row.drives or None, sensors, "; ".join(row.warnings), None)
@@ -89,7 +100,8 @@ def _scene_of(row: BatchRow, short: bool) -> str | None:
 
 def _notes(batch: Batch) -> Iterable[str]:
     """What the columns mean, and what distinguishes some rows."""
-    rows = batch.rows
+    rows, short = batch.rows, batch.short_names
+    yield from (f"{name}: {label}" for label, name in short.items())
     yield "trunk: the heaviest body; bodies' quantities are its own, points' its centre of mass's; of several places the worst"
     if rows:
         bound = max(row.values["error_bound"] or 0.0 for row in rows)
@@ -102,10 +114,13 @@ def _notes(batch: Batch) -> Iterable[str]:
         drives = f"{drives}, through springs" if drives and row.joint_model == "free" else drives
         drives = drives or NO_DRIVES.get(row.joint_model, "")
         named = models.setdefault((row.joint_model, drives), [])
-        named += [row.robot] * (row.robot not in named)
+        name = short.get(row.robot, row.robot)
+        named += [name] * (name not in named)
     yield "joints: " + "; ".join(
         f"{model}{f', {drives}' if drives else ''}: {', '.join(of)}" for (model, drives), of in models.items()
     )
+    if any(row.drives_known for row in rows) and not all(row.drives_known for row in rows):
+        yield "*: what drives the joints is known; compare landings of the same joint model, as their rank does"
     if any(row.drives and row.joint_model != "free" and row.scene.joints.drives is None for row in rows):
         yield "--joints free for free joints"
     if any(sum(map(is_imu, row.sensors)) > 1 for row in rows):
@@ -113,14 +128,16 @@ def _notes(batch: Batch) -> Iterable[str]:
     if any(row.values["shock_max"] is None for row in rows):
         last = "; such rows come last, ranked by the shock at its centre of mass" if batch.rank == "shock_max" else ""
         yield f"–: the trunk has no geometry{last}"
-    neutral = list(dict.fromkeys(row.robot for row in rows if row.scene.posture.reference in ("neutral", BENT)))
+    neutral = list(
+        dict.fromkeys(short.get(row.robot, row.robot) for row in rows if row.scene.posture.reference in ("neutral", BENT))
+    )
     if neutral:
         bent = "with straight legs bent where they can be"
         yield f"in the neutral posture, {bent}, which is taken where no standing one is known: {', '.join(neutral)}"
-    refused = [f"{row.robot} {row.contact}" for row in rows if row.values["feasible"] == 0.0]
+    refused = [f"{short.get(row.robot, row.robot)} {row.contact}" for row in rows if row.values["feasible"] == 0.0]
     if refused:
         yield f"flat ground does not allow {count(len(refused), 'landing')}, as the warnings say: {', '.join(refused)}"
     warned = [row for row in rows if row.warnings]
     if warned:
-        robots = ", ".join(dict.fromkeys(row.robot for row in warned))
+        robots = ", ".join(dict.fromkeys(short.get(row.robot, row.robot) for row in warned))
         yield f"{count(len(warned), 'landing')} with warnings, which JSON, CSV and the report hold: {robots}"
