@@ -1,5 +1,6 @@
 """The place of least shock: cone programs against closed forms and fine grids, sensors against all partitions, the command."""
 
+import dataclasses
 import functools
 import itertools
 import json
@@ -428,3 +429,17 @@ def test_more_sensors_than_landings_are_as_many_as_help():
         assert (len(found.places), found.count) == (1, count)
         assert found.combined == pytest.approx(alone.combined, abs=1e-8)
         assert f"1 sensor of {count}: with more, the shock compared is not less" in place_report(found).text("table")
+
+
+def test_with_friction_places_see_the_shock_of_contacts_that_slide():
+    """The field over the body, the numbers at the places, and those of analyses with a point there are the same."""
+    scene = shockpc.Scene(robot="go2", contact=(shockpc.Contact(frame="FL_foot"),), friction=0.2)
+    found = shockpc.place({"slides": scene, "sticks": dataclasses.replace(scene, friction=0.9)}, alternatives=0)
+    (best,) = found.places
+    np.testing.assert_allclose(found.fields.shocks(best.position), best.shocks, atol=1e-9)
+    for friction, shock in zip((0.2, 0.9), best.shocks, strict=True):
+        point = shockpc.Point(frame="base", offset=tuple(best.position))
+        profile = shockpc.shock_profile(dataclasses.replace(scene, friction=friction, point=(point,)))
+        assert profile.value("shock_friction", "point")[-1] == pytest.approx(shock, abs=1e-12)
+    assert found.profiles[0].friction.state == ("slides",)
+    assert abs(best.shocks[0] - found.profiles[0].shock_com[0]) > 1e-3

@@ -617,3 +617,16 @@ def test_groups_and_feet_on_the_command_line(capfd, tmp_path):
     svg = (tmp_path / "sensitivity.svg").read_text()
     assert all(word in svg for word in ("worse", "better", "the opposite change"))
     assert "no body or joint" in run(capfd, *words[:4], "--group", "calf").err
+
+
+def test_a_point_means_the_shock_with_friction_where_a_scene_has_it():
+    """The derivative by the friction of a contact that slides is that of two landings beside it."""
+    scene = Scene(robot="go2", contact=(Contact(frame="FL_foot"),), friction=0.15)
+    found = sensitivity(scene, Point(frame="imu"), vary={"friction": "0.1:0.2"})
+    (effect,) = found.effects
+    beside = [
+        shock_profile(dataclasses.replace(scene, friction=mu, point=(Point(frame="imu"),))).value("shock_friction", "point")[0]
+        for mu in (0.1499, 0.1501)
+    ]
+    assert found.target.name == "shock_friction@imu"
+    assert effect.derivatives[0] == pytest.approx((beside[1] - beside[0]) / 2e-4, rel=1e-4)

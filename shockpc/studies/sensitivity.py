@@ -211,7 +211,7 @@ def sensitivity(
 
     Args:
         landings: one landing, or landings of one robot by name.
-        target: QUANTITY@PLACE, or QUANTITY of the robot as a whole; a point means the shock there.
+        target: QUANTITY@PLACE, or QUANTITY of the robot as a whole; a point means the shock there, with friction if a scene has it.
         robot: the scenes' robot, if it is loaded already.
         trace: collects what each stage cost.
 
@@ -235,7 +235,8 @@ def sensitivity(
     robot = robot if robot is not None and scenes else common_robot(scenes)
     chosen = pairs(vary)
     solved = profiles({name: (scene, robot) for name, scene in scenes.items()}, trace)
-    text = f"shock@{target.label}" if isinstance(target, Point) else target
+    slides = any(scene.friction is not None for scene in scenes.values())
+    text = f"{'shock_friction' if slides else 'shock'}@{target.label}" if isinstance(target, Point) else target
     numbers = [column(profile, text) for profile in solved]
     number = numbers[0]
     for scene in scenes.values():

@@ -10,7 +10,7 @@ from shockpc.show.reports.report import Picture, Report
 from shockpc.show.tables import Lines, Row, Sheet, largest, sheet_of
 from shockpc.show.wording import count, proof_text, shared_lines, shared_warnings
 from shockpc.studies.place.study import PlaceStudy, SensorPlace
-from shockpc.text.printed import cause_lines, causes
+from shockpc.text.printed import cause_lines, causes, few
 
 
 def place_report(study: PlaceStudy) -> Report:
@@ -138,6 +138,8 @@ def _gains(study: PlaceStudy) -> list[str]:
 
 def _proof(study: PlaceStudy) -> list[str]:
     bound = max(profile.health.error_bound for profile in study.profiles)
+    slides = [name for name, one in _named(study).items() if one.friction is not None and one.friction.impact is not None]
+    sliding = f"; with friction, in double precision, where contacts slide: {few(slides, 4)}" if slides else ""
     what = "no place" if study.count == 1 else f"no {count(study.count, 'sensor')}"
     verb = "is" if study.count == 1 else "are"
     enough = count(len(study.places), "sensor")
@@ -146,5 +148,5 @@ def _proof(study: PlaceStudy) -> list[str]:
     return [
         *fewer,
         f"optimum: {what} {study.region.text} {verb} below {study.bound:.6g} (gap {study.gap:.0e}){unfinished}",
-        f"accuracy: the shock at these places is {proof_text(bound)}",
+        f"accuracy: the shock at these places is {proof_text(bound)}{sliding}",
     ]

@@ -231,7 +231,7 @@ def place(
         }
     scenes = list(landings.values())
     for scene in scenes:
-        refuse_ground(scene)
+        refuse_ground(scene, friction=False)
     i = 0 if body is None else robot.body(body)
     if count < 1 or not 0 <= alternatives <= MOST_ALTERNATIVES:
         valid = f"give at least one sensor and at most {MOST_ALTERNATIVES} alternatives"
@@ -243,9 +243,10 @@ def place(
     profiles, failures = _profiles(landings, robot, progress(len(landings)))
     names = tuple(profiles)
     found = tuple(profiles.values())
+    jumps = np.array([_jump(profile, i) for profile in found])
     fields = fields_of(
-        np.array([profile.delta_omega[i] for profile in found]),
-        np.array([profile.delta_v[i] for profile in found]),
+        jumps[:, :3],
+        jumps[:, 3:],
         np.array([profile.v_in for profile in found]),
         None if weights is None else _weights(names, landings, weights),
     )
@@ -302,6 +303,14 @@ def _profiles(
     return profiles, tuple(failures)
 
 
+def _jump(profile: ShockProfile, body: int) -> Array:
+    """The jump (6,) of a body, angular part first, body coordinates; with friction where a contact slides."""
+    friction = profile.friction
+    if friction is None or friction.impact is None:
+        return np.concatenate([profile.delta_omega[body], profile.delta_v[body]])
+    return np.asarray(friction.impact.own_jumps[0, 0, body])
+
+
 def _weights(names: tuple[str, ...], landings: Iterable[str], given: Mapping[str, float]) -> Array:
     """The weights of the landings that were computed, with sum 1. Args: given, by name or glob of any landing."""
     by_name = dict.fromkeys(landings, 1.0)
@@ -337,10 +346,12 @@ def _proven(profiles: tuple[ShockProfile, ...], every: list[Place], new: tuple[P
     for profile in profiles:
         scene = profile.scene
         asked = replace(scene, point=tuple(dict.fromkeys((*_asked([one.scene for one in profiles]), *new))))
-        points = {one.frame: one for one in replace(profile, landing=replace(profile.landing, scene=asked)).points}
-        columns.append([points[place.name] for place in every])
-    shocks = np.array([[one.shock for one in column] for column in columns]).T
-    return shocks, np.array([[one.delta_v for one in column] for column in columns]).swapaxes(0, 1)
+        at = replace(profile, landing=replace(profile.landing, scene=asked))
+        names, end = [point.name for point in at.landing.points], "" if scene.friction is None else "_friction"
+        numbers = [at.value(f"{key}{end}", "point") for key in ("shock", "delta_v")]
+        columns.append([[values[names.index(place.name)] for place in every] for values in numbers])
+    shocks, delta_v = zip(*columns, strict=True)
+    return np.array(shocks).T, np.array(delta_v).swapaxes(0, 1)
 
 
 def _margin(delta_v: Array, profiles: tuple[ShockProfile, ...]) -> Margin | None:
