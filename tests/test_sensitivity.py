@@ -382,7 +382,7 @@ def test_a_report_without_any_derivative(capfd, tmp_path):
     assert "no derivative, because the difference does not settle" in text
     assert "digit" not in text
     assert not (tmp_path / "sensitivity.svg").exists()
-    refused = run(capfd, "sensitivity", *words, "--quantity", "shock@trunk_imu")
+    refused = run(capfd, "sensitivity", *words, "--quantity", "shock_com@trunk")
     assert refused.code == 2
     assert "name a quantity that depends on it, such as shock_friction" in refused.err
 
@@ -628,5 +628,5 @@ def test_a_point_means_the_shock_with_friction_where_a_scene_has_it():
         shock_profile(dataclasses.replace(scene, friction=mu, point=(Point(frame="imu"),))).value("shock_friction", "point")[0]
         for mu in (0.1499, 0.1501)
     ]
-    assert found.target.name == "shock_friction@imu"
+    assert found.target.name == sensitivity(scene, "shock@imu", vary={"friction": "0.1:0.2"}).target.name == "shock_friction@imu"
     assert effect.derivatives[0] == pytest.approx((beside[1] - beside[0]) / 2e-4, rel=1e-4)

@@ -211,7 +211,8 @@ def sensitivity(
 
     Args:
         landings: one landing, or landings of one robot by name.
-        target: QUANTITY@PLACE, or QUANTITY of the robot as a whole; a point means the shock there, with friction if a scene has it.
+        target: QUANTITY@PLACE, or QUANTITY of the robot as a whole; a point means the shock there. Shock is that with friction if
+            a scene has it.
         robot: the scenes' robot, if it is loaded already.
         trace: collects what each stage cost.
 
@@ -236,7 +237,9 @@ def sensitivity(
     chosen = pairs(vary)
     solved = profiles({name: (scene, robot) for name, scene in scenes.items()}, trace)
     slides = any(scene.friction is not None for scene in scenes.values())
-    text = f"{'shock_friction' if slides else 'shock'}@{target.label}" if isinstance(target, Point) else target
+    text = f"shock@{target.label}" if isinstance(target, Point) else target
+    if slides and text.startswith("shock@"):
+        text = text.replace("shock@", "shock_friction@", 1)
     numbers = [column(profile, text) for profile in solved]
     number = numbers[0]
     for scene in scenes.values():
