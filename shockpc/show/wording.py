@@ -199,6 +199,11 @@ def angle_text(profile: ShockProfile) -> str:
     return f"{round(-angle if backward else angle, 9) + 0.0:.4g}"
 
 
+def robot_name(robot: Robot) -> str:
+    """The robot as it was asked for: its name in the catalogue, else that in its file."""
+    return printable(robot.source.name or robot.name, 40)
+
+
 def contact_name(profile: ShockProfile) -> str:
     """The contacts of a landing, as they are typed."""
     return "+".join(contact.frame for contact in profile.contacts)

@@ -9,7 +9,7 @@ from matplotlib.figure import Figure
 from shockpc.landing.ratings import Strength
 from shockpc.quantities.profile import PartMargin, ShockProfile
 from shockpc.show.figure.style import CURVES, INK, PAPER, new_chart
-from shockpc.show.wording import contact_name
+from shockpc.show.wording import contact_name, robot_name
 from shockpc.text.printed import printable
 
 MARKS = ("o", "s", "^", "D", "v", "P", "X", "*")
@@ -21,7 +21,7 @@ def draw_damage(profiles: Sequence[ShockProfile]) -> Figure:
 
     Where only a survived pulse is known, its bounds are dashed. A landing without a known peak is a line at its velocity change.
     """
-    figure = new_chart(6.6, 4.0, f"Damage boundary of parts of {printable(profiles[0].robot.name, 60)}")
+    figure = new_chart(6.6, 4.0, f"Damage boundary of parts of {robot_name(profiles[0].robot)}")
     axes = figure.add_subplot(xscale="log", yscale="log", xlabel="velocity change [m/s]", ylabel="peak acceleration [g]")
     axes.grid(True)
     drawn = [_at_points(profile) for profile in profiles]

@@ -14,7 +14,7 @@ from shockpc.quantities.ground import ALONG
 from shockpc.quantities.points import DELTA_V
 from shockpc.quantities.profile import ShockProfile
 from shockpc.show.figure.style import CURVES, INK, new_chart
-from shockpc.show.wording import contact_name
+from shockpc.show.wording import contact_name, robot_name
 from shockpc.text.printed import printable
 
 CURVES_SHOWN = 6
@@ -98,8 +98,7 @@ def draw_spectrum(profile: ShockProfile) -> Figure:
 
 def _landing_text(profile: ShockProfile) -> str:
     """The robot as it was asked for, and its contacts."""
-    name = profile.robot.source.name or profile.robot.name
-    return f"{printable(name)} landing on {printable(contact_name(profile), 60)}"
+    return f"{robot_name(profile.robot)} landing on {printable(contact_name(profile), 60)}"
 
 
 def _compliant(profile: ShockProfile) -> CompliantLanding:

@@ -6,7 +6,7 @@ from matplotlib.ticker import NullFormatter, StrMethodFormatter
 
 from shockpc.show.figure.landings import MARKERS
 from shockpc.show.figure.style import CURVES, INK, faded, new_chart
-from shockpc.show.wording import count
+from shockpc.show.wording import count, robot_name
 from shockpc.studies.identify import Identification
 from shockpc.text.printed import printable
 
@@ -22,7 +22,7 @@ def draw(found: Identification) -> Figure:
     groups = [column.group for column in found.predictor.measured]
     group = max(dict.fromkeys(groups), key=groups.count)
     p, across = len(found.unknowns), min(max(len(found.unknowns), 2), ACROSS)
-    robot = printable(found.predictor.robot.name, 40)
+    robot = robot_name(found.predictor.robot)
     rows = -(-p // across)
     figure = new_chart(1.2 + 2.5 * across, 0.7 + 1.9 * rows + 3.2, f"{robot}: {count(int(found.used.sum()), 'landing')}")
     above, below = figure.subfigures(2, 1, squeeze=False, height_ratios=[1.9 * rows, 3.2]).ravel()

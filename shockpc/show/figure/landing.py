@@ -12,7 +12,7 @@ from shockpc.show.figure.layout import COLUMN, LEFT, MARGIN, Page, Rows, short
 from shockpc.show.figure.picture import draw_bodies, draw_marks, letter
 from shockpc.show.figure.style import band
 from shockpc.show.figure.view import View, Window, view_of, windows_of
-from shockpc.show.wording import BRACKETED, count, joint_model_text, plane_text, posture_text, strike_text
+from shockpc.show.wording import BRACKETED, count, joint_model_text, plane_text, posture_text, robot_name, strike_text
 from shockpc.text.printed import few, printable
 
 FOOT = 0.8
@@ -56,7 +56,7 @@ def draw_picture(page: Page, x: float, y: float, view: View, window: Window, lef
 def _heading(profile: ShockProfile, width: float) -> list[str]:
     """The title, and lines under it that are wrapped to a width [inches]."""
     contacts = few([printable(contact.frame, 30) for contact in profile.contacts], 4, " + ")
-    robot = printable(profile.robot.source.name or profile.robot.name, 40)
+    robot = robot_name(profile.robot)
     scene = profile.scene
     words = [f"posture {posture_text(profile)}", f"base {scene.base or 'free'}", f"strike {strike_text(profile)}"]
     words += [f"plane {plane_text(profile).partition(';')[0]}"] * (scene.plane != "xz")

@@ -9,7 +9,7 @@ from matplotlib.figure import Figure
 from shockpc.evaluation.recorded import RecordedLandings
 from shockpc.evaluation.table import Table
 from shockpc.show.figure.style import BANDS, COUNTS, CURVES, INK, band, new_chart
-from shockpc.show.wording import count
+from shockpc.show.wording import count, robot_name
 from shockpc.studies.landings import ALL, Agreement, Validation
 from shockpc.text.printed import printable
 
@@ -27,7 +27,7 @@ def draw_landings(study: RecordedLandings, results: Table) -> Figure:
     """Draw how often a value of each column occurs, and the worst landings beside it by name and value."""
     known = [(column, values[np.isfinite(values)]) for column in results.computed for values in [results.columns[column.name]]]
     shown = [(column, values) for column, values in known if values.size][:MOST_PANELS]
-    title = f"{printable(study.robot.name, 40)}: {count(study.rows, 'landing')}"
+    title = f"{robot_name(study.robot)}: {count(study.rows, 'landing')}"
     if not shown:
         return new_chart(5.0, 1.0, f"{title}, none of which could be computed")
     figure = new_chart(6.4, 0.9 + 1.15 * len(shown), title)
@@ -58,7 +58,7 @@ def draw_validation(study: RecordedLandings, validation: Validation) -> Figure:
     shown = [agreement for agreement in validation.agreements if agreement.name == largest.name]
     quantities = [each.name for each in study.table.measured if each.group == largest.name and each.time == largest.time]
     models, times = (list(dict.fromkeys(key)) for key in zip(*((each.model, each.time) for each in shown), strict=True))
-    title = f"{printable(study.robot.name, 40)}: {printable(largest.name, 40)} in {count(study.rows, 'landing')}"
+    title = f"{robot_name(study.robot)}: {printable(largest.name, 40)} in {count(study.rows, 'landing')}"
     figure = new_chart(1.9 + 2.0 * len(models), 0.8 + 2.0 * len(times), title)
     panels = figure.subplots(len(times), len(models), squeeze=False, sharex=True, sharey=True)
     measured, predicted = (

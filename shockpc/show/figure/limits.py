@@ -7,7 +7,7 @@ import numpy as np
 from matplotlib.figure import Figure
 
 from shockpc.show.figure.style import BANDS, INK, PAPER, SHOCK, new_chart
-from shockpc.show.wording import contact_name
+from shockpc.show.wording import contact_name, robot_name
 from shockpc.studies.limits import JointLimits
 from shockpc.text.printed import UNITS, printable
 
@@ -29,7 +29,7 @@ SAMPLES = 600
 def draw_limits(found: JointLimits) -> Figure:
     """Draw the map."""
     scale, unit = UNITS.get(found.unit, (1.0, found.unit))
-    robot, foot = printable(found.profile.robot.name), printable(contact_name(found.profile), 60)
+    robot, foot = robot_name(found.profile.robot), printable(contact_name(found.profile), 60)
     figure = new_chart(
         7.2, 4.6, f"{found.target.title[:1].upper()}{printable(found.target.title, 60)[1:]} of {robot} landing on {foot}"
     )

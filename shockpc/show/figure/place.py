@@ -16,7 +16,7 @@ from shockpc.show.figure.picture import GOLD, SIGNS, Labels, letter, outlined, s
 from shockpc.show.figure.silhouette import Edges, projection, silhouette, surface, to_plane
 from shockpc.show.figure.style import BANDS, INK
 from shockpc.show.figure.view import Window, body_shapes
-from shockpc.show.wording import count, joint_model_text, posture_text
+from shockpc.show.wording import count, joint_model_text, posture_text, robot_name
 from shockpc.studies.place.study import PlaceStudy
 from shockpc.text.printed import printable
 
@@ -111,7 +111,7 @@ def _mark(axes: Axes, study: PlaceStudy, plane: Plane, labels: Labels, copc: Arr
 
 
 def _heading(study: PlaceStudy) -> tuple[str, str, str]:
-    robot = printable(study.robot.source.name or study.robot.name, 40)
+    robot = robot_name(study.robot)
     body = printable(study.robot.bodies[study.body].name, 30)
     what = "place" if study.count == 1 else f"places of {study.count} sensors"
     texts = [{text(profile) for profile in study.profiles} for text in (posture_text, joint_model_text)]

@@ -5,7 +5,7 @@ from matplotlib.patches import Patch
 
 from shockpc.show.figure.style import BANDS, CURVES, INK, new_chart
 from shockpc.show.reports.sensitivity import change_words, step_words
-from shockpc.show.wording import contact_name, count
+from shockpc.show.wording import contact_name, count, robot_name
 from shockpc.studies.sensitivity import Sensitivity
 from shockpc.text.printed import printable
 
@@ -31,7 +31,7 @@ def draw_tornado(study: Sensitivity) -> Figure:
         if single
         else f"{count(len(study.profiles), 'landing')}, {'mean' if study.mean else 'worst'}"
     )
-    landing = f"{printable(study.profiles[0].robot.name)}{' landing on' if single else ','} {printable(what, 60)}"
+    landing = f"{robot_name(study.profiles[0].robot)}{' landing on' if single else ','} {printable(what, 60)}"
     figure = new_chart(7.2, 1.5 + HEIGHT * len(effects), f"What changes the {target}: {landing}")
     axes, rows = figure.add_subplot(), range(len(effects))
     largest = max(max(abs(effect.up), abs(effect.down)) for effect in effects)

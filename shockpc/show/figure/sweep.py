@@ -15,6 +15,7 @@ from shockpc.evaluation.summary import Extent, Summary
 from shockpc.evaluation.variation import Variation
 from shockpc.evaluation.varied import VariedLandings
 from shockpc.show.figure.style import BANDS, COUNTS, CURVES, INK, PAPER, SHOCK, band, new_chart
+from shockpc.show.wording import robot_name
 from shockpc.text.printed import printable
 
 MOST_CURVES, MAPS = len(CURVES), 4
@@ -43,7 +44,7 @@ def draw_sweep(summary: Summary[VariedLandings]) -> Figure:
     sweep, axes = summary.evaluation.landings, summary.evaluation.landings.axes
     contacts = " + ".join(contact.frame for contact in sweep.scene.contact)
     varied = any(variation.kind == "contact" for variation in sweep.variations)
-    title = printable(sweep.robot.name + ("" if varied else f", landing on {contacts}"), 90)
+    title = robot_name(sweep.robot) + ("" if varied else printable(f", landing on {contacts}", 70))
     shown = [extent for extent in summary.extents if extent.counts.any()][:MOST_CURVES]
     if not shown:
         return new_chart(5.0, 1.0, f"{title}: no landing could be computed")

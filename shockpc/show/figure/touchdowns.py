@@ -5,7 +5,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from shockpc.show.figure.style import CURVES, INK, faded, new_chart
-from shockpc.show.wording import count
+from shockpc.show.wording import count, robot_name
 from shockpc.studies.touchdowns import Touchdown, Touchdowns
 from shockpc.text.printed import printable
 
@@ -28,7 +28,7 @@ def draw_touchdowns(found: Touchdowns) -> Figure:
     )
     columns = max(1, min(COLUMNS, len(shown)))
     rows = -(-len(shown) // columns)
-    title = f"{printable(found.robot.name, 40)}: {count(len(found.landings), 'touchdown')} in a log"
+    title = f"{robot_name(found.robot)}: {count(len(found.landings), 'touchdown')} in a log"
     figure = new_chart(7.2, 2.4 + 1.9 * rows, title)
     grid = figure.add_gridspec(1 + rows, columns, height_ratios=[1.25, *[1.0] * rows])
     whole, t = figure.add_subplot(grid[0, :]), found.log.time
