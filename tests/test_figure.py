@@ -27,7 +27,7 @@ from shockpc.paper.figures import FIGURES, paper_figures
 from shockpc.robot.geometry import Shape
 from shockpc.robot.meshes import Mesh
 from shockpc.show.figure.landing import draw_landing
-from shockpc.show.figure.picture import LETTERS, PALE, layers
+from shockpc.show.figure.picture import LETTERS, PALE, SMALL, layers
 from shockpc.show.figure.silhouette import silhouette, to_plane
 from shockpc.show.figure.style import BANDS, EDGES, band, render, settings
 from shockpc.show.figure.view import Field, field_of, view_of
@@ -487,6 +487,27 @@ def test_no_letter_leaves_the_page_or_covers_a_number(robot, frames, angle, plan
     assert rings
     assert labels
     assert not any(ring.overlaps(label) for ring in rings for label in labels)
+
+
+def test_every_circle_has_the_number_of_its_body():
+    """It is written on the circle."""
+    with settings():
+        profile = landing("talos", "left_sole_link")
+        axes = draw_landing(profile).axes[1]
+    view = view_of(profile)
+    texts = [text for text in axes.texts if text.get_fontsize() == SMALL]
+    assert sorted(text.get_text() for text in texts) == ["4", "5"]
+    for text in texts:
+        i = next(i for i, number in view.numbers.items() if str(number) == text.get_text())
+        assert np.linalg.norm(np.array(text.get_position()) - view.centres[i]) == pytest.approx(view.radii[i])
+
+
+def test_the_other_arm_does_not_hide_the_struck_one():
+    """A hand is struck, and the trunk is between it and the base: the other arm in front is outlined, the head is not."""
+    profile = landing("talos", "arm_left_7_link")
+    outlined = {profile.bodies[one.body] for one in view_of(profile).drawn if one.outlined}
+    assert "arm_right_4_link" in outlined
+    assert not any(name.startswith(("arm_left", "torso")) for name in outlined)
 
 
 def test_names_are_written_as_they_are(tmp_path):

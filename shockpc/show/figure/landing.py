@@ -8,7 +8,7 @@ from matplotlib.figure import Figure
 
 from shockpc.quantities.profile import ShockProfile
 from shockpc.robot.geometry import drawn_outline
-from shockpc.show.figure.layout import COLUMN, LEFT, MARGIN, Page, Rows, short
+from shockpc.show.figure.layout import COLUMN, LEFT, MARGIN, Page, Rows, column_height, cut, short
 from shockpc.show.figure.picture import draw_bodies, draw_marks, letter
 from shockpc.show.figure.style import band
 from shockpc.show.figure.view import View, Window, view_of, windows_of
@@ -17,6 +17,9 @@ from shockpc.text.printed import few, printable
 
 FOOT = 0.8
 """Room for coordinates and the colour bar [inches]."""
+
+LOW, HIGH = 4.8, 6.4
+"""Height of the picture of a tall robot at least, and at most [inches]."""
 
 LETTER = 0.07
 """Width of a letter under the title, about [inches]."""
@@ -35,11 +38,13 @@ def draw_landing(profile: ShockProfile) -> Figure:
     depth; for others it is taken on the surface through the middle of the body. CoPc and RoPc are those of the motion in the plane.
     """
     view = view_of(profile)
-    (window,) = windows_of([view], (0.15, 0.15), (5.4, 6.4), (3.4, 2.2))
+    tables, notes = [_body_rows(profile, view), *([_point_rows(profile)] if profile.points else [])], _notes(profile, view)
+    # A picture much higher than the column beside it would leave the page blank under that.
+    tallest = min(max(column_height(tables, notes) - FOOT, LOW), HIGH)
+    (window,) = windows_of([view], (0.15, 0.15), (5.4, tallest), (3.4, 2.2))
     width, height = window.sides
-    tables = [_body_rows(profile, view), *([_point_rows(profile)] if profile.points else [])]
     heading = _heading(profile, LEFT + width + COLUMN + MARGIN)
-    page = Page(LEFT + width, height + FOOT, heading, tables, _notes(profile, view))
+    page = Page(LEFT + width, height + FOOT, heading, tables, notes)
     draw_picture(page, LEFT, page.low + FOOT, view, window)
     page.bar(LEFT, width)
     page.key()
@@ -78,7 +83,7 @@ def _body_rows(profile: ShockProfile, view: View) -> Rows:
         cells.append(short(profile.ropc[i]))
         if i in view.faint:
             cells = [f"({cell})" if cell not in ("none", "") else cell for cell in cells]
-        rows.append((str(number), printable(profile.bodies[i], 16), *cells, shock))
+        rows.append((str(number), cut(profile.bodies[i], 18), *cells, shock))
     return rows
 
 
@@ -87,7 +92,7 @@ def _point_rows(profile: ShockProfile) -> Rows:
     rows: Rows = [("", "sensor or point", "peak [g]" if profile.scene.pulse else "", "shock [-]")]
     for k, point in enumerate(profile.points):
         peak = "" if point.peak_g is None else f"{point.peak_g:.3g}"
-        rows.append((letter(k), printable(point.frame, 24), peak, short(point.shock)))
+        rows.append((letter(k), cut(point.frame, 30), peak, short(point.shock)))
     return rows
 
 

@@ -13,6 +13,7 @@ from matplotlib.ticker import MaxNLocator
 
 from shockpc.show.figure.style import BANDS, EDGES, INK, SHOCK
 from shockpc.show.figure.view import Window
+from shockpc.text.printed import printable
 
 Rows = list[tuple[str, ...]]
 """A table of texts, its header first: a sign, a name, and numbers."""
@@ -23,7 +24,7 @@ LINE = 0.165
 ROWS = 14
 """Most rows of a table."""
 
-MARGIN, LEFT, COLUMN = 0.2, 0.62, 3.4
+MARGIN, LEFT, COLUMN = 0.2, 0.62, 3.6
 """Room around everything, for the vertical coordinate left of a picture, and for the column [inches]."""
 
 
@@ -45,9 +46,7 @@ class Page:
             tables: of the column; without any, there is no column.
             notes: under the tables, in italics.
         """
-        shown = [[*rows[: ROWS + 1], *([("", f"and {len(rows) - ROWS - 1} more")] * (len(rows) > ROWS + 1))] for rows in tables]
-        lines = [part for note in notes for part in textwrap.wrap(note, 58)]
-        tall = LINE * (sum(len(rows) + 1.2 for rows in shown) + len(lines) + 7.0) if shown else 0.0
+        shown, lines, tall = _column(tables, notes)
         across = width + MARGIN + (COLUMN + 2.0 * MARGIN if tables else 0.0)
         top = max(height, tall) + MARGIN
         self.low, up = top - height, top + 0.32 + 0.18 * len(heading)
@@ -137,6 +136,24 @@ class Page:
             handles=sorted(signs.values(), key=lambda sign: -sign.get_zorder()), loc="upper left", borderpad=0.0, borderaxespad=0.0,
             bbox_to_anchor=place or (self._x, self._y), bbox_transform=self._axes.transData, ncols=columns,
         )  # fmt: skip
+
+
+def _column(tables: Sequence[Rows], notes: Sequence[str]) -> tuple[list[Rows], list[str], float]:
+    """The tables of a column as they are shown, the lines of its notes, and its height with the key [inches]."""
+    shown = [[*rows[: ROWS + 1], *([("", f"and {len(rows) - ROWS - 1} more")] * (len(rows) > ROWS + 1))] for rows in tables]
+    lines = [part for note in notes for part in textwrap.wrap(note, 62)]
+    return shown, lines, LINE * (sum(len(rows) + 1.2 for rows in shown) + len(lines) + 7.0) if shown else 0.0
+
+
+def column_height(tables: Sequence[Rows], notes: Sequence[str]) -> float:
+    """Height of a column with its key [inches]."""
+    return _column(tables, notes)[2]
+
+
+def cut(name: str, most: int) -> str:
+    """A name as it is printed, of at most so many characters; a longer one is cut at its end."""
+    name = printable(name)
+    return name if len(name) <= most else f"{name[: most - 1]}…"
 
 
 def short(value: float, digits: int = 2) -> str:

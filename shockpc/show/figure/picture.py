@@ -34,7 +34,7 @@ SIGNS = {
     "arrow": sign("velocity of the contact before the impact", 8.0, marker=ARROW_SIGN, markersize=14.0, markerfacecolor=INK),
     "ring": sign("contact that moves perpendicular to the plane", marker="o", markersize=12.0, fillstyle="none"),
     "centre": sign("CoPc of the body with this number", marker=CROSSED, markersize=8.0),
-    "circle": sign("RoPc: shock is 1 on this circle", 0.5, linestyle=(0, (5, 3)), linewidth=0.55),
+    "circle": sign("RoPc of the body with this number: shock is 1 there", 0.5, linestyle=(0, (5, 3)), linewidth=0.55),
     "faint centre": sign(
         "CoPc of a body that moves mostly out of the plane", 5.9, marker=CROSSED, markersize=8.0, color=PALE, markeredgewidth=0.7
     ),
@@ -50,8 +50,9 @@ OUTLINED, BOXED = "body in front of the struck limb", "box of the inertia: there
 DOTTED = (0, (4, 1.5, 1, 1.5))
 """Line style of a body that is drawn as the box of its inertia."""
 
-LETTERS, TAG, OWN = 7.5, 0.09, 0.07
-"""Size of labels [pt], radius of a ring with a number, and room that a centre of percussion takes around itself [inches]."""
+LETTERS, SMALL, TAG, OWN = 7.5, 6.0, 0.09, 0.07
+"""Size of labels and of those of circles [pt], radius of a ring with a number, and room that a centre of percussion takes around
+itself [inches]."""
 
 THIN = 0.9
 """Half the width of a body, as a share of that radius, below which its number is beside it."""
@@ -124,19 +125,29 @@ def draw_marks(axes: Axes, view: View, window: Window) -> None:
             labels.keep_free(place + share * window.arrow * velocity, 0.08)
     _tags(view, labels)
     groups: list[list[int]] = []
+    circles: dict[tuple[float, ...], list[int]] = {}
     for i, centre in visible.items():
         alike = [group for group in groups if (group[0] in view.faint) is (i in view.faint)]
         near = [group for group in alike if np.linalg.norm(visible[group[0]] - centre) < OWN * window.inch]
         (near[0].append(i) if near else groups.append([i]))
-        angle = np.linspace(0.0, 2.0 * np.pi, 181)
-        circle = centre + view.radii[i] * np.stack([np.cos(angle), np.sin(angle)], axis=1)
+        circle = _circle(centre, view.radii[i])
         if window.holds(circle).mean() > WHOLE:
             axes.plot(*circle.T, **SIGNS["faint circle" if i in view.faint else "circle"])
+            circles.setdefault((*(np.append(centre, view.radii[i]) / window.inch).round(1), i in view.faint), []).append(i)
     for group in groups:
         text = ", ".join(str(view.numbers[i]) for i in group)
         labels.place(visible[group[0]], f"({text})" if group[0] in view.faint else text, gap=OWN, faint=group[0] in view.faint)
     for k, place in enumerate(view.sensors):
         labels.place(place, letter(k), gap=0.06)
+    for alike in circles.values():
+        line = _circle(visible[alike[0]], view.radii[alike[0]])
+        labels.on_line(line, ", ".join(str(view.numbers[i]) for i in alike), faint=alike[0] in view.faint)
+
+
+def _circle(centre: Array, radius: float) -> Array:
+    """Points (n, 2) of a circle, the last one as the first."""
+    angle = np.linspace(0.0, 2.0 * np.pi, 181)
+    return np.asarray(centre + radius * np.stack([np.cos(angle), np.sin(angle)], axis=1))
 
 
 def letter(index: int) -> str:
@@ -213,10 +224,24 @@ class Labels:
 
     def place(self, mark: Array, text: str, gap: float, faint: bool = False) -> None:
         """Write a short text beside a mark (2,) [m], at a gap [inches] on the side where it covers least."""
-        size = np.array([0.62 * len(text) + 0.3, 1.25]) * LETTERS / 72.0 * self._inch
-        options = []
-        for side in ((1, 0), (-1, 0), (0, 1), (0, -1), (1, 1), (1, -1), (-1, 1), (-1, -1)):
-            middle = mark + np.array(side) * (gap * self._inch + size / 2.0) * (1.0 if 0 in side else 0.8)
+        size = self._size(text, LETTERS)
+        sides = ((1, 0), (-1, 0), (0, 1), (0, -1), (1, 1), (1, -1), (-1, 1), (-1, -1))
+        shifts = [np.array(side) * (gap * self._inch + size / 2.0) * (1.0 if 0 in side else 0.8) for side in sides]
+        look: dict[str, Any] = {"color": PALE, "fontweight": "normal"} if faint else {"fontweight": "bold"}
+        self._write([mark + shift for shift in shifts], text, LETTERS, **look)
+
+    def on_line(self, line: Array, text: str, faint: bool = False) -> None:
+        """Write a short text on a line (n, 2) [m], where it covers least."""
+        self._write(list(line[::6]), text, SMALL, color=PALE if faint else INK)
+
+    def _size(self, text: str, letters: float) -> Array:
+        """Width and height (2,) of a text [m]."""
+        return np.asarray(np.array([0.62 * len(text) + 0.3, 1.25]) * letters / 72.0 * self._inch)
+
+    def _write(self, middles: Sequence[Array], text: str, letters: float, **look: Any) -> None:
+        """Write a text around that one of some places (2,) [m] where it covers least."""
+        options, size = [], self._size(text, letters)
+        for middle in middles:
             box = shapely.box(*(middle - size / 2.0), *(middle + size / 2.0))
             # What is covered counts most, then what is outside, then edges of bodies; all as shares of the label.
             cost = 4.0 * box.intersection(self._taken).area + 2.0 * box.difference(self._window).area
@@ -225,5 +250,4 @@ class Labels:
         _, middle, box = min(options, key=lambda option: option[0])
         self._taken = shapely.union(self._taken, box)
         backing = {"boxstyle": "round,pad=0.06", "facecolor": PAPER, "edgecolor": "none", "alpha": 0.8}
-        look: dict[str, Any] = {"color": PALE, "fontweight": "normal"} if faint else {"fontweight": "bold"}
-        self._axes.text(middle[0], middle[1], text, fontsize=LETTERS, ha="center", va="center", zorder=8, bbox=backing, **look)
+        self._axes.text(middle[0], middle[1], text, fontsize=letters, ha="center", va="center", zorder=8, bbox=backing, **look)

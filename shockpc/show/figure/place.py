@@ -11,7 +11,7 @@ from matplotlib.ticker import MaxNLocator
 
 from shockpc.core.spatial import Array, Plane
 from shockpc.robot.geometry import Shape
-from shockpc.show.figure.layout import LEFT, Page, Rows, short
+from shockpc.show.figure.layout import LEFT, Page, Rows, cut, short
 from shockpc.show.figure.picture import GOLD, SIGNS, Labels, letter, outlined, sign
 from shockpc.show.figure.silhouette import Edges, projection, silhouette, surface, to_plane
 from shockpc.show.figure.style import BANDS, INK
@@ -125,7 +125,7 @@ def _rows(study: PlaceStudy) -> Rows:
     rows: Rows = [("", "place", "x", "y", "z [m]", "shock [-]")]
     signs = [*map(letter, range(len(study.today))), *map(str, range(1, len(study.places) + 1))]
     for mark, place in zip(signs, (*study.today, *study.places), strict=True):
-        rows.append((mark, printable(place.name, 14), *(short(x, 3) for x in place.position), f"{place.combined:.3g}"))
+        rows.append((mark, cut(place.name, 18), *(short(x, 3) for x in place.position), f"{place.combined:.3g}"))
     if study.count > 1:
         rows.append(("", "the better one" if study.count == 2 else "the best one", "", "", "", f"{study.combined:.3g}"))
     return rows

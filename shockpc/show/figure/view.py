@@ -109,10 +109,7 @@ def view_of(profile: ShockProfile) -> View:
         robot, profile.rotation.tobytes(), profile.position.tobytes(), tuple(plane.normal.tolist())
     )
     struck = _struck(profile)
-    limb = struck - {0}
-    for i, parent in enumerate(robot.parents):
-        if parent in limb:  # parents come first
-            limb.add(i)
+    limb = _limb(robot, struck)
     directions = [f"along ({', '.join(f'{x + 0.0:.3g}' for x in e)})" for e in (plane.e1, plane.e2)]
     depth = np.array([(h.min() + h.max()) / 2.0 for h in (points @ plane.normal for points in world)])
     coms = profile.position + (profile.rotation @ robot.coms[..., None])[..., 0]
@@ -169,6 +166,16 @@ def _struck(profile: ShockProfile) -> set[int]:
     """The bodies between contacts and base."""
     robot = profile.robot
     return {0, *(i for contact in profile.scene.contact for i in robot.limb(robot.frame(contact.frame).body))}
+
+
+def _limb(robot: Robot, struck: set[int]) -> set[int]:
+    """The bodies between contacts and base, with those on them; of a chain through the heaviest body without its other limbs."""
+    limb, heaviest = struck - {0}, int(np.argmax(robot.masses))
+    holds_limbs = {heaviest, *robot.limb(heaviest)} if heaviest in limb else set()
+    for i, parent in enumerate(robot.parents):
+        if parent in limb - holds_limbs:  # parents come first
+            limb.add(i)
+    return limb
 
 
 def field_of(profile: ShockProfile, body: int, points: Array) -> Field:
