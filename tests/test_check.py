@@ -875,7 +875,8 @@ def test_assert_shock(here):
     assert str(failure.value).startswith("landing: shock at imu_link: ")
     value = next(point.shock for point in shock_profile(scene).points if point.frame == "imu_link")
     (row,) = [line for line in str(failure.value).splitlines() if line.startswith("exceeded")]
-    assert row.split() == ["exceeded", "landing", "imu_link", "shock", "[-]", f"{value:.4f}", "≤", "0.001"]
+    assert row.split()[:6] == ["exceeded", "landing", "imu_link", "shock", "[-]", f"{value:.4f}"]
+    assert "is above max 0.001" in row
 
 
 def test_assert_shock_refuses_what_it_cannot_compute(here):

@@ -159,7 +159,9 @@ def _model(m: Any, bodies: Sequence[int]) -> pin.Model:
             R = rotation(m.body_iquat[body])
             moments = R @ np.diag(m.body_inertia[body]) @ R.T
             inertia = pin.Inertia(float(m.body_mass[body]), np.array(m.body_ipos[body]), (moments + moments.T) / 2.0)
-            model.addFrame(pin.Frame(m.body(body).name, joint, 0, place, pin.FrameType.BODY, inertia))
+            if (name := m.body(body).name) == "universe":
+                raise RobotError('body "universe" has the name that Pinocchio gives to the world; rename it')
+            model.addFrame(pin.Frame(name, joint, 0, place, pin.FrameType.BODY, inertia))
         places[body] = joint, place
         items = [(m.site(number), pin.FrameType.OP_FRAME) for number in np.flatnonzero(m.site_bodyid == body)]
         solid = (m.geom_bodyid == body) & (m.geom_type != _MESH) & ((m.geom_contype | m.geom_conaffinity) != 0)

@@ -139,9 +139,9 @@ def draw_marks(axes: Axes, view: View, window: Window) -> None:
         labels.place(visible[group[0]], f"({text})" if group[0] in view.faint else text, gap=OWN, faint=group[0] in view.faint)
     for k, place in enumerate(view.sensors):
         labels.place(place, letter(k), gap=0.06)
-    for alike in circles.values():
-        line = _circle(visible[alike[0]], view.radii[alike[0]])
-        labels.on_line(line, ", ".join(str(view.numbers[i]) for i in alike), faint=alike[0] in view.faint)
+    for same in circles.values():
+        line = _circle(visible[same[0]], view.radii[same[0]])
+        labels.on_line(line, ", ".join(str(view.numbers[i]) for i in same), faint=same[0] in view.faint)
 
 
 def _circle(centre: Array, radius: float) -> Array:

@@ -264,7 +264,7 @@ def fall(
     Raises:
         UnknownName: there is no such quantity, or nothing of what varies.
         StudyError: the robot cannot fall, or options contradict one another.
-        ShockError: a posture is not possible.
+        ShockError: a posture is not possible, or no strike can be computed.
     """
     trace = trace or Trace()
     scenes = {"": postures} if isinstance(postures, Scene) else dict(postures)
@@ -311,6 +311,8 @@ def fall(
         table.looks.values(),
         key=lambda one: np.nan_to_num(one.values[rank] if worse == "less" else -abs(one.values[rank]), nan=math.inf),
     )
+    if not results:
+        raise next(iter(table.refusals.values()))
     failures |= {strikes[i].name: refusal for i, refusal in table.refusals.items()}
     notes, every = tuple(_notes(robot)), tuple(failures.items())
     return Falls(robot, rank, texts, tuple(tips), tuple(results), replace(table, looks={}), every, drop, notes)
