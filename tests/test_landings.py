@@ -1071,7 +1071,8 @@ def test_measured_over_predicted_jumps_hides_no_point():
         Agreement("locked", None, "joint rates", "rad/s", True, measured, np.zeros((3, 1)), statistics),
     ]
     of_knee = SimpleNamespace(name="knee", group="joint rates", time=None)
-    recorded = SimpleNamespace(robot=SimpleNamespace(name="leg"), rows=3, table=SimpleNamespace(measured=[of_knee]))
+    leg = SimpleNamespace(name="leg", source=SimpleNamespace(name=""))
+    recorded = SimpleNamespace(robot=leg, rows=3, table=SimpleNamespace(measured=[of_knee]))
     figure = draw_validation(recorded, Validation(tuple(shown), ()))
     free, locked = figure.axes
     reach = free.get_xlim()[1]
