@@ -17,7 +17,8 @@ from commands import STICK, Outcome, environment, good, interrupted, python, run
 from robot_texts import body, floating, joint, link, mjcf, urdf, xacro
 
 import shockpc.profile
-from shockpc import read_scene
+from shockpc import SolveError, read_scene
+from shockpc.show.reports.report import Report
 
 SHOCKPC = (sys.executable, "-m", "shockpc")
 LANDING = ("analyze", "stick.urdf", "--contact", "foot")
@@ -222,6 +223,16 @@ def test_files_of_others_are_not_replaced(capfd, here):
     (here / "feet.shin.toml").write_text("mine")
     message = refusal(capfd, here, "analyze", "stick.urdf", "--contact", "*", "--save-scene", "feet.toml")
     assert contains(message, '"feet.shin.toml"', "--force")
+
+
+def test_no_file_of_a_report_without_verdict(capfd, here, monkeypatch):
+    """A number that only the report computes may have no verdict; then neither the scene nor a folder is written."""
+    monkeypatch.setattr(Report, "text", Mock(side_effect=SolveError("no verdict: terms cancel")))
+    outcome = run(capfd, *LANDING, "--save-scene", "landing.toml", "--out", "results")
+    assert outcome.code == SolveError.exit_code
+    assert contains(outcome.err, "no verdict: terms cancel")
+    assert not (here / "landing.toml").exists()
+    assert not (here / "results").exists()
 
 
 @pytest.mark.parametrize("words", [LANDING, ("analyze", "landing.toml")], ids=lambda words: words[1])

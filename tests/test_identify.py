@@ -280,6 +280,14 @@ def test_a_table_that_says_too_little():
         identify({name: values for name, values in table.items() if not name.startswith("after_")}, TOSSED, GROUND)
 
 
+def test_a_table_in_which_nothing_was_moved():
+    """Velocities measured after the impact that are those before it say nothing of a landing, and no error is relative to them."""
+    table = blocks(rng(), 6)
+    still = table | {name: table[name.replace("after", "before")] for name in table if name.startswith("after")}
+    with pytest.raises(StudyError, match="in 6 of the table all measured velocities are those before"):
+        identify(still, TOSSED, GROUND)
+
+
 def test_the_command_says_what_it_lacks(capfd, here):
     name = written(here, blocks(rng(), 6))
     words = ("identify", name, str(BLOCKS), "--contact", "elbow_1_corner_1")

@@ -39,7 +39,6 @@ def analyze(
         from shockpc.cli.scenes import file_names, scenes_from
         from shockpc.landing.scene_file import scene_text
         from shockpc.profile import shock_profile
-        from shockpc.show.files import write_file
         from shockpc.show.reports.landing import accuracy_line, analyze_report
         from shockpc.text.errors import StudyError
     loaded, scenes = scenes_from(robot, options, trace)
@@ -51,10 +50,10 @@ def analyze(
     files = [] if save_scene is None else scene_files(scenes, save_scene, force)
     profiles = [shock_profile(scene, loaded, trace) for scene in scenes]
     with trace.stage("output"):
-        for profile, file in zip(profiles, files, strict=False):  # no files without --save-scene
-            write_file(file, scene_text(profile.scene, file.parent), replaceable="scene file" if force else "")
         if output.out is None:
             trace.skip("figure, and matplotlib with it", "no --out")
-        emit(analyze_report(profiles, file_names(scenes), bodies, spectrum, all_), output)
+        # no files without --save-scene
+        saved = {file: scene_text(profile.scene, file.parent) for profile, file in zip(profiles, files, strict=False)}
+        emit(analyze_report(profiles, file_names(scenes), bodies, spectrum, all_), output, saved)
     if explain:
         sys.stderr.write(trace.text() + "".join(f"{accuracy_line(profile)}\n" for profile in profiles))

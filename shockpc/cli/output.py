@@ -2,8 +2,9 @@
 
 import os
 import sys
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from pathlib import Path
+from types import MappingProxyType
 from typing import TYPE_CHECKING
 
 from shockpc.cli.options import OutputOptions
@@ -11,6 +12,7 @@ from shockpc.cli.process import command, print_error
 from shockpc.cli.progress import ShownTrace
 from shockpc.cli.scenes import file_names
 from shockpc.landing.scene import Scene
+from shockpc.show.files import destination, write_file
 from shockpc.show.html import INSTALL, plotly
 from shockpc.text.errors import DefectError, OutputError, SolveError
 from shockpc.text.printed import visible
@@ -21,17 +23,21 @@ if TYPE_CHECKING:
 RUN = {"--out": True, "--jobs": True, "--cluster": True, "--resume": False, "--wait": False}
 """Options that say how results are computed and where they are written, which do not change them; and whether a value follows."""
 
+SCENE = "scene file"
+
 
 def scene_files(scenes: list[Scene], path: Path, force: bool) -> list[Path]:
     """The files that --save-scene writes: the file itself for one landing, else a file each, named after the contact.
 
     Raises:
-        OutputError: one of them is there already and may not be replaced.
+        OutputError: one of them is there already and may not be replaced, or none can be written there.
     """
     files = [path] if len(scenes) == 1 else [path.with_stem(f"{path.stem}.{name}") for name in file_names(scenes)]
     present = [file for file in files if os.path.lexists(file)]
     if present and not force:
         raise OutputError(f'"{present[0]}" exists already; replace it with --force, or name another file with --save-scene')
+    for file in files:
+        destination(file, SCENE)
     return files
 
 
@@ -53,11 +59,20 @@ def exit_code(failed: int, rows: int, strict: bool, defects: Sequence[str] = ())
     return SolveError.exit_code if failed and (strict or failed == rows) else 0
 
 
-def emit(report: "Report", output: OutputOptions) -> None:
-    """Write the files of a report into a folder, if one is asked for, and print it; what CSV cannot hold, on standard error."""
+def emit(report: "Report", output: OutputOptions, scenes: Mapping[Path, str] = MappingProxyType({})) -> None:
+    """Write the files of a report into a folder, if one is asked for, and print it; what CSV cannot hold, on standard error.
+
+    Args:
+        report: what is printed. Where it has no verdict, nothing is written.
+        output: where and how.
+        scenes: texts of scene files by path, of `scene_files`, which are written too.
+    """
+    text = report.text(output.format)
     if output.out is not None:
         write_report(report, output.out)
-    sys.stdout.write(report.text(output.format))
+    for file, content in scenes.items():
+        write_file(file, content, replaceable=SCENE)
+    sys.stdout.write(text)
     if output.format == "csv":
         for line in dict.fromkeys(line for part in (*report.parts.values(), report) for line in part.warnings):
             print_error(line)

@@ -102,7 +102,7 @@ class Identification:
         predictor: of the jumps.
         before: jumps with the scene as it is given.
         after: jumps with the values that were found.
-        used: (n,) which landings count.
+        used: (n,) which landings count: those that can be computed and whose measured jump is not zero.
         errors: "before" and "after", and "left out": of landings that had no part in finding the values (k-fold); "free impulse" is
             that of the best impulse at the contacts, whatever its law, with the inertia that was found; NaN where it has more than
             half as many directions as velocities were measured.
@@ -271,9 +271,12 @@ class _Fit:
         known = np.isfinite(self.before.measured)
         self.inertias = inertias(predictor.study(self.values(np.full(self.p, 0.5))))
         energy = predictor.strike_energy
-        self.used = known.any(axis=1) & (energy > 0.0) & np.isfinite(self.inertias).all(axis=(1, 2))
+        moved = np.nan_to_num(self.before.measured).any(axis=1)
+        self.used = moved & (energy > 0.0) & np.isfinite(self.inertias).all(axis=(1, 2))
         if self.used.sum() <= self.p:
             reasons = list(dict.fromkeys([*predictor.rows.messages.values(), *self.before.messages.values()]))
+            if still := np.count_nonzero(known.any(axis=1) & ~moved):
+                reasons.append(f"in {still} of the table all measured velocities are those before")
             raise StudyError(
                 f"{self.used.sum()} landings that can be computed do not identify {self.p} unknowns; give more"
                 + (f" ({reasons[0]})" if reasons else "")
