@@ -11,6 +11,7 @@ from scipy.spatial.transform import Rotation
 from trees import robot_from
 
 from shockpc import Contact, Posture, Scene, SolveError, Strike, resolve, shock_maps, shock_profile
+from shockpc.robot.rounding import rounding_of
 from shockpc.show.reports.landing import landing_report
 from shockpc.show.wording import header_lines
 
@@ -298,3 +299,9 @@ def test_numbers_too_large_are_the_first_warning():
     first = profile.health.warnings[0]
     assert (first.kind, first.value > 100.0) == ("size", True)
     assert dict(landing_report(profile).body(False)[0].lines)["joint"].startswith("largest impulse: not determined")
+
+
+def test_an_angle_too_large_for_whole_turns_has_a_finite_rounding():
+    """1e308 rad are more multiples of 15 degrees than a double can count."""
+    robot = mjcf_chain(lambda turn: 'euler="-1e308 .1 0"')
+    assert np.all(np.isfinite(rounding_of(robot)))

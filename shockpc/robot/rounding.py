@@ -110,7 +110,7 @@ def _of_angle(text: str, degrees: bool = False) -> float:
     # Of numbers with one decimal every fourth is near a multiple of 15 degrees, so only quarter turns count.
     coarse = decimals == 1 and not degrees
     step, unit = (math.pi / 2.0, 0.05) if coarse else (math.pi / 12.0, 10.0**-decimals * (math.radians(1.0) if degrees else 1.0))
-    near = abs(value - step * round(value / step))
+    near = abs(math.remainder(value, step))
     if decimals and near < max(unit, RESIDUE):
         return near
     return unit / 2.0 if decimals >= (MEANT - 2 if degrees else MEANT) else 0.0

@@ -312,7 +312,8 @@ def _starts(cost: ShockCost, count: int, seed: int) -> list[Array]:
     from scipy.stats import qmc
 
     low, width = cost.bounds[:, 0], np.ptp(cost.bounds, axis=1)
-    count_all = FEW if any(group.separate for group in cost.groups) or any(not one.stage for one in cost.variations) else SAMPLE
+    slow = any(group.separate for group in cost.groups) or any(not one.stage for one in cost.variations)
+    count_all = FEW if slow else min(SAMPLE, FEW << len(low))
     share = qmc.Sobol(len(low), seed=seed).random(count_all)
     worst = cost.measures(low + width * share).max(axis=1)
     order = np.argsort(worst, kind="stable")[: max(count_all // 8, 32)]
