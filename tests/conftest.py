@@ -3,7 +3,11 @@
 To look further than the fixed examples: python -m pytest --hypothesis-profile explore
 """
 
+import os
 import signal
+
+# Threads of small products wait for one another by computing, which takes several times as long where others compute as well.
+os.environ["OPENBLAS_NUM_THREADS"] = os.environ["OMP_NUM_THREADS"] = "1"
 
 import pytest
 from commands import STICK, dog_in
