@@ -15,11 +15,11 @@ from typing import Any
 import numpy as np
 
 from shockpc.core.bodies import body_jumps, in_body_axes
-from shockpc.core.impulse import Solution, solve_impact
+from shockpc.core.impulse import Solution
 from shockpc.core.spatial import Array, freeze
 from shockpc.core.threads import one_thread
 from shockpc.impact.derivatives import derivatives as map_derivatives
-from shockpc.impact.solve import solve_exactly
+from shockpc.impact.solve import solve_exactly, solve_in_doubles
 from shockpc.impact.stops import refuse_missed, with_stops
 from shockpc.landing.dynamics import Dynamics, dynamics
 from shockpc.landing.landing import Landing, PosedLanding, resolve
@@ -116,7 +116,7 @@ def shock_maps(landing: Landing, Q: Array, derivatives: bool = False) -> ShockMa
     with one_thread(nv):
         for k in range(0, len(Q), CHUNK):
             state = dynamics(landing.robot, Q[k : k + CHUNK], landing.joint_model.armature)
-            equation, solution, maps = impact_jumps(landing, state, own=False)
+            equation, solution, maps = impact_jumps(landing, state, with_strike=False)
             condition, prove = needs_proof(landing, equation, solution)
             parts.append((maps, state.rotation, state.position, solution.rank, condition, prove, state.J))
             if changes is not None:
@@ -151,19 +151,18 @@ def needs_proof(landing: Landing, equation: Equation, solution: Solution, truste
 
 
 def impact_jumps(
-    landing: Landing, state: Dynamics, own: bool = True, bodies: Sequence[int] | None = None
+    landing: Landing, state: Dynamics, with_strike: bool = True, bodies: Sequence[int] | None = None
 ) -> tuple[Equation, Solution, Array]:
     """Steps 1 and 2 in N postures: Eq. 4, its solution, and the jumps (N, nb, 6, k) of the bodies in world axes.
 
     Args:
         landing: the landing.
         state: the robot in these postures, with the armature of its joints.
-        own: whether the scene's own strike is computed besides those of 1 m/s along world x, y and z (k = 4 or 3).
+        with_strike: whether the scene's own strike is computed besides those of 1 m/s along world x, y and z (k = 4 or 3).
         bodies: indices of those whose jumps are wanted, in that order; all by default.
     """
-    equation, robot = landing.equation(state, own), landing.robot
-    most = landing.most_independent(state, equation.blocks)
-    solution = solve_impact(equation.inertia, equation.J_c, equation.b, equation.terms, equation.tolerance, most)  # Eq. 4
+    equation, robot = landing.equation(state, with_strike), landing.robot
+    solution = solve_in_doubles(landing, equation)  # Eq. 4
     delta_qd = equation.full(solution.delta_qd)  # Eq. 7
     columns = [joint.v for joint in robot.joints]
     return equation, solution, body_jumps(state.J, columns, robot.parents, state.position, delta_qd, bodies)  # Eqs. 8 and 9

@@ -43,7 +43,7 @@ def beside(landing, Q, k, steps):
     unit = np.eye(robot.model.nv)[k]
     moved = np.array([pin.integrate(robot.model, q, h * unit) for h in steps for q in Q])
     state = dynamics(robot, moved, landing.joint_model.armature)
-    equation, solution, maps = impact_jumps(landing, state, own=False)
+    equation, solution, maps = impact_jumps(landing, state, with_strike=False)
     values = maps, equation.full(solution.delta_qd), solution.impulse
     return [value.reshape(len(steps), len(Q), *value.shape[1:]) for value in values]
 
@@ -54,7 +54,7 @@ def test_derivatives_are_those_of_central_differences(name):
     robot, rng = landing.robot, np.random.default_rng(0)
     nv = robot.model.nv
     Q = np.array([pin.integrate(robot.model, landing.q, 0.05 * rng.standard_normal(nv)) for _ in range(2)])
-    equation, solution, _ = impact_jumps(landing, dynamics(robot, Q, landing.joint_model.armature), own=False)
+    equation, solution, _ = impact_jumps(landing, dynamics(robot, Q, landing.joint_model.armature), with_strike=False)
     found = derivatives(landing, equation, solution)
     h, weights = 1e-4, np.array([-1.0, 8.0, -8.0, 1.0]) / 12.0
     for k in range(0, nv, 5 if nv > 30 else 1):
@@ -101,7 +101,7 @@ def test_derivatives_of_a_long_chain_are_those_of_pinocchio():
     model, q = robot.model, robot.start.copy()
     q[7:] = 0.1 * np.sin(np.arange(model.nq - 7))
     landing = resolve(Scene(robot=robot.label, contact=(Contact(frame=robot.links[-1]),)), robot)
-    equation, solution, _ = impact_jumps(landing, dynamics(robot, q[None]), own=False)
+    equation, solution, _ = impact_jumps(landing, dynamics(robot, q[None]), with_strike=False)
     found = derivatives(landing, equation, solution)
     frame = model.frames[model.getFrameId(robot.links[-1])]
     contact = pin.RigidConstraintModel(

@@ -12,7 +12,7 @@ import numpy as np
 
 from shockpc import Closure, Contact, Joints, LoopEnd, Posture, Robot, Scene, Strike, load_robot
 from shockpc.core.spatial import Array
-from shockpc.landing.scene_file import robot_of as scene_robot
+from shockpc.landing.scene_file import robot_of
 from shockpc.robot.catalogue import SETS
 from shockpc.robot.landmarks import each_foot
 
@@ -113,10 +113,10 @@ def box(mass: float, sides: tuple[float, float, float]) -> Array:
 
 def known_robot(name: str) -> Robot:
     """A robot by its name, loaded once."""
-    return scene_robot(Scene(robot=name))
+    return robot_of(Scene(robot=name))
 
 
-def robot_of(links: list[Link], name: str = "tree") -> Robot:
+def robot_from_links(links: list[Link], name: str = "tree") -> Robot:
     """Write the links as a file and load it. Link i is called "link<i>" and its joint "joint<i>"; the first link is the root.
 
     Raises:
@@ -153,7 +153,7 @@ def chain(masses: Array, lengths: Array) -> Robot:
         Link(i - 1, "revolute", origin, X if i % 3 == 2 else Y, mass, *_rod(mass, length * Z))
         for i, (mass, length, origin) in enumerate(zip(masses, lengths, origins, strict=True))
     ]
-    return robot_of(links, "chain")
+    return robot_from_links(links, "chain")
 
 
 def bent(robot: Robot, scale: float = 1.0) -> Posture:
@@ -252,7 +252,7 @@ def _light_link(variant: tuple[float | None, ...], light: float) -> Built:
     body = Link(-1, "", ORIGIN, Y, 10.0, 0.1 * Z, box(10.0, (0.4, 0.3, 0.2)))
     limbs = [Link(parents[k], "revolute", origins[k], axes[k], mass, *_rod(mass, along[k])) for k, mass in enumerate(masses)]
     posture = Posture(joints={"joint1": 0.4, "joint2": -0.9, "joint3": 0.6})
-    return landing(robot_of([body, *limbs], "light"), Contact(frame="link3", offset=(0.0, 0.0, -0.3)), posture=posture)
+    return landing(robot_from_links([body, *limbs], "light"), Contact(frame="link3", offset=(0.0, 0.0, -0.3)), posture=posture)
 
 
 @_family(
@@ -278,7 +278,7 @@ def _corners(directions: Any, n: int) -> Built:
     mast = Link(0, "revolute", np.array([0.1, 0.05, 0.1]), 0.6 * X + 0.8 * Y, 1.0, *_rod(1.0, 0.4 * Z))
     corners = [(x, y, -0.1) for x in (-0.3, 0.3) for y in (-0.2, 0.2)][:n]
     contacts = (Contact(frame="link0", offset=corner, directions=directions) for corner in corners)
-    return landing(robot_of([body, mast], "brick"), *contacts)
+    return landing(robot_from_links([body, mast], "brick"), *contacts)
 
 
 @_family(
@@ -319,7 +319,7 @@ def _flat_four_bar(directions: Any, height: float) -> Built:
     ]
     a, b = LoopEnd(frame="link2", offset=tuple(coupler - crank)), LoopEnd(frame="link3", offset=tuple(coupler - rocker))
     foot = Contact(frame="link1", offset=(0.2, 0.0, -0.1))
-    return landing(robot_of(links, "four_bar"), foot, closure=(Closure(a=a, b=b, directions=directions),))
+    return landing(robot_from_links(links, "four_bar"), foot, closure=(Closure(a=a, b=b, directions=directions),))
 
 
 @_family(

@@ -7,6 +7,7 @@ from pathlib import Path
 from typing import Any, TypeVar
 
 from shockpc.cli.options import SceneOptions
+from shockpc.evaluation.landings import contact_name
 from shockpc.landing.contact import foot_contact, landing_frames, match_contacts
 from shockpc.landing.ratings import part_from
 from shockpc.landing.scene import Contact, Joints, Posture, Rotor, Scene, Strike
@@ -134,8 +135,7 @@ def file_names(scenes: list[Scene]) -> list[str]:
     """The landings' contacts as names of files, all different; none leads out of its folder, is hidden or is too long."""
     names: list[str] = []
     for scene in scenes:
-        contact = "+".join(contact.frame for contact in scene.contact)
-        name = "".join(sign if sign.isalnum() or sign in "_-+." else "_" for sign in contact)
+        name = "".join(sign if sign.isalnum() or sign in "_-+." else "_" for sign in contact_name(scene))
         name = f"_{name[1:]}" if name.startswith(".") else name
         name = name.encode()[:LONGEST].decode(errors="ignore")
         taken = {known.casefold() for known in names}
@@ -151,7 +151,7 @@ def one_scene(robot: str, options: SceneOptions, trace: Trace | None = None) -> 
     """
     loaded, scenes = scenes_from(robot, options, trace)
     if len(scenes) > 1:
-        names = ", ".join("+".join(contact.frame for contact in scene.contact) for scene in scenes[:6])
+        names = ", ".join(map(contact_name, scenes[:6]))
         raise SceneError(
             f'this command takes one landing, but "{robot}" is given {len(scenes)} landings: {names}; name one --contact'
         )

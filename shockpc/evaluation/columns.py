@@ -73,14 +73,6 @@ class Column(NamedTuple):
         """Whether it is computed in one posture at a time, for a landing of a scene."""
         return self.time is not None or self.selection.quantity.per_landing(scene)
 
-    def worse(self, values: Array) -> Array:
-        """How severe values (n,) are: greater is worse; −∞ where there is none. Of signed ones the magnitudes count.
-
-        Of a quantity that is not worse in either direction the greatest value counts as the worst.
-        """
-        sizes = np.abs(values) if self.selection.signed else values
-        return np.nan_to_num(-sizes if self.selection.quantity.worse == "less" else sizes, nan=-np.inf, posinf=np.inf)
-
     def at(self, landing: PosedLanding) -> Place | None:
         """The place in a landing, which may have fewer contacts than others, or other parts; None where it has none."""
         kind, number = self.selection.quantity.of, self.place.number
@@ -211,11 +203,11 @@ def postures(
         inertias: the inertias in each posture; the landing's own by default.
         trusted: as for `needs_proof`.
     """
-    own = landing.before.velocity.ndim > 1 or not landing.translates
+    with_strike = landing.before.velocity.ndim > 1 or not landing.translates
     state = dynamics(landing.robot, Q, landing.joint_model.armature, inertias)
     everywhere = any(column.selection.quantity.of == "joint" for column in wanted)
     carriers = None if everywhere else list(dict.fromkeys(c.place.body for c in wanted if c.place.body >= 0)) or [0]
-    equation, solution, jumps = impact_jumps(landing, state, own, carriers)
+    equation, solution, jumps = impact_jumps(landing, state, with_strike, carriers)
     condition, prove = needs_proof(landing, equation, solution, trusted)
     jumps = in_body_axes(jumps, state.rotation if carriers is None else state.rotation[:, carriers])
     return Postures(landing, Q, equation, solution, jumps, carriers, condition, prove, inertias)

@@ -111,9 +111,9 @@ class ChosenLandings(VariedLandings):
             return super()._strikes(landing, values, own) if landing.scene.strike.velocity is None else self.velocities[None]
         return np.broadcast_to(self.velocities, (len(own), self.strikes, 3))
 
-    def part(self, k: int, own: None) -> Part:
+    def part(self, k: int, data: None) -> Part:
         """As of any varied landings, with the proof of a row that needs one in the scene of its strike."""
-        return super().part(k, own)._replace(profile=lambda i: shock_profile(*self.struck(k, i)))
+        return super().part(k, data)._replace(profile=lambda i: shock_profile(*self.struck(k, i)))
 
     def resolved(self) -> tuple[Array, Array]:
         """Configurations (m, nq) and strikes (m, S, 3) of all rows, which are of one landing."""

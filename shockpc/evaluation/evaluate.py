@@ -12,7 +12,7 @@ import numpy as np
 from shockpc.core.threads import one_thread
 from shockpc.evaluation.columns import Column, columns, columns_at_times, double_difference, not_approaching, proven_columns
 from shockpc.evaluation.executor import in_order
-from shockpc.evaluation.landings import Group, Landings, ListedLandings, Part, Refusal
+from shockpc.evaluation.landings import Group, Landings, Part, Refusal, landings_by_name
 from shockpc.evaluation.table import Table
 from shockpc.landing.scene import Scene
 from shockpc.quantities.profile import ShockProfile
@@ -66,7 +66,7 @@ class Evaluation(Generic[L]):
 
     def part(self, k: int) -> Table:
         """Compute a part."""
-        return self.compute(k, self.landings.own(k))
+        return self.compute(k, self.landings.data(k))
 
     def table(self, executor: Executor | None = None, done: Callable[..., object] = lambda parts: None) -> Table:
         """Compute all parts.
@@ -94,17 +94,17 @@ class Evaluation(Generic[L]):
             executor: computes the parts; this process by default. Only the rows of a part are sent with it.
         """
         if executor is None:
-            return (self._made(make, k, self.landings.own(k)) for k in parts)
+            return (self._made(make, k, self.landings.data(k)) for k in parts)
         task = functools.partial(_computed, pickle.dumps(self), make)
-        return in_order(executor, task, ((k, self.landings.own(k)) for k in parts), ahead=AHEAD)
+        return in_order(executor, task, ((k, self.landings.data(k)) for k in parts), ahead=AHEAD)
 
-    def _made(self, make: Callable[..., Any], k: int, own: Any) -> Any:
-        table = self.compute(k, own)
+    def _made(self, make: Callable[..., Any], k: int, data: Any) -> Any:
+        table = self.compute(k, data)
         return table if make is Table else make(self, table, k)
 
-    def compute(self, k: int, own: Any) -> Table:
-        """Compute a part. Args: own, what it needs of the source's rows."""
-        part = self.landings.part(k, own)
+    def compute(self, k: int, data: Any) -> Table:
+        """Compute a part. Args: data, what it needs of the source's rows."""
+        part = self.landings.part(k, data)
         if self.prove is None:
             return self._proven(k, part)
         with one_thread(self.landings.robot.model.nv):
@@ -268,7 +268,10 @@ def proven(
     Raises:
         Exception: an unexpected one is not caught.
     """
-    evaluation, results = Evaluation(ListedLandings(cases, trace), prove=None, look=_itself), dict[str, ShockProfile | ShockError]()
+    evaluation, results = (
+        Evaluation(landings_by_name(cases, trace), prove=None, look=_itself),
+        dict[str, ShockProfile | ShockError](),
+    )
     for name, table in zip(cases, evaluation, strict=True):
         results[name] = table.looks[0] if table.looks else table.refusals[0]
         if done is not None:

@@ -54,7 +54,7 @@ def slopes(
     with one_thread(robot.model.nv):
         state = dynamics(robot, q[None], landing.joint_model.armature)
         bodies = list(dict.fromkeys(max(column.place.body, 0) for column in wanted))
-        equation, solution, jumps = impact_jumps(landing, state, own=False, bodies=bodies)
+        equation, solution, jumps = impact_jumps(landing, state, with_strike=False, bodies=bodies)
         change = derivatives(landing, equation, solution, bodies)
         here = DoubleImpact(
             landing, equation, solution, in_body_axes(jumps, state.rotation[:, bodies]), bodies, strikes[None], None

@@ -120,11 +120,11 @@ class Landings(Protocol):
     def compared(self, count: int) -> np.ndarray:
         """Numbers of rows that are compared with a proof, at most so many."""
 
-    def own(self, k: int) -> Any:
+    def data(self, k: int) -> Any:
         """What a part needs besides the pickled source: the rows of a recorded table."""
 
-    def part(self, k: int, own: Any) -> Part:
-        """The postures of a part. Args: own, as the method of that name gives it."""
+    def part(self, k: int, data: Any) -> Part:
+        """The postures of a part. Args: data, as the method of that name gives it."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -153,91 +153,41 @@ class LandingsBeside(OfLanding):
         """No rows: those that need a proof have one."""
         return np.arange(0)
 
-    def own(self, k: int) -> None:
+    def data(self, k: int) -> None:
         """Nothing."""
-
-
-@dataclass(frozen=True, eq=False)
-class ListedLandings:
-    """Landings one by one, each with a robot of its own.
-
-    Attributes:
-        cases: scene and robot of each landing, by name.
-        trace: collects what each stage cost.
-    """
-
-    cases: Mapping[str, tuple[Scene, Robot]] = field(repr=False)
-    trace: Trace | None = field(default=None, repr=False)
-
-    noun, headings, strikes, further, opens = "landings", ("landing",), 1, (), False
-
-    @property
-    def robot(self) -> Robot:
-        """The robot of the first landing."""
-        return next(iter(self.cases.values()))[1]
-
-    @property
-    def scene(self) -> Scene:
-        """The first landing."""
-        return next(iter(self.cases.values()))[0]
-
-    @property
-    def rows(self) -> int:
-        """Number of landings."""
-        return len(self.cases)
-
-    @property
-    def parts(self) -> tuple[tuple[int, int], ...]:
-        """One for each landing."""
-        return tuple((i, i + 1) for i in range(self.rows))
-
-    @property
-    def description(self) -> dict[str, Any]:
-        """The names of the landings."""
-        return {"landings": list(self.cases)}
-
-    def compared(self, count: int) -> np.ndarray:
-        """The first landings."""
-        return np.arange(min(count, self.rows))
-
-    def own(self, k: int) -> None:
-        """Nothing."""
-
-    def part(self, k: int, own: None) -> Part:
-        """One landing, which is solved with its proof alone."""
-        (name, (scene, robot)) = list(self.cases.items())[k]
-        return Part({"landing": np.array([name])}, (), lambda i: shock_profile(scene, robot, self.trace))
 
 
 Read = Callable[[str], tuple[Robot, Iterable[Scene]]]
-"""From a robot's name or file to the robot and its landings."""
+"""From a name, such as that of a robot or its file, to the robot and its landings."""
 
 HEADINGS = ("robot", "contact")
 """What tells the rows apart."""
 
 
 @dataclass(frozen=True, eq=False)
-class LandingsOfRobots:
-    """The landings of many robots, each robot a part.
+class ListedLandings:
+    """Landings that have nothing in common, those of each name a part, each solved with its proof alone.
 
     Attributes:
-        names: of the robots, or their files.
+        names: such as those of robots, or their files.
         read: finds the landings of each.
+        trace: collects what each stage cost.
     """
 
     names: tuple[str, ...]
     read: Read = field(repr=False)
+    trace: Trace | None = field(default=None, repr=False)
 
     noun, headings, strikes, further, opens = "batch", HEADINGS, 1, (), False
 
     @property
     def rows(self) -> int:
-        """Number of robots: that of their landings is not known before they are read."""
+        """Number of names: that of their landings is not known before they are read."""
         return len(self.names)
 
     @property
     def parts(self) -> tuple[tuple[int, int], ...]:
-        """One for each robot."""
+        """One for each name."""
         return tuple((i, i + 1) for i in range(self.rows))
 
     @property
@@ -252,30 +202,40 @@ class LandingsOfRobots:
 
     @property
     def description(self) -> dict[str, Any]:
-        """The names of the robots."""
+        """The names."""
         return {"robots": list(self.names)}
 
     def compared(self, count: int) -> np.ndarray:
         """None: every row is proven."""
         return np.arange(0)
 
-    def own(self, k: int) -> str:
-        """The name of the robot."""
-        return self.names[k]
+    def data(self, k: int) -> None:
+        """Nothing: the names are known."""
 
-    def part(self, k: int, own: str) -> Part:
-        """The landings of one robot; one row with the reason if it cannot be read."""
+    def part(self, k: int, data: None) -> Part:
+        """The landings of one name; one row with the reason if they cannot be read."""
+        name = self.names[k]
         try:
-            robot, scenes = self.read(own)
-            listed = list(scenes)
+            robot, scenes = self.read(name)
+            landings = list(scenes)
         except Exception as error:
-            labels = {"robot": np.array([own]), "contact": np.array([""])}
-            return Part(labels, [Refusal(np.zeros(1, dtype=int), refusal(error))], lambda i: shock_profile(listed[i], robot))
+            labels = {"robot": np.array([name]), "contact": np.array([""])}
+            return Part(labels, [Refusal(np.zeros(1, dtype=int), refusal(error))], lambda i: shock_profile(landings[i], robot))
         labels = {
-            "robot": np.array([own] * len(listed), dtype=str),
-            "contact": np.array(list(map(contact_name, listed)), dtype=str),
+            "robot": np.array([name] * len(landings), dtype=str),
+            "contact": np.array(list(map(contact_name, landings)), dtype=str),
         }
-        return Part(labels, (), lambda i: shock_profile(listed[i], robot))
+        return Part(labels, (), lambda i: shock_profile(landings[i], robot, self.trace))
+
+
+def landings_by_name(cases: Mapping[str, tuple[Scene, Robot]], trace: Trace | None = None) -> ListedLandings:
+    """Landings by name, each with its robot. Args: trace, collects what each stage cost."""
+
+    def read(name: str) -> tuple[Robot, list[Scene]]:
+        scene, robot = cases[name]
+        return robot, [scene]
+
+    return ListedLandings(tuple(cases), read, trace)
 
 
 def contact_name(scene: Scene) -> str:

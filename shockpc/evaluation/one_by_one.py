@@ -128,7 +128,7 @@ class VariedOneByOne(LandingsBeside):
         """The names of the parameters."""
         return {"parameters": [parameter[:3] for parameter in self.parameters], "steps": self.steps.tolist()}
 
-    def part(self, k: int, own: None) -> Part:
+    def part(self, k: int, data: None) -> Part:
         """All rows, in the order of the parameters, those of a parameter in the order of `STEPS`."""
         landing, robot, n = self.landing, self.robot, len(STEPS)
         names = [" ".join(filter(None, parameter[:3])) for parameter in self.parameters]
@@ -313,12 +313,12 @@ def _coordinates(robot: Robot) -> Iterator[tuple[Joint, str, str, int]]:
     """The velocities of the joints that follow no other: joint, which of its velocities, unit of the coordinate, column."""
     for joint in robot.single_joints[robot.free_base :]:
         if joint.name not in robot.followers:
-            for axis, unit, column in zip(*AXES.get(joint.kind, ONE), range(joint.v.start, joint.v.stop), strict=True):
+            for axis, unit, column in zip(*COORDINATES.get(joint.kind, ONE), range(joint.v.start, joint.v.stop), strict=True):
                 yield joint, axis, joint.unit if joint.axis is not None else unit, column
 
 
 ONE = ("",), ("rad",)
-AXES = {
+COORDINATES = {
     "ball": (("x", "y", "z"), ("rad",) * 3),
     "planar": (("x", "y", "turn"), ("m", "m", "rad")),
     "free": (("x", "y", "z", "turn x", "turn y", "turn z"), ("m",) * 3 + ("rad",) * 3),

@@ -109,7 +109,7 @@ def inertias(study: RecordedLandings) -> Array:
     robot = study.robot
     H = np.full((study.rows, robot.model.nv, robot.model.nv), np.nan)
     for k, (first, _) in enumerate(study.parts):
-        for group in study.part(k, study.own(k)).groups:
+        for group in study.part(k, study.data(k)).groups:
             if isinstance(group, Refusal):
                 continue
             state = dynamics(robot, group.Q, group.landing.joint_model.armature)

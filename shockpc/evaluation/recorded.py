@@ -100,7 +100,7 @@ class RecordedLandings:
     @functools.cached_property
     def closes(self) -> bool:
         """Whether there are loops that the rows may leave open."""
-        return bool(self.first.loops) and not self.table.own
+        return bool(self.first.loops) and not self.table.row_scenes
 
     @functools.cached_property
     def _known(self) -> dict[int, PosedLanding]:
@@ -118,33 +118,33 @@ class RecordedLandings:
         """Rows (n,), evenly spaced, at most so many."""
         return np.unique(np.linspace(0, self.rows - 1, min(count, self.rows)).astype(int))
 
-    def own(self, k: int) -> Rows:
+    def data(self, k: int) -> Rows:
         """The rows of a part."""
         return self.table.part(*self.parts[k])
 
-    def part(self, k: int, own: Rows) -> Part:
+    def part(self, k: int, data: Rows) -> Part:
         """The rows of a part, grouped by their landing."""
-        before = Motion(own.before.velocity, own.before.omega, own.before.joint_rates.copy())
-        Q = own.Q.copy()
+        before = Motion(data.before.velocity, data.before.omega, data.before.joint_rates.copy())
+        Q = data.Q.copy()
 
         def landing(i: int) -> PosedLanding:
             motion = Motion(*(part[i] for part in before))
-            posed = self._landing(own.key(i)).at(Q[i]).moving(motion, own.contact_velocity[i])
-            return self._written(own.own[i] if own.own else None, with_torque(posed, own.effort[i]))
+            posed = self._landing(data.key(i)).at(Q[i]).moving(motion, data.contact_velocity[i])
+            return self._written(data.row_scenes[i] if data.row_scenes else None, with_torque(posed, data.effort[i]))
 
-        return Part(own.labels, self._groups(own, Q, before), lambda i: profile_of(landing(i)), landing)
+        return Part(data.labels, self._groups(data, Q, before), lambda i: profile_of(landing(i)), landing)
 
-    def _groups(self, own: Rows, Q: Array, before: Motion) -> Iterator[Group | Refusal]:
+    def _groups(self, data: Rows, Q: Array, before: Motion) -> Iterator[Group | Refusal]:
         """The groups of a part; loops are closed in its configurations and motions."""
         n, closing = len(Q), {name: np.full(len(Q), np.nan) for name in self.further}
-        yield from (Refusal(np.array([i]), StudyError(text)) for i, text in own.messages.items())
-        known = np.array([i for i in range(n) if i not in own.messages], dtype=int)
-        friction = np.nan_to_num(own.friction if self.by_friction else np.zeros(n), nan=-1.0)[known]
-        _, first, group = np.unique(np.stack([own.scene[known], friction]), axis=1, return_index=True, return_inverse=True)
+        yield from (Refusal(np.array([i]), StudyError(text)) for i, text in data.messages.items())
+        known = np.array([i for i in range(n) if i not in data.messages], dtype=int)
+        friction = np.nan_to_num(data.friction if self.by_friction else np.zeros(n), nan=-1.0)[known]
+        _, first, group = np.unique(np.stack([data.scene[known], friction]), axis=1, return_index=True, return_inverse=True)
         for k, i in enumerate(known[first].tolist()):
             chosen = known[group.ravel() == k]
             try:
-                landing = self._landing(own.key(i))
+                landing = self._landing(data.key(i))
             except ShockError as error:
                 yield Refusal(chosen, error)
                 continue
@@ -160,7 +160,7 @@ class RecordedLandings:
                     yield Refusal(np.array([row]), error)
             if closed:
                 at = np.array(closed)
-                moving = landing.moving(Motion(*(part[at] for part in before)), own.contact_velocity[at])
+                moving = landing.moving(Motion(*(part[at] for part in before)), data.contact_velocity[at])
                 yield Group(at, moving, Q[at], further={name: x[at] for name, x in closing.items()})
 
     def _closed(self, landing: PosedLanding, q: Array, rates: Array) -> tuple[Array, Array, float, float]:
@@ -215,7 +215,8 @@ class RecordedLandings:
             q, rates, *_ = self._closed(landing, q, before.joint_rates)
             before = before._replace(joint_rates=rates)
         posed = landing.at(q).moving(before, self.table.contact_velocity[row])
-        return self._written(self.table.own[row] if self.table.own else None, with_torque(posed, self.table.effort[row]))
+        scene = self.table.row_scenes[row] if self.table.row_scenes else None
+        return self._written(scene, with_torque(posed, self.table.effort[row]))
 
     @property
     def resolved(self) -> Iterator[PosedLanding]:
@@ -241,7 +242,7 @@ class RecordedLandings:
             ShockError: there is none, or a scene cannot hold its posture.
         """
         landing = self.landing(row)
-        if not self.table.own:
+        if not self.table.row_scenes:
             for joint in self.robot.single_joints[self.robot.free_base :]:
                 moved = joint.kind != "ball" and not np.array_equal(landing.q[joint.q], self.first.q[joint.q])
                 # Rates that the table does not give follow from the loops.
@@ -253,10 +254,10 @@ class RecordedLandings:
                     )
         return landing.scene
 
-    def _written(self, own: Scene | None, landing: PosedLanding) -> PosedLanding:
+    def _written(self, scene: Scene | None, landing: PosedLanding) -> PosedLanding:
         """A landing with the scene of its row, in which loops are closed already."""
-        if own is not None:
-            return replace(landing, scene=own)
+        if scene is not None:
+            return replace(landing, scene=scene)
         robot, q, before, scene = self.robot, landing.q, landing.before, landing.scene
         loops_move = bool(landing.loops) and before.joint_rates.any()
         moving = [joint for joint in robot.independent_joints if loops_move or before.joint_rates[joint.v].any()]

@@ -107,7 +107,7 @@ class Rows(NamedTuple):
         given: what the table gives, in words.
         missing: what is the scene's, in words.
         measured: jumps that were measured.
-        own: the scenes of the rows themselves, if they are not of a table.
+        row_scenes: the scenes of the rows themselves, if they are not of a table.
         messages: why a row is no landing, by its number.
         warnings: what is doubtful of columns.
     """
@@ -125,7 +125,7 @@ class Rows(NamedTuple):
     given: tuple[str, ...]
     missing: tuple[str, ...]
     measured: tuple[Measured, ...] = ()
-    own: tuple[Scene | None, ...] = ()
+    row_scenes: tuple[Scene | None, ...] = ()
     messages: Mapping[int, str] = {}
     warnings: tuple[str, ...] = ()
 
@@ -150,7 +150,7 @@ class Rows(NamedTuple):
             friction=self.friction[a:b],
             effort=self.effort[a:b],
             measured=(),
-            own=self.own[a:b],
+            row_scenes=self.row_scenes[a:b],
             messages={i - a: text for i, text in self.messages.items() if a <= i < b},
         )
 
@@ -204,7 +204,7 @@ def rows_of_scenes(scenes: Mapping[str, Scene | ShockError], robot: Robot) -> Ro
         {"row": np.array(list(scenes))}, rows["q"], Motion(rows["velocity"], rows["omega"], rows["rates"]), tuple(shared), index,
         rows["contacts"], rows["friction"], 0.0 * rows["rates"] + np.nan, robot.joint_names, robot.joint_names,
         ("posture, motion, contacts, joint model",), (),
-        own=tuple(landings[i].scene if i in landings else None for i in range(len(scenes))),
+        row_scenes=tuple(landings[i].scene if i in landings else None for i in range(len(scenes))),
         messages={i: str(error) for i, error in refused.items()},
     )  # fmt: skip
 

@@ -70,7 +70,7 @@ class StrikeGrid(LandingsBeside):
         """The values, and the strike angles of each."""
         return {"subject": self.varied.subject, "values": self.varied.values, "strike angles": self.angles.tolist()}
 
-    def part(self, k: int, own: None) -> Part:
+    def part(self, k: int, data: None) -> Part:
         """Some postures: those of a joint in one landing, those of another quantity as in a sweep."""
         (a, b), S = self.parts[k], self.strikes
         angles, values = self.angles[a:b], self.varied.values[a:b]

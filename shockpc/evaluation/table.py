@@ -118,7 +118,7 @@ class Table:
     def ranked(self, column: Column | str) -> np.ndarray:
         """The rows (n,), the worst value of a column first, as `worse`; those without one last."""
         column = self.column(column) if isinstance(column, str) else column
-        return np.argsort(-column.worse(self.columns[column.name]), kind="stable")
+        return np.argsort(-column.selection.worse(self.columns[column.name]), kind="stable")
 
     def worst(self, count: int, column: Column | str | None = None) -> list[int]:
         """The rows with the worst values of a column, at most so many; without a column, the worst of every column in turn."""

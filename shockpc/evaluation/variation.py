@@ -27,7 +27,9 @@ STRIKE = {one.name: one.unit for one in options_of(Strike).values() if one.varie
 ATTITUDE = {"base-roll": "deg", "base-pitch": "deg", "base-yaw": "deg"}
 OFFSET = {"offset-x": "m", "offset-y": "m", "offset-z": "m"}
 OF_A_LINK = {"mass": "kg", "com-x": "m", "com-y": "m", "com-z": "m", "inertia": "-"}
-GROUND = {one.name: one.unit.replace("1", "-") for record in (Scene, Contact) for one in options_of(record).values() if one.varies}
+OF_THE_GROUND = {
+    one.name: one.unit.replace("1", "-") for record in (Scene, Contact) for one in options_of(record).values() if one.varies
+}
 INERTIAL = (*OF_A_LINK, "armature")
 OF_A_JOINT = ("armature", "rotor", "joint-stiffness", "place")
 OF_A_PART = (*OF_A_LINK, *OF_A_JOINT)
@@ -39,7 +41,7 @@ DRIVEN = {
 """What a drive has: its name, and its unit for revolute and for prismatic joints."""
 
 WORDS = (
-    *(*STRIKE, *ATTITUDE, *OFFSET, *GROUND, "contact"),
+    *(*STRIKE, *ATTITUDE, *OFFSET, *OF_THE_GROUND, "contact"),
     *(f"{kind}:LINK" for kind in OF_A_LINK),
     *(f"{kind}:JOINT" for kind in OF_A_JOINT),
 )
@@ -122,7 +124,7 @@ class Variation:
     @property
     def uncertain(self) -> bool:
         """Whether it is of the robot or of the ground, rather than of how the robot lands."""
-        return self.kind in (*OF_A_PART, *GROUND)
+        return self.kind in (*OF_A_PART, *OF_THE_GROUND)
 
     def joints(self, robot: Robot) -> tuple[Joint, ...]:
         """The joints that a joint's variation sets: what follows another joint is not among them."""
@@ -177,7 +179,7 @@ def variation(robot: Robot, subject: str, values: "str | float | Iterable[float 
     numbers, span, law, factor = _numbers(subject, values)
     if values is None and kind != "joint":
         raise StudyError(f"{subject}: no values are given; valid are {FORM}")
-    unit = {**STRIKE, **ATTITUDE, **OFFSET, **GROUND, **OF_A_LINK}.get(kind, "")
+    unit = {**STRIKE, **ATTITUDE, **OFFSET, **OF_THE_GROUND, **OF_A_LINK}.get(kind, "")
     least = min(numbers + (span or ()), default=0.0)
     if factor and (kind == "rotor" or kind not in ("mass", "inertia", *OF_A_JOINT)):
         raise StudyError(
@@ -249,7 +251,7 @@ def kind_of(robot: Robot, subject: str) -> tuple[str, str]:
         if not target:
             raise StudyError(f"{subject} names nothing; write {word}:{'JOINT' if word in OF_A_JOINT else 'LINK'}")
         return word, target
-    if subject in STRIKE or subject in ATTITUDE or subject in OFFSET or subject in GROUND or subject == "contact":
+    if subject in STRIKE or subject in ATTITUDE or subject in OFFSET or subject in OF_THE_GROUND or subject == "contact":
         if subject in ATTITUDE and not robot.free_base:
             raise StudyError(f'{subject}: the base of robot "{robot.name}" is fixed in its file, so it cannot be turned')
         return subject, ""

@@ -6,15 +6,15 @@ only the others need a landing of their own.
 
 import functools
 import math
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Iterator
 from dataclasses import dataclass, field, fields, replace
-from typing import Any, TypeAlias, cast
+from typing import Any, cast
 
 import numpy as np
 
 from shockpc.core.spatial import Array
 from shockpc.evaluation.landings import GROUP, ROWS, Group, Part, Refusal
-from shockpc.evaluation.variation import ATTITUDE, INERTIAL, OF_A_LINK, Variation, each_of, motion_range, pairs
+from shockpc.evaluation.variation import ATTITUDE, INERTIAL, OF_A_LINK, Variation, Vary, each_of, motion_range, pairs
 from shockpc.evaluation.variation import variation as read_variation
 from shockpc.evaluation.varied_scene import applied, armature_set, robot_changes
 from shockpc.landing.dynamics import Inertias
@@ -32,9 +32,6 @@ MOST_ROWS = 10**8
 """Rows of a sweep: so many take an hour, and a column of them 0.8 GB."""
 
 DEG = math.pi / 180.0
-
-Varied: TypeAlias = Mapping[str, Any] | Iterable[tuple[str, Any]]
-"""What varies: values by subject."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -134,7 +131,7 @@ class VariedLandings:
         """Random rows (n,), at most so many."""
         return np.random.default_rng([self.seed, 2]).choice(self.rows, min(count, self.rows), replace=False, shuffle=False)
 
-    def own(self, k: int) -> None:
+    def data(self, k: int) -> None:
         """Nothing: the rows of a part follow from its number."""
 
     def configurations(self, k: int) -> Array:
@@ -154,7 +151,7 @@ class VariedLandings:
         part = next(k for k, (_, end) in enumerate(self.parts) if row < end * self.strikes)
         return _picked(self._values(part), *divmod(row - self.parts[part][0] * self.strikes, self.strikes))
 
-    def part(self, k: int, own: None) -> Part:
+    def part(self, k: int, data: None) -> Part:
         """The postures of a part, grouped by what needs a landing of its own."""
         (a, b), S, values = self.parts[k], self.strikes, self._values(k)
         labels = {variation.column: np.broadcast_to(values[variation], (b - a, S)).ravel() for variation in self.variations}
@@ -326,10 +323,10 @@ def _strata(n: int, rows: np.ndarray, seed: int, number: int) -> np.ndarray:
 
 def varied_landings(
     scene: Scene,
-    vary: Varied = (),
+    vary: Vary = (),
     *,
     robot: Robot | None = None,
-    vary_each: Varied = (),
+    vary_each: Vary = (),
     sample: int | None = None,
     lhs: bool = False,
     seed: int = 0,

@@ -14,11 +14,11 @@ import numpy as np
 
 from shockpc.core.bodies import body_jumps, in_body_axes
 from shockpc.core.friction import FrictionImpact, solve_friction
-from shockpc.core.impulse import Solution, solve_impact
+from shockpc.core.impulse import Solution
 from shockpc.core.memo import memoized
 from shockpc.core.spatial import Array, freeze
 from shockpc.impact.impact import DoubleImpact
-from shockpc.impact.solve import independent_rows, rows_as_meant
+from shockpc.impact.solve import independent_rows, rows_as_meant, solve_in_doubles
 from shockpc.impact.stops import stop_rows
 from shockpc.landing.contact import across
 from shockpc.landing.landing import PosedLanding, contact_velocity
@@ -239,8 +239,7 @@ def friction_of(landing: PosedLanding) -> FrictionResult:
     problem, mu = friction_problem(landing), landing.scene.friction
     rows, own, m = problem.rows, problem.own, problem.contacts
     before, equation = problem.before[:m], rows.equation
-    most = landing.most_independent(landing.state, equation.blocks)
-    plain = solve_impact(equation.inertia, equation.J_c, equation.b, equation.terms, equation.tolerance, most)
+    plain = solve_in_doubles(landing, equation)
     if plain.choices and not plain.choices[0].unique[~rows.rigid].all():
         raise SceneError(
             "friction is solved for contacts whose impulses are determined, but here rows are redundant; leave a contact out"

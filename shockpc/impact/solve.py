@@ -1,15 +1,25 @@
-"""Step 1 for one posture: choose the independent rows, enclose the impact, and refuse what no impact can do."""
+"""Step 1: in doubles for N postures; for one, choose the independent rows, enclose the impact, and refuse what no impact can do."""
 
 import math
 from typing import NamedTuple
 
 import numpy as np
 
-from shockpc.core.impulse import TOLERANCE, UNCERTAIN, RowChoice, Solution, choose_rows, in_terms, levers, weakest_columns
+from shockpc.core.impulse import (
+    TOLERANCE,
+    UNCERTAIN,
+    RowChoice,
+    Solution,
+    choose_rows,
+    in_terms,
+    levers,
+    solve_impact,
+    weakest_columns,
+)
 from shockpc.core.spatial import Array, velocity_at
 from shockpc.impact.exact.balls import SingularError
 from shockpc.impact.exact.proof import Proof
-from shockpc.landing.landing import PosedLanding
+from shockpc.landing.landing import Landing, PosedLanding
 from shockpc.landing.rows import Block, Equation, block_axes, row_jacobian, row_terms, row_tolerance, slices_of
 from shockpc.robot.robot import Robot
 from shockpc.text.errors import SolveError
@@ -26,6 +36,12 @@ NO_INERTIA = 1e-30
 
 CONTRADICTION = 1e-9
 """Share of the strike with which a dependent row may be left; more is a contradiction."""
+
+
+def solve_in_doubles(landing: Landing, equation: Equation) -> Solution:
+    """Solve Eq. 4 in N postures, in double precision."""
+    most = landing.most_independent(equation.state, equation.blocks)
+    return solve_impact(equation.inertia, equation.J_c, equation.b, equation.terms, equation.tolerance, most)
 
 
 def solve_exactly(landing: PosedLanding, equation: Equation, solution: Solution) -> Proof:

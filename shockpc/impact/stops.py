@@ -13,8 +13,8 @@ from dataclasses import replace
 
 import numpy as np
 
-from shockpc.core.impulse import solve_impact
 from shockpc.core.spatial import Array
+from shockpc.impact.solve import solve_in_doubles
 from shockpc.landing.landing import PosedLanding
 from shockpc.landing.rows import Block
 from shockpc.landing.stops import at_stops, driven_beyond, missed_stops, stop_block, stops_at
@@ -60,8 +60,7 @@ def with_stops(landing: PosedLanding) -> PosedLanding:
     if not blocks:
         return bare
     equation = bare.equation(bare.state)
-    most = bare.most_independent(bare.state, equation.blocks)
-    solution = solve_impact(equation.inertia, equation.J_c, equation.b, equation.terms, equation.tolerance, most)
+    solution = solve_in_doubles(bare, equation)
     after = bare.before.joint_rates + equation.full(solution.delta_qd)[0, :, 3]
     if not np.isfinite(after).all() or not driven_beyond(at_stops(bare.robot, bare.q[None], bare.joint_model)[0], after).any():
         return bare

@@ -14,7 +14,7 @@ from shockpc.core.spatial import Array, Plane
 from shockpc.landing.contact import unit_directions
 from shockpc.landing.dynamics import Dynamics, dynamics
 from shockpc.landing.freedom import free_columns
-from shockpc.landing.rows import Block, point_at, row_jacobian
+from shockpc.landing.rows import Block, row_jacobian, world_point
 from shockpc.landing.scene import Closure
 from shockpc.robot.robot import Loop, Robot
 from shockpc.text.diagnostic import Diagnostic
@@ -106,7 +106,7 @@ def closure_gap(state: Dynamics, loop: Loop) -> Array:
     """How far the second end of a loop is from the first (N, n): along its axes [m], then about them [rad] if it holds these."""
     (a, b), (p_a, p_b) = loop.bodies, loop.points
     frame = _orientation(state, a, loop.rotations[0])
-    apart = point_at(state, b, p_b) - point_at(state, a, p_a)
+    apart = world_point(state, b, p_b) - world_point(state, a, p_a)
     gap = np.einsum("nij,ki,nj->nk", np.swapaxes(frame, -1, -2), loop.axes, apart)
     if not loop.holds_orientation:
         return np.asarray(gap)

@@ -19,7 +19,7 @@ from shockpc.text.printed import listed
 FOOT_REACH_SHARE = 0.1
 """How far a link reaches below its frame, as a share of the height of the robot's frames, where the frame is none of a foot."""
 
-AXES = {"x": (1.0, 0.0, 0.0), "y": (0.0, 1.0, 0.0), "z": (0.0, 0.0, 1.0)}
+UNIT_VECTORS = {"x": (1.0, 0.0, 0.0), "y": (0.0, 1.0, 0.0), "z": (0.0, 0.0, 1.0)}
 
 
 def sticks(contact: Contact) -> bool:
@@ -135,7 +135,7 @@ def unit_directions(owner: str, directions: tuple[str | tuple[float, float, floa
     """
     if not directions:
         raise SceneError(f'{owner} keeps no direction, so nothing stops it; valid are "x", "y", "z" and vectors')
-    vectors = np.array([AXES[d] if isinstance(d, str) else d for d in directions], dtype=float)
+    vectors = np.array([UNIT_VECTORS[d] if isinstance(d, str) else d for d in directions], dtype=float)
     lengths = np.linalg.norm(vectors, axis=1)
     if not (np.all(np.isfinite(vectors)) and np.all(lengths > 0.0)):
         raise SceneError(f'{owner} has a direction without a length; valid are "x", "y", "z" and vectors')

@@ -99,16 +99,16 @@ class Landing:
         contacts = (locate_lowest_point(contact, state.rotation[:, contact.body]) for contact in self.contacts)
         return (*contacts, *self.stance, *(closure_block(loop) for loop in self.loops))
 
-    def equation(self, state: Dynamics, own: bool = True) -> Equation:
+    def equation(self, state: Dynamics, with_strike: bool = True) -> Equation:
         """The impulsive equation of motion (Eq. 4), reduced to the velocities that are free (Eq. 7).
 
         Args:
             state: the robot in N postures, with the armature of its joints.
-            own: whether b has a column for the scene's own strike, besides those of the unit strikes.
+            with_strike: whether b has a column for the scene's own strike, besides those of the unit strikes.
         """
         blocks = self.rows(state)
         G = self.free_columns(state)
-        J_c, b = row_jacobian(state, blocks), approach_speeds(state, blocks, self.before if own else None)
+        J_c, b = row_jacobian(state, blocks), approach_speeds(state, blocks, self.before if with_strike else None)
         inertia = state.inertia if G is None else np.swapaxes(G, -1, -2) @ state.H @ G
         if self.robot.negative_moments:
             inertia = definite(inertia)  # NaN, which the proof refuses by name
@@ -192,9 +192,9 @@ class PosedLanding(Landing):
         """As for any landing; postures beside its own have the number of that."""
         return self.mechanism.most_independent(blocks, state, self.state.Q[0])
 
-    def equation(self, state: Dynamics, own: bool = True) -> Equation:
+    def equation(self, state: Dynamics, with_strike: bool = True) -> Equation:
         """As for any landing; that of its own posture is computed once."""
-        return self._equation if own and state is self.state else super().equation(state, own)
+        return self._equation if with_strike and state is self.state else super().equation(state, with_strike)
 
     @functools.cached_property
     def _equation(self) -> Equation:

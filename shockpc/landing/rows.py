@@ -72,10 +72,10 @@ def slices_of(blocks: Sequence[Block]) -> tuple[slice, ...]:
 
 def block_point(state: Dynamics, block: Block) -> Array:
     """Position (N, 3) of the point of a block, world axes, from the base [m]."""
-    return point_at(state, block.body, block.point)
+    return world_point(state, block.body, block.point)
 
 
-def point_at(state: Dynamics, body: int, point: Array) -> Array:
+def world_point(state: Dynamics, body: int, point: Array) -> Array:
     """Position (N, 3) of a point of a body or of the world, world axes, from the base [m]. Args: point (3,) or (N, 3)."""
     if body < 0:
         return np.asarray(point - state.origin)

@@ -22,10 +22,10 @@ if TYPE_CHECKING:
     from shockpc.impact.stiffness import CompliantLanding
 
 
-EVERY = (*POINTS, *BODIES, *JOINTS, *CONTACTS, *ROBOT)
+OF_THE_IMPACT = (*POINTS, *BODIES, *JOINTS, *CONTACTS, *ROBOT)
 """Quantities of the impact on rigid ground, some of which exist for others as well."""
 
-JUMPS = tuple(entry for entry in EVERY if "stiffness" in entry.also)
+JUMPS = tuple(entry for entry in OF_THE_IMPACT if "stiffness" in entry.also)
 """Quantities of the jumps alone, which a landing on finite stiffness has at each time."""
 
 FORCE, MOMENT, ALONG = JOINTS[:3]
@@ -149,7 +149,7 @@ PEAK_TORQUE = _stiff("peak_torque", "joint", "peak torque along the joint's axis
     lambda found, places: _joint_peaks(found, places)[2], "the joint has more than one axis")  # fmt: skip
 
 GROUND = (
-    *(_with_friction(entry) for entry in EVERY if "friction" in entry.also),
+    *(_with_friction(entry) for entry in OF_THE_IMPACT if "friction" in entry.also),
     _sliding("slip", "contact", "velocity after the impact with friction, world axes", "m/s",
         lambda found, places: found.velocity[_numbers(places)], vector=True)._replace(size=lambda i, x: float(i.v_in.max())),
     _sliding("energy_lost_friction", "robot", "kinetic energy lost, with friction", "J",

@@ -14,7 +14,7 @@ from shockpc.quantities.quantity import Places, Quantity
 from shockpc.robot.robot import STOP
 
 ORIGIN = "the joint's origin (of a prismatic joint, where it has slid to)"
-AXES = "the joint has more than one axis"
+MULTIAXIAL = "the joint has more than one axis"
 REDUNDANT = "contacts or loops are redundant, so the impulse through a joint is not determined"
 
 
@@ -89,10 +89,10 @@ JOINTS = (
         vector=True),
     Quantity("moment", "joint", f"moment about {ORIGIN}, world axes", "N m s", "greater", _moment, _size, REDUNDANT, shared=True,
         vector=True),
-    Quantity("along", "joint", "impulse along the joint's axis", "N m s, N s", "greater", _along, _size, f"{AXES}; or {REDUNDANT}",
-        shared=True, signed=True, also=("friction",)),
+    Quantity("along", "joint", "impulse along the joint's axis", "N m s, N s", "greater", _along, _size,
+        f"{MULTIAXIAL}; or {REDUNDANT}", shared=True, signed=True, also=("friction",)),
     Quantity("delta_qd", "joint", "jump of the joint's rate", "rad/s, m/s", "greater", _delta_qd, lambda i,
-        x: float(np.abs(i.along(i.delta_qd).astype(float)).max()), AXES, signed=True,
+        x: float(np.abs(i.along(i.delta_qd).astype(float)).max()), MULTIAXIAL, signed=True,
         also=("friction", "stiffness"), linear=True),
     Quantity("joint_impulse", "joint", "impulse through the joint", "N s", "greater", lambda i, p: norm(_force(i, p)), _size,
         REDUNDANT, shared=True, also=("friction",)),

@@ -5,9 +5,10 @@ from typing import NamedTuple
 
 import numpy as np
 
-from shockpc.core.impulse import Solution, solve_impact
+from shockpc.core.impulse import Solution
 from shockpc.core.spatial import Array, cross, jump_at
 from shockpc.core.threads import one_thread
+from shockpc.impact.solve import solve_in_doubles
 from shockpc.landing.dynamics import dynamics
 from shockpc.landing.landing import Landing
 from shockpc.landing.motion import speeds_undone
@@ -209,12 +210,9 @@ class ShockMaps(NamedTuple):
             for k in range(0, n, CHUNK):
                 own = slice(k, k + CHUNK)
                 state = dynamics(self.robot, self.Q[own], landing.joint_model.armature)
-                equation = landing.equation(state, own=False)
+                equation = landing.equation(state, with_strike=False)
                 equation = equation._replace(b=speeds_undone(state, equation.blocks, rates[own]))
-                most = landing.most_independent(state, equation.blocks)
-                solution = solve_impact(
-                    equation.inertia, equation.J_c, equation.b, equation.terms, equation.tolerance, most
-                )  # Eq. 4
+                solution = solve_in_doubles(landing, equation)
                 jumps[own] = equation.full(solution.delta_qd)[..., 0]
                 impulses.append(_impulses(landing, equation, solution))
         return jumps, np.concatenate(impulses)

@@ -7,18 +7,18 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from shockpc.core.impulse import solve_impact
 from shockpc.core.percussion import norm
 from shockpc.core.pulse import peak_acceleration
 from shockpc.core.spatial import Array
 from shockpc.impact.friction import jumps_of
 from shockpc.impact.impact import DoubleImpact, Impact
+from shockpc.impact.solve import solve_in_doubles
 from shockpc.landing.landing import PosedLanding, landing_of
 from shockpc.landing.places import Place, joint_places
 from shockpc.landing.ratings import Strength, TorqueStrength, strength, torque_limits, torque_strength
 from shockpc.landing.scene import GRAVITY
 from shockpc.quantities.ground import ALONG, PEAK_TORQUE, point_peaks
-from shockpc.quantities.joints import AXES, REDUNDANT
+from shockpc.quantities.joints import MULTIAXIAL, REDUNDANT
 from shockpc.quantities.points import DELTA_V, NEEDS_PULSE, SHOCK, point_velocity
 from shockpc.quantities.quantity import Places, Quantity, largest_jump
 from shockpc.text.errors import SceneError, SolveError
@@ -186,7 +186,7 @@ def not_judged(landing: PosedLanding, place: Place, redundant: bool) -> str:
     """Why a part of a joint has no margin. Args: redundant, whether contacts or loops are."""
     joint, own = _joints(landing, [place])[0], _torque_strengths(landing, [place])[0]
     if landing.robot.joint(joint.name).axis is None:
-        return AXES
+        return MULTIAXIAL
     if np.isnan(own.momentary_torque):
         return NEEDS_TORQUE
     return "contacts or loops are redundant" if redundant else NEEDS_TIME
@@ -222,8 +222,7 @@ def margin_lost(landing: PosedLanding) -> MarginLost | None:
         bare = replace(scene, contact_stiffness=k, pulse=None, range_g=None, friction=None)
         stiff = landing if bare == scene else landing_of(bare, robot)
         equation = stiff.equation(stiff.state)
-        most = stiff.most_independent(stiff.state, equation.blocks)
-        solution = solve_impact(equation.inertia, equation.J_c, equation.b, equation.terms, equation.tolerance, most)
+        solution = solve_in_doubles(stiff, equation)
         jumps = jumps_of(stiff, equation.full(solution.delta_qd))
         limits, rated = torque_limits(robot, ())[0], {place.joint for place in stiff.parts}
         joints = [p for p in stiff.places("joint") if p.number not in rated and not np.isnan(limits[p.number])]
@@ -293,11 +292,11 @@ PARTS = (
         _of_joints(lambda impact, places: ALONG.compute(impact, _joints(impact.landing, places))), ALONG.size,
         f"{ALONG.missing}; or {OF_A_POINT}", shared=True, signed=True, carried="joint"),
     Quantity("torque", "part", "torque along the axis of the part's joint: peak, or mean over the duration of its rating", "N m, N",
-        "greater", _of_joints(_part_torque), _part_torque_size, f"{AXES}; {NO_TIME}; {REDUNDANT}; or {OF_A_POINT}",
+        "greater", _of_joints(_part_torque), _part_torque_size, f"{MULTIAXIAL}; {NO_TIME}; {REDUNDANT}; or {OF_A_POINT}",
         with_stiffness=True, carried="joint"),
     Quantity("part_margin", "part", "margin of the part, by velocity change, acceleration or torque", "1", "less", _part_margin,
-        missing=f"of a joint: {AXES}; {NO_TORQUE}; {NO_TIME}; or {REDUNDANT}", with_stiffness=True),
+        missing=f"of a joint: {MULTIAXIAL}; {NO_TORQUE}; {NO_TIME}; or {REDUNDANT}", with_stiffness=True),
     Quantity("joint_torque_share", "joint", "torque along the axis, of the momentary torque or the effort limit", "1", "greater",
-        _torque_share, _share_size, f"{AXES}; no torque or effort limit is known; {NO_PULSE}, nor a part the duration of the "
+        _torque_share, _share_size, f"{MULTIAXIAL}; no torque or effort limit is known; {NO_PULSE}, nor a part the duration of the "
         f"torque; or {REDUNDANT}", with_stiffness=True),
 )  # fmt: skip

@@ -9,11 +9,11 @@ from typing import TYPE_CHECKING, Any, NamedTuple, TypeVar
 import numpy as np
 
 from shockpc.core.directions import ExtremeDirections
-from shockpc.core.impulse import RowChoice, solve_impact
+from shockpc.core.impulse import RowChoice
 from shockpc.core.percussion import shock_at
 from shockpc.core.spatial import Array, Plane, freeze, read_only
 from shockpc.impact.exact.proof import Proof
-from shockpc.impact.solve import solve_exactly
+from shockpc.impact.solve import solve_exactly, solve_in_doubles
 from shockpc.impact.stops import with_stops
 from shockpc.landing.closure import Assembly
 from shockpc.landing.dynamics import dynamics
@@ -49,7 +49,7 @@ if TYPE_CHECKING:
 R = TypeVar("R", bound="NamedTuple")
 T = TypeVar("T")
 
-ILL_CONDITIONED = 1e-6
+CLEARLY_BEYOND = 1e-6
 """Share of the largest rate with which a joint moves beyond an end stop from which on that is no rounding of double precision."""
 
 DIFFERS, LEAST_DIFFERENCE = 0.1, 1e-3
@@ -326,9 +326,7 @@ class ShockProfile(OfLanding):
             try:
                 changed = with_stops(changed) if self.scene.stops else changed
                 equation = changed.equation(state)
-                most = changed.most_independent(state, equation.blocks)
-                solution = solve_impact(equation.inertia, equation.J_c, equation.b, equation.terms, equation.tolerance, most)
-                proofs[name] = solve_exactly(changed, equation, solution)
+                proofs[name] = solve_exactly(changed, equation, solve_in_doubles(changed, equation))
             except (SceneError, SolveError) as refusal:
                 proofs[name] = str(refusal)
         return proofs
@@ -600,7 +598,7 @@ class ShockProfile(OfLanding):
         """Warnings of joints at a limit that the impact drives beyond it, where their end stops are left out."""
         robot, rates = self.robot, self.landing.before.joint_rates + self.delta_qd
         sides = at_stops(robot, self.q[None], self.landing.joint_model, limits=True)[0]
-        beyond, clearly = driven_beyond(sides, rates), driven_beyond(sides, rates, ILL_CONDITIONED)
+        beyond, clearly = driven_beyond(sides, rates), driven_beyond(sides, rates, CLEARLY_BEYOND)
         for joint in robot.single_joints:
             counted = has_stops(robot, joint)
             if self.scene.stops and counted and clearly[joint.v].any():

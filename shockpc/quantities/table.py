@@ -21,8 +21,6 @@ from shockpc.text.errors import UnknownName
 QUANTITIES: tuple[Quantity, ...] = (*POINTS, *BODIES, *JOINTS, *CONTACTS, *ROBOT, *GROUND, *PARTS)
 """All quantities. Of those that share a key the first is meant unless the kind is named."""
 
-AXES = "xyz"
-
 
 class Selection(NamedTuple):
     """A quantity, or a component of one, as a number: a vector counts by its length.
@@ -45,6 +43,14 @@ class Selection(NamedTuple):
         if not self.quantity.vector:
             return values
         return np.asarray(norm(values) if self.axis is None else values[..., self.axis])
+
+    def worse(self, values: Any) -> Any:
+        """How severe values (n,) are: greater is worse; −∞ where there is none. Of signed ones the magnitudes count.
+
+        Of a quantity that is not worse in either direction the greatest value counts as the worst.
+        """
+        sizes = np.abs(values) if self.signed else values
+        return np.nan_to_num(-sizes if self.quantity.worse == "less" else sizes, nan=-np.inf, posinf=np.inf)
 
     @property
     def signed(self) -> bool:
@@ -79,7 +85,7 @@ def selections() -> Mapping[str, Selection]:
     """All selections of the quantities, by the texts that mean them."""
     names: dict[str, Selection] = {}
     for entry in QUANTITIES:
-        parts = [("", None), *((f".{axis}", k) for k, axis in enumerate(AXES) if entry.vector)]
+        parts = [("", None), *((f".{axis}", k) for k, axis in enumerate("xyz") if entry.vector)]
         for suffix, axis in parts:
             for name in (f"{entry.key}{suffix}", f"{entry.of}.{entry.key}{suffix}"):
                 names.setdefault(name, Selection(name, entry, axis))

@@ -12,7 +12,7 @@ import numpy as np
 
 from shockpc.evaluation.columns import selected
 from shockpc.evaluation.evaluate import Evaluation
-from shockpc.evaluation.landings import HEADINGS, LandingsOfRobots, Read, contact_name
+from shockpc.evaluation.landings import HEADINGS, ListedLandings, Read, contact_name
 from shockpc.evaluation.table import Table
 from shockpc.landing.contact import foot_contact
 from shockpc.landing.places import Place
@@ -163,7 +163,7 @@ def batch(
     texts = {text.removeprefix("robot."): text for text in (*STANDARD, *quantities, rank)}
     for text in texts.values():
         select(text.partition("@")[0])
-    evaluation = Evaluation(LandingsOfRobots(tuple(names), read), prove=None, look=functools.partial(_row, look, texts))
+    evaluation = Evaluation(ListedLandings(tuple(names), read), prove=None, look=functools.partial(_row, look, texts))
     tables = []
     for source, part in zip(names, evaluation.tables(executor), strict=True):
         tables.append(replace(part, looks={i: replace(row, source=source) for i, row in part.looks.items()}))
@@ -176,12 +176,9 @@ def batch(
     name = rank.removeprefix("robot.")
     selection = select(rank.partition("@")[0])
 
-    def badness(row: BatchRow, key: str, sign: float, signed: bool) -> float:
-        value = row.values[key]
-        return -math.inf if value is None else sign * (abs(value) if signed else value)
-
-    sign = -1.0 if selection.quantity.worse == "less" else 1.0
-    rows.sort(key=lambda row: (badness(row, name, sign, selection.signed), badness(row, "shock_com", 1.0, False)), reverse=True)
+    rows.sort(
+        key=lambda row: (selection.worse(_number(row, name)), select("shock_com").worse(_number(row, "shock_com"))), reverse=True
+    )
     values = {text: np.array([_number(table.looks.get(i), text) for i in range(len(table))]) for text in texts}
     columns = {**{name: table.columns[name] for name in HEADINGS}, **values, "proven": table.columns["proven"]}
     return Batch(tuple(texts), name, tuple(rows), tuple(failures), replace(table, columns=columns, looks={}))
@@ -220,5 +217,4 @@ def _worst(profile: ShockProfile, trunk: Place, text: str) -> float | None:
     numbers = profile.numbers(selection, places)
     if not len(numbers) or np.isnan(numbers).any():
         return None
-    worst = np.argmin(numbers) if quantity.worse == "less" else np.argmax(np.abs(numbers) if selection.signed else numbers)
-    return float(numbers[worst])
+    return float(numbers[np.argmax(selection.worse(numbers))])

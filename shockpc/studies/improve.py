@@ -372,7 +372,7 @@ def _proven(cost: ShockCost, role: int, found: Mapping[str, ShockProfile]) -> tu
     for name, profile in found.items():
         columns = list({t.column.name: t.column for t in cost.terms if t.role == role and t.landing == name}.values())
         for column, value in zip(columns, proven_columns(profile, columns).values(), strict=True):
-            best = max(best, (float(column.worse(np.array(value))), value, name), key=lambda one: one[0])
+            best = max(best, (float(column.selection.worse(np.array(value))), value, name), key=lambda one: one[0])
     return best[1], best[2]
 
 

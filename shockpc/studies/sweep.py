@@ -16,7 +16,7 @@ from shockpc.robot.robot import Robot
 from shockpc.studies.declare import QuantityOption, study
 from shockpc.text.errors import StudyError
 
-GROUND = ("friction_needed", "pull", "depth", "feasible")
+FEASIBILITY = ("friction_needed", "pull", "depth", "feasible")
 """Quantities of every row that tell whether flat ground allows the landing."""
 
 
@@ -116,9 +116,9 @@ def _columns(
         place = body_places(robot)[body]
         columns += [Column(select(key), place) for key in (*of_body, *(f"body.{key}" for key in severe))]
     varied = [str(value).split("+") for varied in study.variations if varied.kind == "contact" for value in varied.values]
-    for text in (*GROUND, *quantities):
+    for text in (*FEASIBILITY, *quantities):
         selection, chosen = selected(landing, text)
-        if text in GROUND and selection.quantity.of == "contact":
+        if text in FEASIBILITY and selection.quantity.of == "contact":
             chosen = chosen[: len(landing.contacts)]
         if varied and selection.quantity.of == "contact":
             if "@" in text:

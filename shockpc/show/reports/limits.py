@@ -4,7 +4,7 @@ import math
 from collections.abc import Callable
 from typing import Any
 
-from shockpc.evaluation.variation import GROUND
+from shockpc.evaluation.variation import OF_THE_GROUND
 from shockpc.show.reports.report import Picture, Report
 from shockpc.show.tables import Lines, Row, Sheet, sheet_of
 from shockpc.show.wording import header_lines, warning_lines
@@ -50,7 +50,7 @@ def _no_dependence(found: JointLimits) -> list[str]:
     if any(one.allowed for one in found.limits) and not found.limits[-1].allowed:
         keeps = "at some strike angles every value keeps"
     text = f"{found.target.name} does not depend on {found.subject} in this range: {keeps} the bound"
-    if found.subject in GROUND and not found.target.selection.quantity.of_ground(found.profile.scene):
+    if found.subject in OF_THE_GROUND and not found.target.selection.quantity.of_ground(found.profile.scene):
         text += (
             "; it is of rigid contacts that stick; name a quantity that depends on the ground, such as shock_friction or peak_force"
         )

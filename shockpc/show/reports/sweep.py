@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from shockpc.evaluation.summary import PERCENTILES, Extent, Summary
-from shockpc.evaluation.variation import GROUND, STRIKE, beyond_limits
+from shockpc.evaluation.variation import OF_THE_GROUND, STRIKE, beyond_limits
 from shockpc.evaluation.varied import VariedLandings
 from shockpc.show.document import record
 from shockpc.show.reports.report import Picture, Report
@@ -164,7 +164,7 @@ def _options(made: VariedLandings, row: int) -> tuple[str, str]:
             options.append(("--armature", f"{one.target}={float(value)!r}"))
         elif one.kind == "joint-stiffness" and not one.factor and scene.joints.rotor == made.scene.joints.rotor:
             options.append(("--joint-stiffness", f"{one.target}={float(value)!r}"))
-        elif one.kind in (*STRIKE, *GROUND):
+        elif one.kind in (*STRIKE, *OF_THE_GROUND):
             options.append((f"--{one.kind}", repr(float(value))))
         elif one.kind == "contact":
             options.append(("--contact", str(value)))

@@ -31,7 +31,7 @@ MOST_DESIGNS = 1_000_000
 
 
 @dataclass(frozen=True, kw_only=True)
-class Vary:
+class DesignVariation:
     """What is not known of a design.
 
     Attributes:
@@ -78,7 +78,7 @@ class Case(Scene):
     scene: str | None = None
     strike_angle_deg: tuple[float, ...] = ()
     drop_height: float | None = None
-    vary: tuple[Vary, ...] = ()
+    vary: tuple[DesignVariation, ...] = ()
     designs: float = 1000.0
 
     def __post_init__(self) -> None:

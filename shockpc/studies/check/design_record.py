@@ -31,7 +31,7 @@ NUMBERS = {
 }
 """Properties that are numbers, left out where all are zero: name in texts, and unit."""
 
-AXES = "xyz"
+AXIS_NAMES = "xyz"
 
 SAME = 2e-5
 """Relative difference of two values of six digits that is rounding."""
@@ -144,7 +144,7 @@ def _changes(old: Mapping[str, Any], new: Mapping[str, Any]) -> Iterator[str]:
             yield f"{title} moved by {1e3 * np.linalg.norm(b - a):.3g} mm"
         else:
             for k in np.flatnonzero(differ):
-                yield f"{title}{f' {AXES[k]}' * (unit in ('m', ''))} {_pair(a[k], b[k])} {unit}".rstrip()
+                yield f"{title}{f' {AXIS_NAMES[k]}' * (unit in ('m', ''))} {_pair(a[k], b[k])} {unit}".rstrip()
     R, S = (np.reshape(entry.get("axes", np.eye(3)), (3, 3)) for entry in (old, new))
     angle = math.degrees(2.0 * math.asin(min(1.0, float(np.linalg.norm(R - S)) / math.sqrt(8.0))))
     if angle > 1e-3:

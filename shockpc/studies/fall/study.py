@@ -16,7 +16,7 @@ from shockpc.core.friction import solve_friction
 from shockpc.core.spatial import Array
 from shockpc.evaluation.columns import selected
 from shockpc.evaluation.evaluate import Evaluation
-from shockpc.evaluation.landings import ListedLandings
+from shockpc.evaluation.landings import landings_by_name
 from shockpc.evaluation.table import Table
 from shockpc.evaluation.variation import Vary, pairs
 from shockpc.evaluation.varied_scene import scene_grid
@@ -584,7 +584,7 @@ def _evaluated(strikes: Sequence[FallStrike], robot: Robot, texts: Sequence[str]
     cases = {strike.name: (strike.scene, robot) for strike in strikes}
     if len(cases) < len(strikes):
         raise StudyError("two falls have one name; give each posture and heading once")
-    evaluation = Evaluation(ListedLandings(cases, trace), prove=None, look=lambda profile: profile)
+    evaluation = Evaluation(landings_by_name(cases, trace), prove=None, look=lambda profile: profile)
     table = evaluation.table()
     looks = {i: _result(strikes[i], profile, texts) for i, profile in table.looks.items()}
     columns = {
@@ -613,9 +613,8 @@ def _result(strike: FallStrike, profile: ShockProfile, texts: Sequence[str]) -> 
             continue
         selection, where = selected(profile.landing, key + at + place)
         numbers = profile.numbers(selection, where) if len(where) else np.zeros(0)
-        sizes = np.abs(numbers) if selection.signed else numbers
-        if np.isfinite(sizes).any():
-            k = int(np.nanargmin(sizes) if selection.quantity.worse == "less" else np.nanargmax(sizes))
+        if np.isfinite(numbers).any():
+            k = int(np.argmax(selection.worse(numbers)))
             values[text], places[text] = float(numbers[k]), where[k].name
     bracket = profile.bracket[0]
     free, own, locked = (math.nan if x is None else x * profile.v_in for x in (bracket.free, bracket.as_modelled, bracket.locked))
