@@ -45,6 +45,12 @@ def test_the_interchange_protocol_gives_the_same_table(table):
     assert from_dataframe(table).to_pydict() == table.to_arrow().to_pydict()
 
 
+def test_arrow_streams_give_the_same_table(table):
+    """As polars, pandas and DuckDB read it; here by pyarrow."""
+    pyarrow = pytest.importorskip("pyarrow")
+    assert pyarrow.table(table).to_pydict() == table.to_arrow().to_pydict()
+
+
 def test_pandas_has_the_columns(table):
     pandas = pytest.importorskip("pandas")
     frame = table.to_pandas()

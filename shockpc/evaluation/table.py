@@ -151,13 +151,17 @@ class Table:
         """The table for polars, with the messages as a column."""
         import polars
 
-        return polars.DataFrame(self._with_messages())
+        return polars.DataFrame(self._with_messages(), schema_overrides={"message": polars.String})
 
     def _with_messages(self) -> dict[str, Any]:
         return {**self.columns, "message": [self.messages.get(i) for i in range(len(self))]}
 
+    def __arrow_c_stream__(self, requested_schema: Any = None) -> Any:
+        """The table for libraries that read Arrow's PyCapsule interface, such as polars, pandas and DuckDB; it needs pyarrow."""
+        return self.to_arrow().__arrow_c_stream__(requested_schema)
+
     def __dataframe__(self, *args: Any, **options: Any) -> Any:
-        """The table for libraries that read the dataframe interchange protocol; it needs pyarrow."""
+        """The table for libraries that read the older dataframe interchange protocol; it needs pyarrow."""
         return self.to_arrow().__dataframe__(*args, **options)
 
 
