@@ -46,7 +46,7 @@ try:
 
     from shockpc.cli import process
     from shockpc.cli.entry import main as run_command
-    from shockpc.evaluation import recorded_table as landing_tables
+    from shockpc.evaluation import column_names as landing_tables
     from shockpc.evaluation import table_files as tables
     from shockpc.robot import child, urdf
     from shockpc.robot import files as robot_files

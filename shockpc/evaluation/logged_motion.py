@@ -8,8 +8,9 @@ import numpy as np
 
 from shockpc.core.kinks import noise, slope_noise
 from shockpc.core.spatial import Array, cross
+from shockpc.evaluation.column_names import column_name
 from shockpc.evaluation.logs import Log
-from shockpc.evaluation.recorded_table import base_column, rows_of
+from shockpc.evaluation.recorded_table import rows_of
 from shockpc.landing.contact import locate_lowest_point
 from shockpc.landing.dynamics import dynamics
 from shockpc.landing.landing import PosedLanding
@@ -68,8 +69,9 @@ class LoggedMotion:
         pairs = zip([0, *(ends + 1).tolist()], [*ends.tolist(), len(known) - 1], strict=True)
         self.runs = [(first, last) for first, last in pairs if known[first]]
         self._whole, self.period = "qpos" in log.positions, dict.fromkeys(PARTS, np.inf)
-        of_base = {name: base for name in (*log.positions, *log.rates) if (base := base_column(name, self.robot)) is not None}
-        self._base = {base["quaternion"] or base["angle"] or base["place"] or base["twist"] for base in of_base.values()}
+        named = {name: column_name(name, self.robot) for name in (*log.positions, *log.rates)}
+        of_base = {name: one.base for name, one in named.items() if one is not None and one.base and not one.after}
+        self._base = set(of_base.values())
         for name, period in log.period.items():
             for part in PARTS if self._whole else PARTS[name in of_base :][:1]:
                 self.period[part] = period if np.isinf(self.period[part]) else max(period, self.period[part])

@@ -13,7 +13,7 @@ import numpy as np
 
 from shockpc.core.spatial import Array
 from shockpc.evaluation.bags import BAGS, QUATERNION, read_bag
-from shockpc.evaluation.recorded_table import LABELS, state_columns
+from shockpc.evaluation.column_names import LABELS, state_columns
 from shockpc.evaluation.table_files import read_table
 from shockpc.robot.robot import Robot
 from shockpc.text.errors import StudyError

@@ -1,13 +1,8 @@
 """Recorded landings as rows: configurations, motions before the impact, contacts, and what was measured; of a table or of scenes.
 
-A row is a touchdown. Columns are named: joint positions (JOINT or q_JOINT) and rates (before_JOINT or qd_JOINT), base attitude (qw
-… qz, or roll, pitch, yaw) and position (x, y, z), its velocity (vx …) and angular velocity (wx …) in world axes or, with _body, in
-those of the base; vx@FRAME … is the velocity of a contact, where it is not empty; effort_JOINT the torque of a motor, which counts
-on contacts of finite stiffness; after_… is measured after the impact. Arrays qpos and qvel are MuJoCo's, the arrays name, position,
-velocity and effort those of ROS's JointState.
+A row is a touchdown; `column_names` says what its columns are called.
 """
 
-import re
 from collections.abc import Callable, Mapping
 from dataclasses import replace
 from typing import Any, NamedTuple
@@ -15,6 +10,16 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from shockpc.core.spatial import Array
+from shockpc.evaluation.column_names import (
+    CONTACT_VELOCITY,
+    FRICTION,
+    LABELS,
+    REMARKS,
+    ColumnName,
+    column_name,
+    named_columns,
+    twice,
+)
 from shockpc.evaluation.table_files import number
 from shockpc.landing.contact import landing_frames
 from shockpc.landing.landing import PosedLanding, landing_of
@@ -32,16 +37,10 @@ DEG = np.pi / 180.0
 UNIT_LENGTH = 1e-3
 """Largest deviation of a quaternion's length from 1."""
 
+ANGLES = ("roll", "pitch", "yaw")
+
 TURNS = {"roll": np.pi, "pitch": np.pi}
 """Greatest angles of the base [rad]; its yaw may be counted over several turns."""
-
-LABELS = {"row": ("name", "landing", "event", "id"), "time": ("time", "stamp", "timestamp", "t", "__time")}
-"""Columns that name a row, and that are carried through to the results; the first of each that the table has."""
-
-FRICTION = ("friction", "mu")
-
-REMARKS = (*LABELS["row"], *LABELS["time"], *FRICTION, "contact", "stance")
-"""Columns that are neither of the robot's state nor measured."""
 
 SERIES_ROWS, SERIES_RATIO = 100, 0.1
 """Rows of a table with times, and the ratio of von Neumann (1941), mean squared difference of successive positions over twice their
@@ -49,25 +48,6 @@ variance, of the median column, from and up to which it is taken for a time seri
 2 sin²(π f / f_s) for a motion at a frequency f that is sampled at f_s."""
 
 EMPTY = " (as an empty cell, or a row with too few or too many, is read)"
-
-COLUMN = re.compile(
-    r"(?:(?P<after>after(?:(?P<ms>[0-9]{1,9}(?:\.[0-9]{1,9})?)ms)?_)|(?P<rate>before_|qd_)|(?P<effort>effort_)|q_)?(?P<name>.+?)(?P<deg>_deg)?"
-)
-BASE = re.compile(
-    r"(?:base_)?(?:(?P<quaternion>q[wxyz])|(?P<angle>roll|pitch|yaw)|(?P<place>[xyz])|(?P<twist>[vw][xyz])(?P<body>_body)?)"
-)
-CONTACT_VELOCITY = re.compile(r"v([xyz])@(.+)")
-ROS = (
-    (re.compile(r"(?=.*/position\Z)(?:.*/)?joint_states?/(.+)/position"), "q_{}"),
-    (re.compile(r"(?=.*/velocity\Z)(?:.*/)?joint_states?/(.+)/velocity"), "before_{}"),
-    (re.compile(r"(?=.*/effort\Z)(?:.*/)?joint_states?/(.+)/effort"), "effort_{}"),
-    (re.compile(r".*pose/orientation/([wxyz])"), "base_q{}"),
-    (re.compile(r".*pose/position/([xyz])"), "base_{}"),
-    (re.compile(r".*twist/linear/([xyz])"), "base_v{}_body"),
-    (re.compile(r".*twist/angular/([xyz])"), "base_w{}_body"),
-)
-"""Columns of recorded ROS messages JointState and Odometry, whose twist is in the axes of the base. A name that ends otherwise is
-left at once, so that the time is linear in its length."""
 
 
 class Measured(NamedTuple):
@@ -223,101 +203,13 @@ def rows_of(columns: Mapping[str, np.ndarray], landing: PosedLanding, rename: Ma
         StudyError: no row is a landing: the text has the reason of the first one, with its number, from 0, and its name. Of a row
             beside others the reason is its message: a cell is empty or no finite number, a quaternion's length is not 1.
     """
-    columns = _renamed(_expanded(columns, landing.robot), rename or {})
+    columns = named_columns(columns, landing.robot, rename or {})
     try:
         return _Reader(landing, columns).rows()
     except StudyError as refusal:
         if not refusal.rows or "name" not in columns:
             raise
         raise StudyError(f'landing "{columns["name"][refusal.rows[0]]}", {refusal}', **refusal.data) from None
-
-
-class StateColumns(NamedTuple):
-    """Columns of a table by the names that `rows_of` knows: positions, rates, and those that are not of the robot's state."""
-
-    positions: dict[str, np.ndarray]
-    rates: dict[str, np.ndarray]
-    others: dict[str, np.ndarray]
-
-
-def state_columns(columns: Mapping[str, np.ndarray], robot: Robot, rename: Mapping[str, str]) -> StateColumns:
-    """Tell the columns that hold the state of a robot from the other ones.
-
-    The arguments and errors are those of `rows_of`, but that a column may name nothing in the robot.
-    """
-    sorted_out, joints = StateColumns({}, {}, {}), set(robot.joint_names)
-    for name, values in _renamed(_expanded(columns, robot), rename).items():
-        form = COLUMN.fullmatch(name)
-        target, degrees, rate = ("", "", "") if form is None or form["after"] else (form["name"], form["deg"] or "", form["rate"])
-        base = base_column(name, robot)
-        kind = sorted_out.others
-        if name in joints or name == "qpos":
-            kind = sorted_out.positions
-        elif name == "qvel" or base is not None or {target, target + degrees} & joints:
-            kind = sorted_out.rates if rate or name == "qvel" or (base and base["twist"]) else sorted_out.positions
-        kind[name] = values
-    return sorted_out
-
-
-def base_column(name: str, robot: Robot) -> re.Match[str] | None:
-    """What a column says of the base, as `BASE` has it; None if it says nothing of it."""
-    form = COLUMN.fullmatch(name)
-    if form is None or form["after"] or form["rate"] == "qd_" or {name, form["name"]} & set(robot.joint_names):
-        return None
-    return BASE.fullmatch(form["name"])
-
-
-def _renamed(columns: dict[str, np.ndarray], rename: Mapping[str, str]) -> dict[str, np.ndarray]:
-    """The columns by their new names. A name of a joint also renames its position, its rate and its measurements."""
-    renamed: dict[str, np.ndarray] = {}
-    used = set()
-    for name, values in columns.items():
-        new = name
-        for old, wanted in rename.items():
-            pattern = "(.*)".join(map(re.escape, old.split("*", 1)))
-            match = re.fullmatch(rf"((?:q_|qd_|before_|effort_|after(?:[\d.]+ms)?_)?){pattern}(_deg)?", name)
-            if match is not None:
-                used.add(old)
-                prefix, *star, suffix = match.groups()
-                new = prefix + wanted.replace("*", star[0] if star else "*") + (suffix or "") if wanted else ""
-                break
-        if new in renamed:
-            raise _twice(f'"{new}"')
-        if new:
-            renamed[new] = values
-    if unused := [old for old in rename if old not in used]:
-        raise StudyError(f'--map: the table has no column for "{unused[0]}"; its columns: {listed(columns, 12)}')
-    return renamed
-
-
-def _expanded(columns: Mapping[str, np.ndarray], robot: Robot) -> dict[str, np.ndarray]:
-    """The columns with those of ROS by our names, and numbered ones of qpos and qvel as arrays."""
-    columns = dict(columns)
-    if {"name", "position"} <= columns.keys() and columns["position"].ndim == 2:
-        names = [str(name) for name in columns.pop("name").ravel()]
-        for key, prefix in (("position", "q_"), ("velocity", "before_"), ("effort", "effort_")):
-            values = columns.pop(key, np.zeros((0, len(names))))
-            if values.ndim != 2 or values.shape[1] != len(names):
-                raise StudyError(
-                    f"{key} has shape {values.shape}, and name has {len(names)} joints; they have to be rows of as many"
-                )
-            columns |= {prefix + name: values[:, k] for k, name in enumerate(names) if values.size}
-    expanded: dict[str, Any] = {}
-    numbered: dict[str, dict[int, np.ndarray]] = {}
-    for name, values in columns.items():
-        if match := re.fullmatch(r"(qpos|qvel)(?:_|\.|\[)?([0-9]{1,9})\]?", name):
-            numbered.setdefault(match[1], {})[int(match[2])] = values
-        else:
-            expanded[next((form.format(m[1]) for pattern, form in ROS if (m := pattern.fullmatch(name))), name)] = values
-    for name, parts in numbered.items():
-        if sorted(parts) != list(range(len(parts))) or len({part.shape for part in parts.values()}) > 1:
-            raise StudyError(f"the columns of {name} have to be numbered from 0 without gaps, and of one length")
-        expanded[name] = np.stack([parts[k] for k in range(len(parts))], axis=1)
-    return expanded
-
-
-def _twice(what: str) -> StudyError:
-    return StudyError(f"two columns of the table mean {what}; leave one of them out with --map COLUMN=")
 
 
 def _number(cell: Any) -> float:
@@ -360,7 +252,7 @@ class _Reader:
         self.base: dict[str, Array] = {}
         self.in_body: set[str] = set()
         self.at_contact: dict[tuple[str, int], Array] = {}
-        self.after: list[tuple[str, float | None, str, Array]] = []
+        self.after: list[tuple[str, ColumnName, Array]] = []
         self.messages: dict[int, str] = {}
         self.warnings: list[str] = []
 
@@ -470,50 +362,46 @@ class _Reader:
             raise StudyError(f"column {name} has shape {values.shape}; it has to be one number a row")
         if name in REMARKS and name not in joints:
             return
-        form = COLUMN.fullmatch(name)
-        if form is None:
+        named = column_name(name, self.robot)
+        if named is None:
             raise StudyError("a column has no name; give it one in the header of the table")
-        after, rate, target, degrees = form["after"], form["rate"], form["name"], form["deg"]
-        if name in joints:
-            after, rate, target, degrees = None, None, name, None
-        elif form["effort"]:
-            self._effort(name, target + (degrees or ""), values)
+        target, after, degrees = named.target, named.after, named.degrees
+        if named.effort:
+            self._effort(name, target, values)
             return
-        elif degrees and target + degrees in joints:
-            target, degrees = target + degrees, None
-        base = BASE.fullmatch(target) if target not in joints and rate != "qd_" else None
         at_contact = CONTACT_VELOCITY.fullmatch(target) if not (after or degrees) else None
         if at_contact is not None:
             key = self.robot.frame(at_contact[2]).name, "xyz".index(at_contact[1])
             if key in self.at_contact:
-                raise _twice(f'"{target}"')
+                raise twice(f'"{target}"')
             self.at_contact[key] = self._numbers(name, values, missing=True)
             return
-        if target not in joints and base is None and "@" not in target:
+        if target not in joints and not named.base and "@" not in target:
             if values.dtype.kind not in "fiub":
                 return  # a remark
             known = (*joints, "qw", "roll", "vx", "vx_body", "wx", "vx@FRAME", "contact", "friction")
             raise self.robot.unknown("joint", target, known, f'to leave the column out: --map "{name}="')
-        if degrees and base is not None and not (base["angle"] or (base["twist"] or "").startswith("w")):
+        if degrees and named.base and not (named.base in ANGLES or named.base.startswith("w")):
             raise StudyError(f"column {name} is neither an angle nor a rate of rotation, so it is not in degrees; leave out _deg")
-        numbers = self._numbers(name, values, missing=after is not None) * (DEG if degrees else 1.0)
-        if after is not None:
-            self.after.append((target, None if form["ms"] is None else float(form["ms"]), name, numbers))
-        elif base is not None:
-            self._base(name, base, numbers, bool(degrees))
+        numbers = self._numbers(name, values, missing=after) * (DEG if degrees else 1.0)
+        if after:
+            self.after.append((name, named, numbers))
+        elif named.base:
+            self._base(name, named, numbers)
         elif "@" in target:
             raise StudyError(f"column {name}: a quantity is measured after the impact; name the column after_{target}")
         else:
-            self._joint(name, target, rate is not None, numbers, bool(degrees))
+            self._joint(name, target, named.rate, numbers, degrees)
 
-    def _base(self, name: str, base: re.Match[str], numbers: Array, degrees: bool) -> None:
-        key = base["quaternion"] or base["angle"] or base["place"] or base["twist"]
+    def _base(self, name: str, named: ColumnName, numbers: Array) -> None:
+        """Read a column of the base."""
+        key = named.base
         if key in self.base:
-            raise _twice(f'"{key}" of the base')
-        if key in TURNS and not degrees:
+            raise twice(f'"{key}" of the base')
+        if key in TURNS and not named.degrees:
             self._warn_of_degrees(name, numbers, -TURNS[key], TURNS[key])
         self.base[key] = numbers
-        if base["body"]:
+        if named.in_body:
             self.in_body.add(key)
 
     def _joint(self, name: str, joint_name: str, rate: bool, numbers: Array, degrees: bool) -> None:
@@ -523,7 +411,7 @@ class _Reader:
             raise StudyError(f"column {name}: the joint is prismatic, and its unit is m, not deg")
         known = self.moving if rate else self.positions
         if joint.name in known:
-            raise _twice(f'joint "{joint.name}"')
+            raise twice(f'joint "{joint.name}"')
         known.add(joint.name)
         low, high = joint.limits
         # A file without limits may give zeros for both of them.
@@ -538,7 +426,7 @@ class _Reader:
         """Read a column of the torques of a joint's motor; an empty cell leaves that of the scene."""
         (joint,) = settable_joints(self.robot, joint_name, StudyError)
         if not np.isnan(self.effort[:, joint.v]).all():
-            raise _twice(f'the effort of joint "{joint.name}"')
+            raise twice(f'the effort of joint "{joint.name}"')
         self.effort[:, joint.v] = np.where(_empty(values), np.nan, self._numbers(name, values, missing=True))[:, None]
 
     def _mujoco(self, name: str, values: Array) -> None:
@@ -666,14 +554,14 @@ class _Reader:
         if not self.robot.free_base:
             return np.broadcast_to(self.landing.state.rotation[0, 0], (self.n, 3, 3))
         quaternion = [self.base[key] for key in ("qx", "qy", "qz", "qw") if key in self.base]
-        angles = [key for key in ("roll", "pitch", "yaw") if key in self.base]
+        angles = [key for key in ANGLES if key in self.base]
         if quaternion and (len(quaternion) < 4 or angles):
             raise StudyError("the base's attitude is given by qw, qx, qy and qz, or by roll, pitch and yaw: all of one kind")
         if quaternion:
             self.Q[:, 3:7] = self._unit("the base's quaternion (qx, qy, qz, qw)", np.stack(quaternion, axis=1))
         elif angles:
             own = Rotation.from_quat(self.Q[:, 3:7]).as_euler("xyz")
-            for k, key in enumerate(("roll", "pitch", "yaw")):
+            for k, key in enumerate(ANGLES):
                 own[:, k] = self.base.get(key, own[:, k])
             self.Q[:, 3:7] = Rotation.from_euler("xyz", own).as_quat()
         for k, axis in enumerate("xyz"):
@@ -705,18 +593,18 @@ class _Reader:
         vector = np.stack([self.base.get(key, np.full(self.n, default[k])) for k, key in enumerate(keys)], axis=1)
         return np.asarray((rotation @ vector[..., None])[..., 0] if in_body else vector)
 
-    def _measured(self, name: str, time: float | None, column: str, values: Array, before: Motion) -> Measured:
+    def _measured(self, column: str, named: ColumnName, values: Array, before: Motion) -> Measured:
         """The jump that a column after the impact means."""
-        base = BASE.fullmatch(name) if name not in self.robot.joint_names else None
+        name, key = named.target, named.base
         if "@" in name:
-            return Measured(name, time, name, name, "", values)
-        if base is None:
+            return Measured(name, named.time, name, name, "", values)
+        if not key:
             joint = self.robot.joint(name)
             known, label, unit, key = name in self.moving, "rate of this joint", f"{joint.unit}/s", f"delta_qd@{name}"
             group, start = "joint rates", before.joint_rates[:, joint.v.start]
-        elif not (key := base["twist"]):
+        elif key[0] not in "vw":
             raise StudyError(f"column {column}: only velocities change in an impact; leave it out with --map COLUMN=")
-        elif base["body"]:
+        elif named.in_body:
             raise StudyError(f"column {column}: velocities after the impact are compared in world axes; convert them")
         else:
             whole, known, label = before.velocity if key[0] == "v" else before.omega, key in self.base, key
@@ -724,7 +612,7 @@ class _Reader:
             start = whole[:, "xyz".index(key[1])]
         if not known:
             raise StudyError(f"column {column}: the table has no {label} before the impact, so its jump is not known")
-        return Measured(name, time, group, key, unit, values - start)
+        return Measured(name, named.time, group, key, unit, values - start)
 
     def _origins(self) -> tuple[tuple[str, ...], tuple[str, ...]]:
         joints = [name for name in self.robot.joint_names if name not in self.robot.followers]
