@@ -406,6 +406,34 @@ def test_quantities_by_name_are_those_of_the_single_analysis(anymal):
         sweep(ANYMAL, robot=anymal, vary={"LF_KFE": "-110:-60:3"}, quantities=["joint_impulse@LF_KNEE"])
 
 
+WITH_FRICTION = (
+    "shock_friction@imu_link",
+    "along_friction@LF_KFE",
+    "total_moment_friction",
+    "impulse_friction",
+    "ropc_friction@base",
+)
+
+
+@pytest.mark.parametrize(
+    ("changes", "in_arrays"),
+    [
+        ({"contact": (Contact(frame="LF_FOOT", restitution=0.3),)}, True),
+        ({"contact": (Contact(frame="LF_FOOT"), Contact(frame="RH_FOOT")), "joints": Joints(locked=("LF_HAA",))}, True),
+        ({"contact": (Contact(frame="LF_FOOT", directions=("x", "z")),), "stance": ("RF_FOOT",)}, True),
+        ({"contact": (Contact(frame="LF_FOOT", kind="flat"),)}, False),
+    ],
+)
+def test_rows_with_friction_equal_the_single_analysis(anymal, changes, in_arrays):
+    """Many at once, unless soles or loops hold rows rigidly; contacts that stick, slide and separate."""
+    scene = replace(ANYMAL, friction=0.25, **changes)
+    made = sweep(
+        scene, {"LF_KFE": [-90.0, -60.0], "strike-angle": [-50.0, 0.0, 40.0]}, robot=anymal, quantities=WITH_FRICTION, prove=0
+    )
+    assert check(made) > 3
+    assert made.table().columns["proven"].all() != in_arrays
+
+
 def test_undetermined_impulses_are_left_out_of_a_sweep(anymal):
     """Of redundant contacts no single joint's impulse is determined, as of the contacts themselves; the energy is."""
     scene = Scene(

@@ -461,4 +461,4 @@ def test_numbers_in_double_precision_are_said_to_be_unproven(capfd, tmp_path):
     varied = ("--vary", "mass:base=5:10:2", "--friction", "0.2", "--quantity", "slip", "--out", tmp_path / "out")
     text = good(capfd, "sweep", "go2", "--contact", "FL_foot", *varied)
     assert re.search(r"most severe for slip@FL_foot: mass:base = \d+ kg$", text, re.MULTILINE)
-    assert "2 landings; in double precision, not proven: slip@FL_foot" in text
+    assert "2 landings\nin double precision, not proven: slip@FL_foot" in text

@@ -273,7 +273,7 @@ def values_of(impact: DoubleImpact, wanted: Sequence[Column], shape: tuple[int, 
         impact: the impact.
         wanted: the columns.
         shape: m and S.
-        more: whether those count that are computed in one posture at a time elsewhere, where double precision has them.
+        more: whether those count that are otherwise proven in one posture at a time, where double precision has them.
     """
     computed = {column.name: np.full(shape, np.nan) for column in wanted if column.time is not None}
     wanted = [column for column in wanted if column.time is None]
@@ -283,7 +283,7 @@ def values_of(impact: DoubleImpact, wanted: Sequence[Column], shape: tuple[int, 
             computed |= {column.name: np.full(shape, np.nan) for column in own}
             known = {column.place.name: place for column in own if (place := column.at(impact.landing)) is not None}
             places = list(known.values())
-            if not places or (entry.per_landing(impact.landing.scene) and not (more and entry.in_doubles)):
+            if not places or (entry.per_landing(impact.landing.scene) and not ((more or entry.unproven) and entry.in_doubles)):
                 continue
             values, index = evaluate(entry, impact, places), {place.name: k for k, place in enumerate(places)}
             for column in (column for column in own if column.place.name in known):

@@ -69,7 +69,7 @@ def slopes(
         moved.jumps = in_body_axes(own.reshape(d, len(bodies), 6, 3), np.repeat(state.rotation[:, bodies], d, axis=0))
         moved.delta_qd = np.moveaxis(change.delta_qd[0] @ rates.T, -1, 0)
         moved.impulse = np.moveaxis(change.impulse[0] @ rates.T, -1, 0)
-        turned._strikes = turns.reshape(1, d * S, 3)
+        turned.strikes = turns.reshape(1, d * S, 3)
         found = {}
         for column in wanted:
             entry, where = column.selection.quantity, [column.place]

@@ -7,20 +7,19 @@ from typing import NamedTuple
 
 import numpy as np
 
-from shockpc.core.friction import solve_each
 from shockpc.core.spatial import Array
-from shockpc.evaluation.columns import Column, selected
+from shockpc.evaluation.columns import Column, postures, selected
 from shockpc.evaluation.evaluate import Evaluation
 from shockpc.evaluation.landings import Refusal
 from shockpc.evaluation.recorded import RecordedLandings
 from shockpc.evaluation.recorded_table import Measured, Rows
 from shockpc.evaluation.variation import Variation
 from shockpc.evaluation.varied_scene import applied
-from shockpc.impact.friction import FrictionProblem, friction_problem
+from shockpc.impact.friction import FrictionProblem, friction_problem, friction_problems
 from shockpc.landing.dynamics import dynamics
-from shockpc.landing.landing import PosedLanding
 from shockpc.landing.motion import Motion
 from shockpc.landing.places import Place, body_places
+from shockpc.landing.rows import Equation
 from shockpc.landing.scene import Scene
 from shockpc.quantities.table import select, selections
 from shockpc.robot.robot import Robot
@@ -172,6 +171,9 @@ STICKS = 1e9
 """Friction of rows without one, beside rows with friction."""
 
 
+Problems = tuple[list[tuple[np.ndarray, FrictionProblem, Array]], dict[int, str]]
+
+
 class Predicted(NamedTuple):
     """Jumps of velocities that were measured.
 
@@ -268,58 +270,60 @@ class Predictor:
         if key not in self._problems:
             if len(self._problems) >= MOST_PROBLEMS:
                 self._problems.clear()
-            unscaled = study if SCALE not in by_subject else self.study([*(by_subject | {SCALE: 1.0}).values()])
-            self._problems[key] = [self._problem(unscaled, i) for i in range(study.rows)]
-        jumps, messages = np.full((study.rows, len(self.measured)), np.nan), dict[int, str]()
-        friction, e, scale = (
-            np.nan_to_num(study.table.friction, nan=STICKS),
-            by_subject.get("restitution"),
-            by_subject.get(SCALE, 1.0),
-        )
-        known = self._problems[key]
-        messages |= {i: one for i, one in enumerate(known) if isinstance(one, str)}
-        alone = [i for i, one in enumerate(known) if not isinstance(one, str) and len(one[0].before) == 1]
-        impulses = dict[int, Array]()
-        if alone:
-            A, before, own = (np.stack(part) for part in zip(*map(_single, (known[i] for i in alone)), strict=True))
-            restitution = own if e is None else np.full(len(alone), e)
-            impulses = dict(zip(alone, solve_each(A, scale * before, friction[alone], restitution), strict=True))
-        for i, one in enumerate(known):
-            if isinstance(one, str):
-                continue
-            problem, to_measured = one[0].scaled(scale), one[1]
-            try:
-                impulse = impulses.get(i)
-                if impulse is None or np.isnan(impulse).any():
-                    impulse = problem.solved(float(friction[i]), e)[0].impulse
-                jumps[i] = to_measured @ problem.delta(impulse)
-            except ShockError as error:
-                messages[i] = str(error)
+            self._problems[key] = self._problems_of(
+                study if SCALE not in by_subject else self.study([*(by_subject | {SCALE: 1.0}).values()])
+            )
+        problems, refused = self._problems[key]
+        jumps, messages = np.full((study.rows, len(self.measured)), np.nan), dict(refused)
+        friction, scale = np.nan_to_num(study.table.friction, nan=STICKS), by_subject.get(SCALE, 1.0)
+        for rows, problem, to_measured in problems:
+            scaled = problem.scaled(scale)
+            impulses, failures = scaled.impulses(friction[rows], by_subject.get("restitution"))
+            jumps[rows] = (to_measured @ scaled.delta(impulses)[:, 0, :, None])[..., 0]
+            messages |= {int(rows[i]): str(error) for i, error in failures.items()}
         return jumps, messages
 
-    def _problem(self, study: RecordedLandings, i: int) -> tuple[FrictionProblem, Array] | str:
-        """A landing with friction, with the measured velocities (k, ny) for unit free ones; or why there is none."""
-        try:
-            landing = study.landing(i)
-            problem = friction_problem(landing)
-        except ShockError as error:
-            return str(error)
-        equation, rates = problem.rows.equation, self.to_measured(landing)
-        return problem, rates if equation.G is None else rates @ equation.G[0]
+    def _problems_of(self, study: RecordedLandings) -> Problems:
+        """The landings with friction, and why others have none.
 
-    def to_measured(self, landing: PosedLanding) -> Array:
-        """The measured velocities (k, nv) for unit joint velocities in a landing."""
-        rates = np.eye(self.robot.model.nv)
+        These are rows (m,), their problem, and the measured velocities (m, k, ny) for unit free ones.
+        """
+        problems, messages = list[tuple[np.ndarray, FrictionProblem, Array]](), dict[int, str]()
+        for k, (first, _) in enumerate(study.parts):
+            part = study.part(k, study.data(k))
+            for group in part.groups:
+                if isinstance(group, Refusal):
+                    messages |= dict.fromkeys((first + group.postures).tolist(), str(group.error))
+                    continue
+                block = postures(group.landing.without_stops, group.Q, ())
+                equation, clear = block.equation, np.delete(np.arange(len(group.Q)), list(block.solution.choices))
+                shared = friction_problems(block.landing, equation, equation.b[:, None, :, 3])
+                if shared is not None:
+                    problems.append((first + group.postures[clear], shared[0].part(clear), self.to_measured(equation)[clear]))
+                for i in np.delete(group.postures, clear if shared is not None else []).tolist():
+                    try:
+                        landing = study.landing(first + i)
+                        problem = friction_problem(landing)
+                        problems.append((np.array([first + i]), problem, self.to_measured(landing.equation(landing.state))))
+                    except ShockError as error:
+                        messages[first + i] = str(error)
+        return problems, messages
+
+    def to_measured(self, equation: Equation) -> Array:
+        """The measured velocities (N, k, ny) for unit free velocities in N postures."""
+        state = equation.state
+        rates = np.broadcast_to(np.eye(self.robot.model.nv), state.H.shape).copy()
         if self.robot.free_base:
-            rates[:6, :6] = landing.state.J[0][[3, 4, 5, 0, 1, 2], :6]
-        return np.asarray(rates[self.coordinates])
+            rates[:, :6, :6] = state.J[:, [3, 4, 5, 0, 1, 2], :6]
+        rates = rates[:, self.coordinates]
+        return rates if equation.G is None else np.asarray(rates @ equation.G)
 
     @functools.cached_property
     def _known(self) -> dict[tuple[float, ...] | None, Predicted]:
         return {}
 
     @functools.cached_property
-    def _problems(self) -> dict[tuple[float, ...] | None, list[tuple[FrictionProblem, Array] | str]]:
+    def _problems(self) -> dict[tuple[float, ...] | None, Problems]:
         return {}
 
     @functools.cached_property
@@ -341,12 +345,6 @@ class Predictor:
         rows = self.rows._replace(scenes=scenes, friction=np.full(len(self.rows.Q), np.nan))
         lost = Column(select("energy_lost"), Place(self.robot.name))
         return np.asarray(Evaluation(RecordedLandings(self.robot, rows), (lost,), prove=0).table().columns[lost.name])
-
-
-def _single(known: tuple[FrictionProblem, Array] | str) -> tuple[Array, Array, Array]:
-    """Delassus matrix (3, 3), velocity (3,) and restitution of a landing on one contact."""
-    assert not isinstance(known, str)
-    return known[0].A, known[0].before[0], known[0].restitution[0]
 
 
 def _sticking(scene: Scene) -> Scene:

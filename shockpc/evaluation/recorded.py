@@ -325,7 +325,7 @@ def recorded_landings(
         if not places:
             raise StudyError(f'"{text}": there is no such place; links of the robot: {listed(robot.links, 6)}')
         computed += [Column(selection, place, asked=True) for place in places]
-    by_friction = any(column.selection.quantity.role == "feasible" for column in computed)
+    by_friction = any((entry := column.selection.quantity).role == "feasible" or entry.unproven for column in computed)
     wanted = tuple({column.name: column for column in computed}.values())
     return Evaluation(replace(source, by_friction=by_friction), wanted, prove)
 

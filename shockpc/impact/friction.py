@@ -7,21 +7,24 @@ The inertia and the rows of a landing in its posture go to the solver of `core.f
 stay closed.
 """
 
+from collections.abc import Sequence
 from dataclasses import replace
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
 from shockpc.core.bodies import body_jumps, in_body_axes
-from shockpc.core.friction import FrictionImpact, solve_friction
+from shockpc.core.friction import FrictionImpact, solve_each, solve_friction
 from shockpc.core.impulse import Solution
+from shockpc.core.inertia import solve_inertia
 from shockpc.core.memo import memoized
 from shockpc.core.spatial import Array, freeze
 from shockpc.impact.impact import DoubleImpact
 from shockpc.impact.solve import independent_rows, rows_as_meant, solve_in_doubles
 from shockpc.impact.stops import stop_rows
 from shockpc.landing.contact import across
-from shockpc.landing.landing import PosedLanding, contact_velocity
+from shockpc.landing.dynamics import Dynamics
+from shockpc.landing.landing import Landing, PosedLanding, contact_velocity
 from shockpc.landing.motion import approach_speeds
 from shockpc.landing.rows import NO_AXES, Block, Equation, block_wrenches, slices_of
 from shockpc.text.errors import SceneError, SolveError
@@ -95,19 +98,7 @@ def contact_rows(landing: PosedLanding, stands: bool = False) -> ContactRows:
     """
     landing = landing.without_stops
     equation, blocks = landing.equation(landing.state), landing.blocks
-    own = [k for k, block in enumerate(blocks) if block.kind == "contact" or (block.kind == "stance" and not stands)]
-    sides = [_axes(blocks[k]) for k in own]
-    axes, place = (np.concatenate(part) for part in zip(*sides, strict=True))
-    number = np.repeat(np.arange(len(own)), [len(part) for part, _ in sides])
-    e, every = (
-        np.array(part)[number] for part in zip(*((blocks[k].restitution, blocks[k].rebound is None) for k in own), strict=True)
-    )
-    restitution = np.where((place == 2) | every, e, 0.0)
-    turn, rigid = np.zeros((len(number), len(equation.J_c[0]))), np.ones(len(equation.J_c[0]), dtype=bool)
-    for k, (i, (along, _)) in enumerate(zip(own, sides, strict=True)):
-        forces = slice(start := slices_of(blocks)[i].start, start + len(blocks[i].forces))
-        turn[number == k, forces] = np.linalg.lstsq(blocks[i].forces.T, along.T, rcond=None)[0].T
-        rigid[forces] = False
+    own, turn, rigid, axes, number, place, restitution = _rows_along(blocks, stands)
     basis, H = np.eye(equation.H.shape[1]), equation.H[0]
     stop, (J, b) = np.zeros(len(H)), rows_as_meant(landing)
     held = tuple(block._replace(forces=NO_AXES) if i in own else block for i, block in enumerate(blocks))
@@ -122,6 +113,29 @@ def contact_rows(landing: PosedLanding, stands: bool = False) -> ContactRows:
     )
 
 
+def _rows_along(
+    blocks: tuple[Block, ...], stands: bool = False
+) -> tuple[list[int], Array, np.ndarray, Array, np.ndarray, np.ndarray, Array]:
+    """Which blocks are contacts and standing feet; and of `ContactRows` what no posture changes.
+
+    These are turn, rigid, axes, number, place, and restitution.
+    """
+    own = [k for k, block in enumerate(blocks) if block.kind == "contact" or (block.kind == "stance" and not stands)]
+    sides = [_axes(blocks[k]) for k in own]
+    axes, place = (np.concatenate(part) for part in zip(*sides, strict=True))
+    number = np.repeat(np.arange(len(own)), [len(part) for part, _ in sides])
+    e, every = (
+        np.array(part)[number] for part in zip(*((blocks[k].restitution, blocks[k].rebound is None) for k in own), strict=True)
+    )
+    size = sum(block.size for block in blocks)
+    turn, rigid = np.zeros((len(number), size)), np.ones(size, dtype=bool)
+    for k, (i, (along, _)) in enumerate(zip(own, sides, strict=True)):
+        forces = slice(start := slices_of(blocks)[i].start, start + len(blocks[i].forces))
+        turn[number == k, forces] = np.linalg.lstsq(blocks[i].forces.T, along.T, rcond=None)[0].T
+        rigid[forces] = False
+    return own, turn, rigid, axes, number, place, np.where((place == 2) | every, e, 0.0)
+
+
 def _axes(block: Block) -> tuple[Array, np.ndarray]:
     """The axes (n, 3) of a contact: tangents of the ground along which it is stopped, and the normal; and which (n,) they are."""
     basis = np.linalg.svd(block.forces)[2][: (rank := np.linalg.matrix_rank(block.forces))]
@@ -133,49 +147,66 @@ def _axes(block: Block) -> tuple[Array, np.ndarray]:
 
 
 class FrictionProblem(NamedTuple):
-    """What an impact with friction depends on in one posture, whatever the friction of its contacts and standing feet.
+    """What impacts with friction depend on in N postures, for S strikes each, whatever the friction and the restitution.
 
-    The m contacts are these, and behind them the end stops, which are contacts without friction.
+    The m contacts are the contacts and standing feet, and behind them the end stops, which are contacts without friction. Each has
+    three rows, two tangents and a normal; nothing moves along those in which a contact is not stopped.
 
     Attributes:
-        rows: of the contacts and standing feet.
-        own: (n,) which of their rows, two tangents and a normal each, these are; nothing moves along the others.
-        stops: blocks of the end stops.
-        A: (3m, 3m) Delassus matrix [1/kg].
-        before: (m, 3) velocities along these rows before the impact [m/s].
-        restitution: (m,) e of the scene.
-        by_impulse: (ny, 3m) jumps of the free velocities for unit impulses.
+        A: (N, 3m, 3m) Delassus matrices [1/kg].
+        before: (N, S, m, 3) velocities along the rows before the impact [m/s].
+        restitution: (m,) e of the scene along the normals.
+        stops: number of end stops.
+        by_impulse: (N, ny, 3m) jumps of the free velocities for unit impulses.
+        stop: (N, ny) jumps with which what turns on a sole stops turning, whatever the impulses [rad/s, m/s].
     """
 
-    rows: ContactRows
-    own: np.ndarray
-    stops: tuple[Block, ...]
     A: Array
     before: Array
     restitution: Array
+    stops: int
     by_impulse: Array
+    stop: Array
 
-    @property
-    def contacts(self) -> int:
-        """Number of contacts and standing feet."""
-        return len(self.before) - len(self.stops)
+    def impulses(self, mu: Array | float, restitution: float | None = None) -> tuple[Array, dict[int, SolveError]]:
+        """The impulses (N, S, 3m) of the contacts [N s], NaN where there are none, and the first reason why in each posture.
 
-    def solved(self, mu: float, restitution: Array | float | None = None) -> tuple[FrictionImpact, int]:
-        """The impact with a coefficient of friction, and the number of solutions that were found.
+        Args:
+            mu: of each posture (N,), or of all.
+            restitution: of the contacts and standing feet along their normals; by default the scene's.
+        """
+        (N, S, m, _), failures = self.before.shape, dict[int, SolveError]()
+        mu = np.broadcast_to(mu, N)
+        found = np.full((N, S, 3 * m), np.nan)
+        if m == 1:
+            A, before, e = np.repeat(self.A, S, axis=0), self.before.reshape(-1, 3), self.restitution[0]
+            known = np.isfinite(A).all(axis=(1, 2)) & np.isfinite(before).all(axis=1)
+            each, e = np.repeat(mu, S)[known], np.full(known.sum(), e if restitution is None else restitution)
+            found.reshape(-1, 3)[known] = solve_each(A[known], before[known], each, e)
+        for i, s in np.argwhere(np.isnan(found).any(axis=2)).tolist():
+            try:
+                found[i, s] = self.solved(float(mu[i]), restitution, (i, s))[0].impulse.ravel()
+            except SolveError as error:
+                failures.setdefault(i, error)
+        return found, failures
+
+    def solved(self, mu: float, restitution: float | None = None, of: tuple[int, int] = (0, 0)) -> tuple[FrictionImpact, int]:
+        """One impact with a coefficient of friction, and the number of solutions that were found.
 
         Args:
             mu: the coefficient.
-            restitution: of the contacts and standing feet along their normals; by default the scene's.
+            restitution: as for `impulses`.
+            of: posture and strike.
 
         Raises:
             SolveError: no solution was found, or each gains kinetic energy.
         """
-        e, m = self.restitution.copy(), self.contacts
+        e, m = self.restitution.copy(), len(self.restitution) - self.stops
         if restitution is not None:
             e[:m] = restitution
         try:
-            found = solve_friction(self.A, self.before, np.repeat([mu, 0.0], [m, len(self.stops)]), e)
-        except np.linalg.LinAlgError as refusal:
+            found = solve_friction(self.A[of[0]], self.before[of], np.repeat([mu, 0.0], [m, self.stops]), e)
+        except (np.linalg.LinAlgError, ValueError) as refusal:
             raise SolveError(f"no verdict for a friction of {mu:g}: {refusal}") from None
         if not found:
             raise SolveError(
@@ -191,26 +222,31 @@ class FrictionProblem(NamedTuple):
             )
         return best, len(found)
 
+    def part(self, postures: np.ndarray) -> "FrictionProblem":
+        """The same in some of the postures."""
+        A, before, by_impulse, stop = (part[postures] for part in (self.A, self.before, self.by_impulse, self.stop))
+        return self._replace(A=A, before=before, by_impulse=by_impulse, stop=stop)
+
     def scaled(self, factor: float) -> "FrictionProblem":
         """The same with all velocities before the impact times a factor above zero."""
-        return (
-            self
-            if factor == 1.0
-            else self._replace(before=factor * self.before, rows=self.rows._replace(stop=factor * self.rows.stop))
-        )
+        return self._replace(before=factor * self.before, stop=factor * self.stop)
 
-    def delta(self, impulse: Array) -> Array:
-        """Jumps (ny,) of the free velocities. Args: impulse (m, 3) of the contacts [N s]."""
-        return np.asarray(self.rows.stop + self.by_impulse @ impulse.ravel())
+    def delta(self, impulses: Array) -> Array:
+        """Jumps (N, S, ny) of the free velocities. Args: impulses (N, S, 3m), as `impulses` gives them."""
+        return np.asarray(self.stop[:, None] + impulses @ np.swapaxes(self.by_impulse, 1, 2))
 
 
 def friction_problem(landing: PosedLanding) -> FrictionProblem:
-    """The problem of a landing with friction.
+    """The problem of a landing in its posture, with its own strike.
 
     Raises:
         SolveError: the inertia matrix is singular.
     """
-    landing = landing.without_stops
+    return _problem_of(landing.without_stops)[0]
+
+
+def _problem_of(landing: PosedLanding) -> tuple[FrictionProblem, ContactRows, np.ndarray, tuple[Block, ...]]:
+    """The problem, the rows of contacts and standing feet, which (n,) of all rows these are, and the end stops."""
     rows = contact_rows(landing)
     own, m = 3 * rows.number + rows.place, int(rows.number[-1]) + 1
     nothing: tuple[tuple[Block, ...], Array, Array] = ((), np.zeros((0, landing.robot.model.nv)), np.zeros(0))
@@ -224,7 +260,65 @@ def friction_problem(landing: PosedLanding) -> FrictionProblem:
         by_impulse = np.linalg.solve(rows.M, J.T)
     except np.linalg.LinAlgError as refusal:
         raise SolveError(f"no verdict with friction: {refusal}") from None
-    return FrictionProblem(rows, own, stops, J @ by_impulse, before.reshape(-1, 3), e, rows.basis @ by_impulse)
+    A, velocities = (J @ by_impulse)[None], before.reshape(1, 1, -1, 3)
+    return FrictionProblem(A, velocities, e, len(stops), (rows.basis @ by_impulse)[None], rows.stop[None]), rows, own, stops
+
+
+def friction_problems(landing: Landing, equation: Equation, speeds: Array) -> tuple[FrictionProblem, Array] | None:
+    """The problem in N postures, in each of which all rows are independent, and the rows (3m, nc) of contacts in those of Eq. 4.
+
+    Args:
+        landing: the landing, without end stops.
+        equation: Eq. 4 in the postures.
+        speeds: (N, S, nc) that each strike's impact undoes along its rows [m/s].
+
+    Returns: None where rows are held rigidly, so that each posture has a problem of its own, as `friction_problem` has it.
+    """
+    _, turn, rigid, _, number, place, e = _rows_along(equation.blocks)
+    if rigid.any() or landing.scene.stops:
+        return None
+    own, whole = 3 * number + place, np.zeros((3 * (int(number[-1]) + 1), len(rigid)))
+    whole[own] = turn / (1.0 + e)[:, None]
+    before = (speeds @ whole.T).reshape(*speeds.shape[:2], -1, 3)
+    whole[own] = turn
+    J = whole @ equation.J_c
+    by_impulse = solve_inertia(equation.inertia, np.swapaxes(J, 1, 2))
+    return FrictionProblem(J @ by_impulse, before, e[place == 2], 0, by_impulse, np.zeros(by_impulse.shape[:2])), whole
+
+
+class _Slipping(DoubleImpact):
+    """An impact with friction in N postures for S strikes: its columns are of unit impulses along the 3m rows of contacts."""
+
+    impulses: Array
+    """(N, S, 3m) along these rows [N s]; NaN where an impact has to be looked at by itself."""
+
+    def along(self, columns: Any) -> Any:
+        """Columns (N, ..., 3m) for the impulses of each strike (N, S, ...)."""
+        return np.einsum("n...k,nsk->ns...", columns, self.impulses)
+
+
+@memoized()
+def with_friction(impact: DoubleImpact) -> _Slipping | None:
+    """An impact in N postures for S strikes with the scene's friction, as `friction_of` has each; computed once.
+
+    Returns: None where it has to be computed in each posture by itself, because flat contacts or loops hold rows rigidly, or stops
+        count. Quantities are NaN where that holds for one posture: rows are redundant, or friction has no solution.
+    """
+    landing, equation, mu = impact.landing, impact.equation, impact.landing.scene.friction
+    assert mu is not None
+    found = friction_problems(landing, equation, impact.along(impact.speeds))
+    if found is None:
+        return None
+    problem, whole = found
+    (n, bodies), size = (len(problem.A), impact.bodies), len(whole.T)
+    jumps = jumps_of(landing, equation.full(problem.by_impulse), equation.state, bodies)
+    # Of the solution of Eq. 4 only these are read.
+    solution = Solution(
+        problem.by_impulse, np.broadcast_to(whole.T, (n, *whole.T.shape)), np.ones((n, size)), np.full(n, size), np.ones(n), {}, {}
+    )
+    slipping = _Slipping(landing, equation, solution, jumps, bodies, impact.strikes, vars(impact).get("inertias"))
+    slipping.impulses = np.where(impact.clear[:, None, None], problem.impulses(mu)[0], np.nan)
+    return slipping
 
 
 @memoized()
@@ -236,9 +330,9 @@ def friction_of(landing: PosedLanding) -> FrictionResult:
         SolveError: no solution was found, or each gains kinetic energy.
     """
     landing = landing.without_stops
-    problem, mu = friction_problem(landing), landing.scene.friction
-    rows, own, m = problem.rows, problem.own, problem.contacts
-    before, equation = problem.before[:m], rows.equation
+    problem, rows, own, stops = _problem_of(landing)
+    mu, m = landing.scene.friction, len(problem.restitution) - problem.stops
+    before, equation = problem.before[0, 0, :m], rows.equation
     plain = solve_in_doubles(landing, equation)
     if plain.choices and not plain.choices[0].unique[~rows.rigid].all():
         raise SceneError(
@@ -246,8 +340,8 @@ def friction_of(landing: PosedLanding) -> FrictionResult:
         )
     assert mu is not None
     best, count = problem.solved(mu)
-    moved, pushed = problem.delta(best.impulse), best.impulse[m:, 2]
-    landing = replace(landing, acting=tuple(problem.stops[i] for i in np.flatnonzero(pushed > 0.0)))
+    moved, pushed = problem.delta(best.impulse.reshape(1, 1, -1))[0, 0], best.impulse[m:, 2]
+    landing = replace(landing, acting=tuple(stops[i] for i in np.flatnonzero(pushed > 0.0)))
     equation, own_rows = landing.equation(landing.state), len(rows.rigid)
     impulse = np.full((1, len(equation.J_c[0]), 4), np.nan)
     impulse[0, :own_rows, 3], impulse[0, own_rows:, 3] = rows.turn.T @ best.impulse[:m].ravel()[own], pushed[pushed > 0.0]
@@ -256,7 +350,7 @@ def friction_of(landing: PosedLanding) -> FrictionResult:
     # What is linear in the strike does not exist: friction is not.
     delta = np.full((1, len(moved), 4), np.nan)
     delta[0, :, 3] = moved
-    jumps = jumps_of(landing, equation.full(delta))
+    jumps = jumps_of(landing, equation.full(delta), equation.state)
     freeze(impulse, delta, jumps)
     impact = DoubleImpact(landing, equation, Solution(delta, impulse, plain.scale, plain.rank, plain.condition, {}, {}), jumps)
     tangential = np.abs(before[:, :2]).max(axis=1) > 1e-12 * np.abs(before).max()
@@ -291,32 +385,25 @@ def _free_slip(landing: PosedLanding, axes: Array, delta_qd: Array) -> Array:
     return slip
 
 
-def gains_with_friction(impact: DoubleImpact) -> np.ndarray:
-    """Whether (N, S) the scene's friction with the contacts' restitution is refused, as by `friction_of`, for a gain of energy.
+def may_gain_with_friction(impact: DoubleImpact) -> np.ndarray:
+    """Whether (N, S) the scene's friction with the contacts' restitution may be refused, as by `friction_of`, for a gain of energy.
 
     A contact gives λ_n (−(1 − e) |v_n⁻| − µ (|v_t⁺| + d·v_t⁻)) / 2 of it, with the direction d of the slip, so that only landings
     with (1 − e) |v_n⁻| < µ |v_t⁻| at a contact are solved. Without restitution none gains: λᵀ v⁺ ≤ 0.
     """
-    landing, state, H, velocity = impact.landing, impact.state, impact.state.H, impact.base_velocities
-    refused, mu = np.zeros(velocity.shape[:2], dtype=bool), landing.scene.friction
+    landing, velocity, mu = impact.landing, impact.base_velocities, impact.landing.scene.friction
     e, normals = (np.array(values) for values in zip(*((c.restitution, c.normal) for c in landing.contacts), strict=True))
     if mu is None or not e.any():
-        return refused
+        return np.zeros(velocity.shape[:2], dtype=bool)
     along = np.sum(impact.approach * normals, axis=-1)
     across = np.linalg.norm(impact.approach - along[..., None] * normals, axis=-1)
-    for i, s in np.argwhere(((1.0 - e) * np.abs(along) < mu * across).any(axis=-1)).tolist():
-        row, before = slice(i, i + 1), landing.before._replace(velocity=velocity[i, s])
-        moving = landing.motions(row) if landing.before.velocity.ndim > 1 else replace(landing, before=before)
-        own = {part: getattr(state, part)[row] for part in ("J", "rotation", "position", "origin", "Q")}
-        try:
-            friction_of(replace(moving, state=state._replace(inertia=H[row], **own)))
-        except (SceneError, SolveError):
-            refused[i, s] = True
-    return refused
+    doubtful = ((1.0 - e) * np.abs(along) < mu * across).any(axis=-1)
+    slipping = with_friction(impact) if doubtful.any() else None
+    return np.asarray(doubtful if slipping is None else doubtful & np.isnan(slipping.impulses).any(axis=-1))
 
 
-def jumps_of(landing: PosedLanding, delta_qd: Array) -> Array:
-    """Jumps (1, nb, 6, k) of the bodies, body axes, for jumps (1, nv, k) of the joint velocities."""
-    robot, state = landing.robot, landing.state
-    jumps = body_jumps(state.J, [joint.v for joint in robot.joints], robot.parents, state.position, delta_qd)
-    return in_body_axes(jumps, state.rotation)
+def jumps_of(landing: Landing, delta_qd: Array, state: Dynamics, bodies: Sequence[int] | None = None) -> Array:
+    """Jumps (N, nb, 6, k) of some bodies, by default all, in body axes, for jumps (N, nv, k) of the joint velocities."""
+    robot, chosen = landing.robot, slice(None) if bodies is None else list(bodies)
+    jumps = body_jumps(state.J, [joint.v for joint in robot.joints], robot.parents, state.position, delta_qd, bodies)
+    return in_body_axes(jumps, state.rotation[:, chosen])

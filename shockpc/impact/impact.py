@@ -48,7 +48,7 @@ class Impact:
     speeds: Any
     jumps: Any
     _columns: dict[int, int] | None = None
-    _strikes: Array | None = None
+    strikes: Array | None = None
     """(N, S, 3) velocities of the base before the impact [m/s]; None for the landing's own alone."""
 
     @functools.cached_property
@@ -67,9 +67,9 @@ class Impact:
 
     def along(self, columns: Any) -> Any:
         """What is linear in the strike (N, ..., k) for the strikes of this impact (N, S, ...)."""
-        if self._strikes is None:
+        if self.strikes is None:
             return columns[:, None, ..., 3]
-        more, strikes = (None,) * (columns.ndim - 2), self._strikes if columns.shape[-1] == 3 else self._strike_change
+        more, strikes = (None,) * (columns.ndim - 2), self.strikes if columns.shape[-1] == 3 else self._strike_change
         total = columns[:, None, ..., 0] * strikes[..., 0][(..., *more)]
         for k in (1, 2):
             total += columns[:, None, ..., k] * strikes[..., k][(..., *more)]
@@ -104,18 +104,18 @@ class Impact:
         """Velocities (N, S, n, 3) of points of bodies before the impact, world axes [m/s]. Args: points (N, n, 3), as above."""
         twists = np.stack([twist_before(self.state, self.landing.before, body) for body in bodies], axis=1)
         velocity = velocity_at(twists[..., :3], twists[..., 3:], points)[:, None]
-        return velocity if self._strikes is None else velocity + self._strike_change[:, :, None]
+        return velocity if self.strikes is None else velocity + self._strike_change[:, :, None]
 
     @property
     def base_velocities(self) -> Array:
         """(N, S, 3) velocities of the base before the impact, world axes [m/s]."""
         own = self.landing.before.velocity
-        return np.broadcast_to(own, (len(self.state.J), 3))[:, None] if self._strikes is None else self._strikes
+        return np.broadcast_to(own, (len(self.state.J), 3))[:, None] if self.strikes is None else self.strikes
 
     @property
     def _strike_change(self) -> Array:
         """(N, S, 3) by how much the velocity of the base differs from the landing's own [m/s]."""
-        return np.zeros(3) if self._strikes is None else self._strikes - self.landing.before.velocity[..., None, :]
+        return np.zeros(3) if self.strikes is None else self.strikes - self.landing.before.velocity[..., None, :]
 
     @functools.cached_property
     def contacts(self) -> tuple[Block, ...]:
@@ -264,32 +264,28 @@ class DoubleImpact(Impact):
         strikes: Array | None = None,
         inertias: Inertias | None = None,
     ) -> None:
-        self.landing, self.state, self.blocks, self.speeds, self._equation = (
-            landing,
-            equation.state,
-            equation.blocks,
-            equation.b,
-            equation,
-        )
+        self.landing, self.equation, self.bodies, self.strikes = landing, equation, bodies, strikes
+        self.state, self.blocks, self.speeds = equation.state, equation.blocks, equation.b
         self.delta_qd, self.impulse, self.jumps = equation.full(solution.delta_qd), solution.impulse, jumps
         self.unique, self.independent_impulse = np.ones(solution.impulse.shape[:2], dtype=bool), solution.impulse
         if bodies is not None:
             self._columns = {body: k for k, body in enumerate(bodies)}
         if solution.choices:
             self.independent_impulse = solution.impulse.copy()
+        self.clear = np.ones(len(self.unique), dtype=bool)
+        """In which postures (N,) all rows are independent, clearly."""
         for k, choice in solution.choices.items():
-            self.unique[k] = choice.unique
+            self.clear[k], self.unique[k] = False, choice.unique
             self.independent_impulse[k] = 0.0
             self.independent_impulse[k, choice.rows] = solution.independent[k]
-        self._strikes = strikes
         if inertias is not None:
             self.inertias = inertias
 
     def mobility(self, block: Block) -> Array:
         """Delassus matrices (N, n, n) of the rows of a block while nothing is held: J G (GᵀHG)⁻¹ Gᵀ Jᵀ [1/kg]."""
-        J, G = row_jacobian(self.state, [block]), self._equation.G
+        J, G = row_jacobian(self.state, [block]), self.equation.G
         J = J if G is None else J @ G
-        return np.asarray(J @ solve_inertia(self._equation.inertia, np.swapaxes(J, -1, -2)))
+        return np.asarray(J @ solve_inertia(self.equation.inertia, np.swapaxes(J, -1, -2)))
 
     def rigid_mobility(self, block: Block) -> Array:
         """The same (N, n, n) of the whole robot as one rigid body, which is free."""

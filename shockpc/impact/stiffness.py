@@ -178,7 +178,8 @@ class CompliantLanding:
             impulses[0, :, : impulse.shape[1]] = impulse
         # Of the solution of Eq. 4 only these are read.
         solution = Solution(delta, impulses, np.ones(impulses.shape[:2]), np.array([0]), np.ones(1), {}, {})
-        return _Columns(replace(self.landing, acting=self._stops), equation, solution, jumps_of(self.landing, equation.full(delta)))
+        jumps = jumps_of(self.landing, equation.full(delta), self.landing.state)
+        return _Columns(replace(self.landing, acting=self._stops), equation, solution, jumps)
 
     @functools.cached_property
     def _linear(self) -> _Columns:

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Any, Literal, TypeAlias
 import numpy as np
 
 from shockpc.core.spatial import Array
-from shockpc.impact.impact import Impact
+from shockpc.impact.impact import DoubleImpact, Impact
 from shockpc.landing.landing import PosedLanding
 from shockpc.landing.places import Place, PlaceKind
 from shockpc.landing.scene import GRAVITY
@@ -68,9 +68,20 @@ def _where_given(entry: Quantity, key: GroundOption, read: Callable[[Any, Impact
 
 
 def _with_friction(entry: Quantity) -> Quantity:
-    """A quantity of the impact with friction; as proven where all contacts stick."""
+    """A quantity of the impact with friction, in many postures too; of a proven impact as that is where all contacts stick."""
     named = entry._replace(key=f"{entry.key}_friction", title=f"{entry.title}, with friction")
-    return _where_given(named, "friction", lambda friction, impact, places: entry.compute(friction.impact or impact, places))
+    alone = _where_given(named, "friction", lambda friction, impact, places: entry.compute(friction.impact or impact, places))
+
+    def compute(impact: Impact, places: Places) -> Array:
+        if not isinstance(impact, DoubleImpact) or impact.landing.scene.friction is None:
+            return np.asarray(alone.compute(impact, places))
+        from shockpc.impact.friction import with_friction
+
+        slipping = with_friction(impact)
+        nothing = np.full((1, 1, len(places), *([3] if entry.vector else [])), np.nan)
+        return nothing if slipping is None else np.asarray(entry.compute(slipping, places))
+
+    return alone._replace(compute=compute, in_doubles=True)
 
 
 def _sliding(

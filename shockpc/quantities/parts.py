@@ -223,7 +223,7 @@ def margin_lost(landing: PosedLanding) -> MarginLost | None:
         stiff = landing if bare == scene else landing_of(bare, robot)
         equation = stiff.equation(stiff.state)
         solution = solve_in_doubles(stiff, equation)
-        jumps = jumps_of(stiff, equation.full(solution.delta_qd))
+        jumps = jumps_of(stiff, equation.full(solution.delta_qd), equation.state)
         limits, rated = torque_limits(robot, ())[0], {place.joint for place in stiff.parts}
         joints = [p for p in stiff.places("joint") if p.number not in rated and not np.isnan(limits[p.number])]
         if not (joints or stiff.parts):

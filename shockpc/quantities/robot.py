@@ -91,16 +91,16 @@ def _feasible(impact: Impact, places: Places) -> Array:
 
     Heights of lowest points count as equal up to the scene's `ground_tolerance`; without geometry contact points count alone.
     With the scene's friction nothing is pulled: a contact that would be opens, and one that needs more friction slides. In doubles
-    NaN where the impact would then gain energy, which the analysis of the landing refuses.
+    NaN where the impact may then gain energy, which the analysis of the landing refuses.
     """
-    from shockpc.impact.friction import gains_with_friction
+    from shockpc.impact.friction import may_gain_with_friction
 
     del places
     landing = impact.landing
     refused = (pull(impact, landing.contact_places) > 0.0).any(axis=-1) & (landing.scene.friction is None)
     if (here := _levels(impact)) is not None:
         refused = refused | here.uneven[:, None] | (here.below & (landing.base != "fixed"))[:, None]
-    gains = isinstance(impact, DoubleImpact) and gains_with_friction(impact)
+    gains = isinstance(impact, DoubleImpact) and may_gain_with_friction(impact)
     return np.asarray(_one(np.where(gains, np.nan, np.where(refused, 0.0, 1.0))))
 
 

@@ -230,11 +230,24 @@ def proof_text(bound: float) -> str:
     return f"proven to {bound:.0e} of each body's motion, for the robot as loaded"
 
 
-def proven_text(number: int, columns: "Iterable[Column]") -> str:
-    """How many landings of a table are proven, and which of its columns are not."""
-    unproven = [column.name for column in columns if (entry := column.selection.quantity).unproven or entry.with_stiffness]
-    but = f"; in double precision, not proven: {few(unproven, 4)}" if unproven else ""
-    return f"proven (ill-conditioned, redundant, or with a quantity that needs it): {count(number, 'landing')}{but}"
+def proof_lines(proven: int, compared: int, largest: float, columns: "Iterable[Column]") -> Iterator[str]:
+    """How many landings of a table are proven, and how far double precision is off elsewhere.
+
+    Args:
+        proven: their number.
+        compared: number of the others that were compared with a proof.
+        largest: the largest difference in these, as in `double_difference`.
+        columns: of the table.
+    """
+    if proven:
+        yield f"proven (ill-conditioned, redundant, or with a quantity that needs it): {count(proven, 'landing')}"
+    if compared:
+        yield (
+            f"double precision, compared with a proof in {count(compared, 'other landing')}: off by at most {largest:.0e} of the "
+            "point's most severe shock"
+        )
+    if unproven := [column.name for column in columns if (entry := column.selection.quantity).unproven or entry.with_stiffness]:
+        yield f"in double precision, not proven: {few(unproven, 4)}"
 
 
 def without_value(columns: Iterable[tuple[str, Quantity]]) -> Iterator[str]:

@@ -465,7 +465,7 @@ class _Fit:
                 continue
             equation = landing.equation(landing.state)
             moved = np.linalg.solve(equation.H[0], equation.J_c[0].T)
-            moved = predictor.to_measured(landing)[own] @ (moved if equation.G is None else equation.G[0] @ moved)
+            moved = predictor.to_measured(equation)[0, own] @ moved
             root = np.linalg.cholesky(reduced_inertia(H[i : i + 1], predictor.coordinates[own])[0]).T
             U, s, _ = np.linalg.svd(root @ moved, full_matrices=False)
             U, jump = U[:, s > 1e-9 * s.max(initial=0.0)], root @ measured[i, own]

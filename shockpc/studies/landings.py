@@ -147,7 +147,7 @@ def compare_measured(
         rows = rows_of(columns, landing_of(scene, robot), rename)
         if not rows.measured:
             raise StudyError("the table has no column of what was measured after the impact, such as after_JOINT or after_vz")
-        study = RecordedLandings(robot, rows)
+        study = RecordedLandings(robot, rows, by_friction=True)
         by_key = predicting(study, friction=not np.isnan(rows.friction).all())
         results = Evaluation(study, tuple({column.name: column for column in by_key.values()}.values()), prove=0).table()
         jumps = base_in_world(study, by_key, results.columns)

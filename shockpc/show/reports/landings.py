@@ -12,7 +12,7 @@ from shockpc.evaluation.table import Table
 from shockpc.quantities.profile import ShockProfile
 from shockpc.show.reports.report import Picture, Report, Section, picture_files
 from shockpc.show.tables import Lines, Row, Sheet
-from shockpc.show.wording import JOINT_MODELS, LEFT_OUT, count, proven_text, shown_as, without_value
+from shockpc.show.wording import JOINT_MODELS, LEFT_OUT, count, proof_lines, shown_as, without_value
 from shockpc.studies.landings import STATISTICS, Agreement, Validation
 from shockpc.text.printed import cause_lines, causes, few
 
@@ -164,15 +164,9 @@ def _closing(study: RecordedLandings, results: Table, validation: Validation | N
         yield from without_value((column.name, column.selection.quantity) for column in empty)
     if any(landing.scene.contact_stiffness is not None for landing in study.resolved):
         yield LEFT_OUT
-    proven = int(np.sum(columns["proven"]))
-    if proven:
-        yield proven_text(proven, results.computed)
     compared = columns["double_error"][~columns["proven"].astype(bool) & ~np.isnan(columns["double_error"])]
-    if compared.size and any(column.shock for column in results.computed):
-        yield (
-            f"double precision, compared with a proof in {count(compared.size, 'other landing')}: off by at most "
-            f"{compared.max():.0e} of the point's most severe shock"
-        )
+    number = compared.size if any(column.shock for column in results.computed) else 0
+    yield from proof_lines(int(np.sum(columns["proven"])), number, compared.max(initial=0.0), results.computed)
     computed = np.array([i not in results.messages for i in range(study.rows)])
     for column in results.computed:
         if 0 < (missing := int(np.sum(np.isnan(columns[column.name]) & computed))) < np.sum(computed):

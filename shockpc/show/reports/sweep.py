@@ -13,7 +13,7 @@ from shockpc.evaluation.varied import VariedLandings
 from shockpc.show.document import record
 from shockpc.show.reports.report import Picture, Report
 from shockpc.show.tables import Lines, Row, Sheet, largest
-from shockpc.show.wording import LEFT_OUT, proven_text, without_value
+from shockpc.show.wording import LEFT_OUT, proof_lines, without_value
 from shockpc.text.printed import cause_lines
 
 MESSAGES = 5
@@ -137,13 +137,8 @@ def _lines(summary: Summary[VariedLandings]) -> Iterator[str]:
         yield f"not computed: {summary.failed} of {summary.rows} landings"
         named = [cause._replace(first=f"row {cause.first}") for cause in summary.messages]
         yield from (f"  {line}" for line in cause_lines(named, "rows", MESSAGES))
-    if summary.proven:
-        yield proven_text(summary.proven, [one.column for one in summary.extents])
-    if summary.compared:
-        yield (
-            f"double precision, compared with a proof in {summary.compared} other landings: off by at most "
-            f"{summary.largest_error:.0e} of the point's most severe shock"
-        )
+    columns = [one.column for one in summary.extents]
+    yield from proof_lines(summary.proven, summary.compared, summary.largest_error, columns)
 
 
 def _varied(made: VariedLandings, row: int) -> str:
