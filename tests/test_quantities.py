@@ -155,3 +155,15 @@ def test_a_name_that_is_not_known_is_answered_with_the_nearest():
     with pytest.raises(UnknownName, match='nearest: "LF_HIP"'):
         profile.shock_at("LF_HP", np.zeros(3))
     assert profile.shock_at("imu_link", np.zeros(3)) == pytest.approx(profile.points[0].shock, rel=1e-14)
+
+
+def test_the_rate_after_the_impact_is_that_before_and_its_jump():
+    """Of a knee that moves before the impact; a motor has to follow what is left."""
+    scene = Scene(robot="hyq", contact="lf_foot", strike=Strike(joint_velocities={"lf_kfe_joint": 2.0}), friction=0.6)
+    profile = shock_profile(scene)
+    number = [place.name for place in profile.places("joint")].index("lf_kfe_joint")
+    v = profile.robot.joint("lf_kfe_joint").v.start
+    assert profile.landing.before.joint_rates[v] == 2.0
+    assert profile.value("rate_after", "joint")[number] == pytest.approx(2.0 + profile.delta_qd[v], rel=1e-14)
+    slid = profile.value("delta_qd_friction", "joint")[number]
+    assert profile.value("rate_after_friction", "joint")[number] == pytest.approx(2.0 + slid, rel=1e-12)

@@ -24,11 +24,28 @@ def _columns(impact: Impact, places: Places) -> list[slice]:
     return [own[place.name] for place in places]
 
 
-def _delta_qd(impact: Impact, places: Places) -> Any:
-    """Jumps (N, S, n) of the rates; the length of that of a ball joint."""
-    delta_qd = impact.along(impact.delta_qd)
-    rates = [delta_qd[..., v] if v.stop - v.start in (1, 3) else np.nan * delta_qd[..., v] for v in _columns(impact, places)]
+def _of_joints(impact: Impact, places: Places, qd: Any) -> Any:
+    """The rates (N, S, n) of joints among joint velocities (N, S, nv); the length of that of a ball joint."""
+    rates = [qd[..., v] if v.stop - v.start in (1, 3) else np.nan * qd[..., v] for v in _columns(impact, places)]
     return np.stack([rate[..., 0] if rate.shape[-1] == 1 else norm(rate) for rate in rates], axis=-1)
+
+
+def _delta_qd(impact: Impact, places: Places) -> Any:
+    """Jumps (N, S, n) of the rates."""
+    return _of_joints(impact, places, impact.along(impact.delta_qd))
+
+
+def _rate_after(impact: Impact, places: Places) -> Any:
+    """Rates (N, S, n) after the impact, which a motor has to follow: those before it and their jumps."""
+    before = impact.exact(np.asarray(impact.landing.before.joint_rates))[..., None, :]
+    return _of_joints(impact, places, before + impact.along(impact.delta_qd))
+
+
+def _fastest(impact: Impact, values: Array) -> float:
+    """The largest rate before the impact, and the largest jump [rad/s, m/s]."""
+    del values
+    jump = np.abs(impact.along(impact.delta_qd).astype(float)).max()
+    return float(np.abs(impact.landing.before.joint_rates).max() + jump)
 
 
 def _force(impact: Impact, places: Places) -> Any:
@@ -102,4 +119,6 @@ JOINTS = (
         _size, "the scene leaves end stops out; or contacts, loops or stops are redundant", signed=True, also=("friction",)),
     Quantity("stop_acts", "joint", "whether an end stop of the joint acts", "1", "greater", _stop_acts, also=("friction",),
         flag=True),
+    Quantity("rate_after", "joint", "joint's rate after the impact", "rad/s, m/s", "greater", _rate_after, _fastest, MULTIAXIAL,
+        signed=True, also=("friction",)),
 )  # fmt: skip
