@@ -1,6 +1,7 @@
 """The command line's grammar: its commands, their options and their help."""
 
 import importlib
+import re
 import sys
 from collections.abc import Sequence
 from pathlib import Path
@@ -11,7 +12,7 @@ from typer.core import TyperCommand, TyperGroup, TyperOption
 
 from shockpc import __version__
 from shockpc.cli.declare import EXIT_CODES, Command, Help, command
-from shockpc.cli.options import PANELS, RARE
+from shockpc.cli.options import EVERYBODY, PANELS, RARE
 
 GROUPS = {
     "Begin": {"guide": "Read how to use shockpc, by topic."},
@@ -60,7 +61,7 @@ class Commands(TyperGroup):
 class GroupedCommand(TyperCommand):
     """A command whose help groups its options by their `rich_help_panel`, without a rich-text library, and says which repeat.
 
-    Of a scene's options it lists those that everybody uses, unless all are asked for.
+    Of a scene's options it lists those that everybody uses, with the first sentence of each, unless all are asked for.
     """
 
     def get_params(self, ctx: Any) -> list[Any]:
@@ -68,7 +69,7 @@ class GroupedCommand(TyperCommand):
         every: list[Any] = super().get_params(ctx)
         names = [parameter.name for parameter in every]
         if set(names) >= RARE and "help_all" not in names:
-            text = f"Show the other {len(RARE)} options of a landing too, and exit."
+            text = f"Show all of these options, and the other {len(RARE)} of a landing, and exit."
             every.append(
                 TyperOption(
                     param_decls=["--help-all"], is_flag=True, is_eager=True, expose_value=False, callback=_show_all, help=text
@@ -94,7 +95,10 @@ class GroupedCommand(TyperCommand):
                 else getattr(parameter, "rich_help_panel", None) or "Other options"
             )
             name, text = parameter.get_help_record(ctx) or ("", "")
-            sections.setdefault(heading, []).append((name, text + " May be repeated." * getattr(parameter, "multiple", False)))
+            text += " May be repeated." * getattr(parameter, "multiple", False)
+            if hidden and parameter.name in EVERYBODY and heading in PANELS:
+                heading, text = "Landing (more with --help-all)", _shortened(text)
+            sections.setdefault(heading, []).append((name, text))
         for heading, records in sections.items():
             if records:
                 with formatter.section(heading):
@@ -132,6 +136,13 @@ def _command(name: str) -> Command:
         return study_command(name)
     function: Command = getattr(importlib.import_module(f"shockpc.cli.{name}"), name)
     return function
+
+
+def _shortened(text: str) -> str:
+    """The first sentence of a help, or what is before its semicolon, with the unit that the help ends with."""
+    first = re.split(r"[.;] (?![^\[]*\])", text)[0].removesuffix(".")
+    unit = re.search(r" \[[^\]]+\]\.$", text)
+    return f"{first}{'' if unit is None or '[' in first else unit[0][:-1]}."
 
 
 def _show_all(ctx: Any, option: Any, wanted: bool) -> None:

@@ -79,7 +79,9 @@ def argument(help_: str, form: str, parser: Parser | None = None, *, default: An
     return typer.Argument(default, help=help_, metavar=form, parser=parser, show_default=False)
 
 
-def command(*, examples: tuple[str, ...], more: str = "", after: str = EXIT_CODES) -> Callable[[Command], Command]:
+def command(
+    *, examples: tuple[str, ...], more: str = "", after: str = "Exit codes: shockpc --help lists them."
+) -> Callable[[Command], Command]:
     """Make a function a command, which takes the options of records among its parameters after its own; arguments as in `Help`.
 
     The text is no docstring, because Python can be told to leave those out.

@@ -173,16 +173,18 @@ class Joints(Record):
 
     model: Literal["free", "geared", "rigid", "locked"] | None = option(
         None,
-        "All joints turn freely (free) except where --armature, --rotor or --drives FILE gives an inertia, resist by their "
-        "reflected inertia (geared) or are locked; or they are as modelled, with springs that do not yield (rigid): a joint with "
-        "its own spring is locked, a rotor behind one is joined to its joint.",
+        "All joints turn freely, resist by the reflected inertia of their drives, are as modelled with springs that do not yield, "
+        "or are locked; by default each is as its drive makes it. Of free joints those resist to which --armature, --rotor or "
+        "--drives FILE gives an inertia; of rigid ones a joint with its own spring is locked, and a rotor behind one is joined to "
+        "its joint.",
         "Joint model",
         name="joints",
     )
     drives: str | None = option(
         None,
-        "Drives in the form of robots/drives.toml; or those of a robot of the catalogue, such as go2, for joints of the same names;"
-        " or none, which leaves what the robot's own file gives; by default those known of a robot of the catalogue.",
+        "A file of drives, a robot of the catalogue whose drives joints of the same names have, such as go2, or none. By default "
+        "those known of a robot of the catalogue; none leaves what the robot's own file gives. The form of a file is that of "
+        "robots/drives.toml.",
         "Joint model",
         "FILE|NAME|none",
     )
@@ -434,8 +436,8 @@ class Scene(Record):
     )
     contact_stiffness: float | None = option(
         None,
-        "Also give forces, accelerations and their times on contacts of this stiffness, in every direction or along the normal and "
-        f"along the ground: {CONTACTS.removesuffix(' N/m or more')} or more (sources: shockpc guide designer).",
+        "Also give forces, accelerations and their times on contacts of this stiffness; in every direction, or along the normal "
+        f"and along the ground: {CONTACTS.removesuffix(' N/m or more')} or more (sources: shockpc guide designer).",
         RESULTS,
         "K or KN:KT",
         unit="N/m",

@@ -46,7 +46,7 @@ def draw_comparison(comparison: Comparison, header: Sequence[tuple[str, str]]) -
     n = len(labels) + 1.6 * len(sections)
     names = LETTER * max(map(len, labels), default=0) + 0.1
     x = LEFT + max(left, 3.4) + 2.0 * GAP + names
-    width = max(x + WIDTH + 0.9, x - names + 4.1)
+    width = max(x + WIDTH + 0.9, x - names + 5.6)
     tall = max(windows[0].sides[1] + FOOT + 0.3, BAR * n + 1.1)
     title = f"Shock: changes from {letters[0]}" + (f" to {letters[1]}" if len(letters) == 2 else "")
     lines = [f"{name}: {printable(text)}" for name, text in header]
@@ -106,6 +106,13 @@ def _label(row: Difference, section: Differences, comparison: Comparison, views:
     return f"{printable(row.place)}   {mark}" if mark else printable(row.place)
 
 
+def _percent(share: float) -> str:
+    """A change in per cent, to two digits, of large ones to one per cent."""
+    return (
+        "0" if not share else f"{share:+.{0 if abs(share) >= 10.0 else 2}{'f' if abs(share) >= 10.0 else 'g'}} %".replace("-", "−")
+    )
+
+
 def _draw_bars(
     page: Page,
     place: tuple[float, float, float, float],
@@ -132,7 +139,7 @@ def _draw_bars(
         at += 0.3
     values = np.array(shares).reshape(len(ticks), len(letters) - 1)
     low, high = float(np.nanmin(values, initial=0.0)), float(np.nanmax(values, initial=0.0))
-    room = 0.25 * (high - low) or 1.0
+    room = 0.3 * (high - low) or 1.0
     thick = 0.8 / values.shape[1]
     for k, own in enumerate(values.T):
         middles = np.array(ticks) + (k - (values.shape[1] - 1) / 2.0) * thick
@@ -142,7 +149,7 @@ def _draw_bars(
         if values.shape[1] == 1 and math.isfinite(own[0]) and row.values[1] is not None:
             text = f"{row.values[0]:.4g} → {row.values[1]:.4g}" if own[0] else f"{row.values[0]:.4g}"
             axes.annotate(
-                f"{own[0]:+.2g} %".replace("-", "−") if own[0] else "0", (own[0], tick), (3.0 if own[0] >= 0.0 else -3.0, 0.0),
+                _percent(own[0]), (own[0], tick), (3.0 if own[0] >= 0.0 else -3.0, 0.0),
                 textcoords="offset points", va="center", ha="left" if own[0] >= 0.0 else "right", fontsize=6.0,
             )  # fmt: skip
             axes.text(1.02, tick, text, va="center", fontsize=6.0, transform=axes.get_yaxis_transform())

@@ -8,7 +8,7 @@ from matplotlib.figure import Figure
 
 from shockpc.landing.ratings import Strength
 from shockpc.quantities.profile import PartMargin, ShockProfile
-from shockpc.show.figure.style import CURVES, INK, PAPER, new_chart
+from shockpc.show.figure.style import CURVES, INK, new_chart
 from shockpc.show.wording import contact_name, robot_name
 from shockpc.text.printed import printable
 
@@ -39,7 +39,12 @@ def draw_damage(profiles: Sequence[ShockProfile]) -> Figure:
             axes.plot([v, v, right], [high, corner, corner], color=colour, label=name)
             axes.fill_between([v, right], corner, high, color=colour, alpha=0.08, linewidth=0.0)
     for m, (profile, own) in enumerate(zip(profiles, drawn, strict=True)):
-        mark: dict[str, Any] = {"marker": MARKS[m % len(MARKS)], "linestyle": "none", "markeredgecolor": PAPER, "markersize": 6.5}
+        mark: dict[str, Any] = {
+            "marker": MARKS[m % len(MARKS)],
+            "linestyle": "none",
+            "markerfacecolor": "none",
+            "markersize": 6.5 + m,
+        }
         axes.plot([], [], color=INK, label=f"landing on {printable(contact_name(profile), 32)}", **mark)
         for k, (one, _) in enumerate(own):
             dv, colour = one.speed_change, CURVES[k % len(CURVES)]

@@ -8,7 +8,7 @@ from matplotlib.figure import Figure
 
 from shockpc.evaluation.recorded import RecordedLandings
 from shockpc.evaluation.table import Table
-from shockpc.show.figure.style import BANDS, COUNTS, CURVES, INK, band, new_chart
+from shockpc.show.figure.style import CURVES, INK, histogram, new_chart
 from shockpc.show.wording import count, robot_name
 from shockpc.studies.landings import ALL, Agreement, Validation
 from shockpc.text.printed import printable
@@ -34,11 +34,7 @@ def draw_landings(study: RecordedLandings, results: Table) -> Figure:
     for panel, (column, values) in zip(figure.subplots(len(shown), 1, squeeze=False).ravel(), shown, strict=True):
         # Few landings have few bins, so that the shape is not that of chance.
         counts, edges = np.histogram(values, min(BINS, math.ceil(2.0 * values.size**0.5)))
-        middle = 0.5 * (edges[1:] + edges[:-1])
-        colours = [BANDS[band(max(x, 0.0))] if column.shock else COUNTS for x in middle]
-        panel.bar(edges[:-1], counts, np.diff(edges), align="edge", color=colours)
-        panel.stairs(counts, edges, color=INK, linewidth=0.6)
-        panel.axvline(float(np.median(values)), color=INK, linewidth=0.8, linestyle="--")
+        histogram(panel, counts, edges, column.shock, float(np.median(values)))
         worst = results.worst(WORST, column)
         severity = [float(results.columns[column.name][i]) for i in worst]
         below = {"clip_on": False, "transform": panel.get_xaxis_transform()}
@@ -59,7 +55,7 @@ def draw_validation(study: RecordedLandings, validation: Validation) -> Figure:
     quantities = [each.name for each in study.table.measured if each.group == largest.name and each.time == largest.time]
     models, times = (list(dict.fromkeys(key)) for key in zip(*((each.model, each.time) for each in shown), strict=True))
     title = f"{robot_name(study.robot)}: {printable(largest.name, 40)} in {count(study.rows, 'landing')}"
-    figure = new_chart(1.9 + 2.0 * len(models), 0.8 + 2.0 * len(times), title)
+    figure = new_chart(2.6 + 2.0 * len(models), 0.9 + 2.05 * len(times), title)
     panels = figure.subplots(len(times), len(models), squeeze=False, sharex=True, sharey=True)
     measured, predicted = (
         max(float(np.nan_to_num(np.abs(values)).max()) for values in kind)
@@ -69,6 +65,7 @@ def draw_validation(study: RecordedLandings, validation: Validation) -> Figure:
     for panel in panels.ravel():
         panel.set(xlim=(-reach, reach), ylim=(-reach, reach), box_aspect=1.0)
         panel.plot([-reach, reach], [-reach, reach], color=INK, linewidth=0.6)
+        panel.set_anchor("W")
         panel.grid(True)
     for each in shown:
         panel = panels[times.index(each.time), models.index(each.model)]
@@ -81,9 +78,12 @@ def draw_validation(study: RecordedLandings, validation: Validation) -> Figure:
             for arrow, edge, beyond in (("<", -reach, x < -reach), (">", reach, x > reach)):
                 panel.plot(np.full(beyond.sum(), edge), y[beyond], marker=arrow, markersize=4.0, **look)
         outside = int(np.sum(np.abs(each.predicted) > reach))
-        first = [*textwrap.wrap(printable(each.model, 60), 30)] if each.time == times[0] else []
-        farther = [f"arrows: {outside} of {each.predicted.size} beyond"] if outside else []
-        panel.set(title="\n".join([*first, _agreement(each), *farther]))
+        first = [*textwrap.wrap(printable(each.model, 60), 22)] if each.time == times[0] else []
+        if outside:
+            panel.text(
+                0.98, 0.02, f"arrows: {outside} of {each.predicted.size} beyond", size=6.0, ha="right", transform=panel.transAxes
+            )
+        panel.set(title="\n".join([*first, _agreement(each)]))
     for time, panel in zip(times, panels[:, 0], strict=True):
         panel.set_ylabel("" if time is None else f"after {time:g} ms")
     handles, labels = panels[times.index(largest.time), models.index(largest.model)].get_legend_handles_labels()

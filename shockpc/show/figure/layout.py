@@ -21,8 +21,11 @@ Rows = list[tuple[str, ...]]
 LINE = 0.165
 """Height of a line of text [inches]."""
 
-ROWS = 14
+ROWS = 18
 """Most rows of a table."""
+
+NOTE, UNDER = 0.85 * LINE, 0.3
+"""Height of a line of a note, and between pictures and the notes under them [inches]."""
 
 MARGIN, LEFT, COLUMN = 0.2, 0.62, 3.6
 """Room around everything, for the vertical coordinate left of a picture, and for the column [inches]."""
@@ -36,7 +39,15 @@ class Page:
         low: lower edge of the room for pictures [inches].
     """
 
-    def __init__(self, width: float, height: float, heading: Sequence[str], tables: Sequence[Rows] = (), notes: Sequence[str] = ()):
+    def __init__(
+        self,
+        width: float,
+        height: float,
+        heading: Sequence[str],
+        tables: Sequence[Rows] = (),
+        notes: Sequence[str] = (),
+        column: float | None = None,
+    ):
         """Write everything but the pictures.
 
         Args:
@@ -44,11 +55,17 @@ class Page:
             height: of the pictures with what is under them [inches].
             heading: lines, the first one as title.
             tables: of the column; without any, there is no column.
-            notes: under the tables, in italics.
+            notes: in italics, under the tables, or under the pictures where that makes the page less high.
+            column: left edge of the column [inches]; by default right of the pictures.
         """
-        shown, lines, tall = _column(tables, notes)
-        across = width + MARGIN + (COLUMN + 2.0 * MARGIN if tables else 0.0)
-        top = max(height, tall) + MARGIN
+        shown = [_cut_rows(rows) for rows in tables]
+        self._x = width + 2.0 * MARGIN if column is None else column
+        across = max(width + MARGIN, self._x + COLUMN + MARGIN if tables else 0.0)
+        beside, below = (_wrapped(notes, room) for room in (COLUMN, width - LEFT))
+        tall, rest = column_height(tables, notes), height + UNDER + NOTE * len(below)
+        under = bool(notes) and max(rest, column_height(tables, ())) < max(height, tall)
+        top = max(rest, column_height(tables, ())) if under else max(height, tall)
+        top += MARGIN
         self.low, up = top - height, top + 0.32 + 0.18 * len(heading)
         self.figure = Figure(figsize=(across, up))
         self._axes = self.figure.add_axes((0.0, 0.0, 1.0, 1.0), xlim=(0.0, across), ylim=(0.0, up))
@@ -56,14 +73,16 @@ class Page:
         for k, text in enumerate(heading):
             y, size, weight = up - 0.14 - 0.07 * bool(k) - 0.18 * k, 8.0 if k else 11.0, "normal" if k else "bold"
             self.write(MARGIN, y, text, size, across - 2.0 * MARGIN, fontweight=weight)
-        self._x, self._y = width + 2.0 * MARGIN, top
+        self._y = top
         for rows in shown:
             self._table(rows)
             self._y -= LINE
-        for text in lines:
-            self.write(self._x, self._y, text, 7.0, fontstyle="italic")
-            self._y -= 0.85 * LINE
-        self._y -= LINE * bool(lines)
+        x, y = (LEFT, self.low - UNDER) if under else (self._x, self._y)
+        for text in below if under else beside:
+            self.write(x, y, text, 7.0, fontstyle="italic")
+            y -= NOTE
+        if notes and not under:
+            self._y = y - LINE
 
     def _table(self, rows: Rows) -> None:
         """Write rows into the column; numbers are under each other at their right edge."""
@@ -138,16 +157,20 @@ class Page:
         )  # fmt: skip
 
 
-def _column(tables: Sequence[Rows], notes: Sequence[str]) -> tuple[list[Rows], list[str], float]:
-    """The tables of a column as they are shown, the lines of its notes, and its height with the key [inches]."""
-    shown = [[*rows[: ROWS + 1], *([("", f"and {len(rows) - ROWS - 1} more")] * (len(rows) > ROWS + 1))] for rows in tables]
-    lines = [part for note in notes for part in textwrap.wrap(note, 62)]
-    return shown, lines, LINE * (sum(len(rows) + 1.2 for rows in shown) + len(lines) + 7.0) if shown else 0.0
+def _cut_rows(rows: Rows) -> Rows:
+    """A table as it is shown."""
+    return [*rows[: ROWS + 1], *([("", f"and {len(rows) - ROWS - 1} more")] * (len(rows) > ROWS + 1))]
 
 
-def column_height(tables: Sequence[Rows], notes: Sequence[str]) -> float:
-    """Height of a column with its key [inches]."""
-    return _column(tables, notes)[2]
+def _wrapped(notes: Sequence[str], width: float) -> list[str]:
+    """The lines of notes that are as wide as this [inches]."""
+    return [part for note in notes for part in textwrap.wrap(note, max(int(17.2 * width), 20))]
+
+
+def column_height(tables: Sequence[Rows], notes: Sequence[str], signs: int = 7) -> float:
+    """Height of a column with a key of so many signs [inches]."""
+    rows = sum(len(_cut_rows(rows)) + 1.2 for rows in tables)
+    return LINE * (rows + signs) + NOTE * len(_wrapped(notes, COLUMN)) if tables else 0.0
 
 
 def cut(name: str, most: int) -> str:

@@ -54,6 +54,9 @@ LETTERS, SMALL, TAG, OWN = 7.5, 6.0, 0.09, 0.07
 """Size of labels and of those of circles [pt], radius of a ring with a number, and room that a centre of percussion takes around
 itself [inches]."""
 
+FARTHER = (1.0, 2.0)
+"""Distances of a label from its mark that are tried, in gaps."""
+
 THIN = 0.9
 """Half the width of a body, as a share of that radius, below which its number is beside it."""
 
@@ -226,7 +229,11 @@ class Labels:
         """Write a short text beside a mark (2,) [m], at a gap [inches] on the side where it covers least."""
         size = self._size(text, LETTERS)
         sides = ((1, 0), (-1, 0), (0, 1), (0, -1), (1, 1), (1, -1), (-1, 1), (-1, -1))
-        shifts = [np.array(side) * (gap * self._inch + size / 2.0) * (1.0 if 0 in side else 0.8) for side in sides]
+        shifts = [
+            np.array(side) * (farther * gap * self._inch + size / 2.0) * (1.0 if 0 in side else 0.8)
+            for farther in FARTHER
+            for side in sides
+        ]
         look: dict[str, Any] = {"color": PALE, "fontweight": "normal"} if faint else {"fontweight": "bold"}
         self._write([mark + shift for shift in shifts], text, LETTERS, **look)
 
@@ -247,6 +254,7 @@ class Labels:
             cost = 4.0 * box.intersection(self._taken).area + 2.0 * box.difference(self._window).area
             cost += 0.5 * size[1] * box.intersection(self._edges).length
             options.append((round(float(cost / size.prod()), 9), middle, box))
+        # Of places that cover as much the first one, which is the nearest.
         _, middle, box = min(options, key=lambda option: option[0])
         self._taken = shapely.union(self._taken, box)
         backing = {"boxstyle": "round,pad=0.06", "facecolor": PAPER, "edgecolor": "none", "alpha": 0.8}

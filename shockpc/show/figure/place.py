@@ -5,16 +5,14 @@ from typing import Any
 import numpy as np
 import shapely
 from matplotlib.axes import Axes
-from matplotlib.colors import LinearSegmentedColormap, to_hex
 from matplotlib.figure import Figure
-from matplotlib.ticker import MaxNLocator
 
 from shockpc.core.spatial import Array, Plane
 from shockpc.robot.geometry import Shape
-from shockpc.show.figure.layout import LEFT, Page, Rows, cut, short
+from shockpc.show.figure.layout import LEFT, Page, Rows, column_height, cut, short
 from shockpc.show.figure.picture import GOLD, SIGNS, Labels, letter, outlined, sign
 from shockpc.show.figure.silhouette import Edges, projection, silhouette, surface, to_plane
-from shockpc.show.figure.style import BANDS, INK
+from shockpc.show.figure.style import INK, shock_levels
 from shockpc.show.figure.view import Window, body_shapes
 from shockpc.show.wording import count, joint_model_text, posture_text, robot_name
 from shockpc.studies.place.study import PlaceStudy
@@ -57,7 +55,10 @@ def draw_place(study: PlaceStudy) -> Figure:
     inch = float(max(extent[0] + extent[1], extent[2] + extent[1])) / (ROOM - GAP - 4.0 * PAD)
     low, high = low - PAD * inch, high + PAD * inch
     width, depth, height = (high - low) / inch
-    page = Page(LEFT + width + GAP + depth, FOOT + height + GAP + depth, _heading(study), [_rows(study)], _notes(study, len(copc)))
+    tables, notes = [_rows(study)], _notes(study, len(copc))
+    # Above the front view, if there is room.
+    column = LEFT + width + 2.0 * GAP if column_height(tables, notes, signs=4) < depth + GAP else None
+    page = Page(LEFT + width + GAP + depth, FOOT + height + GAP + depth, _heading(study), tables, notes, column)
     views, seen, edges = [], [study.fields.at(marks)], dict[int, Edges]()
     lines = np.linspace(low, high, CELLS + 1)
     for pair in VIEWS.values():
@@ -70,9 +71,7 @@ def draw_place(study: PlaceStudy) -> Figure:
         seen.append(values[shapely.contains_xy(region, *to_plane(points, plane).T)] if shapes else values)
         views.append((plane, region, values.reshape(CELLS + 1, CELLS + 1).T))
     shocks = np.concatenate(seen)
-    levels = MaxNLocator(nbins=9, steps=[1, 2, 2.5, 5, 10]).tick_values(shocks.min(), max(shocks.max(), shocks.min() + 1e-9))
-    ramp = LinearSegmentedColormap.from_list("shock", [*BANDS[:5], "#3a6ea8", "#23406e"], N=len(levels) - 1)
-    colours = [to_hex(colour) for colour in ramp(np.arange(len(levels) - 1))]
+    levels, colours = shock_levels(float(shocks.min()), float(shocks.max()))
     places = (LEFT, 0.0), (LEFT, height + GAP), (LEFT + width + GAP, 0.0)
     for (name, pair), (x, y), (plane, region, values) in zip(VIEWS.items(), places, views, strict=True):
         i, j = pair

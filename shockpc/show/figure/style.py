@@ -13,9 +13,12 @@ from collections.abc import Callable
 from contextlib import AbstractContextManager
 from typing import Any
 
+import numpy as np
 from matplotlib import rc_context, rcParamsDefault
-from matplotlib.colors import to_rgb
+from matplotlib.axes import Axes
+from matplotlib.colors import LinearSegmentedColormap, to_hex, to_rgb
 from matplotlib.figure import Figure
+from matplotlib.ticker import MaxNLocator
 
 EDGES = (0.0, 0.1, 0.25, 0.5, 0.75, 0.95, 1.05, 1.25, 1.5, 2.0, math.inf)
 """Limits of the bands: shock |Δv| / v_in [1]."""
@@ -77,6 +80,16 @@ def band(shock: float) -> int:
     return next(i for i, upper in enumerate(EDGES[1:]) if shock <= upper)
 
 
+def shock_levels(least: float, greatest: float) -> tuple[list[float], list[str]]:
+    """Levels of a map of shocks [1] and the colours between them: the bands, or blues where all are below that of the contact."""
+    if greatest > EDGES[5]:
+        return list(EDGES), list(BANDS)
+    ticks = MaxNLocator(nbins=9, steps=[1, 2, 2.5, 5, 10]).tick_values(least, max(greatest, least + 1e-9))
+    levels = [float(x) for x in ticks]
+    blues = LinearSegmentedColormap.from_list("shock", [*BANDS[:5], "#3a6ea8", "#23406e"], N=len(levels) - 1)
+    return levels, [to_hex(blues(k)) for k in range(len(levels) - 1)]
+
+
 def faded(colour: str, share: float) -> tuple[float, float, float]:
     """A colour mixed with a share, 0 to 1, of the background."""
     r, g, b = to_rgb(colour)
@@ -88,6 +101,15 @@ def new_chart(width: float, height: float, title: str) -> Figure:
     figure = Figure(figsize=(width, height), layout="constrained")
     figure.suptitle(title, x=0.01, ha="left")
     return figure
+
+
+def histogram(axes: Axes, heights: np.ndarray, edges: np.ndarray, shock: bool, median: float) -> None:
+    """Draw how often values occur, heights (n,) between edges (n + 1,): shocks in the colours of their bands; dashed: median."""
+    middles = 0.5 * (edges[1:] + edges[:-1])
+    colours = [BANDS[band(max(x, 0.0))] if shock else COUNTS for x in middles]
+    axes.bar(edges[:-1], heights, np.diff(edges), align="edge", color=colours)
+    axes.stairs(heights, edges, color=INK, linewidth=0.6)
+    axes.axvline(median, color=INK, linewidth=0.8, linestyle="--")
 
 
 def settings() -> AbstractContextManager[None]:

@@ -6,7 +6,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 from matplotlib.axes import Axes
-from matplotlib.colors import ListedColormap
+from matplotlib.colors import BoundaryNorm, ListedColormap, Normalize
 from matplotlib.figure import Figure
 from matplotlib.ticker import MaxNLocator
 
@@ -14,7 +14,7 @@ from shockpc.core.spatial import Array
 from shockpc.evaluation.summary import Extent, Summary
 from shockpc.evaluation.variation import Variation
 from shockpc.evaluation.varied import VariedLandings
-from shockpc.show.figure.style import BANDS, COUNTS, CURVES, INK, PAPER, SHOCK, band, new_chart
+from shockpc.show.figure.style import CURVES, INK, PAPER, SHOCK, histogram, new_chart, shock_levels
 from shockpc.show.wording import robot_name
 from shockpc.text.printed import printable
 
@@ -28,7 +28,7 @@ USUAL = 98.0
 """Share of a map's values that its colours tell apart, where others are far greater [%]."""
 
 COLOUR_MAP = "YlGnBu"
-"""Light to dark, as the bands of the other figures."""
+"""Of what is no shock."""
 
 
 class _Curve(NamedTuple):
@@ -49,7 +49,7 @@ def draw_sweep(summary: Summary[VariedLandings]) -> Figure:
     if not shown:
         return new_chart(5.0, 1.0, f"{title}: no landing could be computed")
     values = [
-        _Curve(printable(extent.column.name, 60), _label(extent), np.where(np.isfinite(extent.values), extent.values, np.nan))
+        _Curve(printable(extent.column.title, 60), _label(extent), np.where(np.isfinite(extent.values), extent.values, np.nan))
         for extent in shown
         if extent.values is not None
     ]
@@ -76,6 +76,13 @@ def _label(extent: Extent) -> str:
     return SHOCK if column.shock else printable(f"{entry.title} [{entry.unit.replace('1', '-')}]", 60)
 
 
+def _axis(variable: Variation) -> str:
+    """What is varied, in words, with its unit."""
+    kind, unit = variable.kind.replace("-", " "), f" [{variable.unit}]" if variable.unit else ""
+    words = variable.subject if variable.kind == "joint" else f"{kind} of {variable.target}" if variable.target else kind
+    return printable(f"{words}{'' if variable.kind == 'contact' else unit}", 60)
+
+
 def _curves(title: str, variable: Variation, panels: Mapping[str, Sequence[_Curve]], varied: str = "") -> Figure:
     """Curves over one variable: panels one above the other, each with curves of one label.
 
@@ -98,7 +105,7 @@ def _curves(title: str, variable: Variation, panels: Mapping[str, Sequence[_Curv
             axes.set_ylim(bottom=0.0)
         axes.grid(True)
         axes.legend(loc="center left", bbox_to_anchor=(1.0, 0.5), title=varied or None)
-    axes.set_xlabel(printable(variable.column, 60))
+    axes.set_xlabel(_axis(variable))
     return figure
 
 
@@ -116,14 +123,20 @@ def _maps(title: str, slow: Variation, fast: Variation, grids: Sequence[_Curve])
         # A few values that are far greater than all others would leave those in one colour.
         open_end = most > 2.0 * usual > 0.0
         most = usual if open_end else most
-        scale = {"vmin": least, "vmax": most if most > least else least + 1.0}
+        scale: dict[str, Any] = {"cmap": COLOUR_MAP, "norm": Normalize(least, most if most > least else least + 1.0)}
+        levels = [float(x) for x in MaxNLocator(6).tick_values(least, most)]
+        if label == SHOCK:
+            levels, colours = shock_levels(least, most)
+            finite = [level for level in levels if math.isfinite(level)]
+            extend: Any = "neither" if len(finite) == len(levels) else "max"
+            scale = {"cmap": ListedColormap(colours), "norm": BoundaryNorm(finite, len(colours), extend=extend)}
         for panel, grid in own:
             place = np.array(fast.values, dtype=float), np.array(slow.values, dtype=float), grid.values
-            mesh = panel.pcolormesh(*place, cmap=COLOUR_MAP, shading="nearest", rasterized=True, **scale)
-            panel.set(title=grid.name, xlabel=printable(fast.column, 60), ylabel=printable(slow.column, 60))
+            mesh = panel.pcolormesh(*place, shading="nearest", rasterized=True, **scale)
+            panel.set(title=grid.name, xlabel=_axis(fast), ylabel=_axis(slow))
             if min(grid.values.shape) > 2 and np.nanmax(grid.values) > np.nanmin(grid.values):
                 contrast = {"cmap": ListedColormap([INK, PAPER]), "vmin": least, "vmax": most + 0.1 * (most - least)}
-                lines = panel.contour(*place, levels=MaxNLocator(6).tick_values(least, most)[1:-1], linewidths=0.6, **contrast)
+                lines = panel.contour(*place, levels=levels[1:-1], linewidths=0.6, **contrast)
                 panel.clabel(lines, fontsize=6.5, fmt="%g")
         figure.colorbar(mesh, ax=[panel for panel, _ in own], aspect=30, label=label, extend="max" if open_end else "neither")
     for unused in panels[len(grids) :]:
@@ -155,15 +168,11 @@ def _distributions(title: str, extents: Sequence[Extent], summary: Summary[Varie
         )
         shares = extent.counts.reshape(-1, joined).sum(axis=1) / total
         edges = np.linspace(low - margin, high + margin, len(shares) + 1)
-        middle = 0.5 * (edges[1:] + edges[:-1])
-        colours = [BANDS[band(max(x, 0.0))] if extent.column.shock else COUNTS for x in middle]
-        panel.bar(edges[:-1], shares, np.diff(edges), align="edge", color=colours)
-        panel.stairs(shares, edges, color=INK, linewidth=0.6)
-        panel.axvline(extent.median, color=INK, linewidth=0.8, linestyle="--")
+        histogram(panel, shares, edges, extent.column.shock, extent.median)
         name = printable(extent.column.name if common else extent.column.heading, 60)
         panel.set(title=f"{name}: median {extent.median:.3g}, greatest {extent.greatest:.3g}", yticks=[])
         panel.spines["left"].set_visible(False)
-        if extent.least >= 0.0:
+        if 0.0 <= extent.least < 0.5 * extent.greatest:
             panel.set_xlim(left=0.0)
     figure.supylabel("share of landings")
     panels[-1].set_xlabel(f"{_label(extents[0])}; dashed: median" if common else "dashed: median")

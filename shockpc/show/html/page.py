@@ -35,7 +35,7 @@ from shockpc.show.html.charts import CONFIG, STYLES, history, picture, placed
 from shockpc.show.html.surfaces import Surface, surfaces
 from shockpc.show.reports.report import Picture, Report, Section
 from shockpc.show.tables import Cell, Lines, Sheet, rounded
-from shockpc.show.wording import BRACKETED
+from shockpc.show.wording import BRACKETED, robot_name
 from shockpc.text.printed import printable
 
 MOST_TRIANGLES, MOST_BODIES, SAMPLES = 90_000, 500, 400
@@ -66,7 +66,7 @@ def page(report: Report, files: Mapping[str, str | bytes], library: Path | None,
     most = MOST_BODIES // max((len(profile.bodies) for profile in report.landings.values()), default=1)
     shown = {} if library is None else dict(list(report.landings.items())[: max(most, 1)])
     here = Path(__file__).parent
-    title = _text(report.title or next((f"Shock of {profile.robot.name}" for profile in shown.values()), report.name))
+    title = _text(report.title or next((f"Shock of {robot_name(profile.robot)}" for profile in shown.values()), report.name))
     parts = [(name, report.parts[name]) for name in shown if name in report.parts]
     blocks: list[tuple[str, int | None, list[Section], Report]]
     blocks = [(f"{name}/", number, list(part.body(True)), part) for number, (name, part) in enumerate(parts)]

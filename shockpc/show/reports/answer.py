@@ -7,7 +7,7 @@ from shockpc.quantities.profile import ShockProfile
 from shockpc.show.tables import Cell, Row, Sheet, largest, rounded
 from shockpc.show.wording import BRACKETED, mostly_off_plane
 
-PLACES = 14
+PLACES = 8
 """Bodies in the table of shocks."""
 
 USUAL = {"posture": "standing", "base": "falls freely", "plane": "xz"}

@@ -17,10 +17,20 @@ from shockpc.quantities.profile import ContactImpulse, ShockProfile
 from shockpc.quantities.table import Selection, quantities_of, quantity
 from shockpc.robot.robot import STOP
 from shockpc.show.document import content
-from shockpc.show.reports.answer import in_plane, landing_lines, shocks_sheet
+from shockpc.show.reports.answer import PLACES, in_plane, landing_lines, shocks_sheet
 from shockpc.show.reports.report import Picture, Report, Section, picture_files
 from shockpc.show.tables import Lines, Row, Sheet, largest, rounded
-from shockpc.show.wording import contact_name, count, header_lines, proof_text, shared_lines, shown_as, vector_text, warning_lines
+from shockpc.show.wording import (
+    contact_name,
+    count,
+    header_lines,
+    proof_text,
+    robot_name,
+    shared_lines,
+    shown_as,
+    vector_text,
+    warning_lines,
+)
 from shockpc.text.printed import few
 
 BODIES = (
@@ -32,7 +42,7 @@ BODIES = (
 DETAILS = ("velocity jumps on these contacts", "modes, and the normal force that they carry")
 """Tables of a landing on contacts of finite stiffness that the answer leaves out."""
 
-JOINTS = 6
+JOINTS = 4
 """Joints in the tables of an answer."""
 
 MORE = ["--all prints everything that was computed"]
@@ -58,11 +68,11 @@ def landing_report(
     """
     return Report(
         name="profile",
-        title=f"Shock of {profile.robot.name} landing on {contact_name(profile)}",
+        title=f"Shock of {robot_name(profile.robot)} landing on {contact_name(profile)}",
         body=lambda full: [
             Lines(_summary(profile)),
             Lines(header_lines(profile)),
-            Picture("shock", f"shock profile of {profile.robot.name}", "landing:draw_landing", (profile,)),
+            Picture("shock", f"shock profile of {robot_name(profile.robot)}", "landing:draw_landing", (profile,)),
             *_tables(profile, bodies, None if full else 6),
             *_damage_picture([profile]),
             *_time_pictures(profile, spectrum),
@@ -109,12 +119,12 @@ def analyze_report(
     parts = {name: landing_report(profile, bodies, spectrum, whole) for name, profile in zip(names, profiles, strict=True)}
     if len(parts) == 1:
         return next(iter(parts.values()))
-    sheet = functools.partial(_side_by_side, profiles, bodies)
+    sheet = functools.partial(_side_by_side, profiles, bodies, None)
     landings = dict(zip(names, profiles, strict=True))
 
     def answers() -> list[Section]:
         each = [Lines(_summary_with_ground(profile), name) for name, profile in landings.items()]
-        return [Lines(landing_lines(shared_lines(landings))), *each, sheet(), Lines(MORE)]
+        return [Lines(landing_lines(shared_lines(landings))), *each, _side_by_side(profiles, bodies, PLACES), Lines(MORE)]
 
     return Report(
         name="summary",
@@ -373,7 +383,7 @@ def _damage_picture(profiles: Sequence[ShockProfile]) -> list[Picture]:
     """The damage boundaries of the parts with the landings on them; nothing without parts."""
     if not any(isinstance(one.strength, Strength) for profile in profiles for one in profile.parts):
         return []
-    return [Picture("damage", f"damage boundary of parts of {profiles[0].robot.name}", "damage:draw_damage", (profiles,))]
+    return [Picture("damage", f"damage boundary of parts of {robot_name(profiles[0].robot)}", "damage:draw_damage", (profiles,))]
 
 
 def _torque_note(profile: ShockProfile) -> str:
@@ -502,7 +512,7 @@ def _time_pictures(profile: ShockProfile, spectrum: bool) -> list[Picture]:
     """The landing over time on contacts of finite stiffness, and on request the shock response spectrum of the points."""
     if profile.stiffness is None:
         return []
-    name = profile.robot.name
+    name = robot_name(profile.robot)
     pictures = [Picture("time", f"forces, accelerations and torques of {name} over time", "history:draw_time", (profile,))]
     if spectrum and any(place.body >= 0 for place in profile.places("point")):
         pictures.append(Picture("spectrum", f"shock response spectrum of points of {name}", "history:draw_spectrum", (profile,)))
@@ -579,18 +589,21 @@ def _ground_lines(profile: ShockProfile) -> list[str]:
     return [f"{name}: {lost}, residual {sliding.residual:.0e}, not proven{others}; {rest}"]
 
 
-def _side_by_side(profiles: Sequence[ShockProfile], bodies: Sequence[int] | None) -> Sheet:
-    """Several landings side by side: shock at every body's centre of mass and at every point, a column for each landing."""
-    rows: list[Row] = [
-        (body, *(profile.shock_com[i] for profile in profiles))
-        for i, body in enumerate(profiles[0].bodies)
-        if (bodies is None or i in bodies) and any(profile.moved[i] for profile in profiles)
+def _side_by_side(profiles: Sequence[ShockProfile], bodies: Sequence[int] | None, most: int | None) -> Sheet:
+    """Several landings side by side: shock at bodies' centres of mass and at every point. Args: most, bodies; None for all."""
+    first = profiles[0]
+    shown = [
+        i for i in range(len(first.bodies)) if (bodies is None or i in bodies) and any(profile.moved[i] for profile in profiles)
     ]
+    shocks = [tuple(profile.shock_com[i] for profile in profiles) for i in shown]
+    trunk = int(first.robot.masses.argmax())
+    sizes = [math.inf if i == trunk else max(own) for i, own in zip(shown, shocks, strict=True)]
+    rows, notes = largest([(first.bodies[i], *own) for i, own in zip(shown, shocks, strict=True)], most, "body", sizes)
     rows += [
         (f"at {points[0].frame}", *(point.shock for point in points)) for points in zip(*(p.points for p in profiles), strict=True)
     ]
     header = ("shock at", *map(contact_name, profiles))
-    return Sheet("summary: shock at each body's CoM and at each point [-], by contact", header, rows)
+    return Sheet("summary: shock at each body's CoM and at each point [-], by contact", header, rows, notes)
 
 
 def _balance_lines(profile: ShockProfile) -> list[str]:

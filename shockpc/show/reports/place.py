@@ -8,7 +8,7 @@ from shockpc.quantities.profile import ShockProfile
 from shockpc.show.document import record
 from shockpc.show.reports.report import Picture, Report
 from shockpc.show.tables import Lines, Row, Sheet, largest, sheet_of
-from shockpc.show.wording import count, proof_text, shared_lines, shared_warnings
+from shockpc.show.wording import count, proof_text, robot_name, shared_lines, shared_warnings
 from shockpc.studies.place.study import PlaceStudy, SensorPlace
 from shockpc.text.printed import cause_lines, causes, few
 
@@ -19,7 +19,7 @@ def place_report(study: PlaceStudy) -> Report:
     failed = [f"not computed: {line}" for line in cause_lines(refused, "landings", 6)]
     return Report(
         name="place",
-        title=f"Place of least shock on {study.robot.bodies[study.body].name} of {study.robot.name}",
+        title=f"Place of least shock on {study.robot.bodies[study.body].name} of {robot_name(study.robot)}",
         body=lambda full: [
             Lines(_header(study)),
             Picture("place", "greatest shock over the body", "place:draw_place", (study,)),

@@ -13,7 +13,7 @@ from shockpc.evaluation.varied import VariedLandings
 from shockpc.show.document import record
 from shockpc.show.reports.report import Picture, Report
 from shockpc.show.tables import Lines, Row, Sheet, largest
-from shockpc.show.wording import LEFT_OUT, proof_lines, without_value
+from shockpc.show.wording import LEFT_OUT, proof_lines, robot_name, without_value
 from shockpc.text.printed import cause_lines
 
 MESSAGES = 5
@@ -28,7 +28,7 @@ def sweep_report(summary: Summary[VariedLandings]) -> Report:
     """The summary of a sweep, whose rows have files of their own."""
     return Report(
         name="summary",
-        title=f"Sweep of {summary.evaluation.landings.robot.name}",
+        title=f"Sweep of {robot_name(summary.evaluation.landings.robot)}",
         page="summary",
         body=lambda whole: [
             _sheet(summary),
@@ -86,7 +86,7 @@ def _sheet(summary: Summary[VariedLandings]) -> Sheet:
     low_head, *high_heads = (f"{share} %" for share in PERCENTILES)
     inner_heads = (low_head, "median", *high_heads) if sample else ("median",)
     header = ("quantity", "least", *inner_heads, "greatest", "row of least", "row of greatest")
-    return Sheet(f"sweep of {summary.evaluation.landings.robot.name}: {summary.rows} landings", header, rows)
+    return Sheet(f"sweep of {robot_name(summary.evaluation.landings.robot)}: {summary.rows} landings", header, rows)
 
 
 def _correlations(summary: Summary[VariedLandings], most: int | None) -> Sheet:
