@@ -63,7 +63,7 @@ def test_interrupt_ends_what_still_runs():
 @pytest.mark.parametrize("answer", [b"", b"HTTP/1.1 400 Bad Request\r\n\r\n" * 9], ids=["silent", "other"])
 def test_a_server_that_is_no_scheduler_is_one_message(monkeypatch, answer):
     """Also one that accepts the connection and says nothing, or what is read as the size of a huge message."""
-    monkeypatch.setattr("shockpc.evaluation.executor.PATIENCE", 1.0)
+    monkeypatch.setattr("shockpc.evaluation.executor.PATIENCE", 0.2)
     with socket.create_server(("127.0.0.1", 0)) as server:
         held = []
 

@@ -37,10 +37,10 @@ def stick(tmp_path):
     return path
 
 
-def command(*words: object, stderr=subprocess.PIPE, **options) -> subprocess.Popen[str]:
+def command(*words: object, code="from shockpc.cli.entry import entry; entry()", stderr=subprocess.PIPE, **options):
     """A sweep in a process of its own, in its own group of processes."""
     return subprocess.Popen(
-        [sys.executable, "-m", "shockpc", "sweep", *map(str, words)],
+        [sys.executable, "-c", code, "sweep", *map(str, words)],
         stdout=subprocess.PIPE, stderr=stderr, text=True, start_new_session=True, **options,
     )  # fmt: skip
 
@@ -55,12 +55,19 @@ def files(folder: Path) -> dict[str, bytes]:
     return {str(path.relative_to(folder)): path.read_bytes() for path in folder.rglob("*") if path.is_file()}
 
 
-def wait_for_parts(folder: Path, count: int, process: subprocess.Popen[str]) -> None:
+def wait_until(condition) -> None:
     end = time.monotonic() + 60.0
-    while len(list((folder / "rows").glob("part-*"))) < count:
-        assert process.poll() is None, process.communicate()
+    while not condition():
         assert time.monotonic() < end
         time.sleep(0.01)
+
+
+def wait_for_parts(folder: Path, count: int, process: subprocess.Popen[str]) -> None:
+    def written():
+        assert process.poll() is None, process.communicate()
+        return len(list((folder / "rows").glob("part-*"))) >= count
+
+    wait_until(written)
 
 
 def test_parts_are_one_table_with_the_scene_in_its_metadata(capfd, stick, tmp_path):
@@ -379,7 +386,7 @@ def test_folder_of_another_sweep_is_refused(capfd, stick, tmp_path):
     ],
 )
 def test_bad_options_are_one_message_and_leave_nothing(capfd, stick, tmp_path, monkeypatch, words, message):
-    monkeypatch.setattr("shockpc.evaluation.executor.PATIENCE", 1.0)
+    monkeypatch.setattr("shockpc.evaluation.executor.PATIENCE", 0.1)
     outcome = run(capfd, "sweep", stick, "--contact", "foot", *words, "--out", tmp_path / "out")
     assert (outcome.code, outcome.out) == (2, "")
     assert message in outcome.err
@@ -403,55 +410,55 @@ def dask(*words: object, folder: Path):
 
 def scheduler_address(folder: Path):
     """The address of the scheduler of a folder, once it has started."""
-    info, end = folder / "scheduler.json", time.monotonic() + 60.0
-    while not (info.exists() and info.read_text().rstrip().endswith("}")) and time.monotonic() < end:
-        time.sleep(0.1)
+    info = folder / "scheduler.json"
+    wait_until(lambda: info.exists() and info.read_text().rstrip().endswith("}"))
     return json.loads(info.read_text())["address"]
 
 
-def test_cluster_without_workers_is_refused_or_waited_for(stick, tmp_path):
-    """A scheduler alone: a message within 10 s, and with --wait the rows once there is a worker."""
-    out = ("--contact", "foot", "--vary", "knee=-60:60:3", "--prove", "0", "--out", tmp_path / "out", "--cluster")
-    with dask("scheduler", "--host", "127.0.0.1", "--port", 0, folder=tmp_path) as _:
+IMPATIENT = """
+import sys
+from shockpc.evaluation import executor
+from shockpc.cli.entry import entry
+executor.ABSENT = 1
+entry()
+"""
+"""Code of a command that waits for half a second until it says that a cluster has no worker."""
+
+
+def test_a_cluster(whole, tmp_path):
+    """A scheduler alone, with a worker, with two of which one is killed in mid-run, and with one that is killed in mid-run.
+
+    Without workers there is a message, and with --wait the rows once there is one. With the workers that are left the files are
+    those of one local process; when the last one is lost there is a message.
+    """
+    (stick, local), one = whole, ("worker", "--nthreads", 1, "--no-nanny", "--host", "127.0.0.1")
+    few = ("--contact", "foot", "--vary", "knee=-60:60:3", "--prove", "0", "--out", tmp_path / "few")
+
+    def clustered(*words: object) -> subprocess.Popen[str]:
+        return command(stick, *words, "--cluster", address, code=IMPATIENT)
+
+    with dask("scheduler", "--host", "127.0.0.1", "--port", 0, folder=tmp_path):
         address = scheduler_address(tmp_path)
-        code, text, err = done(command(stick, *out, address))
+        code, text, err = done(clustered(*few))
         assert (code, text, err.count("\n")) == (2, "", 1)
         assert "has no worker; start some with: dask worker" in err
-        assert not (tmp_path / "out" / "rows").exists()
-        process = command(stick, *out, address, "--wait")
-        assert "has no worker" in process.stderr.readline()
-        with dask("worker", "--nthreads", 1, "--no-nanny", "--host", "127.0.0.1", folder=tmp_path):
-            assert done(process)[0] == 0
-
-
-def test_cluster_that_loses_a_worker_writes_the_same_bytes(whole, tmp_path):
-    """A scheduler and two workers on loopback, one of which is killed in mid-run, against one local process."""
-    worker = ("worker", "--nthreads", 1, "--no-nanny", "--host", "127.0.0.1")
-    (stick, local), clustered = whole, tmp_path / "clustered"
-    with (
-        dask("scheduler", "--host", "127.0.0.1", "--port", 0, folder=tmp_path),
-        dask(*worker, folder=tmp_path) as first,
-        dask(*worker, folder=tmp_path),
-    ):
-        process = command(stick, *MANY, "--out", clustered, "--cluster", scheduler_address(tmp_path))
-        wait_for_parts(clustered, 1, process)
-        first.kill()
-        code, _, err = done(process)
-        assert (code, err) == (0, "")
-    assert files(clustered) == files(local)
-
-
-def test_cluster_that_loses_all_its_workers_is_left(stick, tmp_path):
-    """The only worker is killed in mid-run: a message within seconds, and what is complete can be continued."""
-    out = tmp_path / "out"
-    with (
-        dask("scheduler", "--host", "127.0.0.1", "--port", 0, folder=tmp_path),
-        dask("worker", "--nthreads", 1, "--no-nanny", "--host", "127.0.0.1", folder=tmp_path) as worker,
-    ):
-        process = command(stick, *MANY, "--out", out, "--cluster", scheduler_address(tmp_path))
-        wait_for_parts(out, 1, process)
-        worker.kill()
-        code, text, err = done(process)
+        assert not (tmp_path / "few" / "rows").exists()
+        waiting = clustered(*few, "--wait")
+        assert "has no worker" in waiting.stderr.readline()
+        with dask(*one, folder=tmp_path) as last:
+            assert done(waiting)[0] == 0
+            with dask(*one, folder=tmp_path) as first:
+                wait_until(lambda: (tmp_path / "worker.log").read_text().count("Registered to") == 2)
+                process = clustered(*MANY, "--out", tmp_path / "out")
+                wait_for_parts(tmp_path / "out", 1, process)
+                first.kill()
+                code, _, err = done(process)
+            assert (code, err) == (0, "")
+            assert files(tmp_path / "out") == files(local)
+            process = clustered(*MANY, "--out", tmp_path / "lost")
+            wait_for_parts(tmp_path / "lost", 1, process)
+            last.kill()
+            code, text, err = done(process)
     assert (code, text) == (2, "")
     assert "lost all its workers; start some with: dask worker" in err
 

@@ -114,7 +114,7 @@ def _dask(address: str, waiting: Callable[[str], object] | None) -> Iterator[Exe
     # A server that is no scheduler may send nothing for ever, or numbers that are read as sizes; neither is under the timeout.
     threading.Thread(target=connect, daemon=True).start()
     try:
-        client = answer.result(PATIENCE + 1.0)
+        client = answer.result(1.1 * PATIENCE)
     except Exception as refusal:
         why = " ".join(str(refusal).split()) or f"nothing within {PATIENCE:g} s"
         raise StudyError(f'no Dask scheduler answers at "{address}" ({why}); start one with: dask scheduler') from None
