@@ -71,8 +71,11 @@ def solved(family, variant, value):
 
 @pytest.mark.parametrize("name", FAMILIES)
 def test_hard_cases_get_proven_numbers(name):
-    """All of the benchmark that have an answer: no error is above the bound, and that is rounding; maps agree, or are flagged."""
-    cases = [case for case in FAMILIES[name].cases() if solved(*case[:3])]
+    """Those of the benchmark that have an answer: no error is above the bound, and that is rounding; maps agree, or are flagged.
+
+    Chains of 200 links, which take longer than all others, are left to the two tests after this one.
+    """
+    cases = [case for case in FAMILIES[name].cases() if case.value != "200" and solved(*case[:3])]
     assert cases
     for case in cases:
         profile, exact = solved(*case[:3])
@@ -110,6 +113,7 @@ def test_the_impact_of_500_links_is_proven():
 def test_the_error_of_double_precision_is_the_true_one(case):
     """Reported error of the solution in double precision; and that of a solution with a known error."""
     profile, exact = solved(*case)
+    assert excess(profile, exact) <= 1.0
     true = body_errors(profile.landing, exact, profile.double_jumps[..., 3])[profile.moved]
     assert 1e-10 < profile.health.double_error == pytest.approx(true.max(), rel=1e-6)
     for share in (1e-3, 1e-9):
