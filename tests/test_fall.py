@@ -2,12 +2,13 @@
 
 import json
 import math
+from dataclasses import replace
 
 import numpy as np
 import pytest
 from commands import good, run
 
-from shockpc import Contact, Scene, SolveError, Strike, StudyError, fall, load_robot, shock_profile
+from shockpc import Contact, Joints, Scene, SolveError, Strike, StudyError, fall, load_robot, shock_profile
 from shockpc.landing.scene import GRAVITY
 from shockpc.studies.fall.body import Rigid
 from shockpc.studies.fall.motion import Motion, Section, follow
@@ -211,7 +212,9 @@ def test_every_strike_is_a_landing(falls):
     assert len(falls.table) == len(falls.results) > 6
     for one in falls.results:
         profile = shock_profile(one.strike.scene)
-        down = {contact.frame: -contact.approach[2] for contact in profile.contacts}
+        striking = profile.contacts[: len(one.strike.pressing)]
+        assert all(contact.approach[2] == 0.0 for contact in profile.contacts[len(striking) :])  # slides
+        down = {contact.frame: -contact.approach[2] for contact in striking}
         assert down == pytest.approx({link: one.strike.struck[link] for link in one.strike.pressing}, rel=1e-9)
         impulses = [contact.impulse[2] for contact in (*profile.contacts, *profile.stance) if contact.impulse is not None]
         assert min(impulses, default=0.0) >= -1e-5 * max(impulses, default=0.0)
@@ -230,6 +233,23 @@ def select_all(profile, key):
 
     selection = select(key)
     return selection, profile.places(selection.quantity.of)
+
+
+@pytest.mark.parametrize("friction", [None, 0.3])
+def test_strikes_of_a_rigid_robot_are_those_of_its_fall(figure, friction):
+    """With locked joints the jump of the rotation is that of the body in the plane, on edges that stand or slide too."""
+    found = fall(replace(figure, friction=friction, joints=Joints(model="locked")), headings=("front", "back"))
+    assert found.failures == ()
+    touches = {
+        (touch.before.theta, touch.before.omega): touch for tip in found.tips for touch in tip.fall.touches if touch.speed >= 0.1
+    }
+    left = {tip.name: np.cross([0.0, 0.0, 1.0], tip.forward) for tip in found.tips}
+    assert {"pivots", "slides"} <= {one.strike.motion for one in found.results}
+    for one in found.results:
+        profile, touch = one.profile, touches[one.strike.rotation, one.strike.rate]
+        impact = profile.friction and profile.friction.impact
+        jump = profile.delta_omega[0] if impact is None else impact.jumps[0, 0, :3, 3]
+        assert left[one.strike.fall] @ profile.rotation[0] @ jump == pytest.approx(touch.after.omega - touch.before.omega, rel=1e-6)
 
 
 def test_urdf_and_mjcf_fall_alike(falls, tmp_path):

@@ -580,8 +580,6 @@ def test_the_spectrum_of_a_contact_that_lasts_long_is_refused(capfd, here, stiff
         ({"contact_stiffness": K, "contact_damping": 0.0}, SceneError, "contact_damping must be > 0 N s/m, got 0"),
         ({"contact_stiffness": K, "contact_damping": 1.0, "contact": SLIDING}, SceneError, "cannot be combined"),
         ({"friction": 0.3, "contact": SLIDING}, SceneError, "slides without friction, and a friction is given"),
-        ({"friction": 0.3, "contact": (*FOOT, Contact(frame="LF_FOOT", offset=(0.0, 0.0, 0.01)))},
-            SceneError, "here rows are redundant"),
         ({"contact_stiffness": K, "contact": (Contact(frame="LF_FOOT", directions=((1.0, 0.0, 1.0), "y")),)}, SceneError,
             "have to span the ground's normal"),
         ({"contact_stiffness": K, "pulse": "half-sine:5ms"}, SceneError, "leave out the pulse, or the contact stiffness"),
@@ -592,6 +590,13 @@ def test_the_spectrum_of_a_contact_that_lasts_long_is_refused(capfd, here, stiff
 def test_refusals(changes, error, text):
     with pytest.raises(error, match=text):
         shock_profile(replace(ANYMAL, **changes))
+
+
+def test_redundant_contacts_with_friction():
+    """Two points of a foot obey the laws of friction together, and the impulse of each is not told where it is not determined."""
+    profile = shock_profile(replace(ANYMAL, friction=0.3, contact=(*FOOT, Contact(frame="LF_FOOT", offset=(0.0, 0.0, 0.01)))))
+    assert profile.friction.residual < 1e-9
+    assert np.isnan(profile.value("impulse_friction", "contact")).all()
 
 
 def test_velocities_that_no_motion_has_are_refused():

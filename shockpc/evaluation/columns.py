@@ -10,7 +10,7 @@ from shockpc.core.impulse import Solution
 from shockpc.core.spatial import Array
 from shockpc.impact.impact import DoubleImpact
 from shockpc.landing.dynamics import Inertias, dynamics
-from shockpc.landing.landing import PosedLanding
+from shockpc.landing.landing import PosedLanding, separating
 from shockpc.landing.places import Place, moving_point
 from shockpc.landing.rows import Equation
 from shockpc.landing.scene import Scene
@@ -185,9 +185,7 @@ class Postures(NamedTuple):
             more: as for `values_of`.
         """
         impact = DoubleImpact(self.landing, self.equation, self.solution, self.jumps, self.bodies, strikes, self.inertias)
-        normals = np.array([contact.normal for contact in self.landing.contacts])
-        parting = (impact.approach * normals).sum(axis=-1) >= -1e-9 * np.linalg.norm(impact.approach, axis=-1)
-        parting &= [contact.kind != "stop" for contact in self.landing.contacts]
+        parting = separating(impact.approach, self.landing.contacts)
         return values_of(impact, wanted, parting.shape[:2], more), parting, np.broadcast_to(stops_act(impact), parting.shape[:2])
 
 

@@ -27,7 +27,7 @@ from shockpc.landing.dynamics import Dynamics
 from shockpc.landing.landing import Landing, PosedLanding, contact_velocity
 from shockpc.landing.motion import approach_speeds
 from shockpc.landing.rows import NO_AXES, Block, Equation, block_wrenches, slices_of
-from shockpc.text.errors import SceneError, SolveError
+from shockpc.text.errors import SolveError
 
 
 class FrictionResult(NamedTuple):
@@ -325,8 +325,9 @@ def with_friction(impact: DoubleImpact) -> _Slipping | None:
 def friction_of(landing: PosedLanding) -> FrictionResult:
     """The landing with the scene's coefficient of friction; its end stops are contacts without friction.
 
+    Impulses along redundant rows are one solution of many, with the same effect.
+
     Raises:
-        SceneError: rows of contacts are redundant.
         SolveError: no solution was found, or each gains kinetic energy.
     """
     landing = landing.without_stops
@@ -334,10 +335,6 @@ def friction_of(landing: PosedLanding) -> FrictionResult:
     mu, m = landing.scene.friction, len(problem.restitution) - problem.stops
     before, equation = problem.before[0, 0, :m], rows.equation
     plain = solve_in_doubles(landing, equation)
-    if plain.choices and not plain.choices[0].unique[~rows.rigid].all():
-        raise SceneError(
-            "friction is solved for contacts whose impulses are determined, but here rows are redundant; leave a contact out"
-        )
     assert mu is not None
     best, count = problem.solved(mu)
     moved, pushed = problem.delta(best.impulse.reshape(1, 1, -1))[0, 0], best.impulse[m:, 2]
@@ -353,6 +350,8 @@ def friction_of(landing: PosedLanding) -> FrictionResult:
     jumps = jumps_of(landing, equation.full(delta), equation.state)
     freeze(impulse, delta, jumps)
     impact = DoubleImpact(landing, equation, Solution(delta, impulse, plain.scale, plain.rank, plain.condition, {}, {}), jumps)
+    if plain.choices:
+        impact.unique[0, :own_rows] = plain.choices[0].unique
     tangential = np.abs(before[:, :2]).max(axis=1) > 1e-12 * np.abs(before).max()
     bounces = np.zeros(m, dtype=bool)
     bounces[rows.number[rows.place < 2]] = rows.restitution[rows.place < 2] > 0.0

@@ -16,6 +16,7 @@ from shockpc.core.impulse import (
     solve_impact,
     weakest_columns,
 )
+from shockpc.core.inertia import definite
 from shockpc.core.spatial import Array, velocity_at
 from shockpc.impact.exact.balls import SingularError
 from shockpc.impact.exact.proof import Proof
@@ -261,6 +262,9 @@ def _refuse_singular(landing: PosedLanding, equation: Equation, proof: Proof, ra
         if place.body >= 0:
             length[place.body] = max(length[place.body], float(np.linalg.norm(place.r - robot.coms[place.body])))
     times, body = greatest_motion(landing, proof.jumps[..., 3], length)
+    turning = float(np.abs(proof.delta_qd[:, 3]).max() * robot.gyration.max()) / landing.fastest_approach
+    if max(times, turning) > FAST and not np.isfinite(definite(equation.H)).all():
+        raise _without_inertia(landing, equation)
     rounded = FAST < times <= UNPHYSICAL and landing.mechanism.independent_here(landing.blocks, landing.state) < rank
     if times <= UNPHYSICAL and not rounded:
         return

@@ -3,7 +3,7 @@
 import functools
 import itertools
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field, fields, replace
 from pathlib import Path
 from typing import Self
@@ -564,20 +564,35 @@ def _refuse_twice(blocks: tuple[Block, ...]) -> None:
             )
 
 
+def separating(approach: Array, blocks: Sequence[Block]) -> np.ndarray:
+    """Which contacts (..., c) make a landing no impact: they leave the ground, or none approaches it and they move along it.
+
+    A contact may slide while another one strikes. End stops always strike.
+
+    Args:
+        approach: (..., c, 3) velocities of the contact points before the impact [m/s].
+        blocks: of the contacts.
+    """
+    normals, stops = np.array([block.normal for block in blocks]), np.array([block.kind == "stop" for block in blocks])
+    leaving = np.where(stops, -np.inf, (approach * normals).sum(axis=-1))
+    rounding = 1e-9 * np.linalg.norm(approach, axis=-1).max(axis=-1, keepdims=True)
+    alone = ~np.any(leaving < -rounding, axis=-1, keepdims=True)
+    return np.asarray((leaving > rounding) | (alone & (leaving >= -rounding)))
+
+
 def _refuse_separation(landing: PosedLanding) -> None:
-    """Refuse a contact that does not approach the ground, for it does not strike it."""
-    for contact, block in zip(landing.contacts, landing.blocks, strict=False):
-        velocity = contact_velocity(landing, landing.state, block)[0]
+    """Refuse a contact that leaves the ground, or does not approach it as no other does: it does not strike it."""
+    approach = np.stack([contact_velocity(landing, landing.state, block)[0] for block in landing.contacts])
+    parting = separating(approach, landing.contacts).tolist()
+    for contact, block, velocity, parts in zip(landing.scene.contact, landing.contacts, approach, parting, strict=True):
         if block.kind == "stop" and not np.linalg.norm(velocity) > 1e-9 * float(np.abs(landing.before.joint_rates).max()):
             raise SceneError(
                 f'the centre of mass of body "{landing.robot.bodies[block.body].name}" lies on the axis of "{block.frame}", so its '
                 "speed there is no measure of the strike; let another end stop strike",
                 blocks=[block.frame],
             )
-        if block.kind == "stop":
-            continue
-        leaving = float(velocity @ block.normal)
-        if leaving >= -1e-9 * float(np.linalg.norm(velocity)):
+        if parts:
+            leaving = float(velocity @ block.normal)
             how = "is leaving the ground at" if leaving > 1e-9 else "moves along the ground, approaching it at"
             raise SceneError(
                 f'contact "{contact.frame}" {how} {abs(leaving):.2g} m/s, so there is no impact; turn its velocity towards the '

@@ -16,6 +16,9 @@ from shockpc.text.printed import cause_lines, causes, few, listed
 PAGE, ROWS = 12, 16
 """Strikes that the page shows in three dimensions; rows of a table on a terminal."""
 
+SHORT = math.radians(1.0)
+"""Rotation below which a part of the motion is not told by itself [rad]."""
+
 LIMITS = ("height", "contact", "limits")
 """Kinds of warnings that every strike of a fall may have: of flat ground, on which its strikes are chosen, and of the posture."""
 
@@ -82,36 +85,39 @@ def _warnings(falls: Falls) -> list[str]:
 
 
 def moves(tip: Tip, until: float) -> str:
-    """How a robot moves up to a rotation [rad], in words."""
-    parts = [phase for phase in tip.fall.phases if phase.start.theta < until]
-    texts = []
-    for kind, phases in itertools.groupby(parts, lambda phase: phase.kind):
-        *_, last = phases
-        texts.append(f"{kind} to {math.degrees(min(last.end.theta, until)):.3g} deg")
-    return ", ".join(texts[:4] + ["…"] * (len(texts) > 4))
+    """How a robot moves up to a rotation [rad], in words; what alternates within `SHORT`, as on a round foot, is one part."""
+    parts: list[tuple[bool, set[str], float]] = []
+    for kind, phases in itertools.groupby((p for p in tip.fall.phases if p.start.theta < until), lambda phase: phase.kind):
+        own = list(phases)
+        end = min(own[-1].end.theta, until)
+        short = end - own[0].start.theta < SHORT
+        alternates = parts and short and parts[-1][0]
+        kinds = {kind} | (parts.pop()[1] if alternates else set())
+        parts.append((short, kinds, end))
+    words = [(" and ".join(sorted(kinds)), end) for short, kinds, end in parts if not short or len(kinds) > 1 or len(parts) == 1]
+    last = [list(same)[-1] for _, same in itertools.groupby(words, lambda part: part[0])]
+    return ", ".join(f"{kind} to {math.degrees(end):.3g} deg" for kind, end in last)
 
 
 def _tips(falls: Falls) -> Sheet:
     """One row for each posture and heading."""
     rows: list[Row] = []
     for tip in falls.tips:
-        own = [result.strike for result in falls.results if result.strike.fall == tip.name]
-        first = min(own, key=lambda strike: strike.number, default=None)
-        fastest = max(own, key=lambda strike: strike.speed, default=None)
+        own = [strike for strike in falls.strikes if strike.fall == tip.name]
+        first, fastest = own[0], max(own, key=lambda strike: strike.speed)
         rows.append(
             (
-                tip.name, math.degrees(tip.balance), tip.least_push, None if first is None else moves(tip, first.rotation),
-                None if first is None else struck_words(first), None if first is None else first.rate, tip.hinged,
-                None if fastest is None else f"{fastest.number}: {fastest.speed:.3g} m/s", f"{len(own)}", f"{tip.slower}",
+                tip.name, math.degrees(tip.balance), tip.least_push, moves(tip, first.rotation), struck_words(first), first.rate,
+                tip.hinged, f"{fastest.number}: {fastest.speed:.3g} m/s", f"{len(own)}",
             )
         )  # fmt: skip
     header = (
         "fall", "balance [deg]", "least push [m/s]", "moves", "first strike", "rate [rad/s]", "on a hinge [rad/s]",
-        "fastest strike", "strikes", "slower",
+        "fastest strike", "strikes",
     )  # fmt: skip
     notes = [
         "balance: rotation from which it falls by itself; least push: speed that a level push has to give to its centre of mass",
-        "on a hinge: rate at the first strike if what is on the ground could be pulled; slower: touches that are not listed",
+        "on a hinge: rate at the first strike if what is on the ground could be pulled",
     ]
     return Sheet(f"{count(len(rows), 'fall')}, each followed until the robot rests", header, rows, notes)
 
@@ -185,7 +191,6 @@ def _document(falls: Falls) -> dict[str, Any]:
                      "rate": phase.end.omega}
                     for phase in tip.fall.phases
                 ],
-                "slower_touches": tip.slower,
                 "warnings": tip.warnings,
             }
             for tip in falls.tips

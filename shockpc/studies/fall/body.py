@@ -10,7 +10,6 @@ from typing import NamedTuple
 import numpy as np
 from scipy.spatial import ConvexHull
 
-from shockpc.core.inertia import definite
 from shockpc.core.spatial import Array, quaternion_of
 from shockpc.impact.solve import without_kinetic_energy
 from shockpc.landing.landing import PosedLanding, landing_of
@@ -88,7 +87,7 @@ class Rigid:
         if not robot.free_base or (scene.base or robot.usual_base) != "free":
             raise StudyError(f'the base of robot "{robot.name}" does not move freely, so it does not fall; give --base free')
         landing = landing_of(replace(scene, contact=(Contact(frame=robot.bodies[0].name),), stance=()), robot)
-        if not np.isfinite(definite(landing.state.inertia)).all():
+        if not np.isfinite(landing.equation(landing.state).H).all():
             raise without_kinetic_energy(landing, landing.state.H)
         rotation, position = landing.state.rotation[0], landing.state.position[0]
         coms = position + (rotation @ robot.coms[..., None])[..., 0]
@@ -218,8 +217,16 @@ class Rigid:
             spots.append(Spot(str(links[lowest]), self.com + middle @ rotation))
         return tuple(spots)
 
-    def scene(self, rotation: Array, velocity: Array, omega: Array, struck: tuple[Spot, ...], stands: tuple[Spot, ...]) -> Scene:
-        """The landing in an attitude.
+    def scene(
+        self,
+        rotation: Array,
+        velocity: Array,
+        omega: Array,
+        struck: tuple[Spot, ...],
+        stands: tuple[Spot, ...],
+        slides: bool = False,
+    ) -> Scene:
+        """The landing in an attitude: its contacts are what strikes, and what slides on the ground then.
 
         Args:
             rotation: (3, 3) from the posture.
@@ -227,6 +234,7 @@ class Rigid:
             omega: (3,) angular velocity [rad/s], world axes.
             struck: what strikes.
             stands: what is on the ground already.
+            slides: whether that slides.
         """
         scene, robot, state = self.given, self.landing.robot, self.landing.state
         base = rotation @ state.rotation[0, 0] @ robot.bodies[0].rotation.T
@@ -248,5 +256,8 @@ class Rigid:
             return x, y, z
 
         contacts = tuple(Contact(frame=spot.link, offset=offset(spot)) for spot in struck)
-        standing = tuple(f"{spot.link}:" + ",".join(map(repr, offset(spot))) for spot in stands)
+        standing = tuple(f"{spot.link}:" + ",".join(map(repr, offset(spot))) for spot in stands if not slides)
+        for spot in stands if slides else ():
+            x, y, _ = (velocity + np.cross(omega, rotation @ (spot.point - self.com))).tolist()
+            contacts += (Contact(frame=spot.link, offset=offset(spot), velocity=(x, y, 0.0)),)
         return replace(scene, posture=posture, strike=strike, contact=contacts, stance=standing)

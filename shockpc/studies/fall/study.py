@@ -8,7 +8,7 @@ import itertools
 import math
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
-from typing import Annotated, Any, NamedTuple
+from typing import Annotated, Any, Literal, NamedTuple
 
 import numpy as np
 
@@ -23,7 +23,7 @@ from shockpc.evaluation.varied_scene import scene_grid
 from shockpc.impact.friction import contact_rows, friction_of
 from shockpc.landing.landing import PosedLanding, landing_of
 from shockpc.landing.record import Option
-from shockpc.landing.scene import GRAVITY, Contact, Scene
+from shockpc.landing.scene import GRAVITY, Contact, Joints, Scene
 from shockpc.quantities.profile import ShockProfile
 from shockpc.quantities.table import select
 from shockpc.robot.geometry import body_outline, outline
@@ -119,7 +119,6 @@ class Tip:
         hinged: rate at the first strike of `least` or more, if the edge were a hinge [rad/s].
         fall: what it does until it rests.
         section: the robot in the plane of the fall.
-        slower: touches that are too slow to be listed.
         warnings: what limits the result.
     """
 
@@ -130,7 +129,6 @@ class Tip:
     hinged: float
     fall: Fall
     section: Section = field(repr=False)
-    slower: int
     warnings: tuple[str, ...]
 
 
@@ -141,7 +139,8 @@ class StrikeResult(NamedTuple):
         strike: the strike.
         values: the worst value of each quantity, by its text; NaN where there is none.
         places: where it is the worst, by text.
-        trunk: |Δv| of the heaviest body's centre of mass: free joints, as modelled, locked; NaN without a verdict [m/s].
+        trunk: |Δv| of the heaviest body's centre of mass, with friction where it is given: free joints, as modelled, locked; NaN
+            without a verdict [m/s].
         stop: joint that reaches its limit first after the strike if its rate stays, and when [s]; None if none moves towards it.
         profile: of the landing.
     """
@@ -149,7 +148,7 @@ class StrikeResult(NamedTuple):
     strike: FallStrike
     values: Mapping[str, float]
     places: Mapping[str, str]
-    trunk: tuple[float, float, float]
+    trunk: tuple[float, ...]
     stop: tuple[str, float] | None
     profile: ShockProfile
 
@@ -163,7 +162,8 @@ class Falls:
         rank: quantity by which strikes are ranked.
         quantities: of every strike.
         tips: one for each posture and heading.
-        results: of all strikes, the worst first.
+        strikes: all, in the order in which they happen.
+        results: of those that could be computed, the worst first.
         table: all strikes in the order in which they happen, with their quantities and messages.
         failures: names of falls and strikes without a result, and why.
         drop: height of the drop [m]; None if it tips.
@@ -174,6 +174,7 @@ class Falls:
     rank: str
     quantities: tuple[str, ...]
     tips: tuple[Tip, ...]
+    strikes: tuple[FallStrike, ...]
     results: tuple[StrikeResult, ...]
     table: Table
     failures: tuple[tuple[str, ShockError], ...]
@@ -232,7 +233,7 @@ def fall(
     attitudes: Annotated[
         int | None, Option("Drop it in so many attitudes that are spread over all instead.", "Fall", "N", least=1.0)
     ] = None,
-    tie: Annotated[float, Option("Height within which parts strike together.", "Fall", "H", unit="m", above=0.0)] = 1e-3,
+    together: Annotated[float, Option("Height within which parts strike together.", "Fall", "H", unit="m", above=0.0)] = 1e-3,
     least: Annotated[float, Option("List strikes of at least this speed.", "Fall", "V", unit="m/s", above=0.0)] = 0.1,
     vary: Annotated[
         Vary,
@@ -269,7 +270,7 @@ def fall(
     trace = trace or Trace()
     scenes = {"": postures} if isinstance(postures, Scene) else dict(postures)
     robot = robot if robot is not None and scenes else common_robot(scenes)
-    for name, value in {"push": push, "drop": drop, "attitudes": attitudes, "tie": tie, "least": least}.items():
+    for name, value in {"push": push, "drop": drop, "attitudes": attitudes, "together": together, "least": least}.items():
         if fault := "" if value is None else declaration(fall).parameters[name].option.fault(float(value)):
             raise StudyError(f"{name} {fault}")
     if drop is None and attitudes is not None:
@@ -290,14 +291,14 @@ def fall(
         with trace.stage("posture and geometry"):
             rigid = Rigid.of(scene, robot)
         if drop is not None:
-            strikes += _drops(rigid, posture, drop, attitudes, tie)
+            strikes += _drops(rigid, posture, drop, attitudes, together)
             continue
         for name, angle in map(_heading, headings):
             name = f"{posture} {name}".strip()
             try:
                 with trace.stage("falls"):
-                    tip = _tip(rigid, name, angle, push, tie, least)
-                    strikes += _strikes(rigid, tip, tie, least)
+                    tip = _tip(rigid, name, angle, push, together, least)
+                    strikes += _strikes(rigid, tip, together, least)
                 tips.append(tip)
             except StudyError as refusal:
                 failures[name] = refusal
@@ -315,7 +316,7 @@ def fall(
         raise next(iter(table.refusals.values()))
     failures |= {strikes[i].name: refusal for i, refusal in table.refusals.items()}
     notes, every = tuple(_notes(robot)), tuple(failures.items())
-    return Falls(robot, rank, texts, tuple(tips), tuple(results), replace(table, looks={}), every, drop, notes)
+    return Falls(robot, rank, texts, tuple(tips), tuple(strikes), tuple(results), replace(table, looks={}), every, drop, notes)
 
 
 def _refuse_options(scene: Scene) -> None:
@@ -395,7 +396,7 @@ def _tip(rigid: Rigid, name: str, heading: float, push: float | None, together: 
         warnings.append("it is still rocking when it is no longer followed")
     return Tip(
         name=name, forward=edge.forward, balance=balanced, least_push=rate * height, hinged=hinge.touches[-1].before.omega,
-        fall=found, section=section, slower=len(found.touches) - len(listed), warnings=tuple(warnings),
+        fall=found, section=section, warnings=tuple(warnings),
     )  # fmt: skip
 
 
@@ -467,11 +468,11 @@ def _strikes(rigid: Rigid, tip: Tip, together: float, least: float) -> Iterator[
         fastest = sorted(struck, key=lambda spot: -down[spot.link])
         struck = tuple(spot for spot in fastest if down[spot.link] > SINKS * touch.speed) or tuple(fastest[:1])
         near = set(rigid.struck(turn, max(NEAR, together))[1].tolist()) - set(links.tolist())
-        scene = rigid.scene(turn, velocity, omega * left, struck, stands)
+        scene = rigid.scene(turn, velocity, omega * left, struck, stands, kinds[touch.before] == "slides")
         if scene.plane == "auto":
             scene = replace(scene, plane=tuple(np.cross(tip.forward, UP).tolist()))
         if scene.contact_stiffness is not None:
-            scene = replace(scene, stance=())
+            scene = replace(scene, contact=scene.contact[: len(struck)], stance=())
         yield _landing(
             rigid, scene, turn, fall=tip.name, number=number, struck={spot.link: down[spot.link] for spot in struck},
             near=tuple(sorted(near)), motion=kinds[touch.before], rotation=theta, rate=omega, forward=tip.forward,
@@ -490,11 +491,12 @@ def _landing(rigid: Rigid, scene: Scene, turn: Array, **strike: Any) -> FallStri
 
     Friction is left out where it has no solution. Args: turn, (3, 3) from the posture to the attitude.
     """
-    landing, n = landing_of(scene, rigid.landing.robot), len(scene.contact)
-    kept, remark = _pressing(landing) if n + len(scene.stance) > 1 else ([0], "")
+    landing, n, m = landing_of(scene, rigid.landing.robot), len(scene.contact), len(strike["struck"])
+    kept, remark = _pressing(landing, m) if n + len(scene.stance) > 1 else ([0], "")
+    pressing = [k for k in kept if k < m] or [0]
     scene = replace(
         scene,
-        contact=tuple(scene.contact[k] for k in kept if k < n) or scene.contact[:1],
+        contact=tuple(scene.contact[k] for k in [*pressing, *(k for k in kept if m <= k < n)]),
         stance=tuple(scene.stance[k - n] for k in kept if k >= n),
     )
     try:
@@ -502,16 +504,18 @@ def _landing(rigid: Rigid, scene: Scene, turn: Array, **strike: Any) -> FallStri
     except (SceneError, SolveError) as refusal:
         remark, scene = f"{refusal}; the numbers are those of contacts that stick", replace(scene, friction=None)
     remark = "; ".join(filter(None, [remark, rigid.buried(turn)]))
-    pressing, stands = (one.frame for one in scene.contact), (foot.rpartition(":")[0] for foot in scene.stance)
-    return FallStrike(scene=scene, pressing=tuple(pressing), stands=tuple(stands), remark=remark, **strike)
+    frames = [*(one.frame for one in scene.contact), *(foot.rpartition(":")[0] for foot in scene.stance)]
+    m = len(pressing)
+    return FallStrike(scene=scene, pressing=tuple(frames[:m]), stands=tuple(frames[m:]), remark=remark, **strike)
 
 
-def _pressing(landing: PosedLanding) -> tuple[list[int], str]:
+def _pressing(landing: PosedLanding, n: int) -> tuple[list[int], str]:
     """Which of the contacts and standing points of a landing press, and what is wrong with that.
 
-    What stands takes part if it would sink otherwise. Where contacts stick, those that would be pulled are taken out.
+    The first n contacts strike. What stands or slides takes part if it would sink otherwise. Where contacts stick, those that
+    would be pulled are taken out.
     """
-    friction, n = landing.scene.friction, len(landing.contacts)
+    friction = landing.scene.friction
     mu, kept, frames = STICKS if friction is None else friction, list(range(n)), [place.name for place in landing.contact_places]
     try:
         rows = contact_rows(landing)
@@ -586,7 +590,11 @@ def _evaluated(strikes: Sequence[FallStrike], robot: Robot, texts: Sequence[str]
         raise StudyError("two falls have one name; give each posture and heading once")
     evaluation = Evaluation(landings_by_name(cases, trace), prove=None, look=lambda profile: profile)
     table = evaluation.table()
-    looks = {i: _result(strikes[i], profile, texts) for i, profile in table.looks.items()}
+    others = {model: _trunks_with(strikes, robot, model, trace) for model in ("free", "locked")}
+    trunks = [others["free"], {i: _trunk(profile) for i, profile in table.looks.items()}, others["locked"]]
+    looks = {
+        i: _result(strikes[i], profile, texts, tuple(own.get(i, math.nan) for own in trunks)) for i, profile in table.looks.items()
+    }
     columns = {
         key: np.array([getattr(one, key) for one in strikes]) for key in ("fall", "number", "motion", "rate", "speed", "energy")
     }
@@ -602,7 +610,19 @@ def _evaluated(strikes: Sequence[FallStrike], robot: Robot, texts: Sequence[str]
     return replace(table, columns={**columns, "proven": table.columns["proven"]}, looks=looks, label_units=units)
 
 
-def _result(strike: FallStrike, profile: ShockProfile, texts: Sequence[str]) -> StrikeResult:
+def _trunks_with(strikes: Sequence[FallStrike], robot: Robot, model: Literal["free", "locked"], trace: Trace) -> dict[int, float]:
+    """The same with other joints, by the number of each strike of which there is a verdict."""
+    cases = {strike.name: (replace(strike.scene, joints=Joints(model=model)), robot) for strike in strikes}
+    return dict(Evaluation(landings_by_name(cases, trace), prove=None, look=_trunk).table().looks)
+
+
+def _trunk(profile: ShockProfile) -> float:
+    """|Δv| of the heaviest body's centre of mass, with friction where it is given [m/s]."""
+    key = "shock_com" if profile.scene.friction is None else "shock_com_friction"
+    return float(profile.value(key, "body")[int(np.argmax(profile.robot.masses))]) * profile.v_in
+
+
+def _result(strike: FallStrike, profile: ShockProfile, texts: Sequence[str], trunk: tuple[float, ...]) -> StrikeResult:
     values, places = {}, {}
     for text in texts:
         values[text], places[text] = math.nan, ""
@@ -616,9 +636,7 @@ def _result(strike: FallStrike, profile: ShockProfile, texts: Sequence[str]) -> 
         if np.isfinite(numbers).any():
             k = int(np.argmax(selection.worse(numbers)))
             values[text], places[text] = float(numbers[k]), where[k].name
-    bracket = profile.bracket[0]
-    free, own, locked = (math.nan if x is None else x * profile.v_in for x in (bracket.free, bracket.as_modelled, bracket.locked))
-    return StrikeResult(strike, values, places, (free, own, locked), _first_stop(profile), profile)
+    return StrikeResult(strike, values, places, trunk, _first_stop(profile), profile)
 
 
 def _first_stop(profile: ShockProfile) -> tuple[str, float] | None:
