@@ -106,7 +106,8 @@ def contact_block(robot: Robot, contact: Contact, up: Array, kind: Literal["cont
         moments = np.array([*across(up), *([up] if contact.sticks else [])])
     rebound = None
     if contact.restitution_along == "normal":
-        basis = np.linalg.svd(vectors, full_matrices=False)[2][: np.linalg.matrix_rank(vectors)]
+        _, s, basis = np.linalg.svd(vectors, full_matrices=False)
+        basis = basis[: int(np.sum(s > s[0] * max(vectors.shape) * np.finfo(float).eps))]
         rebound = up if len(basis) == 3 else (along := basis.T @ (basis @ up)) / np.linalg.norm(along)
     velocity = None if contact.velocity is None else np.array(contact.velocity, dtype=float)
     return Block(

@@ -5,6 +5,7 @@ whose import would lengthen the start of every command by a third.
 """
 
 import dataclasses
+import functools
 import math
 import os
 from collections.abc import Callable, Mapping, Sequence
@@ -14,7 +15,7 @@ from typing import Any, TypeVar
 
 import numpy as np
 
-from shockpc.core.spatial import Plane, plane_from
+from shockpc.core.spatial import Plane, freeze, plane_from
 from shockpc.landing.scene import Point, Scene, Strike
 from shockpc.robot.load import shared_robot
 from shockpc.robot.robot import Robot
@@ -25,6 +26,13 @@ from shockpc.text.toml import checked, reading, toml_lines
 
 PLANES = {"xz": (0.0, -1.0, 0.0), "yz": (1.0, 0.0, 0.0), "xy": (0.0, 0.0, 1.0)}
 """The named planes by their normals."""
+
+
+@functools.cache
+def _named_plane(name: str) -> Plane:
+    plane = plane_from(PLANES[name])
+    freeze(plane)
+    return plane
 
 
 def points_at(robot: Robot, text: str) -> tuple[Point, ...]:
@@ -86,7 +94,7 @@ def sideways(strike: Strike) -> float:
         SceneError: as for `Strike.vector`.
     """
     turning = ARM * np.array(strike.angular_velocity or (0.0, 0.0, 0.0))
-    motion = np.concatenate([strike.vector(plane_from(PLANES["xz"])), turning])
+    motion = np.concatenate([strike.vector(_named_plane("xz")), turning])
     return float(np.hypot(motion[1], motion[3]) / (np.linalg.norm(motion) or 1.0))
 
 
@@ -98,7 +106,7 @@ def plane_of(scene: Scene) -> Plane:
     """
     plane = with_plane(scene).plane
     try:
-        return plane_from(PLANES[plane] if isinstance(plane, str) else plane)
+        return _named_plane(plane) if isinstance(plane, str) else plane_from(plane)
     except ValueError as refusal:
         raise SceneError(f"plane: {refusal}; valid are auto, xz, yz, xy or a normal such as 0,-1,0") from None
 

@@ -96,6 +96,9 @@ def _record(table: Mapping[str, Any], kind: type, key: str, faults: list[str]) -
     kinds, values = _kinds(kind), {}
     for item in fields(kind):
         if item.name in table:
+            if table[item.name] is item.default:  # is valid, and most of the fields of a scene have it
+                values[item.name] = item.default
+                continue
             before = len(faults)
             values[item.name] = value = checked(table[item.name], kinds[item.name], f"{key}{item.name}", faults)
             if "option" in item.metadata and len(faults) == before and (fault := item.metadata["option"].fault(value)):
