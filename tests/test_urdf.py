@@ -44,6 +44,13 @@ def test_what_is_left_out_is_a_warning(text: str, tmp_path: Path, capfd: pytest.
     assert capfd.readouterr() == ("", "")
 
 
+def test_a_joint_whose_file_gives_no_limits_has_none(tmp_path: Path):
+    """`<limit>` with an effort alone, as exporters write it for wheels; one of the two given, the other is zero, as in URDF."""
+    for given, limits in (("", (-np.inf, np.inf)), ('upper="1"', (0.0, 1.0)), ('lower="0" upper="0"', (0.0, 0.0))):
+        more = f'<limit effort="1" velocity="1" {given}/>'
+        assert loaded(tmp_path, elbow(more)).joint("elbow").limits == limits
+
+
 def chain(count: int) -> str:
     """So many links, each hanging on the one before."""
     joints = (joint(f"j{k}", f"l{k}", f"l{k + 1}", "fixed") for k in range(count - 1))

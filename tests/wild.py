@@ -309,7 +309,7 @@ def robot_files(folder: Path) -> Iterable[Path]:
 def main(folders: list[str]) -> int:
     """Print each file that is not analysed at once, and a table; returns 1 if one is refused for no reason of physics."""
     table, said = [], Counter()
-    for folder in map(Path, folders):
+    for folder in (Path(name).resolve() for name in folders):
         packages = {path.parent.name: str(path.parent) for path in folder.rglob("package.xml")}
         counts: Counter[str] = Counter()
         for path in robot_files(folder):

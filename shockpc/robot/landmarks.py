@@ -26,7 +26,7 @@ FOOT = r"(?i)foot(?!print)|feet|sole|toe|hoof|paw"
 LEG_END = r"(?i)ankle|wheel"
 IMU = r"(?i)imu|gyro|acceleromet"
 SENSOR = rf"{IMU}|camera"
-FASTENER = r"(?i)screw|bolt|rivet|washer"
+FASTENER = r"(?i)screw|bolt|rivet|washer|constraint|linkage"
 
 LOW_END_SHARE = 0.1
 """Height of a foot above the lowest point of its limb, as a share of the height of the robot."""

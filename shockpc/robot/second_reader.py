@@ -111,7 +111,8 @@ def _joints(robot: Robot, joints: Mapping[str, Any]) -> Iterator[str]:
         if _KINDS.get(other.type) != own.kind and not base:
             yield f'joint "{own.name}" is {own.kind} here and {other.type} there'
         if own.kind in ("revolute", "prismatic"):
-            limits = tuple(0.0 if limit is None else limit for limit in (other.limit.lower, other.limit.upper))
+            read = other.limit.lower, other.limit.upper
+            limits = own.limits if read == (None, None) else tuple(0.0 if limit is None else limit for limit in read)
             if limits != own.limits:
                 yield f'joint "{own.name}" has limits {own.limits} here and {limits} there'
         rule, mimic = rules.get(own.name), other.mimic

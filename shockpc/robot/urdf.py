@@ -149,10 +149,16 @@ def _model(order: _Order, joints: dict[str, Element], inertias: dict[str, pin.In
             else:
                 moving = pin.JointModelFreeFlyer() if name == base else _moving(joint, subject)
                 index = add_joint(model, carrier, moving, place, name, frames[parent])
+                limit = joint.find("limit")
                 if joint.get("type") in ("revolute", "prismatic"):
-                    (model.lowerPositionLimit[model.idx_qs[index]],) = _numbers(subject, joint, "limit", "lower", "0")
-                    (model.upperPositionLimit[model.idx_qs[index]],) = _numbers(subject, joint, "limit", "upper", "0")
-                if joint.find("limit") is not None:
+                    # A file without either, which URDF reads as zero, says nothing of limits: no joint is meant that cannot move.
+                    known = limit is not None and {"lower", "upper"} & set(limit.keys())
+                    for bounds, key, least in (
+                        (model.lowerPositionLimit, "lower", -np.inf),
+                        (model.upperPositionLimit, "upper", np.inf),
+                    ):
+                        bounds[model.idx_qs[index]] = _numbers(subject, joint, "limit", key, "0")[0] if known else least
+                if limit is not None:
                     (model.upperEffortLimit[model.idx_vs[index]],) = _numbers(subject, joint, "limit", "effort", "0")
                 places[link] = index, pin.SE3.Identity()
         own = pin.Frame(link, places[link][0], model.nframes - 1, places[link][1], pin.FrameType.BODY, inertias[link])
