@@ -31,8 +31,8 @@ from shockpc import Contact, Joints, Posture, Scene, ShockError, ShockProfile, S
 
 SECONDS = 100
 TOLERANCE = 1e-9
-RANK = 1e-9
-"""Relative size of a singular value below which a row repeats others."""
+RANK = 1e-8
+"""Relative size of a singular value below which a row repeats others, as the package has it."""
 ROUNDING = 1e-14
 """Rounding of the plain solution, times its condition: a difference below it is its own."""
 OUTCOMES = ("no robot", "no mass", "agrees", "option", "refused", "unsound", "unexplained", "disagrees", "crashed")

@@ -59,7 +59,7 @@ class Drive:
 
 
 @dataclass(frozen=True, kw_only=True)
-class _File:
+class _DrivesFile:
     """A file of drives."""
 
     drive: tuple[Drive, ...]
@@ -73,7 +73,7 @@ def read_drives(path: Path) -> tuple[Drive, ...]:
     """
     faults: list[str] = []
     with reading(path, "drives", SceneError) as table:
-        file: _File | None = checked(table, _File, "", faults)
+        file: _DrivesFile | None = checked(table, _DrivesFile, "", faults)
         for number, drive in enumerate(file.drive if file else (), start=1):
             where = f"drive {number} ({', '.join(drive.joint)})"
             for key in ("armature", "rotor_inertia", "drive_stiffness", "stiffness"):

@@ -111,7 +111,7 @@ def _record(table: Mapping[str, Any], kind: type, key: str, faults: list[str]) -
 
 def _words(kind: type) -> str:
     """The name of a record in words, such as "loop end"."""
-    return re.sub(r"(?<=[a-z])(?=[A-Z])", " ", kind.__name__).lower()
+    return re.sub(r"(?<=[a-z])(?=[A-Z])", " ", kind.__name__).lstrip("_").lower()
 
 
 def unknown_key(key: str, name: str, known: Iterable[str]) -> str:
