@@ -379,8 +379,8 @@ def test_inertias_of_real_robots_fit_into_them(name: str):
 
 
 def test_without_shapes_a_body_may_be_larger_than_the_distances_between_frames():
-    """A pole on a small base, of which no shape is known, is no placeholder; 0.1 kg with 1000 kg m² is."""
-    for moment, found in ((0.1, False), (1000.0, True)):
+    """A pole on a small base, of which no shape is known, is no placeholder; 0.1 kg with 5 or 1000 kg m² is."""
+    for moment, found in ((0.1, False), (5.0, True), (1000.0, True)):
         tip = link("tip", "0.1", f'<inertia ixx="{moment}" ixy="0" ixz="0" iyy="{moment}" iyz="0" izz="0.1"/>')
         assert [name for name, *_ in inflated_inertias(robot_from(arm(tip=tip), ".urdf"))] == ["tip"] * found
 

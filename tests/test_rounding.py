@@ -125,6 +125,20 @@ def test_axes_in_any_direction(digits, about):
     np.testing.assert_allclose(found[1].delta_omega, found[0].delta_omega, atol=1e-3 * np.abs(found[0].delta_omega).max())
 
 
+@pytest.mark.parametrize(("words", "rank"), [("-0.4330 0.7500 -0.5000", 2), ("-0.433 0.75 -0.5", 2), ("0 0.6 0.8", 3)])
+def test_an_axis_of_few_decimals_is_rounded_where_its_length_is_not_one(words, rank):
+    """Two parallel joints about one axis and a third that should be: with zeros at the end, without, and a skew one that is meant."""
+    axes = ("-0.4330127018922193 0.75 -0.5",) * 2 + (words,)
+    parts, carrier, place = ['<link name="world"/>'], "world", "0 0 0"
+    for k, axis in enumerate(axes):
+        parts += [link(f"link{k}"), _joint(f"joint{k}", carrier, f"link{k}", axis, place, "0 0 0")]
+        carrier, place = f"link{k}", "0.075 -0.12990381056766578 -0.2598076211353316"
+    parts += ['<link name="foot"/>', _joint("ankle", carrier, "foot", "1 0 0", place, "0 0 0", "fixed")]
+    robot = robot_from(urdf(*parts, name="chain"))
+    in_plane = landing(robot, strike=(0.0, -0.5, -0.75))
+    assert shock_profile(in_plane, robot).health.rank == rank
+
+
 def test_what_is_left_out_stands_in_the_line_of_the_contact():
     """With the direction, which an exact leg does not have to name."""
     lines = {digits: dict(header_lines(shock_profile(landing(r := chain(written(digits))), r)))["contact"] for digits in (4, 17)}

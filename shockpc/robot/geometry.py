@@ -53,9 +53,9 @@ _Y_TO_Z = np.array([[1.0, 0.0, 0.0], [0.0, 0.0, -1.0], [0.0, 1.0, 0.0]])
 LARGEST = 1e6
 """Largest coordinate or radius of a shape [m]; more is an error in the file."""
 
-UNKNOWN, NEGLIGIBLE = 10.0, 0.01
-"""How many times the distances between its frames, or a metre, a robot without shapes may measure [1]; share of its body's mass
-times the robot's size squared below which the moments of inertia of a link hardly matter [1]."""
+UNKNOWN, SMALL, NEGLIGIBLE = 10.0, 0.3, 0.01
+"""How many times the distances between its frames a robot without shapes may measure [1], and what these count at least [m]; share
+of its body's mass times the robot's size squared below which the moments of inertia of a link hardly matter [1]."""
 
 
 class Shape(NamedTuple):
@@ -196,7 +196,7 @@ def inflated_inertias(robot: Robot) -> tuple[tuple[str, float, float], ...]:
     radius = {name: math.sqrt(max(np.trace(own.inertia), 0.0) / 3.0 / own.mass) for name, (own, _) in inertias.items()}
     if max(radius.values(), default=0.0) <= robot_size(robot, False):
         return ()
-    size = robot_size(robot) if any(body_outline(robot).shapes) else UNKNOWN * max(robot_size(robot, False), 1.0)
+    size = robot_size(robot) if any(body_outline(robot).shapes) else UNKNOWN * max(robot_size(robot, False), SMALL)
     large = [(name, *inertias[name]) for name, k in radius.items() if k > size]
     least = {name: NEGLIGIBLE * robot.model.inertias[joint].mass * size**2 for name, _, joint in large}
     return tuple((name, radius[name], size) for name, own, joint in large if joint and np.trace(own.inertia) > least[name])
