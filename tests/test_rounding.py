@@ -127,7 +127,7 @@ def test_axes_in_any_direction(digits, about):
 
 @pytest.mark.parametrize(("words", "rank"), [("-0.4330 0.7500 -0.5000", 2), ("-0.433 0.75 -0.5", 2), ("0 0.6 0.8", 3)])
 def test_an_axis_of_few_decimals_is_rounded_where_its_length_is_not_one(words, rank):
-    """Two parallel joints about one axis and a third that should be: with zeros at the end, without, and a skew one that is meant."""
+    """Two parallel joints, and a third that should be: with zeros at the end, without, and a skew one that is meant."""
     axes = ("-0.4330127018922193 0.75 -0.5",) * 2 + (words,)
     parts, carrier, place = ['<link name="world"/>'], "world", "0 0 0"
     for k, axis in enumerate(axes):
