@@ -259,28 +259,27 @@ def test_margins_are_peaks_of_the_pulse_along_the_axes(study):
 
 def test_a_box_replaces_the_geometry_and_limits_the_surface():
     box_ = ((0.1, -0.05, 0.0), (0.2, 0.05, 0.1))
-    inside = shockpc.place(landings(), within=box_, alternatives=0)
+    few = landings(feet=("LF_FOOT",))
+    inside = shockpc.place(few, within=box_, alternatives=0)
     assert np.all(inside.places[0].position >= np.array(box_[0]) - 1e-8)
     assert np.all(inside.places[0].position <= np.array(box_[1]) + 1e-8)
     low, high = (-0.3, -0.3, 0.0), (0.3, 0.3, 0.3)
-    above = shockpc.place(landings(), within=(low, high), surface=True, alternatives=0)
-    anywhere = shockpc.place(landings(), surface=True, alternatives=0)
+    above = shockpc.place(few, within=(low, high), surface=True, alternatives=0)
+    anywhere = shockpc.place(few, surface=True, alternatives=0)
     assert above.places[0].position[2] >= -1e-8
     assert above.combined >= anywhere.combined - 1e-12
-    assert anywhere.combined >= one_sensor().combined - 1e-12
+    assert anywhere.combined >= shockpc.place(few, alternatives=0).combined - 1e-12
 
 
-def test_a_surface_is_what_one_sees_or_says_how_far_it_is_from_that(capfd):
+def test_a_surface_is_what_one_sees_or_says_how_far_it_is_from_that():
     """The visual geometry by default; a place on the collision geometry of Go2 is centimetres from it."""
-    seen, solid = (
-        good(capfd, "place", "go2", "--surface", "--alternatives", "0", *more) for more in ((), ("--geometry", "collision"))
-    )
-    assert "on the surface of the visual geometry of base" in seen
-    assert "distance from the geometry that one sees" not in seen
-    (millimetres,) = re.findall(r"distance from the geometry that one sees: best ([\d.]+) mm; --geometry visual is on it", solid)
     robot = load_robot("go2")
     scene = shockpc.Scene(robot="go2", contact="FL_foot")
     on, under = (shockpc.place({"": scene}, robot, surface=True, alternatives=0, geometry=kind) for kind in ("visual", "collision"))
+    seen, solid = (" ".join(place_report(study).text("table").split()) for study in (on, under))
+    assert "on the surface of the visual geometry of base" in seen
+    assert "distance from the geometry that one sees" not in seen
+    (millimetres,) = re.findall(r"distance from the geometry that one sees: best ([\d.]+) mm; --geometry visual is on it", solid)
     visible = outline(robot, "visual").shapes[0]
     corners = np.concatenate([np.array(facets(shape)) for shape in visible])
     a, b, c = corners.swapaxes(0, 1)

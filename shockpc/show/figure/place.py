@@ -1,5 +1,6 @@
 """The figure of a placement: the greatest shock over a body in three views, with present sensors, places found and CoPcs."""
 
+import math
 from typing import Any
 
 import numpy as np
@@ -79,8 +80,10 @@ def draw_place(study: PlaceStudy) -> Figure:
         axes = page.picture(x, page.low + FOOT + y, window, "xyz"[i] + "xyz"[j], left=name != "front", bottom=name != "top")
         if not region.is_empty:
             edge = outlined(axes, region, inch * ROOM / 4000.0, edgecolor=INK, linewidth=0.7, zorder=2.0)
-            sides, shades = (low[i], high[i], low[j], high[j]), [colours[0], *colours, colours[-1]]
-            filled = axes.contourf(values, levels=levels, colors=shades, extend="both", extent=sides, zorder=1.0)
+            # The last of all bands has no end, beyond which matplotlib cannot extend.
+            extend: Any = "min" if math.isinf(levels[-1]) else "both"
+            sides, shades = (low[i], high[i], low[j], high[j]), [colours[0], *colours, *colours[-1:] * (extend == "both")]
+            filled = axes.contourf(values, levels=levels, colors=shades, extend=extend, extent=sides, zorder=1.0)
             # Edges of the same colour close the gaps that anti-aliasing leaves between neighbours.
             filled.set(edgecolor="face", linewidth=0.3, clip_path=edge)
         hulls = [projection(cell, plane) for cell in cells]
