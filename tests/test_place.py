@@ -274,8 +274,8 @@ def test_a_box_replaces_the_geometry_and_limits_the_surface():
 def test_a_surface_is_what_one_sees_or_says_how_far_it_is_from_that():
     """The visual geometry by default; a place on the collision geometry of Go2 is centimetres from it."""
     robot = load_robot("go2")
-    scene = shockpc.Scene(robot="go2", contact="FL_foot")
-    on, under = (shockpc.place({"": scene}, robot, surface=True, alternatives=0, geometry=kind) for kind in ("visual", "collision"))
+    scenes = {foot: shockpc.Scene(robot="go2", contact=foot) for foot in ("FL_foot", "FR_foot", "RL_foot", "RR_foot")}
+    on, under = (shockpc.place(scenes, robot, surface=True, alternatives=0, geometry=kind) for kind in ("visual", "collision"))
     seen, solid = (" ".join(place_report(study).text("table").split()) for study in (on, under))
     assert "on the surface of the visual geometry of base" in seen
     assert "distance from the geometry that one sees" not in seen
