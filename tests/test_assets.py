@@ -8,6 +8,7 @@ from robot_texts import arm, refused
 
 from shockpc import RobotError
 from shockpc.robot.catalogue import data_folder
+from shockpc.robot.files import open_folders
 from shockpc.robot.robot import RobotSource
 from shockpc.robot.source import read_source
 
@@ -80,6 +81,27 @@ def test_package_without_package_xml(name: str, tmp_path: Path):
     folders = read_source(str(robot)).folders
     assert folders.allowed == (tmp_path / "dog",)
     assert [folders.asset(uri) for uri in ("../meshes/a.stl", "package://dog/meshes/a.stl")] == [mesh] * 2
+
+
+def test_meshes_are_found_by_their_names(tmp_path: Path):
+    """What is not where it is named, in the folder of meshes or below: the path that ends alike, and no guess between two."""
+    (tmp_path / "robot").mkdir()
+    (tmp_path / "robot" / "dog.urdf").write_text(arm())
+    for place in ("visual", "collision", "a/legs", "b/legs"):
+        (tmp_path / "own" / place).mkdir(parents=True)
+        (tmp_path / "own" / place / ("paw.stl" if "legs" in place else "trunk.stl")).write_text("solid")
+    given = {"*": str(tmp_path / "own")}
+    folders = read_source(str(tmp_path / "robot" / "dog.urdf"), packages=given).folders
+    assert folders.asset("package://dog/meshes/visual/trunk.stl") == tmp_path / "own" / "visual" / "trunk.stl"
+    assert folders.asset("file:///gone/collision/trunk.stl") == tmp_path / "own" / "collision" / "trunk.stl"
+    refused(RobotError, ["a/legs/paw.stl", "b/legs/paw.stl"], folders.asset, "package://dog/legs/paw.stl")
+    refused(
+        RobotError,
+        ['no package "dog"', "nor is a file of this name", str(tmp_path / "own")],
+        folders.asset,
+        "package://dog/tail.stl",
+    )
+    refused(RobotError, ["--meshes DIR", "nowhere"], open_folders, tmp_path / "robot" / "dog.urdf", {"*": "nowhere"})
 
 
 @pytest.mark.parametrize("entry", ["ws2", "ws2/parts", ".", None])

@@ -33,6 +33,7 @@ in_output, in_run = group("Output"), group("How it is computed, and where it is 
 
 ROBOT = argument("A robot file (URDF, xacro, MJCF), a robot's name, a scene (.toml), or BUDGETS.toml:CASE.", "ROBOT", robot_name)
 XACRO = _in_files("Argument of a xacro file.", "NAME:=VALUE", definition)
+MESHES = _in_files("Folder in which meshes that are not where the file says are found by their names.", "DIR", path)
 PACKAGE = _in_files("Folder of a package, besides those in ROS_PACKAGE_PATH.", "NAME=DIR", folder)
 FRAME = "FRAME[:X,Y,Z]"
 EXPLAIN = in_output("Report on standard error what ran, how long it took, and what was not needed.")
@@ -41,6 +42,11 @@ AT = group("Question")("The shock at this point, offset in the frame [m].", FRAM
 TARGET = group("Question")(
     "Another number: a quantity (shockpc quantities lists them) of a point, body, joint or contact.", "QUANTITY@PLACE"
 )
+
+
+def packages_of(package: tuple[tuple[str, str], ...], meshes: str | None) -> dict[str, str]:
+    """Folders by the names of packages, that of meshes for every other package."""
+    return dict(package) | ({} if meshes is None else {"*": meshes})
 
 
 def target_of(at: str | None, quantity: str | None) -> str:
@@ -94,6 +100,7 @@ class SceneOptions(NamedTuple):
 
     xacro: tuple[tuple[str, str], ...] = XACRO
     package: tuple[tuple[str, str], ...] = PACKAGE
+    meshes: str | None = MESHES
     contact: tuple[str, ...] = _in_contact(
         "What strikes the ground: a link, site or geom, by name or by a glob, such as '*_foot', which all names here may be. "
         "Several matches are one landing each; A+B is one landing on both; stop:JOINT is a joint that runs into its end stop.",
@@ -135,6 +142,11 @@ class SceneOptions(NamedTuple):
         definition,
     )
     given: Mapping[str, Any] = OF_RECORDS
+
+    @property
+    def packages(self) -> dict[str, str]:
+        """The folders that were typed, by the names of packages."""
+        return packages_of(self.package, self.meshes)
 
     @property
     def typed(self) -> bool:

@@ -3,7 +3,7 @@
 from typing import TYPE_CHECKING
 
 from shockpc.cli.declare import argument, command
-from shockpc.cli.options import PACKAGE, XACRO, OutputOptions
+from shockpc.cli.options import MESHES, PACKAGE, XACRO, OutputOptions, packages_of
 from shockpc.cli.parse import robot_name
 
 if TYPE_CHECKING:
@@ -18,6 +18,7 @@ def robots(
     robot: str | None = argument("A name from the list, or a robot file.", "ROBOT", robot_name),
     xacro: tuple[tuple[str, str], ...] = XACRO,
     package: tuple[tuple[str, str], ...] = PACKAGE,
+    meshes: str | None = MESHES,
     output: OutputOptions,
 ) -> None:
     from shockpc.cli.output import emit
@@ -27,7 +28,7 @@ def robots(
     if robot is None:
         report = robots_report(*_catalogue())
     else:
-        report = robot_report(load_robot(robot, xacro=dict(xacro), packages=dict(package)))
+        report = robot_report(load_robot(robot, xacro=dict(xacro), packages=packages_of(package, meshes)))
     emit(report, output)
 
 

@@ -101,7 +101,7 @@ def _with_file(scene: Scene, options: SceneOptions) -> Scene:
         scene,
         **{name: str(value) for name, value in options.fields(Scene).items() if name in ("base", "srdf")},
         xacro={**scene.xacro, **dict(options.xacro)},
-        packages={**scene.packages, **dict(options.package)},
+        packages={**scene.packages, **options.packages},
     )
 
 

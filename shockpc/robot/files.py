@@ -6,6 +6,7 @@ defined, expanded or fetched. Prefixes are kept as written ("xacro:if"), because
 """
 
 import functools
+import itertools
 import os
 import re
 from collections.abc import Mapping
@@ -22,6 +23,9 @@ from shockpc.text.printed import listed
 _DEEPEST = 490  # elements within elements; TinyXML-2, by which Pinocchio and MuJoCo read, stops at 500
 _MOST_ELEMENTS = 500_000  # with their attributes; 64 MB could hold sixteen million, which take gigabytes
 _MARKS_AND_BLANKS = rb"\s*+(\xef\xbb\xbf\s*+)*+"
+MESHES = "*"
+"""The package that stands for every other one: its files are found by their names alone."""
+
 _LATIN = (b"iso-8859-1", b"iso-8859-15", b"latin-1", b"windows-1252")
 
 
@@ -88,11 +92,46 @@ class OpenFolders(NamedTuple):
             for folder in (*among, *self.file.parents):
                 if os.path.isdir(folder) and name in (folder.name, self._package_name(folder)):
                     return folder
-        searched = "among those given, in ROS_PACKAGE_PATH or above the file"
-        raise RobotError(f'{self.file.name}: {named}: no package "{name}" {searched}. Say where it is: --package {name}=DIR')
+        raise RobotError(
+            f'{self.file.name}: {named}: no package "{name}" among those given, in ROS_PACKAGE_PATH or above the file. Say where '
+            f"it is: --package {name}=DIR; or where its meshes are: --meshes DIR"
+        )
 
     def asset(self, uri: str) -> Path:
         """Find the file that a robot file names, an existing one inside the folders, symbolic links resolved.
+
+        What is not where it is named is looked for by its name in the folder of the package "*", if that is given: of several files
+        of one name it is the one whose path ends like the one that is named.
+
+        Raises:
+            RobotError: as `_as_named`; it is not in that folder either, or as much of two paths ends alike.
+        """
+        try:
+            return self._as_named(uri)
+        except RobotError as refusal:
+            if MESHES not in self.packages:
+                raise
+            return self._by_name(uri, refusal)
+
+    def _by_name(self, uri: str, refusal: RobotError) -> Path:
+        """A file of the folder of meshes with the name of the one that is missing."""
+        folder, wanted = self.packages[MESHES], [part for part in unquote(uri).split("/") if part]
+        self.note(folder)
+        alike: dict[int, list[Path]] = {}
+        for path in (Path(place, wanted[-1]) for place, _, files in os.walk(folder) if wanted and wanted[-1] in files):
+            same = (a == b for a, b in zip(reversed(wanted), reversed(path.parts), strict=False))
+            alike.setdefault(sum(1 for _ in itertools.takewhile(bool, same)), []).append(path)
+        if not alike:
+            raise RobotError(f'{refusal}; nor is a file of this name in "{folder}" (--meshes)')
+        first, *others = sorted(alike[max(alike)])
+        if others:
+            raise RobotError(
+                f'{self.file.name}: "{uri}" may be "{first}" or "{others[0]}"; name a folder with one of them, or the package'
+            )
+        return self.resolve(first, uri)
+
+    def _as_named(self, uri: str) -> Path:
+        """Find a file where the robot file says that it is.
 
         It names it by `package://name/rest` (more slashes are accepted, `model://` is read alike; an empty name is the robot file's
         own folder), by `file:///path`, by an absolute path, or by one relative to the robot file.
@@ -139,7 +178,8 @@ def open_folders(file: Path, packages: Mapping[str, str]) -> OpenFolders:
     for name, folder in packages.items():
         place = Path(os.path.expanduser(folder))
         if not os.path.isdir(place):
-            raise RobotError(f'package "{name}": there is no folder "{folder}"; correct --package {name}=DIR')
+            option = "--meshes DIR" if name == MESHES else f"--package {name}=DIR"
+            raise RobotError(f'package "{name}": there is no folder "{folder}"; correct {option}')
         given[name] = place.resolve()
     above = file.parent.parent
     own = file.parent if Path(os.path.realpath(os.path.expanduser("~"))).is_relative_to(above) else above

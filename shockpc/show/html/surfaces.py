@@ -5,7 +5,7 @@ triangles (Lindstrom 2000, "Out-of-core simplification of large polygonal models
 linear between the corners of a large triangle.
 """
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from typing import NamedTuple
 
 import numpy as np
@@ -21,6 +21,10 @@ MOST_DIVIDED = 8
 
 FLAT = 1e-2
 """Share of the largest curvature of a sum of squares below which a direction counts as flat; there a vertex stays at the mean."""
+
+
+SAMPLED = 4000
+"""Triangles of a body, about, by which the number of those that remain is estimated."""
 
 
 class Surface(NamedTuple):
@@ -51,8 +55,7 @@ def surfaces(bodies: Sequence[Sequence[Shape]], most: int) -> list[Surface]:
             for k, mesh in enumerate(meshes):
                 meshes[k] = _divided(mesh, LONGEST * size, left)
                 left -= len(meshes[k].triangles)
-        while (count := sum(_count(mesh, cell) for mesh in meshes)) > most:
-            cell *= min(max(1.1, (count / most) ** 0.5), 1.5)
+        cell = _coarser(meshes, cell, most)
         meshes = [_clustered(mesh, cell) for mesh in meshes]
     return meshes
 
@@ -86,6 +89,27 @@ def _cells(surface: Surface, cell: float) -> np.ndarray:
     low = surface.vertices.min(axis=0, initial=np.inf)
     x, y, z = ((surface.vertices - low) / cell).astype(np.int64).T
     return np.asarray((x << 42) + (y << 21) + z)
+
+
+def _coarser(meshes: Sequence[Surface], cell: float, most: int) -> float:
+    """The cell, or a larger one in which at most so many triangles remain."""
+
+    def enlarged(cell: float, count: Callable[[Surface, float], int]) -> float:
+        while (left := sum(count(mesh, cell) for mesh in meshes)) > most:
+            cell *= min(max(1.1, (left / most) ** 0.5), 1.5)
+        return cell
+
+    estimated = enlarged(cell, _estimate)
+    # Where many triangles become one, the estimate is far too high.
+    return enlarged(estimated if sum(_count(mesh, estimated) for mesh in meshes) > most / 2 else cell, _count)
+
+
+def _estimate(surface: Surface, cell: float) -> int:
+    """The number of triangles between three cells, by some of them; of those, several may become one."""
+    every = 1 + len(surface.triangles) // SAMPLED
+    cells = np.floor(surface.vertices[surface.triangles[::every]] / cell)
+    vanish = (cells == np.roll(cells, 1, axis=1)).all(axis=2).any(axis=1)
+    return every * int((~vanish).sum())
 
 
 def _count(surface: Surface, cell: float) -> int:
