@@ -17,11 +17,12 @@ paper: .venv/.run
 	@echo "Figures, tables and scenes: out/paper"
 
 # The pictures of the README.
+SCREENSHOT = chromium --headless --no-sandbox --use-angle=swiftshader --enable-unsafe-swiftshader --hide-scrollbars \
+	--virtual-time-budget=15000 --screenshot
 gallery: paper .venv/.dev
 	@"$(BIN)/shockpc" analyze go2 --contact FL_foot --out out/go2 > /dev/null
 	@cp out/go2/shock.svg robots/gallery/go2.svg
-	@chromium --headless --no-sandbox --use-angle=swiftshader --enable-unsafe-swiftshader --window-size=1300,860 \
-		--virtual-time-budget=15000 --screenshot=robots/gallery/report.png "file://$(CURDIR)/out/go2/report.html"
+	@$(SCREENSHOT)=robots/gallery/report.png --window-size=1300,860 "file://$(CURDIR)/out/go2/report.html"
 	@cp out/paper/figure*.svg robots/gallery/
 	@"$(BIN)/shockpc" sweep anymal_b --contact LF_FOOT --vary "*_KFE=-120:-10:200" --vary strike-angle=0:75:16 --at imu_link --rows csv --out out/sweep
 	@"$(BIN)/shockpc" compare go2 --contact FL_foot --change "mass:*_calf=0.9x" --out out/compare > /dev/null
@@ -29,7 +30,15 @@ gallery: paper .venv/.dev
 	@"$(BIN)/shockpc" sensitivity anymal_b --contact LF_FOOT --at imu_link --out out/sensitivity > /dev/null
 	@"$(BIN)/shockpc" place anymal_b --vary strike-angle=-30:75:8 --out out/place > /dev/null
 	@"$(BIN)/shockpc" fall g1 --out out/fall > /dev/null
-	@cp out/fall/fall.svg out/sweep/sweep.svg out/compare/compare.svg out/limits/limits.svg out/sensitivity/sensitivity.svg out/place/place.svg robots/gallery/
+	@"$(BIN)/shockpc" analyze anymal_b --contact LF_FOOT --drop-height 0.3 --pulse half-sine:15ms \
+		--part "imu_link=half-sine 1500 g 0.5 ms" --part "LF_SHANK=half-sine 50 g 11 ms" --out out/part > /dev/null
+	@mkdir -p out/check && sed -n '/^\[\[case/,/^```/p' shockpc/guide/ci.md | sed '/^```/,$$d' > out/check/budgets.toml
+	@"$(BIN)/shockpc" check out/check/budgets.toml --baseline out/check/base.json --update-baseline > /dev/null
+	@"$(BIN)/shockpc" check out/check/budgets.toml --baseline out/check/base.json --out out/check > /dev/null
+	@$(SCREENSHOT)=robots/gallery/check.png --window-size=1300,760 "file://$(CURDIR)/out/check/report.html"
+	@awk -F, 'NR == 1 || $$3 > 0.006' robots/measured/elbow/elbow_landings.csv > out/elbow.csv
+	@"$(BIN)/shockpc" identify out/elbow.csv $(UNKNOWN) --out out/identify > /dev/null
+	@cp out/fall/fall.svg out/part/damage.svg out/identify/identify.svg out/sweep/sweep.svg out/compare/compare.svg out/limits/limits.svg out/sensitivity/sensitivity.svg out/place/place.svg robots/gallery/
 
 test: .venv/.dev
 	@"$(BIN)/python" -m pytest -n auto --dist loadfile
