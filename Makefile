@@ -41,7 +41,7 @@ gallery: paper .venv/.dev
 	@cp out/fall/fall.svg out/part/damage.svg out/identify/identify.svg out/sweep/sweep.svg out/compare/compare.svg out/limits/limits.svg out/sensitivity/sensitivity.svg out/place/place.svg robots/gallery/
 
 test: .venv/.dev
-	@"$(BIN)/python" -m pytest -n auto --dist loadfile
+	@"$(BIN)/python" -m pytest -n auto --dist worksteal
 
 check: .venv/.dev
 	@"$(BIN)/ruff" format --check shockpc tests

@@ -35,6 +35,7 @@ from shockpc.landing.scene_file import scene_text
 from shockpc.quantities.table import quantity
 from shockpc.show.figure.landings import draw_validation
 from shockpc.show.reports.landings import agreement_sheet
+from shockpc.studies import landings
 from shockpc.studies.landings import DRAWS, SEED, STATISTICS, Agreement, Validation, compare_measured
 from shockpc.text.errors import SceneError, SolveError, StudyError, UnknownName
 
@@ -748,8 +749,11 @@ def test_velocities_at_a_time_are_columns():
     assert len(replace(falls, computed=wanted).table().messages) == 6
 
 
-def test_measured_landings_of_cassie():
-    """The guide's table is what the benchmark computes."""
+def test_measured_landings_of_cassie(monkeypatch):
+    """The guide's table is what the benchmark computes; intervals of single joints, which it does not show, are left out."""
+    statistics = landings._statistics
+    none = dict.fromkeys(STATISTICS, (np.nan,) * 3)
+    monkeypatch.setattr(landings, "_statistics", lambda y, x, energy: statistics(y, x, energy) if y.shape[1] > 1 else none)
     text = (Path(__file__).parents[1] / "shockpc" / "guide" / "logs.md").read_text(encoding="utf-8")
     lines = re.findall(r"^\| (.*springs.*) \| (\d+) ms \| (\S+) \| (\S+) \| (.*) \| (\S+) \| (\S+) \|$", text, re.MULTILINE)
     sheet = {(row[0], row[1]): row[3:] for row in measured_landings().rows}
