@@ -3,10 +3,11 @@
 import functools
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
-from typing import NamedTuple
+from typing import NamedTuple, TypeAlias
 
 import numpy as np
 
+from shockpc.core.memo import memoized
 from shockpc.core.spatial import Array
 from shockpc.evaluation.columns import Column, postures, selected
 from shockpc.evaluation.evaluate import Evaluation
@@ -15,8 +16,8 @@ from shockpc.evaluation.recorded import RecordedLandings
 from shockpc.evaluation.recorded_table import Measured, Rows
 from shockpc.evaluation.variation import Variation
 from shockpc.evaluation.varied_scene import applied
-from shockpc.impact.friction import FrictionProblem, friction_problem, friction_problems
-from shockpc.landing.dynamics import dynamics
+from shockpc.impact.friction import FrictionProblem, friction_problem, friction_problems, joined
+from shockpc.landing.dynamics import Dynamics, dynamics
 from shockpc.landing.motion import Motion
 from shockpc.landing.places import Place, body_places
 from shockpc.landing.rows import Equation
@@ -112,11 +113,17 @@ def inertias(study: RecordedLandings) -> Array:
             if isinstance(group, Refusal):
                 continue
             state = dynamics(robot, group.Q, group.landing.joint_model.armature)
-            rates = np.broadcast_to(np.eye(robot.model.nv), state.H.shape).copy()
-            if robot.free_base:
-                rates[:, :6, :6] = np.linalg.inv(state.J[:, [3, 4, 5, 0, 1, 2], :6])
+            rates = np.linalg.inv(_velocities(robot, state))
             H[first + group.postures] = rates.swapaxes(1, 2) @ state.H @ rates
     return H
+
+
+def _velocities(robot: Robot, state: Dynamics) -> Array:
+    """The velocities (N, nv, nv) of which `inertias` are, for unit joint velocities in N postures."""
+    velocities = np.broadcast_to(np.eye(robot.model.nv), state.H.shape).copy()
+    if robot.free_base:
+        velocities[:, :6, :6] = state.J[:, [3, 4, 5, 0, 1, 2], :6]
+    return velocities
 
 
 def coordinate(measured: Measured, robot: Robot) -> int:
@@ -170,8 +177,7 @@ MOST_KNOWN = 500
 STICKS = 1e9
 """Friction of rows without one, beside rows with friction."""
 
-
-Problems = tuple[list[tuple[np.ndarray, FrictionProblem, Array]], dict[int, str]]
+Problems: TypeAlias = tuple[list[tuple[np.ndarray, FrictionProblem, Array]], dict[int, str]]
 
 
 class Predicted(NamedTuple):
@@ -209,7 +215,7 @@ class Predictor:
         """Which rows of `inertias` (k,) the measured velocities have."""
         return np.array([coordinate(column, self.robot) for column in self.measured])
 
-    def study(self, values: Sequence[float] | None) -> RecordedLandings:
+    def study(self, values: tuple[float, ...] | None) -> RecordedLandings:
         """The landings with values of the unknowns. Args: values (p,) in their units; None for the landings as they are given.
 
         Raises:
@@ -227,29 +233,23 @@ class Predictor:
             scenes, robot = [scene for scene, _ in changes], changes[0][1]
         return RecordedLandings(robot, rows._replace(scenes=tuple(scenes)))
 
-    def __call__(self, values: Sequence[float] | None) -> Predicted:
+    @memoized(MOST_KNOWN)
+    def __call__(self, values: tuple[float, ...] | None) -> Predicted:
         """The jumps for values (p,) of the unknowns; None for the landings as they are given."""
-        key = None if values is None else tuple(map(float, values))
-        if key not in self._known:
-            if len(self._known) >= MOST_KNOWN:
-                self._known.clear()
-            self._known[key] = self._predicted(key)
-        return self._known[key]
-
-    def _predicted(self, values: tuple[float, ...] | None) -> Predicted:
-        scale = dict(zip((one.subject for one in self.unknowns), values or (), strict=False)).get(SCALE, 1.0)
+        scale = self._by_subject(values).get(SCALE, 1.0)
         measured = np.stack([column.jump for column in self.measured], axis=1) + (1.0 - scale) * self._before
         try:
-            study = self.study(values)
-            jumps, messages = self._jumps(study, values)
+            jumps, messages = self._jumps(self.study(values), values)
         except ShockError as error:
             jumps, messages = np.full(measured.shape, np.nan), dict.fromkeys(range(len(measured)), str(error))
         jumps[list(messages)] = np.nan
         return Predicted(jumps, measured, messages)
 
+    def _by_subject(self, values: tuple[float, ...] | None) -> dict[str, float]:
+        return {} if values is None else {one.subject: value for one, value in zip(self.unknowns, values, strict=True)}
+
     def _jumps(self, study: RecordedLandings, values: tuple[float, ...] | None) -> tuple[Array, dict[int, str]]:
-        scene, timed = study.scene, self.measured[0].time is not None
-        stiff = scene.contact_stiffness is not None and timed
+        stiff = study.scene.contact_stiffness is not None and self.measured[0].time is not None
         if not stiff and not np.isnan(study.table.friction).all():
             return self._with_friction(study, values)
         keys = predicting(study, friction=False)
@@ -262,69 +262,56 @@ class Predictor:
         return np.stack([by_key[column.key] for column in self.measured], axis=1), dict(table.messages)
 
     def _with_friction(self, study: RecordedLandings, values: tuple[float, ...] | None) -> tuple[Array, dict[int, str]]:
-        """The jumps with friction, of which only the impulses of the contacts depend on friction and restitution."""
-        flat = any(contact.kind == "flat" for scene in study.table.scenes for contact in scene.contact)
-        by_subject = dict(zip((one.subject for one in self.unknowns), values or (), strict=values is not None))
-        apart = ("friction", SCALE) if flat else ("friction", "restitution", SCALE)
-        key = None if values is None else tuple(value for name, value in by_subject.items() if name not in apart)
-        if key not in self._problems:
-            if len(self._problems) >= MOST_PROBLEMS:
-                self._problems.clear()
-            self._problems[key] = self._problems_of(
-                study if SCALE not in by_subject else self.study([*(by_subject | {SCALE: 1.0}).values()])
-            )
-        problems, refused = self._problems[key]
+        """The jumps with friction, of which only the impulses of the contacts depend on friction, restitution and scale."""
+        own, others = self._by_subject(values), {"friction": 0.0, SCALE: 1.0}
+        if all(contact.kind != "flat" for scene in study.table.scenes for contact in scene.contact):
+            others["restitution"] = 0.0
+        problems, refused = self._problems(None if values is None else tuple(others.get(name, x) for name, x in own.items()))
         jumps, messages = np.full((study.rows, len(self.measured)), np.nan), dict(refused)
-        friction, scale = np.nan_to_num(study.table.friction, nan=STICKS), by_subject.get(SCALE, 1.0)
+        friction = np.nan_to_num(study.table.friction, nan=STICKS)
         for rows, problem, to_measured in problems:
-            scaled = problem.scaled(scale)
-            impulses, failures = scaled.impulses(friction[rows], by_subject.get("restitution"))
+            scaled = problem.scaled(own.get(SCALE, 1.0))
+            impulses, failures = scaled.impulses(friction[rows], own.get("restitution"))
             jumps[rows] = (to_measured @ scaled.delta(impulses)[:, 0, :, None])[..., 0]
             messages |= {int(rows[i]): str(error) for i, error in failures.items()}
         return jumps, messages
 
-    def _problems_of(self, study: RecordedLandings) -> Problems:
-        """The landings with friction, and why others have none.
+    @memoized(MOST_PROBLEMS)
+    def _problems(self, values: tuple[float, ...] | None) -> Problems:
+        """The landings with friction for values of the unknowns: rows (m,), their problem, and the measured velocities (m, k, ny).
 
-        These are rows (m,), their problem, and the measured velocities (m, k, ny) for unit free ones.
+        These are for unit free velocities. And why others have none.
         """
-        problems, messages = list[tuple[np.ndarray, FrictionProblem, Array]](), dict[int, str]()
+        study, problems, messages = self.study(values), list[tuple[np.ndarray, FrictionProblem, Array]](), dict[int, str]()
         for k, (first, _) in enumerate(study.parts):
-            part = study.part(k, study.data(k))
-            for group in part.groups:
+            for group in study.part(k, study.data(k)).groups:
+                rows = first + group.postures
                 if isinstance(group, Refusal):
-                    messages |= dict.fromkeys((first + group.postures).tolist(), str(group.error))
+                    messages |= dict.fromkeys(rows.tolist(), str(group.error))
                     continue
                 block = postures(group.landing.without_stops, group.Q, ())
-                equation, clear = block.equation, np.delete(np.arange(len(group.Q)), list(block.solution.choices))
-                shared = friction_problems(block.landing, equation, equation.b[:, None, :, 3])
-                if shared is not None:
-                    problems.append((first + group.postures[clear], shared[0].part(clear), self.to_measured(equation)[clear]))
-                for i in np.delete(group.postures, clear if shared is not None else []).tolist():
+                equation, unclear = block.equation, list(block.solution.choices)
+                if shared := friction_problems(block.landing, equation, equation.b[:, None, :, 3]):
+                    clear = np.delete(np.arange(len(rows)), unclear)
+                    problems.append((rows[clear], shared[0].part(clear), self.to_measured(equation)[clear]))
+                for row in rows[unclear].tolist() if shared else rows.tolist():
                     try:
-                        landing = study.landing(first + i)
-                        problem = friction_problem(landing)
-                        problems.append((np.array([first + i]), problem, self.to_measured(landing.equation(landing.state))))
+                        landing = study.landing(row)
+                        measured = self.to_measured(landing.equation(landing.state))
+                        problems.append((np.array([row]), friction_problem(landing), measured))
                     except ShockError as error:
-                        messages[first + i] = str(error)
-        return problems, messages
+                        messages[row] = str(error)
+        # Those of the same number of contacts are solved together.
+        alike: dict[tuple[int, ...], list[tuple[np.ndarray, FrictionProblem, Array]]] = {}
+        for one in problems:
+            alike.setdefault((one[1].stops, *one[1].by_impulse.shape[1:]), []).append(one)
+        whole = [tuple(zip(*ones, strict=True)) for ones in alike.values()]
+        return [(np.concatenate(rows), joined(own), np.concatenate(measured)) for rows, own, measured in whole], messages
 
     def to_measured(self, equation: Equation) -> Array:
         """The measured velocities (N, k, ny) for unit free velocities in N postures."""
-        state = equation.state
-        rates = np.broadcast_to(np.eye(self.robot.model.nv), state.H.shape).copy()
-        if self.robot.free_base:
-            rates[:, :6, :6] = state.J[:, [3, 4, 5, 0, 1, 2], :6]
-        rates = rates[:, self.coordinates]
+        rates = _velocities(self.robot, equation.state)[:, self.coordinates]
         return rates if equation.G is None else np.asarray(rates @ equation.G)
-
-    @functools.cached_property
-    def _known(self) -> dict[tuple[float, ...] | None, Predicted]:
-        return {}
-
-    @functools.cached_property
-    def _problems(self) -> dict[tuple[float, ...] | None, Problems]:
-        return {}
 
     @functools.cached_property
     def _before(self) -> Array:

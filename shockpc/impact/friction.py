@@ -155,7 +155,7 @@ class FrictionProblem(NamedTuple):
     Attributes:
         A: (N, 3m, 3m) Delassus matrices [1/kg].
         before: (N, S, m, 3) velocities along the rows before the impact [m/s].
-        restitution: (m,) e of the scene along the normals.
+        restitution: (N, m) e of the scene along the normals.
         stops: number of end stops.
         by_impulse: (N, ny, 3m) jumps of the free velocities for unit impulses.
         stop: (N, ny) jumps with which what turns on a sole stops turning, whatever the impulses [rad/s, m/s].
@@ -179,10 +179,10 @@ class FrictionProblem(NamedTuple):
         mu = np.broadcast_to(mu, N)
         found = np.full((N, S, 3 * m), np.nan)
         if m == 1:
-            A, before, e = np.repeat(self.A, S, axis=0), self.before.reshape(-1, 3), self.restitution[0]
+            A, before, each = np.repeat(self.A, S, axis=0), self.before.reshape(-1, 3), np.repeat(mu, S)
+            e = np.repeat(self.restitution, S) if restitution is None else np.full(N * S, restitution)
             known = np.isfinite(A).all(axis=(1, 2)) & np.isfinite(before).all(axis=1)
-            each, e = np.repeat(mu, S)[known], np.full(known.sum(), e if restitution is None else restitution)
-            found.reshape(-1, 3)[known] = solve_each(A[known], before[known], each, e)
+            found.reshape(-1, 3)[known] = solve_each(A[known], before[known], each[known], e[known])
         for i, s in np.argwhere(np.isnan(found).any(axis=2)).tolist():
             try:
                 found[i, s] = self.solved(float(mu[i]), restitution, (i, s))[0].impulse.ravel()
@@ -201,7 +201,7 @@ class FrictionProblem(NamedTuple):
         Raises:
             SolveError: no solution was found, or each gains kinetic energy.
         """
-        e, m = self.restitution.copy(), len(self.restitution) - self.stops
+        e, m = self.restitution[of[0]].copy(), self.contacts
         if restitution is not None:
             e[:m] = restitution
         try:
@@ -222,10 +222,14 @@ class FrictionProblem(NamedTuple):
             )
         return best, len(found)
 
+    @property
+    def contacts(self) -> int:
+        """Number of contacts and standing feet."""
+        return int(self.restitution.shape[1]) - self.stops
+
     def part(self, postures: np.ndarray) -> "FrictionProblem":
         """The same in some of the postures."""
-        A, before, by_impulse, stop = (part[postures] for part in (self.A, self.before, self.by_impulse, self.stop))
-        return self._replace(A=A, before=before, by_impulse=by_impulse, stop=stop)
+        return FrictionProblem._make(part[postures] if isinstance(part, np.ndarray) else part for part in self)
 
     def scaled(self, factor: float) -> "FrictionProblem":
         """The same with all velocities before the impact times a factor above zero."""
@@ -261,7 +265,7 @@ def _problem_of(landing: PosedLanding) -> tuple[FrictionProblem, ContactRows, np
     except np.linalg.LinAlgError as refusal:
         raise SolveError(f"no verdict with friction: {refusal}") from None
     A, velocities = (J @ by_impulse)[None], before.reshape(1, 1, -1, 3)
-    return FrictionProblem(A, velocities, e, len(stops), (rows.basis @ by_impulse)[None], rows.stop[None]), rows, own, stops
+    return FrictionProblem(A, velocities, e[None], len(stops), (rows.basis @ by_impulse)[None], rows.stop[None]), rows, own, stops
 
 
 def friction_problems(landing: Landing, equation: Equation, speeds: Array) -> tuple[FrictionProblem, Array] | None:
@@ -283,7 +287,14 @@ def friction_problems(landing: Landing, equation: Equation, speeds: Array) -> tu
     whole[own] = turn
     J = whole @ equation.J_c
     by_impulse = solve_inertia(equation.inertia, np.swapaxes(J, 1, 2))
-    return FrictionProblem(J @ by_impulse, before, e[place == 2], 0, by_impulse, np.zeros(by_impulse.shape[:2])), whole
+    restitution = np.broadcast_to(e[place == 2], (len(J), np.sum(place == 2)))
+    return FrictionProblem(J @ by_impulse, before, restitution, 0, by_impulse, np.zeros(by_impulse.shape[:2])), whole
+
+
+def joined(problems: Sequence[FrictionProblem]) -> FrictionProblem:
+    """Problems with as many contacts, stops, free velocities and strikes each as one, in the postures of all of them."""
+    parts = zip(*problems, strict=True)
+    return FrictionProblem._make(np.concatenate(part) if isinstance(part[0], np.ndarray) else part[0] for part in parts)
 
 
 class _Slipping(DoubleImpact):
@@ -332,7 +343,7 @@ def friction_of(landing: PosedLanding) -> FrictionResult:
     """
     landing = landing.without_stops
     problem, rows, own, stops = _problem_of(landing)
-    mu, m = landing.scene.friction, len(problem.restitution) - problem.stops
+    mu, m = landing.scene.friction, problem.contacts
     before, equation = problem.before[0, 0, :m], rows.equation
     plain = solve_in_doubles(landing, equation)
     assert mu is not None
