@@ -263,7 +263,6 @@ def test_the_measured_tosses_of_two_blocks():
         ({}, {}, "give each unknown once"),
         (GROUND, {"after": 6.0}, "nothing was measured after 6 ms"),
         (GROUND, {"noise": {"hinge": 1.0}}, "fits nothing that was measured"),
-        (GROUND, {"draws": 5}, "are not enough"),
     ],
 )
 def test_refusals(unknown, changes, text):

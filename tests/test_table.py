@@ -116,7 +116,7 @@ STUDIES = {
         {"rotation": "deg", "speed": "m/s", "energy": "J", "struck": ""},
     ),
     "identify": (
-        lambda _: shockpc.identify(blocks(np.random.default_rng(0), 8), TOSSED, {"friction": "0:1.5"}, draws=100),
+        lambda _: shockpc.identify(blocks(np.random.default_rng(0), 8), TOSSED, {"friction": "0:1.5"}),
         lambda found: len(found.unknowns),
         {"unknown": "", "value": ""},
     ),

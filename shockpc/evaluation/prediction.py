@@ -236,7 +236,7 @@ class Predictor:
     @memoized(MOST_KNOWN)
     def __call__(self, values: tuple[float, ...] | None) -> Predicted:
         """The jumps for values (p,) of the unknowns; None for the landings as they are given."""
-        scale = self._by_subject(values).get(SCALE, 1.0)
+        scale = self.by_subject(values).get(SCALE, 1.0)
         measured = np.stack([column.jump for column in self.measured], axis=1) + (1.0 - scale) * self._before
         try:
             jumps, messages = self._jumps(self.study(values), values)
@@ -245,7 +245,8 @@ class Predictor:
         jumps[list(messages)] = np.nan
         return Predicted(jumps, measured, messages)
 
-    def _by_subject(self, values: tuple[float, ...] | None) -> dict[str, float]:
+    def by_subject(self, values: tuple[float, ...] | None) -> dict[str, float]:
+        """The values of the unknowns by their subjects."""
         return {} if values is None else {one.subject: value for one, value in zip(self.unknowns, values, strict=True)}
 
     def _jumps(self, study: RecordedLandings, values: tuple[float, ...] | None) -> tuple[Array, dict[int, str]]:
@@ -263,10 +264,10 @@ class Predictor:
 
     def _with_friction(self, study: RecordedLandings, values: tuple[float, ...] | None) -> tuple[Array, dict[int, str]]:
         """The jumps with friction, of which only the impulses of the contacts depend on friction, restitution and scale."""
-        own, others = self._by_subject(values), {"friction": 0.0, SCALE: 1.0}
+        own, others = self.by_subject(values), {"friction": 0.0, SCALE: 1.0}
         if all(contact.kind != "flat" for scene in study.table.scenes for contact in scene.contact):
             others["restitution"] = 0.0
-        problems, refused = self._problems(None if values is None else tuple(others.get(name, x) for name, x in own.items()))
+        problems, refused = self.problems(None if values is None else tuple(others.get(name, x) for name, x in own.items()))
         jumps, messages = np.full((study.rows, len(self.measured)), np.nan), dict(refused)
         friction = np.nan_to_num(study.table.friction, nan=STICKS)
         for rows, problem, to_measured in problems:
@@ -277,7 +278,7 @@ class Predictor:
         return jumps, messages
 
     @memoized(MOST_PROBLEMS)
-    def _problems(self, values: tuple[float, ...] | None) -> Problems:
+    def problems(self, values: tuple[float, ...] | None) -> Problems:
         """The landings with friction for values of the unknowns: rows (m,), their problem, and the measured velocities (m, k, ny).
 
         These are for unit free velocities. And why others have none.

@@ -31,17 +31,17 @@ from shockpc.landing.scene import Scene
 from shockpc.landing.scene_file import robot_of
 from shockpc.robot.robot import Robot
 from shockpc.studies.declare import RenameOption, study
-from shockpc.text.errors import ShockError, StudyError
+from shockpc.text.errors import StudyError
 from shockpc.text.printed import few, listed
 
 SEED = 0
 """Of the bootstrap and of the parts that are left out."""
 
-GRID = {1: 25, 2: 10, 3: 6}
-"""Values of each of so many unknowns on the grid that is searched first; for more 2 ** `MOST` points of a Sobol sequence."""
-
 MOST, STARTS = 8, 2
-"""Of that sequence; and the points of the grid from which the search goes on."""
+"""Points 2^n of the Sobol sequence that is searched first, at most; and those from which the search goes on."""
+
+DRAWS, FOLDS = 1000, 5
+"""Of the bootstrap; and parts in which landings are left out."""
 
 STEP = 5e-3
 """With which derivatives are differences, as a share of an unknown's range."""
@@ -183,8 +183,6 @@ def identify(
             "NAME=SIGMA",
         ),
     ] = None,
-    draws: Annotated[int, Option("Draws of the bootstrap.", "How it is found", "N")] = 1000,
-    folds: Annotated[int, Option("In how many parts landings are left out.", "How it is found", "N")] = 5,
 ) -> Identification:
     """Find unknowns of a robot and of the ground from measured jumps.
 
@@ -203,8 +201,6 @@ def identify(
     unknowns = tuple(_unknown(robot, *one) for one in pairs(unknown))
     if not unknowns or len({one.subject for one in unknowns}) < len(unknowns):
         raise StudyError("give each unknown once, as NAME=LOW:HIGH, such as friction=0:1.5")
-    if draws < 100 or folds < 2:
-        raise StudyError(f"{draws} draws and {folds} parts are not enough; give at least 100 draws and 2 parts")
     velocities = [m for m in rows.measured if m.key in ("vx", "vy", "vz", "wx", "wy", "wz") or m.group == "joint rates"]
     if not velocities:
         raise StudyError(
@@ -225,8 +221,7 @@ def identify(
             "columns after6ms_… for 6 ms"
         )
     predictor = Predictor(rows, robot, unknowns, chosen)
-    fit = _Fit(predictor, deviations[deviations > 0.0] if noise else None)
-    return fit.identification(scene, draws, folds)
+    return _Fit(predictor, deviations[deviations > 0.0] if noise else None).identification(scene)
 
 
 def _unknown(robot: Robot, subject: str, values: Any) -> Variation:
@@ -325,18 +320,13 @@ class _Fit:
         from scipy.optimize import least_squares
         from scipy.stats import qmc
 
-        if self.p in GRID:
-            count = GRID[self.p]
-            axes = np.meshgrid(*[(np.arange(count) + 0.5) / count] * self.p, indexing="ij")
-            points, apart = np.stack([axis.ravel() for axis in axes], axis=1), 1.5 / count
-        else:
-            points, apart = qmc.Sobol(self.p, rng=SEED).random_base2(MOST), 0.25
+        points = qmc.Sobol(self.p, rng=SEED).random_base2(min(3 + 2 * self.p, MOST))
         sizes = np.array([np.linalg.norm(self.residuals(u), axis=1) for u in points])
         self.scale = max(float(np.median(sizes, axis=1).min()), 1e-9)
         order = np.argsort([np.sum(np.sqrt(1.0 + size**2 / self.scale**2)) for size in sizes])
         starts: list[Array] = []
         for u in points[order]:
-            if len(starts) < STARTS and all(np.abs(u - other).max() > apart for other in starts):
+            if len(starts) < STARTS and all(np.abs(u - other).max() > len(points) ** (-1.0 / self.p) for other in starts):
                 starts.append(u)
         loss = partial(_soft_l1, k=len(self.predictor.measured))
         for final in (False, True):
@@ -358,8 +348,8 @@ class _Fit:
                     best = moved
         return np.asarray(best)
 
-    def identification(self, scene: Scene, draws: int, folds: int) -> Identification:
-        """The values, how well they are known, and how well they predict. Args: as for `identify`."""
+    def identification(self, scene: Scene) -> Identification:
+        """The values, how well they are known, and how well they predict. Args: scene, as for `identify`."""
         u = self.solve()
         predictor, unknowns, n = self.predictor, self.predictor.unknowns, int(self.used.sum())
         edge = (u < EDGE) | (u > 1.0 - EDGE)
@@ -378,7 +368,7 @@ class _Fit:
         vague = np.any([np.abs(v) > 0.3 for v in unseen], axis=0) if unseen else np.zeros(self.p, dtype=bool)
         spreads = self._alike(u)
         free = ~(edge | without | vague)
-        steps = self._bootstrap(u, r, D, free, draws)
+        steps = self._refitted(u, r, D, free, _drawn(n, DRAWS))
         state: list[State] = [
             "no influence" if without[j] else "not identifiable" if vague[j] or spreads < ALIKE else "at its bound" if edge[j]
             else "identified" for j in range(self.p)
@@ -393,12 +383,9 @@ class _Fit:
             spreads_of = np.cov(steps[:, free].T).reshape(free.sum(), free.sum())
             sizes = np.sqrt(np.maximum(np.diagonal(spreads_of), 1e-300))
             correlation[np.ix_(free, free)] = spreads_of / np.outer(sizes, sizes)
-        found, errors, by_landing = predictor(self.values(u)), dict[str, float](), dict[str, Array]()
-        H = inertias(predictor.study(self.values(u)))
-        by_landing["before"] = self._errors(H, self.before)
-        by_landing["after"] = self._errors(H, found)
-        by_landing["left out"] = self._left_out(u, r, D, ~(without | vague), H, folds)
-        by_landing["free impulse"] = self._free_impulse(u, H)
+        found, H = predictor(self.values(u)), inertias(predictor.study(self.values(u)))
+        left_out, best = self._left_out(u, r, D, ~(without | vague), H), self._free_impulse(u, H)
+        by_landing = dict(zip(ERRORS, (self._errors(H, self.before), self._errors(H, found), left_out, best), strict=True))
         errors = {name: float(np.median(values[self.used])) for name, values in by_landing.items()}
         fitted, robot = scene, predictor.robot
         for one, value in zip(unknowns, self.values(u), strict=True):
@@ -415,12 +402,6 @@ class _Fit:
             results, fitted, robot, predictor, self.before, found, self.used, errors, by_landing, correlation, singular, statements,
             found.messages, cache(partial(self._scan, u, H=H)),
         )  # fmt: skip
-
-    def _bootstrap(self, u: Array, r: Array, D: Array, free: np.ndarray, draws: int) -> Array:
-        """By how much (draws, p) the shares differ where landings are drawn with replacement; zero where they are not free."""
-        n = len(r)
-        counts = np.random.default_rng(SEED).multinomial(n, np.full(n, 1.0 / n), size=draws).astype(float)
-        return self._refitted(u, r, D, free, counts)
 
     def _refitted(self, u: Array, r: Array, D: Array, free: np.ndarray, counts: Array) -> Array:
         """By how much (m, p) the shares differ where landings have other weights (m, n), with derivatives (n, k, p) held."""
@@ -444,10 +425,10 @@ class _Fit:
         with np.errstate(invalid="ignore", divide="ignore"):
             return energy_norms(H, coordinates, difference) / energy_norms(H, coordinates, measured)
 
-    def _left_out(self, u: Array, r: Array, D: Array, free: np.ndarray, H: Array, folds: int) -> Array:
+    def _left_out(self, u: Array, r: Array, D: Array, free: np.ndarray, H: Array) -> Array:
         """The errors (n,) of landings that were left out when the values were found."""
         used, errors = np.flatnonzero(self.used), np.full(len(self.used), np.nan)
-        parts = np.array_split(np.random.default_rng(SEED).permutation(len(used)), min(folds, len(used)))
+        parts = np.array_split(np.random.default_rng(SEED).permutation(len(used)), min(FOLDS, len(used)))
         counts = np.array([~np.isin(np.arange(len(used)), part) for part in parts], dtype=float)
         for part, step in zip(parts, self._refitted(u, r, D, free, counts), strict=True):
             errors[used[part]] = self._errors(H, self.predictor(self.values(u + step)))[used[part]]
@@ -455,22 +436,19 @@ class _Fit:
 
     def _free_impulse(self, u: Array, H: Array) -> Array:
         """The errors (n,) with the impulse at the contacts that fits each landing best; NaN where it would fit whatever jump."""
-        predictor, errors = self.predictor, np.full(len(self.used), np.nan)
-        study, measured = predictor.study(self.values(u)), predictor(self.values(u)).measured
-        for i in np.flatnonzero(self.used).tolist():
-            own = np.flatnonzero(np.isfinite(measured[i]))
-            try:
-                landing = study.landing(i)
-            except ShockError:
-                continue
-            equation = landing.equation(landing.state)
-            moved = np.linalg.solve(equation.H[0], equation.J_c[0].T)
-            moved = predictor.to_measured(equation)[0, own] @ moved
-            root = np.linalg.cholesky(reduced_inertia(H[i : i + 1], predictor.coordinates[own])[0]).T
-            U, s, _ = np.linalg.svd(root @ moved, full_matrices=False)
-            U, jump = U[:, s > 1e-9 * s.max(initial=0.0)], root @ measured[i, own]
-            if 2 * U.shape[1] <= len(own):
-                errors[i] = np.linalg.norm(jump - U @ (U.T @ jump)) / np.linalg.norm(jump)
+        predictor, values, errors = self.predictor, self.values(u), np.full(len(self.used), np.nan)
+        measured, scale = predictor(values).measured, predictor.by_subject(values).get(SCALE, 1.0)
+        for rows, problem, to_measured in predictor.problems(values)[0]:
+            moves, stops = to_measured @ problem.by_impulse, (to_measured @ (scale * problem.stop)[..., None])[..., 0]
+            for row, moved, stop in zip(rows.tolist(), moves, stops, strict=True):
+                own = np.flatnonzero(np.isfinite(measured[row]))
+                if not self.used[row]:
+                    continue
+                root = np.linalg.cholesky(reduced_inertia(H[row : row + 1], predictor.coordinates[own])[0]).T
+                U, s, _ = np.linalg.svd(root @ moved[own], full_matrices=False)
+                U, jump = U[:, s > 1e-9 * s.max(initial=0.0)], root @ (measured[row] - stop)[own]
+                if 2 * U.shape[1] <= len(own):
+                    errors[row] = np.linalg.norm(jump - U @ (U.T @ jump)) / np.linalg.norm(root @ measured[row, own])
         return errors
 
     def _scan(self, u: Array, j: int, H: Array) -> tuple[Array, Array]:
@@ -526,7 +504,7 @@ class _Fit:
     def _model_statements(self, found: Predicted, r: Array, errors: Mapping[str, float]) -> Iterable[str]:
         """What is wrong beyond the scatter of the landings, or beyond the noise."""
         wrong, n = [], int(self.used.sum())
-        counts = np.random.default_rng(SEED).multinomial(n, np.full(n, 1.0 / n), size=2000).astype(float)
+        counts = _drawn(n, 2 * DRAWS)
         for k, column in enumerate(self.predictor.measured):
             x, y = (np.nan_to_num(values[self.used, k]) for values in (found.jumps, found.measured))
             if not (size := float(x @ x)) > 0.0:
@@ -550,6 +528,11 @@ class _Fit:
                 "contacts, whatever its law: that much is of the robot's inertia, its posture or the measurement, the rest of the "
                 "law of contact"
             )
+
+
+def _drawn(n: int, draws: int) -> Array:
+    """How often (draws, n) each of n landings is drawn, with replacement."""
+    return np.random.default_rng(SEED).multinomial(n, np.full(n, 1.0 / n), size=draws).astype(float)
 
 
 def _value(one: Variation, u: float) -> float:

@@ -59,6 +59,11 @@ def _header(found: Identification, table: str) -> Iterator[tuple[str, str]]:
     time = predictor.measured[0].time
     when = "" if time is None else f", {time:g} ms after contact"
     yield "measured", f"{few([column.name for column in predictor.measured], 12, what=' velocities')}{when}"
+    used = {(column.key, column.time) for column in predictor.measured}
+    others = [f"{one.key} after {one.time:g} ms" if one.time else one.key for one in predictor.rows.measured]
+    others = [name for name, one in zip(others, predictor.rows.measured, strict=True) if (one.key, one.time) not in used]
+    if others:
+        yield "not used", few(others, 12, what=" columns")
     yield "in the table", ", ".join(predictor.rows.given)
     yield "of the scene", ", ".join(predictor.rows.missing) or "nothing"
 
