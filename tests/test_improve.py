@@ -8,7 +8,7 @@ from commands import run
 from scipy.optimize import minimize
 from trees import known_robot
 
-from shockpc import Contact, Scene, ShockCost, Strike, StudyError, improve, resolve, shock_maps, shock_profile
+from shockpc import Contact, Posture, Scene, ShockCost, Strike, StudyError, improve, resolve, shock_maps, shock_profile
 from shockpc.landing.scene_file import read_scene
 from shockpc.show.reports.improve import improve_report
 
@@ -98,6 +98,7 @@ def test_a_constraint_holds_the_optimum_and_is_named():
 @pytest.mark.parametrize(
     ("quantity", "variables"),
     [
+        ("mitigation@LF_FOOT", LEGS),
         (
             "shock@imu_link:0.1,0.02,0",
             [("*_HFE", "-60:60"), ("base-pitch", "-20:20"), ("base-roll", "-20:20"), ("strike-angle", "0:30")],
@@ -160,7 +161,8 @@ def test_what_cannot_be_improved_says_so(capfd):
         ("v_in", LEGS, "neither better nor worse"),
         ("shock@imu_link", [("contact", "*_FOOT")], "has no range"),
         ("shock@imu_link", [("LF_KFE", "-50,-50")], "has no range"),
-        ("effective_mass@LF_FOOT", LEGS, "one posture at a time"),
+        ("error_bound@base", LEGS, "cannot be followed"),
+        ("shock@imu_link", [*LEGS, ("friction", "0.2:0.8")], "would change nothing here"),
     ):
         with pytest.raises(StudyError, match=text):
             improve(anymal(), quantity, vary=vary, robot=robot)
@@ -169,3 +171,39 @@ def test_what_cannot_be_improved_says_so(capfd):
     with pytest.raises(StudyError, match="is not QUANTITY@PLACES<=LIMIT"):
         improve(anymal(), "shock@imu_link", vary=LEGS, robot=robot, keep=["joint_impulse@LF_KFE=2"])
     assert run(capfd, "improve", "anymal_b", "--contact", "LF_FOOT", "--at", "imu_link").code == 2
+
+
+def test_friction_counts_where_the_scene_has_it():
+    """A foot that slides: the cost is the shock with friction, and one of contacts that stick is refused."""
+    robot, scene = known_robot("anymal_b"), anymal(friction=0.3)
+    cost = ShockCost(scene, "shock_friction@imu_link", LEGS, robot)
+    x = np.array([45.0, -60.0])
+    assert cost(x) == pytest.approx(shock_profile(cost.scene(x), robot).value("shock_friction", "point")[0], rel=1e-9)
+    with pytest.raises(StudyError, match="would change nothing here"):
+        ShockCost(scene, "shock@imu_link", LEGS, robot)
+
+
+def test_a_gradient_counts_end_stops():
+    """A knee that is bent to its end stop, which the impact would bend further."""
+    robot = known_robot("go2")
+    bent = Posture(joints={"FL_calf_joint": robot.joint("FL_calf_joint").limits[0]})
+    scene = Scene(robot="go2", contact=(Contact(frame="FL_foot"),), stops=True, posture=bent)
+    cost, h = ShockCost(scene, "shock@imu", {"FL_thigh_joint": "-40:120", "base-pitch": "-20:20"}, robot), 1e-3 * np.eye(2)
+    slope = [(cost(cost.x0 + step) - cost(cost.x0 - step)) / 2e-3 for step in h]
+    np.testing.assert_allclose(cost.gradient(cost.x0), slope, rtol=1e-5)
+
+
+def test_points_that_are_none_say_so():
+    cost = ShockCost(anymal(), "shock@imu_link", LEGS, known_robot("anymal_b"))
+    for x in ([1.0], [[1.0, 2.0]]):
+        with pytest.raises(StudyError, match=r"x has shape .*; give 2 values"):
+            cost(x)
+    assert cost([np.nan, -50.0]) == np.inf
+    assert np.isnan(cost.gradient([np.nan, -50.0])).all()
+    assert not cost.feasible([np.nan, -50.0])
+    for landings in ([anymal()], None, "anymal_b"):
+        with pytest.raises(StudyError, match="give a scene, or scenes by name"):
+            ShockCost(landings, "shock@imu_link", LEGS)
+    for quantity in (None, 3, [None]):
+        with pytest.raises(StudyError, match="no list of these"):
+            ShockCost(anymal(), quantity, LEGS)

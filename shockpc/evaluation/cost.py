@@ -15,7 +15,7 @@ from shockpc.core.spatial import Array, freeze
 from shockpc.evaluation.columns import Column, selected
 from shockpc.evaluation.evaluate import Evaluation
 from shockpc.evaluation.gradients import has_gradient, slopes
-from shockpc.evaluation.landings import Part
+from shockpc.evaluation.landings import Part, common_robot, named_scenes, refuse_ground
 from shockpc.evaluation.variation import ATTITUDE, Variation, pairs
 from shockpc.evaluation.varied import VariedLandings, varied_landings
 from shockpc.evaluation.varied_scene import present_value
@@ -24,7 +24,6 @@ from shockpc.landing.places import Place
 from shockpc.landing.posture import difference
 from shockpc.landing.rows import block_point
 from shockpc.landing.scene import Scene, Strike
-from shockpc.landing.scene_file import robot_of
 from shockpc.profile import shock_profile
 from shockpc.quantities.contacts import IMPULSE
 from shockpc.quantities.plausibility import levels, on_ground
@@ -33,6 +32,7 @@ from shockpc.quantities.table import Selection
 from shockpc.robot.geometry import body_outline
 from shockpc.robot.robot import Robot
 from shockpc.text.errors import StudyError
+from shockpc.text.printed import few
 
 TRUSTED = 1e10
 """Condition up to which rows are left in double precision; what is found is proven afterwards."""
@@ -40,8 +40,8 @@ TRUSTED = 1e10
 STEP = 1e-5
 """Step of a difference, as a share of the range of what varies."""
 
-FAR = 0.05
-"""Slack of a constraint from which it is far from being missed, as a share of its scale."""
+NUMBER = r"[-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?"
+"""A number, as a constraint states it."""
 
 SLACK = 1e-7
 """By how much an optimiser may miss a constraint, as a share of its scale; it is given one that is narrower by twice as much."""
@@ -101,15 +101,9 @@ class ChosenLandings(VariedLandings):
         a, b = self.parts[k]
         return {varied: self.X[a:b, j, None] for j, varied in enumerate(self.variations)}
 
-    def _landings(self, values: Any, m: int) -> Any:
-        if self.separate or any(varied.stage == 0 for varied in values):
-            return super()._landings(values, m)
-        return iter([(np.arange(m), self.first)])
-
     def _strikes(self, landing: PosedLanding, values: Any, own: np.ndarray) -> Array:
-        if self.strikes == 1:
-            return super()._strikes(landing, values, own) if landing.scene.strike.velocity is None else self.velocities[None]
-        return np.broadcast_to(self.velocities, (len(own), self.strikes, 3))
+        one = self.strikes == 1
+        return super()._strikes(landing, values, own) if one else np.broadcast_to(self.velocities, (len(own), self.strikes, 3))
 
     def part(self, k: int, data: None) -> Part:
         """As of any varied landings, with the proof of a row that needs one in the scene of its strike."""
@@ -139,6 +133,7 @@ class Term(NamedTuple):
         limit: of a constraint; None of others.
         sign: 1 of an upper limit, −1 of a lower one.
         scale: of a constraint [its unit].
+        unknown: slack of a constraint whose number does not exist.
     """
 
     column: Column
@@ -149,6 +144,7 @@ class Term(NamedTuple):
     limit: float = 0.0
     sign: float = 1.0
     scale: float = 1.0
+    unknown: float = -1.0
 
     @property
     def text(self) -> str:
@@ -162,14 +158,9 @@ class Term(NamedTuple):
         return ground.get(key, f"{self.column.name} {'<=' if self.sign > 0.0 else '>='} {self.limit:g}")
 
     @property
-    def kind(self) -> str:
-        """How an optimiser takes it: "held" at least zero where a constraint holds, squared, as its negative, or as it is."""
-        entry = self.column.selection.quantity
-        if self.role < 0:
-            return "size held" if self.column.selection.signed else "held"
-        if entry.reciprocal:
-            return "reciprocal"  # of an infinite radius of percussion the shock per metre is zero
-        return "negative" if entry.worse == "less" else "plain" if entry.worse == "neither" and not entry.signed else "square"
+    def power(self) -> float:
+        """What an optimiser takes for a value, as a power of it: of a length the square is smooth at zero; less is better."""
+        return -2.0 if self.column.selection.quantity.worse == "less" else 2.0
 
 
 class ShockCost:
@@ -192,6 +183,7 @@ class ShockCost:
         bounds: (n, 2) least and greatest value of each, in these units.
         given: (n,) present values; NaN of what has none, or not a single one.
         x0: (n,) the same within the bounds, or the middle of them.
+        slow: whether each point needs landings of its own.
 
     Raises:
         ShockError: a name is not known, a range does not fit or is missing, or a landing cannot be resolved.
@@ -204,14 +196,14 @@ class ShockCost:
         variables: Mapping[str, Any] | Iterable[tuple[str, Any]],
         robot: Robot | None = None,
         *,
-        keep: Sequence[str] = (),
+        keep: str | Sequence[str] = (),
         ground: bool = True,
     ) -> None:
-        self.scenes = {"": scenes} if isinstance(scenes, Scene) else dict(scenes)
-        self.quantities = (quantity,) if isinstance(quantity, str) else tuple(quantity)
-        if not self.scenes:
-            raise StudyError("no landing is given; give at least one scene")
-        self.robot = robot or robot_of(next(iter(self.scenes.values())))
+        self.scenes = named_scenes(scenes)
+        self.quantities, kept = _texts(quantity), _texts(keep)
+        if not self.quantities:
+            raise StudyError("no quantity is given; name one, such as shock@imu_link")
+        self.robot = robot or common_robot(self.scenes)
         landings = {name: resolve(scene, self.robot) for name, scene in self.scenes.items()}
         first = next(iter(landings.values()))
         varied = varied_landings(first.scene, pairs(variables), robot=self.robot, sample=1, keep_joints=True)
@@ -224,35 +216,40 @@ class ShockCost:
         freeze(self.bounds, self.given, self.x0)
         self.groups = _groups(varied, landings)
         self.terms = tuple(
-            term for g, group in enumerate(self.groups) for term in self._terms(g, group.first, group.names, keep, ground)
+            term for g, group in enumerate(self.groups) for term in self._terms(g, group.first, group.names, kept, ground)
         )
-        if not any(term.role >= 0 for term in self.terms):
-            raise StudyError(f'"{self.quantities[0]}" has no place in these landings; name one')
+        self.roles, powers = np.array([term.role for term in self.terms]), np.array([term.power for term in self.terms])
+        for role, text in enumerate(self.quantities):
+            if role not in self.roles:
+                raise StudyError(f'"{text}" has no place in these landings; name one')
+        slow = [group.separate for group in self.groups] + [not one.stage for one in self.variations]
+        slow += [
+            t.column.per_landing(self.groups[t.group].scene) and not t.column.selection.quantity.in_doubles for t in self.terms
+        ]
+        self.slow = any(slow)
         posture_alone = all(one.kind == "joint" or one.kind in (*ATTITUDE, "strike-angle") for one in self.variations)
         dropped = any(scene.strike.drop_height is not None for scene in self.scenes.values())
         self._exact = posture_alone and not first.loops and not (dropped and "strike-angle" in self.names)
-        self.roles, self.kinds = np.array([term.role for term in self.terms]), np.array([term.kind for term in self.terms])
-        limits = np.array([term[5:] for term in self.terms], dtype=float).T
-        self._how = self.roles < 0, self.kinds == "size held", *limits
-        self._rates = dict[tuple[str, ...], tuple[Array, Array]]()
+        how = np.array([term[5:] for term in self.terms], dtype=float).T
+        self._how = self.roles < 0, np.array([term.column.selection.signed for term in self.terms]), powers, *how
         self._known: tuple[bytes, Array] = b"", np.zeros(0)
 
     def __call__(self, x: Array) -> float:
-        """The worst value over the landings at (n,) values: of one that is better the greater it is, its negative or reciprocal."""
-        worst = float(self.measures(np.asarray(x, dtype=float)[None])[0].max())
-        return math.sqrt(worst) if self._squared else worst
+        """The worst value over the landings at (n,) values; of what is better the greater it is, the reciprocal."""
+        return math.sqrt(float(self.measures(self._point(x)[None])[0].max()))
 
     def gradient(self, x: Array) -> Array:
-        """The derivatives (n,) of the worst value: where two landings are the worst, those of one of them."""
-        x = np.asarray(x, dtype=float)
+        """The derivatives (n,) of the worst value: where two landings are the worst, those of one; NaN where there is no value."""
+        x = self._point(x)
         measures = self.measures(x[None])[0]
         k = int(measures.argmax())
-        slope = self.slopes(x)[self.roles == 0][k]
-        return np.asarray(slope / (2.0 * math.sqrt(measures[k])) if self._squared and measures[k] > 0.0 else slope)
+        if not 0.0 < measures[k] < np.inf:
+            return np.full(len(x), np.nan if measures[k] else 0.0)
+        return np.asarray(self.slopes(x)[self.roles == 0][k] / (2.0 * math.sqrt(measures[k])))
 
     def feasible(self, x: Array) -> bool:
         """Whether the landings at (n,) values exist, flat ground allows them, and all constraints hold."""
-        x = np.asarray(x, dtype=float)[None]
+        x = self._point(x)[None]
         return bool(np.isfinite(self.measures(x)).all() and self.held(x).all())
 
     def cases(self, x: Array) -> dict[str, tuple[Scene, Robot]]:
@@ -276,22 +273,14 @@ class ShockCost:
     def measured(self, v: Array) -> tuple[Array, Array]:
         """What an optimiser takes for the values (m, K) of all terms, and its derivatives by them.
 
-        A constraint is at least zero where it holds. Of what is never below zero the square counts, which is smooth at zero.
+        A constraint is at least zero where it holds. One of the ground that is not determined holds, another does not.
         """
-        held, size, limit, sign, scale = self._how
+        held, signed, power, limit, sign, scale, unknown = self._how
         with np.errstate(divide="ignore", invalid="ignore"):
-            turn = np.where(size, np.sign(v), 1.0)
+            turn = np.where(signed, np.sign(v), 1.0)
             slack = np.clip((limit - turn * v) * sign / scale - 2.0 * SLACK, -1e3, 1e3)  # so that it holds for sure
-            out = np.where(held, np.where(np.isnan(v), 1.0, slack), v)
-            slope = np.where(held, -turn * sign / scale, 1.0)
-            for kind, value, change in (
-                ("square", v * v, 2.0 * v),
-                ("reciprocal", v**-2.0, -2.0 * v**-3.0),
-                ("negative", -v, -1.0 + 0.0 * v),
-            ):
-                own = self.kinds == kind
-                out, slope = np.where(own, value, out), np.where(own, change, slope)
-        return out, slope
+            measures = np.where(held, np.where(np.isnan(v), unknown, slack), np.abs(v) ** power)
+            return measures, np.where(held, -turn * sign / scale, power * measures / v)
 
     def held(self, X: Array) -> np.ndarray:
         """Whether (m, C) constraints hold."""
@@ -299,86 +288,90 @@ class ShockCost:
 
     def numbers(self, X: Array) -> Array:
         """The values (m, K) of all terms, at (m, n) values; NaN where there is none."""
-        X = np.ascontiguousarray(X, dtype=float)
-        if X.tobytes() != self._known[0]:
-            self._known = X.tobytes(), self._computed(X, [True] * len(self.terms))
-        return self._known[1]
+        X = np.asarray(X, dtype=float)
+        # Of a single point the slopes are wanted too, as a rule, and more rows cost little unless each is a landing of its own.
+        return np.asarray(self._computed(X if self.slow or len(X) > 1 else self._beside(X[0]))[: len(X)])
 
-    def slopes(self, x: Array) -> Array:
-        """The derivatives (K, n) of the measures of all terms at (n,) values: exact where there are formulas, else differences.
+    def slopes(self, x: Array, formulas: bool = True) -> Array:
+        """The derivatives (K, n) of the measures of all terms at (n,) values.
 
-        Those of constraints that are far from being missed, and have no formula, are zero.
+        Args:
+            x: the values.
+            formulas: whether those are exact that have a formula; differences cost less where the values are wanted too.
+        """
+        n, numbers = len(x), self._computed(self._beside(x))
+        # Of the measures, not of the numbers: a length has a kink where it is zero, its square has none.
+        beside, (_, factors) = self.measured(numbers[1:])[0], self.measured(numbers[:1])
+        out = ((beside[:n] - beside[n:]) / (2.0 * self._steps[:, None])).T
+        for g, group in enumerate(self.groups if formulas else ()):
+            own = {k: term for k, term in enumerate(self.terms) if term.group == g and self._has_formula(term)}
+            found = self._exact_slopes(group, x, list({term.column.name: term.column for term in own.values()}.values()))
+            for k, term in own.items():
+                out[k] = factors[0, k] * found[term.column.name][term.strike]
+        return np.asarray(np.nan_to_num(out, nan=0.0, posinf=0.0, neginf=0.0))
+
+    def _has_formula(self, term: Term) -> bool:
+        return bool(self._exact and has_gradient(self.groups[term.group].first, term.column))
+
+    @property
+    def _steps(self) -> Array:
+        return np.asarray(STEP * np.ptp(self.bounds, axis=1))
+
+    def _beside(self, x: Array) -> Array:
+        """A point and those (1 + 2n, n) a step beside it in each variable."""
+        return np.concatenate([x[None], x + np.diag(self._steps), x - np.diag(self._steps)])
+
+    def _point(self, x: Array) -> Array:
+        """A point (n,).
+
+        Raises:
+            StudyError: it has another shape.
         """
         x = np.asarray(x, dtype=float)
-        value, factors = (part[0] for part in self.measured(self.numbers(x[None])))
-        exact = [self._exact and has_gradient(self.groups[term.group].first, term.column) for term in self.terms]
-        far = (self.roles < 0) & (value > FAR)
-        out, n, h = np.zeros((len(exact), len(x))), len(x), STEP * np.ptp(self.bounds, axis=1)
-        differed = [not (known or needless) for known, needless in zip(exact, far, strict=True)]
-        if any(differed):
-            # Of the measures, not of the numbers: a length has a kink where it is zero, its square has none.
-            numbers = self._computed(np.concatenate([x + np.diag(h), x - np.diag(h)]), differed)
-            beside = np.where(np.isnan(numbers), np.nan, self.measured(numbers)[0])
-            out = ((beside[:n] - beside[n:]) / (2.0 * h[:, None])).T
-        for g, group in enumerate(self.groups):
-            own = [k for k, term in enumerate(self.terms) if term.group == g and exact[k]]
-            if own:
-                found = self._exact_slopes(group, x, list({(c := self.terms[k].column).name: c for k in own}.values()))
-                for k in own:
-                    out[k] = factors[k] * found[self.terms[k].column.name][self.terms[k].strike]
-        return np.asarray(np.nan_to_num(out, nan=0.0, posinf=0.0, neginf=0.0))
+        if x.shape != self.x0.shape:
+            raise StudyError(f"x has shape {x.shape}; give {len(self.x0)} values, those of {few(list(self.names), 6)}")
+        return x
 
     def _exact_slopes(self, group: ChosenLandings, x: Array, wanted: list[Column]) -> dict[str, Array]:
         """Derivatives of numbers (S, n) by name; how posture and strike change is a difference, of angles an exact one."""
-        h, n = STEP * np.ptp(self.bounds, axis=1), len(x)
-        q, strikes = group.at(x[None]).resolved()
-        if group.names not in self._rates or not all(one.kind == "joint" for one in self.variations):
-            Q, turned = group.at(np.concatenate([x + np.diag(h), x - np.diag(h)])).resolved()
-            rates = difference(self.robot, Q[n:], Q[:n]) / (2.0 * h[:, None])
-            self._rates[group.names] = rates, (turned[:n] - turned[n:]) / (2.0 * h[:, None, None])
-        return slopes(group.first, q[0], strikes[0], *self._rates[group.names], wanted)
+        if not wanted:
+            return {}
+        n, (Q, strikes) = len(x), group.at(self._beside(x)).resolved()
+        h = 2.0 * self._steps[:, None]
+        turns = (strikes[1 : n + 1] - strikes[n + 1 :]) / h[..., None]
+        return slopes(group.first, Q[0], strikes[0], difference(self.robot, Q[n + 1 :], Q[1 : n + 1]) / h, turns, wanted)
 
-    def _computed(self, X: Array, chosen: Sequence[bool]) -> Array:
-        out = np.full((len(X), len(self.terms)), np.nan)
-        for g, group in enumerate(self.groups):
-            own = {k: term for k, term in enumerate(self.terms) if term.group == g and chosen[k]}
-            columns = tuple({term.column.name: term.column for term in own.values()}.values())
-            if columns:
+    def _computed(self, X: Array) -> Array:
+        """The values (m, K) of all terms at (m, n) values; the last ones are kept."""
+        if X.tobytes() != self._known[0]:
+            out = np.full((len(X), len(self.terms)), np.nan)
+            for g, group in enumerate(self.groups):
+                own = {k: term for k, term in enumerate(self.terms) if term.group == g}
+                columns = tuple({term.column.name: term.column for term in own.values()}.values())
                 table = Evaluation(group.at(X), columns, prove=0, trusted=TRUSTED).table()
                 for k, term in own.items():
                     out[:, k] = table.columns[term.column.name].reshape(len(X), -1)[:, term.strike]
-        return out
-
-    @property
-    def _squared(self) -> bool:
-        return next(term for term in self.terms if term.role == 0).kind in ("square", "reciprocal")
+            self._known = X.tobytes(), out
+        return self._known[1]
 
     def _terms(self, g: int, landing: PosedLanding, names: Sequence[str], keep: Sequence[str], ground: bool) -> Iterable[Term]:
         wanted: list[tuple[Column, dict[str, Any]]] = []
         for role, text in enumerate(self.quantities):
             wanted += [(column, {"role": role}) for column in _columns(landing, text)]
         for text in keep:
-            parts = re.fullmatch(r"(.+?)\s*([<>]=?)\s*([-+0-9.eE]+)", text.strip())
-            try:
-                quantity, sense, limit = parts.groups() if parts else ("", "", "")
-                number = float(limit)
-            except ValueError:
-                raise StudyError(f'"{text}" is not QUANTITY@PLACES<=LIMIT or >=LIMIT, such as joint_impulse@*_KFE<=2') from None
-            how = {"role": -1, "limit": number, "sign": 1.0 if sense[0] == "<" else -1.0, "scale": abs(number) or 1.0}
-            wanted += [(column, how) for column in _columns(landing, quantity)]
-        whole = landing.places("robot")[0]
-        if ground and landing.scene.friction is None:
-            size = self.robot.mass * landing.fastest_approach
-            wanted += [
-                (Column(Selection("push", PUSH), place), {"role": -1, "sign": -1.0, "scale": size})
-                for place in landing.contact_places
-            ]
-        if ground and on_ground(landing) and landing.base != "fixed":
-            how = {"role": -1, "limit": -landing.scene.ground_tolerance, "sign": -1.0, "scale": landing.length}
-            wanted += [(Column(Selection("clearance", CLEARANCE), place), how) for place in landing.places("body")]
-        if ground and len(on_ground(landing)) > 1:
-            limit = {"limit": landing.scene.ground_tolerance, "scale": landing.length}
-            wanted.append((Column(Selection("spread", SPREAD), whole), {"role": -1} | limit))
+            parts = re.fullmatch(rf"(.+?)\s*([<>])=?\s*({NUMBER})", text.strip())
+            if not parts or not math.isfinite(number := float(parts[3])):
+                raise StudyError(f'"{text}" is not QUANTITY@PLACES<=LIMIT or >=LIMIT, such as joint_impulse@*_KFE<=2')
+            how = {"role": -1, "limit": number, "sign": 1.0 if parts[2] == "<" else -1.0, "scale": abs(number) or 1.0}
+            wanted += [(column, how) for column in _columns(landing, parts[1])]
+        tolerance, level = landing.scene.ground_tolerance, len(on_ground(landing))
+        for entry, places, applies, limit, sign, scale in (
+            (PUSH, landing.contact_places, landing.scene.friction is None, 0.0, -1.0, self.robot.mass * landing.fastest_approach),
+            (CLEARANCE, landing.places("body"), level and landing.base != "fixed", -tolerance, -1.0, landing.length),
+            (SPREAD, landing.places("robot"), level > 1, tolerance, 1.0, landing.length),
+        ):
+            how = {"role": -1, "limit": limit, "sign": sign, "scale": scale, "unknown": 1.0}
+            wanted += [(Column(Selection(entry.key, entry), place), how) for place in places if ground and applies]
         # Heights do not depend on the strike.
         return [
             Term(column, name, g, s, **how)
@@ -419,13 +412,27 @@ def _columns(landing: PosedLanding, text: str) -> list[Column]:
     """The numbers that a text means, one for each place.
 
     Raises:
-        ShockError: as for `selected`; or it is computed in one posture at a time.
+        ShockError: as for `selected`; or it is none of an impact, or takes contacts as sticking where the scene does not.
     """
     selection, places = selected(landing, text)
     entry = selection.quantity
-    if entry.on != "scene" or entry.role == "feasible" or entry.per_landing(landing.scene):
-        raise StudyError(f"{selection.name} ({entry.title}) cannot be followed here: it is computed in one posture at a time")
+    if entry.on == "health" or entry.role:
+        raise StudyError(f"{selection.name} ({entry.title}) cannot be followed here; choose another quantity")
+    if not entry.of_ground(landing.scene):
+        refuse_ground(landing.scene, others="name a quantity that depends on it, such as shock_friction or peak_force")
     return [Column(selection, place) for place in places]
+
+
+def _texts(given: str | Sequence[str]) -> tuple[str, ...]:
+    """One text or several.
+
+    Raises:
+        StudyError: it is something else.
+    """
+    texts = (given,) if isinstance(given, str) else given
+    if not isinstance(texts, Sequence) or not all(isinstance(text, str) for text in texts):
+        raise StudyError(f"{given!r} is no QUANTITY@PLACES, and no list of these")
+    return tuple(texts)
 
 
 def _bounds(varied: Variation) -> tuple[float, float]:

@@ -20,10 +20,10 @@ from shockpc.quantities.quantity import evaluate
 def has_gradient(landing: PosedLanding, column: Column) -> bool:
     """Whether `slopes` gives the derivatives of a number; of the others differences do.
 
-    They tell too where a contact at a lowest point jumps.
+    They tell too where a contact at a lowest point jumps, or a joint leaves an end stop.
     """
     entry = column.selection.quantity
-    if any(contact.lowest for contact in landing.contacts):
+    if landing.scene.stops or any(contact.lowest or contact.kind == "stop" for contact in landing.contacts):
         return False
     lengthened = entry.length_of is not None and landing.scene.v_in != "com"
     return landing.translates and (entry.linear or lengthened)

@@ -10,10 +10,11 @@ from shockpc.core.spatial import Array
 from shockpc.landing.dynamics import Inertias
 from shockpc.landing.landing import OfLanding, PosedLanding
 from shockpc.landing.scene import Scene
+from shockpc.landing.scene_file import robot_of
 from shockpc.profile import shock_profile
 from shockpc.quantities.profile import ShockProfile
 from shockpc.robot.robot import Robot
-from shockpc.text.errors import ShockError, refusal
+from shockpc.text.errors import ShockError, StudyError, refusal
 from shockpc.text.trace import Trace
 
 ROWS = 16384
@@ -241,3 +242,54 @@ def landings_by_name(cases: Mapping[str, tuple[Scene, Robot]], trace: Trace | No
 def contact_name(scene: Scene) -> str:
     """What strikes: frames with + between them."""
     return "+".join(contact.frame for contact in scene.contact)
+
+
+def named_scenes(landings: Scene | Mapping[str, Scene]) -> dict[str, Scene]:
+    """One landing, or landings by name, as the latter; the name of a single one is empty.
+
+    Raises:
+        StudyError: there is no landing, or something else.
+    """
+    scenes = {"": landings} if isinstance(landings, Scene) else landings
+    if not isinstance(scenes, Mapping) or not all(isinstance(scene, Scene) for scene in scenes.values()):
+        raise StudyError(f"landings is {landings!r}; give a scene, or scenes by name")
+    if not scenes:
+        raise StudyError("no landing is given; give at least one scene")
+    return dict(scenes)
+
+
+def common_robot(landings: Mapping[str, Scene]) -> Robot:
+    """The robot of all landings, which are given by name.
+
+    Raises:
+        StudyError: there is no landing, or they are of different robots.
+    """
+    robots = {name: robot_of(scene) for name, scene in named_scenes(landings).items()}
+    (first, robot), *_ = robots.items()
+    other = next((name for name, another in robots.items() if another is not robot), None)
+    if other is not None:
+        raise StudyError(
+            f'the landings "{first}" and "{other}" are of different robots; give scenes that have the file, xacro arguments, '
+            "packages and SRDF in common, and in an MJCF the robot that has the contact"
+        )
+    return robot
+
+
+def refuse_ground(scene: Scene, *, friction: bool = True, others: str = "use shockpc analyze, sweep, check or compare") -> None:
+    """Refuse what a study of contacts that stick and are rigid would ignore.
+
+    Args:
+        scene: a landing of the study.
+        friction: whether a coefficient of friction has no effect either.
+        others: what else can be done.
+
+    Raises:
+        StudyError: the scene gives a contact stiffness, or a friction.
+    """
+    given = {"contact stiffness": scene.contact_stiffness, "friction": scene.friction if friction else None}
+    ignored = [name for name, value in given.items() if value is not None]
+    if ignored:
+        raise StudyError(
+            f"the scene gives a {' and a '.join(ignored)}, which would change nothing here: this study is of the impulse of "
+            f"contacts that stick; leave it out, or {others}"
+        )

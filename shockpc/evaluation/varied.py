@@ -187,6 +187,9 @@ class VariedLandings:
         return {variation: variation.drawn(own)[:, None] for variation, own in zip(self.axes, u, strict=True)}
 
     def _landings(self, values: dict[Variation, np.ndarray], m: int) -> "Iterator[tuple[np.ndarray, PosedLanding | ShockError]]":
+        if not self.separate and not any(variation.stage == 0 for variation in values):
+            yield np.arange(m), self.first
+            return
         choices = {
             variation: x[:, 0] for variation, x in values.items() if variation.stage < 2 and (variation.stage == 0 or self.separate)
         }

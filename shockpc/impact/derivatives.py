@@ -101,8 +101,8 @@ def derivatives(
     ahead, turned = (np.ascontiguousarray(part.transpose(2, 0, 1, 3)).reshape(n, 6, -1) for part in (A, B))
     right = (-(columns @ ahead) * np.tile(tree.ahead.T, 3) - (F @ turned) * np.tile(tree.turned.T, 3)).reshape(n, nv, 3, nv)
     rows, dJ = _rows(state, equation.blocks, tree, np.ascontiguousarray(columns))
-    right += np.einsum("nrak,nrs->nask", dJ, impulse, optimize=True)
-    left = np.einsum("nrak,nas->nrsk", dJ, delta_qd, optimize=True)
+    right += np.swapaxes(impulse, 1, 2)[:, None] @ dJ.swapaxes(1, 2)
+    left = np.swapaxes(delta_qd, 1, 2)[:, None] @ dJ
     if (base := _turned_columns(landing, delta_qd)) is not None:  # G changes with the posture, and q̇ = G ẏ with it
         H = state.H
         residual = H @ delta_qd - np.swapaxes(rows, -1, -2) @ impulse

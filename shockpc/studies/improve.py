@@ -15,6 +15,7 @@ from shockpc.core.spatial import Array, read_only
 from shockpc.evaluation.columns import proven_columns
 from shockpc.evaluation.cost import ShockCost, Term
 from shockpc.evaluation.evaluate import profiles
+from shockpc.evaluation.landings import common_robot, named_scenes
 from shockpc.evaluation.table import Table
 from shockpc.evaluation.variation import Vary, pairs
 from shockpc.evaluation.varied_scene import scene_grid
@@ -23,7 +24,6 @@ from shockpc.landing.scene import Scene
 from shockpc.quantities.profile import ShockProfile
 from shockpc.robot.robot import Robot
 from shockpc.studies.declare import study
-from shockpc.studies.question import common_robot, refuse_ground
 from shockpc.text.errors import StudyError
 from shockpc.text.printed import few
 from shockpc.text.trace import Trace
@@ -34,18 +34,24 @@ SAMPLE, FEW = 2048, 128
 APART = 0.1
 """Least distance of starts, as a share of the ranges, in the variable in which they differ most."""
 
-COARSE, FINE = (20, 1e-6), (40, 1e-12)
+COARSE, FINE = (12, 1e-4), (60, 1e-9)
 """Steps of a run at most, and the change of the objective relative to its value at the start at which it ends: of all, then of the
-best, which is run again from where it ends until that gains nothing more."""
+best ones, which go on from where they are."""
+
+BEST = 3
+"""Runs that go on."""
 
 GAIN, AGAIN = 1e-7, 3
-"""Gain of a fine run, as a share of the objective, from which another one follows, and how many do at most."""
+"""Gain of the best run, as a share of the objective, from which it goes on once more, and how often it does at most."""
 
 HELD = 1e-6
 """Share of a range, or of a scale, within which a bound or a constraint holds an optimum, and within which landings are as bad."""
 
 FLAT = 0.05
 """How much worse than the optimum, as a share of it, a value may be that counts as flat."""
+
+SHARES = np.append(0.0, np.geomspace(1e-4, 1.0, 40))
+"""Shares of the way to a bound at which a variable is looked at."""
 
 FRONT = 9
 """Points between the ends of a front."""
@@ -174,7 +180,7 @@ def improve(
     any_ground: Annotated[
         bool, Option("Allow landings that flat ground does not: it would pull a contact, or meet another link first.", "Search")
     ] = False,
-    starts: Annotated[int, Option("Runs from points of a sample, besides that from the landing as given.", "Search", "N")] = 4,
+    starts: Annotated[int, Option("Runs from points of a sample, besides that from the landing as given.", "Search", "N")] = 6,
     seed: Annotated[int, Option("Seed of the sample.", "Search", "N")] = 0,
     trace: Trace | None = None,
 ) -> Improvement:
@@ -192,22 +198,20 @@ def improve(
         ShockError: as for `ShockCost`.
     """
     trace = trace or Trace()
-    scenes = {"": landings} if isinstance(landings, Scene) else landings
+    scenes = named_scenes(landings)
     robot = robot or common_robot(scenes)
     scenes = {
         label.strip(): one for name, scene in scenes.items() for label, one in scene_grid(name, scene, robot, pairs(over)).items()
     }
-    for scene in scenes.values():
-        refuse_ground(scene)
-    points = dict.fromkeys(f"shock@{point.label}" for scene in scenes.values() for point in scene.point)
-    wanted = (quantities,) if isinstance(quantities, str) else tuple(quantities or points)
-    if not 1 <= len(wanted) <= 2 or starts < 0 or seed < 0:
-        raise StudyError(
-            f"improve takes one quantity or two, and starts and a seed from 0, got {len(wanted)}, {starts} and {seed}; name "
-            "a point with --at, or a number with --quantity"
-        )
+    shock = "shock_friction" if any(scene.friction is not None for scene in scenes.values()) else "shock"
+    points = dict.fromkeys(f"{shock}@{point.label}" for scene in scenes.values() for point in scene.point)
+    for name, value in (("starts", starts), ("seed", seed)):
+        if not isinstance(value, int) or value < 0:
+            raise StudyError(f"{name} is {value!r}; give a whole number from 0")
     with trace.stage("landings"):
-        cost = ShockCost(scenes, wanted, vary, robot, keep=keep, ground=not any_ground)
+        cost = ShockCost(scenes, quantities or tuple(points), vary, robot, keep=keep, ground=not any_ground)
+    if len(wanted := cost.quantities) > 2:
+        raise StudyError(f"improve takes one quantity or two, got {len(wanted)}; --keep bounds others")
     for term in cost.terms:
         if term.role >= 0 and term.column.selection.quantity.worse == "neither":
             raise StudyError(
@@ -216,13 +220,13 @@ def improve(
     with trace.stage("sample"):
         begun = _starts(cost, starts, seed)
     with trace.stage("runs"):
-        runs = [_Run(cost, x) for x in begun]
-        best = min(runs, key=lambda run: run.value)
-        for _ in range(AGAIN if np.isfinite(best.value) else 0):
-            runs.append(_Run(cost, best.x, how=FINE))
-            gain, best = best.value - runs[-1].value, min(best, runs[-1], key=lambda run: run.value)
-            if gain <= GAIN * abs(best.value):
+        runs = sorted((_run(cost, x) for x in begun), key=lambda run: run.value)
+        runs[:BEST] = sorted((_run(cost, run.x, how=FINE, before=run) for run in runs[:BEST]), key=lambda run: run.value)
+        for _ in range(AGAIN if np.isfinite(runs[0].value) else 0):
+            known, runs[0] = runs[0].value, _run(cost, runs[0].x, how=FINE, before=runs[0], formulas=True)
+            if known - runs[0].value <= GAIN * known:
                 break
+        best = runs[0]
     if not np.isfinite(best.value):
         near = max((run.x for run in runs), key=lambda x: float(cost.slack(x[None]).min(initial=0.0)))
         missed = dict.fromkeys(term.text for term in _missed(cost, near)) or ["there is no landing"]
@@ -244,67 +248,89 @@ def improve(
     )  # fmt: skip
 
 
-class _Run:
-    """One run of SLSQP in shares of the ranges.
+class _Run(NamedTuple):
+    """One run of SLSQP.
 
     Attributes:
-        x: (n,) the best point.
-        value: the target there; infinite where the constraints do not hold.
-        history: (k,) the target at each step.
+        x: (n,) the best point; the last one where the constraints hold nowhere.
+        value: the measure there; infinite where the constraints do not hold.
+        history: (k,) the target at each step, also of the run before.
     """
 
-    def __init__(
-        self, cost: ShockCost, start: Array, role: int = 0, bound: float | None = None, how: tuple[int, float] = COARSE
-    ) -> None:
-        from scipy.optimize import Bounds, minimize
+    x: Array
+    value: float
+    history: Array
 
-        low, width = cost.bounds[:, 0], np.ptp(cost.bounds, axis=1)
-        n, roles = len(low), cost.roles
-        own, others = np.flatnonzero(roles == role), np.flatnonzero((roles >= 0) & (roles != role) & (bound is not None))
-        size = float(np.abs(cost.measures(start[None], role)).max()) or 1.0
-        most = 1.0 if bound is None else abs(bound) or 1.0
 
-        def constraints(z: Array) -> Array:
-            x = low + width * z[:n]
-            values = np.nan_to_num(cost.measured(cost.numbers(x[None]))[0][0], nan=1e6 * size)
-            return np.concatenate([z[n] - values[own] / size, values[roles < 0], ((bound or 0.0) - values[others]) / most])
+def _run(
+    cost: ShockCost,
+    start: Array,
+    role: int = 0,
+    bound: float | None = None,
+    how: tuple[int, float] = COARSE,
+    before: _Run | None = None,
+    formulas: bool = False,
+) -> _Run:
+    """Make a quantity small, in shares of the ranges.
 
-        def jacobian(z: Array) -> Array:
-            slopes = cost.slopes(low + width * z[:n]) * width
-            rows = np.concatenate([-slopes[own] / size, slopes[roles < 0], -slopes[others] / most])
-            return np.column_stack([rows, np.where(np.arange(len(rows)) < len(own), 1.0, 0.0)])
+    Args:
+        cost: what is made small.
+        start: (n,) where the run begins.
+        role: of the quantity.
+        bound: of the other quantity's measure.
+        how: `COARSE` or `FINE`.
+        before: the run that goes on.
+        formulas: as for `ShockCost.slopes`.
+    """
+    from scipy.optimize import Bounds, minimize
 
-        def value(x: Array) -> float:
-            fits = bound is None or float(cost.measures(x[None], 1 - role).max()) <= bound + HELD * most
-            return float(cost.measures(x[None], role).max()) if fits and cost.feasible(x) else np.inf
+    low, width = cost.bounds[:, 0], np.ptp(cost.bounds, axis=1)
+    n, roles = len(low), cost.roles
+    own, others = np.flatnonzero(roles == role), np.flatnonzero((roles >= 0) & (roles != role) & (bound is not None))
+    size = float(np.abs(cost.measures(start[None], role)).max()) or 1.0
+    most = 1.0 if bound is None else abs(bound) or 1.0
 
-        steps, unit = [(start, value(start))], np.append(np.zeros(n), 1.0)
+    def constraints(z: Array) -> Array:
+        x = low + width * z[:n]
+        values = np.nan_to_num(cost.measured(cost.numbers(x[None]))[0][0], nan=1e6 * size, posinf=1e6 * size)
+        return np.concatenate([z[n] - values[own] / size, values[roles < 0], ((bound or 0.0) - values[others]) / most])
 
-        def note(z: Array) -> None:
-            x = np.clip(low + width * z[:n], *cost.bounds.T)
-            steps.append((x, value(x)))
+    def jacobian(z: Array) -> Array:
+        slopes = cost.slopes(low + width * z[:n], formulas) * width
+        rows = np.concatenate([-slopes[own] / size, slopes[roles < 0], -slopes[others] / most])
+        return np.column_stack([rows, np.where(np.arange(len(rows)) < len(own), 1.0, 0.0)])
 
-        result = minimize(
-            lambda z: z[n],
-            np.append((start - low) / width, 1.0),
-            jac=lambda z: unit,
-            method="SLSQP",
-            bounds=Bounds(np.append(np.zeros(n), -np.inf), np.append(np.ones(n), np.inf)),
-            constraints={"type": "ineq", "fun": constraints, "jac": jacobian},
-            callback=note,
-            options={"maxiter": how[0], "ftol": how[1]},
-        )
-        note(result.x)
-        self.x, self.value = min(steps, key=lambda step: step[1])
-        values = np.array([reached for _, reached in steps])
-        self.history = np.where(np.isfinite(values), _target(cost, role, values), np.nan)
+    def value(x: Array) -> float:
+        fits = bound is None or float(cost.measures(x[None], 1 - role).max()) <= bound + HELD * most
+        return float(cost.measures(x[None], role).max()) if fits and cost.feasible(x) else np.inf
+
+    steps, unit = [(start, value(start))], np.append(np.zeros(n), 1.0)
+
+    def note(z: Array) -> None:
+        x = np.clip(low + width * z[:n], *cost.bounds.T)
+        steps.append((x, value(x)))
+
+    result = minimize(
+        lambda z: z[n],
+        np.append((start - low) / width, 1.0),
+        jac=lambda z: unit,
+        method="SLSQP",
+        bounds=Bounds(np.append(np.zeros(n), -np.inf), np.append(np.ones(n), np.inf)),
+        constraints={"type": "ineq", "fun": constraints, "jac": jacobian},
+        callback=note,
+        options={"maxiter": how[0], "ftol": how[1]},
+    )
+    note(result.x)
+    x, reached = min(reversed(steps), key=lambda step: step[1])
+    values = np.array([one for _, one in steps])
+    values = np.where(np.isfinite(values), _target(cost, role, values), np.nan)
+    return _Run(x, reached, values if before is None else np.concatenate([before.history, values]))
 
 
 def _target(cost: ShockCost, role: int, measures: Array) -> Array:
     """The quantity itself from what an optimiser takes for it, as `ShockCost.measured`."""
-    entry = next(term for term in cost.terms if term.role == role).column.selection.quantity
     with np.errstate(divide="ignore"):
-        return measures**-0.5 if entry.reciprocal else -measures if entry.worse == "less" else np.sqrt(measures)
+        return np.asarray(measures ** (1.0 / next(term for term in cost.terms if term.role == role).power))
 
 
 def _starts(cost: ShockCost, count: int, seed: int) -> list[Array]:
@@ -312,8 +338,7 @@ def _starts(cost: ShockCost, count: int, seed: int) -> list[Array]:
     from scipy.stats import qmc
 
     low, width = cost.bounds[:, 0], np.ptp(cost.bounds, axis=1)
-    slow = any(group.separate for group in cost.groups) or any(not one.stage for one in cost.variations)
-    count_all = FEW if slow else min(SAMPLE, FEW << len(low))
+    count_all = FEW if cost.slow else min(SAMPLE, FEW << len(low))
     share = qmc.Sobol(len(low), seed=seed).random(count_all)
     worst = cost.measures(low + width * share).max(axis=1)
     order = np.argsort(worst, kind="stable")[: max(count_all // 8, 32)]
@@ -345,24 +370,25 @@ def _holding(cost: ShockCost, x: Array) -> tuple[str, ...]:
 
 def _variables(cost: ShockCost, x: Array) -> tuple[Flatness, ...]:
     """What each variable does at an optimum."""
-    grid, found = 401, []
-    best, start = float(cost.measures(x[None]).max()), float(cost.measures(cost.x0[None]).max())
-    target = float(_target(cost, 0, np.array(best)))
-    entry = cost.terms[0].column.selection.quantity
+    best, start = (float(cost.measures(point[None]).max()) for point in (x, cost.x0))
+    target, given = _target(cost, 0, np.array([best, start]))
     # Where the optimum is zero, or nearly, 5 % are those of the value before.
-    size = abs(target) if best > HELD * abs(start) else abs(float(_target(cost, 0, np.array(start))))
+    most, found = FLAT * float(target if best > HELD * start else given), list[Flatness]()
+    sign = -1.0 if cost.terms[0].power < 0.0 else 1.0
     for k, (name, (low, high)) in enumerate(zip(cost.names, cost.bounds, strict=True)):
-        X = np.repeat(x[None], grid + 1, axis=0)
-        X[:grid, k], X[grid, k] = np.linspace(low, high, grid), cost.x0[k]
+        X = np.repeat(x[None], 2 * len(SHARES) + 1, axis=0)
+        X[:-1, k] = x[k] + np.outer((low - x[k], high - x[k]), SHARES).ravel()
+        X[-1, k] = cost.x0[k]
         values = _target(cost, 0, cost.measures(X).max(axis=1))
-        near = (values >= target - FLAT * size) if entry.worse == "less" else (values <= target + FLAT * size)
-        at = int(np.clip(round((x[k] - low) / (high - low) * (grid - 1)), 0, grid - 1))
-        below, above = np.flatnonzero(~near[:at]), np.flatnonzero(~near[at + 1 : grid])
-        first, last = (below[-1] + 1 if below.size else 0), (at + above[0] if above.size else grid - 1)
+        worse = np.clip(sign * (values[:-1] - target) / most, None, 1e6).reshape(2, -1)
+        beyond = [int(np.argmax(side > 1.0)) for side in worse]  # 0 if it is nowhere that much worse
+        shares = [
+            np.interp(1.0, side[i - 1 : i + 1], SHARES[i - 1 : i + 1]) if i else 1.0 for side, i in zip(worse, beyond, strict=True)
+        ]
+        ends = x[k] + shares * (cost.bounds[k] - x[k])
         edge = HELD * (high - low)
         bound = "low" if x[k] - low <= edge else "high" if high - x[k] <= edge else ""
-        ends = min(float(X[first, k]), float(x[k])), max(float(X[last, k]), float(x[k]))
-        found.append(Flatness(name, float(cost.given[k]), float(x[k]), bound, float(values[grid]), *ends))
+        found.append(Flatness(name, float(cost.given[k]), float(x[k]), bound, float(values[-1]), *ends.tolist()))
     return tuple(found)
 
 
@@ -378,11 +404,11 @@ def _proven(cost: ShockCost, role: int, found: Mapping[str, ShockProfile]) -> tu
 
 def _front(cost: ShockCost, first: _Run, points: Sequence[Array]) -> tuple[FrontPoint, ...]:
     """Points between the optimum of the first quantity and that of the second: the first least for bounds of the second."""
-    other = min((_Run(cost, x, role=1) for x in (*points, first.x)), key=lambda run: run.value)
+    other = min((_run(cost, x, role=1, how=FINE) for x in (*points, first.x)), key=lambda run: run.value)
     bounds = np.linspace(float(cost.measures(first.x[None], 1).max()), other.value, FRONT + 2)
     found, x = [first.x], first.x
     for bound in bounds[1:]:
-        runs = [_Run(cost, start, bound=float(bound)) for start in (x, other.x)]
+        runs = [_run(cost, start, bound=float(bound), how=FINE) for start in (x, other.x)]
         best = min(runs, key=lambda run: run.value)
         if np.isfinite(best.value):
             x = best.x

@@ -17,6 +17,7 @@ from shockpc.core.spatial import Array, Plane
 from shockpc.evaluation.columns import Column, column, columns
 from shockpc.evaluation.crossings import crossings, kinks, vertices
 from shockpc.evaluation.evaluate import profiles
+from shockpc.evaluation.landings import refuse_ground
 from shockpc.evaluation.strike_scan import ANGLES, Bound, StrikeScan
 from shockpc.evaluation.table import Table
 from shockpc.evaluation.variation import ATTITUDE, Variation, kind_of, motion_range, variation
@@ -30,7 +31,6 @@ from shockpc.profile import ILL_CONDITIONED
 from shockpc.quantities.profile import ShockProfile
 from shockpc.robot.robot import Joint, Robot
 from shockpc.studies.declare import study
-from shockpc.studies.question import refuse_ground
 from shockpc.text.errors import SolveError, StudyError
 from shockpc.text.printed import UNITS
 from shockpc.text.toml import LARGEST

@@ -17,6 +17,7 @@ from shockpc.evaluation.columns import Column, column
 from shockpc.evaluation.evaluate import Evaluation, profiles
 from shockpc.evaluation.gradients import clear, has_gradient
 from shockpc.evaluation.gradients import slopes as exact_slopes
+from shockpc.evaluation.landings import common_robot, named_scenes, refuse_ground
 from shockpc.evaluation.one_by_one import (
     STEPS,
     Parameter,
@@ -34,7 +35,6 @@ from shockpc.quantities.profile import ShockProfile
 from shockpc.robot.changes import Property
 from shockpc.robot.robot import Robot
 from shockpc.studies.declare import study
-from shockpc.studies.question import common_robot, refuse_ground
 from shockpc.text.errors import StudyError
 from shockpc.text.trace import Trace
 
@@ -223,17 +223,16 @@ def sensitivity(
     """
     trace = trace or Trace()
     for name, given, kind, words in (
-        ("landings", landings, Scene | Mapping, "a scene, or scenes by name"),
         ("target", target, str | Point, "QUANTITY@PLACE, or a point"),
         ("groups", groups, tuple | list, "names or globs of bodies and joints in a list"),
         ("percent", percent, int | float, "a number"),
     ):
         if not isinstance(given, kind):
             raise StudyError(f"{name} is {given!r}; give {words}")
-    scenes = {"": landings} if isinstance(landings, Scene) else landings
+    scenes = named_scenes(landings)
     if not 0.0 < percent <= 100.0:
         raise StudyError(f"a step of {percent:g} % is not valid; give one above zero and at most 100")
-    robot = robot if robot is not None and scenes else common_robot(scenes)
+    robot = robot or common_robot(scenes)
     chosen = pairs(vary)
     solved = profiles({name: (scene, robot) for name, scene in scenes.items()}, trace)
     slides = any(scene.friction is not None for scene in scenes.values())

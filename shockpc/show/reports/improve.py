@@ -14,7 +14,7 @@ from shockpc.show.reports.report import Picture, Report
 from shockpc.show.tables import Lines, Sheet, sheet_of
 from shockpc.show.wording import count, proof_text, shared_lines, shared_warnings
 from shockpc.studies.compare import STANDARD, Design, compare
-from shockpc.studies.improve import Improvement
+from shockpc.studies.improve import BEST, Improvement
 from shockpc.text.printed import few
 from shockpc.text.toml import toml_lines
 
@@ -72,15 +72,18 @@ def _lines(study: Improvement) -> list[tuple[str, str]]:
         lines.append((text, f"{_number(before, unit)} → {_number(after, unit)}{gain}{over}"))
     bounds = [f"{one.name} at its {'least' if one.bound == 'low' else 'greatest'} value" for one in study.variables if one.bound]
     lines.append(("held by", few([*bounds, *study.held], 6) or "nothing: it lies inside all ranges and constraints"))
-    agree = f"{study.agreeing} of {count(len(study.ends), 'run')} end there"
-    lines.append(("runs", f"{agree}; seed {study.seed}; no proof that nothing better exists"))
+    agree = f"{count(len(study.ends), 'run')}, the best {min(BEST, len(study.ends))} to their ends, of which {study.agreeing}"
+    lines.append(("runs", f"{agree} end there; seed {study.seed}; no proof that nothing better exists"))
     bound = max(profile.health.error_bound for profile in (*study.before.values(), *study.after.values()))
     lines.append(("proven", f"both values, {proof_text(bound)}"))
     return lines
 
 
 def _variables(study: Improvement) -> Sheet:
-    notes = ["5 %: the range of it alone, up to its bounds, in which the target is at most 5 % worse than at the optimum"]
+    notes = [
+        "5 %: the range of it alone, up to its bounds, in which the target is at most 5 % worse than at the optimum",
+        "set back, and 5 %: the constraints may not hold there",
+    ]
     if changed := [one.subject for one in study.cost.variations if one.kind in (*OF_A_LINK, "place")]:
         notes.append(f"{few(changed, 4)}: of the robot itself, and so not in the scene; change it in its file")
     return sheet_of(study.table, "what each variable does", notes)

@@ -16,7 +16,7 @@ from shockpc.core.friction import solve_friction
 from shockpc.core.spatial import Array
 from shockpc.evaluation.columns import selected
 from shockpc.evaluation.evaluate import Evaluation
-from shockpc.evaluation.landings import landings_by_name
+from shockpc.evaluation.landings import common_robot, landings_by_name
 from shockpc.evaluation.table import Table
 from shockpc.evaluation.variation import Vary, pairs
 from shockpc.evaluation.varied_scene import scene_grid
@@ -31,7 +31,6 @@ from shockpc.robot.robot import Robot
 from shockpc.studies.declare import QuantityOption, declaration, study
 from shockpc.studies.fall.body import UP, Edge, Rigid
 from shockpc.studies.fall.motion import STICKS, Fall, Kind, Section, Touch, follow
-from shockpc.studies.question import common_robot
 from shockpc.text.errors import SceneError, ShockError, SolveError, StudyError
 from shockpc.text.printed import listed
 from shockpc.text.trace import Trace

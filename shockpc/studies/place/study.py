@@ -11,6 +11,7 @@ import numpy as np
 from shockpc.core.pulse import peak_acceleration
 from shockpc.core.spatial import Array
 from shockpc.evaluation.evaluate import proven
+from shockpc.evaluation.landings import common_robot, refuse_ground
 from shockpc.evaluation.table import Table
 from shockpc.evaluation.variation import Vary, pairs
 from shockpc.evaluation.varied_scene import scene_grid
@@ -27,7 +28,6 @@ from shockpc.studies.place.field import Fields, fields_of
 from shockpc.studies.place.groups import best_group
 from shockpc.studies.place.region import Box, Region, region_of
 from shockpc.studies.place.search import best_places
-from shockpc.studies.question import common_robot, refuse_ground
 from shockpc.text.errors import ShockError, StudyError
 from shockpc.text.names import match
 
