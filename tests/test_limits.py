@@ -241,9 +241,9 @@ def test_the_strike_of_the_scene_is_that_of_an_analysis(strike):
     base = dataclasses.replace(HYQ, strike=strike)
     found = limits(base, "lf_kfe_joint", IMU, 0.1, joint_range=SPAN, step=math.radians(25.0), robot=known_robot("hyq"))
     expected = [analysed(base, known_robot("hyq"), "lf_kfe_joint", value, strike, "trunk_imu") for value in found.scan.values]
-    np.testing.assert_allclose(found.scan.own, expected, rtol=1e-9)
-    np.testing.assert_allclose(found.scan.over(np.array([found.own[1]]))[:, 0], expected, rtol=1e-9)
-    assert found.limits[0].strikes == (found.own[1], found.own[1])
+    np.testing.assert_allclose(found.scan.at_scene_strike, expected, rtol=1e-9)
+    np.testing.assert_allclose(found.scan.over(np.array([found.present[1]]))[:, 0], expected, rtol=1e-9)
+    assert found.limits[0].strikes == (found.present[1], found.present[1])
 
 
 PARTS = dataclasses.replace(
@@ -272,7 +272,7 @@ def test_a_bound_on_any_quantity_ends_where_the_analysis_meets_it(base, target, 
     (value,), key, below = bound.values(), target.partition("@")[0], "min" in bound
     span = {"joint_range": SPAN, "step": math.radians(5.0), "robot": known_robot("hyq")}
     found = limits(base, "lf_kfe_joint", target, **bound, **span)
-    for numbers, one in ((found.scan.own, found.limits[0]), (found.worst[0], found.limits[-1])):
+    for numbers, one in ((found.scan.at_scene_strike, found.limits[0]), (found.worst[0], found.limits[-1])):
         allowed = [inside(one.allowed, joint) for joint in found.scan.values]
         np.testing.assert_array_equal(allowed, numbers >= value if below else numbers <= value)
     ends = [
@@ -464,7 +464,7 @@ def test_other_variations_have_limits_too(base, subject, span, target):
     """Ends are where a sweep of the same quantity, row by row, meets the bound."""
     robot = known_robot("hyq")
     given = {"joint_range": span, "strikes": (0.0, 0.0), "robot": robot, "step": (span[1] - span[0]) / 8}
-    bound = float(np.median(limits(base, subject, target, 1.0, **given).scan.own)) * 1.001
+    bound = float(np.median(limits(base, subject, target, 1.0, **given).scan.at_scene_strike)) * 1.001
     found = limits(base, subject, target, bound, **given)
     size = math.degrees(1.0) if found.unit == "rad" else 1.0
     ends = [end for one in found.limits[-1].allowed for end, kind in zip(one[:2], one[2:], strict=True) if kind == "bound"]

@@ -144,7 +144,7 @@ def found_touchdowns(budget: float = 0.0) -> Sheet:
             for name, motions in (("trots", trots), ("falls", falls)):
                 what = f"{name}, {1e-3 / (STEP * step):g} kHz" + (f", noise of {1e3 * noise:g} mm and mrad" if noise else "")
                 rows.append((what, *_compared(motions, step, noise, scene, robot)))
-    return Sheet("touchdowns found in simulated logs", header, rows, notes)
+    return Sheet("touchdowns found in simulated logs", header, rows, [notes])
 
 
 def _compared(motions: Sequence[Simulated], step: int, noise: float, scene: Scene, robot: Robot) -> Iterator[Cell]:

@@ -110,21 +110,21 @@ class StrikeScan:
         shape = len(self.values), len(self.angles)
         table = self._table(self.values, np.broadcast_to(self.angles, shape), (target, feasible), self._Q)
         self.numbers, self._feasible = self._read(table, shape), (table.columns[feasible.name] == 1.0).reshape(shape)
-        rows = np.ravel_multi_index((np.arange(len(self.values)), self._own), shape)
+        rows = np.ravel_multi_index((np.arange(len(self.values)), self._scene_strike), shape)
         uncertain = (table.columns["condition"] > ILL_CONDITIONED) & ~table.columns["proven"]
-        self.inaccurate = int((uncertain[rows] & np.isfinite(self.own)).sum())
-        refused = {k: table.messages.get(i, UNDETERMINED) for k, i in enumerate(rows.tolist()) if np.isnan(self.own[k])}
+        self.inaccurate = int((uncertain[rows] & np.isfinite(self.at_scene_strike)).sum())
+        refused = {k: table.messages.get(i, UNDETERMINED) for k, i in enumerate(rows.tolist()) if np.isnan(self.at_scene_strike[k])}
         self.unreachable = tuple(sorted({*unreachable, *_ranges(self.values, refused)}))
 
     @property
-    def _own(self) -> int:
-        """Where the landing's own strike angle is among those of the grid."""
+    def _scene_strike(self) -> int:
+        """Where the strike angle of the scene is among those of the grid."""
         return int(np.searchsorted(self.angles, self._landing.strike_angle))
 
     @property
-    def own(self) -> Array:
-        """The number (n,) for the landing's own strike; NaN without a result."""
-        return self.numbers[:, self._own]
+    def at_scene_strike(self) -> Array:
+        """The number (n,) for the strike of the scene; NaN without a result."""
+        return self.numbers[:, self._scene_strike]
 
     def over(self, angles: Array) -> Array:
         """The number (n, S) in every posture at strike angles (S,) or (n, S) [rad]; NaN without a result."""

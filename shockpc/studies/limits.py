@@ -134,7 +134,7 @@ class JointLimits:
         bound: of the number, in its unit.
         range: least and greatest value looked at [rad, m].
         file_limits: those of the robot's file; infinite where it gives none [rad, m].
-        own: the value, NaN where there is none, and the strike angle of the scene [rad, m; rad].
+        present: the value, NaN where there is none, and the strike angle of the scene [rad, m; rad].
         strikes: least and greatest strike angle looked at [rad].
         step: largest distance between the values of the scan [rad, m].
         scan: the postures and their numbers.
@@ -149,7 +149,7 @@ class JointLimits:
     bound: Bound
     range: tuple[float, float]
     file_limits: tuple[float, float]
-    own: tuple[float, float]
+    present: tuple[float, float]
     strikes: tuple[float, float]
     step: float
     scan: StrikeScan = field(repr=False)
@@ -315,7 +315,7 @@ def limits(
     scale = math.degrees(1.0) if unit == "rad" else 1.0
     closable = CLOSABLE * STEP.get(unit, 0.0)
     scan = StrikeScan(landing, number, bound, varied, joints, values, scale, _targets(angle, *angles), closable)
-    if scan.unreachable and np.isnan(scan.own).all():
+    if scan.unreachable and np.isnan(scan.at_scene_strike).all():
         raise SolveError(f"no posture from {_value(low, unit)} to {_value(high, unit)} has a result: {scan.unreachable[0][2]}")
     ends: tuple[End, End] = ("range" if scan.values[0] <= low else "loop", "range" if scan.values[-1] >= high else "loop")
     return JointLimits(
@@ -327,7 +327,7 @@ def limits(
         bound=bound,
         range=(low, high),
         file_limits=_file_limits(joints),
-        own=(present_value(landing, varied) / scale, angle),
+        present=(present_value(landing, varied) / scale, angle),
         strikes=angles,
         step=step,
         scan=scan,

@@ -49,9 +49,11 @@ def draw_limits(found: JointLimits) -> Figure:
         part.axvline(scale * end, color=INK, linewidth=1.2, linestyle=(0, (5, 3)), clip_on=False)
     if ends:
         words.append("dashed: limits in the file")
-    if found.range[0] <= found.own[0] <= found.range[1] and y[0] <= math.degrees(found.own[1]) <= y[-1]:
+    if found.range[0] <= found.present[0] <= found.range[1] and y[0] <= math.degrees(found.present[1]) <= y[-1]:
         words.append("circle: the scene")
-        axes.plot([scale * found.own[0]], [math.degrees(found.own[1])], "o", markersize=5.0, color=PAPER, markeredgecolor=INK)
+        axes.plot(
+            [scale * found.present[0]], [math.degrees(found.present[1])], "o", markersize=5.0, color=PAPER, markeredgecolor=INK
+        )
     for interval in found.limits[-1].allowed:
         strip.axvspan(scale * interval.low, scale * interval.high, color=ALLOWED)
     axes.set(ylabel="strike angle [deg]", xlim=(x[0], x[-1]), ylim=(y[0], y[-1]))

@@ -184,7 +184,7 @@ def _postures(found: JointLimits, most: int | None = None) -> Sheet:
     for k in range(0, len(found.scan.values), every):
         allowed = ", ".join(f"{math.degrees(a):.1f} … {math.degrees(b):.1f}" for a, b in found.allowed_strikes[k]) or "none"
         value = _text(found, float(found.scan.values[k]))
-        rows.append((value, found.scan.own[k], worst[k], f"{math.degrees(at[k]):.1f}", allowed))
+        rows.append((value, found.scan.at_scene_strike[k], worst[k], f"{math.degrees(at[k]):.1f}", allowed))
     low, high = map(math.degrees, found.strikes)
     varied = "joint" if found.of_joints else found.subject
     header = (
