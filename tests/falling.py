@@ -14,7 +14,7 @@ from shockpc import Scene, load_robot
 from shockpc.landing.scene import GRAVITY
 from shockpc.robot.geometry import Shape
 from shockpc.studies.fall.body import UP, Rigid
-from shockpc.studies.fall.motion import Fall, Motion, Section, follow
+from shockpc.studies.fall.motion import Fall, Section, SectionMotion, follow_fall
 from shockpc.studies.fall.study import _support
 
 ROBOTS = ("g1", "talos", "go2", "anymal_b", "bolt")
@@ -54,7 +54,7 @@ def _add(spec: Any, body: Any, shape: Shape, number: int) -> None:
 
 
 def simulated(
-    rigid: Rigid, section: Section, forward: Any, start: Motion, corner: int, friction: float | None, step: float
+    rigid: Rigid, section: Section, forward: Any, start: SectionMotion, corner: int, friction: float | None, step: float
 ) -> First:
     """The first strike in MuJoCo. Args: friction, of the floor, None for a hinge at a corner of the section; step, of time [s]."""
     spec, left = mujoco.MjSpec(), np.cross(UP, forward)
@@ -157,7 +157,7 @@ def compared(name: str, heading: float, friction: float | None, step: float = 1e
         corner = int(np.argmin(np.abs(section.corners - edge).sum(axis=1)))
         corner -= len(section.corners) * (section.side(corner - 1) > theta)
     start = section.pivoting(corner, theta + nudge, math.sqrt(2.0 * kappa * GRAVITY / length * (1.0 - math.cos(nudge))))
-    found = follow(section, corner, start, friction, hinged=0.0 if friction is None else None)
+    found = follow_fall(section, corner, start, friction, hinged=0.0 if friction is None else None)
     return predicted(rigid, section, forward, found, standing_links(rigid)), simulated(
         rigid, section, forward, start, corner, friction, step
     )

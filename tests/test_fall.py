@@ -11,7 +11,7 @@ from commands import good, run
 from shockpc import Contact, Joints, Scene, SolveError, Strike, StudyError, fall, load_robot, shock_profile
 from shockpc.landing.scene import GRAVITY
 from shockpc.studies.fall.body import Rigid
-from shockpc.studies.fall.motion import Motion, Section, follow
+from shockpc.studies.fall.motion import Section, SectionMotion, follow_fall
 
 PARTS = (
     # name, carrier, place of the joint, centre and sides of the box about the joint, mass
@@ -84,7 +84,7 @@ def tipped(section: Section, friction: float | None = None, hinged: float | None
     corner, theta = section.balance(section.lowest(0.0))
     length, _, kappa = section.arm(corner)
     start = section.pivoting(corner, theta + nudge, math.sqrt(2.0 * kappa * GRAVITY / length * (1.0 - math.cos(nudge))))
-    return follow(section, corner, start, friction, hinged)
+    return follow_fall(section, corner, start, friction, hinged)
 
 
 def test_tip_of_a_rod():
@@ -123,7 +123,7 @@ def test_edge_would_be_pulled_from_three_quarters_on(kappa, pulled):
     section = Section.of(1.0, 0.25 * (1.0 / kappa - 1.0), np.array([[-1e-7, -0.5], [1e-7, -0.5], [0.0, 0.5]]))
     assert (len(tipped(section).phases) > 1 and tipped(section).phases[1].kind != "pivots") == pulled
     phi = math.acos(1.0 / 3.0)
-    start = Motion(0.0, 0.0, 0.5, 0.0, 0.0, 0.0)
+    start = SectionMotion(0.0, 0.0, 0.5, 0.0, 0.0, 0.0)
     corner = section.balance(section.lowest(0.0))[0]
     angle = section.arm(corner)[1]
     _, up = section.forces(corner, phi - angle, section.squared_rate(corner, phi - angle, start))
@@ -136,7 +136,7 @@ def test_rolling_polygon_loses_energy_at_each_change():
     angle = 2.0 * math.pi * (np.arange(n) + 0.5) / n - math.pi / 2.0
     wheel = Section.of(m, inertia, r * np.stack([np.cos(angle), np.sin(angle)], axis=1))
     corner = wheel.lowest(1e-9)
-    found = follow(wheel, corner, wheel.pivoting(corner, 0.0, 3.0))
+    found = follow_fall(wheel, corner, wheel.pivoting(corner, 0.0, 3.0))
     kept = (inertia + m * r * r * math.cos(2.0 * math.pi / n)) / (inertia + m * r * r)
     forward = [touch for touch in found.touches if touch.before.omega > 0.0 and touch.corner > touch.on]
     assert len(forward) > 2
@@ -152,7 +152,7 @@ def test_energy_is_never_gained():
         section = Section.of(2.0, 2.0 * rng.uniform(0.2, 1.5), points - points.mean(axis=0))
         corner = section.lowest(0.0)
         start = section.pivoting(corner, 0.0, rng.uniform(1.0, 6.0))
-        found = follow(section, corner, start, (None, 0.2, 0.5, 1.0)[k % 4])
+        found = follow_fall(section, corner, start, (None, 0.2, 0.5, 1.0)[k % 4])
         scale = section.energy(start)
         for phase in found.phases:
             kinds.add(phase.kind)
@@ -174,8 +174,10 @@ def test_least_push():
     rate = section.least_rate(corner, 0.0)
     up = math.hypot(0.2, 0.5) - 0.5
     assert 0.5 * (section.inertia + math.hypot(0.2, 0.5) ** 2) * rate**2 == pytest.approx(GRAVITY * up, rel=1e-12)
-    assert follow(section, corner, section.pivoting(corner, 0.0, 1.001 * rate)).phases[0].end.theta == pytest.approx(math.pi / 2.0)
-    assert follow(section, corner, section.pivoting(corner, 0.0, 0.999 * rate)).phases[0].end.omega == 0.0
+    assert follow_fall(section, corner, section.pivoting(corner, 0.0, 1.001 * rate)).phases[0].end.theta == pytest.approx(
+        math.pi / 2.0
+    )
+    assert follow_fall(section, corner, section.pivoting(corner, 0.0, 0.999 * rate)).phases[0].end.omega == 0.0
 
 
 def test_figure_falls_over_its_feet(falls):

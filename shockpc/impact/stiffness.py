@@ -51,7 +51,7 @@ MANY_EVENTS = 100
 IMPULSE_SHARE = 0.99
 """Share of a contact's normal impulse that is given within its duration: what follows may be a tiny force that lasts long."""
 
-GRAVITY_SHARE, DEEP = 0.05, 0.1
+GRAVITY_SHARE, DEEPEST_SHARE = 0.05, 0.1
 """Share of the approach speed that gravity adds during the contact, and of the robot's size by which a contact is compressed, from
 which on the model without gravity, or with frozen geometry, is doubtful."""
 
@@ -338,7 +338,7 @@ class CompliantLanding:
         coms = state.position[0] + (state.rotation[0] @ robot.coms[..., None])[..., 0]
         for contact, compression in zip(landing.contacts, self._compression.tolist(), strict=True):
             reach = np.linalg.norm(coms - block_point(state, contact)[0], axis=1) + robot.gyration
-            if compression > DEEP * (size := float(reach.max())):
+            if compression > DEEPEST_SHARE * (size := float(reach.max())):
                 text = (
                     f"{contact.name} is compressed by {compression:.3g} m, on a robot that reaches {size:.3g} m from there: the "
                     "geometry does not stay as at impact, which this model assumes; take a stiffer contact or a lower speed"

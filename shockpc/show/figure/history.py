@@ -20,7 +20,7 @@ from shockpc.text.printed import printable
 CURVES_SHOWN = 6
 """Most curves of a panel, those of the largest peaks."""
 
-MOST_EVENTS, NEAR, STEP = 8, 0.01, 0.01
+MOST_EVENTS, SAME_TIME, STEP = 8, 0.01, 0.01
 """Most events that are written, how far apart in time they are at least, as a share of the duration, and least step of a force at
 an event along the ground, as a share of the greatest force."""
 
@@ -113,7 +113,7 @@ def _events(profile: ShockProfile, compliant: CompliantLanding) -> list[tuple[fl
             continue
         text = HAPPENS[event.kind] + " along the ground" * (not normal and event.kind != "slips")
         text = f"{printable(names[own], 20)} {text}" if len(set(compliant.number[compliant.number >= 0].tolist())) > 1 else text
-        if not found or event.time - found[-1][0] > NEAR * motion.duration:
+        if not found or event.time - found[-1][0] > SAME_TIME * motion.duration:
             found.append((event.time, []))
         if text not in found[-1][1]:
             found[-1][1].append(text)

@@ -10,7 +10,7 @@ from shockpc.show.wording import count, robot_name
 from shockpc.studies.identify import Identification
 from shockpc.text.printed import printable
 
-DEEP = 0.2
+CLEAR_MINIMUM = 0.2
 """Least error, in errors before, up to which errors are drawn in logarithms."""
 
 ACROSS, REACH, MANY = 3, 1.1, 200
@@ -30,7 +30,7 @@ def draw(found: Identification) -> Figure:
     scans = [found.scan(j) for j in range(p)]
     least = min(float(errors.min()) for _, errors in scans)
     most = max(1.1 * found.errors["before"], *(min(float(errors.max()), 2.0) for _, errors in scans))
-    deep = least < DEEP * found.errors["before"]
+    deep = least < CLEAR_MINIMUM * found.errors["before"]
     for panel, one, (values, errors) in zip(panels, found.unknowns, scans, strict=False):
         if np.isfinite(one.low):
             panel.axvspan(one.low, one.high, color=faded(CURVES[0], 0.75), linewidth=0.0, label="95 % interval")

@@ -49,7 +49,7 @@ MOST_CHANGES, MOST_TURNS, LONGEST = 5000, 40, 10.0
 """Changes of the motion that are followed; how often it may reverse; how long a slide may take [s]."""
 
 
-class Motion(NamedTuple):
+class SectionMotion(NamedTuple):
     """Rotation [rad], place of the centre of mass forward and up [m], and their rates."""
 
     theta: float
@@ -71,8 +71,8 @@ class Phase(NamedTuple):
 
     kind: Kind
     corner: int
-    start: Motion
-    end: Motion
+    start: SectionMotion
+    end: SectionMotion
 
 
 class Touch(NamedTuple):
@@ -87,8 +87,8 @@ class Touch(NamedTuple):
 
     corner: int
     on: int
-    before: Motion
-    after: Motion
+    before: SectionMotion
+    after: SectionMotion
     speed: float
 
 
@@ -159,15 +159,15 @@ class Section:
         c = math.hypot(a, b)
         return c, math.atan2(-a, -b), self.mass * c * c / (self.inertia + self.mass * c * c)
 
-    def energy(self, motion: Motion) -> float:
+    def energy(self, motion: SectionMotion) -> float:
         """Kinetic and potential energy [J]."""
         speed = motion.vx**2 + motion.vz**2
         return 0.5 * (self.mass * speed + self.inertia * motion.omega**2) + self.mass * GRAVITY * motion.z
 
-    def pivoting(self, corner: int, theta: float, omega: float, x: float = 0.0) -> Motion:
+    def pivoting(self, corner: int, theta: float, omega: float, x: float = 0.0) -> SectionMotion:
         """The motion about a corner at rest at a place [m]."""
         a, b = self.at(corner, theta)
-        return Motion(theta, x - a, -b, -omega * b, omega * a, omega)
+        return SectionMotion(theta, x - a, -b, -omega * b, omega * a, omega)
 
     def forces(self, corner: int, theta: Array | float, squared: Array | float) -> tuple[Array, Array]:
         """Forces T and N of the ground on a corner that sticks, along the ground and upward, by mass [m/s²]. Args: squared, ω²."""
@@ -176,7 +176,7 @@ class Section:
         turning = kappa * GRAVITY * sine
         return turning * cosine - squared * c * sine, GRAVITY - turning * sine - squared * c * cosine
 
-    def squared_rate(self, corner: int, theta: Array | float, start: Motion) -> Array:
+    def squared_rate(self, corner: int, theta: Array | float, start: SectionMotion) -> Array:
         """ω² of a body that pivots about a corner from a motion [rad²/s²]."""
         c, angle, kappa = self.arm(corner)
         gain = 2.0 * kappa * GRAVITY / c * (math.cos(start.theta + angle) - np.cos(theta + angle))
@@ -202,7 +202,7 @@ class Section:
         squared = 0.0
         for k in range(last, corner - 1, -1):
             low = theta if k == corner else self.side(k - 1)
-            squared = max(squared - float(self.squared_rate(k, top, Motion(low, 0.0, 0.0, 0.0, 0.0, 0.0))), 0.0)
+            squared = max(squared - float(self.squared_rate(k, top, SectionMotion(low, 0.0, 0.0, 0.0, 0.0, 0.0))), 0.0)
             if k > corner:
                 squared /= self._kept(k - 1, k, low) ** 2
                 top = low
@@ -214,7 +214,9 @@ class Section:
         return (self.inertia + self.mass * (a * c + b * d)) / (self.inertia + self.mass * (c * c + d * d))
 
 
-def follow(section: Section, corner: int, start: Motion, friction: float | None = None, hinged: float | None = None) -> Fall:
+def follow_fall(
+    section: Section, corner: int, start: SectionMotion, friction: float | None = None, hinged: float | None = None
+) -> Fall:
     """Follow a body that begins to fall about a corner until it rests.
 
     Args:
@@ -259,7 +261,7 @@ def follow(section: Section, corner: int, start: Motion, friction: float | None 
     return Fall(tuple(phases), tuple(touches), False)
 
 
-def _phase(section: Section, on: int, start: Motion, friction: float) -> tuple[Kind, Motion, int | None]:
+def _phase(section: Section, on: int, start: SectionMotion, friction: float) -> tuple[Kind, SectionMotion, int | None]:
     """The next part of the fall: its kind, the motion at its end, and the corner that strikes then, if one does."""
     if on < 0:
         return _flight(section, start)
@@ -274,7 +276,7 @@ def _phase(section: Section, on: int, start: Motion, friction: float) -> tuple[K
     return _slide(section, on, start, friction, -math.copysign(1.0, along) if sticks else math.copysign(1.0, slip))
 
 
-def _pivot(section: Section, on: int, start: Motion, friction: float | None) -> tuple[Kind, Motion, int | None]:
+def _pivot(section: Section, on: int, start: SectionMotion, friction: float | None) -> tuple[Kind, SectionMotion, int | None]:
     """About a corner that sticks, up to the next corner, to where it turns back, or to where the corner slips or is pulled."""
     phi = math.remainder(section.arm(on)[1] + start.theta, 2.0 * math.pi)
     sense = math.copysign(1.0, start.omega or phi)
@@ -306,7 +308,9 @@ def _pivot(section: Section, on: int, start: Motion, friction: float | None) -> 
     return "pivots", section.pivoting(on, end, rate, start.x + a), struck
 
 
-def _slide(section: Section, on: int, start: Motion, friction: float, sense: float) -> tuple[Kind, Motion, int | None]:
+def _slide(
+    section: Section, on: int, start: SectionMotion, friction: float, sense: float
+) -> tuple[Kind, SectionMotion, int | None]:
     """On a corner that slides forward (sense 1) or back (−1), until it sticks or is pulled, or another corner strikes."""
     ratio = section.mass / section.inertia
 
@@ -342,16 +346,16 @@ def _slide(section: Section, on: int, start: Motion, friction: float, sense: flo
     which = next(k for k, times in enumerate(found.t_events) if len(times))
     theta = (section.side(on), section.side(on - 1), theta, theta)[which]
     a, b = section.at(on, theta)
-    end_ = Motion(theta, x, -b, -omega * b if which == 2 else vx, omega * a, omega)
+    end_ = SectionMotion(theta, x, -b, -omega * b if which == 2 else vx, omega * a, omega)
     return "slides", end_, (on + 1, on - 1, None, None)[which]
 
 
-def _flight(section: Section, start: Motion) -> tuple[Kind, Motion, int | None]:
+def _flight(section: Section, start: SectionMotion) -> tuple[Kind, SectionMotion, int | None]:
     """In the air, until a corner strikes."""
 
-    def at(t: float) -> Motion:
+    def at(t: float) -> SectionMotion:
         height, fall = start.z + start.vz * t - 0.5 * GRAVITY * t * t, start.vz - GRAVITY * t
-        return Motion(start.theta + start.omega * t, start.x + start.vx * t, height, start.vx, fall, start.omega)
+        return SectionMotion(start.theta + start.omega * t, start.x + start.vx * t, height, start.vx, fall, start.omega)
 
     def gap(t: float) -> float:
         motion = at(t)
@@ -367,7 +371,7 @@ def _flight(section: Section, start: Motion) -> tuple[Kind, Motion, int | None]:
     return "is in the air", end, section.lowest(end.theta)
 
 
-def _strike(section: Section, on: int, touched: int, before: Motion, mu: float) -> tuple[Motion, list[int]]:
+def _strike(section: Section, on: int, touched: int, before: SectionMotion, mu: float) -> tuple[SectionMotion, list[int]]:
     """The impulse of a strike: the motion after it, and the corners that stay on the ground, the struck one first.
 
     Raises:

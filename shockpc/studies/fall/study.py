@@ -30,7 +30,7 @@ from shockpc.robot.geometry import body_outline, outline
 from shockpc.robot.robot import Robot
 from shockpc.studies.declare import QuantityOption, declaration, study
 from shockpc.studies.fall.body import UP, Edge, Rigid
-from shockpc.studies.fall.motion import STICKS, Fall, Kind, Section, Touch, follow
+from shockpc.studies.fall.motion import STICKS, Fall, Kind, Section, Touch, follow_fall
 from shockpc.text.errors import SceneError, ShockError, SolveError, StudyError
 from shockpc.text.printed import listed
 from shockpc.text.trace import Trace
@@ -54,7 +54,7 @@ LEVEL = math.radians(1.0)
 SINKS = 1e-6
 """Speed into the ground, of that of the strike, with which a point that stands takes part [1]."""
 
-NEAR = 5e-3
+NEAR_GROUND = 5e-3
 """Height up to which a part nearly strikes together with others [m]."""
 
 EARLY = math.radians(3.0)
@@ -69,7 +69,7 @@ class FallStrike:
         fall: name of the fall: posture, then heading or attitude.
         number: of the strike in its fall, from 1.
         struck: links that meet the ground together, the fastest first, with the speed of each towards the ground [m/s].
-        near: links less than `NEAR` above the ground then.
+        near: links less than `NEAR_GROUND` above the ground then.
         pressing: those of the struck links that press on it; the others separate.
         stands: links that are on the ground already, on the edge about which the robot turns, and press on it.
         motion: how the robot moved before.
@@ -385,7 +385,7 @@ def _tip(rigid: Rigid, name: str, heading: float, push: float | None, together: 
         )
     else:
         start, corner = section.pivoting(first, theta, push / height), first
-    found, hinge = follow(section, corner, start, friction), follow(section, corner, start, hinged=least)
+    found, hinge = follow_fall(section, corner, start, friction), follow_fall(section, corner, start, hinged=least)
     listed = [touch for touch in found.touches if touch.speed >= least]
     turned = math.degrees(math.acos(min(1.0, float(edge.forward @ [math.cos(heading), math.sin(heading), 0.0]))))
     warnings = [f"the edge is turned by {turned:.2g} deg from the heading; the robot tips across the edge"] if turned > 3.0 else []
@@ -466,7 +466,7 @@ def _strikes(rigid: Rigid, tip: Tip, together: float, least: float) -> Iterator[
         down = {spot.link: omega * float(tip.forward @ turn @ (spot.point - rigid.com)) - touch.before.vz for spot in struck}
         fastest = sorted(struck, key=lambda spot: -down[spot.link])
         struck = tuple(spot for spot in fastest if down[spot.link] > SINKS * touch.speed) or tuple(fastest[:1])
-        near = set(rigid.struck(turn, max(NEAR, together))[1].tolist()) - set(links.tolist())
+        near = set(rigid.struck(turn, max(NEAR_GROUND, together))[1].tolist()) - set(links.tolist())
         scene = rigid.scene(turn, velocity, omega * left, struck, stands, kinds[touch.before] == "slides")
         if scene.plane == "auto":
             scene = replace(scene, plane=tuple(np.cross(tip.forward, UP).tolist()))
@@ -551,7 +551,7 @@ def _drops(rigid: Rigid, posture: str, height: float, count: int | None, togethe
         length = float(np.linalg.norm(axis))
         turn = _rotation(axis / length if length > 1e-12 else np.array([1.0, 0.0, 0.0]), math.atan2(length, cosine))
         points, links = rigid.struck(turn, together)
-        spots, near = rigid.spots(turn, points, links), set(rigid.struck(turn, max(NEAR, together))[1].tolist())
+        spots, near = rigid.spots(turn, points, links), set(rigid.struck(turn, max(NEAR_GROUND, together))[1].tolist())
         scene = rigid.scene(turn, -speed * UP, np.zeros(3), spots, ())
         yield _landing(
             rigid, scene, turn, fall=f"{posture} {name}".strip(), number=1, struck={spot.link: speed for spot in spots},
