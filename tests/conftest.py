@@ -16,7 +16,7 @@ from hypothesis import HealthCheck, settings
 from shockpc.show.figure import style
 from shockpc.text.paths import inputs
 
-style.DPI = 30  # no test looks at the pixels of a figure
+style.DPI = 50  # no test looks at the pixels of a figure
 
 COMMON = {"deadline": None, "database": None, "suppress_health_check": [HealthCheck.too_slow, HealthCheck.data_too_large]}
 
