@@ -17,6 +17,9 @@ LIMIT = 2.5
 
 SCALE = [[edge / LIMIT, colour] for k, colour in enumerate(BANDS) for edge in (EDGES[k], min(EDGES[k + 1], LIMIT))]
 
+NARROWEST = 0.4
+"""Least side of the box that is shown, as a share of its longest one."""
+
 PLAIN = {"type": "scatter3d", "hoverinfo": "none"}
 
 STYLES: tuple[dict[str, Any], ...] = (
@@ -36,8 +39,10 @@ STYLES: tuple[dict[str, Any], ...] = (
     {**PLAIN, "mode": "markers+text", "textposition": "top center", "textfont": {"color": INK},
      "marker": {"symbol": "cross", "size": 5, "color": INK}},
     {**PLAIN, "mode": "lines", "line": {"color": CURVES[3], "width": 4}},
+    {**PLAIN, "mode": "markers", "marker": {"size": 1, "opacity": 0}},
 )  # fmt: skip
-"""Bodies; the strike at each contact, and its arrow head; a line to each sensor, its mark and letter; CoPc; screw axes."""
+"""Bodies; the strike at each contact, and its arrow head; a line to each sensor, its mark and letter; CoPc; screw axes;
+ends of the box that is shown, which are not seen."""
 
 CONFIG = {"responsive": True, "displaylogo": False, "modeBarButtonsToRemove": ["resetCameraLastSave3d"]}
 
@@ -54,14 +59,16 @@ def picture(name: str, points: Array, contact: Array, axes: tuple[Array, Array, 
     low, high = points.min(axis=0), points.max(axis=0)
     middle, sides, (normal, e1, e2) = (low + high) / 2.0, high - low, axes
     size = float(sides.max()) or 1.0
+    sides = np.maximum(sides, NARROWEST * size)
     eye = (-1.0 if (contact - middle) @ normal < 0.0 else 1.0) * normal + 0.6 * e1 + 0.35 * e2
-    eye *= 0.74 * size / np.linalg.norm(eye) / np.cbrt(np.maximum(sides, 0.1 * size).prod())
+    eye *= 0.74 * size / np.linalg.norm(eye) / np.cbrt(sides.prod())
     axis = {"backgroundcolor": "#fff", "gridcolor": "#ddd", "zerolinecolor": "#ccc", "showspikes": False}
     camera = {"eye": _vector(eye), "up": _vector(e2), "projection": {"type": "orthographic"}}
     scene = {"aspectmode": "data", "camera": camera, **{f"{x}axis": {**axis, **_title(f"{x} [m]")} for x in "xyz"}}
     margin = dict.fromkeys("lrtb", 0)
     layout = {"scene": scene, "showlegend": False, "margin": margin, "uirevision": printable(name), "hovermode": "closest"}
-    return {"size": size, "middle": middle.tolist(), "top": float(high[2]), "layout": layout}
+    ends = [(middle + sign * sides / 2.0).tolist() for sign in (-1.0, 1.0)]
+    return {"size": size, "ends": ends, "middle": middle.tolist(), "top": float(high[2]), "layout": layout}
 
 
 def placed(surfaces: Iterable[Surface], rotation: Array, position: Array) -> Array:

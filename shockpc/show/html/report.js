@@ -38,8 +38,15 @@
     reset();
   }
 
+  // The strike of the scene as its boxes show it, which stand for all of its digits.
+  const shown = (x) => Number(x.toPrecision(5));
+  const typed = (name, k) => {
+    const x = byId(name).valueAsNumber;
+    return x === shown(landing.strike[k]) ? landing.strike[k] : x;
+  };
+
   function reset() {
-    inputs.forEach((name, k) => { byId(name).value = byId(`${name}-range`).value = landing.strike[k]; });
+    inputs.forEach((name, k) => { byId(name).value = byId(`${name}-range`).value = shown(landing.strike[k]); });
     byId("model").value = "as modelled";
     update();
   }
@@ -62,7 +69,7 @@
 
   // All numbers of the strike and the joint model that are set; without an impact they are NaN.
   function computed() {
-    const [theta, psi, speed] = inputs.map((name, k) => byId(name).valueAsNumber * (k < 2 ? Math.PI / 180 : 1));
+    const [theta, psi, speed] = inputs.map((name, k) => typed(name, k) * (k < 2 ? Math.PI / 180 : 1));
     const level = sum(scaled(landing.forward, Math.cos(psi)), landing.left, Math.sin(psi));
     const s = scaled(sum(scaled(level, Math.sin(theta)), landing.up, -Math.cos(theta)), speed);
     const model = landing.models[byId("model").value], along = (row) => dot(row, s) + row[3];
@@ -130,26 +137,30 @@
       const axis = times(landing.rotation[b], scaled(jumps[b].omega, 1 / bodies[b].spin)), q = inWorld(b, bodies[b].screw);
       return [sum(q, axis, dot(axis, sum(inWorld(b, landing.com[b]), q, -1))), axis];
     }).filter(([p]) => near(p)).map(([p, axis]) => [sum(p, axis, -0.2 * size), sum(p, axis, 0.2 * size)]);
+    // One cone a trace, because the size of several depends on the distance between them.
+    const heads = tail(0.06).map((p, k) => ({ ...xyz([p]), ...named(["u", "v", "w"],
+      columns([scaled(before[k], 1 / norm(before[k]))])), sizeref: 0.09 * size, visible: marks }));
     const drawn = [
       { ...named(["x", "y", "z"], landing.world), ...named(["i", "j", "k"], geometry.corners), visible: solid,
         intensity: refusal ? shock.map(() => 0) : shock, opacity: refusal ? 0.1 : through ? 0.4 : 1 },
       { ...lines(tail(0.36).map((p, k) => [p, ends[k]])), visible: marks },
-      { ...xyz(tail(0.06)), ...named(["u", "v", "w"], columns(before.map((v) => scaled(v, 1 / norm(v))))), sizeref: 0.09 * size,
-        visible: marks },
+      heads[0],
       { ...lines(places.map((p) => [p, above(p)])), visible: marks },
       { ...xyz(places), visible: marks },
       { ...xyz(places.map(above)), text: points.map(({ letter }) => letter), visible: marks },
       { ...xyz(centres.map(([, p]) => p)), text: centres.map(([text]) => text), visible: axes },
       { ...lines(screws), visible: axes },
+      xyz(landing.ends),
     ];
-    return drawn.map((places, k) => ({ ...data.styles[k], ...places }));
+    return [...drawn.map((places, k) => ({ ...data.styles[k], ...places })),
+      ...heads.slice(1).map((head) => ({ ...data.styles[2], ...head }))];
   }
 
   function update() {
     result = computed();
     const { bodies, deltas, refusal, v_in, contacts, loads } = result, model = byId("model").value;
     const joints = model === "as modelled" ? "joints as modelled" : `joints ${model}`;
-    const own = model === "as modelled" && inputs.every((name, k) => byId(name).valueAsNumber === landing.strike[k]);
+    const own = model === "as modelled" && inputs.every((name, k) => typed(name, k) === landing.strike[k]);
     byId("state").textContent = refusal ||
       `${own ? "the strike of the scene" : "another strike or joint model than the scene's"}; shock is relative to ` +
       `${rounded(v_in)} m/s; ${joints}`;
