@@ -23,6 +23,9 @@ POSTURES = """<robot name="stick">
   </group_state>
 </robot>
 """
+OPTIONAL = ("import casadi", "import crocoddyl")
+"""How the examples begin that need a library which shockpc does not."""
+
 SCENE = 'robot = "robot.urdf"\n[[contact]]\nframe = "foot"\n'
 
 
@@ -117,10 +120,20 @@ def test_shock_by_drives(capfd, here):
 
 
 def test_python_runs(capfd, here):
-    found = [block.text for block in BLOCKS if block.language == "python"]
+    found = [block.text for block in BLOCKS if block.language == "python" and not block.text.startswith(OPTIONAL)]
     assert found, "the README shows no Python"
     for text in found:
         exec(compile(text, "README.md", "exec"), {"__name__": "readme"})
+
+
+@pytest.mark.parametrize("library", OPTIONAL)
+def test_python_of_optimal_control_runs(library):
+    """Where these libraries are installed, their examples find a landing with a tenth of the shock."""
+    pytest.importorskip(library.removeprefix("import "))
+    (text,) = (block.text for block in BLOCKS if block.text.startswith(library))
+    names = {"__name__": "readme"}
+    exec(compile(text, "python.md", "exec"), names)
+    assert 0.0 < names["after"] < 0.1 * names["before"]
 
 
 def test_scenes_run(capfd, here):
