@@ -27,7 +27,7 @@ from shockpc.landing.posture import check_rotations
 from shockpc.landing.rows import Equation
 from shockpc.landing.scene import Scene
 from shockpc.landing.scene_file import robot_of
-from shockpc.quantities.maps import CHUNK, ShockMaps
+from shockpc.quantities.maps import CHUNK, ShockMaps, doubles
 from shockpc.quantities.profile import ShockProfile
 from shockpc.robot.robot import Robot
 from shockpc.text.errors import SceneError
@@ -103,7 +103,7 @@ def shock_maps(landing: Landing, Q: Array, derivatives: bool = False) -> ShockMa
     """
     if landing.scene.stops:
         raise SceneError("with end stops the jumps are not linear in the strike, so there are no maps; leave stops out")
-    Q, nq = np.asarray(Q, dtype=float), landing.robot.model.nq
+    Q, nq = doubles("Q", Q), landing.robot.model.nq
     if Q.ndim != 2 or Q.shape[1] != nq or not len(Q):
         raise SceneError(
             f'Q has shape {Q.shape}; the configurations of robot "{landing.robot.name}" are rows of {nq} numbers, shape (N, {nq}); '

@@ -201,3 +201,24 @@ def test_maps_without_derivatives_or_of_other_quantities_say_what_to_do():
         maps.gradient("shock@imu_link")
     with pytest.raises(StudyError, match="valid are shock@PLACE"):
         maps.gradient("copc@imu_link")
+
+
+@pytest.mark.parametrize(
+    ("call", "text"),
+    [
+        (lambda maps: maps.shock("imu_link", [1.0, 2.0]), "a strike is a velocity above zero"),
+        (lambda maps: maps.gradient("shock@imu_link", [0.0, 0.0, 0.0]), "a strike is a velocity above zero"),
+        (lambda maps: maps.delta_v("imu_link", [np.nan, 0.0, 0.0]), "give finite numbers"),
+        (lambda maps: maps.worst("imu_link", "down"), "give finite numbers"),
+        (lambda maps: maps.shock(13), "no body 13"),
+        (lambda maps: maps.at(0, [1.0]), "point has shape"),
+        (lambda maps: maps.joint_jumps([None] * 18), "give finite numbers"),
+        (lambda maps: shock_maps(maps.landing, "Q"), "give finite numbers"),
+    ],
+)
+def test_arguments_that_are_none_say_so(call, text):
+    robot = known_robot("anymal_b")
+    maps = shock_maps(resolve(on("anymal_b", "LF_FOOT"), robot), robot.start[None], derivatives=True)
+    with pytest.raises(SceneError, match=text):
+        call(maps)
+    assert maps.worst(0, [STRIKE]).gradient.shape == (1, 18)

@@ -1,7 +1,7 @@
 """The shock of a landing in many postures as maps from the strike, with their derivatives, by the names of places."""
 
 from collections.abc import Sequence
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -155,7 +155,7 @@ class ShockMaps(NamedTuple):
         along = np.einsum("nijk,nj->nik", change, np.broadcast_to(v, (len(change), 3)))
         if key == "delta_v":
             return np.asarray(along)
-        with np.errstate(invalid="ignore", divide="ignore"):
+        with np.errstate(invalid="ignore"):
             jump = self.delta_v(place, v)
             unit = jump / np.linalg.norm(jump, axis=-1, keepdims=True)
             return np.asarray(np.einsum("ni,nik->nk", unit, along) / np.linalg.norm(v, axis=-1, keepdims=True))
@@ -170,12 +170,13 @@ class ShockMaps(NamedTuple):
         Raises:
             ShockError: as for `gradient`.
         """
-        every = np.asarray(strikes, dtype=float)
+        every = doubles("strikes", strikes)
         if every.ndim != 2 or every.shape[1] != 3 or not len(every):
             raise SceneError(f"strikes have shape {every.shape}; give rows of three numbers, (S, 3), of at least one strike")
         shocks = np.stack([self.shock(place, strike) for strike in every], axis=1)
         k = shocks.argmax(axis=1)
-        slope = None if self.derivatives is None else self.gradient(f"shock@{place}", every[k])
+        name = place if isinstance(place, str) else self.robot.bodies[place].name
+        slope = None if self.derivatives is None else self.gradient(f"shock@{name}", every[k])
         return WorstStrike(shocks.max(axis=1), k, slope)
 
     def joint_jumps(self, qd: Array | Sequence[float]) -> Array:
@@ -200,7 +201,7 @@ class ShockMaps(NamedTuple):
     def _after(self, qd: Array | Sequence[float]) -> tuple[Array, Array]:
         """Δq̇ (N, nv) and the impulses (N, c, 3), solved again for other speeds."""
         landing, nv, n = self.landing, self.robot.model.nv, len(self.Q)
-        rates = np.asarray(qd, dtype=float)
+        rates = doubles("qd", qd)
         if rates.shape not in ((nv,), (n, nv)):
             raise SceneError(f"qd has shape {rates.shape}; give velocities of shape ({nv},), or ({n}, {nv}) with one row a posture")
         if any(contact.velocity is not None for contact in landing.contacts):
@@ -221,17 +222,40 @@ class ShockMaps(NamedTuple):
         if isinstance(place, str):
             where = point_place(self.robot, point_at(self.robot, place))
             return where.body, where.r
-        return place, np.zeros(3) if point is None else np.asarray(point)
+        if place not in range(self.maps.shape[1]):
+            raise SceneError(f"there is no body {place}; give a frame, or the index of a body below {self.maps.shape[1]}")
+        r = np.zeros(3) if point is None else doubles("point", point)
+        if r.shape != (3,):
+            raise SceneError(f"point has shape {r.shape}; give three numbers")
+        return place, r
 
     def _strike(self, strike: Array | Sequence[float] | None) -> Array:
         if strike is not None:
-            return np.asarray(strike, dtype=float)
+            v = doubles("strike", strike)
+            if v.shape not in ((3,), (len(self.Q), 3)) or not np.any(v, axis=-1).all():
+                raise SceneError(f"a strike is a velocity above zero, three numbers, or ({len(self.Q)}, 3) with one row a posture")
+            return v
         if not self.landing.translates:
             raise SceneError(
                 "before the impact the robot also rotates, or joints or contacts move on their own, so its strike is no single "
                 "velocity; give the strike, or joint_jumps the joint velocities"
             )
         return self.landing.before.velocity
+
+
+def doubles(name: str, values: Any) -> Array:
+    """Numbers as an array of doubles. Args: name, by which they are given.
+
+    Raises:
+        SceneError: one is none, or not finite.
+    """
+    try:
+        array = np.asarray(values, dtype=float)
+    except (TypeError, ValueError):
+        array = np.array(np.nan)
+    if not np.isfinite(array).all():
+        raise SceneError(f"{name} holds a number that is not finite, or something else; give finite numbers")
+    return array
 
 
 def _impulses(landing: Landing, equation: Equation, solution: Solution) -> Array:
