@@ -202,7 +202,7 @@ class ShockCost:
         self.scenes = named_scenes(scenes)
         self.quantities, kept = _texts(quantity), _texts(keep)
         if not self.quantities:
-            raise StudyError("no quantity is given; name one, such as shock@imu_link")
+            raise StudyError("no quantity is given; name one, such as shock@imu_link, or a point with --at")
         self.robot = robot or common_robot(self.scenes)
         landings = {name: resolve(scene, self.robot) for name, scene in self.scenes.items()}
         first = next(iter(landings.values()))
@@ -254,7 +254,7 @@ class ShockCost:
 
     def cases(self, x: Array) -> dict[str, tuple[Scene, Robot]]:
         """Scene and robot of each landing at (n,) values, by name."""
-        rows = [group.at(np.asarray(x, dtype=float)[None]) for group in self.groups]
+        rows = [group.at(self._point(x)[None]) for group in self.groups]
         found = {name: own.struck(0, s) for own in rows for s, name in enumerate(own.names)}
         return {name: found[name] for name in self.scenes}
 

@@ -31,7 +31,7 @@ def draw_improvement(study: Improvement) -> Figure:
     at = LEFT
     for k, (view, window, name) in enumerate(zip(views, windows, ("as given", "optimum"), strict=True)):
         draw_picture(page, at, page.low + FOOT + 0.3, view, window, left=k == 0)
-        page.write(at + window.sides[0] / 2.0, page.low + FOOT - 0.1, name, 8.5, fontweight="bold", ha="center")
+        page.write(at + window.sides[0] / 2.0, page.low + FOOT - 0.25, name, 8.5, fontweight="bold", ha="center")
         at += window.sides[0] + GAP
     page.bar(LEFT, width - GAP)
     axes = page.axes(x, page.low + 0.75, CHART - 0.1, tall - 1.25)
@@ -45,7 +45,7 @@ def draw_improvement(study: Improvement) -> Figure:
     known = np.concatenate([run[np.isfinite(run)] for run in study.runs])
     if known.size and known.min() > 0.0 and known.max() > 20.0 * known.min():
         axes.set_yscale("log")
-    axes.set(xlabel="step of a run; best so far; in black the run to the optimum", ylabel=_label(study, 0))
+    axes.set(xlabel="step (black: run to the optimum)", ylabel=_label(study, 0))
     axes.xaxis.set_major_locator(MaxNLocator(6, integer=True))
     return page.figure
 

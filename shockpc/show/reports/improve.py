@@ -72,8 +72,8 @@ def _lines(study: Improvement) -> list[tuple[str, str]]:
         lines.append((text, f"{_number(before, unit)} → {_number(after, unit)}{gain}{over}"))
     bounds = [f"{one.name} at its {'least' if one.bound == 'low' else 'greatest'} value" for one in study.variables if one.bound]
     lines.append(("held by", few([*bounds, *study.held], 6) or "nothing: it lies inside all ranges and constraints"))
-    agree = f"{count(len(study.ends), 'run')}, the best {min(BEST, len(study.ends))} to their ends, of which {study.agreeing}"
-    lines.append(("runs", f"{agree} end there; seed {study.seed}; no proof that nothing better exists"))
+    agree = f"{count(len(study.ends), 'run')}, the best {min(BEST, len(study.ends))} to their ends; {study.agreeing}"
+    lines.append(("runs", f"{agree} at the optimum; seed {study.seed}; no proof that nothing better exists"))
     bound = max(profile.health.error_bound for profile in (*study.before.values(), *study.after.values()))
     lines.append(("proven", f"both values, {proof_text(bound)}"))
     return lines
