@@ -7,15 +7,17 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from commands import good, run
-from identify_draws import BLOCKS, blocks, csv_text, leg, leg_scene
+from identify_draws import BLOCKS, blocks, csv_text, leg, leg_scene, simulated
 
 from shockpc import Joints, Rotor, Scene, StudyError, identify, read_scene, resolve, shock_profile, sweep
 from shockpc.core.friction import solve_each, solve_friction
 from shockpc.evaluation.evaluate import Evaluation
-from shockpc.evaluation.prediction import Predictor, base_in_world, predicting
+from shockpc.evaluation.prediction import Predictor, base_in_world, energy_norms, mobilities, predicting
+from shockpc.evaluation.recorded import RecordedLandings
 from shockpc.evaluation.recorded_table import rows_of
 from shockpc.evaluation.table_files import read_table
 from shockpc.evaluation.variation import variation
+from shockpc.landing.dynamics import dynamics
 from shockpc.landing.landing import landing_of
 from shockpc.landing.scene_file import robot_of
 
@@ -68,6 +70,27 @@ def test_predictions_are_those_of_the_landings(kind):
     expected = base_in_world(study, keys, Evaluation(study, tuple(keys.values()), prove=None).table().columns)
     found = predictor((0.3, 0.25)[: len(unknowns)])
     np.testing.assert_allclose(found.jumps, np.stack([expected[m.key] for m in rows.measured], axis=1), atol=1e-10)
+
+
+def test_energies_count_what_the_base_cannot_do(here):
+    """Of a leg on a rail: ΔᵀHΔ of its three joints, and of two of them the least for whatever the third does."""
+    table = leg(rng(), 4, here, noise=0.0)
+    table |= {"before_rail": -np.ones(4), "after_rail": np.zeros(4)}
+    scene, robot = leg_scene(here), robot_of(leg_scene(here))
+    study = RecordedLandings(robot, rows_of(table, landing_of(scene, robot)))
+    v = np.array([robot.joint(name).v.start for name in ("rail", "hip", "knee")])
+    H, jumps = dynamics(robot, study.table.Q).H[:, v][:, :, v], rng(1).normal(size=(4, 3))
+    whole = np.sqrt(np.einsum("ni,nij,nj->n", jumps, H, jumps))
+    np.testing.assert_allclose(energy_norms(mobilities(study), v, jumps), whole, rtol=1e-12)
+    jumps[:, 0] = -np.einsum("ni,ni->n", H[:, 0, 1:], jumps[:, 1:]) / H[:, 0, 0]
+    least = np.sqrt(np.einsum("ni,nij,nj->n", jumps, H, jumps))
+    jumps[:, 0] = np.nan
+    np.testing.assert_allclose(energy_norms(mobilities(study), v, jumps), least, rtol=1e-12)
+    known = dict.fromkeys(DRIVES, 0.01)
+    table = simulated(
+        scene, {k: x for k, x in table.items() if k[:5] != "after"}, known, dict.fromkeys(("rail", "hip", "knee"), 0.0), rng()
+    )
+    assert identify(table, scene, DRIVES).values == pytest.approx(known, rel=1e-3)
 
 
 def test_sweeps_vary_restitution_and_rotors(here):

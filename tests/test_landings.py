@@ -1082,6 +1082,6 @@ def test_measured_over_predicted_jumps_hides_no_point():
     reach = free.get_xlim()[1]
     arrows = {line.get_marker(): line.get_xydata().tolist() for line in free.lines if line.get_marker() in "<>"}
     assert arrows == {">": [[reach, 1.0]], "<": [[-reach, 0.5]]}
-    assert "arrows: 2 of 3 beyond" in free.get_title()
+    assert "arrows: 2 of 3 beyond" in [text.get_text() for text in free.texts]
     assert locked.get_title() == "locked\nno jump predicted"
     assert "nan" not in free.get_title()

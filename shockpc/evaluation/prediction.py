@@ -18,6 +18,7 @@ from shockpc.evaluation.variation import Variation
 from shockpc.evaluation.varied_scene import applied
 from shockpc.impact.friction import FrictionProblem, friction_problem, friction_problems, joined
 from shockpc.landing.dynamics import Dynamics, dynamics
+from shockpc.landing.freedom import free_columns
 from shockpc.landing.motion import Motion
 from shockpc.landing.places import Place, body_places
 from shockpc.landing.rows import Equation
@@ -104,22 +105,27 @@ def predicted_later(
     return later, dict(sorted(messages.items()))
 
 
-def inertias(study: RecordedLandings) -> Array:
-    """H (n, nv, nv) of the landings; of a free base in the world's components of its velocity and angular velocity."""
+def mobilities(study: RecordedLandings) -> Array:
+    """W = H⁻¹ (n, nv, nv) of the landings, of a free base in the world's components of its velocity and angular velocity.
+
+    Joints are free, and followers follow; along what the base cannot move, and of rows without a landing, W is zero or NaN.
+    """
     robot = study.robot
-    H = np.full((study.rows, robot.model.nv, robot.model.nv), np.nan)
+    W, locked = np.full((study.rows, robot.model.nv, robot.model.nv), np.nan), np.zeros(robot.model.nv, dtype=bool)
     for k, (first, _) in enumerate(study.parts):
         for group in study.part(k, study.data(k)).groups:
             if isinstance(group, Refusal):
                 continue
-            state = dynamics(robot, group.Q, group.landing.joint_model.armature)
-            rates = np.linalg.inv(_velocities(robot, state))
-            H[first + group.postures] = rates.swapaxes(1, 2) @ state.H @ rates
-    return H
+            landing = group.landing
+            state = dynamics(robot, group.Q, landing.joint_model.armature)
+            moved, G = _velocities(robot, state), free_columns(robot, landing.base, landing.plane, state.rotation[:, 0], locked)
+            moved, H = (moved, state.H) if G is None else (moved @ G, G.swapaxes(1, 2) @ state.H @ G)
+            W[first + group.postures] = moved @ np.linalg.solve(H, moved.swapaxes(1, 2))
+    return W
 
 
 def _velocities(robot: Robot, state: Dynamics) -> Array:
-    """The velocities (N, nv, nv) of which `inertias` are, for unit joint velocities in N postures."""
+    """The velocities (N, nv, nv) of which `mobilities` are, for unit joint velocities in N postures."""
     velocities = np.broadcast_to(np.eye(robot.model.nv), state.H.shape).copy()
     if robot.free_base:
         velocities[:, :6, :6] = state.J[:, [3, 4, 5, 0, 1, 2], :6]
@@ -127,38 +133,37 @@ def _velocities(robot: Robot, state: Dynamics) -> Array:
 
 
 def coordinate(measured: Measured, robot: Robot) -> int:
-    """Which row of `inertias` a measured velocity has; −1 for another quantity."""
+    """Which row of `mobilities` a measured velocity has; −1 for another quantity."""
     if measured.key in COMPONENTS:
         return COMPONENTS.index(measured.key)
     return robot.joint(measured.name).v.start if measured.group == "joint rates" else -1
 
 
-def reduced_inertia(H: Array, own: np.ndarray) -> Array:
-    """Inertias (n, k, k) of some velocities where the others are those with which ΔᵀHΔ is least: Schur complements of H.
+def energy_roots(W: Array, own: np.ndarray) -> Array:
+    """Matrices R (n, k, k): ‖R δ‖² is the least ΔᵀHΔ of all motions Δ in which some velocities jump by δ.
 
     Args:
-        H: (n, nv, nv) inertias.
-        own: (k,) which velocities.
+        W: (n, nv, nv) mobilities.
+        own: (k,) which velocities. A jump of one that cannot be does not count.
     """
-    others = np.setdiff1d(np.arange(H.shape[1]), own)
-    A, B, C = (H[:, left][:, :, right] for left, right in ((own, own), (own, others), (others, others)))
-    return np.asarray(A - B @ np.linalg.pinv(C, hermitian=True) @ B.swapaxes(1, 2))
+    s, Q = np.linalg.eigh(W[:, own][:, :, own])
+    root = np.where(s > 1e-12 * s[:, -1:], 1.0 / np.sqrt(np.where(s > 0.0, s, 1.0)), 0.0)
+    return np.asarray(root[..., None] * Q.swapaxes(1, 2))
 
 
-def energy_norms(H: Array, coordinates: Array, jumps: Array) -> Array:
+def energy_norms(W: Array, coordinates: Array, jumps: Array) -> Array:
     """√(ΔᵀHΔ) (n,), the least for whatever Δ there is where none was measured [√J].
 
     Args:
-        H: (n, nv, nv) inertias.
+        W: (n, nv, nv) mobilities.
         coordinates: (k,) of the jumps.
         jumps: (n, k) measured parts of Δ; NaN where there is none.
     """
     norms, measured = np.full(len(jumps), np.nan), np.isfinite(jumps)
     for pattern in np.unique(measured[measured.any(axis=1)], axis=0):
-        rows, own = (measured == pattern).all(axis=1), coordinates[pattern]
-        delta = jumps[rows][:, pattern, None]
-        squares = delta.swapaxes(1, 2) @ reduced_inertia(H[rows], own) @ delta
-        norms[rows] = np.sqrt(np.maximum(squares.ravel(), 0.0))
+        rows = np.flatnonzero((measured == pattern).all(axis=1) & np.isfinite(W).all(axis=(1, 2)))
+        root = energy_roots(W[rows], coordinates[pattern])
+        norms[rows] = np.linalg.norm((root @ jumps[rows][:, pattern, None])[..., 0], axis=1)
     return norms
 
 
@@ -212,7 +217,7 @@ class Predictor:
 
     @functools.cached_property
     def coordinates(self) -> np.ndarray:
-        """Which rows of `inertias` (k,) the measured velocities have."""
+        """Which rows of `mobilities` (k,) the measured velocities have."""
         return np.array([coordinate(column, self.robot) for column in self.measured])
 
     def study(self, values: tuple[float, ...] | None) -> RecordedLandings:

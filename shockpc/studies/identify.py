@@ -19,7 +19,7 @@ from typing import Annotated, Any, Literal, NamedTuple
 import numpy as np
 
 from shockpc.core.spatial import Array
-from shockpc.evaluation.prediction import SCALE, Predicted, Predictor, energy_norms, inertias, reduced_inertia
+from shockpc.evaluation.prediction import SCALE, Predicted, Predictor, energy_norms, energy_roots, mobilities
 from shockpc.evaluation.recorded_table import rows_of
 from shockpc.evaluation.table import Table
 from shockpc.evaluation.table_files import columns_of
@@ -264,10 +264,10 @@ class _Fit:
             _ = predictor.study(self.values(np.full(self.p, corner))).first  # what is wrong with a range is said at once
         self.before = predictor(None)
         known = np.isfinite(self.before.measured)
-        self.inertias = inertias(predictor.study(self.values(np.full(self.p, 0.5))))
+        W = mobilities(predictor.study(self.values(np.full(self.p, 0.5))))
         energy = predictor.strike_energy
         moved = np.nan_to_num(self.before.measured).any(axis=1)
-        self.used = moved & (energy > 0.0) & np.isfinite(self.inertias).all(axis=(1, 2))
+        self.used = moved & (energy > 0.0) & np.isfinite(W).all(axis=(1, 2))
         if self.used.sum() <= self.p:
             reasons = list(dict.fromkeys([*predictor.rows.messages.values(), *self.before.messages.values()]))
             if still := np.count_nonzero(known.any(axis=1) & ~moved):
@@ -282,8 +282,7 @@ class _Fit:
             if noise is not None:
                 root = np.broadcast_to(np.diag(1.0 / noise[own]), (len(rows), len(own), len(own)))
             else:
-                reduced = reduced_inertia(self.inertias[rows], predictor.coordinates[own])
-                root = np.linalg.cholesky(reduced).swapaxes(1, 2) / np.sqrt(2.0 * energy[rows, None, None])
+                root = energy_roots(W[rows], predictor.coordinates[own]) / np.sqrt(2.0 * energy[rows, None, None])
             self.whitening[np.ix_(rows, own, own)] = root
         self.scale = 1.0
 
@@ -383,9 +382,9 @@ class _Fit:
             spreads_of = np.cov(steps[:, free].T).reshape(free.sum(), free.sum())
             sizes = np.sqrt(np.maximum(np.diagonal(spreads_of), 1e-300))
             correlation[np.ix_(free, free)] = spreads_of / np.outer(sizes, sizes)
-        found, H = predictor(self.values(u)), inertias(predictor.study(self.values(u)))
-        left_out, best = self._left_out(u, r, D, ~(without | vague), H), self._free_impulse(u, H)
-        by_landing = dict(zip(ERRORS, (self._errors(H, self.before), self._errors(H, found), left_out, best), strict=True))
+        found, W = predictor(self.values(u)), mobilities(predictor.study(self.values(u)))
+        left_out, best = self._left_out(u, r, D, ~(without | vague), W), self._free_impulse(u, W)
+        by_landing = dict(zip(ERRORS, (self._errors(W, self.before), self._errors(W, found), left_out, best), strict=True))
         errors = {name: float(np.median(values[self.used])) for name, values in by_landing.items()}
         fitted, robot = scene, predictor.robot
         for one, value in zip(unknowns, self.values(u), strict=True):
@@ -400,7 +399,7 @@ class _Fit:
         )  # fmt: skip
         return Identification(
             results, fitted, robot, predictor, self.before, found, self.used, errors, by_landing, correlation, singular, statements,
-            found.messages, cache(partial(self._scan, u, H=H)),
+            found.messages, cache(partial(self._scan, u, W=W)),
         )  # fmt: skip
 
     def _refitted(self, u: Array, r: Array, D: Array, free: np.ndarray, counts: Array) -> Array:
@@ -418,23 +417,23 @@ class _Fit:
             step[:, own] = np.clip(u[own] + np.linalg.solve(A + ridge, right[..., None])[..., 0], 0.0, 1.0) - u[own]
         return step
 
-    def _errors(self, H: Array, found: Predicted) -> Array:
+    def _errors(self, W: Array, found: Predicted) -> Array:
         """The errors (n,) of the landings that count, as in `Identification`."""
         coordinates, measured = self.predictor.coordinates, np.where(self.used[:, None], found.measured, np.nan)
         difference = np.where(np.isnan(measured), np.nan, np.nan_to_num(found.jumps) - measured)
         with np.errstate(invalid="ignore", divide="ignore"):
-            return energy_norms(H, coordinates, difference) / energy_norms(H, coordinates, measured)
+            return energy_norms(W, coordinates, difference) / energy_norms(W, coordinates, measured)
 
-    def _left_out(self, u: Array, r: Array, D: Array, free: np.ndarray, H: Array) -> Array:
+    def _left_out(self, u: Array, r: Array, D: Array, free: np.ndarray, W: Array) -> Array:
         """The errors (n,) of landings that were left out when the values were found."""
         used, errors = np.flatnonzero(self.used), np.full(len(self.used), np.nan)
         parts = np.array_split(np.random.default_rng(SEED).permutation(len(used)), min(FOLDS, len(used)))
         counts = np.array([~np.isin(np.arange(len(used)), part) for part in parts], dtype=float)
         for part, step in zip(parts, self._refitted(u, r, D, free, counts), strict=True):
-            errors[used[part]] = self._errors(H, self.predictor(self.values(u + step)))[used[part]]
+            errors[used[part]] = self._errors(W, self.predictor(self.values(u + step)))[used[part]]
         return errors
 
-    def _free_impulse(self, u: Array, H: Array) -> Array:
+    def _free_impulse(self, u: Array, W: Array) -> Array:
         """The errors (n,) with the impulse at the contacts that fits each landing best; NaN where it would fit whatever jump."""
         predictor, values, errors = self.predictor, self.values(u), np.full(len(self.used), np.nan)
         measured, scale = predictor(values).measured, predictor.by_subject(values).get(SCALE, 1.0)
@@ -444,18 +443,18 @@ class _Fit:
                 own = np.flatnonzero(np.isfinite(measured[row]))
                 if not self.used[row]:
                     continue
-                root = np.linalg.cholesky(reduced_inertia(H[row : row + 1], predictor.coordinates[own])[0]).T
+                root = energy_roots(W[row : row + 1], predictor.coordinates[own])[0]
                 U, s, _ = np.linalg.svd(root @ moved[own], full_matrices=False)
                 U, jump = U[:, s > 1e-9 * s.max(initial=0.0)], root @ (measured[row] - stop)[own]
                 if 2 * U.shape[1] <= len(own):
                     errors[row] = np.linalg.norm(jump - U @ (U.T @ jump)) / np.linalg.norm(root @ measured[row, own])
         return errors
 
-    def _scan(self, u: Array, j: int, H: Array) -> tuple[Array, Array]:
+    def _scan(self, u: Array, j: int, W: Array) -> tuple[Array, Array]:
         """Values (m,) of an unknown over its range, and the median errors with them."""
         shares = np.unique(np.append(np.linspace(0.0, 1.0, SCAN), u[j]))
         points = [self.values(np.where(np.arange(self.p) == j, share, u)) for share in shares]
-        errors = [float(np.median(self._errors(H, self.predictor(values))[self.used])) for values in points]
+        errors = [float(np.median(self._errors(W, self.predictor(values))[self.used])) for values in points]
         return np.array([values[j] for values in points]), np.array(errors)
 
     def _alike(self, u: Array) -> float:

@@ -8,7 +8,7 @@ import numpy as np
 
 from shockpc.core.spatial import Array
 from shockpc.evaluation.evaluate import Evaluation
-from shockpc.evaluation.prediction import base_in_world, coordinate, energy_norms, inertias, predicted_later, predicting
+from shockpc.evaluation.prediction import base_in_world, coordinate, energy_norms, mobilities, predicted_later, predicting
 from shockpc.evaluation.recorded import RecordedLandings, recorded_landings
 from shockpc.evaluation.recorded_table import Measured, rows_of
 from shockpc.evaluation.table import Table
@@ -156,16 +156,14 @@ def compare_measured(
         if scene.contact_stiffness is not None and timed:
             name = f"{model}, contacts of {scene.contact_stiffness:g} N/m"
             predictions.append((name, timed, *predicted_later(study, by_key, timed)))
-        masses = inertias(study)
+        W = mobilities(study)
         for name, measured, predicted, messages in predictions:
-            agreements += _agreements(name, measured, predicted, robot, masses)
+            agreements += _agreements(name, measured, predicted, robot, W)
             failures += [(name, str(rows.names[i]), text) for i, text in messages.items()]
     return Validation(tuple(agreements), tuple(failures))
 
 
-def _agreements(
-    model: str, measured: Sequence[Measured], predicted: Sequence[Array], robot: Robot, masses: Array
-) -> list[Agreement]:
+def _agreements(model: str, measured: Sequence[Measured], predicted: Sequence[Array], robot: Robot, W: Array) -> list[Agreement]:
     """Of every group, then of every quantity, at each time.
 
     Args:
@@ -173,7 +171,7 @@ def _agreements(
         measured: the quantities.
         predicted: (n,) for each of them.
         robot: the robot.
-        masses: as `inertias` gives them.
+        W: as `mobilities` gives them.
     """
     groups: list[Agreement] = []
     quantities: list[Agreement] = []
@@ -184,10 +182,10 @@ def _agreements(
         first, own = measured[columns[0]], coordinates[columns]
         unit = "√J" if name == ALL else first.unit or select(first.key.partition("@")[0]).quantity.unit
         known = np.isfinite(guess).all(axis=1) & np.isfinite(truth).any(axis=1)
-        H, y, x, ratio = masses[known], truth[known], guess[known], np.full(int(known.sum()), np.nan)
+        mobile, y, x, ratio = W[known], truth[known], guess[known], np.full(int(known.sum()), np.nan)
         if own.min() >= 0:
             with np.errstate(invalid="ignore", divide="ignore"):
-                ratio = energy_norms(H, own, x - y) / energy_norms(H, own, y)
+                ratio = energy_norms(mobile, own, x - y) / energy_norms(mobile, own, y)
         statistics = _statistics(y, x, ratio)
         if name == ALL:
             statistics = {key: x if key == "error (energy)" else (np.nan,) * 3 for key, x in statistics.items()}
