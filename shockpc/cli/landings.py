@@ -5,19 +5,16 @@ import sys
 from pathlib import Path
 from typing import Any, Literal
 
-import numpy as np
-
 from shockpc.cli.declare import argument, command, group
 from shockpc.cli.options import ROBOT, OutputOptions, RunOptions, SceneOptions, in_run
 from shockpc.cli.output import emit, exit_code
 from shockpc.cli.parse import JointModelName, joint_models, path
 from shockpc.cli.process import print_error
 from shockpc.cli.rows import computed
-from shockpc.cli.scenes import one_scene, scenes_in, with_contact
+from shockpc.cli.scenes import scenes_in, table_and_scene
 from shockpc.cli.study import asked, given, help_of
 from shockpc.evaluation.recorded import recorded_landings
 from shockpc.evaluation.recorded_table import rows_of, rows_of_scenes
-from shockpc.evaluation.table_files import read_table
 from shockpc.landing.joint_model import joint_model
 from shockpc.landing.landing import landing_of
 from shockpc.landing.record import options_of
@@ -64,13 +61,9 @@ def landings(
         loaded, scenes = scenes_in(table, options)
         rows_in_table = rows_of_scenes(scenes, loaded)
     else:
-        columns = read_table(table)
         if robot is None:
             raise StudyError(f"a table needs a robot: shockpc landings {table} ROBOT --contact …")
-        if "contact" in columns:
-            options, contacts = with_contact(robot, options, columns["contact"].astype(str).ravel().tolist())
-            columns["contact"] = np.reshape(contacts, columns["contact"].shape)
-        loaded, scene = one_scene(robot, options)
+        columns, loaded, scene = table_and_scene(table, robot, options)
         if (
             models[1:]
             and "rigid" in models

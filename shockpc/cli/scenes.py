@@ -6,6 +6,8 @@ from contextlib import suppress
 from pathlib import Path
 from typing import Any, TypeVar
 
+import numpy as np
+
 from shockpc.cli.options import SceneOptions
 from shockpc.evaluation.landings import contact_name
 from shockpc.landing.contact import foot_contact, landing_frames, match_contacts
@@ -129,6 +131,21 @@ def with_contact(robot: str, options: SceneOptions, contacts: list[str]) -> tupl
                 chosen = [text]
                 break
     return options._replace(contact=tuple(chosen)), [text or " " for text in contacts]
+
+
+def table_and_scene(file: Path, robot: str, options: SceneOptions) -> tuple[dict[str, np.ndarray], Robot, Scene]:
+    """The columns of a table of landings; and the robot and the landing that give what it lacks.
+
+    Raises:
+        ShockError: the table, the scene or the robot cannot be read.
+    """
+    from shockpc.evaluation.table_files import read_table
+
+    columns = read_table(file)
+    if "contact" in columns:
+        options, contacts = with_contact(robot, options, columns["contact"].astype(str).ravel().tolist())
+        columns["contact"] = np.reshape(contacts, columns["contact"].shape)
+    return columns, *one_scene(robot, options)
 
 
 def file_names(scenes: list[Scene]) -> list[str]:

@@ -128,9 +128,7 @@ class RecordedLandings:
         Q = data.Q.copy()
 
         def landing(i: int) -> PosedLanding:
-            motion = Motion(*(part[i] for part in before))
-            posed = self._landing(data.key(i)).at(Q[i]).moving(motion, data.contact_velocity[i])
-            return self._written(data.row_scenes[i] if data.row_scenes else None, with_torque(posed, data.effort[i]))
+            return self._row(data, i, Q[i], Motion(*(part[i] for part in before)))
 
         return Part(data.labels, self._groups(data, Q, before), lambda i: profile_of(landing(i)), landing)
 
@@ -209,14 +207,16 @@ class RecordedLandings:
         """
         if row in self.table.messages:
             raise StudyError(self.table.messages[row])
-        landing, before = self._landing(self.table.key(row)), Motion(*(x[row] for x in self.table.before))
-        q = self.table.Q[row]
+        q, before = self.table.Q[row], Motion(*(x[row] for x in self.table.before))
         if self.closes:
-            q, rates, *_ = self._closed(landing, q, before.joint_rates)
+            q, rates, *_ = self._closed(self._landing(self.table.key(row)), q, before.joint_rates)
             before = before._replace(joint_rates=rates)
-        posed = landing.at(q).moving(before, self.table.contact_velocity[row])
-        scene = self.table.row_scenes[row] if self.table.row_scenes else None
-        return self._written(scene, with_torque(posed, self.table.effort[row]))
+        return self._row(self.table, row, q, before)
+
+    def _row(self, rows: Rows, i: int, q: Array, before: Motion) -> PosedLanding:
+        """The landing of a row, with its scene. Args: q and before, in which loops are closed."""
+        landing = self._landing(rows.key(i)).at(q).moving(before, rows.contact_velocity[i])
+        return self._written(rows.row_scenes[i] if rows.row_scenes else None, with_torque(landing, rows.effort[i]))
 
     @property
     def resolved(self) -> Iterator[PosedLanding]:
