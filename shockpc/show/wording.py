@@ -204,6 +204,11 @@ def robot_name(robot: Robot) -> str:
     return printable(robot.source.name or robot.name, 40)
 
 
+def robot_line(robot: Robot) -> tuple[str, str]:
+    """The robot of many landings, as lines of a header begin."""
+    return "robot", f"{robot.label} ({robot.name}, {robot.mass:.4g} kg)"
+
+
 def contact_name(profile: ShockProfile) -> str:
     """The contacts of a landing, as they are typed."""
     return "+".join(contact.frame for contact in profile.contacts)

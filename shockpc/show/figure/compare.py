@@ -7,7 +7,7 @@ from collections.abc import Sequence
 import numpy as np
 from matplotlib.figure import Figure
 
-from shockpc.show.figure.landing import draw_picture
+from shockpc.show.figure.landing import draw_row
 from shockpc.show.figure.layout import LEFT, Page
 from shockpc.show.figure.picture import letter
 from shockpc.show.figure.style import CURVES, INK, PAPER
@@ -51,11 +51,7 @@ def draw_comparison(comparison: Comparison, header: Sequence[tuple[str, str]]) -
     title = f"Shock: changes from {letters[0]}" + (f" to {letters[1]}" if len(letters) == 2 else "")
     lines = [f"{name}: {printable(text)}" for name, text in header]
     page = Page(width, tall, [title, *(part for line in lines for part in textwrap.wrap(line, int(14.0 * width)))])
-    at = LEFT
-    for k, view, window in zip(drawn, views, windows, strict=True):
-        draw_picture(page, at, page.low + FOOT + 0.3, view, window, left=k == drawn[0])
-        page.write(at + window.sides[0] / 2.0, page.low + FOOT - 0.1, letters[k], 10.0, fontweight="bold", ha="center")
-        at += window.sides[0] + GAP
+    draw_row(page, page.low + FOOT + 0.3, views, windows, [letters[k] for k in drawn], GAP)
     page.bar(LEFT, max(left, 3.4))
     page.key((x - names, page.low + 0.42), 2)
     _draw_bars(page, (x, page.low + 0.85, n, names), sections, labels, letters)

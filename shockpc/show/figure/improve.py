@@ -4,7 +4,7 @@ import numpy as np
 from matplotlib.figure import Figure
 from matplotlib.ticker import MaxNLocator
 
-from shockpc.show.figure.landing import draw_picture
+from shockpc.show.figure.landing import draw_row
 from shockpc.show.figure.layout import LEFT, Page
 from shockpc.show.figure.style import CURVES, INK, new_chart
 from shockpc.show.figure.view import view_of, windows_of
@@ -28,11 +28,7 @@ def draw_improvement(study: Improvement) -> Figure:
         tall,
         [f"{target}: {before:.3g} as given, {after:.3g} at the optimum", printable(study.worst, 100) or "one landing"],
     )
-    at = LEFT
-    for k, (view, window, name) in enumerate(zip(views, windows, ("as given", "optimum"), strict=True)):
-        draw_picture(page, at, page.low + FOOT + 0.3, view, window, left=k == 0)
-        page.write(at + window.sides[0] / 2.0, page.low + FOOT - 0.25, name, 8.5, fontweight="bold", ha="center")
-        at += window.sides[0] + GAP
+    draw_row(page, page.low + FOOT + 0.3, views, windows, ("as given", "optimum"), GAP)
     page.bar(LEFT, width - GAP)
     axes = page.axes(x, page.low + 0.75, CHART - 0.1, tall - 1.25)
     best = int(np.argmin(study.ends))

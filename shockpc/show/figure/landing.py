@@ -1,6 +1,7 @@
 """A landing in the plane: each body is coloured by the shock at each of its points."""
 
 import textwrap
+from collections.abc import Sequence
 
 import numpy as np
 import shapely
@@ -56,6 +57,19 @@ def draw_picture(page: Page, x: float, y: float, view: View, window: Window, lef
     axes = page.picture(x, y, window, view.names, left)
     draw_bodies(axes, view)
     draw_marks(axes, view, window)
+
+
+def draw_row(
+    page: Page, y: float, views: Sequence[View], windows: Sequence[Window], names: Sequence[str], gap: float
+) -> list[float]:
+    """Draw landings beside one another with a name under each, from the left and y up [inches]; returns the middle of each."""
+    x, middles = LEFT, list[float]()
+    for view, window, name in zip(views, windows, names, strict=True):
+        draw_picture(page, x, y, view, window, left=x == LEFT)
+        middles.append(x + window.sides[0] / 2.0)
+        page.write(middles[-1], y - 0.42, name, 10.0, window.sides[0], fontweight="bold", ha="center")
+        x += window.sides[0] + gap
+    return middles
 
 
 def _heading(profile: ShockProfile, width: float) -> list[str]:

@@ -5,7 +5,7 @@ from collections.abc import Sequence
 from matplotlib.figure import Figure
 
 from shockpc.quantities.profile import ShockProfile
-from shockpc.show.figure.landing import FOOT, draw_picture
+from shockpc.show.figure.landing import FOOT, draw_row
 from shockpc.show.figure.layout import LEFT, Page, Rows
 from shockpc.show.figure.picture import letter
 from shockpc.show.figure.view import View, Window, view_of, windows_of
@@ -48,14 +48,10 @@ def draw_panels(
         [bodies, *_sensors(profiles, labels)],
         [note],
     )
-    x, y = LEFT, page.low + foot
-    for k, (view, window) in enumerate(zip(views, windows, strict=True)):
-        draw_picture(page, x, y, view, window, left=k == 0)
-        middle = x + window.sides[0] / 2.0
-        page.write(middle, y - 0.42, labels[k], 10.0, window.sides[0], fontweight="bold", ha="center")
-        for n, text in enumerate(under[k]):
+    y = page.low + foot
+    for middle, window, texts in zip(draw_row(page, y, views, windows, labels, GAP), windows, under, strict=True):
+        for n, text in enumerate(texts):
             page.write(middle, y - 0.6 - 0.13 * n, text, 7.0, window.sides[0] + GAP, ha="center")
-        x += window.sides[0] + GAP
     page.bar(LEFT, BAR)
     page.key()
     return page.figure

@@ -14,7 +14,7 @@ from shockpc.landing.joint_model import joint_model
 from shockpc.landing.scene_file import scene_text
 from shockpc.show.reports.report import Picture, Report
 from shockpc.show.tables import Lines, Row, Sheet, sheet_of
-from shockpc.show.wording import count
+from shockpc.show.wording import count, robot_line
 from shockpc.studies.identify import ERRORS, Identification
 from shockpc.text.printed import cause_lines, causes, few, listed
 from shockpc.text.toml import toml_lines
@@ -55,7 +55,7 @@ def identify_report(found: Identification, table: str, day: str, folder: Path) -
 def _header(found: Identification, table: str) -> Iterator[tuple[str, str]]:
     predictor = found.predictor
     yield "table", f"{table}: {count(len(found.used), 'landing')}, of which {int(found.used.sum())} count"
-    yield "robot", f"{predictor.robot.label} ({predictor.robot.name}, {predictor.robot.mass:.4g} kg)"
+    yield robot_line(predictor.robot)
     time = predictor.measured[0].time
     when = "" if time is None else f", {time:g} ms after contact"
     yield "measured", f"{few([column.name for column in predictor.measured], 12, what=' velocities')}{when}"

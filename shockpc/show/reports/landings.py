@@ -12,7 +12,7 @@ from shockpc.evaluation.table import Table
 from shockpc.quantities.profile import ShockProfile
 from shockpc.show.reports.report import Picture, Report, Section, picture_files
 from shockpc.show.tables import Lines, Row, Sheet
-from shockpc.show.wording import JOINT_MODELS, LEFT_OUT, count, proof_lines, shown_as, without_value
+from shockpc.show.wording import JOINT_MODELS, LEFT_OUT, count, proof_lines, robot_line, shown_as, without_value
 from shockpc.studies.landings import STATISTICS, Agreement, Validation
 from shockpc.text.printed import cause_lines, causes, few
 
@@ -81,7 +81,7 @@ def landings_report(
 def _header(table: str, study: RecordedLandings) -> Iterator[tuple[str, str]]:
     rows, robot, landings = study.table, study.robot, list(study.resolved)
     yield "table", f"{table}: {count(study.rows, 'landing')}"
-    yield "robot", f"{robot.label} ({robot.name}, {robot.mass:.4g} kg)"
+    yield robot_line(robot)
     yield "in the table", ", ".join(rows.given)
     yield "of the scene", ", ".join(rows.missing) or "nothing"
     contacts = dict.fromkeys(" + ".join(contact.frame for contact in landing.scene.contact) for landing in landings)

@@ -7,7 +7,7 @@ import numpy as np
 
 from shockpc.show.reports.report import Picture, Report
 from shockpc.show.tables import Lines, Row, Sheet, sheet_of
-from shockpc.show.wording import count
+from shockpc.show.wording import count, robot_line
 from shockpc.studies.touchdowns import Touchdowns
 from shockpc.text.printed import few
 
@@ -45,7 +45,7 @@ def _header(log: str, found: Touchdowns) -> Iterator[tuple[str, str]]:
             + (f", in {segments} segments" if segments > 1 else "")
         ),
     )
-    yield "robot", f"{found.robot.label} ({found.robot.name}, {found.robot.mass:.4g} kg)"
+    yield robot_line(found.robot)
     flagged = [f"{frame} by column {column}" for frame, column in found.flagged.items()]
     kinks = [frame for frame in found.frames if frame not in found.flagged] if found.heights is not None else []
     yield "contacts", few([*flagged, *([f"{few(kinks, 8)} by height"] if kinks else [])], 8)
