@@ -50,16 +50,8 @@ def draw_contact_sheet(batch: Batch) -> Figure:
             shock = f"{row.values['shock_com']:.2g} at CoM" if greatest is None else f"up to {greatest:.2g}"
             ropc = row.values["ropc"]
             number = shock if ropc is None else f"{shock}; RoPc {ropc:.3g} m"
-        page.write(
-            x,
-            y - 0.04,
-            f"{k + 1}  {printable(short.get(row.robot, row.robot), 40)}{' *' if row.drives_known else ''}",
-            7.5,
-            WIDTH,
-            fontweight="bold",
-        )
-        scene = f", {Path(row.source).name}" if row.source.endswith(".toml") else ""
-        page.write(x, y - 0.16, f"on {printable(row.contact + scene, 40)}", 7.0, WIDTH)
-        page.write(x, y - 0.28, printable(number, 40), 7.0, WIDTH)
+        name = f"{k + 1}  {printable(short.get(row.robot, row.robot), 40)}{' *' * row.drives_known}"
+        scene = f", {Path(row.source).name}" * row.source.endswith(".toml")
+        page.caption(x, y, [name, f"on {printable(row.contact + scene, 40)}", printable(number, 40)], WIDTH)
     page.bar(MARGIN, BAR)
     return page.figure

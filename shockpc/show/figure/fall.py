@@ -56,10 +56,8 @@ def draw_falls(falls: Falls) -> Figure:
         axes.plot(*view.contacts.T, "o", color=INK, markersize=3.0, markeredgecolor=PAPER, markeredgewidth=0.4, zorder=6.0)
         value = f"{falls.rank} {rounded(result.values[falls.rank])}"
         turned = "" if strike.forward is None else f", {math.degrees(strike.rotation):.0f} deg"
-        page.write(x, y - 0.05, f"{k + 1}  {printable(strike.name, 40)}", 7.5, WIDTH, fontweight="bold")
         first, *others = strike.struck
         named = printable(first, 40) + f" and {len(others)} more" * bool(others)
-        page.write(x, y - 0.19, named, 7.0, WIDTH)
-        page.write(x, y - 0.31, f"{strike.speed:.3g} m/s, {strike.motion}{turned}", 7.0, WIDTH)
-        page.write(x, y - 0.43, printable(value, 50), 7.0, WIDTH)
+        motion = f"{strike.speed:.3g} m/s, {strike.motion}{turned}"
+        page.caption(x, y, [f"{k + 1}  {printable(strike.name, 40)}", named, motion, printable(value, 50)], WIDTH)
     return page.figure

@@ -102,6 +102,12 @@ class Page:
         look: dict[str, Any] = {**style, "fontsize": min(size, width / needed), "va": "top"}
         self._axes.text(x, y, re.sub(r"(?<!\w)-(?=\d)", "−", text), **look)
 
+    def caption(self, x: float, y: float, lines: Sequence[str], width: float) -> None:
+        """Write lines under a small picture with its lower left corner at (x, y) [inches], the first one bold."""
+        for k, text in enumerate(lines):
+            style = {"fontweight": "normal" if k else "bold"}
+            self.write(x, y - 0.05 - 0.12 * k - 0.02 * bool(k), text, 7.0 if k else 7.5, width, **style)
+
     def picture(
         self, x: float, y: float, window: Window, names: Sequence[str] = ("", ""), left: bool = True, bottom: bool = True
     ) -> Axes:
