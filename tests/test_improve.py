@@ -1,6 +1,7 @@
 """Improving: optima that are known, brute force, and what the study says of its optimum; the cost as optimisers take it."""
 
 import json
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -8,7 +9,7 @@ from commands import run
 from scipy.optimize import minimize
 from trees import known_robot
 
-from shockpc import Contact, Posture, Scene, ShockCost, Strike, StudyError, improve, resolve, shock_maps, shock_profile
+from shockpc import Contact, Point, Posture, Scene, ShockCost, Strike, StudyError, improve, resolve, shock_maps, shock_profile
 from shockpc.landing.scene_file import read_scene
 from shockpc.show.reports.improve import improve_report
 
@@ -181,6 +182,17 @@ def test_friction_counts_where_the_scene_has_it():
     assert cost(x) == pytest.approx(shock_profile(cost.scene(x), robot).value("shock_friction", "point")[0], rel=1e-9)
     with pytest.raises(StudyError, match="would change nothing here"):
         ShockCost(scene, "shock@imu_link", LEGS, robot)
+    found = improve(replace(scene, point=(Point(frame="imu_link"),)), vary=LEGS[:1], robot=robot, starts=0)
+    assert found.values[0][1] < found.values[0][0]
+    assert "proven       not" in improve_report(found).text("table")
+
+
+def test_ranges_without_the_landing_as_given_are_named():
+    """Any reflected inertia of the knees is worse than none, which the landing as given has."""
+    vary = {"armature:*_KFE": "0.01:0.1"}
+    found = improve(anymal(), "shock@imu_link", vary=vary, robot=known_robot("anymal_b"), starts=0)
+    assert found.values[0][1] > found.values[0][0]
+    assert "better than the optimum: it lies outside the range of armature:*_KFE" in improve_report(found).text("table")
 
 
 def test_a_gradient_counts_end_stops():

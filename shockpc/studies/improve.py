@@ -12,7 +12,7 @@ from typing import Annotated, NamedTuple
 import numpy as np
 
 from shockpc.core.spatial import Array, read_only
-from shockpc.evaluation.columns import proven_columns
+from shockpc.evaluation.columns import Column, proven_columns
 from shockpc.evaluation.cost import ShockCost, Term
 from shockpc.evaluation.evaluate import profiles
 from shockpc.evaluation.landings import common_robot, named_scenes
@@ -119,10 +119,17 @@ class Improvement:
     seed: int
 
     @property
-    def units(self) -> tuple[str, ...]:
-        """Units of the numbers."""
+    def columns(self) -> tuple[Column, ...]:
+        """The numbers, each at the first of its places."""
         roles = range(len(self.cost.quantities))
-        return tuple(next(term for term in self.cost.terms if term.role == role).column.unit for role in roles)
+        return tuple(next(term for term in self.cost.terms if term.role == role).column for role in roles)
+
+    @property
+    def outside(self) -> tuple[str, ...]:
+        """Variables of which the landing as given has a value outside the range."""
+        low, high = self.cost.bounds.T
+        away = (self.cost.given < low) | (self.cost.given > high)
+        return tuple(name for name, beyond in zip(self.cost.names, away, strict=True) if beyond)
 
     @property
     def table(self) -> Table:
@@ -404,7 +411,8 @@ def _proven(cost: ShockCost, role: int, found: Mapping[str, ShockProfile]) -> tu
 
 def _front(cost: ShockCost, first: _Run, points: Sequence[Array]) -> tuple[FrontPoint, ...]:
     """Points between the optimum of the first quantity and that of the second: the first least for bounds of the second."""
-    other = min((_run(cost, x, role=1, how=FINE) for x in (*points, first.x)), key=lambda run: run.value)
+    other = min((_run(cost, x, role=1) for x in (*points, first.x)), key=lambda run: run.value)
+    other = min(other, _run(cost, other.x, role=1, how=FINE), key=lambda run: run.value)
     bounds = np.linspace(float(cost.measures(first.x[None], 1).max()), other.value, FRONT + 2)
     found, x = [first.x], first.x
     for bound in bounds[1:]:

@@ -47,7 +47,7 @@ def draw_improvement(study: Improvement) -> Figure:
 
 
 def _label(study: Improvement, role: int) -> str:
-    return f"{printable(study.cost.quantities[role], 60)} [{study.units[role]}]"
+    return f"{printable(study.cost.quantities[role], 60)} [{study.columns[role].unit}]"
 
 
 def draw_front(study: Improvement) -> Figure:

@@ -65,17 +65,23 @@ def _number(value: float, unit: str) -> str:
 def _lines(study: Improvement) -> list[tuple[str, str]]:
     """Before and after, what holds the optimum, and how far it can be trusted."""
     cost, lines = study.cost, list[tuple[str, str]]()
-    for role, (text, (before, after)) in enumerate(zip(cost.quantities, study.values, strict=True)):
-        unit = study.units[role]
+    for text, (before, after), column in zip(cost.quantities, study.values, study.columns, strict=True):
+        unit = column.unit
         gain = f" ({100.0 * (after / before - 1.0):+.3g} %)" if before and math.isfinite(after / before) else ""
         over = f", the worst of {count(len(study.after), 'landing')}" if len(study.after) > 1 else ""
         lines.append((text, f"{_number(before, unit)} → {_number(after, unit)}{gain}{over}"))
+    (before, after), *_ = study.values
+    if (before < after) == (study.columns[0].selection.quantity.worse == "greater") and before != after:
+        reason = f"it lies outside the range of {few(list(study.outside), 4)}" if study.outside else "it misses constraints"
+        lines.append(("as given", f"better than the optimum: {reason}"))
     bounds = [f"{one.name} at its {'least' if one.bound == 'low' else 'greatest'} value" for one in study.variables if one.bound]
     lines.append(("held by", few([*bounds, *study.held], 6) or "nothing: it lies inside all ranges and constraints"))
-    agree = f"{count(len(study.ends), 'run')}, the best {min(BEST, len(study.ends))} to their ends; {study.agreeing}"
-    lines.append(("runs", f"{agree} at the optimum; seed {study.seed}; no proof that nothing better exists"))
-    bound = max(profile.health.error_bound for profile in (*study.before.values(), *study.after.values()))
-    lines.append(("proven", f"both values, {proof_text(bound)}"))
+    runs = count(len(study.ends), "run") + (f", the best {BEST} to their ends" if len(study.ends) > BEST else "")
+    lines.append(("runs", f"{runs}; {study.agreeing} at the optimum; seed {study.seed}; no proof that nothing better exists"))
+    profiles = (*study.before.values(), *study.after.values())
+    unproven = any(column.selection.quantity.of_ground(profile.scene) for column in study.columns for profile in profiles)
+    proof = proof_text(max(profile.health.error_bound for profile in profiles))
+    lines.append(("proven", "not: these values are in double precision" if unproven else f"both values, {proof}"))
     return lines
 
 
@@ -90,8 +96,9 @@ def _variables(study: Improvement) -> Sheet:
 
 
 def _front(study: Improvement) -> Sheet:
-    header = (*(f"{text} [{unit}]" for text, unit in zip(study.cost.quantities, study.units, strict=True)), *study.cost.names)
-    return Sheet("front, in double precision", header, [(*point.values.tolist(), *point.x.tolist()) for point in study.front], [])
+    numbers = [f"{text} [{column.unit}]" for text, column in zip(study.cost.quantities, study.columns, strict=True)]
+    rows = [(*point.values.tolist(), *point.x.tolist()) for point in study.front]
+    return Sheet("front, in double precision", (*numbers, *study.cost.names), rows, [])
 
 
 def _document(study: Improvement) -> dict[str, Any]:
