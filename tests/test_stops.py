@@ -214,6 +214,24 @@ def test_a_pendulum_on_its_stop(here, e, value, rate, side):
     assert profile.shock_com[-1] == pytest.approx(1.0 + e, rel=1e-14)
 
 
+@pytest.mark.parametrize("e", [0.0, 0.4, 1.0])
+def test_a_pendulum_on_a_stop_of_finite_stiffness(here, e):
+    """One coordinate: the peak torque is ω √(k I) for every restitution; without loss the stop acts for half a period."""
+    (here / "pendulum.urdf").write_text(PENDULUM)
+    inertia, k = 0.05 + 2.0 * 0.3**2, 4e3
+    scene = Scene(
+        robot="pendulum.urdf", base="fixed", contact=Contact(frame="stop:hinge", restitution=e), gravity=False,
+        strike=Strike(joint_velocities={"hinge": -3.0}), posture=Posture(joints={"hinge": -0.5}),
+        contact_stiffness=1.0, stop_stiffness=k,
+    )  # fmt: skip
+    profile = shock_profile(scene)
+    assert profile.value("peak_stop", "joint") == pytest.approx([3.0 * math.sqrt(k * inertia)], rel=1e-12)
+    half = math.pi / 2.0 * math.sqrt(inertia / k)
+    assert profile.stiffness.motion.duration == pytest.approx((1.0 + e) * half, rel=1e-9)
+    assert profile.value("delta_qd_separated", "joint") == pytest.approx([(1.0 + e) * 3.0], rel=1e-9)
+    assert np.isnan(profile.value("peak_force", "contact")).all()
+
+
 def test_a_slide_that_runs_into_its_stop(here):
     """Two masses in free fall that meet at 3 m/s: p = 3 m₁ m₂ / (m₁ + m₂); no ground takes part in it."""
     contact = Contact(frame="stop:slide")
@@ -244,7 +262,7 @@ def test_a_stop_and_the_ground_at_once(here):
         ({"contact": Contact(frame="stop:slide", kind="flat")}, "has a restitution alone|a restitution and nothing else"),
         ({"contact": Contact(frame="stop:slid")}, 'no joint "slid"'),
         ({"friction": 0.5}, "is an end stop, and friction is for"),
-        ({"contact_stiffness": 1e5}, "is an end stop, and a contact stiffness is for"),
+        ({"contact_stiffness": 1e5}, "give the stops a stop_stiffness too"),
     ],
 )
 def test_stops_that_cannot_be_struck(here, changes, fault):
@@ -332,6 +350,12 @@ def test_a_stop_of_finite_stiffness(here, rate, stop):
     assert profile.value("peak_stop", "joint")[0] == pytest.approx(peaks[1], rel=1e-4)
     assert profile.value("peak_force", "contact")[0] == pytest.approx(peaks[0], rel=1e-4)
     assert profile.value("peak_torque", "joint")[0] == pytest.approx(0.0, abs=1e-6)
+    if rate:
+        both = (contact, Contact(frame="stop:slide", restitution=1.0))
+        struck = shock_profile(replace(scene, contact=both, stops=None, stop_restitution=None))
+        for key, kind in (("peak_stop", "joint"), ("delta_qd_separated", "joint"), ("shock_separated", "point")):
+            np.testing.assert_allclose(struck.value(key, kind), profile.value(key, kind), rtol=1e-10, err_msg=key)
+        assert struck.value("peak_force", "contact") == pytest.approx(peaks, rel=1e-4)
 
 
 def test_a_stiff_stop_is_a_rigid_one(here):

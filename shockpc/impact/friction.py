@@ -90,7 +90,9 @@ class ContactRows(NamedTuple):
 
 
 def contact_rows(landing: PosedLanding, stands: bool = False) -> ContactRows:
-    """The rows of contacts and standing feet; of a contact that slides along a direction, the others. End stops are left out.
+    """The rows of contacts and standing feet; of a contact that slides along a direction, the others.
+
+    An end stop that strikes has one row, like a normal; those that merely act are left out.
 
     Args:
         landing: in its posture.
@@ -101,7 +103,7 @@ def contact_rows(landing: PosedLanding, stands: bool = False) -> ContactRows:
     own, turn, rigid, axes, number, place, restitution = _rows_along(blocks, stands)
     basis, H = np.eye(equation.H.shape[1]), equation.H[0]
     stop, (J, b) = np.zeros(len(H)), rows_as_meant(landing)
-    held = tuple(block._replace(forces=NO_AXES) if i in own else block for i, block in enumerate(blocks))
+    held = tuple(_without_rows(block) if i in own else block for i, block in enumerate(blocks))
     if rigid.any():
         chosen = np.flatnonzero(rigid)[independent_rows(landing, tuple(block for block in held if block.size))]
         K, by_impulse = equation.J_c[0, chosen], np.linalg.solve(H, equation.J_c[0, chosen].T)
@@ -120,7 +122,7 @@ def _rows_along(
 
     These are turn, rigid, axes, number, place, and restitution.
     """
-    own = [k for k, block in enumerate(blocks) if block.kind == "contact" or (block.kind == "stance" and not stands)]
+    own = [k for k, block in enumerate(blocks) if block.kind in ("contact", "stop") or (block.kind == "stance" and not stands)]
     sides = [_axes(blocks[k]) for k in own]
     axes, place = (np.concatenate(part) for part in zip(*sides, strict=True))
     number = np.repeat(np.arange(len(own)), [len(part) for part, _ in sides])
@@ -130,14 +132,22 @@ def _rows_along(
     size = sum(block.size for block in blocks)
     turn, rigid = np.zeros((len(number), size)), np.ones(size, dtype=bool)
     for k, (i, (along, _)) in enumerate(zip(own, sides, strict=True)):
-        forces = slice(start := slices_of(blocks)[i].start, start + len(blocks[i].forces))
-        turn[number == k, forces] = np.linalg.lstsq(blocks[i].forces.T, along.T, rcond=None)[0].T
+        start, stop = slices_of(blocks)[i].start, blocks[i].kind == "stop"
+        forces = slice(start, start + (1 if stop else len(blocks[i].forces)))
+        turn[number == k, forces] = 1.0 if stop else np.linalg.lstsq(blocks[i].forces.T, along.T, rcond=None)[0].T
         rigid[forces] = False
     return own, turn, rigid, axes, number, place, np.where((place == 2) | every, e, 0.0)
 
 
+def _without_rows(block: Block) -> Block:
+    """A contact without the rows that are not held rigidly on springs or with friction: an end stop has no other."""
+    return block._replace(forces=NO_AXES, moments=NO_AXES if block.kind == "stop" else block.moments)
+
+
 def _axes(block: Block) -> tuple[Array, np.ndarray]:
     """The axes (n, 3) of a contact: tangents of the ground along which it is stopped, and the normal; and which (n,) they are."""
+    if block.kind == "stop":
+        return np.zeros((1, 3)), np.array([2])
     basis = np.linalg.svd(block.forces)[2][: (rank := np.linalg.matrix_rank(block.forces))]
     if rank == 3:
         return np.array([*across(block.normal), block.normal]), np.arange(3)

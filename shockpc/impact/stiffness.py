@@ -95,12 +95,17 @@ class CompliantLanding:
         along, speeds = np.zeros((0, nv)), np.zeros(0)
         if landing.scene.stops:
             self._stops, along, speeds = stop_rows(landing)
+            striking = {block.body for block in landing.contacts if block.kind == "stop"}
+            kept = [k for k, stop in enumerate(self._stops) if stop.body not in striking]
+            self._stops, along, speeds = tuple(self._stops[k] for k in kept), along[kept], speeds[kept]
         self._free = rows.basis if rows.equation.G is None else rows.equation.G[0] @ rows.basis
         before, moves = landing.before.joint_rates.copy(), np.concatenate([landing.before.omega, landing.before.velocity])
         if landing.robot.free_base:
             before[:6] = np.linalg.solve(state.J[0, :, :6], moves)
         self._as_given = landing.robot.free_base or not moves.any()
         stiffness = np.where(rows.normal, k, landing.scene.tangential_stiffness or k)
+        self._strikes = np.isin(rows.number, [i for i, contact in enumerate(landing.contacts) if contact.kind == "stop"])
+        stiffness[self._strikes] = landing.scene.stop_stiffness
         model, M, B = landing.joint_model, rows.M, np.concatenate([rows.J, along @ self._free])
         springs = np.flatnonzero(model.stiffness > 0.0)
         geared = np.flatnonzero(np.isfinite(model.drive_stiffness) & (model.rotor > 0.0))
@@ -133,7 +138,9 @@ class CompliantLanding:
             np.concatenate([rows.restitution, np.full(stops, landing.scene.stop_restitution or 0.0), np.ones(added)]),
             self.number,
             np.concatenate([rows.normal, np.ones(stops, dtype=bool), np.zeros(added, dtype=bool)]),
-            np.concatenate([np.where(rows.normal, landing.scene.contact_damping or 0.0, 0.0), np.zeros(stops + added)]),
+            np.concatenate(
+                [np.where(rows.normal & ~self._strikes, landing.scene.contact_damping or 0.0, 0.0), np.zeros(stops + added)]
+            ),
             np.concatenate([np.zeros(len(stiffness)), spring_loads(landing)[springs], torque[geared], torque[motors]]),
         )
         self._velocity, self._normal = velocity, elements.normal & (self.number < c)
@@ -258,12 +265,15 @@ class CompliantLanding:
     @functools.cached_property
     def stop_peaks(self) -> dict[str, float]:
         """The peak force or torque of the end stops of each joint that is at one [N, N m]."""
-        n = len(self._rows.normal)
-        outputs = np.eye(len(self.number))[n : n + len(self._stops), None]
-        peaks = self.motion.peak(outputs)[0] if self._stops else np.zeros(0)
+        rows, n = np.flatnonzero(self._strikes), len(self._rows.normal)
+        joints, contacts = self.landing.robot.joints, self.landing.contacts
+        names = [joints[contacts[self.number[row]].body].name for row in rows.tolist()]
+        names += [stop.frame for stop in self._stops]
+        rows = np.append(rows, np.arange(n, n + len(self._stops)))
+        peaks = self.motion.peak(np.eye(len(self.number))[rows, None])[0] if len(rows) else np.zeros(0)
         found: dict[str, float] = {}
-        for stop, peak in zip(self._stops, peaks.tolist(), strict=True):
-            found[stop.frame] = max(peak, found.get(stop.frame, 0.0))
+        for name, peak in zip(names, peaks.tolist(), strict=True):
+            found[name] = max(peak, found.get(name, 0.0))
         return found
 
     @property
@@ -337,6 +347,8 @@ class CompliantLanding:
         state, robot = landing.state, landing.robot
         coms = state.position[0] + (state.rotation[0] @ robot.coms[..., None])[..., 0]
         for contact, compression in zip(landing.contacts, self._compression.tolist(), strict=True):
+            if contact.kind == "stop":
+                continue
             reach = np.linalg.norm(coms - block_point(state, contact)[0], axis=1) + robot.gyration
             if compression > DEEPEST_SHARE * (size := float(reach.max())):
                 text = (

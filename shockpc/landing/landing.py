@@ -321,7 +321,8 @@ def _check_ground(scene: Scene, blocks: tuple[Block, ...]) -> None:
     mu, k = scene.friction, scene.contact_stiffness
     if scene.stop_restitution is not None and not scene.stops:
         raise SceneError("a restitution of end stops is given, but they are left out; give stops = true (--stops) too")
-    if scene.stop_stiffness is not None and not (scene.stops and k is not None):
+    strikes = any(block.kind == "stop" for block in blocks)
+    if scene.stop_stiffness is not None and not ((scene.stops or strikes) and k is not None):
         raise SceneError("a stiffness of end stops needs stops = true (--stops) and the stiffness of the contacts; give these too")
     for value, what in ((scene.tangential_stiffness, "a stiffness along the ground"), (scene.contact_damping, "a contact damping")):
         if k is None and value is not None:
@@ -339,10 +340,10 @@ def _check_ground(scene: Scene, blocks: tuple[Block, ...]) -> None:
     if scene.contact_damping is not None and any(contact.restitution for contact in scene.contact):
         raise SceneError("a contact damping and a restitution cannot be combined; keep one of them")
     for contact, block in zip(scene.contact, blocks, strict=True):
+        if block.kind == "stop" and mu is not None:
+            raise SceneError(f'contact "{contact.frame}" is an end stop, and friction is for the ground; leave it out')
         if block.kind == "stop":
-            raise SceneError(
-                f'contact "{contact.frame}" is an end stop, and {option} is for contacts with the ground; leave it out'
-            )
+            continue
         rank = np.linalg.matrix_rank(block.forces)
         if mu is not None and rank == 1:
             raise SceneError(
@@ -358,7 +359,7 @@ def _check_ground(scene: Scene, blocks: tuple[Block, ...]) -> None:
             )
     if k is None:
         return
-    if scene.stops and scene.stop_stiffness is None:
+    if (scene.stops or strikes) and scene.stop_stiffness is None:
         raise SceneError("contacts of finite stiffness are given, and rigid end stops; give the stops a stop_stiffness too")
     if scene.pulse is not None:
         raise SceneError(

@@ -126,8 +126,9 @@ def _points(landing: PosedLanding) -> list[Place]:
 
 
 def _contact_peaks(found: "CompliantLanding", places: Places) -> Array:
-    """Peak forces (n,) of contacts [N], and when each is reached [s]."""
-    return np.array(found.peaks(_loads))[:, _numbers(places)]
+    """Peak forces (n,) of contacts [N], and when each is reached [s]; NaN of the end stop of a hinge, which has a torque."""
+    numbers, hinge = _numbers(places), [not len(block.forces) for block in found.landing.blocks]
+    return np.where(np.array(hinge)[numbers], np.nan, np.array(found.peaks(_loads))[:, numbers])
 
 
 def point_peaks(found: "CompliantLanding", places: Places) -> Array:

@@ -213,9 +213,11 @@ def margin_lost(landing: PosedLanding) -> MarginLost | None:
     Contacts stick. Without springs in joints peaks are as the root of the stiffness, so that k times the squared margin is the
     answer; with them it is the next value, which a bracket keeps.
 
-    Returns: None where there is neither a part nor a limit.
+    Returns: None where there is neither a part nor a limit, or an end stop strikes.
     """
     scene, robot = landing.scene, landing.robot
+    if any(block.kind == "stop" for block in landing.contacts):
+        return None
     k = scene.contact_stiffness or START
     along = None if scene.tangential_stiffness is None else scene.tangential_stiffness / k
     try:

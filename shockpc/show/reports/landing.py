@@ -530,7 +530,8 @@ def _forces(profile: ShockProfile) -> str:
 def _stiffness(profile: ShockProfile) -> str:
     scene = profile.scene
     along = "" if scene.tangential_stiffness is None else f" ({scene.tangential_stiffness:g} N/m along the ground)"
-    return f"{scene.contact_stiffness:g} N/m{along}" + (
+    stops = "" if scene.stop_stiffness is None else f", end stops of {scene.stop_stiffness:g} N m/rad or N/m"
+    return f"{scene.contact_stiffness:g} N/m{along}{stops}" + (
         "" if scene.contact_damping is None else f", {scene.contact_damping:g} N s/m"
     )
 
@@ -545,7 +546,8 @@ def _stop_lines(profile: ShockProfile) -> list[str]:
     for stop in (*striking, *profile.landing.acting):
         side, name = "least" if side_of(profile.robot, stop) > 0.0 else "greatest", stop.frame.removeprefix(STOP)
         unit = "N m s" if len(stop.moments) else "N s"
-        lines.append(f"the end stop of {name} at its {side} value acts with {abs(values[name]):.4g} {unit}")
+        peak = f", at most {profile.stiffness.stop_peaks.get(name, 0.0):.4g} {unit.removesuffix(' s')}" if profile.stiffness else ""
+        lines.append(f"the end stop of {name} at its {side} value acts with {abs(values[name]):.4g} {unit}{peak}")
     if profile.landing.acting:
         return [*lines, "numbers of other strikes, such as the most and least severe directions, are those with these stops held"]
     return lines or ["no end stop acts"]
