@@ -87,29 +87,40 @@ def _joined(parts: Iterable[Surface]) -> Surface:
 def _cells(surface: Surface, cell: float) -> np.ndarray:
     """The number (n,) of the cell of each vertex; one for all if the cell is larger than the surface."""
     low = surface.vertices.min(axis=0, initial=np.inf)
-    x, y, z = ((surface.vertices - low) / cell).astype(np.int64).T
-    return np.asarray((x << 42) + (y << 21) + z)
+    return _numbers(((surface.vertices - low) / cell).astype(np.int64))
+
+
+def _numbers(cells: np.ndarray) -> np.ndarray:
+    """The numbers (...) of cells by their indices (..., 3) along the axes."""
+    return np.asarray((cells[..., 0] << 42) + (cells[..., 1] << 21) + cells[..., 2])
 
 
 def _coarser(meshes: Sequence[Surface], cell: float, most: int) -> float:
     """The cell, or a larger one in which at most so many triangles remain."""
+    every = [1 + len(mesh.triangles) // SAMPLED for mesh in meshes]
+    samples = [mesh.vertices[mesh.triangles[::n]] for mesh, n in zip(meshes, every, strict=True)]
 
-    def enlarged(cell: float, count: Callable[[Surface, float], int]) -> float:
-        while (left := sum(count(mesh, cell) for mesh in meshes)) > most:
-            cell *= min(max(1.1, (left / most) ** 0.5), 1.5)
-        return cell
+    def estimate(cell: float) -> int:
+        """The number of triangles between three cells, by some of them; of those, several may become one."""
+        left = 0
+        for n, corners in zip(every, samples, strict=True):
+            a, b, c = _numbers(np.floor(corners / cell).astype(np.int64)).T
+            left += n * int(((a != b) & (b != c) & (c != a)).sum())
+        return left
 
-    estimated = enlarged(cell, _estimate)
+    def count(cell: float) -> int:
+        return sum(_count(mesh, cell) for mesh in meshes)
+
+    estimated = _enlarged(cell, estimate, most)
     # Where many triangles become one, the estimate is far too high.
-    return enlarged(estimated if sum(_count(mesh, estimated) for mesh in meshes) > most / 2 else cell, _count)
+    return _enlarged(estimated if count(estimated) > most / 2 else cell, count, most)
 
 
-def _estimate(surface: Surface, cell: float) -> int:
-    """The number of triangles between three cells, by some of them; of those, several may become one."""
-    every = 1 + len(surface.triangles) // SAMPLED
-    cells = np.floor(surface.vertices[surface.triangles[::every]] / cell)
-    vanish = (cells == np.roll(cells, 1, axis=1)).all(axis=2).any(axis=1)
-    return every * int((~vanish).sum())
+def _enlarged(cell: float, count: Callable[[float], int], most: int) -> float:
+    """The cell, enlarged until at most so many triangles are counted."""
+    while (left := count(cell)) > most:
+        cell *= min(max(1.1, (left / most) ** 0.5), 1.5)
+    return cell
 
 
 def _count(surface: Surface, cell: float) -> int:
