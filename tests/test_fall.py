@@ -10,6 +10,7 @@ from commands import good, run
 
 from shockpc import Contact, Joints, Scene, SolveError, Strike, StudyError, fall, load_robot, shock_profile
 from shockpc.landing.scene import GRAVITY
+from shockpc.show.reports.fall import fall_report
 from shockpc.studies.fall.body import Rigid
 from shockpc.studies.fall.motion import Section, SectionMotion, follow_fall
 
@@ -382,3 +383,24 @@ def test_command(figure, tmp_path, capfd):
     assert {line.split(",")[0] for line in vary.splitlines()[1:]} == {"left_arm_joint=0 back", "left_arm_joint=20 back"}
     assert "different robots" in run(capfd, "fall", figure.robot, "go2").err
     assert "follows from the posture" in run(capfd, "fall", figure.robot, "--contact", "left_leg").err
+
+
+def test_a_disc_lands_on_its_edge_and_then_flat(tmp_path):
+    """A rod with flat ends, which falls with the box that carries it: its end is a strike of its own when it lands flat."""
+    rod = '<origin xyz="0.175 0 0.15" rpy="0 1.5707963267948966 0"/><geometry><cylinder radius="0.1" length="0.25"/></geometry>'
+    box = '<origin xyz="0 0 0.1"/><geometry><box size="0.1 0.1 0.2"/></geometry>'
+    inertia = '<inertia ixx="1" iyy="1" izz="0.1" ixy="0" ixz="0" iyz="0"/><origin xyz="0 0 2"/>'
+    solid = f"<collision>{box}</collision><collision>{rod}</collision>"
+    robot = tmp_path / "post.urdf"
+    robot.write_text(f'<robot name="post"><link name="post"><inertial><mass value="10"/>{inertia}</inertial>{solid}</link></robot>')
+    found = fall(Scene(robot=str(robot), friction=0.6), headings=("front",), least=0.3)
+    assert math.degrees(found.strikes[0].rotation) == pytest.approx(90.0)
+    assert all(strike.struck for strike in found.strikes)
+
+
+def test_a_fall_without_a_strike_of_that_speed_is_listed(falls):
+    """With what it does until it rests, beside those that strike."""
+    front = fall_report(replace(falls, strikes=tuple(strike for strike in falls.strikes if strike.fall == "front")))
+    (row,) = [row for row in front.text("table").splitlines() if row.startswith("left  ")]
+    assert "pivots to" in row
+    assert row.split()[-1] == "0"

@@ -104,6 +104,9 @@ def _tips(falls: Falls) -> Sheet:
     rows: list[Row] = []
     for tip in falls.tips:
         own = [strike for strike in falls.strikes if strike.fall == tip.name]
+        if not own:
+            rows.append((tip.name, math.degrees(tip.balance), tip.least_push, moves(tip, math.inf), "", None, None, "", "0"))
+            continue
         first, fastest = own[0], max(own, key=lambda strike: strike.speed)
         rows.append(
             (

@@ -461,6 +461,7 @@ def _strikes(rigid: Rigid, tip: Tip, together: float, least: float) -> Iterator[
         number, last, turn = number + 1, touch, _rotation(left, theta)
         points, links = rigid.struck(turn, together)
         old = np.array([_stood(section, touch, place) for place in (points @ tip.forward).tolist()])
+        old[:] &= not old.all()  # a disc that lands flat is one point, as far from the edge on which it stood as from the other
         struck, stands = (rigid.spots(turn, points[own], links[own]) for own in (~old, old))
         velocity = touch.before.vx * tip.forward + touch.before.vz * UP
         down = {spot.link: omega * float(tip.forward @ turn @ (spot.point - rigid.com)) - touch.before.vz for spot in struck}
