@@ -16,7 +16,7 @@ from shockpc.evaluation.columns import Column, selected
 from shockpc.evaluation.evaluate import Evaluation
 from shockpc.evaluation.gradients import has_gradient, slopes
 from shockpc.evaluation.landings import Part, common_robot, named_scenes, refuse_ground
-from shockpc.evaluation.variation import ATTITUDE, Variation, pairs
+from shockpc.evaluation.variation import Variation, pairs
 from shockpc.evaluation.varied import VariedLandings, varied_landings
 from shockpc.evaluation.varied_scene import present_value
 from shockpc.landing.landing import PosedLanding, resolve
@@ -223,13 +223,13 @@ class ShockCost:
             if role not in self.roles:
                 raise StudyError(f'"{text}" has no place in these landings; name one')
         slow = [group.separate for group in self.groups] + [not one.stage for one in self.variations]
-        slow += [
-            t.column.per_landing(self.groups[t.group].scene) and not t.column.selection.quantity.in_doubles for t in self.terms
-        ]
+        entries = dict.fromkeys(term.column.selection.quantity for term in self.terms)
+        slow += [entry.per_landing(first.scene) and not entry.in_doubles for entry in entries]
         self.slow = any(slow)
-        posture_alone = all(one.kind == "joint" or one.kind in (*ATTITUDE, "strike-angle") for one in self.variations)
+        # Formulas are of a strike at constant speed, which that of a drop at another angle is not.
         dropped = any(scene.strike.drop_height is not None for scene in self.scenes.values())
-        self._exact = posture_alone and not first.loops and not (dropped and "strike-angle" in self.names)
+        by_formula = (one.moves or (one.kind == "strike-angle" and not dropped) for one in self.variations)
+        self._exact = not first.loops and all(by_formula)
         how = np.array([term[5:] for term in self.terms], dtype=float).T
         self._how = self.roles < 0, np.array([term.column.selection.signed for term in self.terms]), powers, *how
         self._known: tuple[bytes, Array] = b"", np.zeros(0)
@@ -304,14 +304,12 @@ class ShockCost:
         beside, (_, factors) = self.measured(numbers[1:])[0], self.measured(numbers[:1])
         out = ((beside[:n] - beside[n:]) / (2.0 * self._steps[:, None])).T
         for g, group in enumerate(self.groups if formulas else ()):
-            own = {k: term for k, term in enumerate(self.terms) if term.group == g and self._has_formula(term)}
+            exact = [term.group == g and self._exact and has_gradient(group.first, term.column) for term in self.terms]
+            own = {k: self.terms[k] for k in np.flatnonzero(exact).tolist()}
             found = self._exact_slopes(group, x, list({term.column.name: term.column for term in own.values()}.values()))
             for k, term in own.items():
                 out[k] = factors[0, k] * found[term.column.name][term.strike]
         return np.asarray(np.nan_to_num(out, nan=0.0, posinf=0.0, neginf=0.0))
-
-    def _has_formula(self, term: Term) -> bool:
-        return bool(self._exact and has_gradient(self.groups[term.group].first, term.column))
 
     @property
     def _steps(self) -> Array:
