@@ -15,7 +15,7 @@ from shockpc.impact.solve import independent_rows
 from shockpc.landing.closure import closure_block
 from shockpc.landing.contact import across
 from shockpc.landing.rows import NO_AXES, Block, block_axes, block_point, slices_of
-from shockpc.quantities.quantity import Places, Quantity, reach
+from shockpc.quantities.quantity import Places, Quantity, cached, reach
 
 STRUCTURAL = 1e-26
 """Share of the largest mobility below which one is zero. Rounding of axes and places by 1e-16 makes 1e-32 of a zero."""
@@ -91,6 +91,7 @@ def friction_needed(impact: Impact, places: Places) -> Any:
     return np.where(pressed, norm(impulse - normal[..., None] * up) / np.where(pressed, normal, 1), np.nan)
 
 
+@cached
 def pull(impact: Impact, places: Places) -> Any:
     """By how much (N, S, n) the ground would have to pull [N s]; 0 where it pushes, NaN where the impulse is not determined."""
     pulls, impulse = [], impact.along(impact.impulse)
