@@ -1,5 +1,6 @@
 """A source of landings: what the engine asks of a grid, a sample, a recorded table or a list of scenes."""
 
+import reprlib
 from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass, field
 from typing import Any, NamedTuple, Protocol
@@ -252,7 +253,7 @@ def named_scenes(landings: Scene | Mapping[str, Scene]) -> dict[str, Scene]:
     """
     scenes = {"": landings} if isinstance(landings, Scene) else landings
     if not isinstance(scenes, Mapping) or not all(isinstance(scene, Scene) for scene in scenes.values()):
-        raise StudyError(f"landings is a {type(landings).__name__}; give a scene, or scenes by name")
+        raise StudyError(f"landings is {reprlib.repr(landings)}; give a scene, or scenes by name")
     if not scenes:
         raise StudyError("no landing is given; give at least one scene")
     return dict(scenes)
