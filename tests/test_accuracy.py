@@ -292,7 +292,7 @@ def test_a_body_that_moves_as_no_robot_moves_is_a_warning(bend, warned):
 
 
 def test_a_body_without_inertia_that_turns_as_no_robot_turns_is_refused():
-    """The neck of iCub turns about an axis through masses of points: what rounding leaves of its inertia is no inertia."""
+    """The neck of iCub carries a mass at a point: nothing resists rotation about the line to it but what rounding leaves."""
     with pytest.raises(SolveError, match='"neck_2", "head" of robot "iCub" can move, but no mass or inertia resists it'):
         shock_profile(Scene(robot="icub", contact="l_sole"), known_robot("icub"))
 
