@@ -68,7 +68,8 @@ def draw_time(profile: ShockProfile) -> Figure:
     at_rest = motion.separated and bool((compliant.number >= 0).all())
     size = [np.linalg.norm(force[:, compliant.number == c], axis=1) for c in range(len(profile.landing.contacts))]
     normal = force[:, motion.elements.normal & (compliant.number < len(profile.landing.contacts))]
-    panels: list[tuple[str, list[str], Array]] = [("force [N]", [place.name for place in places], np.array(size))]
+    unit = "N, N m" if any(block.kind == "stop" for block in profile.landing.contacts) else "N"
+    panels: list[tuple[str, list[str], Array]] = [(f"force [{unit}]", [place.name for place in places], np.array(size))]
     points = [place for place in profile.places("point") if place.body >= 0]
     for title, entry, where, scale in (
         ("acceleration [g]", DELTA_V, points, GRAVITY),
