@@ -1,16 +1,21 @@
 """Falls of a robot with held joints in MuJoCo: over an edge that is a hinge, or on a floor with friction.
 
 python tests/falling.py [free] [ROBOT...]    # compares five robots in four directions, in some minutes
+python tests/falling.py mjcf                 # compares G1's URDF with the MJCF that MuJoCo makes of it
 """
 
 import math
+import re
+import shutil
 import sys
+import tempfile
+from pathlib import Path
 from typing import Any, NamedTuple
 
 import mujoco
 import numpy as np
 
-from shockpc import Scene, load_robot
+from shockpc import Joints, Posture, Scene, fall, load_robot
 from shockpc.landing.scene import GRAVITY
 from shockpc.robot.geometry import Shape
 from shockpc.studies.fall.body import UP, Rigid
@@ -163,7 +168,42 @@ def compared(name: str, heading: float, friction: float | None, step: float = 1e
     )
 
 
+def as_mjcf(urdf: Path, folder: Path) -> Path:
+    """The MJCF that MuJoCo makes of a URDF with a free base, with its meshes, in a folder."""
+    text, meshes = urdf.read_text(), urdf.parents[2]
+    for name in set(re.findall(r'filename="([^"]+)"', text)):
+        shutil.copy(meshes / name.split("/", 4)[-1], folder)
+        text = text.replace(name, str(folder / Path(name).name))
+    options = '<compiler strippath="false" discardvisual="false" fusestatic="false" balanceinertia="true"/>'
+    model = mujoco.MjModel.from_xml_string(text.replace("</robot>", f"<mujoco>{options}</mujoco></robot>"))
+    mujoco.mj_saveLastXML(str(file := folder / "robot.xml"), model)
+    root = load_robot(str(urdf)).bodies[0].name
+    file.write_text(re.sub(f'(<body name="{root}"[^>]*>)', r"\1<freejoint/>", file.read_text(), count=1))
+    return file
+
+
+def file_formats(name: str) -> None:
+    """Print the largest relative differences of falls and strikes between a robot's URDF and MJCF."""
+    with tempfile.TemporaryDirectory() as folder:
+        robots = str(load_robot(name).source.path), str(as_mjcf(load_robot(name).source.path, Path(folder)))
+        common = {"friction": 0.5, "joints": Joints(model="free"), "posture": Posture(reference="neutral")}
+        one, other = (fall(Scene(robot=robot, **common)) for robot in robots)
+    off = np.zeros(3)
+    for a, b in zip(one.tips, other.tips, strict=True):
+        off[0] = max(off[0], abs(a.balance / b.balance - 1.0), abs(a.hinged / b.hinged - 1.0))
+    for a, b in zip(one.strikes, other.strikes, strict=True):
+        assert (a.name, [*a.struck], a.motion) == (b.name, [*b.struck], b.motion)
+        off[1] = max(off[1], abs(a.rotation / b.rotation - 1.0), abs(a.speed / b.speed - 1.0))
+    for a, b in zip(one.results, other.results, strict=True):
+        assert (a.strike.name, a.places) == (b.strike.name, b.places)
+        off[2] = max(off[2], *(abs(a.values[key] / b.values[key] - 1.0) for key in a.values))
+    print(f"{name}, {len(one.strikes)} strikes, as URDF and MJCF: falls, strikes, quantities:", off)
+
+
 if __name__ == "__main__":
+    if "mjcf" in sys.argv:
+        file_formats("g1")
+        sys.exit()
     free = "free" in sys.argv
     worst = np.zeros(3)
     for robot_name in [word for word in sys.argv[1:] if word != "free"] or ROBOTS:

@@ -191,6 +191,7 @@ def test_figure_falls_over_its_feet(falls):
     assert tips["front"].balance == pytest.approx(math.atan2(x, z), rel=1e-9)
     first = {one.strike.fall: one.strike for one in falls.results if one.strike.number == 1}
     assert set(first["front"].struck) == {"left_arm", "right_arm"}
+    assert first["front"].remark == ""
     across = rigid.mass * (x * x + z * z) + tips["front"].section.inertia
     reach = 2.0 * GRAVITY * rigid.mass * (math.hypot(x, z) - (z * math.cos(a := first["front"].rotation) - 0.0 + x * math.sin(a)))
     assert tips["front"].hinged == pytest.approx(math.sqrt(reach / across), rel=1e-3)
@@ -207,6 +208,7 @@ def test_left_and_right_are_mirror_images(falls):
             link.replace("left", "right") for link in other.strike.struck
         }
         assert one.values["delta_v_max"] == pytest.approx(other.values["delta_v_max"], rel=1e-6)
+        assert ("out of the plane" in one.strike.remark) == (one.strike.number == 1)  # one arm strikes, in front of the legs
         assert one.trunk == pytest.approx(other.trunk, rel=1e-6, nan_ok=True)
 
 

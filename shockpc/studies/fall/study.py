@@ -29,7 +29,7 @@ from shockpc.quantities.table import select
 from shockpc.robot.geometry import body_outline, outline
 from shockpc.robot.robot import Robot
 from shockpc.studies.declare import QuantityOption, declaration, study
-from shockpc.studies.fall.body import UP, Edge, Rigid
+from shockpc.studies.fall.body import UP, Edge, Rigid, Spot
 from shockpc.studies.fall.motion import STICKS, Fall, Kind, Section, Touch, follow_fall
 from shockpc.text.errors import SceneError, ShockError, SolveError, StudyError
 from shockpc.text.printed import listed
@@ -56,6 +56,9 @@ SINKS = 1e-6
 
 NEAR_GROUND = 5e-3
 """Height up to which a part nearly strikes together with others [m]."""
+
+ASIDE = 0.3
+"""Share of the change of rotation at the first strike that is out of the plane of the fall, above which there is a warning [1]."""
 
 EARLY = math.radians(3.0)
 """How long before the edge would be pulled or slips the centre of pressure may leave it without a warning [rad]."""
@@ -473,11 +476,29 @@ def _strikes(rigid: Rigid, tip: Tip, together: float, least: float) -> Iterator[
             scene = replace(scene, plane=tuple(np.cross(tip.forward, UP).tolist()))
         if scene.contact_stiffness is not None:
             scene = replace(scene, contact=scene.contact[: len(struck)], stance=())
-        yield _landing(
+        strike = _landing(
             rigid, scene, turn, fall=tip.name, number=number, struck={spot.link: down[spot.link] for spot in struck},
             near=tuple(sorted(near)), motion=kinds[touch.before], rotation=theta, rate=omega, forward=tip.forward,
             energy=section.energy(touch.before) - rigid.mass * GRAVITY * touch.before.z,
         )  # fmt: skip
+        aside = _turns_aside(rigid, turn, (*struck, *stands), velocity, omega, tip.forward) if number == 1 else 0.0
+        if aside > ASIDE:
+            text = f"{100.0 * aside:.0f} % of its change of rotation is out of the plane in which later strikes are followed"
+            strike = replace(strike, remark="; ".join(filter(None, [strike.remark, text])))
+        yield strike
+
+
+def _turns_aside(rigid: Rigid, turn: Array, spots: Sequence[Spot], velocity: Array, omega: float, forward: Array) -> float:
+    """Share of the change of rotation at a strike of the rigid robot that is not about the edge [1]."""
+    axes, mu = np.array([forward, np.cross(UP, forward), UP]), rigid.landing.scene.friction
+    arms = (np.array([spot.point for spot in spots]) - rigid.com) @ turn.T
+    rows = np.concatenate([np.hstack([axes, np.cross(arm, axes)]) for arm in arms])
+    response = np.vstack([rows[:, :3].T / rigid.mass, np.linalg.solve(turn @ rigid.inertia @ turn.T, rows[:, 3:].T)])
+    speeds = (rows @ np.concatenate([velocity, omega * axes[1]])).reshape(-1, 3)
+    mus = np.full(len(spots), STICKS if mu is None else mu)
+    found = solve_friction(rows @ response, speeds, mus, np.zeros(len(spots)))
+    change = response[3:] @ found[0].impulse.ravel() if found else np.zeros(3)
+    return float(np.linalg.norm(change - (change @ axes[1]) * axes[1]) / (np.linalg.norm(change) or 1.0))
 
 
 def _stood(section: Section, touch: Touch, place: float) -> bool:
