@@ -6,6 +6,7 @@ from collections.abc import Sequence
 from shockpc.quantities.profile import ShockProfile
 from shockpc.show.tables import Cell, Row, Sheet, largest, rounded
 from shockpc.show.wording import BRACKETED, mostly_off_plane
+from shockpc.text.printed import few
 
 PLACES = 8
 """Bodies in the table of shocks."""
@@ -44,7 +45,15 @@ def shocks_sheet(profile: ShockProfile, bodies: Sequence[int] | None = None) -> 
         notes += (
             f"in brackets: over {100.0 * BRACKETED:.0f} % of the body's motion is out of the plane, of which these say nothing",
         )
+    names = [str(row[0]).removeprefix("CoM of ") for row in kept]
+    notes += without_geometry(profile, [i for i in shown if profile.bodies[i] in names])
     return Sheet("shock relative to the strike (CoPc in body coordinates)", heads, rows, notes)
+
+
+def without_geometry(profile: ShockProfile, bodies: Sequence[int]) -> tuple[str, ...]:
+    """Why there is no least and greatest shock of some of these bodies; a note, or none."""
+    names = [profile.bodies[i] for i in bodies if math.isnan(profile.shock_max[i])]
+    return (f"–: no geometry over which to take the shock: {few(names, 4)}",) if names else ()
 
 
 def radius(profile: ShockProfile, i: int) -> tuple[float, ...]:

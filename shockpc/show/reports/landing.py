@@ -17,7 +17,7 @@ from shockpc.quantities.profile import ContactImpulse, ShockProfile
 from shockpc.quantities.table import Selection, quantities_of, quantity
 from shockpc.robot.robot import STOP
 from shockpc.show.document import content
-from shockpc.show.reports.answer import PLACES, in_plane, landing_lines, shocks_sheet
+from shockpc.show.reports.answer import PLACES, in_plane, landing_lines, shocks_sheet, without_geometry
 from shockpc.show.reports.report import Picture, Report, Section, picture_files
 from shockpc.show.tables import Lines, Row, Sheet, largest, rounded
 from shockpc.show.wording import (
@@ -244,6 +244,7 @@ def bodies_sheet(profile: ShockProfile, bodies: Sequence[int] | None = None) -> 
             f"out of plane above {OUT_OF_PLANE:.0f} %: CoPc and RoPc describe only the part of that body's motion that lies in the "
             "plane; the shock is that of the whole motion"
         )
+    notes += without_geometry(profile, shown)
     if still := [profile.bodies[i] for i in matching if i not in shown]:
         notes.append(f"{count(len(still), 'body')} not shown, not moved by the impact: {few(still, 6)}")
     if hidden := len(profile.bodies) - len(matching):
