@@ -90,7 +90,9 @@ def test_energies_count_what_the_base_cannot_do(here):
     table = simulated(
         scene, {k: x for k, x in table.items() if k[:5] != "after"}, known, dict.fromkeys(("rail", "hip", "knee"), 0.0), rng()
     )
-    assert identify(table, scene, DRIVES).values == pytest.approx(known, rel=1e-3)
+    found = identify(table, scene, DRIVES)
+    assert found.values == pytest.approx(known, rel=1e-3)
+    assert [column.group for column in found.predictor.measured] == ["sliding rates", "joint rates", "joint rates"]
 
 
 def test_sweeps_vary_restitution_and_rotors(here):

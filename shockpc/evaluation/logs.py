@@ -108,7 +108,10 @@ def read_log(source: Path | Mapping[str, np.ndarray], robot: Robot, rename: Mapp
     if lacking:
         remarks.append(f"{np.sum(~whole)} of {len(whole)} samples are left out, with no number near them in {listed(lacking, 6)}")
     if whole.sum() < 3 or not positions:
-        raise StudyError(f"this log has {whole.sum()} samples with a number for each of {listed(positions, 12)}")
+        number = int(whole.sum()) if positions else 0
+        raise StudyError(
+            f"this log has {number} samples with a number for each of {listed(positions or empty, 12)}; at least 3 are needed"
+        )
     time, rows = time[whole], rows[whole]
     positions, rates = ({name: x[whole] for name, x in part.items()} for part in (positions, rates))
     if broken := [name for name, x in rates.items() if not _known(x).all()]:

@@ -136,7 +136,7 @@ def coordinate(measured: Measured, robot: Robot) -> int:
     """Which row of `mobilities` a measured velocity has; −1 for another quantity."""
     if measured.key in COMPONENTS:
         return COMPONENTS.index(measured.key)
-    return robot.joint(measured.name).v.start if measured.group == "joint rates" else -1
+    return robot.joint(measured.name).v.start if measured.group in ("joint rates", "sliding rates") else -1
 
 
 def energy_roots(W: Array, own: np.ndarray) -> Array:

@@ -56,7 +56,8 @@ class Measured(NamedTuple):
     Attributes:
         name: of its column, without its beginning.
         time: after the touchdown [ms]; None where no time is given.
-        group: quantities that are compared together: "joint rates", "base velocity", "base angular velocity", or its own name.
+        group: quantities of one unit that are compared together: "joint rates", "sliding rates" (of prismatic joints),
+            "base velocity", "base angular velocity", or its own name.
         key: quantity of the table that predicts it, KEY@PLACE; of the base its component, "vx" … "wz".
         unit: of the values; empty where it is that of the quantity.
         jump: (n,) after the impact less before it; NaN where it was not measured.
@@ -601,7 +602,8 @@ class _Reader:
         if not key:
             joint = self.robot.joint(name)
             known, label, unit, key = name in self.moving, "rate of this joint", f"{joint.unit}/s", f"delta_qd@{name}"
-            group, start = "joint rates", before.joint_rates[:, joint.v.start]
+            group = "sliding rates" if joint.kind == "prismatic" else "joint rates"
+            start = before.joint_rates[:, joint.v.start]
         elif key[0] not in "vw":
             raise StudyError(f"column {column}: only velocities change in an impact; leave it out with --map COLUMN=")
         elif named.in_body:
@@ -621,8 +623,9 @@ class _Reader:
         if self.robot.free_base:
             parts |= {
                 "base attitude": bool({"qw", "roll", "pitch", "yaw"} & self.base.keys()) or "qpos" in self.columns,
-                **{f"base {key}": key in self.base for key in ("vx", "vy", "vz", "wx", "wy", "wz")},
             }
+            if self.landing.base != "fixed":
+                parts |= {f"base {key}": key in self.base for key in ("vx", "vy", "vz", "wx", "wy", "wz")}
         given, missing = [what for what, known in parts.items() if known], [what for what, known in parts.items() if not known]
         given += [f'velocity of contact "{frame}"' for frame in dict.fromkeys(frame for frame, _ in self.at_contact)]
         given += ["friction"] * any(name in self.columns for name in FRICTION)

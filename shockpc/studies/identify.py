@@ -19,7 +19,7 @@ from typing import Annotated, Any, Literal, NamedTuple
 import numpy as np
 
 from shockpc.core.spatial import Array
-from shockpc.evaluation.prediction import SCALE, Predicted, Predictor, energy_norms, energy_roots, mobilities
+from shockpc.evaluation.prediction import SCALE, Predicted, Predictor, coordinate, energy_norms, energy_roots, mobilities
 from shockpc.evaluation.recorded_table import rows_of
 from shockpc.evaluation.table import Table
 from shockpc.evaluation.table_files import columns_of
@@ -201,7 +201,7 @@ def identify(
     unknowns = tuple(_unknown(robot, *one) for one in pairs(unknown))
     if not unknowns or len({one.subject for one in unknowns}) < len(unknowns):
         raise StudyError("give each unknown once, as NAME=LOW:HIGH, such as friction=0:1.5")
-    velocities = [m for m in rows.measured if m.key in ("vx", "vy", "vz", "wx", "wy", "wz") or m.group == "joint rates"]
+    velocities = [measured for measured in rows.measured if coordinate(measured, robot) >= 0]
     if not velocities:
         raise StudyError(
             "the table measured no velocity after the impact, such as after_JOINT or after_vz, so nothing can be found"
