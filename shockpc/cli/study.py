@@ -32,7 +32,7 @@ from shockpc.cli.scenes import landings_from, one_scene, postures_from
 from shockpc.evaluation.variation import Vary
 from shockpc.robot.robot import Robot
 from shockpc.studies.compare import Design
-from shockpc.studies.declare import Parameter, declaration
+from shockpc.studies.declare import StudyParameter, declaration
 from shockpc.text.errors import DefectError
 
 INPUTS = {
@@ -148,14 +148,14 @@ def _designs(names: tuple[str, ...], options: SceneOptions) -> list[Design]:
     return [Design(name, scene, robot) for name, (robot, scene) in zip(names, landings, strict=True)]
 
 
-def _kind(parameter: Parameter) -> Any:
+def _kind(parameter: StudyParameter) -> Any:
     """The type without None."""
     kinds = get_args(parameter.kind)
     given = [kind for kind in kinds if kind is not type(None)]
     return given[0] if len(given) == 1 and type(None) in kinds else parameter.kind
 
 
-def _declared(parameter: Parameter) -> tuple[Any, Any]:
+def _declared(parameter: StudyParameter) -> tuple[Any, Any]:
     """Type and declaration of the option of a parameter."""
     kind, option = _kind(parameter), parameter.option.stating(parameter.default)
     several = kind in REPEATED

@@ -40,7 +40,7 @@ RenameOption: TypeAlias = Annotated[
 """Names of the columns of a table or a log, as `shockpc.evaluation.recorded_table.rows_of` takes them."""
 
 
-class Parameter(NamedTuple):
+class StudyParameter(NamedTuple):
     """A parameter of a study that is an option.
 
     Attributes:
@@ -64,7 +64,7 @@ class Study(NamedTuple):
         typed: makes arguments in SI units of what was typed, where a robot's joints decide on the units.
     """
 
-    parameters: dict[str, Parameter]
+    parameters: dict[str, StudyParameter]
     examples: tuple[str, ...]
     more: str
     typed: Callable[[Any, dict[str, Any]], dict[str, Any]]
@@ -85,7 +85,7 @@ def study(
             kind, *more_of = get_args(parameter.annotation) or (None,)
             if options := [one for one in more_of if isinstance(one, Option)]:
                 option = options[0]._replace(name=options[0].name or name.replace("_", "-"))
-                parameters[name] = Parameter(kind, option, parameter.default)
+                parameters[name] = StudyParameter(kind, option, parameter.default)
                 parameter = parameter.replace(annotation=kind)
             plain.append(parameter)
         # Without the options, because Python's help prints annotations whole.

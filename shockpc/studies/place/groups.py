@@ -19,7 +19,7 @@ NODES = 2000
 """Nodes after which the search ends with the best sensors found and the bound proven so far."""
 
 
-class Group(NamedTuple):
+class SensorGroup(NamedTuple):
     """Places of several sensors.
 
     Attributes:
@@ -35,7 +35,7 @@ class Group(NamedTuple):
     nodes: int
 
 
-def best_group(fields: Fields, count: int, best: Callable[[Fields], Optimum]) -> Group:
+def best_group(fields: Fields, count: int, best: Callable[[Fields], Optimum]) -> SensorGroup:
     """The places of several sensors with which the landings are best covered.
 
     Args:
@@ -86,7 +86,7 @@ def best_group(fields: Fields, count: int, best: Callable[[Fields], Optimum]) ->
             improved = tuple(frozenset(np.flatnonzero(which == k).tolist()) for k in range(len(places(improved))))
         open_ = [k for k in everything if not any(k in one for one in node)]
         if value <= bound + ACCURACY or not open_ or nodes == NODES:
-            return Group(tuple(chosen), value, bound, nodes)
+            return SensorGroup(tuple(chosen), value, bound, nodes)
         worst = max(open_, key=lambda k: least[k] if weights is None else weights[k] * least[k] - alone[k])
         for k in range(next((k for k, one in enumerate(node) if not one), count - 1) + 1):
             child = tuple(one | {worst} if i == k else one for i, one in enumerate(node))
