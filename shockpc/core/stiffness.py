@@ -384,7 +384,7 @@ def _follow(state: "_State", until: float | None, settle: bool = False) -> Stiff
             remedies = (
                 ["take springs of joints that are stiffer than the contacts as rigid"] if np.any(elements.contact < 0) else []
             )
-            remedies += ["take a softer contact or a larger restitution"]
+            remedies += ["take a softer contact, a larger restitution or none"]
             remedies += ["end the motion earlier"] if until is not None and not settle else []
             text = f"elements change {len(segments)} times in {time:.3g} s, too often to follow them; "
             raise ArithmeticError(text + ", or ".join(remedies))

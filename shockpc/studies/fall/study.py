@@ -28,6 +28,7 @@ from shockpc.quantities.profile import ShockProfile
 from shockpc.quantities.table import select
 from shockpc.robot.geometry import body_outline, outline
 from shockpc.robot.robot import Robot
+from shockpc.robot.slack import LIMIT_SLACK
 from shockpc.studies.declare import QuantityOption, declaration, study
 from shockpc.studies.fall.body import UP, Edge, Rigid, Spot
 from shockpc.studies.fall.motion import STICKS, Fall, Kind, Section, Touch, follow_fall
@@ -661,12 +662,12 @@ def _result(strike: FallStrike, profile: ShockProfile, texts: Sequence[str], tru
 
 
 def _first_stop(profile: ShockProfile) -> tuple[str, float] | None:
-    """The joint that reaches its limit first after a strike, and when [s]; of joints within their limits."""
-    times = {}
-    for joint in profile.robot.single_joints:
-        rate = float(profile.delta_qd[joint.v].sum()) if joint.kind in ("revolute", "prismatic") else 0.0
-        if abs(rate) > 1e-9:
-            left = (joint.limits[1] - joint.value(profile.q)) if rate > 0.0 else (joint.limits[0] - joint.value(profile.q))
-            if math.isfinite(left) and left * rate >= 0.0:
-                times[joint.name] = abs(left / rate)
+    """The joint that reaches a limit first after a strike, and when [s]; of joints that are within their limits."""
+    times, key = {}, "delta_qd" if profile.scene.friction is None else "delta_qd_friction"
+    for place, rate in zip(profile.places("joint"), profile.value(key, "joint").tolist(), strict=True):
+        joint = profile.robot.joint(place.name)
+        if joint.kind in ("revolute", "prismatic") and abs(rate) > 1e-9:
+            left = joint.limits[rate > 0.0] - joint.value(profile.q)
+            if math.isfinite(left) and left * rate > 0.0 and abs(left) > LIMIT_SLACK:
+                times[joint.name] = left / rate
     return min(times.items(), key=lambda one: one[1]) if times else None
