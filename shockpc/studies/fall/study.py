@@ -343,7 +343,7 @@ def _notes(robot: Robot) -> Iterator[str]:
     bare = [body.name for body, shapes in zip(robot.bodies, body_outline(robot).shapes, strict=True) if not shapes]
     if bare:
         share = 100.0 * sum(body.mass for body in robot.bodies if body.name in bare) / robot.mass
-        yield f"{len(bare)} of {len(robot.bodies)} bodies ({share:.2g} % of the mass) have no geometry, so they never strike"
+        yield f"{len(bare)} of {len(robot.bodies)} bodies ({share:.3g} % of the mass) have no geometry, so they never strike"
 
 
 def _heading(heading: str | float) -> tuple[str, float]:
@@ -412,7 +412,7 @@ def _below(rigid: Rigid, edge: Edge, section: Section, touch: Touch) -> Iterator
     robot, theta = rigid.landing.robot, touch.before.theta
     under = np.flatnonzero((rigid.coms - rigid.com) @ _rotation(edge.left, theta)[2] < section.at(touch.corner, theta)[1])
     share, names = float(robot.masses[under].sum()) / rigid.mass, listed((robot.bodies[i].name for i in under), 4)
-    text = f"{names} ({100.0 * share:.2g} % of the mass) would be below the ground at the strike at {math.degrees(theta):.3g} deg, "
+    text = f"{names} ({100.0 * share:.3g} % of the mass) would be below the ground at the strike at {math.degrees(theta):.3g} deg, "
     text += "because they have no geometry"
     if share > 0.5:
         raise StudyError(f"{text}; give the robot's file collision or visual geometry")
