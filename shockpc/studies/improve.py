@@ -1,8 +1,8 @@
 """The posture, strike or design with the least worst value of a number over some landings, within ranges and constraints.
 
 The least of the greatest of many smooth functions f_j(x) is the least t with f_j(x) <= t, a smooth program that SLSQP (Kraft 1988)
-solves from the best of many points of a Sobol sequence. Where two numbers are to be small, one is made small for each of several
-bounds of the other.
+solves from the best of many points of a Sobol sequence; the best of its runs go on to their ends. Where two numbers are to be
+small, one is made small for each of several bounds of the other.
 """
 
 from collections.abc import Mapping, Sequence
@@ -151,7 +151,8 @@ class Improvement:
     "shockpc improve go2 --contact FL_foot --at imu --vary FL_calf_joint=-130:-60 --keep 'joint_impulse@FL_calf_joint<=2'",
     more=(
         "A robot without --contact lands on each of its feet alone. What counts is the worst landing. The numbers as given and at "
-        "the optimum are proven; that no better point exists is not. --out writes the scenes of the optimum."
+        "the optimum are proven, unless friction or a contact stiffness counts; that no better point exists is not. --out writes "
+        "the scenes of the optimum."
     ),
 )
 def improve(
