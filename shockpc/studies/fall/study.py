@@ -413,7 +413,7 @@ def _below(rigid: Rigid, edge: Edge, section: Section, touch: Touch) -> Iterator
     under = np.flatnonzero((rigid.coms - rigid.com) @ _rotation(edge.left, theta)[2] < section.at(touch.corner, theta)[1])
     share, names = float(robot.masses[under].sum()) / rigid.mass, listed((robot.bodies[i].name for i in under), 4)
     text = f"{names} ({100.0 * share:.3g} % of the mass) would be below the ground at the strike at {math.degrees(theta):.3g} deg, "
-    text += "because they have no geometry"
+    text += "because they have no geometry there"
     if share > 0.5:
         raise StudyError(f"{text}; give the robot's file collision or visual geometry")
     yield from [text] * bool(names)
