@@ -19,7 +19,7 @@ from shockpc.text.printed import few, printable
 FOOT = 0.8
 """Room for coordinates and the colour bar [inches]."""
 
-LOW, HIGH = 4.8, 6.4
+LOW, HIGH = 3.8, 6.4
 """Height of the picture of a tall robot at least, and at most [inches]."""
 
 LETTER = 0.07
