@@ -89,11 +89,11 @@ def profile_of(landing: PosedLanding, trace: Trace | None = None) -> ShockProfil
     return profile
 
 
-def shock_maps(landing: Landing, Q: Array, derivatives: bool = False) -> ShockMaps:
+def shock_maps(landing: Landing | Scene, Q: Array, derivatives: bool = False) -> ShockMaps:
     """Steps 1 and 2 in many postures, in double precision.
 
     Args:
-        landing: the landing; its own posture is not used. Loops have to be closed in each of the postures.
+        landing: the landing, or its scene; its own posture is not used. Loops have to be closed in each of the postures.
         Q: (N, nq) configurations in Pinocchio's layout.
         derivatives: whether those of the maps by the tangent of q are computed too, which takes some seven times as long.
 
@@ -101,6 +101,8 @@ def shock_maps(landing: Landing, Q: Array, derivatives: bool = False) -> ShockMa
         SceneError: Q has another shape, no row, or a rotation that is none; or the landing counts end stops, with which the jumps
             are not linear in the strike.
     """
+    if isinstance(landing, Scene):
+        landing = resolve(landing, robot_of(landing))
     if landing.scene.stops:
         raise SceneError("with end stops the jumps are not linear in the strike, so there are no maps; leave stops out")
     Q, nq = doubles("Q", Q), landing.robot.model.nq

@@ -207,7 +207,7 @@ def test_a_gradient_counts_end_stops():
 
 def test_points_that_are_none_say_so():
     cost = ShockCost(anymal(), "shock@imu_link", LEGS, known_robot("anymal_b"))
-    for x in ([1.0], [[1.0, 2.0]]):
+    for x in ([1.0], [[1.0, 2.0]], ["low", "high"], None):
         with pytest.raises(StudyError, match=r"x has shape .*; give 2 values"):
             cost(x)
     assert cost([np.nan, -50.0]) == np.inf

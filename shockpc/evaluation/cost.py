@@ -323,11 +323,16 @@ class ShockCost:
         """A point (n,).
 
         Raises:
-            StudyError: it has another shape.
+            StudyError: it has another shape, or holds no numbers.
         """
-        x = np.asarray(x, dtype=float)
+        try:
+            x = np.asarray(x, dtype=float)
+        except (TypeError, ValueError):
+            x = np.array(np.nan)
         if x.shape != self.x0.shape:
-            raise StudyError(f"x has shape {x.shape}; give {len(self.x0)} values, those of {few(list(self.names), 6)}")
+            raise StudyError(
+                f"x has shape {x.shape} or no numbers; give {len(self.x0)} values, those of {few(list(self.names), 6)}"
+            )
         return x
 
     def _exact_slopes(self, group: ChosenLandings, x: Array, wanted: list[Column]) -> dict[str, Array]:
