@@ -1,7 +1,6 @@
 """Commands as they are typed: what each option means, and what a run writes."""
 
 import csv
-import difflib
 import io
 import json
 import math
@@ -10,13 +9,14 @@ import shlex
 import subprocess
 import sys
 import time
+import tomllib
 
 import numpy as np
 import pytest
 from commands import STICK, good, run
 from identify_draws import BLOCKS, csv_text, leg
 from test_readme import commands, words_of
-from test_scene_file import EVERY_KEY
+from test_scene_file import EVERY_KEY, by_key
 
 import shockpc
 import shockpc.show.figure.style
@@ -291,24 +291,55 @@ def test_saved_scene_gives_the_same_bytes(capfd, here, monkeypatch, words):
     assert (here / "scenes/again.toml").read_bytes() == (here / "scenes/landing.toml").read_bytes()
 
 
-OPTIONS = """
---base free | --plane yz --base free | --plane 0,-2,0 | --xacro payload:=2 | --posture crouched | --base-rpy 0,5,0 | --set lf_hip=5
---set lf_hip=5 --set rh_*=5 | --speed 3 | --strike-angle 10 | --velocity 0,0,-1 | --drop-height 1 | --angular-velocity 0,1,0
---v-in contact | --contact rf_foot | --offset 0,0,0 | --restitution 0.5 | --contact-point lowest | --at lh_foot
---stance lh_foot | --assemble lh_hip | --joints geared | --armature rf_hip=0.2 | --lock rh_hip | --pulse rectangle:1ms | --range-g 8
-"""
+NO_SPEED = {"strike.speed": None, "strike.strike_angle_deg": None}
+OPTIONS = {
+    "--base free": {"base": "free"},
+    "--plane yz --base free": {"base": "free", "plane": "yz"},
+    "--plane 0,-2,0": {"plane": [0, -2, 0]},
+    "--xacro payload:=2": {"xacro.payload": "2"},
+    "--posture crouched": {"posture.reference": "crouched"},
+    "--base-rpy 0,5,0": {"posture.base_rpy_deg": [0, 5, 0]},
+    "--set lf_hip=5": {"posture.joints_deg.lf_hip": 5},
+    "--set lf_hip=5 --set rh_*=5": {"posture.joints_deg.lf_hip": 5, "posture.joints_deg.rh_*": 5},
+    "--speed 3": {"strike.speed": 3},
+    "--strike-angle 10": {"strike.strike_angle_deg": 10},
+    "--velocity 0,0,-1": {**NO_SPEED, "strike.velocity": [0, 0, -1]},
+    "--drop-height 1": {**NO_SPEED, "strike.drop_height": 1},
+    "--angular-velocity 0,1,0": {"strike.angular_velocity": [0, 1, 0]},
+    "--v-in contact": {"v_in": "contact"},
+    "--offset 0,0,0": {"contact.0.offset": [0, 0, 0]},
+    "--restitution 0.5": {"contact.0.restitution": 0.5, "contact.1.restitution": 0.5},
+    "--contact-point lowest": {"contact.0.at": "lowest"},
+    "--at lh_foot": {"point.2.frame": "lh_foot", "point.2.offset": [0, 0, 0]},
+    "--stance lh_foot": {"stance": ["lh_foot"]},
+    "--assemble lh_hip": {"assemble": ["lh_hip"]},
+    "--joints geared": {"joints.model": "geared"},
+    "--armature rf_hip=0.2": {"joints.armature.rf_hip": 0.2},
+    "--lock rh_hip": {"joints.locked": ["lh_hip", "rh_hip"]},
+    "--pulse rectangle:1ms": {"pulse": "rectangle:1ms"},
+    "--range-g 8": {"range_g": 8},
+}
+"""What each option changes in the scene of EVERY_KEY; None where it takes a key away."""
 
 
-def test_an_option_replaces_what_the_scene_file_says(capfd, here, snapshot):
-    """The lines of the saved scene that each option changes, and no others; later joints take precedence, so they come last."""
+def test_an_option_replaces_what_the_scene_file_says(capfd, here):
+    """The keys of the saved scene that each option changes, and no others; later joints take precedence, so they come last."""
     (here / "landing.toml").write_text(re.sub(r'model = "geared"\n|\[\[closure\]\](.|\n)*?(?=\[\[contact)', "", EVERY_KEY))
-    changed = {}
-    for words in ("", *OPTIONS.strip().replace("\n", " | ").split(" | ")):
+
+    def saved(words):
         good(capfd, "analyze", "landing.toml", *words.split(), "--save-scene", "typed.toml", "--force")
-        typed = (here / "typed.toml").read_text().splitlines()
-        plain = changed.setdefault("", typed)
-        changed[words] = [line for line in difflib.ndiff(plain, typed) if line[0] in "+-"] if words else typed
-    assert changed == snapshot
+        return by_key(tomllib.loads((here / "typed.toml").read_text()))
+
+    plain = saved("")
+    for words, expected in OPTIONS.items():
+        found = saved(words)
+        assert {key: found.get(key) for key in plain | found if plain.get(key) != found.get(key)} == expected, words
+    assert [key for key in saved("--set lf_hip=5 --set rh_*=5") if "joints_deg" in key][-1].endswith("rh_*")
+    other, contact = saved("--contact rf_foot"), re.compile(r"contact\.(?!0\.kind)")
+    assert {k: x for k, x in other.items() if not contact.match(k)} == {k: x for k, x in plain.items() if not contact.match(k)}
+    given = {key.removeprefix("contact.0."): value for key, value in other.items() if contact.match(key)}
+    assert given.pop("restitution_along") == "normal"
+    assert given == {"frame": "rf_foot", "offset": [0, 0, 0], "at": "frame", "directions": ["x", "y", "z"], "restitution": 0}
 
 
 # Help
