@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from shockpc.core.friction import solve_friction
+from shockpc.core.friction import solve_each, solve_friction
 
 SEEDS = range(8)
 
@@ -74,6 +74,20 @@ def test_a_contact_that_needs_less_friction_sticks():
     assert (more.state, less.state) == (("sticks",), ("slides",))
     np.testing.assert_allclose(more.impulse[0], stick, atol=1e-12)
     np.testing.assert_allclose(less.impulse, more.impulse, atol=1e-4)
+
+
+def test_many_landings_are_each_alone():
+    """With any friction, and with a little more or less than sticking needs; of several solutions one that gains no energy."""
+    cases = [tuple(part[0] if k else part for k, part in enumerate(random_contacts(seed, 1, 3 + seed % 3))) for seed in range(60)]
+    for A, velocity, _, e in cases[:20]:
+        stick = np.linalg.solve(A, -velocity * [1.0, 1.0, 1.0 + e])
+        cases += [(A, velocity, np.hypot(*stick[:2]) / stick[2] * factor, e) for factor in (0.999, 1.001) if stick[2] > 0.0]
+    for (A, velocity, mu, e), found in zip(cases, solve_each(*map(np.array, zip(*cases, strict=True))), strict=True):
+        alone = [solution for solution in one(A, velocity, mu, e) if not solution.gains_energy]
+        alone.sort(key=lambda solution: solution.state != ("sticks",))
+        expected = [solution.impulse[0] for solution in alone] or [np.full(3, np.nan)]
+        assert any(np.allclose(found, impulse, rtol=1e-9, atol=1e-12, equal_nan=True) for impulse in expected)
+        assert not alone or alone[0].state != ("sticks",) or np.allclose(found, expected[0], rtol=1e-9)
 
 
 def test_without_friction_the_impulse_is_normal():

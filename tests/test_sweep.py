@@ -100,6 +100,12 @@ def test_shock_over_a_body_in_few_rows_equals_the_single_analysis(anymal, angles
         assert check(made, range(len(angles))) == len(angles)
 
 
+def test_a_fall_has_its_height_at_every_strike_angle(anymal):
+    """With a forward speed beside that of the fall."""
+    scene = replace(ANYMAL, strike=Strike(drop_height=0.3))
+    assert check(sweep(scene, {"strike-angle": "-30:45:3"}, robot=anymal, quantities=["v_in"], prove=0)) == 3
+
+
 def test_rows_that_doubles_cannot_solve_are_proven():
     """Beside a body of 2e19 kg the inertia of a shin is lost in rounding; extreme directions of such rows exist all the same."""
     robot = robot_from(STICK.replace('value="2"', 'value="2e19"'))
