@@ -317,12 +317,16 @@ def test_pressure_that_leaves_the_edge_is_a_warning(figure, tmp_path):
     assert even.warnings == ()
 
 
-def test_visual_geometry_below_the_ground_is_a_warning(tmp_path):
+def test_a_link_with_visual_geometry_alone_strikes_with_it(falls, tmp_path):
+    """As with collision geometry of the same shape; a note names it."""
     file, head, tail = tmp_path / "hands.urdf", *urdf().split('<link name="left_arm">')
     file.write_text(f'{head}<link name="left_arm">{tail.replace("collision", "visual", 2)}')
-    (*_, first) = sorted(fall(Scene(robot=str(file)), headings=("left",)).results, key=lambda one: -one.strike.number)
-    assert "left_arm is " in first.strike.remark
-    assert "visual geometry alone" in first.strike.remark
+    found = fall(Scene(robot=str(file)), headings=("left",))
+    assert found.notes == ('visual geometry strikes where the file has no collision geometry: "left_arm"',)
+    same = [one for one in falls.results if one.strike.fall == "left"]
+    for one, other in zip(found.results, same, strict=True):
+        assert one.strike.struck == pytest.approx(other.strike.struck, rel=1e-9)
+        assert one.strike.rotation == pytest.approx(other.strike.rotation, rel=1e-9)
 
 
 def test_what_cannot_fall_says_why(figure, tmp_path):
@@ -333,7 +337,7 @@ def test_what_cannot_fall_says_why(figure, tmp_path):
     visual = tmp_path / "visual.urdf"
     visual.write_text(urdf(shapes="visual"))
     seen = fall(Scene(robot=str(visual)), headings=("front",))
-    assert "visual geometry meets the ground" in seen.notes[0]
+    assert "visual geometry strikes" in seen.notes[0]
     assert seen.results
     for scene, options, words in (
         (Scene(robot=str(bare)), {}, "neither collision nor visual geometry"),
@@ -405,4 +409,4 @@ def test_a_fall_without_a_strike_of_that_speed_is_listed(falls):
     front = fall_report(replace(falls, strikes=tuple(strike for strike in falls.strikes if strike.fall == "front")))
     (row,) = [row for row in front.text("table").splitlines() if row.startswith("left  ")]
     assert "pivots to" in row
-    assert row.split()[-1] == "0"
+    assert row.split()[-2:] == ["0", "–"]

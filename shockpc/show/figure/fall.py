@@ -5,6 +5,7 @@ import math
 import numpy as np
 from matplotlib.figure import Figure
 
+from shockpc.quantities.table import select
 from shockpc.show.figure.layout import MARGIN, Page
 from shockpc.show.figure.picture import outlined
 from shockpc.show.figure.style import BANDS, INK, PAPER, faded
@@ -30,11 +31,12 @@ def draw_falls(falls: Falls) -> Figure:
     sizes = np.array([view.high - view.low for view in views])
     inch = float(sizes[:, 0].max()) / (WIDTH - 0.1)
     height = float(sizes[:, 1].max()) / inch + 0.15
-    across = min(COLUMNS, len(results))
-    lines, step, drop = math.ceil(len(results) / across), WIDTH + GAP, height + CAPTION + GAP
-    what = f"dropped from {falls.drop:g} m" if falls.drop is not None else "tipping over, to the right of each picture"
+    lines = math.ceil(len(results) / COLUMNS)
+    across, step, drop = math.ceil(len(results) / lines), WIDTH + GAP, height + CAPTION + GAP
+    what = f"dropped from {falls.drop:g} m" if falls.drop is not None else "tipping over to the right"
+    unit = select(falls.rank.partition("@")[0]).quantity.unit
     heading = (
-        f"{printable(falls.robot.label, 60)}, {what}: the moment of the worst impacts, ranked by {printable(falls.rank, 40)}",
+        f"{printable(falls.robot.label, 60)} {what}: the worst impacts by {printable(falls.rank, 40)}",
         "red: struck; blue: on the ground already, and pressing; dot: contact point; all on one scale",
     )
     page = Page(MARGIN + max(across * step - GAP, 7.0), lines * drop, heading)
@@ -54,7 +56,7 @@ def draw_falls(falls: Falls) -> Figure:
         axes.axhspan(window.low[1], ground, facecolor=faded(INK, 0.6), zorder=0.5)
         axes.axhline(ground, color=INK, linewidth=0.7, zorder=5.0)
         axes.plot(*view.contacts.T, "o", color=INK, markersize=3.0, markeredgecolor=PAPER, markeredgewidth=0.4, zorder=6.0)
-        value = f"{falls.rank} {rounded(result.values[falls.rank])}"
+        value = f"{falls.rank} {rounded(result.values[falls.rank])} {unit}".removesuffix(" 1")
         turned = "" if strike.forward is None else f", {math.degrees(strike.rotation):.0f} deg"
         first, *others = strike.struck
         named = printable(first, 40) + f" and {len(others)} more" * bool(others)

@@ -35,7 +35,7 @@ def fall_report(falls: Falls) -> Report:
             Lines(list(_lines(falls))),
             *([picture] if falls.results else []),
             *([_tips(falls)] if falls.tips else []),
-            _strikes(falls, None if full else ROWS),
+            _strikes(falls, full),
         ],
         closing=[
             f"not computed: {line}" for line in cause_lines(causes((name, str(why)) for name, why in falls.failures), "falls", 6)
@@ -85,7 +85,10 @@ def _warnings(falls: Falls) -> list[str]:
 
 
 def moves(tip: Tip, until: float) -> str:
-    """How a robot moves up to a rotation [rad], in words; what alternates within `SHORT`, as on a round foot, is one part."""
+    """How a robot moves, and to which rotations [deg], up to one [rad].
+
+    What alternates within `SHORT`, as on a round foot, is one motion.
+    """
     parts: list[tuple[bool, set[str], float]] = []
     for kind, phases in itertools.groupby((p for p in tip.fall.phases if p.start.theta < until), lambda phase: phase.kind):
         own = list(phases)
@@ -96,7 +99,7 @@ def moves(tip: Tip, until: float) -> str:
         parts.append((short, kinds, end))
     words = [(" and ".join(sorted(kinds)), end) for short, kinds, end in parts if not short or len(kinds) > 1 or len(parts) == 1]
     last = [list(same)[-1] for _, same in itertools.groupby(words, lambda part: part[0])]
-    return ", ".join(f"{kind} to {math.degrees(end):.3g} deg" for kind, end in last)
+    return ", ".join(f"{kind} to {math.degrees(end):.3g}" for kind, end in last)
 
 
 def _tips(falls: Falls) -> Sheet:
@@ -104,60 +107,69 @@ def _tips(falls: Falls) -> Sheet:
     rows: list[Row] = []
     for tip in falls.tips:
         own = [strike for strike in falls.strikes if strike.fall == tip.name]
-        if not own:
-            rows.append((tip.name, math.degrees(tip.balance), tip.least_push, moves(tip, math.inf), "", None, None, "", "0"))
-            continue
-        first, fastest = own[0], max(own, key=lambda strike: strike.speed)
+        first = (struck_words(own[0]), own[0].speed) if own else ("", None)
+        fastest = max(((strike.speed, strike.number) for strike in own), default=None)
         rows.append(
             (
-                tip.name, math.degrees(tip.balance), tip.least_push, moves(tip, first.rotation), struck_words(first), first.rate,
-                tip.hinged, f"{fastest.number}: {fastest.speed:.3g} m/s", f"{len(own)}",
+                tip.name, math.degrees(tip.balance), tip.least_push, moves(tip, own[0].rotation if own else math.inf), *first,
+                f"{len(own)}", fastest and f"{fastest[1]}: {fastest[0]:.3g}",
             )
         )  # fmt: skip
     header = (
-        "fall", "balance [deg]", "least push [m/s]", "moves", "first strike", "rate [rad/s]", "on a hinge [rad/s]",
-        "fastest strike", "strikes",
+        "fall", "balance [deg]", "least push [m/s]", "motion [deg]", "first strike", "speed [m/s]", "strikes", "fastest [m/s]",
     )  # fmt: skip
-    notes = [
-        "balance: rotation from which it falls by itself; least push: speed that a level push has to give to its centre of mass",
-        "on a hinge: rate at the first strike if what is on the ground could be pulled",
-    ]
-    return Sheet(f"{count(len(rows), 'fall')}, each followed until the robot rests", header, rows, notes)
+    note = "balance: rotation from which it falls by itself; least push: speed that a level push has to give to its centre of mass"
+    return Sheet(f"{count(len(rows), 'fall')}, each followed until the robot rests", header, rows, [note])
 
 
 def struck_words(strike: FallStrike) -> str:
-    """What strikes; of several links the speed of each, and whether it separates."""
-    if len(strike.struck) == 1:
-        return next(iter(strike.struck))
-    named = [f"{link} {speed:.3g}{'' if link in strike.pressing else ' (separates)'}" for link, speed in strike.struck.items()]
-    return few(named, 4)
+    """What strikes; of several links the speed of each where they differ, and whether it separates."""
+    speeds = {f"{speed:.3g}" for speed in strike.struck.values()}
+    named = (
+        f"{link}{f' {speed:.3g}' * (len(speeds) > 1)}{' (separates)' * (link not in strike.pressing)}"
+        for link, speed in strike.struck.items()
+    )
+    return few(list(named), 4) if len(strike.struck) > 1 else next(iter(strike.struck))
 
 
-def _strikes(falls: Falls, most: int | None) -> Sheet:
-    """The strikes, the worst first. Args: most, number of rows; None for all."""
+def _strikes(falls: Falls, full: bool) -> Sheet:
+    """The strikes, the worst first. Args: full, whether with all rows and columns."""
     rows: list[Row] = []
     tipping = bool(falls.tips)
     for result in falls.results:
         strike = result.strike
-        how = (strike.motion, math.degrees(strike.rotation), strike.rate) if tipping else ()
-        values = (cell for text in falls.quantities for cell in (result.values[text], result.places[text] or None))
-        rows.append((strike.name, struck_words(strike), *how, strike.speed, *values, *result.trunk, _stop(result)))
-    rows, left = largest(rows, most, "strike")
-    when = ("before", "rotated [deg]", "rate [rad/s]") if tipping else ()
-    heads = [head for text in falls.quantities for head in (f"{text} [{_unit(text)}]", "at")]
-    trunk = ("trunk Δv free [m/s]", "as modelled [m/s]", "locked [m/s]")
-    header = ("strike", "struck", *when, "speed [m/s]", *heads, *trunk, "first at its stop")
-    standing = {result.strike.name: result.strike.stands for result in falls.results if result.strike.stands}
-    near = {result.strike.name: result.strike.near for result in falls.results if result.strike.near}
+        rotated = (math.degrees(strike.rotation),) if tipping else ()
+        moved = (strike.motion, strike.rate) if tipping and full else ()
+        places = {text: (result.places[text] or None,) if full or text == falls.rank else () for text in falls.quantities}
+        values = (cell for text in falls.quantities for cell in (result.values[text], *places[text]))
+        stop = (_stop(result),) if full else ()
+        rows.append((strike.name, struck_words(strike), *moved, *rotated, strike.speed, *values, *result.trunk, *stop))
+    rows, left = largest(rows, None if full else ROWS, "strike")
+    heads = [head for text in falls.quantities for head in (f"{text} [{_unit(text)}]", *["at"] * (full or text == falls.rank))]
+    header = (
+        "strike", "struck", *("before", "rate [rad/s]") * (tipping and full), *("rotated [deg]",) * tipping, "speed [m/s]", *heads,
+        "trunk free [m/s]", "modelled [m/s]", "locked [m/s]", *("first at its stop",) * full,
+    )  # fmt: skip
+    stops = {one.strike.name: text for one in falls.results if not full and (text := _stop(one))}
+    listings: dict[str, dict[str, str]] = {
+        "within 5 mm of striking too": {one.strike.name: listed(one.strike.near) for one in falls.results if one.strike.near},
+        "on the ground already and pressing": {
+            one.strike.name: listed(one.strike.stands) for one in falls.results if one.strike.stands
+        },
+        "first at its stop if rates stay": stops,
+    }
     notes = [
         *left,
-        "struck: links that meet the ground together, with their speeds [m/s]; speed: of the fastest towards the ground",
+        "struck: links that meet the ground together, with their speeds if they differ; speed: of the fastest towards the ground",
         "trunk: |Δv| at the heaviest body's centre of mass with free, modelled and locked joints, any of which may be the largest",
-        "first at its stop: the joint that reaches its limit first if its rate after the strike stays, and when",
-        *(f"within 5 mm of striking too: {listed(names)} ({name})" for name, names in itertools.islice(near.items(), 4)),
-        *(f"on the ground already and pressing: {listed(names)} ({name})" for name, names in itertools.islice(standing.items(), 4)),
+        *(
+            f"{what}: " + "; ".join(f"{text} ({name})" for name, text in itertools.islice(named.items(), 4))
+            for what, named in listings.items()
+            if named
+        ),
+        "places, rates and stops of every strike: --out DIR, --format md or json" * (not full),
     ]
-    return Sheet(f"{count(len(falls.results), 'strike')}, ranked by {falls.rank}", header, rows, notes)
+    return Sheet(f"{count(len(falls.results), 'strike')}, ranked by {falls.rank}", header, rows, list(filter(None, notes)))
 
 
 def _unit(text: str) -> str:

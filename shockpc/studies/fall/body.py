@@ -14,15 +14,13 @@ from shockpc.core.spatial import Array, quaternion_of
 from shockpc.impact.solve import without_kinetic_energy
 from shockpc.landing.landing import PosedLanding, landing_of
 from shockpc.landing.scene import Contact, Scene
-from shockpc.robot.geometry import Outline, Shape, body_outline, drawn_outline
+from shockpc.robot.geometry import Outline, Shape, drawn_outline, outline
+from shockpc.robot.meshes import hull_corners
 from shockpc.robot.robot import Robot
 from shockpc.studies.fall.motion import Section
 from shockpc.text.errors import StudyError
 
 UP = np.array([0.0, 0.0, 1.0])
-
-BURIED = 0.01
-"""Depth of visual geometry below the ground that is reported [m]."""
 
 CORNERS = 720
 """Corners of a round shape in the plane of a fall; inside it by at most a part in 100 000 of its radius."""
@@ -63,8 +61,8 @@ class Rigid:
         com: (3,) centre of mass [m].
         inertia: (3, 3) about it [kg m²].
         coms: (nb, 3) of the bodies [m].
-        shapes: of all bodies, in the posture.
-        ghosts: visual shapes of links without collision geometry, which strike nothing.
+        shapes: of all links, in the posture.
+        visual: names of links whose visual geometry is used, because they have no collision geometry.
     """
 
     given: Scene
@@ -74,7 +72,7 @@ class Rigid:
     inertia: Array
     coms: Array
     shapes: tuple[Shape, ...] = field(repr=False)
-    ghosts: tuple[Shape, ...] = field(repr=False)
+    visual: tuple[str, ...]
 
     @classmethod
     def of(cls, scene: Scene, robot: Robot) -> "Rigid":
@@ -99,12 +97,14 @@ class Rigid:
         def placed(found: Outline) -> tuple[Shape, ...]:
             return tuple(shape.placed(rotation[i], position[i]) for i, own in enumerate(found.shapes) for shape in own)
 
-        shapes = placed(body_outline(robot))
-        links = {shape.link for shape in shapes}
-        ghosts = tuple(shape for shape in placed(drawn_outline(robot)) if shape.link not in links)
+        solid = placed(outline(robot, "collision"))
+        links = {shape.link for shape in solid}
+        drawn = [shape for shape in placed(drawn_outline(robot)) if shape.link not in links]
+        shapes = (*solid, *(shape._replace(points=hull_corners(shape.points)) for shape in drawn))
         if not shapes:
             raise StudyError(f'robot "{robot.name}" has neither collision nor visual geometry, so nothing of it meets the ground')
-        return cls(scene, landing, float(robot.masses.sum()), com, inertia, coms, shapes, ghosts)
+        visual = tuple(dict.fromkeys(shape.link for shape in drawn))
+        return cls(scene, landing, float(robot.masses.sum()), com, inertia, coms, shapes, visual)
 
     def points(self, directions: Array) -> tuple[Array, np.ndarray]:
         """Points (n, 3) of the surface [m] with those that reach farthest along unit vectors (m, 3), and the link of each (n,)."""
@@ -196,15 +196,6 @@ class Rigid:
         turned = (points - self.com) @ rotation.T
         near = turned[:, 2] <= turned[:, 2].min() + together
         return turned[near], links[near]
-
-    def buried(self, rotation: Array) -> str:
-        """Which link without collision geometry is below the ground in an attitude, and how far; empty for less than `BURIED`."""
-        ground = (self.struck(rotation, 0.0)[0])[:, 2].min()
-        depths = {shape.link: float(shape.reach(-rotation[2:])[0] + rotation[2] @ self.com + ground) for shape in self.ghosts}
-        worst = max(depths, key=lambda link: depths[link], default="")
-        if not depths or depths[worst] < BURIED:
-            return ""
-        return f"{worst} is {100.0 * depths[worst]:.2g} cm below the ground: it has visual geometry alone, which does not strike"
 
     def spots(self, rotation: Array, points: Array, links: np.ndarray) -> tuple[Spot, ...]:
         """Where each body meets the ground, among points as `struck` gives them: the middle of its points, on its lowest link."""

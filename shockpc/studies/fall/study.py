@@ -26,7 +26,7 @@ from shockpc.landing.record import Option
 from shockpc.landing.scene import GRAVITY, Contact, Joints, Scene
 from shockpc.quantities.profile import ShockProfile
 from shockpc.quantities.table import select
-from shockpc.robot.geometry import body_outline, outline
+from shockpc.robot.geometry import drawn_outline, outline
 from shockpc.robot.robot import Robot
 from shockpc.robot.slack import LIMIT_SLACK
 from shockpc.studies.declare import QuantityOption, declaration, study
@@ -288,11 +288,12 @@ def fall(
     rank = rank or ("part_margin" if parts else "body.delta_v_friction" if slides else "delta_v_max")
     texts = tuple(dict.fromkeys([rank, *(WITH_FRICTION if slides else STANDARD), *quantities]))
     worse, *_ = (select(text.partition("@")[0]).quantity.worse for text in texts)
-    tips, strikes, failures = list[Tip](), list[FallStrike](), dict[str, ShockError]()
+    tips, strikes, failures, notes = list[Tip](), list[FallStrike](), dict[str, ShockError](), list[str]()
     for posture, scene in scenes.items():
         _refuse_options(scene)
         with trace.stage("posture and geometry"):
             rigid = Rigid.of(scene, robot)
+        notes += _notes(rigid)
         if drop is not None:
             strikes += _drops(rigid, posture, drop, attitudes, together)
             continue
@@ -318,8 +319,10 @@ def fall(
     if not results:
         raise next(iter(table.refusals.values()))
     failures |= {strikes[i].name: refusal for i, refusal in table.refusals.items()}
-    notes, every = tuple(_notes(robot)), tuple(failures.items())
-    return Falls(robot, rank, texts, tuple(tips), tuple(strikes), tuple(results), replace(table, looks={}), every, drop, notes)
+    return Falls(
+        robot=robot, rank=rank, quantities=texts, tips=tuple(tips), strikes=tuple(strikes), results=tuple(results),
+        table=replace(table, looks={}), failures=tuple(failures.items()), drop=drop, notes=tuple(dict.fromkeys(notes)),
+    )  # fmt: skip
 
 
 def _refuse_options(scene: Scene) -> None:
@@ -335,14 +338,18 @@ def _refuse_options(scene: Scene) -> None:
         )
 
 
-def _notes(robot: Robot) -> Iterator[str]:
-    own = outline(robot, "collision")
-    if not any(own.shapes):
-        yield "the file has no collision geometry that could be read, so the visual geometry meets the ground"
-    yield from body_outline(robot).warnings
-    bare = [body.name for body, shapes in zip(robot.bodies, body_outline(robot).shapes, strict=True) if not shapes]
-    if bare:
-        share = 100.0 * sum(body.mass for body in robot.bodies if body.name in bare) / robot.mass
+def _notes(rigid: Rigid) -> Iterator[str]:
+    """What geometry of a robot is used, and what has none."""
+    robot, links = rigid.landing.robot, {shape.link for shape in rigid.shapes}
+    if rigid.visual:
+        which = listed(rigid.visual, 6) if len(rigid.visual) < len(links) else "all links"
+        yield f"visual geometry strikes where the file has no collision geometry: {which}"
+    yield from outline(robot, "collision").warnings
+    if rigid.visual:
+        yield from drawn_outline(robot).warnings
+    bodies = {robot.frames[link].body for link in links}
+    if bare := [body for k, body in enumerate(robot.bodies) if k not in bodies]:
+        share = 100.0 * sum(body.mass for body in bare) / robot.mass
         yield f"{len(bare)} of {len(robot.bodies)} bodies ({share:.3g} % of the mass) have no geometry, so they never strike"
 
 
@@ -525,7 +532,6 @@ def _landing(rigid: Rigid, scene: Scene, turn: Array, **strike: Any) -> FallStri
         friction_of(landing_of(scene, rigid.landing.robot)) if scene.friction is not None else None
     except (SceneError, SolveError) as refusal:
         remark, scene = f"{refusal}; the numbers are those of contacts that stick", replace(scene, friction=None)
-    remark = "; ".join(filter(None, [remark, rigid.buried(turn)]))
     frames = [*(one.frame for one in scene.contact), *(foot.rpartition(":")[0] for foot in scene.stance)]
     m = len(pressing)
     return FallStrike(scene=scene, pressing=tuple(frames[:m]), stands=tuple(frames[m:]), remark=remark, **strike)
