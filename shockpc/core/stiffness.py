@@ -58,7 +58,7 @@ SMALLEST_PIVOT = 1e-7
 """Smallest diagonal entry of the Cholesky factor of M, scaled to a unit diagonal, with which M counts as positive definite."""
 
 DEPENDENT = 1e-13
-"""Share of the lengths of its rows below which the frequency of a mode is rounding: the rows are dependent, its forces constant."""
+"""Share of the largest frequency below which that of a mode is rounding: its rows are dependent, or it moves no spring."""
 
 NEAR_MAXIMUM, MOST_MAXIMA = 0.95, 64
 """Share of the largest squared sample from which a local maximum is refined; the largest number that is."""
@@ -144,19 +144,17 @@ class History(NamedTuple):
 
 
 class Segment(NamedTuple):
-    """The motion between two events, with m modes of the elements that are springs at that time.
+    """The motion between two events, in d modes.
 
     Attributes:
         start: time of the first event [s].
         length: time until the second [s].
-        sigma: (m,) natural frequencies [rad/s].
-        U: (r, m) modes in z of all elements.
-        V: (d, m) modes in u.
-        zeta, upsilon: (m,) the modes in z, less what balances constant forces, and in u at the start.
-        drift: (d,) part of u that does not oscillate, at the start.
-        fall: (d,) rate at which it changes.
+        sigma: (d,) natural frequencies [rad/s].
+        V: (d, d) modes in u.
+        velocity, acceleration: (d,) υ = Vᵀu and its rate at the start.
+        shape: (r, d) forces of all elements for unit modes in z.
         level: (r,) part of the forces of all elements that stays constant; at rest they would have it.
-        wave: (r, m) with their other part, Re(wave · exp(iσt)).
+        wave: (r, d) with their other part, Re(wave · exp(iσt)).
         jump: (d,) u(start) − u(0).
         displacement: (d,) ∫u dt until the start.
     """
@@ -164,12 +162,10 @@ class Segment(NamedTuple):
     start: float
     length: float
     sigma: Array
-    U: Array
     V: Array
-    zeta: Array
-    upsilon: Array
-    drift: Array
-    fall: Array
+    velocity: Array
+    acceleration: Array
+    shape: Array
     level: Array
     wave: ComplexArray
     jump: Array
@@ -178,12 +174,14 @@ class Segment(NamedTuple):
     def after(self, t: Array) -> tuple[Array, Array, Array]:
         """The forces (..., r), the change of u since impact and ∫u dt (..., d), at times t (...) after the start."""
         t = t[..., None]
-        half = t * self.sigma / 2.0
-        cos, sin = np.cos(half), np.sin(half)
-        path = t * np.divide(sin, half, out=np.ones_like(half), where=half != 0.0) * (cos * self.upsilon - sin * self.zeta)
-        jump = self.jump - (2.0 * sin * (cos * self.zeta + sin * self.upsilon)) @ self.V.T + t * self.fall
-        displacement = self.displacement + t * (self.drift + t / 2.0 * self.fall) + path @ self.V.T
-        return self.level + oscillations(t * self.sigma, self.wave), jump, displacement
+        half = t / 2.0 * self.sigma
+        # 2 sin(σt/2) / σ, t for a mode without frequency: of slow modes no digits cancel.
+        chord = np.divide(2.0 * np.sin(half), self.sigma, out=t + 0.0 * half, where=self.sigma > 0.0)
+        once, twice = chord * np.cos(half), chord * chord / 2.0
+        change = once * self.acceleration - twice * self.sigma**2 * self.velocity
+        path = once * self.velocity + twice * self.acceleration
+        force = self.level + oscillations(t * self.sigma, self.wave)
+        return force, self.jump + change @ self.V.T, self.displacement + path @ self.V.T
 
     def impulse(self, t: float) -> Array:
         """The impulses (r,) of the forces from the start until a time t after it."""
@@ -254,8 +252,10 @@ class StiffMotion(NamedTuple):
     @property
     def modes(self) -> Modes:
         """The modes of the elements that are loaded first."""
-        first = self.segments[0]
-        return Modes(first.sigma / (2.0 * np.pi), first.upsilon**2 / 2.0, first.U**2, np.abs(first.wave))
+        first, stiffness = self.segments[0], self.elements.stiffness[:, None]
+        moves = first.sigma > 0.0
+        participation = np.divide(first.shape**2, stiffness, out=np.zeros_like(first.shape), where=stiffness > 0.0)
+        return Modes(first.sigma[moves] / (2.0 * np.pi), first.velocity[moves] ** 2 / 2.0, participation[:, moves], np.abs(first.wave[:, moves]))
 
     def at(self, times: Array) -> History:
         """The motion at times (T,) from 0 to the duration [s]; at an event, just before it."""
@@ -509,60 +509,48 @@ class _State:
         if len(held) and not len(sprung) and not self.pull.any():
             # Nothing presses what is held on the ground, so that it is released.
             return None, (int(held[self.elements.normal[held]][0]), OPENS)
-        F = self.slope[sprung, None] * self.W[sprung]
-        # The scaled forces of all elements are to_all · z.
-        to_all = np.zeros((len(self.W), len(sprung)))
-        to_all[sprung, np.arange(len(sprung))] = 1.0
-        balance, pull = np.zeros(len(self.W)), self.pull
+        F, z, pull = np.zeros_like(self.W), np.zeros(len(self.W)), self.pull
+        F[sprung], z[sprung] = self.slope[sprung, None] * self.W[sprung], self.z[sprung]
+        # The scaled forces of all elements are to_all · z + balance.
+        to_all, balance = np.zeros((len(z), len(z))), np.zeros(len(z))
+        to_all[sprung, sprung] = 1.0
         if len(held):
-            F, to_all[held], pull, balance[held] = self._hold(F, pull, held)
+            # From H u̇ = 0 with u̇ = −Fᵀz − Hᵀm + c follows m = (H Hᵀ)⁻¹ H (c − Fᵀz); of dependent rows each takes the least share.
+            H, size = self.W[held] / self.length[held, None], (self.slope * self.length)[held]
+            least = np.linalg.pinv(H.T, rcond=1e-9)
+            still = H.T @ least
+            to_all[held], balance[held] = -(least @ F.T) / size[:, None], least @ pull / size
+            self.jump, F, pull = self.jump - still @ (self.u + self.jump), F - F @ still, pull - still @ pull
+        u = self.u + self.jump
         watched = list(self._watched())
         element, kind, either, tolerance, offset, sign = np.array(watched).T
-        row, either = (element + len(self.W) * WATCHED[kind.astype(int)]).astype(int), either != 0.0
-        u, z = self.u + self.jump, self.z[sprung]
-        now = np.concatenate([self.W @ u, to_all @ z + balance, self.gap])[row]
-        start = offset + tolerance + sign * now
-        start[either] = np.inf
-        if start.min() < 0.0:
-            return None, watched[int(start.argmin())][:2]
-        U, sigma, V = _graded_svd(F)
-        sigma[sigma < DEPENDENT * (_lengths(F) @ np.abs(U))] = 0.0
-        still = sigma == 0.0
-        upsilon, along = V.T @ u, V.T @ pull
-        at_rest = np.divide(along, sigma, out=np.zeros_like(along), where=~still)
-        zeta = U.T @ z - at_rest
-        # What no spring resists changes at a constant rate.
-        drift, fall = u - V @ upsilon, pull - V @ np.where(still, 0.0, along)
-        of_u, rest = self.W @ V, z - U @ (zeta + at_rest)
-        path = np.divide(of_u, sigma, out=np.zeros_like(of_u), where=~still)
-        falling, zero = self.W @ fall, np.zeros(len(self.W))
-        linear = np.concatenate([falling, zero, self.W @ drift + (of_u * still) @ upsilon])
+        row, either = (element + len(z) * WATCHED[kind.astype(int)]).astype(int), either != 0.0
+        forces = to_all @ z + balance
+        start = offset + sign * np.concatenate([self.W @ u, forces, self.gap])[row]
+        early = np.where(either, np.inf, start + tolerance)
+        if early.min() < 0.0:
+            return None, watched[int(early.argmin())][:2]
+        U, sigma, Vt = np.linalg.svd(F, full_matrices=False)
+        sigma[sigma < DEPENDENT * sigma[0]] = 0.0
+        V, still = Vt.T, sigma == 0.0
+        velocity, acceleration = Vt @ u, Vt @ pull - sigma * (U.T @ z)
+        inverse = np.divide(1.0, sigma, out=np.zeros_like(sigma), where=~still)
+        turning = -inverse * acceleration - 1j * np.where(still, 0.0, velocity)
+        of_u, of_z, zero = self.W @ V, to_all @ U, np.zeros(len(z))
+        falling = of_u @ np.where(still, acceleration, 0.0)
+        linear = np.concatenate([falling, zero, of_u @ np.where(still, velocity, 0.0)])
         square = np.concatenate([zero, zero, falling / 2.0])
-        of_z = to_all @ U
-        wave = np.concatenate([1j * of_u, of_z, path]) * (zeta - 1j * upsilon)
-        signals = Signals(either, tolerance, offset + sign * now, sign * linear[row], sign * square[row], sign[:, None] * wave[row])
+        wave = np.concatenate([1j * of_u, of_z, of_u * inverse]) * turning
+        signals = Signals(either, tolerance, start, sign * linear[row], sign * square[row], sign[:, None] * wave[row])
         length, first = first_crossing(sigma, signals, horizon, self.effort)
-        of_forces = wave[len(self.W) : 2 * len(self.W)]
-        level = self.steady - self.slope * (to_all @ (rest + U @ at_rest) + balance)
+        shape = -self.slope[:, None] * of_z
+        level = self.steady - self.slope * forces + shape @ (inverse * acceleration)
         segment = Segment(
-            time,
-            length,
-            sigma,
-            of_z,
-            V,
-            zeta,
-            upsilon,
-            drift,
-            fall,
-            level,
-            -self.slope[:, None] * of_forces,
-            self.jump,
-            self.displacement,
+            time, length, sigma, V, velocity, acceleration, shape, level, shape * turning, self.jump, self.displacement
         )
         _, self.jump, displacement = segment.after(np.asarray(length))
-        self.gap = self.gap + self.W @ (displacement - self.displacement)
-        self.z = to_all @ z + balance + changes(length * sigma, of_forces)
-        self.displacement = displacement
+        self.gap, self.displacement = self.gap + self.W @ (displacement - self.displacement), displacement
+        self.z = forces + changes(length * sigma, wave[len(z) : 2 * len(z)])
         return segment, None if first is None else watched[first][:2]
 
     def _watched(self) -> Iterator[tuple[int, int, bool, float, float, float]]:
@@ -584,18 +572,6 @@ class _State:
                     yield i, TURNS, False, 2.0 * noise * length, 0.0, 1.0
             elif mode == OPEN and normal:
                 yield i, CLOSES, False, noise * length / self.fastest, 0.0, 1.0
-
-    def _hold(self, F: Array, pull: Array, held: np.ndarray) -> tuple[Array, Array, Array, Array]:
-        """Keep rows at rest: F and c without their directions, and what takes the place of their z: (h, p) over z, and (h,) of c.
-
-        From H u̇ = 0 with u̇ = −Fᵀz − Hᵀm + c follows m = (H Hᵀ)⁻¹ H (c − Fᵀ z); of dependent rows each takes the least share.
-        """
-        Q, s, Pt = np.linalg.svd((self.W[held] / self.length[held, None]).T, full_matrices=False)
-        independent = s > 1e-9 * s[0]
-        Q, P = Q[:, independent], Pt[independent].T / s[independent]
-        self.jump = self.jump - Q @ (Q.T @ (self.u + self.jump))
-        along, pulled, size = F @ Q, Q.T @ pull, (self.slope * self.length)[held]
-        return F - along @ Q.T, -(P @ along.T) / size[:, None], pull - Q @ pulled, P @ pulled / size
 
     def switch(self, i: int, kind: int) -> int:
         """Let an event happen to element i; what it is in full."""
@@ -623,22 +599,6 @@ def _lengths(vectors: Array) -> Array:
     return np.asarray(np.sqrt((vectors * vectors).sum(axis=1)))
 
 
-def _graded_svd(F: Array) -> tuple[Array, Array, Array]:
-    """F = U diag(σ) Vᵀ for a matrix whose rows differ by orders of magnitude.
-
-    The rows are sorted by length and reduced by a QR factorisation first. Each singular value then keeps its own digits, instead of
-    those of the largest (Drmač and Veselić 2008, SIAM J. Matrix Anal. Appl. 29:1322).
-    """
-    length = _lengths(F)
-    if length.max(initial=0.0) <= 1e3 * length.min(initial=np.inf):
-        U, sigma, Vt = np.linalg.svd(F, full_matrices=False)
-        return U, sigma, Vt.T
-    order = np.argsort(-length)
-    Q, R = np.linalg.qr(F[order].T)
-    A, sigma, Bt = np.linalg.svd(R, full_matrices=False)
-    return Bt.T[np.argsort(order)], sigma, Q @ A
-
-
 def _peak(outputs: Array, segments: Sequence[Segment], least: Array, effort: Effort) -> tuple[Array, Array]:
     """As `StiffMotion.peak`, within some segments; zero where they have none above the square root of least (m,)."""
     (m, k, r), count = outputs.shape, len(segments)
@@ -650,13 +610,12 @@ def _peak(outputs: Array, segments: Sequence[Segment], least: Array, effort: Eff
 
     if count > MOST_TOGETHER:
         return in_halves()
-    modes, P = 1 + max(len(segment.sigma) for segment in segments), outputs.reshape(m * k, r)
+    modes, P = 1 + segments[0].wave.shape[1], outputs.reshape(m * k, r)
     start, lengths = np.array([(segment.start, segment.length) for segment in segments]).T
     omega, wave = np.zeros((count, modes)), np.zeros((count, r, modes), dtype=complex)
     for i, segment in enumerate(segments):
         # What stays constant has the frequency zero.
-        omega[i, 1 : 1 + len(segment.sigma)] = segment.sigma
-        wave[i, :, 0], wave[i, :, 1 : 1 + len(segment.sigma)] = segment.level, segment.wave
+        omega[i, 1:], wave[i, :, 0], wave[i, :, 1:] = segment.sigma, segment.level, segment.wave
     waves = (P @ wave.view(float)).view(complex).reshape(count, m, k, modes)
     size = np.abs(waves)
     larger = np.square(size.sum(axis=3)).sum(axis=2) >= (1.0 - 1e-9) * least
