@@ -18,8 +18,10 @@ MOST_SAMPLES = 2**18
 """Bound of the number of samples, from which the frequencies lie too far apart."""
 
 NEGLIGIBLE = 1e-11
-"""Share of its terms below which the sum of them counts as zero."""
+"""Share of the amplitudes of a signal below which its start counts as zero."""
 
+EARLY = 1e-3
+"""Angle of the fastest mode [rad] after which the sign of a signal that starts at zero is read."""
 
 MOST_TERMS = 2**31
 """Bound of the number of terms of oscillations that are evaluated for the events of a motion, or for a peak: some ten seconds."""
@@ -117,13 +119,9 @@ def first_crossing(sigma: Array, signals: Signals, horizon: float, effort: Effor
         return t
 
     rate = float(rate_of_change(sigma, amplitude, np.abs(centre)).max(initial=0.0))
-    if rate == 0.0:
-        times = [_falls(*terms) for terms in zip(start.tolist(), linear.tolist(), square.tolist(), strict=True)]
-        earliest = min(times, default=np.inf)
-        if earliest <= horizon and earliest < np.inf:
-            return earliest, times.index(earliest)
-        return horizon if horizon < np.inf else 0.0, None
-    step, a, end = 0.25 / rate, 0.0, horizon
+    if rate == 0.0 and horizon == np.inf:
+        return 0.0, None
+    step, a, end = 0.25 / rate if rate > 0.0 else np.inf, 0.0, horizon
     if horizon < np.inf:
         # A signal that grows faster than it oscillates cannot fall any more, as the gap of a contact that has opened for good.
         lowest = centre - amplitude.sum(axis=1)
@@ -142,15 +140,6 @@ def first_crossing(sigma: Array, signals: Signals, horizon: float, effort: Effor
     )
 
 
-def _falls(start: float, linear: float, square: float) -> float:
-    """The first time at which start + linear t + square t² falls below zero, from start ≥ 0; infinite if it never does."""
-    if (root := linear**2 - 4.0 * square * start) < 0.0:
-        return np.inf
-    if linear > 0.0:
-        return (linear + math.sqrt(root)) / (-2.0 * square) if square < 0.0 else np.inf
-    return 2.0 * start / (math.sqrt(root) - linear) if root > 0.0 else np.inf
-
-
 def _stays(lowest: float, linear: float, square: float) -> float:
     """The time from which on lowest + linear t + square t² stays positive; infinite if it does not."""
     if square < 0.0 or (square == 0.0 and (linear < 0.0 or linear == 0.0 >= lowest)):
@@ -164,19 +153,13 @@ def _stays(lowest: float, linear: float, square: float) -> float:
 
 
 def _first_sign(sigma: Array, signals: Signals) -> Array:
-    """The sign (s,) by which to multiply signals; of one that may have either, that of its first derivative which is not zero."""
-    sign = np.where(signals.either, 0.0, 1.0)
+    """The sign (s,) by which to multiply signals; of one that may have either, that of its start, or if this is zero soon after."""
     if not signals.either.any():
-        return sign
-    wave, further = signals.wave, (signals.start, signals.linear, 2.0 * signals.square, 0.0 * signals.start)
-    for order, constant in enumerate(further):
-        value = constant + wave.real.sum(axis=1) if order else np.array(constant)
-        size = np.abs(constant) + np.abs(wave.real).sum(axis=1)
-        sign = np.where((sign == 0.0) & (np.abs(value) > NEGLIGIBLE * size), np.sign(value), sign)
-        if sign.all():
-            break
-        wave = 1j * sigma * wave
-    return np.where(sign == 0.0, 1.0, sign)
+        return np.ones(len(signals.start))
+    soon = EARLY / (float(sigma.max(initial=0.0)) or 1.0)
+    change = soon * (signals.linear + soon * signals.square) + changes(soon * sigma, signals.wave)
+    zero = np.abs(signals.start) <= NEGLIGIBLE * np.abs(signals.wave).sum(axis=1)
+    return np.where(signals.either & (np.where(zero, change, signals.start) < 0.0), -1.0, 1.0)
 
 
 def changes(angle: Array, wave: ComplexArray) -> Array:

@@ -66,8 +66,8 @@ NEAR_MAXIMUM, MOST_MAXIMA = 0.95, 64
 MOST_TOGETHER, SAMPLES_TOGETHER = 32, 2**13
 """Numbers of segments and of samples that are searched together for peaks: what was found before limits what is searched."""
 
-MOST_EVENTS, MOST_SEGMENTS = 2000, 4000
-"""Bounds of the numbers of events of a motion, and of segments, which end also where a reversal is undone at once."""
+MOST_SEGMENTS = 4000
+"""Bound of the number of segments of a motion."""
 
 LONGEST = 2.0
 """Times the duration without constant forces by which a motion with them ends: both halves of a half-sine become at most as long as
@@ -252,10 +252,11 @@ class StiffMotion(NamedTuple):
     @property
     def modes(self) -> Modes:
         """The modes of the elements that are loaded first."""
-        first, stiffness = self.segments[0], self.elements.stiffness[:, None]
+        first, k = self.segments[0], self.elements.stiffness[:, None]
         moves = first.sigma > 0.0
-        participation = np.divide(first.shape**2, stiffness, out=np.zeros_like(first.shape), where=stiffness > 0.0)
-        return Modes(first.sigma[moves] / (2.0 * np.pi), first.velocity[moves] ** 2 / 2.0, participation[:, moves], np.abs(first.wave[:, moves]))
+        sigma, velocity, shape = first.sigma[moves], first.velocity[moves], first.shape[:, moves]
+        participation = np.divide(shape**2, k, out=np.zeros_like(shape), where=k > 0.0)
+        return Modes(sigma / (2.0 * np.pi), velocity**2 / 2.0, participation, np.abs(first.wave[:, moves]))
 
     def at(self, times: Array) -> History:
         """The motion at times (T,) from 0 to the duration [s]; at an event, just before it."""
@@ -380,7 +381,7 @@ def _follow(state: "_State", until: float | None, settle: bool = False) -> Stiff
         if hit[1] == TURNS:
             state.moving[hit[0]] = False
             continue
-        if len(events) == MOST_EVENTS or len(segments) >= MOST_SEGMENTS or simultaneous > 4 * len(elements.rows):
+        if len(segments) >= MOST_SEGMENTS or simultaneous > 4 * len(elements.rows):
             remedies = (
                 ["take springs of joints that are stiffer than the contacts as rigid"] if np.any(elements.contact < 0) else []
             )
