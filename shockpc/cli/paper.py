@@ -24,4 +24,4 @@ def paper(
         for figure in chosen:
             for claim in figure.claims:
                 _ = claim.alternatives  # computed once, and kept
-    emit(paper_report(chosen, verbose, output.out), output)
+    emit(paper_report(chosen, verbose), output)

@@ -6,18 +6,23 @@ What the command passes for a parameter that is no option follows from the param
     landings     landings by name: SCENE..., or a robot's on each of its feet alone
     postures     postures of one robot by name: SCENE..., or a robot's own
     designs      one landing of each DESIGN...
+    log          the path LOG; its `scene` is one landing on all contacts of ROBOT and the options
+    table        the columns of the file TABLE; its `scene` gives what these lack
     target       the number that the study is about, --at or --quantity
     trace        measures stages, for --explain
     progress     a function that makes one which counts, of the number of landings
 
-A result with `failures` is that of landings some of which could not be computed, which decides on the exit code.
+The report is of the result, with the path of the log or of the table before it. A result with `failures` is that of landings some of
+which could not be computed, which decides on the exit code.
 """
 
+import dataclasses
 import inspect
 import pkgutil
 import sys
 from collections.abc import Callable, Mapping, Sequence
 from functools import partial
+from pathlib import Path
 from typing import Any, get_args
 
 import numpy as np
@@ -26,9 +31,9 @@ import shockpc
 from shockpc.cli.declare import Command, Declared, Parser, argument, command, group
 from shockpc.cli.options import AT, EXPLAIN, PARSERS, ROBOT, STRICT, TARGET, OutputOptions, SceneOptions, in_output, target_of
 from shockpc.cli.output import emit, exit_code
-from shockpc.cli.parse import Span, Vector, box, numbers, pair_of, renaming, robot_name, setting, span, variable
+from shockpc.cli.parse import Span, Vector, box, numbers, pair_of, path, renaming, robot_name, setting, span, variable
 from shockpc.cli.progress import ShownTrace, progress
-from shockpc.cli.scenes import landings_from, one_scene, postures_from
+from shockpc.cli.scenes import landings_from, one_scene, postures_from, scenes_from, table_and_scene
 from shockpc.evaluation.variation import Vary
 from shockpc.robot.robot import Robot
 from shockpc.studies.compare import Design
@@ -48,9 +53,14 @@ INPUTS = {
         tuple[str, ...],
         argument("Robot files, robots by name or scenes (TOML).", "DESIGN...", robot_name, default=...),
     ),
+    "log": (Path, argument("A time series: .csv, .parquet, .npz, .bag, .mcap, .db3, or the folder of a bag.", "LOG", path)),
+    "table": (Path, argument("A table of landings: .csv, .parquet or .npz.", "TABLE", path, default=...)),
     "scene": (str, ROBOT),
 }
-"""What is typed for the parameter of a study that says what lands."""
+"""What is typed for the parameters of a study that say what lands; of the first that a study has, and of the scene of a file."""
+
+FILES = ("log", "table")
+"""Those that are files, whose scenes the robot and the options of a landing give."""
 
 REPEATED: dict[Any, Parser | None] = {
     Sequence[str]: None,
@@ -91,19 +101,21 @@ def study_command(name: str) -> Command:
     study = getattr(shockpc, name)
     needs = inspect.signature(study).parameters
     kind = next(kind for kind in INPUTS if kind in needs)
+    inputs = (kind, "scene") if kind in FILES else (kind,)
 
     def run(**typed: Any) -> int:
         trace = ShownTrace()
-        robot, given_landings = _read(kind, typed[kind], typed["options"], trace)
-        arguments = {kind: given_landings, "trace": trace, "progress": partial(progress, "landings computed")}
-        if kind in ("scene", "postures"):
+        robot, read = _read(kind, [typed[name] for name in inputs], typed["options"], trace)
+        arguments = {**read, "trace": trace, "progress": partial(progress, "landings computed")}
+        if kind not in ("landings", "designs"):
             arguments["robot"] = robot
         if "target" in needs:
             arguments["target"] = target_of(typed["at_"], typed["quantity"])
         used = {key: value for key, value in arguments.items() if key in needs}
         result = study(**used, **given(study, typed["typed"], robot))
         with trace.stage("output"):
-            emit(pkgutil.resolve_name(f"shockpc.show.reports.{name}:{name}_report")(result), typed["output"])
+            files = [typed[kind]] if kind in FILES else []
+            emit(pkgutil.resolve_name(f"shockpc.show.reports.{name}:{name}_report")(*files, result), typed["output"])
         if typed.get("explain"):
             sys.stderr.write(trace.text())
         failures = [failure for _, failure in getattr(result, "failures", ())]
@@ -111,7 +123,7 @@ def study_command(name: str) -> Command:
         return exit_code(len(failures), len(failures) + len(getattr(result, "landings", ())), typed.get("strict", False), defects)
 
     parameters: dict[str, tuple[Any, Any]] = {
-        kind: INPUTS[kind],
+        **{name: INPUTS[name] for name in inputs},
         **({"at_": (str | None, AT), "quantity": (str | None, TARGET)} if "target" in needs else {}),
         "typed": (Any, asked(study)),
         "options": (SceneOptions, inspect.Parameter.empty),
@@ -127,17 +139,24 @@ def study_command(name: str) -> Command:
     return command(**help_of(study))(run)
 
 
-def _read(kind: str, names: Any, options: SceneOptions, trace: ShownTrace) -> tuple[Robot, Any]:
-    """The first robot, and what the parameter of a study takes that is of this kind."""
-    if kind == "scene":
-        return one_scene(names, options, trace)
-    if kind == "postures":
-        return postures_from(names, options, trace)
+def _read(kind: str, typed: Sequence[Any], options: SceneOptions, trace: ShownTrace) -> tuple[Robot, dict[str, Any]]:
+    """The first robot, and what the parameters of a study take that are of this kind. Args: typed, as `INPUTS` says."""
+    names = typed[0]
+    if kind == "log":
+        robot, scenes = scenes_from(typed[1], options)
+        contacts = {contact.frame: contact for scene in scenes for contact in scene.contact}
+        return robot, {"log": names, "scene": dataclasses.replace(scenes[0], contact=tuple(contacts.values()))}
+    if kind == "table":
+        columns, robot, scene = table_and_scene(names, typed[1], options)
+        return robot, {"table": columns, "scene": scene}
     if kind == "designs":
         designs = _designs(names, options)
-        return designs[0].robot, designs
-    landings = landings_from(names, options, trace)
-    return next(iter(landings.values()))[0], {name: scene for name, (_, scene) in landings.items()}
+        return designs[0].robot, {kind: designs}
+    if kind == "landings":
+        landings = landings_from(names, options, trace)
+        return next(iter(landings.values()))[0], {kind: {name: scene for name, (_, scene) in landings.items()}}
+    robot, read = one_scene(names, options, trace) if kind == "scene" else postures_from(names, options, trace)
+    return robot, {kind: read}
 
 
 def _designs(names: tuple[str, ...], options: SceneOptions) -> list[Design]:

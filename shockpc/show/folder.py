@@ -11,15 +11,18 @@ from shockpc.show.reports.report import Report
 PAGE = "report.html"
 
 
-def report_files(report: Report, command: str = "", warn: Callable[[str], None] | None = None) -> dict[str, str | bytes]:
+def report_files(
+    report: Report, command: str = "", warn: Callable[[str], None] | None = None, folder: Path = Path()
+) -> dict[str, str | bytes]:
     """The files of a report by name. One of landings has no page where Plotly is not installed.
 
     Args:
         report: the result.
         command: the command line that made it.
         warn: is told why the page cannot be made, for which the other files are still made; without it the error is raised.
+        folder: in which they are written.
     """
-    files, library = report.files(), plotly() if report.landings else None
+    files, library = report.files(folder), plotly() if report.landings else None
     if report.landings and library is None:
         return files
     try:
@@ -44,4 +47,4 @@ def write_report_folder(folder: Path, report: Report, command: str = "", warn: C
     Raises:
         OutputError: as `write_folder`.
     """
-    write_folder(folder, report_files(report, command, warn), (*report.owned, PAGE))
+    write_folder(folder, report_files(report, command, warn, folder), (*report.owned, PAGE))

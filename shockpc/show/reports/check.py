@@ -49,7 +49,7 @@ def check_report(check: Check) -> Report:
             "notes": check.notes,
         },
         formats={"junit": lambda: _junit(check), "github": lambda: _github_commands(check)},
-        more=lambda: {"junit.xml": _junit(check)},
+        more=lambda _: {"junit.xml": _junit(check)},
         landings=check.profiles,
     )
 

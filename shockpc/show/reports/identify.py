@@ -1,6 +1,7 @@
 """What measured landings say about unknowns: their values, errors before and after, drives and a scene with them."""
 
 import dataclasses
+import datetime
 import math
 from collections.abc import Iterator, Mapping
 from pathlib import Path
@@ -26,15 +27,9 @@ OF_DRIVES = ("armature", "rotor", "joint-stiffness")
 """Kinds of unknowns that are drives."""
 
 
-def identify_report(found: Identification, table: str, day: str, folder: Path) -> Report:
-    """The report.
-
-    Args:
-        found: what was found.
-        table: name of the table.
-        day: on which it was, for the source of the drives.
-        folder: in which files are written, for the paths in the scene.
-    """
+def identify_report(file: Path, found: Identification) -> Report:
+    """What was found from the table of a file."""
+    table = file.name
     return Report(
         name="identify",
         title=f"Unknowns from {table}",
@@ -47,7 +42,7 @@ def identify_report(found: Identification, table: str, day: str, folder: Path) -
         closing=[*found.statements, *_closing(found)],
         sheets={"identify": lambda: sheet_of(found.table), "landings": lambda: _landings(found)},
         document=lambda: _document(found, table),
-        more=lambda: _files(found, table, day, folder),
+        more=lambda folder: _files(found, table, folder),
         others=(DRIVES,),
     )
 
@@ -143,19 +138,20 @@ def _document(found: Identification, table: str) -> dict[str, Any]:
     }
 
 
-def _files(found: Identification, table: str, day: str, folder: Path) -> Mapping[str, str]:
+def _files(found: Identification, table: str, folder: Path) -> Mapping[str, str]:
     """The drives, if some were unknown, and the scene with all that was found."""
     scene, files = found.scene, dict[str, str]()
     kinds = {one.variation.kind for one in found.unknowns}
     if kinds & set(OF_DRIVES):
-        files[DRIVES] = _drives_text(found, table, day)
+        files[DRIVES] = _drives_text(found, table)
         joints = dataclasses.replace(scene.joints, drives=str(folder / DRIVES), armature={}, rotor={}, stiffness={})
         scene = dataclasses.replace(scene, joints=joints)
     return files | {SCENE: scene_text(scene, folder)}
 
 
-def _drives_text(found: Identification, table: str, day: str) -> str:
-    """All drives of the robot with the values that were found, as a file for --drives."""
+def _drives_text(found: Identification, table: str) -> str:
+    """All drives of the robot with the values that were found, and today's date as their source, as a file for --drives."""
+    day = datetime.date.today().isoformat()
     robot, joints = found.robot, found.scene.joints
     model = joint_model(robot, dataclasses.replace(joints, model=None) if joints.model == "rigid" else joints)
     sources: dict[str, str] = {}

@@ -43,7 +43,7 @@ def improve_report(study: Improvement) -> Report:
         warnings=shared_warnings(study.after),
         sheets={"variables": lambda: _variables(study), **({"front": lambda: _front(study)} if study.front else {})},
         document=lambda: _document(study),
-        more=lambda: {name: "\n".join(toml_lines(scene_table(one.scene))) + "\n" for name, one in _scenes(study).items()},
+        more=lambda _: {name: "\n".join(toml_lines(scene_table(one.scene))) + "\n" for name, one in _scenes(study).items()},
         landings={f"{label}: {study.worst}": one for label, one in _worst(study).items()},
     )
 

@@ -1,7 +1,6 @@
 """The paper's claims with their outcomes, those that do not hold first, and the landings of its figures."""
 
 from collections.abc import Sequence
-from pathlib import Path
 from typing import Any
 
 from shockpc.landing.scene_file import scene_text
@@ -16,13 +15,12 @@ OUTCOMES = ("does not hold", "as interpreted", "holds")
 """Outcome of a claim: under its interpretation or not, and whether an alternative interpretation changes that."""
 
 
-def paper_report(figures: Sequence[PaperFigure], verbose: bool = False, folder: Path | None = None) -> Report:
+def paper_report(figures: Sequence[PaperFigure], verbose: bool = False) -> Report:
     """The claims and figures of the paper.
 
     Args:
         figures: those that are shown, with their claims.
         verbose: whether a terminal also shows the alternatives that change an outcome, and the bodies.
-        folder: in which the scenes of all panels are written.
     """
     claims = [claim for figure in figures for claim in figure.claims]
 
@@ -43,8 +41,8 @@ def paper_report(figures: Sequence[PaperFigure], verbose: bool = False, folder: 
             "figures": [{**record(figure, "number", "title", "note"), "panels": figure.panels} for figure in figures],
             "claims": [_record(claim) for claim in claims],
         },
-        more=lambda: {
-            f"{panel.scene}.toml": scene_text(scene(panel.scene), folder or Path()) for figure in figures for panel in figure.panels
+        more=lambda folder: {
+            f"{panel.scene}.toml": scene_text(scene(panel.scene), folder) for figure in figures for panel in figure.panels
         },
         others=picture_files(*(f"figure{figure.number}" for figure in FIGURES)),
     )

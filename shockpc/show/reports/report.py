@@ -2,6 +2,7 @@
 
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
+from pathlib import Path
 from typing import Any, NamedTuple
 
 from shockpc.quantities.profile import ShockProfile
@@ -63,7 +64,7 @@ class Report:
         sheets: the tables with all digits, by the name of their CSV file; the first one is what --format csv prints.
         document: the JSON document without its head; `null` where a thing does not exist, positions in metres.
         formats: texts in formats of other programs, by the name of the format.
-        more: contents of further files by name.
+        more: contents of further files by name, which may hold paths relative to the folder that they are written in.
         others: names of the files that only some reports of the command have, this one perhaps not.
         landings: those that report.html shows in three dimensions, by name.
         parts: the reports of several results by the names of their folders. Their texts and documents are put together, and the
@@ -81,7 +82,7 @@ class Report:
     sheets: Mapping[str, Callable[[], Sheet]]
     document: Callable[[], Any]
     formats: Mapping[str, Callable[[], str]] = field(default_factory=dict)
-    more: Callable[[], Mapping[str, str]] = dict
+    more: Callable[[Path], Mapping[str, str]] = lambda _: {}
     others: Sequence[str] = ()
     landings: Mapping[str, ShockProfile] = field(default_factory=dict)
     parts: Mapping[str, "Report"] = field(default_factory=dict)
@@ -102,18 +103,18 @@ class Report:
         """The document with its head, or a list of those of several results."""
         return [part.json() for part in self.parts.values()] if self.parts else headed(self.name, self.document())
 
-    def files(self) -> dict[str, str | bytes]:
+    def files(self, folder: Path = Path()) -> dict[str, str | bytes]:
         """The files of a folder by name, save the page: figures, CSV, Markdown and JSON; several results have a folder each."""
         body = list(self.body(True))
         pictures = [block for block in body if isinstance(block, Picture)]
         document = {} if self.parts else {f"{self.name}.json": self.text("json")}
         return {
-            **{f"{name}/{file}": text for name, part in self.parts.items() for file, text in part.files().items()},
+            **{f"{name}/{file}": text for name, part in self.parts.items() for file, text in part.files(folder / name).items()},
             **{file: content for picture in pictures for file, content in picture.files().items()},
             **{f"{name}.csv": as_csv(sheet()) for name, sheet in self.sheets.items()},
             f"{self.page}.md": self._markdown(body, figures=True),
             **document,
-            **self.more(),
+            **self.more(folder),
         }
 
     @property

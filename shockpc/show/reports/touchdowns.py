@@ -1,6 +1,7 @@
 """The touchdowns of a log: when which feet land, how fast, and what is missing."""
 
 from collections.abc import Iterator
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -17,8 +18,8 @@ SHORT = 12
 NOTE = "fall: speed at which the contacts came down, by their heights"
 
 
-def touchdowns_report(log: str, found: Touchdowns) -> Report:
-    """The touchdowns of a log. Args: log, its name."""
+def touchdowns_report(log: Path, found: Touchdowns) -> Report:
+    """The touchdowns of a log."""
 
     def body(full: bool) -> Iterator[Lines | Sheet | Picture]:
         yield Lines(list(_header(log, found)))
@@ -36,7 +37,7 @@ def touchdowns_report(log: str, found: Touchdowns) -> Report:
     )
 
 
-def _header(log: str, found: Touchdowns) -> Iterator[tuple[str, str]]:
+def _header(log: Path, found: Touchdowns) -> Iterator[tuple[str, str]]:
     time, segments = found.log.time, len(np.unique(found.log.segment))
     yield (
         "log",
@@ -83,10 +84,10 @@ def _closing(found: Touchdowns) -> Iterator[str]:
         yield f"--out DIR writes the table, touchdowns.csv: {count(rows, 'row')}, which shockpc landings takes"
 
 
-def _document(log: str, found: Touchdowns) -> dict[str, Any]:
+def _document(log: Path, found: Touchdowns) -> dict[str, Any]:
     time = found.log.time
     return {
-        "log": log,
+        "log": str(log),
         "robot": found.robot.name,
         "samples": len(time),
         "contacts": found.frames,

@@ -3,7 +3,7 @@
 Values have six significant digits, and their order is that of their names, so that two baselines differ where designs do. The
 file says which scenes it belongs to; the robot's file may change, since that is the design, but not the landing.
 
-Schema `shockpc.baseline/2`; files of schema 1, which hold no design but the name of the joint model, are read too.
+Schema `shockpc.baseline/2`.
 """
 
 import json
@@ -24,7 +24,7 @@ from shockpc.text.errors import StudyError
 from shockpc.text.paths import read_file
 from shockpc.text.printed import printable
 
-SCHEMA, OLDER = "shockpc.baseline/2", "shockpc.baseline/1"
+SCHEMA = "shockpc.baseline/2"
 
 FILES = ("robot", "srdf", "packages")
 """Keys of a scene that say where files are, which differs from computer to computer."""
@@ -52,7 +52,7 @@ class Baseline(NamedTuple):
         path: of its file.
         version: of shockpc that wrote it.
         cases: what identifies the scene of each case.
-        designs: of which the numbers of each case are, as `design_record` gives it; of schema 1 the joint model alone.
+        designs: of which the numbers of each case are, as `design_record` gives it.
         values: the numbers.
     """
 
@@ -127,7 +127,7 @@ def read_baseline(path: Path) -> Baseline:
         data = read_file(path, "baseline", StudyError)
         document = json.loads(data, object_pairs_hook=_unique, parse_constant=str)
         _refuse_deep(document)
-        if document["schema"] not in (SCHEMA, OLDER):
+        if document["schema"] != SCHEMA:
             raise StudyError(f'"{path}" has schema {printable(str(document["schema"]), 60)}, not {SCHEMA}; {renew}')
         values = _unique(
             (OutcomeKey(*(entry[key] for key in OutcomeKey._fields)), _number(entry["value"], entry["metric"]))
@@ -136,10 +136,7 @@ def read_baseline(path: Path) -> Baseline:
         for key in values:
             _number(key.strike_angle_deg or 0.0, key.metric)
         cases = dict(document["cases"])
-        if document["schema"] == OLDER:
-            designs = {name: {"joint_model": str(case["joint_model"])} for name, case in cases.items()}
-        else:
-            designs = {name: read_design(design) for design in document["designs"] for name in design["cases"]}
+        designs = {name: read_design(design) for design in document["designs"] for name in design["cases"]}
         return Baseline(path, str(document["shockpc"]), cases, {name: designs[name] for name in cases}, values)
     except (ValueError, KeyError, TypeError, AttributeError, ArithmeticError, RecursionError):
         raise StudyError(f'"{path}" is not a baseline that shockpc check wrote; {renew}') from None

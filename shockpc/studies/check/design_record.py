@@ -105,11 +105,11 @@ def read_design(table: Mapping[str, Any]) -> dict[str, Any]:
 
 
 def design_changes(before: Mapping[str, Any], now: Mapping[str, Any]) -> Iterator[str]:
-    """What changed between two designs, as far as the earlier one is known; the same change of several parts is one text."""
+    """What changed between two designs; the same change of several parts is one text."""
     for key, title in MODEL.items():
-        if before.get(key, now[key]) != now[key]:
+        if before[key] != now[key]:
             yield f"{title} {printable(before[key]) or 'none'} → {now[key] or 'none'}"
-    for kind in filter(before.__contains__, KINDS):
+    for kind in KINDS:
         old, new = before[kind], now[kind]
         changes: dict[str, list[str]] = {}
         for name in new:

@@ -214,7 +214,7 @@ def check_budgets(
     changes = {}
     if baseline is not None:
         changes = {name: tuple(design_changes(baseline.designs[name], record["design"])) for name, record in cases.items()}
-        notes = [*_change_notes(baseline, changes, outcomes), *notes]
+        notes = [*_change_notes(changes, outcomes), *notes]
     return Check(
         path=given.path,
         outcomes=tuple(outcomes),
@@ -359,13 +359,8 @@ def _command(path: Path, planned: _Planned, budget: Budget, place: Place) -> lis
     return [*words, f"--at={at}"] if budget.selection.quantity.of == "point" else words
 
 
-def _change_notes(baseline: Baseline, changes: dict[str, tuple[str, ...]], outcomes: Sequence[Outcome]) -> Iterator[str]:
+def _change_notes(changes: dict[str, tuple[str, ...]], outcomes: Sequence[Outcome]) -> Iterator[str]:
     """What changed since the baseline, once for all cases in which it is the same."""
-    if not all("bodies" in design for design in baseline.designs.values()):
-        yield (
-            f'baseline "{baseline.path}" is of an older version and holds no robot, so what changed of it is not known; '
-            "write it anew with --update-baseline"
-        )
     moved = {outcome.case for outcome in outcomes if outcome.change or outcome.fails}
     known = "nothing of the bodies, joints and points that the baseline holds"
     texts = {name: few(own, MOST_CHANGES, "; ", " changes") or known * (name in moved) for name, own in changes.items()}
