@@ -12,7 +12,6 @@ from pydantic import TypeAdapter
 import shockpc
 from shockpc import Closure, Contact, Joints, LoopEnd, Part, Point, Posture, Scene, Strike, shock_profile
 from shockpc.landing.dynamics import PINOCCHIO
-from shockpc.quantities.ground import GROUND
 from shockpc.quantities.table import QUANTITIES
 from shockpc.show.document import document, json_text
 from shockpc.text.diagnostic import Diagnostic
@@ -95,18 +94,20 @@ RECORDS = {
     "row": "place:str free:float? as_modelled:float locked:float? springs_free:float?",
     "assembly": "gap:float turn:float left:float retried:bool moved:step*",
     "step": "joint:str by:float",
-    "sliding": "coefficient:float unchanged:bool solutions:int residual:float energy_lost:float contacts:slip* "
+    "sliding": "coefficient:float unchanged:bool total:total energy_lost:float solutions:int residual:float contacts:slip* "
     "bodies:struck* points:felt* joints:loaded*",
     "slip": "frame:str state:str impulse:vector slip:vector",
-    "struck": "body:str delta_omega:vector delta_v:vector shock_com:float",
-    "felt": "frame:str delta_v:vector shock:float",
-    "loaded": "joint:str delta_qd:float? along:float?",
-    "springs": "contact_stiffness:float difference:float contacts:pressed* points:shaken* joints:turned* bodies:jolted* "
-    "modes:mode* compression:float springs_count:float? spectra:dict?",
+    "struck": "body:str delta_omega:vector delta_v:vector copc:vector? ropc:float? shock_com:float",
+    "felt": "frame:str delta_v:vector shock:float peak_g:float?",
+    "loaded": "joint:str along:float? delta_qd:float? joint_impulse:float joint_moment:float stop_impulse:float? stop_acts:bool "
+    "rate_after:float?",
+    "springs": "contact_stiffness:float difference:float compression:float contacts:pressed* bodies:jolted* points:shaken* "
+    "joints:turned* modes:mode* springs_count:float? spectra:dict?",
     "pressed": "frame:str duration:float peak_force:float peak_force_time:float restitution:float",
-    "shaken": "frame:str peak_acceleration:float peak_acceleration_time:float shock_compressed:float delta_v_compressed:vector "
-    "shock_separated:float delta_v_separated:vector",
-    "turned": "joint:str peak_torque:float? peak_joint_force:float peak_joint_moment:float delta_qd_separated:float?",
+    "shaken": "frame:str peak_acceleration:float peak_acceleration_time:float delta_v_compressed:vector shock_compressed:float "
+    "delta_v_separated:vector shock_separated:float",
+    "turned": "joint:str peak_joint_force:float peak_joint_moment:float peak_torque:float? peak_stop:float "
+    "delta_qd_compressed:float? delta_qd_separated:float?",
     "jolted": "body:str shock_com_compressed:float shock_com_separated:float",
     "mode": "frequency:float energy:float force_share:dict contacts_share:float",
 }
@@ -163,7 +164,7 @@ def at(row, path):
 def test_document_is_the_table(profile):
     """Every quantity of every place is in the document, to the last bit, and so are the robot, the assembly and the warnings.
 
-    What only a friction or a stiffness gives has objects of its own.
+    What only a friction or a stiffness gives has sections of its own, with the same places.
     """
     read, robot, assembly = json.loads(json_text(document(profile))), profile.robot, profile.assembly
     assert (read["schema"], read["shockpc"], read["pinocchio"]) == ("shockpc.profile/1", shockpc.__version__, PINOCCHIO)
@@ -177,12 +178,16 @@ def test_document_is_the_table(profile):
         "part": read["parts"],
     }
     rows["contact"] = [*read["contacts"], *read["stance"]]
-    for quantity in (entry for entry in QUANTITIES if entry not in GROUND):
-        path = quantity.path or quantity.key
+    lists = {"body": "bodies", "point": "points", "joint": "joints", "contact": "contacts"}
+    for quantity in QUANTITIES:
+        section, _, path = (quantity.path or quantity.key).rpartition(":")
+        if section and read[section] is None:
+            continue
         path = f"placement.{path}" if (quantity.of, path) == ("body", "position") else path
         values = profile.values(quantity)
-        assert len(values) == len(rows[quantity.of])
-        assert all(same(at(row, path), value) for row, value in zip(rows[quantity.of], values, strict=True)), quantity.key
+        shown = rows if not section else {kind: read[section].get(key) for kind, key in lists.items()} | {"robot": [read[section]]}
+        assert len(values) == len(shown[quantity.of])
+        assert all(same(at(row, path), value) for row, value in zip(shown[quantity.of], values, strict=True)), quantity.key
     assert [(body["body"], tuple(body["links"])) for body in read["bodies"]] == [(body.name, body.links) for body in robot.bodies]
     assert [body["placement"]["rotation"] for body in read["bodies"]] == profile.rotation.tolist()
     assert [foot["frame"] for foot in read["stance"]] == list(profile.scene.stance)

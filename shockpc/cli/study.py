@@ -12,8 +12,8 @@ What the command passes for a parameter that is no option follows from the param
     trace        measures stages, for --explain
     progress     a function that makes one which counts, of the number of landings
 
-The report is of the result, with the path of the log or of the table before it. A result with `failures` is that of landings some of
-which could not be computed, which decides on the exit code.
+The report is of the result, with the path of the log or of the table before it. A result with `failures` is that of landings some
+of which could not be computed, which decides on the exit code.
 """
 
 import dataclasses

@@ -64,7 +64,10 @@ def _where_given(entry: Quantity, key: GroundOption, read: Callable[[Any, Impact
 
     missing = "; or ".join(filter(None, [f"the scene gives no {key.replace('_', ' ')}", entry.missing]))
     own = Quantity(entry.key, entry.of, entry.title, entry.unit, entry.worse, compute, entry.size, missing)
-    return own._replace(vector=entry.vector, shared=entry.shared, signed=entry.signed, needs_posture=True, unproven=True, path=None)
+    section = key.removeprefix("contact_")
+    path = f"{section}:{entry.path or entry.key.removeprefix(f'{section}_').removesuffix(f'_{section}')}"
+    kept = {name: getattr(entry, name) for name in ("vector", "shared", "signed", "flag")}
+    return own._replace(**kept, needs_posture=True, unproven=True, path=path)
 
 
 def _with_friction(entry: Quantity) -> Quantity:

@@ -2,7 +2,7 @@
 
 `null` where a thing does not exist: CoPc and RoPc of a body that does not rotate in the plane, pitch of one that does not rotate,
 extremes of a body without geometry, impulses that are not unique; so a number that is not finite, and a list of such numbers.
-Keys keep their order, and new ones are added at the end of their object. Numbers are the shortest that give the same double.
+Keys are in the order of the table of quantities. Numbers are the shortest that give the same double.
 """
 
 import json
@@ -85,18 +85,30 @@ def content(profile: ShockProfile, spectrum: bool = False) -> dict[str, Any]:
     }
 
 
-def _selected(profile: ShockProfile, kind: PlaceKind) -> list[dict[str, Any]]:
-    """The quantities of every place of a kind, those that stand there."""
+def _selected(profile: ShockProfile, kind: PlaceKind, section: str = "") -> list[dict[str, Any]]:
+    """The quantities of every place of a kind, those that stand there, or in a section of the document."""
     rows: list[dict[str, Any]] = [{} for _ in profile.places(kind)]
     for entry in quantities_of(kind):
-        if entry.path is None:
+        home, _, path = (entry.path or entry.key).rpartition(":")
+        if entry.path is None or home != section:
             continue
-        *groups, key = (entry.path or entry.key).split(".")
+        *groups, key = path.split(".")
         for row, value in zip(rows, profile.values(entry), strict=True):
             for group in groups:
                 row = row.setdefault(group, {})
             row[key] = bool(value) if entry.flag else value
     return rows
+
+
+def _named(profile: ShockProfile, section: str) -> dict[str, list[dict[str, Any]]]:
+    """The quantities of a section at all its places, each with the name of the place."""
+    names: dict[PlaceKind, str] = {"contact": "frame", "body": "body", "point": "frame", "joint": "joint"}
+    return {
+        {"body": "bodies"}.get(kind, f"{kind}s"): [
+            {name: place.name} | row for place, row in zip(profile.places(kind), _selected(profile, kind, section), strict=True)
+        ]
+        for kind, name in names.items()
+    }
 
 
 def _drives(profile: ShockProfile) -> dict[str, Any]:
@@ -115,18 +127,15 @@ def _friction(profile: ShockProfile) -> dict[str, Any] | None:
     """The impact with friction, in double precision; None without a coefficient."""
     if (friction := profile.friction) is None:
         return None
-    contacts = _columns(profile, "contact", "impulse_friction", "slip")
+    (whole,), places = _selected(profile, "robot", "friction"), _named(profile, "friction")
+    contacts = zip(places.pop("contacts"), friction.state, strict=True)
     return {
         "coefficient": profile.scene.friction,
         "unchanged": friction.impact is None,
-        **record(friction, "solutions", "residual", "energy_lost"),
-        "contacts": [
-            {"frame": contact.pop("frame"), "state": state, **contact}
-            for contact, state in zip(contacts, friction.state, strict=True)
-        ],
-        "bodies": _columns(profile, "body", "delta_omega_friction", "delta_v_friction", "shock_com_friction"),
-        "points": _columns(profile, "point", "delta_v_friction", "shock_friction"),
-        "joints": _columns(profile, "joint", "delta_qd_friction", "along_friction"),
+        **whole,
+        "solutions": friction.solutions,
+        "contacts": [{"frame": contact.pop("frame"), "state": state, **contact} for contact, state in contacts],
+        **places,
     }
 
 
@@ -136,18 +145,11 @@ def _stiffness(profile: ShockProfile, spectrum: bool) -> dict[str, Any] | None:
         return None
     contacts = profile.places("contact")[: len(profile.landing.contacts)]
     modes, shares = stiffness.motion.modes, stiffness.force_shares
+    (whole,) = _selected(profile, "robot", "stiffness")
     return {
         "contact_stiffness": profile.scene.contact_stiffness,
-        "difference": stiffness.difference,
-        "contacts": _columns(profile, "contact", "duration", "peak_force", "peak_force_time", "restitution"),
-        "points": _columns(
-            profile, "point", "peak_acceleration", "peak_acceleration_time", "shock_compressed", "delta_v_compressed",
-            "shock_separated", "delta_v_separated",
-        ),
-        "joints": _columns(
-            profile, "joint", "peak_torque", "peak_joint_force", "peak_joint_moment", "delta_qd_separated"
-        ),
-        "bodies": _columns(profile, "body", "shock_com_compressed", "shock_com_separated"),
+        **whole,
+        **_named(profile, "stiffness"),
         "modes": [
             {
                 "frequency": modes.frequency[k],
@@ -157,10 +159,9 @@ def _stiffness(profile: ShockProfile, spectrum: bool) -> dict[str, Any] | None:
             }
             for k in range(len(modes.frequency))
         ],
-        "compression": stiffness.compressed,
         "springs_count": profile.spring_time if math.isfinite(profile.spring_time) else None,
         "spectra": _spectra(profile, stiffness) if spectrum else None,
-    }  # fmt: skip
+    }
 
 
 def _spectra(profile: ShockProfile, stiffness: "CompliantLanding") -> dict[str, Any]:
@@ -175,15 +176,6 @@ def _spectra(profile: ShockProfile, stiffness: "CompliantLanding") -> dict[str, 
         "damping": list(DAMPING),
         "points": [{"frame": place.name, "response": [one[:, k] for one in spectra]} for k, place in enumerate(points)],
     }
-
-
-def _columns(profile: ShockProfile, kind: PlaceKind, *keys: str) -> list[dict[str, Any]]:
-    """The values of some quantities at each place of a kind, as records with its name."""
-    values = {key.removesuffix("_friction"): profile.value(key, kind) for key in keys}
-    name = kind if kind in ("body", "joint") else "frame"
-    return [
-        {name: place.name, **{key: column[k] for key, column in values.items()}} for k, place in enumerate(profile.places(kind))
-    ]
 
 
 def json_text(document: Any) -> str:
