@@ -74,7 +74,10 @@
     const s = scaled(sum(scaled(level, Math.sin(theta)), landing.up, -Math.cos(theta)), speed);
     const model = landing.models[byId("model").value], along = (row) => dot(row, s) + row[3];
     const before = landing.contacts.map((contact) => approach(contact, s)), fastest = Math.max(...before.map(norm));
-    const parting = landing.contacts.find((contact, k) => !(dot(before[k], contact.normal) < -1e-9 * norm(before[k])));
+    // A contact may slide while another one strikes.
+    const leaving = before.map((v, k) => dot(v, landing.contacts[k].normal)), rounding = 1e-9 * fastest;
+    const alone = !leaving.some((away) => away < -rounding);
+    const parting = landing.contacts.find((_, k) => !(leaving[k] <= rounding) || (alone && !(leaving[k] < -rounding)));
     const refusal = parting ? `${parting.name} does not approach the ground: there is no impact` :
       !contradicts(model, [...s, 1]) ? "" :
         "the mechanism or other contacts prevent that a contact is stopped for this strike: no verdict";
