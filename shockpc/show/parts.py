@@ -32,8 +32,8 @@ Format = Literal["parquet", "csv"]
 LARGEST_PART = 2**30
 """Bytes above which a file is no part that was written here."""
 
-READ_TOGETHER = {"csv": 2**27, "parquet": 0}
-"""Bytes of columns, at most but for one column, that are read together: all columns of a CSV file are parsed for any of them."""
+READ_TOGETHER = 2**27
+"""Bytes of columns, at most but for one column, that are read together: each file is opened, or parsed, for any of them."""
 
 
 @dataclass(frozen=True)
@@ -284,7 +284,7 @@ class _Columns(Mapping[str, np.ndarray]):
         if name not in headings:
             raise KeyError(name)
         if name not in self._kept:
-            count = max(1, READ_TOGETHER[parts.format] // (8 * parts.evaluation.landings.rows))
+            count = max(1, READ_TOGETHER // (8 * parts.evaluation.landings.rows))
             names = (headings[headings.index(name) :] + headings)[: min(count, len(headings))]
             self._kept = {}
             self._kept = {key: np.concatenate(x) for key, x in zip(names, zip(*parts.read(names), strict=True), strict=True)}
