@@ -11,7 +11,7 @@ import pytest
 from commands import good, run
 from robot_texts import body, floating, joint, link, mjcf, urdf
 
-from shockpc import Contact, Joints, Point, Rotor, Scene, SceneError, SolveError, Strike, load_robot, resolve, shock_profile
+from shockpc import Contact, Joints, Part, Point, Rotor, Scene, SceneError, SolveError, Strike, load_robot, resolve, shock_profile
 from shockpc.impact.stiffness import CompliantLanding
 from shockpc.landing.scene import GRAVITY
 from shockpc.paper.landings import scene as paper_scene
@@ -582,7 +582,6 @@ def test_the_spectrum_of_a_contact_that_lasts_long_is_refused(capfd, here, stiff
         ({"friction": 0.3, "contact": SLIDING}, SceneError, "slides without friction, and a friction is given"),
         ({"contact_stiffness": K, "contact": (Contact(frame="LF_FOOT", directions=((1.0, 0.0, 1.0), "y")),)}, SceneError,
             "have to span the ground's normal"),
-        ({"contact_stiffness": K, "pulse": "half-sine:5ms"}, SceneError, "leave out the pulse, or the contact stiffness"),
         ({"contact_stiffness": K, "contact": (Contact(frame="LF_FOOT", restitution=1e-5,
             restitution_along="directions"),)}, SolveError, "no verdict for contacts"),
     ],
@@ -590,6 +589,20 @@ def test_the_spectrum_of_a_contact_that_lasts_long_is_refused(capfd, here, stiff
 def test_refusals(changes, error, text):
     with pytest.raises(error, match=text):
         shock_profile(replace(ANYMAL, **changes))
+
+
+def test_a_pulse_beside_a_contact_stiffness():
+    """The pulse gives the peaks of the impulse model, the stiffness the forces and what parts are judged by, each as alone."""
+    parts = (
+        Part(name="imu", at="imu_link", rating="half-sine 1500 g 0.5 ms"),
+        Part(name="knee", joint="LF_KFE", momentary_torque=50.0),
+    )
+    pulse, stiff = {"pulse": "half-sine:5ms"}, {"contact_stiffness": K}
+    both, of_pulse, of_stiffness = (shock_profile(replace(ANYMAL, part=parts, **given)) for given in (pulse | stiff, pulse, stiff))
+    assert both.value("peak_g", "point").tolist() == of_pulse.value("peak_g", "point").tolist()
+    for kind, key in (("contact", "peak_force"), ("point", "peak_acceleration"), ("part", "peak_g"), ("part", "part_margin")):
+        np.testing.assert_array_equal(both.value(key, kind), of_stiffness.value(key, kind))
+    assert not np.isclose(of_pulse.value("peak_g", "part")[0], of_stiffness.value("peak_g", "part")[0], rtol=0.01)
 
 
 def test_redundant_contacts_with_friction():

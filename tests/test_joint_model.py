@@ -236,14 +236,15 @@ def test_a_joint_model_that_cannot_be_is_refused(joints, error, names):
 
 
 def test_rigid_springs_hold_their_joints_and_join_their_rotors():
-    """A joint with its own spring is locked, a rotor behind one counts in the impulse; a robot without springs is refused."""
+    """A joint with its own spring is locked, a rotor behind one counts; without springs nothing changes, as a warning says."""
     soft = Rotor(inertia=1e-4, gear_ratio=9.0, stiffness=300.0)
     joints = Joints(rotor={"*_hip_joint": soft}, stiffness={"*_calf_joint": 200.0}, drives="none")
     plain = Joints(rotor={"*_hip_joint": replace(soft, stiffness=None)}, locked=("*_calf_joint",), drives="none")
     assert distance(go2(replace(joints, model="rigid")), go2(plain)) == 0.0
     assert distance(go2(joints), go2(plain)) > 1e-3
-    with pytest.raises(SceneError, match="the springs are to be rigid, but neither the file"):
-        go2(Joints(model="rigid", drives="none"))
+    without = go2(Joints(model="rigid"))
+    assert distance(without, go2(Joints())) == 0.0
+    assert "no joint has a spring, so nothing changes" in " ".join(map(str, without.health.warnings))
     scene = Scene(robot="anymal_b", contact="LF_FOOT", joints=Joints(model="rigid"))
     with pytest.raises(SceneError, match=r'the rotors behind those of ".*HAA".* are not known'):
         shock_profile(scene, known_robot("anymal_b"))

@@ -150,17 +150,14 @@ def _with_rigid_springs(
     """Armature and locked joints (nv,) where no spring yields.
 
     Raises:
-        SceneError: there are no springs, or the rotor behind one is not known.
+        SceneError: the rotor behind a spring is not known.
     """
     own, behind = (stiffness > 0.0) & ~locked, np.isfinite(drive_stiffness) & ~locked
-    if not (own | behind).any():
-        raise SceneError(
-            "the springs are to be rigid, but neither the file, the drives nor the scene give any; give a stiffness, or a "
-            "rotor with one, or another joint model"
-        )
     if (lacking := behind & ~own & (rotor == 0.0)).any():
         names = listed(joint.name for joint in robot.single_joints if lacking[joint.v].any())
-        raise SceneError(f"the springs are to be rigid, but the rotors behind those of {names} are not known; give them as rotor")
+        raise SceneError(
+            f"the springs are to be rigid, but the rotors behind those of {names} are not known; give them as rotor (--rotor)"
+        )
     return armature + np.where(behind, rotor, 0.0), locked | own
 
 

@@ -361,11 +361,6 @@ def _check_ground(scene: Scene, blocks: tuple[Block, ...]) -> None:
         return
     if (scene.stops or strikes) and scene.stop_stiffness is None:
         raise SceneError("contacts of finite stiffness are given, and rigid end stops; give the stops a stop_stiffness too")
-    if scene.pulse is not None:
-        raise SceneError(
-            "a pulse and a contact stiffness are given; on contacts of finite stiffness the length of the impact, and so its peak "
-            "accelerations and forces, follow from the stiffness: leave out the pulse, or the contact stiffness"
-        )
 
 
 def resolve(scene: Scene, robot: Robot) -> PosedLanding:
@@ -408,6 +403,9 @@ def landing_of(scene: Scene, robot: Robot) -> PosedLanding:
         assembly = assemble(robot, q, loops, plane, held_joints(robot, scene.posture, scene.assemble))
         q, warnings = assembly.q, [*assembly.warnings(robot.name)]
     warnings += outside_limits(robot, q)
+    if scene.joints.model == "rigid" and not joint_model(robot, replace(scene.joints, model=None)).springs.any():
+        text = "the springs are to be rigid, but no joint has a spring, so nothing changes; give one with a stiffness or a rotor"
+        warnings.append(Diagnostic("scene", robot.name, None, text))
     if scene.assemble and not loops:
         named = listed(name for pattern in scene.assemble for name in robot.match_joints(pattern))
         warnings.append(Diagnostic("scene", "", None, f"{named} may move to close loops, but nothing closes one, so nothing moved"))

@@ -8,7 +8,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from shockpc.core.percussion import norm
-from shockpc.core.pulse import peak_acceleration
+from shockpc.core.pulse import Pulse, peak_acceleration
 from shockpc.core.spatial import Array
 from shockpc.impact.friction import jumps_of
 from shockpc.impact.impact import DoubleImpact, Impact
@@ -98,6 +98,11 @@ def _velocity_margin(impact: Impact, places: Places) -> Any:
     return _quotient(impact, critical, speed, largest_jump(impact, speed))
 
 
+def pulse_of_parts(landing: PosedLanding) -> Pulse | None:
+    """The scene's pulse, by which parts and torques are judged; None on contacts of finite stiffness, which give the peaks."""
+    return landing.pulse if landing.scene.contact_stiffness is None else None
+
+
 def _peak(impact: Impact, places: Places) -> Any:
     """Peak accelerations (N, S, n) for the pulse of the scene, or on its contact stiffness in doubles [g]."""
     landing = impact.landing
@@ -111,7 +116,7 @@ def _peak(impact: Impact, places: Places) -> Any:
 
 def _largest_peak(impact: Impact, values: Array) -> float:
     """The largest component of a jump of a body as a peak [g]."""
-    pulse = impact.landing.pulse
+    pulse = pulse_of_parts(impact.landing)
     return 0.0 if pulse is None else peak_acceleration(largest_jump(impact, values), pulse) / GRAVITY
 
 
@@ -149,7 +154,7 @@ def _torque(impact: Impact, places: Places, durations: Array) -> Any:
 
 def _rates(impact: Impact, durations: Array) -> Array:
     """Torque (n,) for an impulse of 1 along the axis [1/s]: of the scene's pulse, else the mean over a duration (n,) [s]."""
-    pulse = impact.landing.pulse
+    pulse = pulse_of_parts(impact.landing)
     return 1.0 / durations if pulse is None else np.full(len(durations), peak_acceleration(1.0, pulse))
 
 

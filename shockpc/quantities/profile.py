@@ -579,14 +579,16 @@ class ShockProfile(OfLanding):
         if self.stiffness is not None:
             places = [*self.bracketed, *self.landing.mounted]
             impulse, finite = (self.values(quantity("point", key), places) for key in ("shock", "shock_separated"))
-            differs = np.abs(finite - impulse)
+            differs, said = np.abs(finite - impulse), set[str]()
             for k in np.flatnonzero((differs > DIFFERS * np.minimum(impulse, finite)) & (differs > LEAST_DIFFERENCE)).tolist():
                 name = places[k].name
                 text = (
                     f"shock at {name} is {finite[k]:.3g} at the end of contact on {self.scene.contact_stiffness:g} N/m, and "
                     f"{impulse[k]:.3g} in the impulse model, which the other tables show: that model does not hold there"
                 )
-                yield Diagnostic("contact", name, float(differs[k]), text)
+                if text not in said:  # a part may be at a sensor
+                    yield Diagnostic("contact", name, float(differs[k]), text)
+                said.add(text)
             yield from self.stiffness.warnings()
         if math.isfinite(self.spring_time):
             from shockpc.impact.springs import early_springs

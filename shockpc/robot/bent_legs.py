@@ -18,8 +18,11 @@ from shockpc.robot.robot import Joint, Robot
 ANGLE = math.radians(30.0)
 """By how much knees are bent, or as far as their limits allow."""
 
-STRAIGHT = math.radians(5.0)
-"""Angle of a knee up to which a leg counts as straight."""
+STRAIGHT = math.radians(15.0)
+"""Angle of a knee up to which a leg counts as straight, such as where the limits of the knee leave out a straight leg."""
+
+PARALLEL = math.radians(5.0)
+"""Angle between axes up to which they count as parallel, and room of a knee up to which it has none."""
 
 LEG = rf"{LEG_END}|leg(?!ro)|thigh|knee|calf|shank"
 """Names of parts of a leg; no finger of an "allegro" hand."""
@@ -71,7 +74,7 @@ def _turns(robot: Robot, placed: list[pin.SE3], foot: str) -> Iterator[tuple[Joi
         number = robot.parents[number]
     for k, (knee, axis, at) in enumerate(leg):
         along = [(joint, float(axis @ other), place) for joint, other, place in leg]
-        above, below = ([one for one in part if abs(one[1]) > math.cos(STRAIGHT)] for part in (along[:k], along[k + 1 :]))
+        above, below = ([one for one in part if abs(one[1]) > math.cos(PARALLEL)] for part in (along[:k], along[k + 1 :]))
         if not above:
             continue
         hip, hip_sign, hip_place = above[-1]
@@ -80,11 +83,11 @@ def _turns(robot: Robot, placed: list[pin.SE3], foot: str) -> Iterator[tuple[Joi
         if min(np.linalg.norm(thigh), np.linalg.norm(shank)) <= SHORT * np.linalg.norm(end - leg[0][2]):
             continue
         room = _room(knee, robot.start)
-        if abs(_angle(thigh, shank, axis)) > STRAIGHT or max(room) <= STRAIGHT:
+        if abs(_angle(thigh, shank, axis)) > STRAIGHT or max(room) <= PARALLEL:
             return
         forward = np.cross(axis, thigh)[0] <= 0.0  # the knee goes forward as the hip turns back
         more = room[1] - room[0]
-        side = 1.0 if more > STRAIGHT or (abs(more) <= STRAIGHT and forward) else -1.0
+        side = 1.0 if more > PARALLEL or (abs(more) <= PARALLEL and forward) else -1.0
         bend = side * min(ANGLE, room[side > 0.0])
         back = -_angle(thigh + shank, thigh + pin.AngleAxis(bend, axis).toRotationMatrix() @ shank, axis)
         yield knee, bend

@@ -1,7 +1,7 @@
 """The scene in words, the same in tables and figures: robot, posture, base, contacts, strike, joint model and plane."""
 
 import math
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Collection, Iterable, Iterator, Mapping
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -49,8 +49,8 @@ def mostly_off_plane(profile: ShockProfile) -> np.ndarray:
     return np.asarray(profile.off_plane > BRACKETED)
 
 
-def header_lines(profile: ShockProfile) -> list[tuple[str, str]]:
-    """What was computed, one line for each part of the scene; (name, text)."""
+def header_lines(profile: ShockProfile, among: Collection[ShockProfile] = ()) -> list[tuple[str, str]]:
+    """What was computed, one line for each part of the scene; (name, text). Args: among, landings beside it that it stands for."""
     robot, scene = profile.robot, profile.scene
     xacro = "".join(f", {name}:={value}" for name, value in scene.xacro.items())
     normalised = f"; shock relative to {profile.v_in:.4g} m/s of the centre of mass" if scene.v_in == "com" else ""
@@ -60,7 +60,7 @@ def header_lines(profile: ShockProfile) -> list[tuple[str, str]]:
         "base": base_text(robot, scene.base or "free"),
         "contact": "; ".join(_contact_text(profile, i) for i in range(len(profile.contacts))),
         "strike": f"{strike_text(profile)}: velocity ({vector_text(profile.strike)}) m/s{normalised}",
-        "joint model": "; ".join([joint_model_text(profile), *_drive_texts(profile)]),
+        "joint model": "; ".join([joint_model_text(profile), *_drive_texts(profile, among or (profile,))]),
         "plane": plane_text(profile),
     }
     return [(name, printable(text)) for name, text in lines.items()]
@@ -68,11 +68,15 @@ def header_lines(profile: ShockProfile) -> list[tuple[str, str]]:
 
 def shared_lines(landings: Mapping[str, ShockProfile]) -> list[tuple[str, str]]:
     """What several landings have in common, and their names; all lines of a single one."""
-    own = [dict(header_lines(profile)) for profile in landings.values()]
+    own = [dict(header_lines(profile, landings.values())) for profile in landings.values()]
     if len(own) == 1:
         return list(own[0].items())
     texts = {name: list(dict.fromkeys(one[name] for one in own)) for name in ("robot", "posture", "base", "joint model")}
-    lines = [(name, text if not others else "differs between the landings") for name, (text, *others) in texts.items()]
+    lines = []
+    for name, (text, *others) in texts.items():
+        # Parts of the text, such as the drives, may be those of all landings.
+        parts = [part for part in text.split("; ") if all(part in other.split("; ") for other in others)]
+        lines.append((name, "; ".join(parts if not others or parts else ["differs between the landings"])))
     names = list(landings)
     return [*lines, ("landings", "; ".join(names) if len(names) <= 4 else f"{len(names)}, from {names[0]} to {names[-1]}")]
 
@@ -121,8 +125,8 @@ def joint_model_text(profile: ShockProfile) -> str:
     return model.summary if model.drives else JOINT_MODELS[profile.joint_model]
 
 
-def _drive_texts(profile: ShockProfile) -> list[str]:
-    """What the scene and the file say of the drives, which are unknown and what that may change, and the springs."""
+def _drive_texts(profile: ShockProfile, among: Collection[ShockProfile]) -> list[str]:
+    """What the scene and the file say of the drives, which are unknown, how much that changes among landings, and the springs."""
     robot, joints, model = profile.robot, profile.scene.joints, profile.landing.joint_model
     texts = [f"reflected inertia {text}" for text in _settings(robot, joints.armature, ("kg m²", "kg"))]
     for name, motor in joints.rotor.items():
@@ -139,8 +143,8 @@ def _drive_texts(profile: ShockProfile) -> list[str]:
         texts.append(f"the file gives gear ratios without the inertia of a rotor ({listed_ratios}), which --rotor takes")
     if unknown := [joint.name for joint in single if model.unknown[joint.v].any()]:
         subject = "drives unknown" if len(unknown) == len(single) else f"drives of {few(unknown, 2, what=' joints')} unknown"
-        trunk = profile.bracket[0]
-        times = (trunk.locked or 0.0) / trunk.as_modelled if trunk.as_modelled else math.inf
+        trunks = [one.bracket[0] for one in among]
+        times = max((one.locked or 0.0) / one.as_modelled if one.as_modelled else math.inf for one in trunks)
         more = (
             f": the shock of the trunk may be up to {times:{'.0f' if times >= 10.0 else '.2g'}} times larger (locked)"
             if math.isfinite(times) and times >= 1.05
@@ -217,6 +221,11 @@ def contact_name(profile: ShockProfile) -> str:
 def count(number: int, noun: str) -> str:
     """A number with its noun, such as "1 body" or "2 bodies"."""
     return f"{number} {noun if number == 1 else f'{noun[:-1]}ies' if noun.endswith('y') else f'{noun}s'}"
+
+
+def at_place(text: str) -> str:
+    """A quantity and its places as they are typed, such as "shock@imu_link", in words and on one line of a figure."""
+    return printable(text.replace("@", " at ", 1), 60)
 
 
 def shown_as(value: float, unit: str, digits: int = 3) -> str:

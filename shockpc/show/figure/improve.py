@@ -8,6 +8,7 @@ from shockpc.show.figure.landing import draw_row
 from shockpc.show.figure.layout import LEFT, Page
 from shockpc.show.figure.style import CURVES, INK, new_chart
 from shockpc.show.figure.view import view_of, windows_of
+from shockpc.show.wording import at_place, joint_model_text, robot_name
 from shockpc.studies.improve import Improvement
 from shockpc.text.printed import printable
 
@@ -22,11 +23,15 @@ def draw_improvement(study: Improvement) -> Figure:
     windows = windows_of(views, (0.1, 0.1), (6.6, 3.4), (1.6, 1.6), arrow=0.45)
     width = sum(window.sides[0] + GAP for window in windows)
     x, tall = LEFT + width + 0.75, max(max(window.sides[1] for window in windows) + FOOT + 0.3, 2.9)
-    (before, after), target = study.values[0], printable(study.cost.quantities[0], 60)
+    (before, after), target = study.values[0], at_place(study.cost.quantities[0])
     page = Page(
         x + CHART,
         tall,
-        [f"{target}: {before:.3g} as given, {after:.3g} at the optimum", printable(study.worst, 100) or "one landing"],
+        [
+            f"{target}: {before:.3g} as given, {after:.3g} at the optimum",
+            printable(f"{robot_name(profiles[0].robot)}, {study.worst}".removesuffix(", "), 100),
+            f"joint model: {joint_model_text(profiles[0])}",
+        ],
     )
     draw_row(page, page.low + FOOT + 0.3, views, windows, ("as given", "optimum"), GAP)
     page.bar(LEFT, width - GAP)
@@ -47,7 +52,7 @@ def draw_improvement(study: Improvement) -> Figure:
 
 
 def _label(study: Improvement, role: int) -> str:
-    return f"{printable(study.cost.quantities[role], 60)} [{study.columns[role].unit}]"
+    return f"{at_place(study.cost.quantities[role])} [{study.columns[role].unit}]"
 
 
 def draw_front(study: Improvement) -> Figure:

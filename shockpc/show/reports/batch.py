@@ -19,6 +19,13 @@ NO_DRIVES = {"free": "nothing gives a reflected inertia; stiff gearboxes change 
 """What a joint model without drives of the catalogue means."""
 
 
+SECOND = ("ropc", "friction_needed", "feasible", "error_bound")
+"""Standard quantities that are not on a terminal, unless landings are ranked by one."""
+
+WHOLE = ("posture", "drives", "sensors and points [-]", "warnings", "failure")
+"""The last columns of the CSV file."""
+
+
 def batch_report(batch: Batch) -> Report:
     """The landings of many robots; the Markdown document also has their warnings."""
     caption = f"the worst landing of each robot, ranked by {batch.rank}"
@@ -28,7 +35,7 @@ def batch_report(batch: Batch) -> Report:
     return Report(
         name="batch",
         title="Landings of robots",
-        body=lambda full: [*picture, _sheet(batch), *([Lines(warnings)] if full else [])],
+        body=lambda full: [*picture, *([_sheet(batch)] if batch.rows else []), *([Lines(warnings)] if full else [])],
         closing=[f"not computed: {line}" for line in cause_lines(_causes(batch), "landings", CAUSES)],
         sheets={"batch": lambda: _sheet(batch, for_terminal=False)},
         document=lambda: {
@@ -55,23 +62,20 @@ def _record(row: BatchRow) -> dict[str, Any]:
 
 
 def _sheet(batch: Batch, for_terminal: bool = True) -> Sheet:
-    """One row for each landing. Args: for_terminal, without columns that repeat another, all sensors, and what failed."""
+    """One row for each landing. Args: for_terminal, without columns of second rank, the other sensors, and what failed."""
     names = list(batch.columns)
     if for_terminal:
         free = all(row.joint_model == "free" for row in batch.rows)
-        names = [name for name in names if name not in ("error_bound", "feasible") and not (free and name == "shock_com")]
+        left_out = [name for name in SECOND if name != batch.rank] + ["shock_com"] * free
+        names = [name for name in names if name not in left_out]
     units = (select(name.partition("@")[0]).quantity.unit.replace("1", "-") for name in names)
     # A robot by its name or file needs no second column for that; a scene is known by its name.
     scenes = not for_terminal or any(row.source.endswith(".toml") for row in batch.rows)
     ranks, models = batch.ranks, len({row.joint_model for row in batch.rows})
     ranked = models > 1 or not for_terminal
-    header = [*(["scene"] if scenes else []), "robot", "contact", "trunk", "joints", *(["rank with these"] if ranked else [])]
-    header += [f"{name} [{unit}]" for name, unit in zip(names, units, strict=True)]
-    header += [
-        "IMU",
-        "at IMU [-]",
-        *([] if for_terminal else ["posture", "drives", "sensors and points [-]", "warnings", "failure"]),
-    ]
+    header = [*(["scene"] if scenes else []), "robot", "contact", *([] if for_terminal else ["trunk"]), "joints"]
+    header += [*(["rank"] if ranked else []), *(f"{name} [{unit}]" for name, unit in zip(names, units, strict=True))]
+    header += ["at IMU [-]"] if for_terminal else ["IMU", "at IMU [-]", *WHOLE]
     rows: list[Row] = []
     short = batch.short_names if for_terminal else {}
     marked = for_terminal and not all(row.drives_known for row in batch.rows)
@@ -80,8 +84,8 @@ def _sheet(batch: Batch, for_terminal: bool = True) -> Sheet:
         imu = max(imus.items(), key=lambda pair: pair[1], default=(None, None))
         source = (_scene_of(row, for_terminal),) if scenes else ()
         joints = f"{row.joint_model}{' *' * (row.drives_known and marked)}"
-        cells: Row = (*source, short.get(row.robot, row.robot), row.contact, row.trunk, joints, *([rank] if ranked else []))
-        cells += (*(row.values[name] for name in names), *imu)
+        cells: Row = (*source, short.get(row.robot, row.robot), row.contact, *([] if for_terminal else [row.trunk]), joints)
+        cells += (*([rank] if ranked else []), *(row.values[name] for name in names), *imu[for_terminal:])
         if not for_terminal:
             sensors = "; ".join(f"{name}={value!r}" for name, value in row.sensors.items())
             cells += (row.scene.posture.reference, row.drives or None, sensors, "; ".join(row.warnings), None)
@@ -90,7 +94,8 @@ def _sheet(batch: Batch, for_terminal: bool = True) -> Sheet:
         failed = [(None, failure.robot, failure.contact) for failure in batch.failures]
         rows += [(*what, *[None] * (len(header) - 4), one.reason) for what, one in zip(failed, batch.failures, strict=True)]
     title = f"{count(len(batch.rows), 'landing')}, ranked by {batch.rank}"
-    return Sheet(title, header, rows, list(_notes(batch)) if for_terminal else ())
+    ranking = ["rank: among the landings of the same joint model"] if ranked else []
+    return Sheet(title, header, rows, [*ranking, *_notes(batch)] if for_terminal else ())
 
 
 def _scene_of(row: BatchRow, short: bool) -> str | None:
@@ -102,10 +107,10 @@ def _notes(batch: Batch) -> Iterable[str]:
     """What the columns mean, and what distinguishes some rows."""
     rows, short = batch.rows, batch.short_names
     yield from (f"{name}: {label}" for label, name in short.items())
-    yield "trunk: the heaviest body; bodies' quantities are its own, points' its centre of mass's; of several places the worst"
+    yield "of the trunk, the heaviest body: shock_max is its greatest, other shocks are at its CoM; of several places the worst"
     if rows:
         bound = max(row.values["error_bound"] or 0.0 for row in rows)
-        yield f"jumps {proof_text(bound)}; shockpc quantities lists what the columns mean"
+        yield f"jumps {proof_text(bound)}; shockpc quantities lists what the columns mean; --out writes more of them"
         empty = [name for name in batch.columns if all(row.values[name] is None for row in rows)]
         yield from without_value((name, select(name.partition("@")[0]).quantity) for name in empty)
     models: dict[tuple[str, str], list[str]] = {}
@@ -124,7 +129,7 @@ def _notes(batch: Batch) -> Iterable[str]:
     if any(row.drives and row.joint_model != "free" and row.scene.joints.drives is None for row in rows):
         yield "--joints free for free joints"
     if any(sum(map(is_imu, row.sensors)) > 1 for row in rows):
-        yield "of several IMUs the one with the greatest shock; CSV and JSON hold all"
+        yield "at IMU: of several the greatest shock"
     if any(row.values["shock_max"] is None for row in rows):
         last = "; such rows come last, ranked by the shock at its centre of mass" if batch.rank == "shock_max" else ""
         yield f"–: the trunk has no geometry{last}"

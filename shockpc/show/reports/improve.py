@@ -10,13 +10,16 @@ from shockpc.landing.scene_file import scene_table
 from shockpc.quantities.profile import ShockProfile
 from shockpc.show.document import record
 from shockpc.show.reports.compare import compare_report
-from shockpc.show.reports.report import Picture, Report
+from shockpc.show.reports.report import Picture, Report, Section
 from shockpc.show.tables import Lines, Sheet, sheet_of
-from shockpc.show.wording import count, proof_text, shared_lines, shared_warnings
+from shockpc.show.wording import at_place, count, proof_text, shared_lines, shared_warnings
 from shockpc.studies.compare import STANDARD, Design, compare
 from shockpc.studies.improve import BEST, Improvement
 from shockpc.text.printed import few
 from shockpc.text.toml import toml_lines
+
+MORE = ["--out writes how the other numbers change"]
+"""The last line on a terminal."""
 
 
 def improve_report(study: Improvement) -> Report:
@@ -30,14 +33,14 @@ def improve_report(study: Improvement) -> Report:
     front = [Picture("front", "the front of two numbers", "improve:draw_front", (study,))] if study.front else []
     return Report(
         name="improve",
-        title=f"The least {few(list(study.cost.quantities), 2)}",
+        title=f"The least {few(list(map(at_place, study.cost.quantities)), 2)}",
         body=lambda full: [
             Lines([*shared_lines(study.after), *_lines(study)]),
             picture,
             *front,
             _variables(study),
             *([_front(study)] if study.front else []),
-            *(part for part in compared.body(full) if not isinstance(part, Picture)),
+            *(_compared(compared, True) if full else [*_compared(compared, False)[:3], Lines(MORE)]),
         ],
         closing=compared.closing,
         warnings=shared_warnings(study.after),
@@ -46,6 +49,11 @@ def improve_report(study: Improvement) -> Report:
         more=lambda _: {name: "\n".join(toml_lines(scene_table(one.scene))) + "\n" for name, one in _scenes(study).items()},
         landings={f"{label}: {study.worst}": one for label, one in _worst(study).items()},
     )
+
+
+def _compared(compared: Report, full: bool) -> list[Section]:
+    """Lines and tables of the comparison: what the letters mean, the shock at points, at centres of mass, and others."""
+    return [part for part in compared.body(full) if not isinstance(part, Picture)]
 
 
 def _worst(study: Improvement) -> dict[str, ShockProfile]:
@@ -69,7 +77,7 @@ def _lines(study: Improvement) -> list[tuple[str, str]]:
         unit = column.unit
         gain = f" ({100.0 * (after / before - 1.0):+.3g} %)" if before and math.isfinite(after / before) else ""
         over = f", the worst of {count(len(study.after), 'landing')}" if len(study.after) > 1 else ""
-        lines.append((text, f"{_number(before, unit)} → {_number(after, unit)}{gain}{over}"))
+        lines.append((at_place(text), f"{_number(before, unit)} → {_number(after, unit)}{gain}{over}"))
     (before, after), *_ = study.values
     if (before < after) == (study.columns[0].selection.quantity.worse == "greater") and before != after:
         reason = f"it lies outside the range of {few(list(study.outside), 4)}" if study.outside else "it misses constraints"
@@ -96,7 +104,7 @@ def _variables(study: Improvement) -> Sheet:
 
 
 def _front(study: Improvement) -> Sheet:
-    numbers = [f"{text} [{column.unit}]" for text, column in zip(study.cost.quantities, study.columns, strict=True)]
+    numbers = [f"{at_place(text)} [{column.unit}]" for text, column in zip(study.cost.quantities, study.columns, strict=True)]
     rows = [(*point.values.tolist(), *point.x.tolist()) for point in study.front]
     return Sheet("front, in double precision", (*numbers, *study.cost.names), rows, [])
 

@@ -2,6 +2,7 @@
 
 import functools
 import math
+import textwrap
 from collections.abc import Sequence
 
 import numpy as np
@@ -27,6 +28,7 @@ from shockpc.show.wording import (
     proof_text,
     robot_name,
     shared_lines,
+    shared_warnings,
     shown_as,
     vector_text,
     warning_lines,
@@ -47,6 +49,9 @@ JOINTS = 4
 
 MORE = ["--all prints everything that was computed"]
 """The last line of an answer."""
+
+WARNING = 160
+"""Characters of the first warning in a summary; whole warnings follow it."""
 
 OUT_OF_PLANE = 25.0
 """Share of a body's motion out of the plane above which a note says what its CoPc and RoPc describe [%]."""
@@ -124,7 +129,8 @@ def analyze_report(
 
     def answers() -> list[Section]:
         each = [Lines(_summary_with_ground(profile), name) for name, profile in landings.items()]
-        return [Lines(landing_lines(shared_lines(landings))), *each, _side_by_side(profiles, bodies, PLACES), Lines(MORE)]
+        table, warnings = _side_by_side(profiles, bodies, PLACES), Lines(shared_warnings(landings))
+        return [Lines(landing_lines(shared_lines(landings))), *each, table, Lines(MORE), warnings]
 
     return Report(
         name="summary",
@@ -161,8 +167,13 @@ def _summary(profile: ShockProfile) -> list[tuple[str, str]]:
             force = "not determined, because rows are redundant"
         elif any(one.kind == "size" for one in warnings):
             force = "not determined, because the mechanism is singular or redundant here"
-    first = "no warnings" if not warnings else f"{count(len(warnings), 'warning')}: {warnings[0]}"
-    return [("shock", few(texts, 4, "; ")), ("joint", f"largest impulse: {force}"), ("warnings", first)]
+    first = "no warnings"
+    if warnings:
+        first = f"{count(len(warnings), 'warning')}: {textwrap.shorten(str(warnings[0]), WARNING, placeholder=' …')}"
+    lines = [("shock", few(texts, 4, "; ")), ("joint", f"largest impulse: {force}"), ("warnings", first)]
+    if peaks := [f"{point.frame} {rounded(point.peak_g)} g" for point in profile.points if point.peak_g is not None]:
+        lines.insert(1, ("peak", f"{few(peaks, 4)} for a pulse {profile.scene.pulse}"))
+    return lines
 
 
 def _or_none(shock: float | None) -> str:
@@ -345,7 +356,9 @@ def _points_sheet(profile: ShockProfile) -> Sheet:
         ]
         for point in profile.points
     ]
-    title = "sensors and points (Δv in the frame's own axes" + (f"; peak acceleration for a pulse {pulse})" if pulse else ")")
+    of_pulse = "" if pulse is None else f"; peak acceleration for a pulse {pulse}"
+    of_pulse += ", of the impulse model" if pulse and profile.stiffness is not None else ""
+    title = f"sensors and points (Δv in the frame's own axes{of_pulse})"
     return Sheet(title, header, rows)
 
 
@@ -372,6 +385,8 @@ def _parts_sheet(profile: ShockProfile) -> Sheet:
             bases.setdefault(one.strength.basis, []).append(one.part)
         rows.append((one.part, *bound, one.part_margin, one.governed_by or one.missing)[: len(heads)])
     notes = [f"critical values of {few(names, 6)}: {basis}" for basis, names in bases.items() if basis]
+    if profile.stiffness is not None and profile.scene.pulse is not None:
+        notes.append("peaks and torques are those on the contact stiffness, whatever the pulse")
     if not peaks and points:
         notes.append("margins by velocity change alone, because a peak needs a pulse or a contact stiffness")
     if joints and profile.stiffness is None and any(one.torque is not None for one in profile.parts):
