@@ -282,6 +282,24 @@ def test_a_part_of_a_joint_that_cannot_be_judged_says_why(capfd, here):
     ]
 
 
+@pytest.mark.parametrize("scene", [{"contact_stiffness": K}, {"pulse": "half-sine:5ms"}])
+@pytest.mark.parametrize(("rotor", "missing"), [(None, "needs the rotor of its spring"), (1e-3, "needs a contact stiffness")])
+def test_a_joint_behind_a_spring_has_no_torque_of_zero(here, scene, rotor, missing):
+    """The spring of a series elastic joint carries nothing in the instant of an impact, but a torque afterwards."""
+    inertia = "" if rotor is None else f"armature = {rotor}\n"
+    (here / "d.toml").write_text(
+        f'[[drive]]\njoint = ["slide"]\ndrive_stiffness = 1e4\n{inertia}status = "published"\nsource = "s"\n'
+    )
+    part = (Part(name="gear", joint="slide", momentary_torque=300.0),)
+    profile = shock_profile(Scene(robot="column.urdf", contact="foot", joints=Joints(drives="d.toml"), part=part, **scene))
+    (found,) = profile.parts
+    judged = rotor is not None and "contact_stiffness" in scene
+    assert (found.part_margin is None, found.torque is None, found.missing) == (not judged, not judged, "" if judged else missing)
+    assert judged == (profile.margin_lost is not None and "contact_stiffness" in scene)
+    if judged:
+        assert found.torque > 0.0
+
+
 def test_a_torque_on_the_command_line(capfd, here):
     """TORQUE, and TORQUE DURATION; in the unit of the joint, and of a joint that exists."""
     words = ("column.urdf", "--contact", "foot", "--part", "sl*=50 N 20 ms", "--save-scene", "s.toml")

@@ -29,7 +29,7 @@ def early_springs(landing: PosedLanding, time: float, duration: float | None) ->
         duration: of the contact [s]; None where the landing gives no stiffness of the contacts.
     """
     model, count = landing.joint_model, f"{1e3 * time:.2g} ms"
-    held = np.isfinite(model.drive_stiffness) & (model.rotor == 0.0)
+    held = model.rotor_unknown
     if duration is not None and held.any():
         names = few([joint.name for joint in landing.robot.single_joints if held[joint.v].any()], 2, what=" joints")
         text = (
@@ -67,7 +67,7 @@ def spring_times(landing: PosedLanding) -> Array:
     joints = np.flatnonzero(model.springs)
     behind = np.array([v for v in joints if model.rotor[v] > 0.0], dtype=int)
     held = np.array([v for v in joints if model.stiffness[v] > 0.0], dtype=int)
-    held_rotor = np.array([v for v in joints if np.isfinite(model.drive_stiffness[v]) and not model.rotor[v]], dtype=int)
+    held_rotor = np.flatnonzero(model.rotor_unknown)
     own = np.concatenate([held, held_rotor])
     n, s = len(M), len(behind)
     full = np.zeros((n + s, n + s))

@@ -30,6 +30,7 @@ from shockpc.landing.rows import Block, block_point
 from shockpc.landing.scene import GRAVITY
 from shockpc.text.diagnostic import Diagnostic
 from shockpc.text.errors import SolveError
+from shockpc.text.printed import few
 
 SPECTRUM = tuple(float(f) for f in np.geomspace(10.0, 2000.0, 93).round(3))
 """Natural frequencies of the shock response spectrum [Hz]."""
@@ -54,6 +55,10 @@ IMPULSE_SHARE = 0.99
 GRAVITY_SHARE, DEEPEST_SHARE = 0.05, 0.1
 """Share of the approach speed that gravity adds during the contact, and of the robot's size by which a contact is compressed, from
 which on the model without gravity, or with frozen geometry, is doubtful."""
+
+
+DAMPED_SHARE = 0.01
+"""Share of the change of velocities from which on the damping of joints counts."""
 
 
 class _Columns(DoubleImpact):
@@ -343,6 +348,7 @@ class CompliantLanding:
                 "leave out --no-gravity"
             )
             yield Diagnostic("contact", "", gravity / approach, text)
+        yield from self._damped()
         landing = self.landing
         state, robot = landing.state, landing.robot
         coms = state.position[0] + (state.rotation[0] @ robot.coms[..., None])[..., 0]
@@ -362,6 +368,27 @@ class CompliantLanding:
                 "their order, so durations are not reliable; take restitution above 0, or fewer contacts"
             )
             yield Diagnostic("contact", "", float(events), text)
+
+    def _damped(self) -> Iterator[Diagnostic]:
+        """A warning where the damping of joints, which is left out, counts.
+
+        Its impulses p = −d Δq, of the deflections Δq until the end, change velocities v by M⁻¹ p, or less where contacts hold the
+        robot. Compared are the lengths √(vᵀ M v) of this change and of that by the impact.
+        """
+        M, robot, duration, end = self._rows.M, self.landing.robot, self.motion.duration, self._turns[1]
+        jump = (end.jump[-1] - duration * self.motion.gravity)[: len(M)]
+        moved = self._free @ end.displacement[-1, : len(M)]
+        impulse = np.where(self.landing.joint_model.locked, 0.0, -robot.model.damping * moved)
+        along = self._free.T @ impulse
+        share = float(np.sqrt(along @ np.linalg.solve(M, along) / (jump @ M @ jump)))
+        if share > DAMPED_SHARE:
+            names = few([joint.name for joint in robot.single_joints if impulse[joint.v].any()], 2, what=" joints")
+            text = (
+                f"the damping of {names} in the robot's file is left out; in the {1e3 * duration:.3g} ms of the motion it may "
+                f"change velocities by up to {100.0 * share:.2g} % of what the impact changes, and late forces by about as much; "
+                "set it to zero in the file if it is there for a simulation alone"
+            )
+            yield Diagnostic("contact", "damping", share, text)
 
     @functools.cached_property
     def force_shares(self) -> Array:

@@ -53,6 +53,11 @@ class JointModel(NamedTuple):
         return np.asarray((self.stiffness > 0.0) | np.isfinite(self.drive_stiffness))
 
     @property
+    def rotor_unknown(self) -> np.ndarray:
+        """Which joint velocities (nv,) have a spring before a rotor of unknown inertia."""
+        return np.asarray(np.isfinite(self.drive_stiffness) & (self.rotor == 0.0))
+
+    @property
     def summary(self) -> str:
         """Its name, and where its drives are from."""
         if self.drives and self.name == "free":

@@ -143,12 +143,17 @@ def point_peaks(found: "CompliantLanding", places: Places) -> Array:
 
 
 def _joint_peaks(found: "CompliantLanding", places: Places) -> Array:
-    """Peak forces, moments and torques along the axes (3, n) of joints; a torque is zero where it is rounding."""
+    """Peak forces, moments and torques along the axes (3, n) of joints.
+
+    A torque is zero where it is rounding, and NaN where it is that of a spring before a rotor of unknown inertia.
+    """
     joints = {place.name: k for k, place in enumerate(found.landing.places("joint"))}
     force, moment, along = found.peaks(_loads)[0][-3 * len(joints) :].reshape(3, -1)
     least = ROUNDING * max(force.max(initial=0.0), moment.max(initial=0.0))
     peaks = np.array([force, moment, np.where(along <= least, 0.0, along)])
-    return peaks[:, [joints[place.name] for place in places]]
+    peaks = peaks[:, [joints[place.name] for place in places]]
+    peaks[2, found.landing.joint_model.rotor_unknown[_numbers(places)]] = np.nan
+    return peaks
 
 
 def _numbers(places: Places) -> list[int]:
@@ -161,7 +166,8 @@ def _of_contacts(values: Array, places: Places) -> Array:
 
 
 PEAK_TORQUE = _stiff("peak_torque", "joint", "peak torque along the joint's axis", "N m, N",
-    lambda found, places: _joint_peaks(found, places)[2], "the joint has more than one axis")  # fmt: skip
+    lambda found, places: _joint_peaks(found, places)[2],
+    "the joint has more than one axis, or a spring before a rotor of unknown inertia")  # fmt: skip
 
 GROUND = (
     *(_with_friction(entry) for entry in OF_THE_IMPACT if "friction" in entry.also),

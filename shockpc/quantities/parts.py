@@ -25,11 +25,14 @@ from shockpc.text.errors import SceneError, SolveError
 
 NO_PULSE = "the scene gives neither a pulse nor a contact stiffness"
 NO_TORQUE = "no torque or effort limit is known"
-NO_TIME = f"{NO_PULSE}, nor the part the duration of its torque"
+NO_TIME = f"{NO_PULSE}, nor the part the duration of its torque; or the joint has a spring whose torque is not computed"
 NEEDS_TORQUE, NEEDS_TIME = "needs a momentary torque", "needs a pulse, stiffness or duration"
+NEEDS_ROTOR, NEEDS_STIFFNESS = "needs the rotor of its spring", "needs a contact stiffness"
 REMEDIES = {
     NEEDS_TORQUE: "; give the part a momentary_torque, because the robot's file has no effort limit of its joint",
     NEEDS_TIME: "; give the scene a pulse or a contact stiffness, or the part a torque_duration",
+    NEEDS_ROTOR: ", which decides the spring's torque; give it with --rotor, and a contact stiffness",
+    NEEDS_STIFFNESS: ", because its spring gives its torque after the instant of the impact",
 }
 """What to change where a part of a joint has no margin."""
 
@@ -148,7 +151,9 @@ def _torque(impact: Impact, places: Places, durations: Array) -> Any:
         return PEAK_TORQUE.compute(impact, places)
     impulse, rates = ALONG.compute(impact, places), _rates(impact, durations)
     numbers = impact.rounded(impulse, lambda values: ALONG.size(impact, values))
-    known = impact.unique[:, None].all(axis=-1, keepdims=True) & ~np.isnan(numbers) & ~np.isnan(rates)
+    # A spring before a rotor gives no impulse in the instant of the impact, but a torque afterwards.
+    sprung = np.isfinite(impact.landing.joint_model.drive_stiffness)[[place.number for place in places]]
+    known = impact.unique[:, None].all(axis=-1, keepdims=True) & ~np.isnan(numbers) & ~np.isnan(rates) & ~sprung
     return np.where(known, np.where(numbers < 0.0, -impulse, impulse) * impact.exact(np.nan_to_num(rates)), np.nan)
 
 
@@ -194,6 +199,8 @@ def not_judged(landing: PosedLanding, place: Place, redundant: bool) -> str:
         return MULTIAXIAL
     if np.isnan(own.momentary_torque):
         return NEEDS_TORQUE
+    if np.isfinite(landing.joint_model.drive_stiffness[joint.number]):
+        return NEEDS_ROTOR if landing.joint_model.rotor_unknown[joint.number] else NEEDS_STIFFNESS
     return "contacts or loops are redundant" if redundant else NEEDS_TIME
 
 
@@ -232,8 +239,9 @@ def margin_lost(landing: PosedLanding) -> MarginLost | None:
         solution = solve_in_doubles(stiff, equation)
         jumps = jumps_of(stiff, equation.full(solution.delta_qd), equation.state)
         limits, rated = torque_limits(robot, ())[0], {place.joint for place in stiff.parts}
-        joints = [p for p in stiff.places("joint") if p.number not in rated and not np.isnan(limits[p.number])]
-        if not (joints or stiff.parts):
+        judged = ~np.isnan(limits) & ~stiff.joint_model.rotor_unknown
+        joints = [p for p in stiff.places("joint") if p.number not in rated and judged[p.number]]
+        if not (joints or any(part.joint < 0 or not stiff.joint_model.rotor_unknown[part.joint] for part in stiff.parts)):
             return None
 
         from shockpc.impact.stiffness import compliant_landing

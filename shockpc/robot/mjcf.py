@@ -72,6 +72,7 @@ def build_mjcf(source: RobotSource, bodies: RobotBodies) -> Robot:
     effort = np.where(limited, np.abs(m.jnt_actfrcrange[m.dof_jntid]).max(axis=1), np.inf)
     model.upperEffortLimit = effort[np.isin(m.dof_jntid, joints)]
     model.armature = _armature(m)[np.isin(m.dof_jntid, joints)]
+    model.damping = np.reshape(m.dof_damping, (m.nv, -1))[np.isin(m.dof_jntid, joints), 0]
     floats = model.joints[1].shortname() == "JointModelFreeFlyer"
     if floats:
         extra = float(model.armature[0])

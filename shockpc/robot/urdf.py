@@ -259,6 +259,9 @@ def _drives(root: Element, joints: dict[str, Element], model: pin.Model) -> tupl
         if (dynamics := joint.find("dynamics")) is not None:
             inertias[name] = _at_least_zero(name, "rotor_inertia", dynamics.get("rotor_inertia"))
             springs[name] = _at_least_zero(name, "stiffness", dynamics.get("stiffness"))
+            if model.existJointName(name) and (damping := vector(dynamics.get("damping", "0"), 1)) is not None:
+                index = model.getJointId(name)
+                model.damping[model.idx_vs[index] : model.idx_vs[index] + model.nvs[index]] = max(float(damping[0]), 0.0)
     for transmission in root.findall("transmission"):
         names, actuators = [joint.get("name", "") for joint in transmission.findall("joint")], transmission.findall("actuator")
         if len(names) != 1 or names[0] not in joints or len(actuators) > 1:
