@@ -100,7 +100,27 @@ class RecordedLandings:
     @functools.cached_property
     def closes(self) -> bool:
         """Whether there are loops that the rows may leave open."""
-        return bool(self.first.loops) and not self.table.row_scenes
+        return bool(self.first.loops) and not self.table.row_scenes and not self.table.closed
+
+    @property
+    def closed(self) -> Rows:
+        """The rows with all loops closed; where they cannot be closed, a row is no landing.
+
+        Raises:
+            StudyError: they can be closed in no row.
+        """
+        table = self.table
+        if not self.closes:
+            return table
+        Q, rates, messages = table.Q.copy(), table.before.joint_rates.copy(), dict(table.messages)
+        for row in set(range(self.rows)) - messages.keys():
+            try:
+                Q[row], rates[row], *_ = self._closed(self._landing(table.key(row)), Q[row], rates[row])
+            except ShockError as error:
+                messages[row] = str(error)
+        if len(messages) == self.rows:
+            raise StudyError(messages[0])
+        return table._replace(Q=Q, before=table.before._replace(joint_rates=rates), messages=messages, closed=True)
 
     @functools.cached_property
     def _known(self) -> dict[int, PosedLanding]:

@@ -89,6 +89,7 @@ class Rows(NamedTuple):
         missing: what is the scene's, in words.
         measured: jumps that were measured.
         row_scenes: the scenes of the rows themselves, if they are not of a table.
+        closed: whether loops are closed in the configurations and motions already.
         messages: why a row is no landing, by its number.
         warnings: what is doubtful of columns.
     """
@@ -107,6 +108,7 @@ class Rows(NamedTuple):
     missing: tuple[str, ...]
     measured: tuple[Measured, ...] = ()
     row_scenes: tuple[Scene | None, ...] = ()
+    closed: bool = False
     messages: Mapping[int, str] = {}
     warnings: tuple[str, ...] = ()
 

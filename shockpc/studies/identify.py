@@ -20,6 +20,7 @@ import numpy as np
 
 from shockpc.core.spatial import Array
 from shockpc.evaluation.prediction import SCALE, Predicted, Predictor, coordinate, energy_norms, energy_roots, mobilities
+from shockpc.evaluation.recorded import RecordedLandings
 from shockpc.evaluation.recorded_table import rows_of
 from shockpc.evaluation.table import Table
 from shockpc.evaluation.table_files import columns_of
@@ -220,6 +221,8 @@ def identify(
             f"{stiff[0]} changes the motion at a time after contact, and the table does not say when it was measured; name its "
             "columns after6ms_… for 6 ms"
         )
+    if all(one.kind != "place" for one in unknowns):  # lengths alone decide how loops close
+        rows = RecordedLandings(robot, rows).closed
     predictor = Predictor(rows, robot, unknowns, chosen)
     return _Fit(predictor, deviations[deviations > 0.0] if noise else None).identification(scene)
 
