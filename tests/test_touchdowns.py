@@ -201,7 +201,7 @@ def test_standing_feet_of_a_table_are_the_stance_of_its_landings(here):
 
 
 def test_flags_and_forces(here):
-    """A column named like a foot, or one that is named, says when it touches; chatter is one touchdown, a short force none."""
+    """A column named like a foot, or one that is named, says when it touches; chatter is one; a short force must be large."""
     columns = stepping()
     t = columns["time"]
     force = np.where((t > 0.2985) | (np.abs(t - 0.1) < 0.003), 40.0, 0.5) * (np.abs(t - 0.305) > 0.0006)
@@ -212,6 +212,8 @@ def test_flags_and_forces(here):
     assert found.landings[1].stance == ("left_foot",)
     assert "exceeds 1.86 N" in " ".join(found.warnings)
     assert len(stepped(here, columns, flags={"right_foot": "sensor"}, force=50.0).landings) == 1
+    bounces = stepped(here, columns | {"left_foot_force": 400.0 * (np.abs(t - 0.1) < 0.003)}, flags={"right_foot": "sensor"})
+    assert [landing.first for landing in bounces.landings] == [97, 400]
     with pytest.raises(UnknownName, match='no column "sensr"'):
         stepped(here, columns, flags={"right_foot": "sensr"})
 

@@ -89,8 +89,8 @@ class FootLanding(NamedTuple):
     speed: float
 
 
-def foot_landings(t: Array, heights: Array, together: float) -> list[FootLanding]:
-    """The landings of a foot.
+def foot_landings(t: Array, heights: Array, together: float) -> tuple[list[FootLanding], list[int]]:
+    """The landings of a foot, and the samples at which it is stopped but does not stay, so that it may bounce.
 
     Args:
         t: (N,) times without gaps, rising [s].
@@ -98,11 +98,10 @@ def foot_landings(t: Array, heights: Array, together: float) -> list[FootLanding
         together: time within which points are stopped that land together [s].
     """
     if len(t) < 2 * FEWEST:
-        return []
+        return [], []
     lowest, sigma = heights.min(axis=1), max(map(noise, heights.T))
     stops = sorted((stop.sample, p, stop) for p, height in enumerate(heights.T) for stop in _stops(t, height))
-    landings: list[FootLanding] = []
-    since = 0
+    landings, rebounds, since = list[FootLanding](), list[int](), 0
     for sample, p, stop in stops:
         if landings and t[sample] - t[landings[-1].sample] <= together:
             landings[-1] = landings[-1]._replace(points=tuple(sorted({*landings[-1].points, p})))
@@ -115,10 +114,14 @@ def foot_landings(t: Array, heights: Array, together: float) -> list[FootLanding
             break  # whether it stays is not known
         up = lowest[min(since, sample) : sample + 1].max() >= after[0] + CLEARANCE + slack
         sinks = after[0] - after.min() > SINKING * stop.speed * rest + slack
-        if up and not sinks and after.max() <= after[0] + REBOUND + slack:
-            landings.append(FootLanding(sample, (p,), stop.speed))
-            since = stop.kink
-    return landings
+        if not up or sinks:
+            continue
+        if after.max() > after[0] + REBOUND + slack:
+            rebounds.append(sample)
+            continue
+        landings.append(FootLanding(sample, (p,), stop.speed))
+        since = stop.kink
+    return landings, rebounds
 
 
 class _Stop(NamedTuple):

@@ -29,7 +29,7 @@ from shockpc.robot.landmarks import each_foot
 from shockpc.robot.robot import Robot
 from shockpc.studies.declare import RenameOption, study
 from shockpc.text.errors import StudyError, UnknownName
-from shockpc.text.printed import listed
+from shockpc.text.printed import few, listed
 
 WINDOW = 3e-3
 """Default of the windows for velocities; each has at least `FEWEST` samples [s]."""
@@ -45,7 +45,10 @@ STILL, LEVEL = 0.15, 10e-3
 """Speed up to which a foot stands [m/s], if it is at most so much higher than where it lands [m]."""
 
 OFF = 20e-3
-"""Time without contact before a touchdown, and with it for half of that time after it [s]."""
+"""Time without contact before a touchdown, and with it for half of that time after it, if the foot does not bounce [s]."""
+
+BOUNCE = 10.0
+"""Mean force in that time after a touchdown from which a foot that bounces has landed too, in thresholds of the force."""
 
 FORCE = 0.05
 """Force of a contact, in weights of the robot, but at least 1 N."""
@@ -249,8 +252,8 @@ class _Finder:
             tuple(self.warnings),
         )  # fmt: skip
 
-    def _flags(self, given: Mapping[str, str], force: float | None) -> dict[int, tuple[str, np.ndarray]]:
-        """Columns of flags or forces by contact: their name, and where (n,) there is contact."""
+    def _flags(self, given: Mapping[str, str], force: float | None) -> dict[int, tuple[str, Array]]:
+        """Columns of flags or forces by contact: their name, and their values (n,), of which those above 1 say contact."""
         others = {name: values for name, values in self.log.others.items() if values.dtype.kind in "fiub" and values.ndim == 1}
         least = max(1.0, FORCE * GRAVITY * self.motion.robot.mass) if force is None else force
         if unknown := [frame for frame in given if frame not in self.frames]:
@@ -267,7 +270,7 @@ class _Finder:
             known = np.isfinite(values)
             values = np.where(known, values, 0.0)[np.maximum.accumulate(np.where(known, np.arange(len(values)), 0))]
             binary = bool(np.isin(values, (0.0, 1.0)).all())
-            flags[c] = name, np.abs(values) > (0.5 if binary else least)
+            flags[c] = name, np.abs(values) / (0.5 if binary else least)
             if not binary:
                 self.warnings.append(f'"{frame}" is taken to touch where {name} exceeds {least:.3g} N')
         return flags
@@ -314,19 +317,36 @@ class _Finder:
             t = self.time[first : last + 1]
             for points in feet.values():
                 assert self.heights is not None
-                for landing in foot_landings(t, self.heights[first : last + 1, points], together):
+                landings, rebounds = foot_landings(t, self.heights[first : last + 1, points], together)
+                for landing in landings:
                     yield from ((first + landing.sample, points[p], landing.speed) for p in landing.points)
-            for c, (_, flag) in self.flags.items():
-                on = flag[first : last + 1]
+                self._warn_of_others(
+                    t[rebounds], points[0], "is stopped and rises again",
+                    "; if it bounces, name a column of contact flags or forces: --flag FRAME=COLUMN",
+                )  # fmt: skip
+            for c, (_, sign) in self.flags.items():
+                sign = sign[first : last + 1]
+                on, short = sign > 1.0, list[int]()
                 for k in np.flatnonzero(on[1:] & ~on[:-1]).tolist():
                     before, after = np.searchsorted(t, (t[k] - OFF, t[k] + OFF))
-                    if not on[before : k + 1].any() and on[k + 1 : after + 1].mean() >= 0.5:
+                    if on[before : k + 1].any():
+                        continue
+                    if on[k + 1 : after + 1].mean() >= 0.5 or sign[k + 1 : after + 1].mean() >= BOUNCE:
                         yield first + k, c, np.nan
+                    else:
+                        short.append(k)
+                self._warn_of_others(t[short], c, f"touches for less than {500.0 * OFF:g} ms by its column")
+
+    def _warn_of_others(self, times: Array, c: int, how: str, advice: str = "") -> None:
+        """Warn of what is no touchdown of a contact."""
+        if len(times):
+            at = few([f"{self.log.start + time:.4f}" for time in times], 4)
+            self.warnings.append(f'"{self.frames[c]}" {how} (at {at} s), which is no touchdown here{advice}')
 
     def _stands(self, c: int, sample: int) -> bool:
         """Whether a contact stands at a sample: by its flag, or as it is still, and no higher than where it lands."""
         if c in self.flags:
-            return bool(self.flags[c][1][sample])
+            return bool(self.flags[c][1][sample] > 1.0)
         if self.heights is None or self.points is None:
             return False
         first, last = self.motion.run(sample)
@@ -382,11 +402,11 @@ class _Finder:
 
     def _rail_before(self, touch: int, begin: int, end: int) -> float:
         """Rate of a rail that the log lacks, by the flight since the last contact; NaN without one [m/s]."""
-        lifts = [(int(on[-1]), c) for c, (_, flag) in self.flags.items() if len(on := np.flatnonzero(flag[: touch + 1]))]
+        lifts = [(int(on[-1]), c) for c, (_, sign) in self.flags.items() if len(on := np.flatnonzero(sign[: touch + 1] > 1.0))]
         lift, c = max(lifts, default=(-1, 0))
         if lift < self.motion.run(touch)[0]:
             return np.nan
-        landed = next(c for c, (_, flag) in self.flags.items() if flag[touch + 1])
+        landed = next(c for c, (_, sign) in self.flags.items() if sign[touch + 1] > 1.0)
         return self.motion.rail_before(lift, touch, (c, landed), begin, end)
 
 
