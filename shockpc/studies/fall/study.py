@@ -309,7 +309,7 @@ def fall(
     if not strikes:
         raise StudyError(
             "; ".join(f"{name}: {text}" for name, text in failures.items())
-            or f"nothing strikes at {least:g} m/s or more; give a smaller --least"
+            or f"nothing strikes at {least:g} m/s or more: the robot rolls or comes to rest; a smaller --least lists slower ones"
         )
     table = _evaluated(strikes, robot, texts, trace)
     results = sorted(
@@ -503,9 +503,7 @@ def _turns_aside(rigid: Rigid, turn: Array, spots: Sequence[Spot], velocity: Arr
     rows = np.concatenate([np.hstack([axes, np.cross(arm, axes)]) for arm in arms])
     response = np.vstack([rows[:, :3].T / rigid.mass, np.linalg.solve(turn @ rigid.inertia @ turn.T, rows[:, 3:].T)])
     speeds = (rows @ np.concatenate([velocity, omega * axes[1]])).reshape(-1, 3)
-    mus = np.full(len(spots), STICKS if mu is None else mu)
-    found = solve_friction(rows @ response, speeds, mus, np.zeros(len(spots)))
-    change = response[3:] @ found[0].impulse.ravel() if found else np.zeros(3)
+    change = response[3:] @ _impulses(rows @ response, speeds, mu)[0].ravel()
     return float(np.linalg.norm(change - (change @ axes[1]) * axes[1]) / (np.linalg.norm(change) or 1.0))
 
 
@@ -543,25 +541,14 @@ def _pressing(landing: PosedLanding, n: int) -> tuple[list[int], str]:
     The first n contacts strike. What stands or slides takes part if it would sink otherwise. Where contacts stick, those that
     would be pulled are taken out.
     """
-    friction = landing.scene.friction
-    mu, kept, frames = STICKS if friction is None else friction, list(range(n)), [place.name for place in landing.contact_places]
+    friction, kept, frames = landing.scene.friction, list(range(n)), [place.name for place in landing.contact_places]
     try:
         rows = contact_rows(landing)
         A, v = rows.J @ np.linalg.solve(rows.M, rows.J.T), rows.speeds.reshape(-1, 3)
     except (np.linalg.LinAlgError, SceneError, SolveError):
         return kept, ""  # the landing says why
     for count in dict.fromkeys((n, len(frames))):
-        found = solve_friction(A[: 3 * count, : 3 * count], v[:count], np.full(count, mu), np.zeros(count))
-        impulse = found[0].impulse if found else np.zeros((count, 3))
-        kept = [k for k in range(count) if not found or found[0].state[k] != "separates"]
-        while friction is None or not found:
-            own = (3 * np.array(kept)[:, None] + np.arange(3)).ravel()
-            impulse = np.zeros((count, 3))
-            impulse[kept] = np.linalg.lstsq(A[np.ix_(own, own)], -v.ravel()[own], rcond=1e-9)[0].reshape(-1, 3)
-            pulled = min(kept, key=lambda k: float(impulse[k, 2]))
-            if impulse[pulled, 2] >= -SINKS * np.abs(impulse).max() or len(kept) == 1:
-                break
-            kept.remove(pulled)
+        impulse, kept = _impulses(A[: 3 * count, : 3 * count], v[:count], friction)
         sinking = -(v[:, 2] + (A[:, : 3 * count] @ impulse.ravel())[2::3]) / np.abs(v).max()
         if sinking.max() <= SINKS:
             break
@@ -570,6 +557,30 @@ def _pressing(landing: PosedLanding, n: int) -> tuple[list[int], str]:
         laws = "no set of contacts that stick or open obeys the laws of contact; with --friction they may slide"
     text = f"{frames[worst]} would go on into the ground at {100.0 * sinking[worst]:.0f} % of the strike's speed: {laws}"
     return kept, text if sinking[worst] > 0.01 else ""
+
+
+def _impulses(A: Array, velocity: Array, friction: float | None) -> tuple[Array, list[int]]:
+    """The impulses (m, 3) of contacts that may open, and which of them press.
+
+    Without a friction, or if none was found with it, contacts stick; those that would be pulled are taken out one by one.
+
+    Args:
+        A: (3m, 3m) Delassus matrix of rows along two tangents and the normal of each [1/kg].
+        velocity: (m, 3) before the impact [m/s].
+        friction: µ.
+    """
+    m = len(velocity)
+    found = solve_friction(A, velocity, np.full(m, STICKS if friction is None else friction), np.zeros(m))
+    kept = [k for k in range(m) if not found or found[0].state[k] != "separates"]
+    if found and friction is not None:
+        return found[0].impulse, kept
+    while True:
+        rows, impulse = (3 * np.array(kept)[:, None] + np.arange(3)).ravel(), np.zeros((m, 3))
+        impulse[kept] = np.linalg.lstsq(A[np.ix_(rows, rows)], -velocity.ravel()[rows], rcond=1e-12)[0].reshape(-1, 3)
+        pulled = min(kept, key=lambda k: float(impulse[k, 2]))
+        if impulse[pulled, 2] >= -SINKS * np.abs(impulse).max() or len(kept) == 1:
+            return impulse, kept
+        kept.remove(pulled)
 
 
 def _drops(rigid: Rigid, posture: str, height: float, count: int | None, together: float) -> Iterator[FallStrike]:
