@@ -148,7 +148,7 @@ def compared(name: str, heading: float, friction: float | None, step: float = 1e
     """The first strike as computed here, and in MuJoCo. On a hinge, links that stand are points at the edge alone."""
     robot = load_robot(name)
     rigid = Rigid.of(Scene(robot=name), robot)
-    forward = rigid.edge(math.radians(heading), 1e-3).forward
+    forward = rigid.edge(math.radians(heading), 1e-3)[0]
     section = rigid.section(forward)
     corner, theta = section.balance(_support(section, 1e-3)[0])
     length, _, kappa = section.arm(corner)

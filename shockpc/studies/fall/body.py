@@ -33,23 +33,6 @@ class Spot(NamedTuple):
     point: Array
 
 
-class Edge(NamedTuple):
-    """What a robot tips over.
-
-    Attributes:
-        forward: (3,) level unit vector across it, away from the support.
-        ends: (2,) of it, to the left from the centre of mass [m].
-    """
-
-    forward: Array
-    ends: Array
-
-    @property
-    def left(self) -> Array:
-        """(3,) level unit vector along it, about which the robot tips forward."""
-        return np.cross(UP, self.forward)
-
-
 @dataclass(frozen=True, eq=False)
 class Rigid:
     """A robot with its joints held.
@@ -154,36 +137,31 @@ class Rigid:
             corners = np.delete(corners, int(np.argmin(away)), axis=0)
         return np.asarray(corners)
 
-    def edge(self, heading: float, together: float) -> Edge:
+    def edge(self, heading: float, together: float) -> tuple[Array, Array]:
         """The side of the support over which the robot tips along a heading, from forward to the left [rad].
 
         That is the side that the vertical through the centre of mass crosses. A support that is a line or a point, or a side that
         is turned from the heading by more than 45 deg, has its farthest corner there instead, with no length.
+
+        Returns: (3,) level unit vector across it, away from the support; its ends (2,), to the left from the centre of mass [m].
         """
-        wanted = np.array([math.cos(heading), math.sin(heading)])
-        corners = self.support(together)
-        ends = np.roll(corners, -1, axis=0)
-        sides = [(corners[k], ends[k]) for k in range(len(corners)) if len(corners) > 1]
-        best: tuple[float, Edge] | None = None
-        for a, b in sides:
+        wanted, corners = np.array([math.cos(heading), math.sin(heading)]), self.support(together)
+        best = math.inf, wanted, corners[[np.argmax(corners @ wanted)] * 2]
+        for a, b in zip(corners, np.roll(corners, -1, axis=0), strict=True) if len(corners) > 1 else ():
             along = (b - a) / np.linalg.norm(b - a)
-            normal = np.array([along[1], -along[0]])
-            distance, toward = float(a @ normal), float(wanted @ normal)
+            across = np.array([along[1], -along[0]])
+            toward = float(wanted @ across)
             if toward <= math.cos(math.radians(45.0)):
                 continue
-            crossing = max(distance, 0.0) / toward * wanted
-            reached = sorted((float(a @ along), float(b @ along)))
-            outside = max(reached[0] - crossing @ along, crossing @ along - reached[1], 0.0)
-            forward = np.append(normal, 0.0)
-            left = np.cross(UP, forward)
-            edge = Edge(forward, np.sort([float(a @ left[:2]), float(b @ left[:2])]))
-            if best is None or outside < best[0] - together:
-                best = outside, edge
-        if best is not None:
-            return best[1]
-        forward = np.append(wanted, 0.0)
-        corner = corners[int(np.argmax(corners @ wanted))]
-        return Edge(forward, np.full(2, float(corner @ np.cross(UP, forward)[:2])))
+            crossing, (low, high) = (
+                max(float(a @ across), 0.0) / toward * wanted @ along,
+                sorted((float(a @ along), float(b @ along))),
+            )
+            outside = max(low - crossing, crossing - high, 0.0)
+            if outside < best[0] - together:
+                best = outside, across, np.array([a, b])
+        _, (x, y), ends = best
+        return np.array([x, y, 0.0]), np.sort(ends @ [-y, x])
 
     def struck(self, rotation: Array, together: float) -> tuple[Array, np.ndarray]:
         """Points (n, 3) of the surface on the ground in an attitude, from the centre of mass, world axes [m]; their links (n,).

@@ -11,6 +11,7 @@ from dataclasses import dataclass, field, replace
 from typing import Annotated, Any, Literal, NamedTuple
 
 import numpy as np
+from scipy.spatial.transform import Rotation
 
 from shockpc.core.friction import solve_friction
 from shockpc.core.spatial import Array
@@ -30,7 +31,7 @@ from shockpc.robot.geometry import drawn_outline, outline
 from shockpc.robot.robot import Robot
 from shockpc.robot.slack import LIMIT_SLACK
 from shockpc.studies.declare import QuantityOption, declaration, study
-from shockpc.studies.fall.body import UP, Edge, Rigid, Spot
+from shockpc.studies.fall.body import UP, Rigid, Spot
 from shockpc.studies.fall.motion import STICKS, Fall, Kind, Section, Touch, follow_fall
 from shockpc.text.errors import SceneError, ShockError, SolveError, StudyError
 from shockpc.text.printed import listed
@@ -342,7 +343,7 @@ def _notes(rigid: Rigid) -> Iterator[str]:
     """What geometry of a robot is used, and what has none."""
     robot, links = rigid.landing.robot, {shape.link for shape in rigid.shapes}
     if rigid.visual:
-        which = listed(rigid.visual, 6) if len(rigid.visual) < len(links) else "all links"
+        which = f"{listed(rigid.visual, 6)}; delta_v_max leaves it out" if len(rigid.visual) < len(links) else "all links"
         yield f"visual geometry strikes where the file has no collision geometry: {which}"
     yield from outline(robot, "collision").warnings
     if rigid.visual:
@@ -365,21 +366,14 @@ def _heading(heading: str | float) -> tuple[str, float]:
     return str(heading) if heading in HEADINGS else f"{angle:g} deg", math.radians(angle)
 
 
-def _rotation(axis: Array, angle: float) -> Array:
-    """Rotation (3, 3) about a unit vector."""
-    x, y, z = axis
-    skew = np.array([[0.0, -z, y], [z, 0.0, -x], [-y, x, 0.0]])
-    return np.asarray(np.eye(3) + math.sin(angle) * skew + (1.0 - math.cos(angle)) * skew @ skew)
-
-
 def _tip(rigid: Rigid, name: str, heading: float, push: float | None, together: float, least: float) -> Tip:
     """How a robot tips over along a heading.
 
     Raises:
         StudyError: it does not tip, or nothing of it strikes.
     """
-    edge = rigid.edge(heading, together)
-    section, friction = rigid.section(edge.forward), rigid.landing.scene.friction
+    forward, ends = rigid.edge(heading, together)
+    section, friction = rigid.section(forward), rigid.landing.scene.friction
     first, theta = _support(section, together)
     corner, balanced = section.balance(first)
     rate = section.least_rate(first, theta) if balanced > theta else 0.0
@@ -397,27 +391,31 @@ def _tip(rigid: Rigid, name: str, heading: float, push: float | None, together: 
     else:
         start, corner = section.pivoting(first, theta, push / height), first
     found, hinge = follow_fall(section, corner, start, friction), follow_fall(section, corner, start, hinged=least)
-    listed = [touch for touch in found.touches if touch.speed >= least]
-    turned = math.degrees(math.acos(min(1.0, float(edge.forward @ [math.cos(heading), math.sin(heading), 0.0]))))
-    warnings = [f"the edge is turned by {turned:.2g} deg from the heading; the robot tips across the edge"] if turned > 3.0 else []
-    warnings += _below(rigid, edge, section, (*listed, *found.touches)[0])
-    warnings += _pressure(rigid, edge, section, found, least)
-    if not found.rests:
-        warnings.append("it is still rocking when it is no longer followed")
+    turned = math.degrees(math.acos(min(1.0, float(forward @ [math.cos(heading), math.sin(heading), 0.0]))))
+    warnings = [f"the edge is turned by {turned:.2g} deg from the heading; the robot tips across the edge"] * (turned > 3.0)
+    strike = next((touch for touch in found.touches if touch.speed >= least), found.touches[0])
+    warnings += _below(rigid, forward, section, strike)
+    warnings += _pressure(rigid, forward, ends, section, found, least)
+    warnings += ["it is still rocking when it is no longer followed"] * (not found.rests)
     return Tip(
-        name=name, forward=edge.forward, balance=balanced, least_push=rate * height, hinged=hinge.touches[-1].before.omega,
+        name=name, forward=forward, balance=balanced, least_push=rate * height, hinged=hinge.touches[-1].before.omega,
         fall=found, section=section, warnings=tuple(warnings),
     )  # fmt: skip
 
 
-def _below(rigid: Rigid, edge: Edge, section: Section, touch: Touch) -> Iterator[str]:
+def _tilt(forward: Array, angle: float) -> Array:
+    """The rotation (3, 3) of a robot that tips by an angle [rad] along a level unit vector."""
+    return np.asarray(Rotation.from_rotvec(angle * np.cross(UP, forward)).as_matrix())
+
+
+def _below(rigid: Rigid, forward: Array, section: Section, touch: Touch) -> Iterator[str]:
     """A warning of bodies without geometry whose centres of mass are below the ground at a strike.
 
     Raises:
         StudyError: they are most of the mass.
     """
     robot, theta = rigid.landing.robot, touch.before.theta
-    under = np.flatnonzero((rigid.coms - rigid.com) @ _rotation(edge.left, theta)[2] < section.at(touch.corner, theta)[1])
+    under = np.flatnonzero((rigid.coms - rigid.com) @ _tilt(forward, theta)[2] < section.at(touch.corner, theta)[1])
     share, names = float(robot.masses[under].sum()) / rigid.mass, listed((robot.bodies[i].name for i in under), 4)
     text = f"{names} ({100.0 * share:.3g} % of the mass) would be below the ground at the strike at {math.degrees(theta):.3g} deg, "
     text += "because they have no geometry there"
@@ -434,9 +432,9 @@ def _support(section: Section, together: float) -> tuple[int, float]:
     return best, max(section.side(best - 1), 0.0)
 
 
-def _pressure(rigid: Rigid, edge: Edge, section: Section, found: Fall, least: float) -> Iterator[str]:
+def _pressure(rigid: Rigid, forward: Array, ends: Array, section: Section, found: Fall, least: float) -> Iterator[str]:
     """A warning where the centre of pressure leaves the edge: at (I_xy ω' + I_zy ω²) / N along it, from the centre of mass."""
-    if np.ptp(edge.ends) == 0.0:
+    if np.ptp(ends) == 0.0:
         yield "the support is a corner in this direction, not an edge: the robot may turn about it, and another part may strike"
         return
     last = next((touch for touch in found.touches if touch.speed >= least), found.touches[-1]).before.theta
@@ -445,11 +443,14 @@ def _pressure(rigid: Rigid, edge: Edge, section: Section, found: Fall, least: fl
         length, angle, kappa = section.arm(phase.corner)
         steps = 2 + int((phase.end.theta - phase.start.theta) / EARLY)
         for theta in np.linspace(phase.start.theta, phase.end.theta, steps).tolist():
-            turn = _rotation(edge.left, theta)
-            moments, squared = turn @ rigid.inertia @ turn.T @ edge.left, section.squared_rate(phase.corner, theta, phase.start)
-            rate = edge.forward @ moments * kappa * GRAVITY / length * math.sin(theta + angle) + UP @ moments * squared
+            turn = _tilt(forward, theta)
+            moments, squared = (
+                turn @ rigid.inertia @ turn.T @ np.cross(UP, forward),
+                section.squared_rate(phase.corner, theta, phase.start),
+            )
+            rate = forward @ moments * kappa * GRAVITY / length * math.sin(theta + angle) + UP @ moments * squared
             place = float(rate) / (rigid.mass * max(float(section.forces(phase.corner, theta, squared)[1]), 1e-9))
-            if not edge.ends[0] <= place <= edge.ends[1]:
+            if not ends[0] <= place <= ends[1]:
                 if held[-1].end.theta - theta > EARLY:
                     yield (
                         f"the centre of pressure leaves the edge at {math.degrees(theta):.3g} deg, before the strike at "
@@ -469,7 +470,7 @@ def _strikes(rigid: Rigid, tip: Tip, together: float, least: float) -> Iterator[
         known = height - section.at(last.corner, last.before.theta)[1] <= together and not _stood(section, last, ahead)
         if touch.speed < least or (number and known):
             continue
-        number, last, turn = number + 1, touch, _rotation(left, theta)
+        number, last, turn = number + 1, touch, _tilt(tip.forward, theta)
         points, links = rigid.struck(turn, together)
         old = np.array([_stood(section, touch, place) for place in (points @ tip.forward).tolist()])
         old[:] &= not old.all()  # a disc that lands flat is one point, as far from the edge on which it stood as from the other
@@ -587,9 +588,8 @@ def _drops(rigid: Rigid, posture: str, height: float, count: int | None, togethe
     """The strikes of drops in all attitudes."""
     speed = math.sqrt(2.0 * GRAVITY * height)
     for name, down in (_box_attitudes(rigid) if count is None else _spread(count)).items():
-        axis, cosine = np.cross(down, -UP), float(down @ -UP)
-        length = float(np.linalg.norm(axis))
-        turn = _rotation(axis / length if length > 1e-12 else np.array([1.0, 0.0, 0.0]), math.atan2(length, cosine))
+        level = np.linalg.norm(down[:2])
+        turn = _tilt(np.append(down[:2], 0.0) / level if level > 1e-12 else np.array([0.0, -1.0, 0.0]), math.atan2(level, -down[2]))
         points, links = rigid.struck(turn, together)
         spots, near = rigid.spots(turn, points, links), set(rigid.struck(turn, max(NEAR_GROUND, together))[1].tolist())
         scene = rigid.scene(turn, -speed * UP, np.zeros(3), spots, ())
