@@ -3,8 +3,8 @@
 import io
 import math
 import re
-from collections.abc import Iterable, Sequence
-from typing import NamedTuple
+from collections.abc import Iterable, Mapping, Sequence
+from typing import Any, NamedTuple
 
 from shockpc.evaluation.table import Table
 from shockpc.show.wording import count
@@ -29,6 +29,25 @@ class Sheet(NamedTuple):
     header: Sequence[str]
     rows: Sequence[Sequence[Cell]]
     notes: Sequence[str] = ()
+
+    @classmethod
+    def of(cls, title: str, columns: Mapping[str, Iterable[Any]], notes: Sequence[str] = ()) -> "Sheet":
+        """A table of columns by heading."""
+        return cls(title, tuple(columns), list(zip(*columns.values(), strict=True)), notes)
+
+    def largest(self, most: int | None, noun: str, sizes: Sequence[float] = ()) -> "Sheet":
+        """The rows of the largest sizes in their own order, with a note before the others that says how many are left out.
+
+        Args:
+            most: largest number of rows; None for all.
+            noun: what a row is.
+            sizes: of the rows; without, the first rows are the largest.
+        """
+        if most is None or len(self.rows) <= most:
+            return self
+        kept = sorted(range(len(self.rows)), key=lambda k: -sizes[k] if len(sizes) else k)[:most]
+        left = f"{count(len(self.rows) - most, noun)} with smaller values not shown; --out writes all"
+        return self._replace(rows=[self.rows[k] for k in sorted(kept)], notes=(left, *self.notes))
 
 
 def sheet_of(table: Table, title: str = "", notes: Sequence[str] = ()) -> Sheet:
@@ -115,21 +134,6 @@ def escaped(text: str) -> str:
     import html  # a table of all entities, which no other format needs
 
     return re.sub(_MARKUP, r"\\\g<0>", html.escape(printable(text), quote=False))
-
-
-def largest(rows: list[Row], most: int | None, noun: str, sizes: Sequence[float] = ()) -> tuple[list[Row], tuple[str, ...]]:
-    """The rows of the largest sizes in their own order, and a note that says how many are left out.
-
-    Args:
-        rows: of a table.
-        most: largest number of rows; None for all.
-        noun: what a row is.
-        sizes: of the rows; without, the first rows are the largest.
-    """
-    if most is None or len(rows) <= most:
-        return rows, ()
-    kept = sorted(range(len(rows)), key=lambda k: -sizes[k] if sizes else k)[:most]
-    return [rows[k] for k in sorted(kept)], (f"{count(len(rows) - most, noun)} with smaller values not shown; --out writes all",)
 
 
 def rounded(cell: Cell) -> str:

@@ -4,7 +4,7 @@ import math
 from collections.abc import Sequence
 
 from shockpc.quantities.profile import ShockProfile
-from shockpc.show.tables import Cell, Row, Sheet, largest, rounded
+from shockpc.show.tables import Cell, Row, Sheet, rounded
 from shockpc.show.wording import BRACKETED, mostly_off_plane
 from shockpc.text.printed import few
 
@@ -29,36 +29,27 @@ def shocks_sheet(profile: ShockProfile, bodies: Sequence[int] | None = None) -> 
     """
     of_points: list[Row] = [(point.frame, point.shock, None, None, None, None, None) for point in profile.points]
     shown = [i for i in (range(len(profile.bodies)) if bodies is None else bodies) if profile.moved[i]]
-    of_bodies = [
-        (
-            f"CoM of {profile.bodies[i]}",
-            profile.shock_com[i],
-            profile.shock_max[i],
-            *(in_plane(profile, i, x) for x in radius(profile, i)),
-        )
-        for i in shown
-    ]
-    kept, notes = largest(of_bodies, PLACES, "body", [float(profile.shock_com[i]) for i in shown])
-    rows = sorted([*of_points, *kept], key=lambda row: -float(row[1] or 0.0))
+    sizes = [float(profile.shock_com[i]) for i in shown]
+    of_bodies: list[Row] = []
+    for i in shown:
+        plane = (in_plane(profile, i, float(x)) for x in (profile.ropc[i], *profile.copc[i]))
+        of_bodies.append((f"CoM of {profile.bodies[i]}", profile.shock_com[i], profile.shock_max[i], *plane))
     heads = ("shock at", "shock [-]", "greatest on the body [-]", "RoPc [m]", "CoPc x [m]", "CoPc y [m]", "CoPc z [m]")
+    sheet = Sheet("shock relative to the strike (CoPc in body coordinates)", heads, of_bodies).largest(PLACES, "body", sizes)
+    notes = tuple(sheet.notes)
     if mostly_off_plane(profile)[shown].any():
         notes += (
             f"in brackets: over {100.0 * BRACKETED:.0f} % of the body's motion is out of the plane, of which these say nothing",
         )
-    names = [str(row[0]).removeprefix("CoM of ") for row in kept]
+    names = [str(row[0]).removeprefix("CoM of ") for row in sheet.rows]
     notes += without_geometry(profile, [i for i in shown if profile.bodies[i] in names])
-    return Sheet("shock relative to the strike (CoPc in body coordinates)", heads, rows, notes)
+    return sheet._replace(rows=sorted([*of_points, *sheet.rows], key=lambda row: -float(row[1] or 0.0)), notes=notes)
 
 
 def without_geometry(profile: ShockProfile, bodies: Sequence[int]) -> tuple[str, ...]:
     """Why there is no least and greatest shock of some of these bodies; a note, or none."""
     names = [profile.bodies[i] for i in bodies if math.isnan(profile.shock_max[i])]
     return (f"–: no geometry over which to take the shock: {few(names, 4)}",) if names else ()
-
-
-def radius(profile: ShockProfile, i: int) -> tuple[float, ...]:
-    """Radius and centre of percussion of a body."""
-    return float(profile.ropc[i]), *map(float, profile.copc[i])
 
 
 def in_plane(profile: ShockProfile, i: int, value: Cell) -> Cell:

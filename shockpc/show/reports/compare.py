@@ -5,7 +5,7 @@ from typing import Any
 
 from shockpc.show.document import record
 from shockpc.show.reports.report import Picture, Report
-from shockpc.show.tables import Lines, Row, Sheet, largest, sheet_of
+from shockpc.show.tables import Lines, Row, Sheet, sheet_of
 from shockpc.show.wording import contact_name, count, strike_text
 from shockpc.studies.compare import Comparison, Differences
 
@@ -115,9 +115,8 @@ def _sheet(comparison: Comparison, differences: Differences, names: list[str], m
         rows.append(cells)
     # Rows are in the order of their sizes, but for those that every table has.
     sizes = [math.inf if row.always else -k for k, row in enumerate(differences.rows)]
-    rows, notes = largest(rows, most, quantity.of, sizes)
-    if quantity.reciprocal:
-        notes = (f"ranked by the change of {quantity.reciprocal}", *notes)
-    if quantity.shared and any(profile.redundant for profile in comparison.profiles):
-        notes = ("of the contact impulses of least norm, because rows are redundant", *notes)
-    return Sheet(f"{quantity.title} ({selection.name})", header, rows, notes)
+    sheet = Sheet(f"{quantity.title} ({selection.name})", header, rows).largest(most, quantity.of, sizes)
+    shared = quantity.shared and any(profile.redundant for profile in comparison.profiles)
+    notes = ["of the contact impulses of least norm, because rows are redundant"] * shared
+    notes += [f"ranked by the change of {quantity.reciprocal}"] * bool(quantity.reciprocal)
+    return sheet._replace(notes=(*notes, *sheet.notes))

@@ -8,7 +8,7 @@ from typing import Any
 from shockpc.quantities.table import select
 from shockpc.show.document import record
 from shockpc.show.reports.report import Picture, Report
-from shockpc.show.tables import Lines, Row, Sheet, largest
+from shockpc.show.tables import Lines, Row, Sheet
 from shockpc.show.wording import count, header_lines, shared_warnings
 from shockpc.studies.fall.study import Falls, FallStrike, StrikeResult, Tip
 from shockpc.text.printed import cause_lines, causes, few, listed
@@ -144,7 +144,6 @@ def _strikes(falls: Falls, full: bool) -> Sheet:
         values = (cell for text in falls.quantities for cell in (result.values[text], *places[text]))
         stop = (_stop(result),) if full else ()
         rows.append((strike.name, struck_words(strike), *moved, *rotated, strike.speed, *values, *result.trunk, *stop))
-    rows, left = largest(rows, None if full else ROWS, "strike")
     heads = [head for text in falls.quantities for head in (f"{text} [{_unit(text)}]", *["at"] * (full or text == falls.rank))]
     header = (
         "strike", "struck", *("before", "rate [rad/s]") * (tipping and full), *("rotated [deg]",) * tipping, "speed [m/s]", *heads,
@@ -159,7 +158,6 @@ def _strikes(falls: Falls, full: bool) -> Sheet:
         "first at its stop if rates stay": stops,
     }
     notes = [
-        *left,
         "struck: links that meet the ground together, with their speeds if they differ; speed: of the fastest towards the ground",
         "trunk: |Δv| at the heaviest body's centre of mass with free, modelled and locked joints, any of which may be the largest",
         *(
@@ -169,7 +167,8 @@ def _strikes(falls: Falls, full: bool) -> Sheet:
         ),
         "places, rates and stops of every strike: --out DIR, --format md or json" * (not full),
     ]
-    return Sheet(f"{count(len(falls.results), 'strike')}, ranked by {falls.rank}", header, rows, list(filter(None, notes)))
+    sheet = Sheet(f"{count(len(falls.results), 'strike')}, ranked by {falls.rank}", header, rows, list(filter(None, notes)))
+    return sheet.largest(None if full else ROWS, "strike")
 
 
 def _unit(text: str) -> str:

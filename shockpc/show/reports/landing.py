@@ -3,12 +3,13 @@
 import functools
 import math
 import textwrap
-from collections.abc import Sequence
+from collections.abc import Iterable, Mapping, Sequence
+from typing import Any
 
 import numpy as np
 
 from shockpc.core.directions import ExtremeDirections
-from shockpc.landing.places import PlaceKind
+from shockpc.landing.places import Place, PlaceKind
 from shockpc.landing.ratings import Strength, TorqueStrength
 from shockpc.landing.rows import Block
 from shockpc.landing.scene import CONTACTS
@@ -20,7 +21,7 @@ from shockpc.robot.robot import STOP
 from shockpc.show.document import content
 from shockpc.show.reports.answer import PLACES, in_plane, landing_lines, shocks_sheet, without_geometry
 from shockpc.show.reports.report import Picture, Report, Section, picture_files
-from shockpc.show.tables import Lines, Row, Sheet, largest, rounded
+from shockpc.show.tables import Lines, Row, Sheet, rounded
 from shockpc.show.wording import (
     contact_name,
     count,
@@ -35,11 +36,19 @@ from shockpc.show.wording import (
 )
 from shockpc.text.printed import few
 
-BODIES = (
-    "body", "|Δω| [rad/s]", "CoPc x [m]", "CoPc y [m]", "CoPc z [m]", "RoPc [m]", "shock at CoM [-]", "least [-]", "greatest [-]",
-    "out of plane [%]",
-)  # fmt: skip
-"""Columns of the table of bodies."""
+BODIES = {
+    "|Δω| [rad/s]": "delta_omega",
+    "CoPc {} [m]": "copc",
+    "RoPc [m]": "ropc",
+    "shock at CoM [-]": "shock_com",
+    "least [-]": "shock_min",
+    "greatest [-]": "shock_max",
+    "out of plane [%]": "off_plane",
+}
+"""Quantities of the table of bodies by their headings, as `_columns` takes them."""
+
+FACTORS = {"%": 100.0, "ms": 1e3}
+"""Of units of headings that are not those of the quantities."""
 
 DETAILS = ("velocity jumps on these contacts", "modes, and the normal force that they carry")
 """Tables of a landing on contacts of finite stiffness that the answer leaves out."""
@@ -233,6 +242,19 @@ def accuracy_line(profile: ShockProfile) -> str:
     return f"accuracy: {proven}; double precision alone {double}; {data}"
 
 
+def _columns(
+    profile: ShockProfile, kind: PlaceKind, headed: Mapping[str, str], places: Sequence[Place] | None = None
+) -> dict[str, Any]:
+    """Columns of quantities by heading, in its unit; of a vector three where the heading has {} for x, y and z, else the length."""
+    columns: dict[str, Any] = {}
+    for head, key in headed.items():
+        entry = quantity(kind, key)
+        values = FACTORS.get(head.rpartition("[")[2].removesuffix("]"), 1.0) * profile.values(entry, places)
+        parts = dict(zip("xyz", values.T, strict=True)) if "{}" in head else {"": Selection(key, entry).scalar(values)}
+        columns |= {head.format(axis): part for axis, part in parts.items()}
+    return columns
+
+
 def bodies_sheet(profile: ShockProfile, bodies: Sequence[int] | None = None) -> Sheet:
     """One row for each body that the impact moves; a word says why a CoPc is missing.
 
@@ -242,13 +264,14 @@ def bodies_sheet(profile: ShockProfile, bodies: Sequence[int] | None = None) -> 
     """
     matching = range(len(profile.bodies)) if bodies is None else bodies
     shown = [i for i in matching if profile.moved[i]]
+    columns = {"body": profile.bodies, **_columns(profile, "body", BODIES)}
     rows = []
     for i in shown:
-        name, spin, *at, radius = _body_row(profile, i)[:6]
-        x, *others = (in_plane(profile, i, number) for number in (*at, radius))
+        name, spin, *plane = (column[i] for column in columns.values())
+        x, *others = (in_plane(profile, i, number) for number in plane[:4])
         if profile.translates[i]:
             x = "translates" if math.isnan(profile.pitch[i]) else "out of plane"
-        rows.append((name, spin, x, *others, *_body_row(profile, i)[6:]))
+        rows.append((name, spin, x, *others, *plane[4:]))
     notes = []
     if any(100.0 * profile.off_plane[i] > OUT_OF_PLANE for i in shown):
         notes.append(
@@ -260,22 +283,15 @@ def bodies_sheet(profile: ShockProfile, bodies: Sequence[int] | None = None) -> 
         notes.append(f"{count(len(still), 'body')} not shown, not moved by the impact: {few(still, 6)}")
     if hidden := len(profile.bodies) - len(matching):
         notes.append(f"{count(hidden, 'body')} not shown, no match for --body")
-    return Sheet("bodies (CoPc in body coordinates; shock relative to the strike)", BODIES, rows, notes)
+    return Sheet("bodies (CoPc in body coordinates; shock relative to the strike)", tuple(columns), rows, notes)
 
 
 def _every_body(profile: ShockProfile, bodies: Sequence[int] | None) -> Sheet:
     """The same for a spreadsheet, in which several landings can stand one below the other."""
-    contact = contact_name(profile)
-    rows = [
-        (contact, *_body_row(profile, i), "yes" if profile.translates[i] else "no")
-        for i in (range(len(profile.bodies)) if bodies is None else bodies)
-    ]
-    return Sheet("", ("contact", *BODIES, "no rotation in the plane"), rows)
-
-
-def _body_row(profile: ShockProfile, i: int) -> Row:
-    shocks = (profile.shock_com[i], profile.shock_min[i], profile.shock_max[i], 100.0 * profile.off_plane[i])
-    return (profile.bodies[i], math.hypot(*profile.delta_omega[i]), *profile.copc[i], profile.ropc[i], *shocks)
+    turns = ["yes" if translates else "no" for translates in profile.translates]
+    named = {"contact": [contact_name(profile)] * len(turns), "body": profile.bodies}
+    sheet = Sheet.of("", {**named, **_columns(profile, "body", BODIES), "no rotation in the plane": turns})
+    return sheet if bodies is None else sheet._replace(rows=[sheet.rows[i] for i in bodies])
 
 
 def contacts_sheet(profile: ShockProfile) -> Sheet:
@@ -313,16 +329,13 @@ def directions_sheet(profile: ShockProfile, most: int | None = None) -> Sheet:
     bodies = profile.robot.bodies
     moved = [k for k in range(len(bodies)) if profile.moved[k]]
     heaviest = max(bodies, key=lambda body: body.mass)
-    rows, notes = largest(
-        [row(f"CoM of {bodies[k].name}", ExtremeDirections(*(part[k] for part in profile.directions))) for k in moved],
-        most,
-        "body",
-        [math.inf if bodies[k] is heaviest else profile.directions.most_severe_shock[k] for k in moved],
-    )
-    rows += [row(point.frame, point.directions) for point in profile.points]
+    rows = [row(f"CoM of {bodies[k].name}", ExtremeDirections(*(part[k] for part in profile.directions))) for k in moved]
+    sizes = [math.inf if bodies[k] is heaviest else profile.directions.most_severe_shock[k] for k in moved]
     header = ("place", "most severe [-]", "x [-]", "y [-]", "z [-]", "least severe [-]", "x [-]", "y [-]", "z [-]", "to the ground")
-    notes += ("over all directions towards the ground or parallel to it; an impact parallel to the ground is no landing",)
-    return Sheet("most and least severe impact direction (unit vector of the velocity, world axes)", header, rows, notes)
+    title = "most and least severe impact direction (unit vector of the velocity, world axes)"
+    note = "over all directions towards the ground or parallel to it; an impact parallel to the ground is no landing"
+    sheet = Sheet(title, header, rows, [note]).largest(most, "body", sizes)
+    return sheet._replace(rows=[*sheet.rows, *(row(point.frame, point.directions) for point in profile.points)])
 
 
 def _worst_first(sheet: Sheet) -> Sheet:
@@ -348,18 +361,14 @@ def _tables(profile: ShockProfile, bodies: Sequence[int] | None, most: int | Non
 def _points_sheet(profile: ShockProfile) -> Sheet:
     """One row for each sensor and each requested point; peak accelerations where the scene gives a pulse."""
     pulse, range_g = profile.scene.pulse, profile.scene.range_g
-    header = ["point", "on body", "Δv x [m/s]", "Δv y [m/s]", "Δv z [m/s]", "shock [-]"]
-    header += [] if pulse is None else ["peak [g]"] if range_g is None else ["peak [g]", f"of {range_g:g} g [%]"]
-    rows = [
-        (point.frame, point.body, *point.delta_v, point.shock, point.peak_g, 100.0 * (point.peak_g or 0.0) / (range_g or 1.0))[
-            : len(header)
-        ]
-        for point in profile.points
-    ]
+    named = {"point": [point.frame for point in profile.points], "on body": [point.body for point in profile.points]}
+    headed = {"Δv {} [m/s]": "delta_v", "shock [-]": "shock"} | ({"peak [g]": "peak_g"} if pulse else {})
+    columns = {**named, **_columns(profile, "point", headed)}
+    if pulse and range_g is not None:
+        columns[f"of {range_g:g} g [%]"] = 100.0 * profile.value("peak_g", "point") / range_g
     of_pulse = "" if pulse is None else f"; peak acceleration for a pulse {pulse}"
     of_pulse += ", of the impulse model" if pulse and profile.stiffness is not None else ""
-    title = f"sensors and points (Δv in the frame's own axes{of_pulse})"
-    return Sheet(title, header, rows)
+    return Sheet.of(f"sensors and points (Δv in the frame's own axes{of_pulse})", columns)
 
 
 def _parts_sheet(profile: ShockProfile) -> Sheet:
@@ -411,117 +420,99 @@ def _torque_note(profile: ShockProfile) -> str:
 
 def _joints_sheet(profile: ShockProfile) -> Sheet:
     """Every quantity of the joints that this landing has, a row for each joint; of a vector its length."""
-    columns: dict[str, list[float]] = {}
+    names = [place.name for place in profile.places("joint")]
+    columns: dict[str, Iterable[Any]] = {"contact": [contact_name(profile)] * len(names), "joint": names}
     for entry in quantities_of("joint"):
         values = profile.numbers(Selection(entry.key, entry), profile.places("joint"))
         if not np.isnan(values).all():
-            columns[f"{entry.key} [{entry.unit.replace('1', '-')}]"] = values.tolist()
-    names = [(contact_name(profile), place.name) for place in profile.places("joint")]
-    rows = [(*name, *row) for name, row in zip(names, zip(*columns.values(), strict=True), strict=True)]
-    return Sheet("", ("contact", "joint", *columns), rows)
+            columns[f"{entry.key} [{entry.unit.replace('1', '-')}]"] = values
+    return Sheet.of("", columns)
+
+
+def _shocks_at(profile: ShockProfile, headed: Mapping[str, str]) -> dict[str, Iterable[Any]]:
+    """Columns of shocks at the heaviest body's centre of mass, sensors and points. Args: headed, as in `_columns`."""
+    places = profile.bracketed
+    names = [f"CoM of {place.name}" if place.centre else place.name for place in places]
+    return {"shock at": names, **_columns(profile, "point", headed, places)}
 
 
 def _bracket_sheet(profile: ShockProfile) -> Sheet:
     """The same landing with free joints, with the joints as modelled, and with locked joints."""
-    sprung = profile.landing.joint_model.springs.any()
-    header = (
-        "shock at",
-        "joints free [-]",
-        "as modelled [-]",
-        "joints locked [-]",
-        *(["locked, springs free [-]"] if sprung else []),
-    )
-    rows = [row[: len(header)] for row in profile.bracket]
+    headed = {"joints free [-]": "shock_free", "as modelled [-]": "shock", "joints locked [-]": "shock_locked"}
     named = {"free": "joints free", "locked": "joints locked", "springs_free": "locked, springs free"}
     # Without the remedy, which would be that of a scene with such joints.
     reasons = {model: text.removeprefix("no verdict: ").partition(";")[0] for model, text in profile.unsolved_joints.items()}
     notes = [f"–: no solution with {named[model]}: {reason}" for model, reason in reasons.items()]
     notes += ["free: no rotor, or each behind a soft spring; locked: gears and motors that do not yield during the impact"]
-    if len(header) > 4:
+    if profile.landing.joint_model.springs.any():
+        headed["locked, springs free [-]"] = "shock_springs_free"
         notes += [
             "joints with springs yield in the impact, whatever their motors do, so the last column counts, not that before it"
         ]
-    return Sheet("effect of the joint model", header, rows, notes)
+    names = {"shock at": [place.name for place in profile.bracketed]}
+    return Sheet.of("effect of the joint model", names | _columns(profile, "point", headed, profile.bracketed), notes)
 
 
 def _loads_sheet(profile: ShockProfile, most: int | None) -> Sheet:
     """Impulse through every joint, or through those with the greatest force."""
-    forces, shares = [math.hypot(*load.force) for load in profile.loads], profile.value("joint_torque_share", "joint").tolist()
-    shown = profile.stiffness is None and not np.isnan(shares).all()
-    rows, notes = largest(
-        [
-            (load.joint, force, math.hypot(*load.moment), None if load.along is None else abs(load.along), *[share] * shown)
-            for load, force, share in zip(profile.loads, forces, shares, strict=True)
-        ],
-        most,
-        "joint",
-        forces,
-    )
+    headed, notes = {"force [N s]": "joint_impulse", "moment [N m s]": "joint_moment", "along the axis [N m s, N s]": "along"}, []
     if profile.health.rank < profile.health.rows:
-        notes += ("contact or closure rows are redundant: these are the joint loads of least norm",)
-    if shown:
-        notes += (_torque_note(profile),)
-    header = ("joint", "force [N s]", "moment [N m s]", "along the axis [N m s, N s]", *["of the torque limit [-]"] * shown)
-    return Sheet("impulse through the joints", header, rows, notes)
+        notes.append("contact or closure rows are redundant: these are the joint loads of least norm")
+    if profile.stiffness is None and not np.isnan(profile.value("joint_torque_share", "joint")).all():
+        headed["of the torque limit [-]"] = "joint_torque_share"
+        notes.append(_torque_note(profile))
+    columns = {head: list(map(abs, values)) for head, values in _columns(profile, "joint", headed).items()}
+    names = {"joint": [place.name for place in profile.places("joint")]}
+    return Sheet.of("impulse through the joints", names | columns, notes).largest(most, "joint", columns["force [N s]"])
 
 
 def _friction_sheets(profile: ShockProfile) -> list[Sheet]:
     """What friction changes: contacts, and shock at the heaviest body and at points; nothing where all contacts stick anyway."""
     if (friction := profile.friction) is None or friction.impact is None:
         return []
-    names = [place.name for place in profile.places("contact")]
-    impulse = profile.value("impulse_friction", "contact")
-    rows: list[Row] = [(name, *parts) for name, *parts in zip(names, friction.state, *impulse.T, *friction.velocity.T, strict=True)]
-    header = ("contact", "state", *(f"impulse {x} [N s]" for x in "xyz"), *(f"velocity after {x} [m/s]" for x in "xyz"))
-    k = int(profile.robot.masses.argmax())
-    shocks: list[Row] = [(f"CoM of {profile.bodies[k]}", profile.shock_com[k], profile.value("shock_com_friction", "body")[k])]
-    sliding = profile.value("shock_friction", "point")
-    shocks += [(point.frame, point.shock, shock) for point, shock in zip(profile.points, sliding, strict=True)]
+    columns = _columns(profile, "contact", {"impulse {} [N s]": "impulse_friction", "velocity after {} [m/s]": "slip"})
+    contacts = {"contact": [place.name for place in profile.places("contact")], "state": friction.state, **columns}
+    name = f"friction {profile.scene.friction:g}"
+    shocks = _shocks_at(profile, {"sticking [-]": "shock", f"{name} [-]": "shock_friction"})
     return [
-        Sheet(f"contacts with friction {profile.scene.friction:g} (world axes; double precision, not proven)", header, rows),
-        Sheet("effect of friction", ("shock at", "sticking [-]", f"friction {profile.scene.friction:g} [-]"), shocks),
+        Sheet.of(f"contacts with {name} (world axes; double precision, not proven)", contacts),
+        Sheet.of("effect of friction", shocks),
     ]
 
 
 def _stiffness_sheets(profile: ShockProfile, most: int | None) -> list[Sheet]:
     """Forces, accelerations and their times on contacts of finite stiffness, and the torques that drives carry."""
-    if profile.stiffness is None:
+    if (compliant := profile.stiffness) is None:
         return []
 
-    def rows(kind: PlaceKind, *keys: str) -> list[Row]:
-        entries = [quantity(kind, key) for key in keys]
-        values = [(1e3 if entry.unit == "s" else 1.0) * profile.values(entry) for entry in entries]
-        return [(place.name, *row) for place, *row in zip(profile.places(kind), *values, strict=True)]
+    def columns(kind: PlaceKind, headed: Mapping[str, str]) -> dict[str, Iterable[Any]]:
+        return {kind: [place.name for place in profile.places(kind)], **_columns(profile, kind, headed)}
 
-    header = ("contact", "99 % of the impulse in [ms]", "peak force [N]", "at [ms]")
+    forces = {"99 % of the impulse in [ms]": "duration", "peak force [N]": "peak_force", "at [ms]": "peak_force_time"}
     title = f"contacts of {_stiffness(profile)} (frozen geometry{_forces(profile)}; double precision, not proven)"
-    sheets = [Sheet(title, header, rows("contact", "duration", "peak_force", "peak_force_time"))]
-    if points := rows("point", "peak_acceleration", "peak_acceleration_time"):
-        sheets.append(Sheet("peak accelerations on these contacts", ("point", "peak [g]", "at [ms]"), points))
+    sheets = [Sheet.of(title, columns("contact", forces))]
+    if profile.places("point"):
+        peaks = {"peak [g]": "peak_acceleration", "at [ms]": "peak_acceleration_time"}
+        sheets.append(Sheet.of("peak accelerations on these contacts", columns("point", peaks)))
     if profile.places("joint"):
         torque, force = profile.value("peak_torque", "joint"), profile.value("peak_joint_force", "joint")
-        keys = ["peak_joint_force", "peak_joint_moment", "peak_torque", "joint_torque_share"]
-        heads = ["force [N]", "moment [N m]", "along the axis [N m, N]", "of the torque limit [-]"]
-        if np.isnan(profile.value("joint_torque_share", "joint")).all():
-            keys, heads = keys[:3], heads[:3]
-        order = np.where(torque > 0.0, 1e6 * torque, force)
-        joints, notes = largest(rows("joint", *keys), most, "joint", order.tolist())
-        sheets.append(Sheet("peaks through the joints", ("joint", *heads), joints, notes))
-    places, ends = profile.bracketed, ("shock_compressed", "shock_separated", "shock")
-    shocks = [
-        (f"CoM of {place.name}" if place.centre else place.name, *row)
-        for place, *row in zip(places, *(profile.values(quantity("point", key), places) for key in ends), strict=True)
-    ]
-    heads = ["shock at", "end of compression [-]", "end of contact [-]", "impulse model [-]"]
-    sheets.append(Sheet("velocity jumps on these contacts", heads, shocks))
-    compliant = profile.stiffness
-    modes = compliant.motion.modes
-    heads = ["frequency [Hz]", "kinetic energy before [J]", *(f"of the force of {p.name} [%]" for p in profile.places("contact"))]
-    carried = [
-        (float(f), float(e), *(100.0 * compliant.force_shares[:, k])) for k, (f, e) in enumerate(zip(*modes[:2], strict=True))
-    ]
-    sheets.append(Sheet("modes, and the normal force that they carry", heads, carried[:most]))
-    return sheets
+        headed = {
+            "force [N]": "peak_joint_force",
+            "moment [N m]": "peak_joint_moment",
+            "along the axis [N m, N]": "peak_torque",
+        }
+        if not np.isnan(profile.value("joint_torque_share", "joint")).all():
+            headed["of the torque limit [-]"] = "joint_torque_share"
+        order = np.where(torque > 0.0, 1e6 * torque, force).tolist()
+        sheets.append(Sheet.of("peaks through the joints", columns("joint", headed)).largest(most, "joint", order))
+    ends = {"end of compression [-]": "shock_compressed", "end of contact [-]": "shock_separated", "impulse model [-]": "shock"}
+    sheets.append(Sheet.of("velocity jumps on these contacts", _shocks_at(profile, ends)))
+    frequency, energy, *_ = compliant.motion.modes
+    carried: dict[str, Iterable[Any]] = {"frequency [Hz]": frequency, "kinetic energy before [J]": energy}
+    for place, share in zip(profile.places("contact"), compliant.force_shares, strict=False):
+        carried[f"of the force of {place.name} [%]"] = 100.0 * share
+    modes = Sheet.of("modes, and the normal force that they carry", carried)
+    return [*sheets, modes._replace(rows=modes.rows[:most])]
 
 
 def _time_pictures(profile: ShockProfile, spectrum: bool) -> list[Picture]:
@@ -616,12 +607,11 @@ def _side_by_side(profiles: Sequence[ShockProfile], bodies: Sequence[int] | None
     shocks = [tuple(profile.shock_com[i] for profile in profiles) for i in shown]
     trunk = int(first.robot.masses.argmax())
     sizes = [math.inf if i == trunk else max(own) for i, own in zip(shown, shocks, strict=True)]
-    rows, notes = largest([(first.bodies[i], *own) for i, own in zip(shown, shocks, strict=True)], most, "body", sizes)
-    rows += [
-        (f"at {points[0].frame}", *(point.shock for point in points)) for points in zip(*(p.points for p in profiles), strict=True)
-    ]
+    rows = [(first.bodies[i], *own) for i, own in zip(shown, shocks, strict=True)]
     header = ("shock at", *map(contact_name, profiles))
-    return Sheet("summary: shock at each body's CoM and at each point [-], by contact", header, rows, notes)
+    sheet = Sheet("summary: shock at each body's CoM and at each point [-], by contact", header, rows).largest(most, "body", sizes)
+    points = zip(*(profile.points for profile in profiles), strict=True)
+    return sheet._replace(rows=[*sheet.rows, *((f"at {same[0].frame}", *(point.shock for point in same)) for same in points)])
 
 
 def _balance_lines(profile: ShockProfile) -> list[str]:

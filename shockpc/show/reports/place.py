@@ -7,7 +7,7 @@ import numpy as np
 from shockpc.quantities.profile import ShockProfile
 from shockpc.show.document import record
 from shockpc.show.reports.report import Picture, Report
-from shockpc.show.tables import Lines, Row, Sheet, largest, sheet_of
+from shockpc.show.tables import Lines, Row, Sheet, sheet_of
 from shockpc.show.wording import count, proof_text, robot_name, shared_lines, shared_warnings
 from shockpc.studies.place.study import PlaceStudy, SensorPlace
 from shockpc.text.printed import cause_lines, causes, few
@@ -103,9 +103,8 @@ def _landings(study: PlaceStudy, most: int | None = None) -> Sheet:
     shocks = np.array([one.shocks for one in places]).T
     weights = np.zeros((len(shocks), 0)) if study.weights is None else study.weights[:, None]
     rows: list[Row] = [(name, *row) for name, row in zip(study.landings, np.hstack([weights, shocks]), strict=True)]
-    rows, notes = largest(rows, most, "landing", shocks.max(axis=1).tolist())
     header = ["landing", *(["weight [-]"] * weights.shape[1]), *(f"{one.name} [-]" for one in places)]
-    return Sheet("shock in each landing", header, rows, notes)
+    return Sheet("shock in each landing", header, rows).largest(most, "landing", shocks.max(axis=1).tolist())
 
 
 def _margins(study: PlaceStudy) -> list[Sheet]:

@@ -7,7 +7,7 @@ from typing import Any
 from shockpc.quantities.profile import ShockProfile
 from shockpc.show.document import record
 from shockpc.show.reports.report import Picture, Report
-from shockpc.show.tables import Lines, Row, Sheet, largest, sheet_of
+from shockpc.show.tables import Lines, Row, Sheet, sheet_of
 from shockpc.show.wording import count, shared_lines, shared_warnings, shown_as
 from shockpc.studies.sensitivity import Effect, Sensitivity
 from shockpc.text.printed import listed
@@ -110,10 +110,11 @@ def _table(study: Sensitivity, most: int | None) -> Sheet:
         now = None if effect.unit == "1" or math.isnan(effect.value) else shown_as(effect.value, effect.unit, 4).removesuffix(" -")
         changes = (effect.up, 100.0 * effect.up / study.value, *(() if single else (100.0 * effect.down / study.value,)))
         rows.append((change_words(effect), effect.name or None, now, step_words(effect), *changes))
-    rows, left = largest(rows, most, "parameter")
     key, unit = study.target.selection.name, study.target.unit
     opposite_head = () if single else (f"{key}, opposite change [%]",)
     header = ("parameter", "of", "now", "change", f"{key} [{unit}]", f"{key} [%]", *opposite_head)
+    title = f"effect on the {study.target.title}{'' if single else f', {_over(study)}'}"
+    sheet = Sheet(title, header, rows).largest(most, "parameter")
     without: dict[str, list[str]] = {}
     for effect in study.effects:
         if effect.reason:
@@ -125,11 +126,11 @@ def _table(study: Sensitivity, most: int | None) -> Sheet:
         f"change: {study.percent:g} % of the range given, or else of the mass, mean moment of inertia, radius of gyration (CoM), "
         "reflected inertia (without one: the inertia that the joint moves), of a radian, or of the robot's length",
         f"to first order: {opposite}; of a larger one the effect is not in proportion",
-        *left,
-        *([_accuracy(study, study.ranked[: len(rows)])] if rows else []),
+        *sheet.notes,
+        *([_accuracy(study, study.ranked[: len(sheet.rows)])] if rows else []),
         *(f"{listed(names, 4)}: no derivative, because {reason}" for reason, names in without.items()),
     ]
-    return Sheet(f"effect on the {study.target.title}{'' if single else f', {_over(study)}'}", header, rows, notes)
+    return sheet._replace(notes=notes)
 
 
 def _accuracy(study: Sensitivity, shown: Sequence[Effect]) -> str:

@@ -12,7 +12,7 @@ from shockpc.evaluation.variation import OF_THE_GROUND, STRIKE, beyond_limits
 from shockpc.evaluation.varied import VariedLandings
 from shockpc.show.document import record
 from shockpc.show.reports.report import Picture, Report
-from shockpc.show.tables import Lines, Row, Sheet, largest
+from shockpc.show.tables import Lines, Row, Sheet
 from shockpc.show.wording import LEFT_OUT, proof_lines, robot_name, without_value
 from shockpc.text.printed import cause_lines
 
@@ -93,10 +93,10 @@ def _correlations(summary: Summary[VariedLandings], most: int | None) -> Sheet:
     """One row for each quantity that was varied: its rank correlation with each result. Args: most, rows of the strongest."""
     rows: list[Row] = [(one.column, *map(float, row)) for one, row in zip(summary.varied, summary.correlations, strict=True)]
     strongest = np.abs(np.nan_to_num(summary.correlations)).max(axis=1, initial=0.0).tolist()
-    rows, notes = largest(rows, most, "varied quantity", strongest)
     chance = f"of {summary.ranked} landings; two columns that do not depend on one another reach {summary.chance:.2g}"
     header = ("rank correlation of", *(f"with {one.column.name}" for one in summary.extents))
-    return Sheet("what the results depend on", header, rows, (chance, *notes))
+    sheet = Sheet("what the results depend on", header, rows).largest(most, "varied quantity", strongest)
+    return sheet._replace(notes=(chance, *sheet.notes))
 
 
 def _lines(summary: Summary[VariedLandings]) -> Iterator[str]:
