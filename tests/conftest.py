@@ -38,6 +38,13 @@ def here(tmp_path, monkeypatch):
     return folder
 
 
+@pytest.fixture
+def no_figures(monkeypatch):
+    """Drawing takes longer than all else, in pages as well; the tests of figures and pages look at what is drawn."""
+    monkeypatch.setattr("shockpc.show.figure.style.render", lambda name, draw: {f"{name}.svg": b"", f"{name}.png": b""})
+    monkeypatch.setattr("shockpc.show.folder.plotly", lambda: None)
+
+
 @pytest.fixture(autouse=True)
 def nothing_read_yet():
     """Files that an earlier test read do not count as this one's: a new file may have the inode of a removed one."""

@@ -28,17 +28,12 @@ from shockpc.landing.scene import GRAVITY
 from shockpc.show.document import document as document_of
 from shockpc.show.document import json_text
 
+pytestmark = pytest.mark.usefixtures("no_figures")
+
 DOG = ("dog/dog.urdf.xacro", "--package", "dog_description=dog")
 LEVEL = ("--ground-tolerance", 0.01)
 """In the posture of its file, the dog's front feet are 7.4 mm above its hind feet."""
 FEET = ("lf_foot", "lh_foot", "rf_foot", "rh_foot")
-
-
-@pytest.fixture(autouse=True)
-def _no_figures(monkeypatch):
-    """Drawing them takes longer than all else, in pages as well; other tests look at them."""
-    monkeypatch.setattr("shockpc.show.figure.style.render", lambda name, draw: {f"{name}.svg": b"", f"{name}.png": b""})
-    monkeypatch.setattr("shockpc.show.folder.plotly", lambda: None)
 
 
 def document(capfd, *words):

@@ -8,7 +8,6 @@ import re
 import zipfile
 from dataclasses import replace
 from pathlib import Path
-from time import process_time
 from types import SimpleNamespace
 
 import numpy as np
@@ -1049,19 +1048,6 @@ def test_missing_texts_of_parquet_are_empty(tmp_path):
         read = read_table(tmp_path / "log.parquet")
         assert read["plain"].tolist() == read["coded"].tolist() == ["a", "", "b", "a"]
         assert np.isnan(read["number"].astype(float)).tolist() == [False, True] * 2
-
-
-def test_the_time_of_a_table_is_linear_in_its_columns(tmp_path):
-    """A hundred times as many columns take less than four hundred times as long; the names of some repeat one part."""
-
-    def seconds(columns):
-        names = [f"remark {k}" for k in range(columns)] + ["joint_states/" * columns + "x"]
-        (tmp_path / "log.csv").write_text(",".join(names) + "\n" + ",".join(["a"] * len(names)) + "\n")
-        start = process_time()
-        rows_of(read_table(tmp_path / "log.csv"), landing_of(SCENE, known_robot("anymal_b")), {"remark*": ""})
-        return process_time() - start
-
-    assert seconds(10_000) < 400 * min(seconds(100) for _ in range(5))
 
 
 def test_measured_over_predicted_jumps_hides_no_point():

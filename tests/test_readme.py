@@ -94,6 +94,7 @@ def plain(text: str) -> str:
     return "\n".join(line.rstrip() for line in text.splitlines())
 
 
+@pytest.mark.usefixtures("no_figures")
 def test_commands_run(capfd, here):
     """In the order of the page and in one folder, so that a later command may use what an earlier one wrote."""
     found = dict.fromkeys(commands())

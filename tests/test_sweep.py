@@ -9,7 +9,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from commands import STICK
-from hypothesis import given, reject
+from hypothesis import given, reject, settings
 from hypothesis import strategies as st
 from random_landings import random_landing
 from scipy.stats import norm, spearmanr
@@ -147,6 +147,7 @@ def test_sample_within_the_limits_equals_the_single_analysis(robot, contact, cha
             assert np.all((values >= joint.limits[0] - 1e-12) & (values <= joint.limits[1] + 1e-12))
 
 
+@settings(parent=settings(), max_examples=settings().max_examples // 2)
 @given(st.integers(0, 3000))
 def test_sweeps_of_random_landings_equal_the_single_analysis(number):
     """Trees with joints of all kinds, closures, mimics, drives, standing feet and moving joints: unflagged rows to 1e-12."""
