@@ -254,7 +254,8 @@ def doubles(name: str, values: Any) -> Array:
     except (TypeError, ValueError):
         array = np.array(np.nan)
     if not np.isfinite(array).all():
-        raise SceneError(f"{name} holds a number that is not finite, or something else; give finite numbers")
+        row = f"row {np.argwhere(~np.isfinite(array))[0, 0]} of " if array.ndim > 1 else ""
+        raise SceneError(f"{row}{name} holds a number that is not finite, or something else; give finite numbers")
     return array
 
 
