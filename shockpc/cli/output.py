@@ -80,6 +80,9 @@ def emit(report: "Report", output: OutputOptions, scenes: Mapping[Path, str] = M
 
 def write_report(report: "Report", folder: Path) -> None:
     """Write the files of a report; a line on standard error says what report.html would need."""
+    from shockpc.show.figure import leave_out_documentation
+
+    leave_out_documentation()
     from shockpc.show.folder import write_report_folder
 
     with ShownTrace().stage("figures and files"):

@@ -355,11 +355,10 @@ def friction_of(landing: PosedLanding) -> FrictionResult:
     problem, rows, own, stops = _problem_of(landing)
     mu, m = landing.scene.friction, problem.contacts
     before, equation = problem.before[0, 0, :m], rows.equation
-    plain = solve_in_doubles(landing, equation)
     assert mu is not None
     best, count = problem.solved(mu)
     moved, pushed = problem.delta(best.impulse.reshape(1, 1, -1))[0, 0], best.impulse[m:, 2]
-    landing = replace(landing, acting=tuple(stops[i] for i in np.flatnonzero(pushed > 0.0)))
+    unstopped, landing = landing, replace(landing, acting=tuple(stops[i] for i in np.flatnonzero(pushed > 0.0)))
     equation, own_rows = landing.equation(landing.state), len(rows.rigid)
     impulse = np.full((1, len(equation.J_c[0]), 4), np.nan)
     impulse[0, :own_rows, 3], impulse[0, own_rows:, 3] = rows.turn.T @ best.impulse[:m].ravel()[own], pushed[pushed > 0.0]
@@ -368,15 +367,17 @@ def friction_of(landing: PosedLanding) -> FrictionResult:
     # What is linear in the strike does not exist: friction is not.
     delta = np.full((1, len(moved), 4), np.nan)
     delta[0, :, 3] = moved
-    jumps = jumps_of(landing, equation.full(delta), equation.state)
-    freeze(impulse, delta, jumps)
-    impact = DoubleImpact(landing, equation, Solution(delta, impulse, plain.scale, plain.rank, plain.condition, {}, {}), jumps)
-    if plain.choices:
-        impact.unique[0, :own_rows] = plain.choices[0].unique
     tangential = np.abs(before[:, :2]).max(axis=1) > 1e-12 * np.abs(before).max()
     bounces = np.zeros(m, dtype=bool)
     bounces[rows.number[rows.place < 2]] = rows.restitution[rows.place < 2] > 0.0
-    as_proven = set(best.state[:m]) == {"sticks"} and not np.any(tangential & bounces)
+    impact = None
+    if set(best.state[:m]) != {"sticks"} or np.any(tangential & bounces):
+        jumps, plain = jumps_of(landing, equation.full(delta), equation.state), solve_in_doubles(unstopped, rows.equation)
+        freeze(impulse, delta, jumps)
+        impact = DoubleImpact(landing, equation, Solution(delta, impulse, plain.scale, plain.rank, plain.condition, {}, {}), jumps)
+        freeze(impact.delta_qd)
+        if plain.choices:
+            impact.unique[0, :own_rows] = plain.choices[0].unique
     axes = np.zeros((3 * m, 3))
     axes[own] = rows.axes
     velocity = (best.velocity[:m, None] @ axes.reshape(-1, 3, 3))[:, 0]
@@ -384,8 +385,8 @@ def friction_of(landing: PosedLanding) -> FrictionResult:
     stilled = tuple(block._replace(restitution=0.0) for block in landing.blocks)
     rates = approach_speeds(landing.state, stilled, landing.before)[0, :, 3]
     lost = -float(np.nan_to_num(impulse[0, :, 3]) @ (rates + equation.J_c[0] @ moved / 2.0))
-    freeze(velocity, impact.delta_qd)
-    return FrictionResult(best.state[:m], velocity, count, best.residual, lost, None if as_proven else impact)
+    freeze(velocity)
+    return FrictionResult(best.state[:m], velocity, count, best.residual, lost, impact)
 
 
 def _free_slip(landing: PosedLanding, axes: Array, delta_qd: Array) -> Array:

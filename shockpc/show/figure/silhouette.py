@@ -13,7 +13,7 @@ import numpy as np
 import shapely
 from numpy.typing import NDArray
 
-from shockpc.core.spatial import Array, Plane
+from shockpc.core.spatial import Array, Plane, corners_of_box
 from shockpc.robot.geometry import Shape
 
 PlaneShape: TypeAlias = Any
@@ -99,8 +99,8 @@ def _projection(vertices: Array, triangles: NDArray[np.int64], edges: Edges, pix
     Along the centre line of every row each triangle covers one interval: its edges add one at the start and subtract one at the
     end, so the cumulative sum is the number of triangles over each cell.
     """
-    low = vertices.min(axis=0)
-    extent = np.ptp(vertices, axis=0)
+    low, high = corners_of_box(vertices)
+    extent = high - low
     pixel = max(pixel, float(extent.max()) / LARGEST_GRID)
     pixel *= max(1.0, float(np.abs(vertices[edges.high, 1] - vertices[edges.low, 1]).sum()) / pixel / MOST_CROSSINGS)
     width, height = (int(n) + 5 for n in extent / pixel)

@@ -8,7 +8,7 @@ import numpy as np
 import shapely
 
 from shockpc.core.memo import memoized
-from shockpc.core.spatial import Array, plane_from
+from shockpc.core.spatial import Array, corners_of_box, plane_from
 from shockpc.landing.closure import all_loops
 from shockpc.quantities.profile import ShockProfile
 from shockpc.robot.geometry import Shape, drawn_outline, inertia_box, outline
@@ -120,7 +120,7 @@ def view_of(profile: ShockProfile) -> View:
     if all(larger or region.is_empty for larger, region in zip(too_large, regions, strict=True)):
         too_large = [False] * len(regions)  # nothing else is left to draw
     corners = np.vstack([to_plane(own, plane) for own, larger in zip(world, too_large, strict=True) if not larger])
-    low, high = corners.min(axis=0), corners.max(axis=0)
+    low, high = corners_of_box(corners)
     size = float((high - low).max())
     drawn = []
     for i in map(int, np.argsort(depth, kind="stable")):
@@ -217,7 +217,7 @@ def _silhouettes(
     shapes = [[shape.placed(*place) for shape in own] for (own, _), place in zip(own_shapes, places, strict=True)]
     bodies = zip(shapes, robot.bodies, places, strict=True)
     world = tuple(surface(own) if own else (body.com @ turn.T + origin)[None] for own, body, (turn, origin) in bodies)
-    size = max(float(np.ptp(to_plane(np.concatenate(world), plane), axis=0).max()), 1e-6)
+    size = max(float(np.ptp(corners_of_box(to_plane(np.concatenate(world), plane)), axis=0).max()), 1e-6)
     # Holes and gaps that are too fine to be seen are closed.
     fine = 2.0 * RESOLUTION * size
     edges: dict[int, Edges] = {}
@@ -243,7 +243,7 @@ def body_shapes(robot: Robot) -> list[tuple[tuple[Shape, ...], bool]]:
 
 def _extent(shapes: Sequence[Shape]) -> float:
     """The greatest extent of some shapes along an axis of their body [m]."""
-    return float(np.ptp(surface(shapes), axis=0).max()) if shapes else 0.0
+    return float(np.ptp(corners_of_box(surface(shapes)), axis=0).max()) if shapes else 0.0
 
 
 class Window(NamedTuple):

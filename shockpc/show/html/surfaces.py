@@ -10,7 +10,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from shockpc.core.spatial import Array
+from shockpc.core.spatial import Array, corners_of_box, cross
 from shockpc.robot.geometry import Shape, facets
 
 FINEST, LONGEST = 1 / 2000, 1 / 30
@@ -47,7 +47,8 @@ def surfaces(bodies: Sequence[Sequence[Shape]], most: int) -> list[Surface]:
         most: number of triangles of all bodies together, about; `MOST_DIVIDED` times as many while edges are divided.
     """
     meshes = [_joined(map(_triangles, shapes)) for shapes in bodies]
-    size = max((float(np.ptp(mesh.vertices, axis=0).max()) for mesh in meshes if len(mesh.vertices)), default=1.0) or 1.0
+    size = max((float(np.ptp(corners_of_box(mesh.vertices), axis=0).max()) for mesh in meshes if len(mesh.vertices)), default=1.0)
+    size = size or 1.0
     cell = FINEST * size
     for divide in (False, True):
         if divide:
@@ -86,7 +87,7 @@ def _joined(parts: Iterable[Surface]) -> Surface:
 
 def _cells(surface: Surface, cell: float) -> np.ndarray:
     """The number (n,) of the cell of each vertex; one for all if the cell is larger than the surface."""
-    low = surface.vertices.min(axis=0, initial=np.inf)
+    low = corners_of_box(surface.vertices)[0] if len(surface.vertices) else np.inf
     return _numbers(((surface.vertices - low) / cell).astype(np.int64))
 
 
@@ -144,7 +145,7 @@ def _clustered(surface: Surface, cell: float) -> Surface:
     corners, triangles = surface.vertices[surface.triangles], index[surface.triangles]
     count = int(index.max(initial=-1)) + 1
     means = np.stack([np.bincount(index, x, count) for x in surface.vertices.T], axis=1) / np.bincount(index)[:, None]
-    normals = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
+    normals = cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
     height = np.einsum("ti,tki->tk", normals, corners - means[triangles]).ravel()
     # Of each corner of each triangle, contiguous, so that the sums are fast.
     cells, (x, y, z) = triangles.ravel(), np.repeat(normals.T, 3, axis=1)
