@@ -50,6 +50,15 @@ def test_a_signal_of_either_sign_ends_where_it_changes_sign():
     assert first_crossing(sigma, signals(1.0, [[0.0, 0.0]], [[0.0, 0.0]], -0.5), 20.0, Effort()) == (2.0, 0)
 
 
+@pytest.mark.parametrize("rise", [1e-9, 1e-3, 1.0])
+@pytest.mark.parametrize("size", [0.0, 1e-3])
+def test_a_signal_that_rises_first_falls_later(rise, size):
+    """As the gap of a contact that hops: rise t − t² between two samples, also beside an oscillation."""
+    hop = signals(0.0, [[0.0]], [[0.0]], rise)._replace(square=np.array([-1.0]), wave=np.array([[1j * size * rise]]))
+    time, index = first_crossing(np.array([1e-3]), hop, 20.0, Effort())
+    assert (time, index) == (pytest.approx(rise * (1.0 - 1e-3 * size), rel=1e-6), 0)
+
+
 def test_a_search_ends_where_a_signal_grows_faster_than_it_oscillates():
     """2 + t + cos 1e9 t never falls; what only does not fall by cancellation of its terms is searched, and refused."""
     assert first_crossing(np.array([1e9]), signals(2.0, [[1.0]], [[0.0]], 1.0), 1e3, Effort()) == (1e3, None)

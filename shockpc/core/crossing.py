@@ -102,14 +102,15 @@ def first_crossing(sigma: Array, signals: Signals, horizon: float, effort: Effor
         return None
 
     def root(i: int, a: float, b: float, above: float, below: float) -> float:
-        t, last = a + (b - a) * max(above, 0.0) / (max(above, 0.0) - below), np.inf
+        # By the chord, which starts inside the interval where a signal rises from zero first.
+        t, last = a + (b - a) * (above / (above - below) if above > 0.0 else 0.5), np.inf
         level, rate, bend, own = float(start[i]), float(linear[i]), float(square[i]), wave[i]
         for _ in range(100):
             turn = np.exp(turning * (t / 2.0))
             value = level + t * (rate + t * bend) - 2.0 * float((turn.imag * (turn.imag * own.real + turn.real * own.imag)).sum())
             slope = rate + 2.0 * t * bend + float((turning * own * turn**2).real.sum())
             a, b = (t, b) if value > 0.0 else (a, t)
-            newton = t - value / slope if slope < 0.0 else a
+            newton = t - value / slope if slope < 0.0 else np.inf
             step = abs(newton - t)
             # Near the root a step that is not much smaller than the last one is rounding.
             if step <= 1e-15 * t or b - a <= 1e-15 * b or (step > last / 4.0 and last <= 1e-11 * t):
