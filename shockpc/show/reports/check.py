@@ -65,12 +65,14 @@ def check_sheet(check: Check, for_terminal: bool = True, most: int | None = None
     """
     shown = sorted(check.outcomes, key=lambda outcome: (not outcome.fails, not outcome.reason))[:most]
     columns: dict[str, list[Cell]] = {
-        "result": [_status(outcome) for outcome in shown],
+        "result": ["warning" if outcome.status == "exceeded" and not outcome.fails else outcome.status for outcome in shown],
         "landing": [_landing_text(outcome) for outcome in shown],
         "at": [outcome.at for outcome in shown],
-        "metric": [f"{outcome.budget.metric} [{_unit(outcome).replace('1', '-')}]" for outcome in shown],
+        "metric": [f"{outcome.budget.metric} [{outcome.budget.selection.quantity.unit.replace('1', '-')}]" for outcome in shown],
         "value": [outcome.value for outcome in shown],
-        "limit": [outcome.reason if for_terminal and _exceeded(outcome) else _limit_text(outcome.budget) for outcome in shown],
+        "limit": [
+            outcome.reason if for_terminal and outcome.status == "exceeded" else _limit_text(outcome.budget) for outcome in shown
+        ],
         "baseline": [outcome.baseline for outcome in shown],
         "change [%]": [None if outcome.change is None else 100.0 * outcome.change for outcome in shown],
         "reason": [None if for_terminal else outcome.reason or None for outcome in shown],
@@ -88,10 +90,6 @@ def check_sheet(check: Check, for_terminal: bool = True, most: int | None = None
     return Sheet(_summary_text(check), list(kept), list(zip(*kept.values(), strict=True)), [*notes, *check.notes])
 
 
-def _exceeded(outcome: Outcome) -> bool:
-    return outcome.status == "exceeded"
-
-
 def _commands(check: Check) -> list[Lines]:
     """The commands that compute the numbers anew of which a budget is not met."""
     commands = dict.fromkeys(outcome.command for outcome in check.outcomes if outcome.reason and outcome.command)
@@ -100,9 +98,7 @@ def _commands(check: Check) -> list[Lines]:
 
 def _joint_model(check: Check, case: str) -> str:
     """What the joints of a case do, and where their drives are from; empty if it could not be computed."""
-    if case not in check.profiles:
-        return ""
-    return check.profiles[case].landing.joint_model.summary
+    return check.profiles[case].landing.joint_model.summary if case in check.profiles else ""
 
 
 def _explained(check: Check, outcome: Outcome) -> str:
@@ -116,10 +112,6 @@ def _explained(check: Check, outcome: Outcome) -> str:
 def _record(outcome: Outcome) -> dict[str, Any]:
     row = outcome.record
     return row | {key: "inf" if row[key] == math.inf else row[key] for key in ("value", "baseline")}
-
-
-def _unit(outcome: Outcome) -> str:
-    return outcome.budget.selection.quantity.unit
 
 
 def _summary_text(check: Check) -> str:
@@ -157,11 +149,6 @@ def _landing_text(outcome: Outcome) -> str:
 def place_text(outcome: Outcome) -> str:
     """What a value belongs to, in words."""
     return f"{_landing_text(outcome)}: {outcome.budget.metric} at {outcome.at}"
-
-
-def _status(outcome: Outcome) -> str:
-    """How the value compares, in a word."""
-    return "warning" if outcome.status == "exceeded" and not outcome.fails else outcome.status
 
 
 def append_summary(check: Check) -> None:

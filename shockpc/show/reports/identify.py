@@ -13,6 +13,7 @@ from shockpc.evaluation.prediction import SCALE
 from shockpc.evaluation.variation import OF_A_LINK
 from shockpc.landing.joint_model import joint_model
 from shockpc.landing.scene_file import scene_text
+from shockpc.show.document import record
 from shockpc.show.reports.report import Picture, Report
 from shockpc.show.tables import Lines, Row, Sheet, sheet_of
 from shockpc.show.wording import count, robot_line
@@ -121,9 +122,7 @@ def _document(found: Identification, table: str) -> dict[str, Any]:
             {
                 "name": one.variation.subject,
                 "unit": one.variation.unit,
-                "value": one.value,
-                "low": one.low,
-                "high": one.high,
+                **record(one, "value", "low", "high"),
                 "range": one.variation.span,
                 "state": one.state,
                 "error_over_range": pairs(zip(*found.scan(j), strict=True)),

@@ -8,7 +8,7 @@ from shockpc.evaluation.variation import OF_THE_GROUND
 from shockpc.show.reports.report import Picture, Report
 from shockpc.show.tables import Lines, Row, Sheet, sheet_of
 from shockpc.show.wording import header_lines, warning_lines
-from shockpc.studies.limits import Interval, JointLimits, StrikeLimits
+from shockpc.studies.limits import JointLimits, StrikeLimits
 
 MARKS = {"bound": "", "range": "*", "loop": "†"}
 
@@ -67,7 +67,9 @@ def _none_allowed(found: JointLimits) -> list[str]:
     if any(one.allowed for one in found.limits):
         text += " where flat ground allows the landing"
     if best is not None:
-        text += f"; the {_best(found)} that is feasible is {best.best:.3g} at {_text(found, best.best_at)} {found.shown_unit}"
+        text += (
+            f"; the {_extremes(found)[0]} that is feasible is {best.best:.3g} at {_text(found, best.best_at)} {found.shown_unit}"
+        )
     remedy = "allow more, or give another range with --range"
     if not any(one.feasible for one in found.limits):
         remedy = "flat ground allows no landing of this range; give another with --range, or a greater --ground-tolerance"
@@ -108,7 +110,7 @@ def _warnings(found: JointLimits) -> list[str]:
 def _document(found: JointLimits) -> dict[str, Any]:
     """The document, schema `shockpc.limits/1`: angles in degrees, positions in metres."""
     worst, at = found.worst
-    best_word, worst_word = _best(found), _worst(found)
+    best_word, worst_word = _extremes(found)
 
     def value(number: float) -> float:
         return _degrees(number) if found.unit == "rad" else round(number, 9) + 0.0
@@ -155,10 +157,8 @@ def _allowed(found: JointLimits) -> Sheet:
     """For every strike angle the values of the joint that keep the bound."""
     rows: list[Row] = []
     for one in found.limits:
-        allowed = ", ".join(_interval(found, interval) for interval in one.allowed) or "none"
-        feasible, usable = (", ".join(_run(found, run) for run in runs) or "none" for runs in (one.feasible, one.usable))
-        at = None if math.isnan(one.best) else _text(found, one.best_at)
-        rows.append((_strikes(found, one), allowed, feasible, usable, one.best, at))
+        runs = (", ".join(_run(found, *run) for run in runs) or "none" for runs in (one.allowed, one.feasible, one.usable))
+        rows.append((_strikes(found, one), *runs, one.best, None if math.isnan(one.best) else _text(found, one.best_at)))
     ends = {end for one in found.limits for interval in one.allowed for end in interval[2:]}
     name, unit = found.target.selection.name, found.shown_unit
     return Sheet(
@@ -168,7 +168,7 @@ def _allowed(found: JointLimits) -> Sheet:
             f"allowed [{unit}]",
             f"feasible [{unit}]",
             f"both [{unit}]",
-            f"{_best(found)} {name} [{found.target.unit}]",
+            f"{_extremes(found)[0]} {name} [{found.target.unit}]",
             f"at [{unit}]",
         ),
         rows,
@@ -187,8 +187,9 @@ def _postures(found: JointLimits, most: int | None = None) -> Sheet:
         rows.append((value, found.scan.at_scene_strike[k], worst[k], f"{math.degrees(at[k]):.1f}", allowed))
     low, high = map(math.degrees, found.strikes)
     varied = "joint" if found.of_joints else found.subject
+    unit = found.target.unit
     header = (
-        f"{varied} [{found.shown_unit}]", f"at the scene's strike [{found.target.unit}]", f"{_worst(found)} [{found.target.unit}]",
+        f"{varied} [{found.shown_unit}]", f"at the scene's strike [{unit}]", f"{_extremes(found)[1]} [{unit}]",
         "at strike angle [deg]", "strike angles allowed [deg]",
     )  # fmt: skip
     notes = () if every == 1 else (f"every {every}th value of the scan; --out writes all",)
@@ -209,16 +210,9 @@ def _strikes(found: JointLimits, one: StrikeLimits) -> str:
     return f"{low}, the scene's" if one is found.limits[0] else low
 
 
-def _interval(found: JointLimits, interval: Interval) -> str:
-    """An interval, rounded inwards to four digits; signs where something else than the bound ends it."""
-    low, high = (_text(found, end, inwards) for end, inwards in ((interval.low, math.ceil), (interval.high, math.floor)))
-    return f"{low}{MARKS[interval.low_end]} … {high}{MARKS[interval.high_end]}"
-
-
-def _run(found: JointLimits, run: tuple[float, float]) -> str:
-    """A range of values, rounded inwards to four digits."""
-    low, high = (_text(found, end, whole) for end, whole in zip(run, (math.ceil, math.floor), strict=True))
-    return f"{low} … {high}"
+def _run(found: JointLimits, low: float, high: float, low_end: str = "bound", high_end: str = "bound") -> str:
+    """A range of values, rounded inwards to four digits; signs where something else than the bound ends an allowed one."""
+    return f"{_text(found, low, math.ceil)}{MARKS[low_end]} … {_text(found, high, math.floor)}{MARKS[high_end]}"
 
 
 def _text(found: JointLimits, value: float, whole: Callable[[float], int] = round) -> str:
@@ -242,12 +236,9 @@ def _bound(found: JointLimits) -> str:
     return f"at or {side} {found.bound.value:g} {found.target.unit}".removesuffix(" -")
 
 
-def _best(found: JointLimits) -> str:
-    return "greatest" if found.bound.below else "least"
-
-
-def _worst(found: JointLimits) -> str:
-    return "least" if found.bound.below else "greatest"
+def _extremes(found: JointLimits) -> tuple[str, str]:
+    """Words for the best and for the worst value."""
+    return ("greatest", "least") if found.bound.below else ("least", "greatest")
 
 
 def _degrees(angle: float) -> float:

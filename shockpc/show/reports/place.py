@@ -15,13 +15,14 @@ from shockpc.text.printed import cause_lines, causes, few
 
 def place_report(study: PlaceStudy) -> Report:
     """The places of least shock on a body."""
+    number = "greatest shock" if study.weights is None else "weighted mean of the shock"
     refused = causes((name, str(reason)) for name, reason in study.failures)
     failed = [f"not computed: {line}" for line in cause_lines(refused, "landings", 6)]
     return Report(
         name="place",
         title=f"Place of least shock on {study.robot.bodies[study.body].name} of {robot_name(study.robot)}",
         body=lambda full: [
-            Lines(_header(study)),
+            Lines([*shared_lines(_named(study)), ("where", study.region.text), ("compared by", f"{number} over the landings")]),
             Picture("place", "greatest shock over the body", "place:draw_place", (study,)),
             _places(study),
             *_margins(study),
@@ -77,11 +78,6 @@ def _place(one: SensorPlace) -> dict[str, Any]:
         "delta_v": one.delta_v,
         "margin": margin and record(margin, "peak_g", "left"),
     }
-
-
-def _header(study: PlaceStudy) -> list[tuple[str, str]]:
-    number = "greatest shock" if study.weights is None else "weighted mean of the shock"
-    return [*shared_lines(_named(study)), ("where", study.region.text), ("compared by", f"{number} over the landings")]
 
 
 def _places(study: PlaceStudy) -> Sheet:

@@ -4,7 +4,6 @@ import math
 from collections.abc import Sequence
 from typing import Any
 
-from shockpc.quantities.profile import ShockProfile
 from shockpc.show.document import record
 from shockpc.show.reports.report import Picture, Report
 from shockpc.show.tables import Lines, Row, Sheet, sheet_of
@@ -29,7 +28,7 @@ MOST = 16
 
 def sensitivity_report(study: Sensitivity) -> Report:
     """The effects."""
-    landings = _named(study)
+    landings = dict(zip(study.landings, study.profiles, strict=True))
     now = f"{study.target.title}: {study.value:.4g} {study.target.unit}".removesuffix(" -")
     if len(landings) > 1:
         now += f", {_over(study)}; the worst is {study.worst}"
@@ -46,10 +45,6 @@ def sensitivity_report(study: Sensitivity) -> Report:
         sheets={"sensitivity": lambda: sheet_of(study.table)},
         document=lambda: _document(study),
     )
-
-
-def _named(study: Sensitivity) -> dict[str, ShockProfile]:
-    return dict(zip(study.landings, study.profiles, strict=True))
 
 
 def _over(study: Sensitivity) -> str:
