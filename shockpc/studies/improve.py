@@ -238,6 +238,10 @@ def improve(
     if not np.isfinite(best.value):
         near = max((run.x for run in runs), key=lambda x: float(cost.slack(x[None]).min(initial=0.0)))
         missed = dict.fromkeys(term.text for term in _missed(cost, near)) or ["there is no landing"]
+        unknown = np.isnan(cost.numbers(near[None])[0])
+        without = {term.column.name: 0 for term, gone in zip(cost.terms, unknown, strict=True) if gone and term.role >= 0}
+        if without and not unknown.all():
+            raise StudyError(f"{few(list(without), 4)} has no value at the best point that was found; name other places")
         raise StudyError(
             f"no point meets the constraints; the one that comes nearest misses: {few(list(missed), 4)}. Widen a range, or leave a "
             "constraint out"
