@@ -259,6 +259,16 @@ def test_a_model_that_is_wrong_beyond_the_scatter(here):
     assert any("still wrong beyond the scatter" in text and "knee" in text for text in found.statements)
 
 
+def test_what_was_not_measured_is_not_wrong(here):
+    """Cells and columns without a number are no jump of zero."""
+    table = leg(rng(), 30, here, true={"armature:hip": 0.004}, noise=0.05)
+    table["after_knee"][::2] = np.nan
+    table["after_hip"][:] = np.nan
+    found = identify(table, leg_scene(here), {"armature:knee": "0.0003:0.3:log"})
+    assert "hip" not in [column.name for column in found.predictor.measured]
+    assert not any("still wrong beyond the scatter" in text for text in found.statements)
+
+
 # Measured
 
 

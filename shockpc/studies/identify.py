@@ -202,7 +202,7 @@ def identify(
     unknowns = tuple(_unknown(robot, *one) for one in pairs(unknown))
     if not unknowns or len({one.subject for one in unknowns}) < len(unknowns):
         raise StudyError("give each unknown once, as NAME=LOW:HIGH, such as friction=0:1.5")
-    velocities = [measured for measured in rows.measured if coordinate(measured, robot) >= 0]
+    velocities = [one for one in rows.measured if coordinate(one, robot) >= 0 and np.isfinite(one.jump).any()]
     if not velocities:
         raise StudyError(
             "the table measured no velocity after the impact, such as after_JOINT or after_vz, so nothing can be found"
@@ -508,7 +508,8 @@ class _Fit:
         wrong, n = [], int(self.used.sum())
         counts = _drawn(n, 2 * DRAWS)
         for k, column in enumerate(self.predictor.measured):
-            x, y = (np.nan_to_num(values[self.used, k]) for values in (found.jumps, found.measured))
+            both = np.stack([values[self.used, k] for values in (found.jumps, found.measured)])
+            x, y = np.where(np.isnan(found.measured[self.used, k]), 0.0, np.nan_to_num(both))
             if not (size := float(x @ x)) > 0.0:
                 continue
             slopes = counts @ (x * y) / np.maximum(counts @ (x * x), 1e-300)
@@ -517,8 +518,8 @@ class _Fit:
                 wrong.append(f"{column.name} {x @ y / size:.2f} ({low:.2f} … {high:.2f})")
         if wrong:
             yield (
-                "the model is still wrong beyond the scatter of the landings: measured jumps are, times the predicted ones, "
-                + few(wrong, 6, what=" velocities")
+                "the model is still wrong beyond the scatter of the landings, which no interval covers: measured jumps are, "
+                "times the predicted ones, " + few(wrong, 6, what=" velocities")
             )
         if self.noise is not None:
             ratio = float(np.sqrt(np.sum(r**2) / self.freedoms))
