@@ -717,7 +717,7 @@ def test_efforts_of_a_table_are_torques_of_its_rows():
     robot, columns = known_robot("anymal_b"), table()
     columns |= {"effort_LF_KFE": np.array([0.0, 5.0, -5.0, 5.0, np.nan, 5.0])}
     stiff = replace(SCENE, contact_stiffness=1e5, joints=Joints(torque={"LF_KFE": 2.0, "RH_KFE": 3.0}))
-    peaks = ("peak_torque@LF_KFE", "peak_acceleration@imu_link")
+    peaks = ("peak_joint_moment@LF_KFE", "peak_acceleration@imu_link")
     made = compute(study(columns, stiff, peaks))
     assert not made.messages
     for i, torque in enumerate([0.0, 5.0, -5.0, 5.0, 2.0, 5.0]):
@@ -725,7 +725,8 @@ def test_efforts_of_a_table_are_torques_of_its_rows():
         assert scene.joints.torque == {"LF_KFE": torque, "RH_KFE": 3.0}
         profile = shock_profile(scene, robot)
         names = [place.name for place in profile.places("joint")]
-        assert made.columns[peaks[0]][i] == pytest.approx(profile.value("peak_torque", "joint")[names.index("LF_KFE")], rel=1e-9)
+        peak = profile.value("peak_joint_moment", "joint")[names.index("LF_KFE")]
+        assert made.columns[peaks[0]][i] == pytest.approx(peak, rel=1e-9)
     plain = study(columns, SCENE, ("delta_v@imu_link",)).table()
     del columns["effort_LF_KFE"]
     same = study(columns, SCENE, ("delta_v@imu_link",)).table()
