@@ -106,6 +106,25 @@ def test_a_fall_has_its_height_at_every_strike_angle(anymal):
     assert check(sweep(scene, {"strike-angle": "-30:45:3"}, robot=anymal, quantities=["v_in"], prove=0)) == 3
 
 
+@pytest.mark.parametrize("angles", [[20.0], [-40.0, 20.0]])
+def test_the_greatest_shock_over_a_box_is_that_of_a_corner(angles):
+    """In one landing and in many: the largest |Δv + Δω × r| of its eight corners, and as a share of the strike's 2 m/s."""
+    box = '<collision><origin xyz="0.02 0 -0.2"/><geometry><box size="0.06 0.04 0.4"/></geometry></collision>'
+    robot = robot_from(STICK.replace('<link name="shin">', f'<link name="shin">{box}'))
+    scene = Scene(robot="stick", contact="foot", strike=Strike(speed=2.0))
+    corners = np.stack(np.meshgrid([-0.01, 0.05], [-0.02, 0.02], [-0.4, 0.0]), axis=-1).reshape(-1, 3)
+    columns, _ = table(
+        sweep(scene, {"strike-angle": angles}, robot=robot, quantities=["shock_max@shin", "delta_v_max@shin"], prove=0)
+    )
+    for row, angle in enumerate(angles):
+        profile = shock_profile(replace(scene, strike=Strike(speed=2.0, strike_angle_deg=angle)), robot)
+        k = profile.bodies.index("shin")
+        greatest = np.linalg.norm(profile.delta_v[k] + np.cross(profile.delta_omega[k], corners), axis=1).max()
+        assert columns["delta_v_max@shin"][row] == pytest.approx(greatest, rel=1e-12)
+        assert columns["shock_max@shin"][row] == pytest.approx(greatest / 2.0, rel=1e-12)
+        assert profile.value("shock_max", "body")[k] == pytest.approx(greatest / 2.0, rel=1e-12)
+
+
 def test_rows_that_doubles_cannot_solve_are_proven():
     """Beside a body of 2e19 kg the inertia of a shin is lost in rounding; extreme directions of such rows exist all the same."""
     robot = robot_from(STICK.replace('value="2"', 'value="2e19"'))
