@@ -1,6 +1,7 @@
 """Texts of the command line to values. Every parser raises typer.BadParameter with what would be valid."""
 
 import math
+import re
 from pathlib import Path
 from typing import Literal, TypeAlias, get_args
 
@@ -25,7 +26,9 @@ def finite(text: str) -> float:
     except ValueError:
         value = math.nan
     if not math.isfinite(value):
-        raise typer.BadParameter(f'"{text}" is not a finite number')
+        with_unit = re.match(r"[-+]?[\d.]+(e[-+]?\d+)? *(?!e[-+]?\d)[a-zA-Z°µ]", text)
+        unit = "; leave out the unit, which is that of the help" if with_unit else ""
+        raise typer.BadParameter(f'"{text}" is not a finite number{unit}')
     return value
 
 

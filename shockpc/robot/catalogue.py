@@ -98,7 +98,7 @@ def robots_of_set(name: str) -> tuple[str, ...]:
     if name == "all":
         return tuple(entry.name for entry in catalogue())
     if name not in SETS:
-        raise UnknownName("set of robots", name, (*SETS, "all"), "", "shockpc batch --help")
+        raise UnknownName("set of robots", name, (*SETS, "all"), "", "shockpc batch --help; robots stand without --robots")
     return SETS[name]
 
 

@@ -11,6 +11,7 @@ from shockpc.show.figure.picture import outlined
 from shockpc.show.figure.style import BANDS, INK, PAPER, faded
 from shockpc.show.figure.view import Window, view_of
 from shockpc.show.tables import rounded
+from shockpc.show.wording import joint_model_text
 from shockpc.studies.fall.study import Falls
 from shockpc.text.printed import printable
 
@@ -25,7 +26,7 @@ STRUCK, STANDS, BODY = BANDS[6], BANDS[4], faded(INK, 0.86)
 
 
 def draw_falls(falls: Falls) -> Figure:
-    """Draw the worst strikes in the order of the table, on one scale; the robot falls to the right."""
+    """Draw the worst strikes in the order of the table, on one scale; each falls towards the right."""
     results = falls.results[:MOST]
     views = [view_of(result.profile) for result in results]
     sizes = np.array([view.high - view.low for view in views])
@@ -33,11 +34,12 @@ def draw_falls(falls: Falls) -> Figure:
     height = float(sizes[:, 1].max()) / inch + 0.15
     lines = math.ceil(len(results) / COLUMNS)
     across, step, drop = math.ceil(len(results) / lines), WIDTH + GAP, height + CAPTION + GAP
-    what = f"dropped from {falls.drop:g} m" if falls.drop is not None else "tipping over to the right"
+    what = f"dropped from {falls.drop:g} m" if falls.drop is not None else "tipping over"
     unit = select(falls.rank.partition("@")[0]).quantity.unit
     heading = (
         f"{printable(falls.robot.label, 60)} {what}: the worst impacts by {printable(falls.rank, 40)}",
-        "red: struck; blue: on the ground already, and pressing; dot: contact point; all on one scale",
+        "red: struck; blue: on the ground, and pressing; dot: contact; each falls towards the right; one scale",
+        *(f"joint model: {joint_model_text(result.profile)}" for result in results[:1]),
     )
     page = Page(MARGIN + max(across * step - GAP, 7.0), lines * drop, heading)
     for k, (result, view) in enumerate(zip(results, views, strict=True)):

@@ -35,7 +35,7 @@ def check_report(check: Check) -> Report:
     """The outcomes; the CSV file is in the order of the file of budgets, the tables begin with what fails."""
     return Report(
         name="check",
-        title=f"Budgets: {check.count('passed')} passed, {check.count('exceeded')} exceeded",
+        title=f"Budgets: {_verdicts(check)}",
         body=lambda full: [check_sheet(check, for_terminal=not full), *_commands(check)],
         lead=1,
         sheets={"check": lambda: sheet_of(check.table)},
@@ -114,14 +114,19 @@ def _record(outcome: Outcome) -> dict[str, Any]:
     return row | {key: "inf" if row[key] == math.inf else row[key] for key in ("value", "baseline")}
 
 
-def _summary_text(check: Check) -> str:
-    """How many budgets are met, in a sentence."""
+def _verdicts(check: Check) -> str:
+    """How many budgets are met, and how many are not."""
     failed = sum(outcome.fails and outcome.status == "exceeded" for outcome in check.outcomes)
     warned, missing = check.count("exceeded") - failed, check.count("not computed")
-    text = f"budgets of {count(check.landings, 'landing')}: {check.count('passed')} passed, {failed} exceeded"
+    text = f"{check.count('passed')} passed, {failed} exceeded"
     text += f", {warned} exceeded with a warning" if warned else ""
     text += f", {missing} not computed" if missing else ""
-    text += f", {skipped} skipped" if (skipped := check.count("skipped")) else ""
+    return text + (f", {skipped} skipped" if (skipped := check.count("skipped")) else "")
+
+
+def _summary_text(check: Check) -> str:
+    """How many budgets are met, and how far the numbers are proven, in a sentence."""
+    text = f"budgets of {count(check.landings, 'landing')}: {_verdicts(check)}"
     text += f"; jumps {proof_text(check.error_bound)}" if check.error_bound else ""
     scenes = {case: profile.scene for case, profile in check.profiles.items()}
     computed = ((one.budget.selection, scenes[one.case]) for one in check.outcomes if one.case in scenes)

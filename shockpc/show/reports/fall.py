@@ -37,6 +37,7 @@ def fall_report(falls: Falls) -> Report:
             *([_tips(falls)] if falls.tips else []),
             _strikes(falls, full),
         ],
+        lead=2 + bool(falls.results) + bool(falls.tips),
         closing=[
             f"not computed: {line}" for line in cause_lines(causes((name, str(why)) for name, why in falls.failures), "falls", 6)
         ],

@@ -42,6 +42,7 @@ def improve_report(study: Improvement) -> Report:
             *([_front(study)] if study.front else []),
             *(_compared(compared, True) if full else [*_compared(compared, False)[:3], Lines(MORE)]),
         ],
+        lead=3 + 2 * bool(study.front),
         closing=compared.closing,
         warnings=shared_warnings(study.after),
         sheets={"variables": lambda: _variables(study), **({"front": lambda: _front(study)} if study.front else {})},

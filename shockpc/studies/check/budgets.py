@@ -233,8 +233,8 @@ def budgets_file(folder: Path) -> Path:
         with reading(project, "budgets", StudyError) as table:
             if "shockpc" in _table(table.get("tool", {}), "tool"):
                 return project
-    project_text = "the pyproject.toml there has no table [tool.shockpc]" if project.exists() else "nor a pyproject.toml"
-    raise StudyError(f'there is no budgets.toml in "{folder}", and {project_text}; name the file: shockpc check FILE')
+    other = ", and the pyproject.toml there has no table [tool.shockpc]" if project.exists() else ", and no pyproject.toml"
+    raise StudyError(f'there is no budgets.toml in "{folder}"{other}; name the file: shockpc check FILE')
 
 
 def budgets_schema() -> dict[str, Any]:
