@@ -400,7 +400,8 @@ def test_impulse_of_a_two_link_leg(tmp_path, bound, step):
     """
     (tmp_path / "leg.urdf").write_text(LEG)
     contact = Contact(frame="foot", directions=("z",))
-    scene = Scene(robot=str(tmp_path / "leg.urdf"), base="fixed", contact=(contact,), posture=Posture(joints={"knee": 1.0}))
+    posture = Posture(reference="neutral", joints={"knee": 1.0})
+    scene = Scene(robot=str(tmp_path / "leg.urdf"), base="fixed", contact=(contact,), posture=posture)
     found = limits(scene, "knee", "total_impulse", bound, strikes=(-0.3, 0.5), step=step)
     m, n, upper, k, inertia = 2.0, 0.5, 0.3, 0.4, 1e-3
     A, B, C = (m + n) * upper**2 + inertia, n * k**2 + inertia, n * upper * k
