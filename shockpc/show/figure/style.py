@@ -126,5 +126,6 @@ def render(name: str, draw: Callable[[], Figure]) -> dict[str, bytes]:
         warnings.filterwarnings("ignore", message="Glyph ")
         figure = draw()
         figure.savefig(svg, format="svg", metadata={"Date": None, "Creator": "shockpc"})
+        figure.set_layout_engine("none")  # the places of the axes are found once
         figure.savefig(png, format="png", dpi=DPI, metadata={"Software": "shockpc"})
     return {f"{name}.svg": svg.getvalue(), f"{name}.png": png.getvalue()}
