@@ -130,7 +130,7 @@ def _notes(profile: ShockProfile, view: View) -> list[str]:
     if more:
         listed = ", ".join(f"{short(shock)} on {number}" for number, shock in more.items())
         notes.append(
-            f"colours are on the visible shapes and reach {listed}; the table is over the collision geometry, or at the CoM of a "
+            f"colours are on what is drawn and reach {listed}; the table is over the collision geometry, or at the CoM of a "
             "body without it."
         )
     unseen = [printable(profile.bodies[drawn.body], 20) for drawn in view.drawn if drawn.region.is_empty]
