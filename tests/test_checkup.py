@@ -152,7 +152,8 @@ FOUND: dict[str, list[tuple[str, str, str]]] = {
     ],
     urdf(link("base", "2"), link("tip", "0.01"), link("dust", "1e-7"), joint("j", "base", "tip"), joint("k", "base", "dust")): [
         ("warning", 'body "dust"', "1e-07 kg is less than a millionth of the robot's 2.01 kg; if it is a placeholder"),
-        ("warning", 'link "dust"', "its moments of inertia have a radius of gyration of 1e+03 m, and the robot measures 10 m"),
+        ("warning", 'link "tip"', "its moments of inertia have a radius of gyration of 3.16 m, and the robot measures"),
+        ("warning", 'link "dust"', "its moments of inertia have a radius of gyration of 1e+03 m, and the robot measures"),
     ],
     # A link that can be seen and weighs nothing is noted; a bare frame is not.
     arm().replace("</robot>", f"{SHELL}{joint('s', 'tip', 'shell', 'fixed')}{joint('f', 'tip', 'frame', 'fixed')}</robot>"): [
@@ -161,7 +162,7 @@ FOUND: dict[str, list[tuple[str, str, str]]] = {
     arm(elbow=joint("elbow", "base", "tip", more='<limit lower="1" upper="-1" effort="1" velocity="1"/>')): [
         ("warning", 'joint "elbow"', "its lower limit 1 is above its upper limit -1, so every posture is outside them")
     ],
-    arm(elbow=joint("elbow", "base", "tip", more='<limit effort="1" velocity="1"/>')): [
+    arm(elbow=joint("elbow", "base", "tip", more='<limit lower="0" upper="0" effort="1" velocity="1"/>')): [
         ("note", 'joint "elbow"', "both its limits are 0, so every other posture is outside them; it is computed all the same")
     ],
     arm(elbow=joint("elbow", "base", "tip", axis="0 2 0")): [
