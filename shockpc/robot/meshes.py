@@ -3,7 +3,6 @@
 The libraries are given bytes in memory and nothing by which to find another file, so materials and textures are never opened.
 """
 
-import contextlib
 import functools
 import io
 import re
@@ -11,7 +10,6 @@ import warnings
 from typing import Any, NamedTuple
 from xml.etree import ElementTree
 
-import coal
 import numpy as np
 
 from shockpc.core.spatial import Array
@@ -29,9 +27,6 @@ _NO_SHAPE = {
 
 _RELATIVE_FACE = rb"(?m)^f[^\n]*[ \t]-\d"
 """An OBJ face that counts its vertices backwards; trimesh counts from the end of the file, not from the face."""
-
-THINNEST, RANGE = 1e-5, (1e-50, 1e50)
-"""Least ratio of the standard deviations of points whose hull coal is asked for, and their coordinates: others crash it."""
 
 _LONGEST = 2 * LARGEST_FILE
 """Characters of a COLLADA scene in which every instance is written out."""
@@ -158,20 +153,8 @@ def hull_corners(vertices: Array) -> Array:
     """Return those of the vertices (n, 3) that are corners of their hull; all if they lie in a plane, for then it has no volume.
 
     The hull takes a few milliseconds and leaves a small part of the vertices, over which every analysis evaluates the extremes.
-    SciPy, which finds the same corners, takes longer to import than an analysis to run.
     """
-    if len(vertices) < 5:
-        return vertices
-    if RANGE[0] < np.abs(vertices).max() < RANGE[1]:
-        variance = np.linalg.eigvalsh(np.cov(vertices.T))
-        if variance[0] > THINNEST**2 * variance[2]:
-            model = coal.BVHModelOBBRSS()
-            model.beginModel(0, len(vertices))
-            model.addVertices(vertices)
-            with contextlib.suppress(RuntimeError):  # a corner has more than 255 neighbours
-                model.buildConvexHull(False, "Qt")  # coplanar facets are divided, as SciPy has it by default
-                return np.array(model.convex.points())
-    convex = hull(vertices)
+    convex = hull(vertices) if len(vertices) > 4 else None
     return vertices if convex is None else np.asarray(vertices[convex.vertices])
 
 
