@@ -5,6 +5,8 @@ import io
 import json
 import os
 import re
+import subprocess
+import sys
 import zipfile
 from dataclasses import replace
 from pathlib import Path
@@ -1072,3 +1074,28 @@ def test_measured_over_predicted_jumps_hides_no_point():
     assert "arrows: 2 of 3 beyond" in [text.get_text() for text in free.texts]
     assert locked.get_title() == "locked\nno jump predicted"
     assert "nan" not in free.get_title()
+
+
+CORRUPTED = """
+import io, sys
+import numpy as np, pyarrow, pyarrow.parquet
+from shockpc.evaluation.table_files import read_table
+from pathlib import Path
+table = pyarrow.table({"q": [0.1, None, 0.3], "contact": ["a", "b", None]})
+out = io.BytesIO()
+pyarrow.parquet.write_table(table, out)
+data = out.getvalue()
+path = Path("t.parquet")
+for k in range(len(data) - 700, len(data) - 8):
+    path.write_bytes(data[:k] + bytes([data[k] ^ 3]) + data[k + 1 :])
+    try:
+        read_table(path)
+    except Exception as refusal:
+        assert type(refusal).__name__ == "StudyError", repr(refusal)
+"""
+
+
+def test_a_corrupted_header_of_a_parquet_file_is_a_message(tmp_path):
+    """Whatever single byte of it is wrong: neither an end of the process nor an unexpected exception."""
+    done = subprocess.run([sys.executable, "-c", CORRUPTED], cwd=tmp_path, capture_output=True, text=True, check=False)
+    assert done.returncode == 0, done.stderr[-500:]

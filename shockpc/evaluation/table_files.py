@@ -2,6 +2,7 @@
 
 import collections
 import csv
+import functools
 import io
 import itertools
 import lzma
@@ -16,6 +17,7 @@ from typing import IO, Any
 import numpy as np
 
 from shockpc.evaluation.table import Table
+from shockpc.robot.child import in_child
 from shockpc.text.errors import StudyError
 from shockpc.text.paths import open_file, usable_path
 
@@ -196,14 +198,25 @@ def _read_parquet(stream: IO[bytes]) -> dict[str, np.ndarray]:
     try:
         file = pyarrow.parquet.ParquetFile(stream)
         _refuse_rows(file.metadata.num_rows)
+        leaves = [file.schema.column(k) for k in range(file.metadata.num_columns)]
         groups = [file.metadata.row_group(k) for k in range(file.metadata.num_row_groups)]
-        parts = [group.column(k) for group in groups for k in range(group.num_columns)]
-        _refuse_size(sum(max(part.total_uncompressed_size, 8 * part.num_values) for part in parts))
+        values = file.metadata.num_rows * len(leaves)
+        if any(leaf.max_repetition_level for leaf in leaves):
+            stream.seek(0)
+            length = in_child(functools.partial(_values_of_lists, stream.read()), ("pyarrow.parquet",))
+            if length is None:
+                raise ValueError("its header is corrupt")
+            values += length
+        _refuse_size(max(sum(group.total_byte_size for group in groups), 8 * values))
         _refuse_twice(file.schema_arrow.names)
         # A text that many rows share is kept once: a small file could take any memory if each had its own.
-        leaves = [file.schema.column(k) for k in range(file.metadata.num_columns)]
         coded = [leaf.path for leaf in leaves if leaf.physical_type == "BYTE_ARRAY"]
-        table = pyarrow.parquet.ParquetFile(stream, read_dictionary=coded).read()
+        file, batches, count = pyarrow.parquet.ParquetFile(stream, read_dictionary=coded), [], 0
+        for batch in file.iter_batches():
+            count += len(batch)
+            _refuse_rows(count)  # whatever the header says
+            batches.append(batch)
+        table = pyarrow.Table.from_batches(batches, file.schema_arrow)
         columns = {name: _parquet_column(table[name]) for name in table.column_names}
     except pyarrow.ArrowException as refusal:
         raise ValueError(str(refusal)) from None
@@ -213,6 +226,15 @@ def _read_parquet(stream: IO[bytes]) -> dict[str, np.ndarray]:
             columns[name] = np.array(["" if cell is None else cell for cell in texts], dtype=object)
     _refuse_size(sum(_text_size(values.tolist()) if values.dtype.kind == "O" else values.nbytes for values in columns.values()))
     return columns
+
+
+def _values_of_lists(data: bytes) -> int:
+    """How many values the lists of a Parquet file have by its header; pyarrow ends the process where that is corrupt."""
+    import pyarrow.parquet
+
+    header = pyarrow.parquet.ParquetFile(io.BytesIO(data)).metadata
+    groups = [header.row_group(k) for k in range(header.num_row_groups)]
+    return sum(group.column(k).num_values for group in groups for k in range(group.num_columns))
 
 
 def _parquet_column(column: Any) -> np.ndarray:

@@ -23,8 +23,8 @@ def build_pinocchio(given: pin.Model, label: str, geometry: pin.GeometryModel | 
     """Build the robot of a Pinocchio model, which stays as it is; commands and messages call it by the label.
 
     The base is free if the first joint is a free flyer. Armature is the model's, or rotorInertia · rotorGearRatio² where that is
-    zero; reference configurations become postures. A joint without a frame of type BODY gets one that has the joint's name. Mimic
-    joints that the model does not hold (Pinocchio reads them with mimic=True only) are independent joints.
+    zero; limits that are both zero are none; reference configurations become postures. A joint without a frame of type BODY gets
+    one of the joint's name. Mimic joints that the model does not hold (Pinocchio reads them with mimic=True only) are independent.
 
     Raises:
         RobotError: the model has no joint, one of a type that is not computed, or numbers that no robot has.
@@ -45,8 +45,10 @@ def build_pinocchio(given: pin.Model, label: str, geometry: pin.GeometryModel | 
     if not any(inertia.mass for inertia in model.inertias):
         raise RobotError("no joint carries mass, so the robot has no mass; give at least one body an inertia")
     lower, upper = model.lowerPositionLimit, model.upperPositionLimit
-    model.lowerPositionLimit = np.where(lower < -_UNLIMITED, -np.inf, lower)
-    model.upperPositionLimit = np.where(upper > _UNLIMITED, np.inf, upper)
+    # Pinocchio writes zeros for a joint of whose limits a URDF says nothing; none is meant that cannot move.
+    unknown = (lower == 0.0) & (upper == 0.0)
+    model.lowerPositionLimit = np.where(unknown | (lower < -_UNLIMITED), -np.inf, lower)
+    model.upperPositionLimit = np.where(unknown | (upper > _UNLIMITED), np.inf, upper)
     model.armature = np.where(model.armature != 0.0, model.armature, model.rotorInertia * model.rotorGearRatio**2)
     free = model.joints[1].shortname() == "JointModelFreeFlyer"
     if not (np.isfinite(model.armature).all() and model.armature.min() >= 0.0 and not (free and model.armature[:6].any())):
