@@ -664,7 +664,7 @@ def damaged_baselines():
     yield text.replace(entry, f"{entry}, {entry}").replace("VALUE", "1").replace("ANGLE", "0")
     design = '{"cases": ["land"], "joint_model": "free", "drives": "", "joints": {}, "points": {}, "bodies": BODIES}'
     of_design = text.replace('"designs": []', f'"designs": [{design}]').replace("VALUE", "1")
-    own = ('"x"', "NaN", "1e300", "[]", "[[1]]", "[1, [2]]")
+    own = ('"x"', '"2"', '[1, "2"]', "NaN", "1e300", "[]", "[[1]]", "[1, [2]]")
     for bodies in ("[]", '{"a": 1}', '{"a": {"axes": [1]}}', *(f'{{"a": {{"mass": {value}}}}}' for value in own)):
         yield of_design.replace("BODIES", bodies).replace("ANGLE", "0")
     yield text.replace("{}", '{"land": ' + "[" * 900 + "]" * 900 + "}").replace("VALUE", "1").replace("ANGLE", "0")

@@ -97,8 +97,9 @@ def read_design(table: Mapping[str, Any]) -> dict[str, Any]:
     for kind in KINDS:
         for entry in table[kind].values():
             for key in ("axes", *NUMBERS):
-                values = np.atleast_1d(np.asarray(entry.get(key, 0.0), dtype=float))
-                if values.ndim > 1 or not len(values) or not (np.abs(values) <= LARGEST).all():
+                values = np.atleast_1d(np.asarray(entry.get(key, 0.0)))
+                # Texts of numbers would become numbers here, and stay texts in what is returned.
+                if values.dtype.kind not in "iuf" or values.ndim > 1 or not len(values) or not (np.abs(values) <= LARGEST).all():
                     raise ValueError("not numbers of a robot")
             np.reshape(entry.get("axes", np.eye(3)), (3, 3))
     return {key: table[key] if key in KINDS else str(table[key]) for key in (*MODEL, *KINDS)}
