@@ -24,7 +24,6 @@ def table():
 
 
 def test_arrow_has_nulls_where_a_number_or_a_message_is_missing(table):
-    pytest.importorskip("pyarrow")
     assert table.to_arrow().to_pydict() == {
         "contact": ["LF_FOOT", "LF_FOOT", "LH_FOOT"],
         "row": [3, 5, 8],
@@ -36,7 +35,6 @@ def test_arrow_has_nulls_where_a_number_or_a_message_is_missing(table):
 
 def test_the_interchange_protocol_gives_the_same_table(table):
     """As pandas, polars and others read it; here by pyarrow, column by column."""
-    pytest.importorskip("pyarrow")
     from pyarrow.interchange import from_dataframe
 
     frame = table.__dataframe__()
@@ -47,12 +45,14 @@ def test_the_interchange_protocol_gives_the_same_table(table):
 
 def test_arrow_streams_give_the_same_table(table):
     """As polars, pandas and DuckDB read it; here by pyarrow."""
-    pyarrow = pytest.importorskip("pyarrow")
+    import pyarrow
+
     assert pyarrow.table(table).to_pydict() == table.to_arrow().to_pydict()
 
 
 def test_pandas_has_the_columns(table):
-    pandas = pytest.importorskip("pandas")
+    import pandas
+
     frame = table.to_pandas()
     assert list(frame.columns) == [*COLUMNS, "message"]
     for name, values in COLUMNS.items():
@@ -63,7 +63,8 @@ def test_pandas_has_the_columns(table):
 
 
 def test_polars_has_the_columns(table):
-    polars = pytest.importorskip("polars")
+    import polars
+
     frame = table.to_polars()
     assert frame.columns == [*COLUMNS, "message"]
     for name, values in COLUMNS.items():
@@ -172,7 +173,8 @@ def test_every_study_has_a_table_with_units(name, tmp_path):
     arrow = table.to_arrow().to_pydict()
     for heading, values in table.columns.items():
         assert [cell is None for cell in arrow[heading]] == [cell is None or cell != cell for cell in values.tolist()]
-    pandas = pytest.importorskip("pandas")
+    import pandas
+
     frame = table.to_pandas()
     assert list(frame.columns) == [*table.columns, "message"]
     for heading, values in table.columns.items():
