@@ -1,6 +1,6 @@
 """A profile with some of its results replaced, to test what is printed of results that are hard to compute or differ by machine."""
 
-from shockpc.quantities.accuracy import Health
+from shockpc.quantities.health import Health
 
 
 class Altered:

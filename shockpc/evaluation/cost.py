@@ -26,7 +26,7 @@ from shockpc.landing.rows import block_point
 from shockpc.landing.scene import Scene, Strike
 from shockpc.profile import shock_profile
 from shockpc.quantities.contacts import IMPULSE
-from shockpc.quantities.plausibility import levels, on_ground
+from shockpc.quantities.heights import levels, on_ground
 from shockpc.quantities.quantity import Quantity
 from shockpc.quantities.table import Selection
 from shockpc.robot.geometry import body_outline

@@ -1,11 +1,14 @@
 """How far to trust a result: the proven bound, the error of double precision, and the sensitivity to the data."""
 
-from collections.abc import Iterator, Mapping, Sequence
-from typing import NamedTuple
+import math
+from collections.abc import Iterator
+from itertools import compress
+from typing import TYPE_CHECKING
 
 import numpy as np
 
-from shockpc.core.impulse import DATA_TOLERANCE, RowChoice
+from shockpc.core.impulse import DATA_TOLERANCE
+from shockpc.core.memo import memoized
 from shockpc.core.spatial import Array
 from shockpc.impact.exact.balls import PrecisionError, SingularError
 from shockpc.impact.exact.proof import Proof, motion
@@ -14,7 +17,11 @@ from shockpc.impact.solve import UNPHYSICAL, body_speeds, greatest_motion
 from shockpc.landing.landing import PosedLanding
 from shockpc.landing.places import Place
 from shockpc.quantities.quantity import Quantity
+from shockpc.quantities.table import quantity
 from shockpc.text.diagnostic import Diagnostic
+
+if TYPE_CHECKING:
+    from shockpc.quantities.profile import ShockProfile
 
 SENSITIVE = 1e-9
 """A result that a change of the data in their last digits moves by more than this share carries a warning."""
@@ -38,30 +45,6 @@ FASTEST_PLAUSIBLE = 100.0
 """Motion relative to the strike beyond which a warning names the body: a robot's own is about 1 [1]."""
 
 
-class Health(NamedTuple):
-    """How far to trust a profile: the arithmetic, for the robot as loaded.
-
-    Attributes:
-        rank: number of independent contact and closure rows.
-        rows: number of these rows.
-        error_bound: proven error of the reported jumps, relative to each body's motion, the largest over the bodies [1].
-        body_error_bounds: the same for every body.
-        double_error: true error of the solution in double precision, the largest over the bodies [1]; inf if it has none.
-        data_sensitivity: how far the result moves when every datum changes in its last digit, the largest over the bodies [1].
-        bits: precision of the ball arithmetic.
-        warnings: each with its consequence.
-    """
-
-    rank: int
-    rows: int
-    error_bound: float
-    body_error_bounds: tuple[float, ...]
-    double_error: float
-    data_sensitivity: float
-    bits: int
-    warnings: tuple[Diagnostic, ...]
-
-
 def double_error(landing: PosedLanding, proof: Proof, jumps: Array) -> float:
     """True error of jumps (nb, 6) in double precision, relative to each body's motion, the largest over the bodies that move."""
     length, exact = landing.robot.rotation_lengths, proof.jumps[..., 3:]
@@ -72,9 +55,9 @@ def double_error(landing: PosedLanding, proof: Proof, jumps: Array) -> float:
     return float(np.max((off / np.where(size > 0.0, size, 1.0))[size > AT_REST * size.max(initial=0.0)], initial=0.0))
 
 
-def nearly_singular(landing: PosedLanding, proof: Proof) -> Iterator[Diagnostic]:
+def nearly_singular(profile: "ShockProfile") -> Iterator[Diagnostic]:
     """Warnings where the strike moves a body implausibly fast, or strikes in other directions have no verdict in its posture."""
-    gyration = landing.robot.gyration
+    landing, proof, gyration = profile.landing, profile.proof, profile.robot.gyration
     # A body of almost no inertia may turn at any rate; its size is then taken to be like the others'. (np.median imports numpy.ma.)
     times, body = greatest_motion(landing, proof.jumps[..., 3], np.fmax(gyration, np.sort(gyration)[len(gyration) // 2]))
     if times > FASTEST_PLAUSIBLE:
@@ -94,35 +77,42 @@ def nearly_singular(landing: PosedLanding, proof: Proof) -> Iterator[Diagnostic]
         yield Diagnostic("posture", "", most, text)
 
 
-def redundant(landing: PosedLanding, choice: RowChoice) -> Iterator[Diagnostic]:
+def redundant(profile: "ShockProfile") -> Iterator[Diagnostic]:
     """A warning where rows of loops count as dependent, although more than rounding sets them apart."""
-    loops = np.concatenate([np.full(block.size, block.kind == "closure") for block in landing.blocks])
+    choice, blocks = profile.choice, profile.landing.blocks
+    loops = np.concatenate([np.full(block.size, block.kind == "closure") for block in blocks])
     if choice.apart and loops.any() and (not len(choice.left_out) or np.any(np.abs(choice.left_out[:, loops]) > SHARE)):
         limit = "as much as rounding of the file leaves" if len(choice.left_out) else f"below {DATA_TOLERANCE:.0e}"
         text = (
             f"rows of the loops differ by {choice.apart:.0e} of their size, {limit}, so they count as the same (bars "
             "that are parallel to the last digits of the file); if all of them are meant to hold, give the file more digits"
         )
-        yield Diagnostic("posture", landing.robot.name, choice.apart, text)
+        yield Diagnostic("posture", profile.robot.name, choice.apart, text)
 
 
-def oversized(
-    landing: PosedLanding, impulses: Mapping[tuple[str, str], float], masses: Mapping[tuple[str, str], float]
-) -> Iterator[Diagnostic]:
-    """A warning of the number furthest above what the robot's mass and speed allow, whatever its cause.
+def contact_impulses(profile: "ShockProfile") -> Array:
+    """Sizes (n,) of the impulses of contacts and standing feet [N s]; 0 where there is none."""
+    return np.asarray(np.nan_to_num(np.linalg.norm(profile.value("impulse", "contact"), axis=1)))
 
-    Args:
-        landing: the landing.
-        impulses: of contacts and through joints, by what they are called in messages, and their own names [N s].
-        masses: effective masses of contacts in the same way [kg]; infinite where a contact cannot give way.
-    """
-    inertia, scene = landing.joint_model.armature, landing.scene
+
+def oversized(profile: "ShockProfile") -> Iterator[Diagnostic]:
+    """A warning of the number furthest above what the robot's mass and speed allow, whatever its cause."""
+    landing, scene, inertia = profile.landing, profile.scene, profile.landing.joint_model.armature
     turning = np.any(landing.state.J[0, :3], axis=0)
     mass = float(landing.robot.mass + np.sum(inertia / np.where(turning, landing.length**2, 1.0)))
     most = mass * landing.fastest_approach * (1.0 + max(contact.restitution for contact in scene.contact))
-    shares = [(value / most, f"{name} {value:.3g} N s", "size", subject) for (name, subject), value in impulses.items()]
-    finite = ((name, subject, value) for (name, subject), value in masses.items() if np.isfinite(value))
-    shares += [(value / mass, f"{name} {value:.3g} kg", "contact", subject) for name, subject, value in finite]
+    contacts = profile.places("contact")
+    numbers = [
+        ("size", "impulse of contact", most, "N s", contacts, contact_impulses(profile)),
+        ("size", "impulse through joint", most, "N s", profile.places("joint"), profile.value("joint_impulse", "joint")),
+        ("contact", "effective mass of contact", mass, "kg", contacts, profile.value("effective_mass", "contact")),
+    ]
+    shares = [
+        (value / bound, f'{what} "{place.name}" {value:.3g} {unit}', kind, place.name)
+        for kind, what, bound, unit, places, values in numbers
+        for place, value in zip(places, values.tolist(), strict=True)
+        if math.isfinite(value)
+    ]
     times, what, kind, subject = max(shares, default=(0.0, "", "", ""))
     if times > OVERSIZED:
         text = (
@@ -133,13 +123,13 @@ def oversized(
         yield Diagnostic(kind, subject, times, text)
 
 
-def strained(joints: Mapping[str, float], contact: float) -> Iterator[Diagnostic]:
-    """A warning of the greatest impulse through a joint, where that of the contacts does not explain it.
-
-    Args: impulses by joint, and the greatest of a contact [N s].
-    """
-    name, most = max(joints.items(), key=lambda item: item[1], default=("", 0.0))
-    if most > STRAIN * contact:
+def strained(profile: "ShockProfile") -> Iterator[Diagnostic]:
+    """A warning of the greatest impulse through a joint, where neither that of the contacts nor an end stop explains it."""
+    names, sizes = [place.name for place in profile.places("joint")], profile.value("joint_impulse", "joint").tolist()
+    name, most = max(zip(names, sizes, strict=True), key=lambda item: item[1], default=("", 0.0))
+    contact = max(float(contact_impulses(profile).max()), float(np.linalg.norm(profile.total_impulse)))
+    stopped = any(block.kind == "stop" for block in profile.landing.contacts)
+    if most > STRAIN * contact and not stopped and not any(one.kind == "size" for one in oversized(profile)):
         text = (
             f'joint "{name}" would carry {most:.3g} N s, {most / contact:.2g} times the impulse of the contact: the mechanism is '
             "nearly singular or redundant here, which is not physically plausible; set another posture, or open a loop"
@@ -147,15 +137,20 @@ def strained(joints: Mapping[str, float], contact: float) -> Iterator[Diagnostic
         yield Diagnostic("size", name, most, text)
 
 
-def data_sensitivity(
-    proof: Proof, others: Sequence[tuple[Quantity, Sequence[Place], Array]]
-) -> tuple[float, tuple[Diagnostic, ...]]:
-    """How far a change of every datum in its last digit moves the jumps of the bodies [1], and warnings above `SENSITIVE`.
+def _small_differences(profile: "ShockProfile") -> Iterator[tuple[Quantity, list[Place], Array]]:
+    """Results that may be small differences of large numbers: speed, radii of percussion, impulses; with places and values."""
+    impulse = contact_impulses(profile)
+    pressed = impulse > AT_REST * impulse.max(initial=0.0)
+    turning, speed = (quantity("body", "ropc"), ~profile.translates), (quantity("robot", "v_in"), [True])
+    for entry, chosen in (speed, turning, (quantity("contact", "impulse"), pressed)):
+        if places := list(compress(profile.places(entry.of), chosen)):
+            yield entry, places, profile.values(entry, places)
 
-    Args:
-        proof: of the landing.
-        others: other quantities with places and values, for warnings: small differences of large numbers.
-    """
+
+@memoized()
+def data_sensitivity(profile: "ShockProfile") -> tuple[float, tuple[Diagnostic, ...]]:
+    """How far a change of every datum in its last digit moves the jumps of the bodies [1], and warnings above `SENSITIVE`."""
+    proof, others = profile.proof, list(_small_differences(profile))
     length, bodies = proof.landing.robot.rotation_lengths, proof.landing.robot.bodies
 
     def changed(impact: BallImpact) -> list[Array]:

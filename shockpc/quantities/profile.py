@@ -1,10 +1,10 @@
 """What an analysis gives back: a landing and its proof; every other number is a quantity, computed when it is read."""
 
 import math
-from collections.abc import Callable, Iterable, Iterator, Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
-from typing import TYPE_CHECKING, Any, NamedTuple, TypeVar
+from typing import TYPE_CHECKING, Any, TypeVar
 
 import numpy as np
 
@@ -20,24 +20,12 @@ from shockpc.landing.dynamics import dynamics
 from shockpc.landing.joint_model import without_springs
 from shockpc.landing.landing import OfLanding, PosedLanding
 from shockpc.landing.places import Place, PlaceKind, body_places
-from shockpc.landing.ratings import Strength, TorqueStrength, strength, torque_strength
-from shockpc.landing.stops import at_stops, driven_beyond, has_stops
-from shockpc.quantities.accuracy import (
-    AT_REST,
-    Health,
-    data_sensitivity,
-    double_error,
-    nearly_singular,
-    oversized,
-    redundant,
-    strained,
-)
-from shockpc.quantities.parts import REMEDIES, MarginLost, margin_lost, not_judged
-from shockpc.quantities.plausibility import gained, implausible, pulled, saturated, slipping
+from shockpc.landing.ratings import strength, torque_strength
+from shockpc.quantities.health import Health, health_of
+from shockpc.quantities.parts import MarginLost, margin_lost, not_judged
 from shockpc.quantities.quantity import Quantity
-from shockpc.quantities.table import Selection, quantities_of, quantity
-from shockpc.robot.geometry import body_outline
-from shockpc.text.diagnostic import Diagnostic
+from shockpc.quantities.records import Bracket, ContactImpulse, JointLoad, PartMargin, PointShock, StanceImpulse, records
+from shockpc.quantities.table import Selection, quantity
 from shockpc.text.errors import SceneError, SolveError
 from shockpc.text.trace import Trace
 
@@ -45,38 +33,24 @@ if TYPE_CHECKING:
     from shockpc.impact.friction import FrictionResult
     from shockpc.impact.stiffness import CompliantLanding
 
-
-R = TypeVar("R", bound="NamedTuple")
 T = TypeVar("T")
 
-CLEARLY_BEYOND = 1e-6
-"""Share of the largest rate with which a joint moves beyond an end stop from which on that is no rounding of double precision."""
 
-DIFFERS, LEAST_DIFFERENCE = 0.1, 1e-3
-"""Share by which shock on contacts of finite stiffness differs from that of the impulse model, from which a warning says so; and
-the least difference of which one does [1]."""
+class _Of(cached_property[T]):
+    """A property of a profile: what is made of the values of the quantity that has its name, at all places of a kind."""
 
+    def __init__(self, kind: PlaceKind, made: Callable[[Array], T]) -> None:
+        def read(profile: "ShockProfile") -> T:
+            values = made(profile.value(str(self.attrname), kind))
+            freeze(values)
+            return values
 
-def _record_of(kind: PlaceKind) -> Callable[[type[R]], type[R]]:
-    """A record of one place: its fields are quantities of a kind by key, None without a value, whose titles document them."""
+        super().__init__(read)
+        self.kind = kind
 
-    def described(record: type[R]) -> type[R]:
-        own = [entry for entry in quantities_of(kind) if entry.key in record._fields]
-        record.__doc__ = f"{record.__doc__}" + "".join(f"    {entry.key}: {entry.text}.\n    " for entry in own)
-        return record
-
-    return described
-
-
-def _property(kind: PlaceKind, key: str, made: Callable[[Array], T]) -> "cached_property[T]":
-    """A property of a profile: what is made of the values of a quantity at all places of its kind."""
-    entry = quantity(kind, key)
-
-    def read(profile: "ShockProfile") -> T:
-        return made(profile.values(entry))
-
-    read.__doc__ = f"{entry.text} (of {'the' if kind == 'robot' else 'each'} {kind})."
-    return cached_property(read)
+    def __set_name__(self, owner: type[Any], name: str) -> None:
+        super().__set_name__(owner, name)
+        self.__doc__ = f"{quantity(self.kind, name).text} (of {'the' if self.kind == 'robot' else 'each'} {self.kind})."
 
 
 def _each(values: Array) -> Array:
@@ -84,156 +58,9 @@ def _each(values: Array) -> Array:
     return values
 
 
-def _flags(values: Array) -> np.ndarray:
-    """Whether a flag is set, at several places."""
-    flags = np.asarray(values > 0.0)
-    freeze(flags)
-    return flags
-
-
-def _vector(values: Array) -> Array:
-    """The vector of the robot."""
-    return np.asarray(values[0])
-
-
 def _one(values: Array) -> float:
     """The number of the robot."""
     return float(values[0])
-
-
-def _known(values: Array) -> float | None:
-    """The number of the robot, or None where there is none."""
-    return None if np.isnan(values[0]) else float(values[0])
-
-
-def _number(value: Any) -> Any:
-    """A number or a vector, or None where there is none."""
-    if np.isnan(value).all():
-        return None
-    return value if np.ndim(value) else float(value)
-
-
-@_record_of("point")
-class PointShock(NamedTuple):
-    """Shock at a sensor, or at a point that was asked for.
-
-    Attributes:
-        frame: its name.
-        body: the body it is fixed to.
-        directions: the most and the least severe impact direction.
-    """
-
-    frame: str
-    body: str
-    position: Array
-    delta_v: Array
-    shock: float
-    directions: ExtremeDirections
-    peak_g: float | None
-
-
-@_record_of("part")
-class PartMargin(NamedTuple):
-    """How far a part, at a point or of a joint, is from what it withstands.
-
-    Attributes:
-        part: its name.
-        body: the body it is fixed to, or that its joint carries.
-        joint: its joint; empty for a part at a point.
-        strength: its damage boundary; of a part of a joint the torque.
-        governed_by: which margin is that of the part: by "velocity change", "acceleration" or "torque"; empty if it has none.
-        missing: why it has none; empty if it has one.
-    """
-
-    part: str
-    body: str
-    joint: str
-    strength: Strength | TorqueStrength
-    delta_v: Array | None
-    shock: float | None
-    velocity_margin: float | None
-    peak_g: float | None
-    acceleration_margin: float | None
-    along: float | None
-    torque: float | None
-    part_margin: float | None
-    governed_by: str
-    missing: str
-
-    @property
-    def speed_change(self) -> float:
-        """|Δv| [m/s]; NaN for a part of a joint."""
-        return math.nan if self.delta_v is None else math.hypot(*self.delta_v)
-
-
-@_record_of("contact")
-class ContactImpulse(NamedTuple):
-    """What the ground does at a contact; masses that cannot give way are infinite.
-
-    Attributes:
-        frame: its name.
-    """
-
-    frame: str
-    point: Array
-    impulse: Array | None
-    moment: Array | None
-    friction_needed: float | None
-    approach: Array
-    mass_sticking: float
-    mass_frictionless: float
-    effective_mass: float
-    mitigation: float | None
-    mitigation_frictionless: float | None
-    pull: float | None
-
-
-@_record_of("contact")
-class StanceImpulse(NamedTuple):
-    """What the ground does at a foot that stands already.
-
-    Attributes:
-        frame: its name.
-    """
-
-    frame: str
-    point: Array
-    impulse: Array | None
-    friction_needed: float | None
-    pull: float | None
-
-
-@_record_of("joint")
-class JointLoad(NamedTuple):
-    """What a joint goes through.
-
-    Attributes:
-        joint: its name.
-    """
-
-    joint: str
-    force: Array
-    moment: Array
-    along: float | None
-    delta_qd: float | None
-
-
-class Bracket(NamedTuple):
-    """The same landing with other models of the joints; shock at one place [1].
-
-    Attributes:
-        place: a body (its centre of mass), or a sensor.
-        free: no reflected inertia; None if massless bodies then make it unsolvable.
-        as_modelled: as the scene says.
-        locked: every joint holds; None if there is no verdict then, because the contact cannot move as the impact asks.
-        springs_free: every joint holds but those with a spring, which yield; None without springs, or if there is no verdict.
-    """
-
-    place: str
-    free: float | None
-    as_modelled: float
-    locked: float | None
-    springs_free: float | None
 
 
 @dataclass(frozen=True, eq=False)
@@ -361,21 +188,21 @@ class ShockProfile(OfLanding):
         """Names of the bodies."""
         return tuple(body.name for body in self.robot.bodies)
 
-    v_in = _property("robot", "v_in", _one)
-    position = _property("body", "position", _each)
-    copc = _property("body", "copc", _each)
-    copc_world = _property("body", "copc_world", _each)
-    ropc = _property("body", "ropc", _each)
-    translates = _property("body", "translates", _flags)
-    pitch = _property("body", "pitch", _each)
-    off_plane = _property("body", "off_plane", _each)
-    shock_com = _property("body", "shock_com", _each)
-    shock_min = _property("body", "shock_min", _each)
-    shock_max = _property("body", "shock_max", _each)
-    total_impulse = _property("robot", "total_impulse", _vector)
-    total_moment = _property("robot", "total_moment", _vector)
-    energy_lost = _property("robot", "energy_lost", _one)
-    energy_share = _property("robot", "energy_share", _known)
+    v_in = _Of("robot", _one)
+    position = _Of("body", _each)
+    copc = _Of("body", _each)
+    copc_world = _Of("body", _each)
+    ropc = _Of("body", _each)
+    translates = _Of("body", lambda values: np.asarray(values > 0.0))
+    pitch = _Of("body", _each)
+    off_plane = _Of("body", _each)
+    shock_com = _Of("body", _each)
+    shock_min = _Of("body", _each)
+    shock_max = _Of("body", _each)
+    total_impulse = _Of("robot", lambda values: np.asarray(values[0]))
+    total_moment = _Of("robot", lambda values: np.asarray(values[0]))
+    energy_lost = _Of("robot", _one)
+    energy_share = _Of("robot", lambda values: None if np.isnan(values[0]) else _one(values))
 
     @property
     def reference_velocities(self) -> Array:
@@ -435,34 +262,26 @@ class ShockProfile(OfLanding):
     @cached_property
     def points(self) -> tuple[PointShock, ...]:
         """Shock at sensors and points."""
-        directions = self._directions("point")
-        each = [ExtremeDirections(*(part[k] for part in directions)) for k in range(len(self.landing.points))]
-        named = [("world" if place.body < 0 else self.bodies[place.body]) for place in self.landing.points]
-        return self._records(PointShock, "point", frame=[p.name for p in self.landing.points], body=named, directions=each)
+        places, directions = self.landing.points, self._directions("point")
+        each = [ExtremeDirections(*(part[k] for part in directions)) for k in range(len(places))]
+        carriers = ["world" if place.body < 0 else self.bodies[place.body] for place in places]
+        return records(PointShock, self, "point", body=carriers, directions=each)
 
     @cached_property
     def parts(self) -> tuple[PartMargin, ...]:
         """Margins of the scene's parts."""
         places, names = self.landing.parts, {place.number: place.name for place in self.places("joint")}
-        joints = [names.get(place.joint, "") for place in places]
-        given = [self.scene.part[place.number] for place in places]
-        margins, by_velocity = self.value("part_margin", "part"), self.value("velocity_margin", "part")
-        missing = [
-            not_judged(self.landing, place, self.redundant) if np.isnan(margin) else ""
-            for place, margin in zip(places, margins, strict=True)
-        ]
-        return self._records(
-            PartMargin,
-            "part",
-            part=[place.name for place in places],
-            body=[self.bodies[place.body] for place in places],
-            joint=joints,
-            strength=[torque_strength(self.robot, part, j) if j else strength(part) for part, j in zip(given, joints, strict=True)],
-            governed_by=[
-                ("" if np.isnan(margin) else "torque") if j else "velocity change" if margin == v else "acceleration"
-                for margin, v, j in zip(margins, by_velocity, joints, strict=True)
-            ],
-            missing=missing,
+        strengths, governed, missing, joints = [], [], [], [names.get(place.joint, "") for place in places]
+        margins = zip(self.value("part_margin", "part"), self.value("velocity_margin", "part"), strict=True)
+        for place, joint, (margin, by_velocity) in zip(places, joints, margins, strict=True):
+            given, known = self.scene.part[place.number], not np.isnan(margin)
+            strengths.append(torque_strength(self.robot, given, joint) if joint else strength(given))
+            by = "torque" if joint else "velocity change" if margin == by_velocity else "acceleration"
+            governed.append(by if known else "")
+            missing.append("" if known else not_judged(self.landing, place, self.redundant))
+        carriers = [self.bodies[place.body] for place in places]
+        return records(
+            PartMargin, self, "part", body=carriers, joint=joints, strength=strengths, governed_by=governed, missing=missing
         )
 
     @cached_property
@@ -473,14 +292,16 @@ class ShockProfile(OfLanding):
     @cached_property
     def contacts(self) -> tuple[ContactImpulse, ...]:
         """Impulses, friction and effective masses of the contacts."""
-        frames = [block.frame for block in (*self.landing.contacts, *self.landing.stance)]
-        return self._records(ContactImpulse, "contact", frame=frames)[: len(self.landing.contacts)]
+        return records(ContactImpulse, self, "contact", frame=self._feet)[: len(self.landing.contacts)]
 
     @cached_property
     def stance(self) -> tuple[StanceImpulse, ...]:
         """Impulses of the standing feet."""
-        frames = [block.frame for block in (*self.landing.contacts, *self.landing.stance)]
-        return self._records(StanceImpulse, "contact", frame=frames)[len(self.landing.contacts) :]
+        return records(StanceImpulse, self, "contact", frame=self._feet)[len(self.landing.contacts) :]
+
+    @property
+    def _feet(self) -> list[str]:
+        return [block.frame for block in (*self.landing.contacts, *self.landing.stance)]
 
     @cached_property
     def loads(self) -> tuple[JointLoad, ...]:
@@ -489,14 +310,14 @@ class ShockProfile(OfLanding):
         Where rows depend on one another (redundant contacts, a planar loop closed in space) they are those of the contact impulses
         of least norm.
         """
-        return self._records(JointLoad, "joint", joint=[place.name for place in self.places("joint")])
+        return records(JointLoad, self, "joint")
 
     @cached_property
     def bracket(self) -> tuple[Bracket, ...]:
         """Shock with other models of the joints: at the heaviest body's centre of mass and at every sensor and point."""
-        return self._records(
-            Bracket, "point", self.bracketed, place=[place.name for place in self.bracketed], free="shock_free",
-            as_modelled="shock", locked="shock_locked", springs_free="shock_springs_free",
+        return records(
+            Bracket, self, "point", self.bracketed, free="shock_free", as_modelled="shock", locked="shock_locked",
+            springs_free="shock_springs_free",
         )  # fmt: skip
 
     @cached_property
@@ -529,115 +350,8 @@ class ShockProfile(OfLanding):
     @cached_property
     def health(self) -> Health:
         """How far to trust the numbers, with the warnings."""
-        landing, proof, robot = self.landing, self.proof, self.robot.name
         with self.trace.stage("accuracy and warnings"):
-            sensitivity, data = data_sensitivity(proof, self._small_differences)
-            joints = dict(
-                zip([place.name for place in self.places("joint")], self.value("joint_impulse", "joint").tolist(), strict=True)
-            )
-            impulses = {
-                (f'impulse of contact "{place.name}"', place.name): value
-                for place, value in zip(self.places("contact"), self._contact_impulses.tolist(), strict=True)
-            }
-            impulses |= {(f'impulse through joint "{name}"', name): value for name, value in joints.items()}
-            masses = {(f'effective mass of contact "{c.frame}"', c.frame): c.effective_mass for c in self.contacts}
-            largest = tuple(oversized(landing, impulses, masses))
-            stopped = any(block.kind == "stop" for block in landing.contacts)
-            held = max(float(self._contact_impulses.max()), float(np.linalg.norm(self.total_impulse)))
-            warnings = (
-                *largest,
-                *(Diagnostic("robot", robot, None, text) for text in self.robot.warnings),
-                *self.robot.change_warnings,
-                *landing.warnings,
-                *implausible(landing, {contact.frame: contact.mitigation for contact in self.contacts}),
-                *nearly_singular(landing, proof),
-                *redundant(landing, self.choice),
-                *(() if stopped or any(one.kind == "size" for one in largest) else strained(joints, held)),
-                *data,
-                *pulled(landing, self.value("pull", "contact"), None if self.friction is None else self.friction.state),
-                *slipping(landing, self.value("friction_needed", "contact")),
-                *gained(robot, self.energy_lost, self.v_in * float(np.linalg.norm(self.total_impulse))),
-                *self._beyond_the_impulse(),
-                *saturated(landing, {point.frame: point.peak_g for point in self.points}),
-                *self._overloaded(),
-                *self._beyond_stops(),
-                *(Diagnostic("geometry", robot, None, text) for text in body_outline(self.robot).warnings),
-            )
-            return Health(
-                rank=len(self.choice.rows),
-                rows=len(proof.impulse),
-                error_bound=float(np.max(proof.bounds)),
-                body_error_bounds=tuple(map(float, proof.bounds)),
-                double_error=double_error(landing, proof, self.double_jumps[..., 3]),
-                data_sensitivity=sensitivity,
-                bits=proof.bits,
-                warnings=warnings,
-            )
-
-    def _beyond_the_impulse(self) -> Iterator[Diagnostic]:
-        """Warnings where springs in joints, or a finite stiffness of the contacts, make another result than the impulse model."""
-        if self.stiffness is not None:
-            places = [*self.bracketed, *self.landing.mounted]
-            impulse, finite = (self.values(quantity("point", key), places) for key in ("shock", "shock_separated"))
-            differs, said = np.abs(finite - impulse), set[str]()
-            for k in np.flatnonzero((differs > DIFFERS * np.minimum(impulse, finite)) & (differs > LEAST_DIFFERENCE)).tolist():
-                name = places[k].name
-                text = (
-                    f"shock at {name} is {finite[k]:.3g} at the end of contact on {self.scene.contact_stiffness:g} N/m, and "
-                    f"{impulse[k]:.3g} in the impulse model, which the other tables show: that model does not hold there"
-                )
-                if text not in said:  # a part may be at a sensor
-                    yield Diagnostic("contact", name, float(differs[k]), text)
-                said.add(text)
-            yield from self.stiffness.warnings()
-        if math.isfinite(self.spring_time):
-            from shockpc.impact.springs import early_springs
-
-            duration = None if self.stiffness is None else self.impact_length
-            yield from early_springs(self.landing, self.spring_time, duration)
-
-    def _beyond_stops(self) -> Iterator[Diagnostic]:
-        """Warnings of joints at a limit that the impact drives beyond it, where their end stops are left out."""
-        robot, rates = self.robot, self.landing.before.joint_rates + self.delta_qd
-        sides = at_stops(robot, self.q[None], self.landing.joint_model, limits=True)[0]
-        beyond, clearly = driven_beyond(sides, rates), driven_beyond(sides, rates, CLEARLY_BEYOND)
-        for joint in robot.single_joints:
-            counted = has_stops(robot, joint)
-            if self.scene.stops and counted and clearly[joint.v].any():
-                text = (
-                    f"{joint.name} is driven beyond its end stop, because double precision, which decides which stops act, is off: "
-                    "the posture is nearly singular; set another one"
-                )
-                yield Diagnostic("limits", joint.name, float(rates[joint.v.start]), text)
-            elif beyond[joint.v].any() and not (self.scene.stops and counted):
-                remedy = ": count it with stops = true (--stops)" if counted else ", because it shares its body with other joints"
-                rate = abs(float(rates[joint.v.start]))
-                text = (
-                    f"{joint.name} is at its limit, and the impact drives it beyond at {rate:.3g} {joint.unit}/s; its end stop is "
-                    f"left out{remedy}"
-                )
-                yield Diagnostic("limits", joint.name, rate, text)
-
-    def _overloaded(self) -> Iterator[Diagnostic]:
-        """Warnings of parts that are not judged, that have a margin below 1, or whose torque is rated for a shorter time."""
-        length = self.impact_length
-        for one in self.parts:
-            if one.missing:
-                yield Diagnostic(
-                    "part", one.part, None, f"{one.part} is not judged: it {one.missing}{REMEDIES.get(one.missing, '')}"
-                )
-            if one.part_margin is not None and one.part_margin < 1.0:
-                text = f"{one.part} may be damaged: its margin by {one.governed_by} is {one.part_margin:.3g}, below 1"
-                if isinstance(one.strength, TorqueStrength):
-                    limit = "its momentary torque" if one.strength.given else "its effort limit"
-                    text = f"{one.joint} carries {1.0 / one.part_margin:.3g} times {limit}"
-                yield Diagnostic("part", one.part, one.part_margin, text)
-            if isinstance(one.strength, TorqueStrength) and length is not None and length > one.strength.duration:
-                text = (
-                    f"the impact lasts {1e3 * length:.3g} ms, and the momentary torque of {one.joint} is for "
-                    f"{1e3 * one.strength.duration:.3g} ms; give the torque that it withstands for longer"
-                )
-                yield Diagnostic("part", one.part, length, text)
+            return health_of(self)
 
     @property
     def impact_length(self) -> float | None:
@@ -651,23 +365,6 @@ class ShockProfile(OfLanding):
         """The heaviest body's centre of mass, every sensor and every point."""
         heaviest = body_places(self.robot)[int(np.argmax(self.robot.masses))]
         return [heaviest, *(place for place in self.landing.points if place.body >= 0)]
-
-    @cached_property
-    def _contact_impulses(self) -> Array:
-        """Sizes (n,) of the impulses of contacts and standing feet [N s]; 0 where there is none."""
-        return read_only(np.nan_to_num(np.linalg.norm(self.value("impulse", "contact"), axis=1)))
-
-    @property
-    def _small_differences(self) -> list[tuple[Quantity, list[Place], Array]]:
-        """Results that may be small differences of large numbers: speed, radii of percussion, impulses; with places and values."""
-        impulse = self._contact_impulses
-        chosen = [
-            (quantity("robot", "v_in"), np.ones(1)),
-            (quantity("body", "ropc"), ~self.translates),
-            (quantity("contact", "impulse"), impulse > AT_REST * impulse.max(initial=0.0)),
-        ]
-        kept = [(entry, [p for p, keep in zip(self.places(entry.of), flags, strict=True) if keep]) for entry, flags in chosen]
-        return [(entry, places, self.values(entry, places)) for entry, places in kept if places]
 
     def shock_at(self, frame: str, r: Array) -> Array:
         """Shock at points of a body, |Δv + Δω × r| / v_in [1].
@@ -688,13 +385,3 @@ class ShockProfile(OfLanding):
     def _directions(self, kind: PlaceKind) -> ExtremeDirections:
         keys = ("most_severe_direction", "most_severe", "least_severe_direction", "least_severe")
         return ExtremeDirections(*(self.value(key, kind) for key in keys))
-
-    def _records(
-        self, record: type[R], kind: PlaceKind, places: Sequence[Place] | None = None, **given: str | Sequence[Any]
-    ) -> tuple[R, ...]:
-        """A record for each place, as `values` takes them: its fields are given, or quantities, by their own keys or given ones."""
-        columns: list[Iterable[Any]] = []
-        for name in record._fields:
-            column = given.get(name, name)
-            columns.append(map(_number, self.values(quantity(kind, column), places)) if isinstance(column, str) else column)
-        return tuple(map(record._make, zip(*columns, strict=True)))

@@ -10,7 +10,7 @@ from shockpc.impact.impact import DoubleImpact, Impact
 from shockpc.landing.motion import approach_speeds
 from shockpc.landing.rows import block_point
 from shockpc.quantities.contacts import pull
-from shockpc.quantities.plausibility import Levels, levels, on_ground
+from shockpc.quantities.heights import Levels, levels, on_ground
 from shockpc.quantities.quantity import Places, Quantity
 
 DRIVEN = "a motor holds the rate of a joint and does work"

@@ -7,7 +7,8 @@ from typing import Any
 from matplotlib.figure import Figure
 
 from shockpc.landing.ratings import Strength
-from shockpc.quantities.profile import PartMargin, ShockProfile
+from shockpc.quantities.profile import ShockProfile
+from shockpc.quantities.records import PartMargin
 from shockpc.show.figure.style import CURVES, INK, new_chart
 from shockpc.show.wording import contact_name, robot_name
 from shockpc.text.printed import printable

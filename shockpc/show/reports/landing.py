@@ -15,7 +15,8 @@ from shockpc.landing.rows import Block
 from shockpc.landing.scene import CONTACTS
 from shockpc.landing.stops import side_of
 from shockpc.quantities.parts import SOFTEST, STIFFEST
-from shockpc.quantities.profile import ContactImpulse, ShockProfile
+from shockpc.quantities.profile import ShockProfile
+from shockpc.quantities.records import ContactImpulse
 from shockpc.quantities.table import Selection, quantities_of, quantity
 from shockpc.robot.robot import STOP
 from shockpc.show.document import content

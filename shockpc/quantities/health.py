@@ -1,0 +1,168 @@
+"""What judges a profile: how far to trust its numbers, and every warning of it."""
+
+import math
+from collections.abc import Callable, Iterable, Iterator
+from typing import TYPE_CHECKING, NamedTuple
+
+import numpy as np
+
+from shockpc.landing.ratings import TorqueStrength
+from shockpc.landing.stops import at_stops, driven_beyond, has_stops
+from shockpc.quantities.accuracy import data_sensitivity, double_error, nearly_singular, oversized, redundant, strained
+from shockpc.quantities.parts import REMEDIES
+from shockpc.quantities.plausibility import angles, gained, heights, inertias, masses, pulled, slipping, straight
+from shockpc.quantities.table import quantity
+from shockpc.robot.geometry import body_outline
+from shockpc.text.diagnostic import Diagnostic
+
+if TYPE_CHECKING:
+    from shockpc.quantities.profile import ShockProfile
+
+CLEARLY_BEYOND = 1e-6
+"""Share of the largest rate with which a joint moves beyond an end stop from which on that is no rounding of double precision."""
+
+DIFFERS, LEAST_DIFFERENCE = 0.1, 1e-3
+"""Share by which shock on contacts of finite stiffness differs from that of the impulse model, from which a warning says so; and
+the least difference of which one does [1]."""
+
+
+class Health(NamedTuple):
+    """How far to trust a profile: the arithmetic, for the robot as loaded.
+
+    Attributes:
+        rank: number of independent contact and closure rows.
+        rows: number of these rows.
+        error_bound: proven error of the reported jumps, relative to each body's motion, the largest over the bodies [1].
+        body_error_bounds: the same for every body.
+        double_error: true error of the solution in double precision, the largest over the bodies [1]; inf if it has none.
+        data_sensitivity: how far the result moves when every datum changes in its last digit, the largest over the bodies [1].
+        bits: precision of the ball arithmetic.
+        warnings: each with its consequence.
+    """
+
+    rank: int
+    rows: int
+    error_bound: float
+    body_error_bounds: tuple[float, ...]
+    double_error: float
+    data_sensitivity: float
+    bits: int
+    warnings: tuple[Diagnostic, ...]
+
+
+def health_of(profile: "ShockProfile") -> Health:
+    """How far to trust a profile; its warnings are those of `CHECKS`, in that order."""
+    proof = profile.proof
+    return Health(
+        rank=len(profile.choice.rows),
+        rows=len(proof.impulse),
+        error_bound=float(np.max(proof.bounds)),
+        body_error_bounds=tuple(map(float, proof.bounds)),
+        double_error=double_error(profile.landing, proof, profile.double_jumps[..., 3]),
+        data_sensitivity=data_sensitivity(profile)[0],
+        bits=proof.bits,
+        warnings=tuple(warning for check in CHECKS for warning in check(profile)),
+    )
+
+
+def _beyond_the_impulse(profile: "ShockProfile") -> Iterator[Diagnostic]:
+    """Warnings where springs in joints, or a finite stiffness of the contacts, make another result than the impulse model."""
+    if profile.stiffness is not None:
+        places = [*profile.bracketed, *profile.landing.mounted]
+        impulse, finite = (profile.values(quantity("point", key), places) for key in ("shock", "shock_separated"))
+        differs, said = np.abs(finite - impulse), set[str]()
+        for k in np.flatnonzero((differs > DIFFERS * np.minimum(impulse, finite)) & (differs > LEAST_DIFFERENCE)).tolist():
+            name = places[k].name
+            text = (
+                f"shock at {name} is {finite[k]:.3g} at the end of contact on {profile.scene.contact_stiffness:g} N/m, and "
+                f"{impulse[k]:.3g} in the impulse model, which the other tables show: that model does not hold there"
+            )
+            if text not in said:  # a part may be at a sensor
+                yield Diagnostic("contact", name, float(differs[k]), text)
+            said.add(text)
+        yield from profile.stiffness.warnings()
+    if math.isfinite(profile.spring_time):
+        from shockpc.impact.springs import early_springs
+
+        duration = None if profile.stiffness is None else profile.impact_length
+        yield from early_springs(profile.landing, profile.spring_time, duration)
+
+
+def _saturated(profile: "ShockProfile") -> Iterator[Diagnostic]:
+    """A warning for every sensor whose peak exceeds its range, and for a pulse without a sensor or point."""
+    places, limit = profile.places("point"), profile.scene.range_g or math.inf
+    if profile.landing.pulse is not None and not places:
+        text = "a pulse is given, but the robot has no sensor and no point is asked for, so there is no peak; name one with --at"
+        yield Diagnostic("sensor", "", None, text)
+    for place, peak in zip(places, profile.value("peak_g", "point").tolist(), strict=True):
+        if peak > limit:
+            text = f'"{place.name}" would see {peak:.3g} g, beyond its range of {limit:g} g; its reading saturates'
+            yield Diagnostic("sensor", place.name, peak, text)
+
+
+def _overloaded(profile: "ShockProfile") -> Iterator[Diagnostic]:
+    """Warnings of parts that are not judged, that have a margin below 1, or whose torque is rated for a shorter time."""
+    length = profile.impact_length
+    for one in profile.parts:
+        if one.missing:
+            yield Diagnostic("part", one.part, None, f"{one.part} is not judged: it {one.missing}{REMEDIES.get(one.missing, '')}")
+        if one.part_margin is not None and one.part_margin < 1.0:
+            text = f"{one.part} may be damaged: its margin by {one.governed_by} is {one.part_margin:.3g}, below 1"
+            if isinstance(one.strength, TorqueStrength):
+                limit = "its momentary torque" if one.strength.given else "its effort limit"
+                text = f"{one.joint} carries {1.0 / one.part_margin:.3g} times {limit}"
+            yield Diagnostic("part", one.part, one.part_margin, text)
+        if isinstance(one.strength, TorqueStrength) and length is not None and length > one.strength.duration:
+            text = (
+                f"the impact lasts {1e3 * length:.3g} ms, and the momentary torque of {one.joint} is for "
+                f"{1e3 * one.strength.duration:.3g} ms; give the torque that it withstands for longer"
+            )
+            yield Diagnostic("part", one.part, length, text)
+
+
+def _beyond_stops(profile: "ShockProfile") -> Iterator[Diagnostic]:
+    """Warnings of joints at a limit that the impact drives beyond it, where their end stops are left out."""
+    robot, rates = profile.robot, profile.landing.before.joint_rates + profile.delta_qd
+    sides = at_stops(robot, profile.q[None], profile.landing.joint_model, limits=True)[0]
+    beyond, clearly = driven_beyond(sides, rates), driven_beyond(sides, rates, CLEARLY_BEYOND)
+    for joint in robot.single_joints:
+        counted = has_stops(robot, joint)
+        if profile.scene.stops and counted and clearly[joint.v].any():
+            text = (
+                f"{joint.name} is driven beyond its end stop, because double precision, which decides which stops act, is off: "
+                "the posture is nearly singular; set another one"
+            )
+            yield Diagnostic("limits", joint.name, float(rates[joint.v.start]), text)
+        elif beyond[joint.v].any() and not (profile.scene.stops and counted):
+            remedy = ": count it with stops = true (--stops)" if counted else ", because it shares its body with other joints"
+            rate = abs(float(rates[joint.v.start]))
+            text = (
+                f"{joint.name} is at its limit, and the impact drives it beyond at {rate:.3g} {joint.unit}/s; its end stop is "
+                f"left out{remedy}"
+            )
+            yield Diagnostic("limits", joint.name, rate, text)
+
+
+CHECKS: tuple[Callable[["ShockProfile"], Iterable[Diagnostic]], ...] = (
+    oversized,
+    lambda profile: (Diagnostic("robot", profile.robot.name, None, text) for text in profile.robot.warnings),
+    lambda profile: (*profile.robot.change_warnings, *profile.landing.warnings),
+    inertias,
+    heights,
+    straight,
+    angles,
+    masses,
+    nearly_singular,
+    redundant,
+    strained,
+    lambda profile: data_sensitivity(profile)[1],
+    pulled,
+    slipping,
+    gained,
+    _beyond_the_impulse,
+    _saturated,
+    _overloaded,
+    _beyond_stops,
+    lambda profile: (Diagnostic("geometry", profile.robot.name, None, text) for text in body_outline(profile.robot).warnings),
+)
+"""What warns of a profile; the first warning counts most."""

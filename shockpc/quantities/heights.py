@@ -1,0 +1,119 @@
+"""Heights of a robot's geometry over flat ground: what of it the ground meets first, and which contacts it touches together."""
+
+from typing import NamedTuple
+
+import numpy as np
+
+from shockpc.core.memo import memoized
+from shockpc.core.spatial import Array
+from shockpc.landing.landing import Landing
+from shockpc.robot.geometry import body_outline, robot_size
+from shockpc.robot.robot import Robot
+
+INSIDE, SHARE = 0.02, 0.01
+"""A contact point may lie in the middle of a foot or on the centre line of a beam: 2 cm [m] and a hundredth of the robot's size
+above the lowest point of its link."""
+
+
+class Levels(NamedTuple):
+    """Heights of a robot's geometry over its base in N postures [m].
+
+    Attributes:
+        core: (N, n) as `surface`, without the least semi-axis of the ellipsoid that rounds a shape.
+        surface: (N, n) the lowest points of the shapes; inf of those of a body that is wholly above all contact points.
+        contacts: (N, c) the lowest points of the contacts and standing feet: of their shapes, or the contact points.
+        own: (c, n) which shapes belong to each of these.
+        others: (n,) which shapes belong to none.
+        inside: how far a contact point may lie above the lowest point of its link.
+        tolerance: the scene's, by how much lowest points may differ in height that flat ground touches together.
+    """
+
+    core: Array
+    surface: Array
+    contacts: Array
+    own: np.ndarray
+    others: np.ndarray
+    inside: float
+    tolerance: float
+
+    @property
+    def clearance(self) -> Array:
+        """Height (N,) of the lowest of the other links above the lowest contact, below zero under it; NaN without geometry."""
+        if not self.others.size:
+            return np.full(len(self.contacts), np.nan)
+        return np.asarray(self.surface[:, self.others].min(axis=1, initial=np.inf) - self.contacts.min(axis=1))
+
+    @property
+    def depth(self) -> Array:
+        """How far (N,) other links reach below the lowest contact, 0 where they do not; NaN without geometry."""
+        return np.maximum(-self.clearance, 0.0)
+
+    @property
+    def below(self) -> np.ndarray:
+        """Whether (N,) other links are so far below the contacts that flat ground meets them first; never without geometry."""
+        return np.asarray(self.depth > self.tolerance)
+
+    @property
+    def spread(self) -> Array:
+        """Difference in height (N,) of the contacts and standing feet."""
+        return np.asarray(np.ptp(self.contacts, axis=1))
+
+    @property
+    def uneven(self) -> np.ndarray:
+        """Whether (N,) the contacts and standing feet differ so much in height that flat ground cannot touch all of them."""
+        return np.asarray(self.spread > self.tolerance)
+
+
+def on_ground(landing: Landing) -> list[int]:
+    """Numbers of the contacts and standing feet on flat ground: those that have the normal of the first."""
+    return [k for k, block in enumerate((*landing.contacts, *landing.stance)) if block.normal @ landing.up > 1.0 - 1e-9]
+
+
+def levels(landing: Landing, rotation: Array, position: Array, points: Array) -> Levels:
+    """Heights of the geometry in N postures.
+
+    Args:
+        landing: names the contacts and the standing feet.
+        rotation: (N, nb, 3, 3) of the body frames, body to world.
+        position: (N, nb, 3) their origins, from the base [m].
+        points: (N, c, 3) of the contacts and standing feet on flat ground, from the base [m].
+    """
+    robot, up, outline = landing.robot, landing.up, body_outline(landing.robot)
+    shapes, pieces = [shape for own in outline.shapes for shape in own], outline.pieces
+    surface, ground = np.full((len(shapes), len(rotation)), np.inf), (points @ up).max(axis=1)
+    for body, (n, corners, axes, radius) in enumerate(_by_body(robot)):
+        rising, height = up @ rotation[:, body], position[:, body] @ up
+        low = np.flatnonzero(height - radius <= ground)
+        if low.size:
+            reach = np.maximum.reduceat(corners @ -rising[low].T, pieces.start[n] - pieces.start[n[0]], axis=0)
+            if axes.any():
+                reach += np.sqrt(((axes @ rising[low].T) ** 2).reshape(3, len(n), -1).sum(axis=0))
+            surface[n[:, None], low] = height[low] - reach
+    surface = surface.T
+    core = surface + np.linalg.norm(pieces.rounding, axis=1).min(axis=1)
+    held, inside, height = (*landing.contacts, *landing.stance), INSIDE + SHARE * robot_size(robot), points @ up
+    frames = [robot.frame(held[k].frame) for k in on_ground(landing)]
+    struck = np.array([[shape.belongs_to(frame) for shape in shapes] for frame in frames], dtype=bool)
+    contacts = height.copy()
+    for k, (frame, own) in enumerate(zip(frames, struck, strict=True)):
+        if own.any():
+            touching = surface[:, own]
+        else:
+            # A frame without shapes stands for those of its body in which it may lie, such as a site at the centre of a foot.
+            body = pieces.body == frame.body
+            touching = np.where(core[:, body] >= height[:, k, None] - inside, surface[:, body], np.inf)
+        contacts[:, k] = touching.min(axis=1, initial=np.inf)
+    lowest, others = np.minimum(height, contacts), np.logical_not(struck.any(axis=0))
+    return Levels(core, surface, lowest, struck, others, inside, landing.scene.ground_tolerance)
+
+
+@memoized()
+def _by_body(robot: Robot) -> tuple[tuple[np.ndarray, Array, Array, float], ...]:
+    """For each body: its n pieces, their points (k, 3), semi-axes (3n, 3), the first of each first; a radius around all."""
+    pieces, found = body_outline(robot).pieces, []
+    sizes = np.linalg.norm(pieces.points, axis=1) + np.linalg.norm(pieces.rounding, axis=1).max(axis=1)[pieces.piece]
+    for body in range(len(robot.bodies)):
+        n, own = np.flatnonzero(pieces.body == body), pieces.body[pieces.piece] == body
+        axes = pieces.rounding[n].transpose(2, 0, 1).reshape(-1, 3)
+        found.append((n, pieces.points[own], axes, float(sizes[own].max(initial=-np.inf))))
+    return tuple(found)

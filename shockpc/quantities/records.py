@@ -1,0 +1,172 @@
+"""The records of a profile: what there is at one place of a kind, by name; their fields are quantities of that kind."""
+
+import math
+from collections.abc import Callable, Sequence
+from typing import TYPE_CHECKING, Any, NamedTuple, TypeVar
+
+import numpy as np
+
+from shockpc.core.directions import ExtremeDirections
+from shockpc.core.spatial import Array
+from shockpc.landing.places import Place, PlaceKind
+from shockpc.landing.ratings import Strength, TorqueStrength
+from shockpc.quantities.table import quantities_of, quantity
+
+if TYPE_CHECKING:
+    from shockpc.quantities.profile import ShockProfile
+
+R = TypeVar("R", bound="NamedTuple")
+
+
+def _record_of(kind: PlaceKind) -> Callable[[type[R]], type[R]]:
+    """A record of one place: its fields are quantities of a kind by key, None without a value, whose titles document them."""
+
+    def described(record: type[R]) -> type[R]:
+        own = [entry for entry in quantities_of(kind) if entry.key in record._fields]
+        record.__doc__ = f"{record.__doc__}" + "".join(f"    {entry.key}: {entry.text}.\n    " for entry in own)
+        return record
+
+    return described
+
+
+@_record_of("point")
+class PointShock(NamedTuple):
+    """Shock at a sensor, or at a point that was asked for.
+
+    Attributes:
+        frame: its name.
+        body: the body it is fixed to.
+        directions: the most and the least severe impact direction.
+    """
+
+    frame: str
+    body: str
+    position: Array
+    delta_v: Array
+    shock: float
+    directions: ExtremeDirections
+    peak_g: float | None
+
+
+@_record_of("part")
+class PartMargin(NamedTuple):
+    """How far a part, at a point or of a joint, is from what it withstands.
+
+    Attributes:
+        part: its name.
+        body: the body it is fixed to, or that its joint carries.
+        joint: its joint; empty for a part at a point.
+        strength: its damage boundary; of a part of a joint the torque.
+        governed_by: which margin is that of the part: by "velocity change", "acceleration" or "torque"; empty if it has none.
+        missing: why it has none; empty if it has one.
+    """
+
+    part: str
+    body: str
+    joint: str
+    strength: Strength | TorqueStrength
+    delta_v: Array | None
+    shock: float | None
+    velocity_margin: float | None
+    peak_g: float | None
+    acceleration_margin: float | None
+    along: float | None
+    torque: float | None
+    part_margin: float | None
+    governed_by: str
+    missing: str
+
+    @property
+    def speed_change(self) -> float:
+        """|Δv| [m/s]; NaN for a part of a joint."""
+        return math.nan if self.delta_v is None else math.hypot(*self.delta_v)
+
+
+@_record_of("contact")
+class ContactImpulse(NamedTuple):
+    """What the ground does at a contact; masses that cannot give way are infinite.
+
+    Attributes:
+        frame: its name.
+    """
+
+    frame: str
+    point: Array
+    impulse: Array | None
+    moment: Array | None
+    friction_needed: float | None
+    approach: Array
+    mass_sticking: float
+    mass_frictionless: float
+    effective_mass: float
+    mitigation: float | None
+    mitigation_frictionless: float | None
+    pull: float | None
+
+
+@_record_of("contact")
+class StanceImpulse(NamedTuple):
+    """What the ground does at a foot that stands already.
+
+    Attributes:
+        frame: its name.
+    """
+
+    frame: str
+    point: Array
+    impulse: Array | None
+    friction_needed: float | None
+    pull: float | None
+
+
+@_record_of("joint")
+class JointLoad(NamedTuple):
+    """What a joint goes through.
+
+    Attributes:
+        joint: its name.
+    """
+
+    joint: str
+    force: Array
+    moment: Array
+    along: float | None
+    delta_qd: float | None
+
+
+class Bracket(NamedTuple):
+    """The same landing with other models of the joints; shock at one place [1].
+
+    Attributes:
+        place: a body (its centre of mass), or a sensor.
+        free: no reflected inertia; None if massless bodies then make it unsolvable.
+        as_modelled: as the scene says.
+        locked: every joint holds; None if there is no verdict then, because the contact cannot move as the impact asks.
+        springs_free: every joint holds but those with a spring, which yield; None without springs, or if there is no verdict.
+    """
+
+    place: str
+    free: float | None
+    as_modelled: float
+    locked: float | None
+    springs_free: float | None
+
+
+def records(
+    record: type[R], profile: "ShockProfile", kind: PlaceKind, places: Sequence[Place] | None = None, **given: str | Sequence[Any]
+) -> tuple[R, ...]:
+    """A record for each place: its first field is the place's name, others are given, or quantities by their or given keys."""
+    names = [place.name for place in (profile.places(kind) if places is None else places)]
+    columns: dict[str, Any] = {field: field for field in record._fields} | {record._fields[0]: names} | given
+    values = {
+        field: map(_number, profile.values(quantity(kind, column), places)) if isinstance(column, str) else column
+        for field, column in columns.items()
+    }
+    return tuple(map(record._make, zip(*values.values(), strict=True)))
+
+
+def _number(value: Any) -> Any:
+    """A number or a vector, or None where there is none."""
+    if np.isnan(value).all():
+        return None
+    return value if np.ndim(value) else float(value)
