@@ -3,9 +3,9 @@ from .evaluation.evaluate import Evaluation as Evaluation
 from .evaluation.table import Table as Table
 from .landing.landing import Landing as Landing
 from .landing.landing import PosedLanding as PosedLanding
-from .landing.landing import resolve as resolve
 from .landing.posture import configuration as configuration
 from .landing.posture import configuration_from_mujoco as configuration_from_mujoco
+from .landing.resolve import resolve as resolve
 from .landing.scene import Closure as Closure
 from .landing.scene import Contact as Contact
 from .landing.scene import Joints as Joints

@@ -22,8 +22,9 @@ from shockpc.impact.derivatives import derivatives as map_derivatives
 from shockpc.impact.solve import solve_exactly, solve_in_doubles
 from shockpc.impact.stops import refuse_missed, with_stops
 from shockpc.landing.dynamics import Dynamics, dynamics
-from shockpc.landing.landing import Landing, PosedLanding, resolve
+from shockpc.landing.landing import Landing, PosedLanding
 from shockpc.landing.posture import check_rotations
+from shockpc.landing.resolve import resolve
 from shockpc.landing.rows import Equation
 from shockpc.landing.scene import Scene
 from shockpc.landing.scene_file import robot_of

@@ -13,7 +13,7 @@ from shockpc import Contact, Scene, identify
 from shockpc.evaluation.prediction import Predictor
 from shockpc.evaluation.recorded_table import rows_of
 from shockpc.evaluation.variation import variation
-from shockpc.landing.landing import landing_of
+from shockpc.landing.resolve import landing_of
 from shockpc.landing.scene_file import robot_of
 
 BLOCKS = Path(__file__).parents[1] / "robots" / "measured" / "elbow" / "elbow.urdf"

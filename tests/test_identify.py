@@ -18,7 +18,7 @@ from shockpc.evaluation.recorded_table import rows_of
 from shockpc.evaluation.table_files import read_table
 from shockpc.evaluation.variation import variation
 from shockpc.landing.dynamics import dynamics
-from shockpc.landing.landing import landing_of
+from shockpc.landing.resolve import landing_of
 from shockpc.landing.scene_file import robot_of
 
 TOSSED = Scene(robot=str(BLOCKS), contact="elbow_1_corner_1")

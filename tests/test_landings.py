@@ -30,8 +30,8 @@ from shockpc.evaluation.recorded import CLOSED_BY, recorded_landings
 from shockpc.evaluation.recorded_table import rows_of, rows_of_scenes
 from shockpc.evaluation.table_files import read_table
 from shockpc.impact.stiffness import CompliantLanding
-from shockpc.landing.landing import landing_of
 from shockpc.landing.motion import Motion
+from shockpc.landing.resolve import landing_of
 from shockpc.landing.scene_file import scene_text
 from shockpc.quantities.table import quantity
 from shockpc.show.figure.landings import draw_validation

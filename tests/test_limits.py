@@ -13,8 +13,8 @@ from trees import known_robot
 
 from shockpc.evaluation.variation import motion_range
 from shockpc.landing.closure import follow
-from shockpc.landing.landing import resolve
 from shockpc.landing.posture import held_joints, set_joints
+from shockpc.landing.resolve import resolve
 from shockpc.landing.scene import Contact, Joints, Part, Point, Posture, Scene, Strike
 from shockpc.landing.scene_file import robot_of
 from shockpc.paper.landings import scene

@@ -10,7 +10,7 @@ from robot_texts import BODY, LIMIT, arm, body, floating, joint, link, mjcf, ref
 
 import shockpc
 from shockpc import Contact, Joints, RobotError, Scene, StudyError, UnknownName, load_robot, shock_profile
-from shockpc.landing.landing import resolve
+from shockpc.landing.resolve import resolve
 from shockpc.landing.scene_file import robot_of
 from shockpc.robot.catalogue import SETS, data_folder
 from shockpc.robot.changes import changed, read_changes

@@ -10,7 +10,7 @@ from commands import good, run
 from robot_texts import joint, link, urdf
 
 from shockpc import Contact, Posture, Scene, SceneError, SolveError, Strike, landings, shock_profile
-from shockpc.landing.landing import resolve
+from shockpc.landing.resolve import resolve
 from shockpc.landing.scene import GRAVITY
 from shockpc.landing.scene_file import robot_of
 

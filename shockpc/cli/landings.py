@@ -16,8 +16,8 @@ from shockpc.cli.study import asked, given, help_of
 from shockpc.evaluation.recorded import recorded_landings
 from shockpc.evaluation.recorded_table import rows_of, rows_of_scenes
 from shockpc.landing.joint_model import joint_model
-from shockpc.landing.landing import landing_of
 from shockpc.landing.record import options_of
+from shockpc.landing.resolve import landing_of
 from shockpc.landing.scene import Joints, Scene
 from shockpc.landing.scene_file import scene_text
 from shockpc.show.reports.landings import landings_report

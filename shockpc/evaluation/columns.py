@@ -10,7 +10,8 @@ from shockpc.core.impulse import Solution
 from shockpc.core.spatial import Array
 from shockpc.impact.impact import DoubleImpact
 from shockpc.landing.dynamics import Inertias, dynamics
-from shockpc.landing.landing import PosedLanding, separating
+from shockpc.landing.landing import PosedLanding
+from shockpc.landing.motion import separating
 from shockpc.landing.places import Place, moving_point
 from shockpc.landing.rows import Equation
 from shockpc.landing.scene import Scene

@@ -19,9 +19,10 @@ from shockpc.evaluation.landings import Part, common_robot, named_scenes, refuse
 from shockpc.evaluation.variation import Variation, pairs
 from shockpc.evaluation.varied import VariedLandings, varied_landings
 from shockpc.evaluation.varied_scene import present_value
-from shockpc.landing.landing import PosedLanding, resolve
+from shockpc.landing.landing import PosedLanding
 from shockpc.landing.places import Place
 from shockpc.landing.posture import difference
+from shockpc.landing.resolve import resolve
 from shockpc.landing.rows import block_point
 from shockpc.landing.scene import Scene, Strike
 from shockpc.profile import shock_profile

@@ -16,10 +16,11 @@ from shockpc.evaluation.landings import ROWS, Group, Part, Refusal
 from shockpc.evaluation.recorded_table import Rows
 from shockpc.landing.closure import assemble, closure_block, follow, moved_joints
 from shockpc.landing.dynamics import dynamics
-from shockpc.landing.landing import PosedLanding, landing_of, with_loops
-from shockpc.landing.motion import Motion
+from shockpc.landing.landing import PosedLanding
+from shockpc.landing.motion import Motion, with_loops
 from shockpc.landing.places import Place, point_places
 from shockpc.landing.posture import held_joints
+from shockpc.landing.resolve import landing_of
 from shockpc.landing.scene import Posture, Scene, Strike
 from shockpc.profile import profile_of
 from shockpc.quantities.profile import ShockProfile

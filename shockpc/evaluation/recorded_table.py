@@ -22,9 +22,10 @@ from shockpc.evaluation.column_names import (
 )
 from shockpc.evaluation.table_files import number
 from shockpc.landing.contact import landing_frames
-from shockpc.landing.landing import PosedLanding, landing_of
+from shockpc.landing.landing import PosedLanding
 from shockpc.landing.motion import Motion
 from shockpc.landing.posture import set_many, settable_joints
+from shockpc.landing.resolve import landing_of
 from shockpc.landing.scene import Contact, Posture, Scene, Strike
 from shockpc.robot.mjcf import qpos_order, qvel_order
 from shockpc.robot.robot import Robot

@@ -11,7 +11,7 @@ from shockpc.evaluation.landings import Group, LandingsBeside, Part, Refusal
 from shockpc.evaluation.variation import Variation
 from shockpc.evaluation.varied import VariedLandings
 from shockpc.evaluation.varied_scene import applied
-from shockpc.landing.landing import close_loops
+from shockpc.landing.resolve import close_loops
 from shockpc.landing.scene import Strike
 from shockpc.profile import shock_profile
 from shockpc.quantities.profile import ShockProfile

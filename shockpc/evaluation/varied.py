@@ -18,8 +18,9 @@ from shockpc.evaluation.variation import ATTITUDE, INERTIAL, OF_A_LINK, Variatio
 from shockpc.evaluation.variation import variation as read_variation
 from shockpc.evaluation.varied_scene import applied, armature_set, robot_changes
 from shockpc.landing.dynamics import Inertias
-from shockpc.landing.landing import PosedLanding, close_loops, resolve
+from shockpc.landing.landing import PosedLanding
 from shockpc.landing.posture import set_many
+from shockpc.landing.resolve import close_loops, resolve
 from shockpc.landing.scene import GRAVITY, Scene
 from shockpc.landing.scene_file import check_scene, plane_of, robot_of
 from shockpc.profile import shock_profile

@@ -13,9 +13,10 @@ from shockpc.core.spatial import Array
 from shockpc.impact.friction import jumps_of
 from shockpc.impact.impact import DoubleImpact, Impact
 from shockpc.impact.solve import solve_in_doubles
-from shockpc.landing.landing import PosedLanding, landing_of
+from shockpc.landing.landing import PosedLanding
 from shockpc.landing.places import Place, joint_places
 from shockpc.landing.ratings import Strength, TorqueStrength, strength, torque_limits, torque_strength
+from shockpc.landing.resolve import landing_of
 from shockpc.landing.scene import GRAVITY
 from shockpc.quantities.ground import ALONG, PEAK_TORQUE, point_peaks
 from shockpc.quantities.joints import MULTIAXIAL, REDUNDANT

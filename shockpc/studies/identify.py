@@ -26,8 +26,8 @@ from shockpc.evaluation.table import Table
 from shockpc.evaluation.table_files import columns_of
 from shockpc.evaluation.variation import Variation, Vary, pairs, variation
 from shockpc.evaluation.varied_scene import applied
-from shockpc.landing.landing import landing_of
 from shockpc.landing.record import Option
+from shockpc.landing.resolve import landing_of
 from shockpc.landing.scene import Scene
 from shockpc.landing.scene_file import robot_of
 from shockpc.robot.robot import Robot

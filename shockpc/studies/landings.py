@@ -13,8 +13,8 @@ from shockpc.evaluation.recorded import RecordedLandings, recorded_landings
 from shockpc.evaluation.recorded_table import Measured, rows_of
 from shockpc.evaluation.table import Table
 from shockpc.evaluation.table_files import columns_of
-from shockpc.landing.landing import landing_of
 from shockpc.landing.record import Option
+from shockpc.landing.resolve import landing_of
 from shockpc.landing.scene import Scene
 from shockpc.landing.scene_file import robot_of
 from shockpc.quantities.table import select

@@ -21,8 +21,8 @@ from shockpc.evaluation.logged_motion import PARTS, TWIST, LoggedMotion, Part
 from shockpc.evaluation.logs import Log, read_log
 from shockpc.evaluation.table import Table
 from shockpc.landing.contact import foot_contact
-from shockpc.landing.landing import landing_of
 from shockpc.landing.record import Option
+from shockpc.landing.resolve import landing_of
 from shockpc.landing.scene import GRAVITY, Scene
 from shockpc.landing.scene_file import robot_of
 from shockpc.robot.landmarks import each_foot

@@ -18,8 +18,9 @@ from shockpc.evaluation.columns import Column, places_at
 from shockpc.evaluation.evaluate import Evaluation, proven
 from shockpc.evaluation.table import Table
 from shockpc.evaluation.varied import VariedLandings, varied_landings
-from shockpc.landing.landing import PosedLanding, resolve
+from shockpc.landing.landing import PosedLanding
 from shockpc.landing.places import Place
+from shockpc.landing.resolve import resolve
 from shockpc.landing.scene import Scene
 from shockpc.landing.scene_file import robot_of
 from shockpc.quantities.profile import ShockProfile

@@ -12,7 +12,8 @@ from scipy.spatial import ConvexHull
 
 from shockpc.core.spatial import Array, quaternion_of
 from shockpc.impact.solve import without_kinetic_energy
-from shockpc.landing.landing import PosedLanding, landing_of
+from shockpc.landing.landing import PosedLanding
+from shockpc.landing.resolve import landing_of
 from shockpc.landing.scene import Contact, Scene
 from shockpc.robot.geometry import Outline, Shape, drawn_outline, outline
 from shockpc.robot.meshes import hull_corners

@@ -22,8 +22,9 @@ from shockpc.evaluation.table import Table
 from shockpc.evaluation.variation import Vary, pairs
 from shockpc.evaluation.varied_scene import scene_grid
 from shockpc.impact.friction import contact_rows, friction_of
-from shockpc.landing.landing import PosedLanding, landing_of
+from shockpc.landing.landing import PosedLanding
 from shockpc.landing.record import Option
+from shockpc.landing.resolve import landing_of
 from shockpc.landing.scene import GRAVITY, Contact, Joints, Scene
 from shockpc.quantities.profile import ShockProfile
 from shockpc.quantities.table import select

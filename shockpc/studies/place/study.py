@@ -15,9 +15,9 @@ from shockpc.evaluation.landings import common_robot, refuse_ground
 from shockpc.evaluation.table import Table
 from shockpc.evaluation.variation import Vary, pairs
 from shockpc.evaluation.varied_scene import scene_grid
-from shockpc.landing.landing import pulse_of
 from shockpc.landing.places import Place, point_place, point_places
 from shockpc.landing.record import Option
+from shockpc.landing.resolve import pulse_of
 from shockpc.landing.scene import GRAVITY, Point, Scene
 from shockpc.quantities.profile import ShockProfile
 from shockpc.robot.geometry import GeometryKind, distance_to_surface

@@ -1,0 +1,222 @@
+"""Resolve a scene on a robot: fill in its defaults, find what it names, close its loops, and refuse what has no meaning."""
+
+import itertools
+import math
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+
+from shockpc.core.pulse import Pulse, pulse_from
+from shockpc.landing.closure import all_loops, assemble, follow
+from shockpc.landing.contact import contact_block
+from shockpc.landing.dynamics import dynamics
+from shockpc.landing.joint_model import joint_model
+from shockpc.landing.landing import PosedLanding, contact_velocity
+from shockpc.landing.motion import motion_of, rates_of, separating
+from shockpc.landing.posture import configuration, held_joints, outside_limits, reference_name
+from shockpc.landing.ratings import check_parts, strength, torque_limits
+from shockpc.landing.rows import Block
+from shockpc.landing.scene import Contact, Scene, Strike
+from shockpc.landing.scene_file import check_scene, plane_of, point_at, with_paths, with_plane
+from shockpc.landing.stops import is_stop, striking_stop
+from shockpc.robot.catalogue import closing_scene
+from shockpc.robot.robot import Robot
+from shockpc.text.diagnostic import Diagnostic
+from shockpc.text.errors import SceneError
+from shockpc.text.printed import listed
+
+
+def _complete(scene: Scene, robot: Robot) -> Scene:
+    """The scene with every default filled in and every path absolute, so that it says all that is computed."""
+    scene = check_scene(scene)
+    if not scene.contact:
+        raise SceneError(f'no contact is defined; name a link of robot "{robot.name}", such as "{robot.links[-1]}"')
+    strike, base = scene.strike, scene.base or robot.usual_base
+    alone = all(is_stop(robot, contact.frame) for contact in scene.contact)
+    if strike == Strike(joint_velocities=strike.joint_velocities) and (alone or (base == "fixed" and strike.joint_velocities)):
+        # The motion of a fixed base is that of the ground, of which there is none where the joints move.
+        strike = replace(strike, velocity=(0.0, 0.0, 0.0))
+    if strike.velocity is None and strike.drop_height is None:
+        speed = 1.0 if strike.speed is None else strike.speed
+        strike = replace(strike, speed=speed, strike_angle_deg=strike.strike_angle_deg or 0.0)
+    scene = with_paths(scene, lambda path: str(Path(path).expanduser().resolve()))
+    posture = replace(scene.posture, reference=reference_name(robot, scene.posture.reference))
+    return with_plane(replace(scene, robot=robot.label, base=base, strike=strike, posture=posture))
+
+
+def pulse_of(scene: Scene) -> Pulse | None:
+    """The scene's pulse, if it has one.
+
+    Raises:
+        SceneError: it has no known shape or no length, or a sensor's range is given without it.
+    """
+    if scene.pulse is None:
+        if scene.range_g is not None:
+            raise SceneError("a sensor's range is given in g, but no pulse; give one too, such as half-sine:5ms")
+        return None
+    try:
+        return pulse_from(scene.pulse)
+    except ValueError as refusal:
+        raise SceneError(f"pulse: {refusal}") from None
+
+
+def _check_ground(scene: Scene, blocks: tuple[Block, ...]) -> None:
+    """Refuse a friction, a contact stiffness or a tolerance of the ground that has no meaning for the scene."""
+    mu, k = scene.friction, scene.contact_stiffness
+    if scene.stop_restitution is not None and not scene.stops:
+        raise SceneError("a restitution of end stops is given, but they are left out; give stops = true (--stops) too")
+    strikes = any(block.kind == "stop" for block in blocks)
+    if scene.stop_stiffness is not None and not ((scene.stops or strikes) and k is not None):
+        raise SceneError("a stiffness of end stops needs stops = true (--stops) and the stiffness of the contacts; give these too")
+    for value, what in ((scene.tangential_stiffness, "a stiffness along the ground"), (scene.contact_damping, "a contact damping")):
+        if k is None and value is not None:
+            raise SceneError(f"{what} is given without the stiffness along the normal; give contact_stiffness too")
+    if k is None and (scene.joints.torque or scene.joints.motors):
+        what = "torque" if scene.joints.torque else f'motors = "{scene.joints.motors}"'
+        raise SceneError(f"{what} of joints: constant torques count on contacts of finite stiffness; give contact_stiffness too")
+    if mu is None and k is None:
+        return
+    if mu is not None and k is not None:
+        raise SceneError("friction and a contact stiffness are given; contacts of finite stiffness stick, so leave one of them out")
+    option = "a contact stiffness" if mu is None else "friction"
+    if scene.tangential_stiffness is not None and not scene.tangential_stiffness > 0.0:
+        raise SceneError(f"tangential_stiffness must be > 0 N/m, got {scene.tangential_stiffness:g}")
+    if scene.contact_damping is not None and any(contact.restitution for contact in scene.contact):
+        raise SceneError("a contact damping and a restitution cannot be combined; keep one of them")
+    for contact, block in zip(scene.contact, blocks, strict=True):
+        if block.kind == "stop" and mu is not None:
+            raise SceneError(f'contact "{contact.frame}" is an end stop, and friction is for the ground; leave it out')
+        if block.kind == "stop":
+            continue
+        rank = np.linalg.matrix_rank(block.forces)
+        if mu is not None and rank == 1:
+            raise SceneError(
+                f'contact "{contact.frame}" slides without friction, and a friction is given; leave out --slide (give it the '
+                "directions x, y and z, or those along which it does not slide freely), or the friction",
+                blocks=[contact.frame],
+            )
+        if np.linalg.matrix_rank(np.vstack([block.forces, block.normal]), tol=1e-9) > rank:
+            raise SceneError(
+                f'contact "{contact.frame}" has {option}, so the directions in which it is held have to span the ground\'s normal; '
+                "give directions along the normal and along the ground, such as x and z",
+                blocks=[contact.frame],
+            )
+    if k is None:
+        return
+    if (scene.stops or strikes) and scene.stop_stiffness is None:
+        raise SceneError("contacts of finite stiffness are given, and rigid end stops; give the stops a stop_stiffness too")
+
+
+def resolve(scene: Scene, robot: Robot) -> PosedLanding:
+    """Resolve a scene on its robot.
+
+    Raises:
+        ShockError: as for `landing_of`, or a contact does not approach the ground.
+    """
+    landing = landing_of(scene, robot)
+    _refuse_separation(landing)
+    return landing
+
+
+def landing_of(scene: Scene, robot: Robot) -> PosedLanding:
+    """Resolve a scene on its robot, whether or not its contacts approach the ground.
+
+    Raises:
+        ShockError: a name is not known, a loop cannot be closed, or a part of the scene has no meaning.
+    """
+    scene = _complete(scene, robot)
+    pulse, plane = pulse_of(scene), plane_of(scene)
+    velocity = scene.strike.vector(plane)
+    # Where the plane is seen from above and struck within it, the ground is vertical.
+    up = plane.e2 if plane.level and velocity[2] == 0.0 else np.array([0.0, 0.0, 1.0])
+    joints = joint_model(robot, scene.joints)
+    q, assembly, warnings = configuration(robot, scene.posture), None, list[Diagnostic]()
+    contacts = tuple(
+        striking_stop(robot, contact, q, rates_of(robot, scene, joints)[0])
+        if is_stop(robot, contact.frame)
+        else contact_block(robot, contact, up)
+        for contact in scene.contact
+    )
+    standing = [point_at(robot, foot) for foot in scene.stance]
+    stance = tuple(contact_block(robot, Contact(frame=one.frame, offset=one.offset), up, "stance") for one in standing)
+    _check_ground(scene, contacts)
+    normals = np.array([block.normal for block in (*contacts, *stance) if block.kind != "stop"])
+    up = normals[0] if len(normals) and np.ptp(normals, axis=0).max() <= 1e-12 else up
+    loops = all_loops(robot, scene.closure)
+    if loops:
+        assembly = assemble(robot, q, loops, plane, held_joints(robot, scene.posture, scene.assemble))
+        q, warnings = assembly.q, [*assembly.warnings(robot.name)]
+    warnings += outside_limits(robot, q)
+    if scene.joints.model == "rigid" and not joint_model(robot, replace(scene.joints, model=None)).springs.any():
+        text = "the springs are to be rigid, but no joint has a spring, so nothing changes; give one with a stiffness or a rotor"
+        warnings.append(Diagnostic("scene", robot.name, None, text))
+    if scene.assemble and not loops:
+        named = listed(name for pattern in scene.assemble for name in robot.match_joints(pattern))
+        warnings.append(Diagnostic("scene", "", None, f"{named} may move to close loops, but nothing closes one, so nothing moved"))
+    if not loops and (closing := closing_scene(robot.source.path)) is not None:
+        text = f"the loop of this robot is open here, so its ends are not held together; {closing} closes it"
+        warnings.append(Diagnostic("scene", robot.name, None, text))
+    state = dynamics(robot, q[None], joints.armature)
+    before = motion_of(robot, scene, contacts, loops, joints, plane, state)
+    landing = PosedLanding(
+        scene, robot, plane, up, contacts, stance, loops, joints, before, pulse, np.array(q), state, assembly, tuple(warnings)
+    )
+    check_parts(scene.part)
+    torque_limits(robot, scene.part)
+    for place in landing.parts:
+        if place.joint < 0:
+            strength(scene.part[place.number])
+    _refuse_twice(landing.blocks)
+    return landing
+
+
+def close_loops(scene: Scene, near: PosedLanding) -> Scene:
+    """A scene whose loops start closed, assembled in the same way as those of another landing of the robot.
+
+    The joints that close the loops, ball joints too, are followed from there while the others move, and set to where they come.
+
+    Raises:
+        ShockError: as for `resolve`.
+    """
+    robot, posture = near.robot, scene.posture
+    held = held_joints(robot, posture, scene.assemble)
+    q = follow(robot, near.q, configuration(robot, posture), near.loops, near.plane, held)
+    values = [(joint, joint.value(q)) for joint in robot.independent_joints if not held[joint.v].any()]
+    given = {joint.name: value if joint.kind == "prismatic" else math.degrees(value) for joint, value in values}
+    balls = [joint for joint in robot.single_joints if joint.kind == "ball" and not held[joint.v].any()]
+    turned = {ball.name: tuple(q[ball.q].tolist()) for ball in balls}
+    others = {name: value for name, value in posture.joints_deg.items() if name not in given}
+    posture = replace(posture, joints_deg={**others, **given}, joint_quaternions={**posture.joint_quaternions, **turned})
+    return replace(scene, posture=posture, assemble=(*given, *turned))
+
+
+def _refuse_twice(blocks: tuple[Block, ...]) -> None:
+    for one, other in itertools.combinations([block for block in blocks if block.kind != "closure"], 2):
+        if one.body == other.body and np.linalg.norm(one.point - other.point) <= 1e-9:
+            raise SceneError(
+                f"{one.name} and {other.name} are at one point of one body, which strikes or stands once; leave one of them out"
+                + (", or move it by an offset" if "contact" in (one.kind, other.kind) else ""),
+                blocks=[one.frame, other.frame],
+            )
+
+
+def _refuse_separation(landing: PosedLanding) -> None:
+    """Refuse a contact that leaves the ground, or does not approach it as no other does: it does not strike it."""
+    approach = np.stack([contact_velocity(landing, landing.state, block)[0] for block in landing.contacts])
+    parting = separating(approach, landing.contacts).tolist()
+    for contact, block, velocity, parts in zip(landing.scene.contact, landing.contacts, approach, parting, strict=True):
+        if block.kind == "stop" and not np.linalg.norm(velocity) > 1e-9 * float(np.abs(landing.before.joint_rates).max()):
+            raise SceneError(
+                f'the centre of mass of body "{landing.robot.bodies[block.body].name}" lies on the axis of "{block.frame}", so its '
+                "speed there is no measure of the strike; let another end stop strike",
+                blocks=[block.frame],
+            )
+        if parts:
+            leaving = float(velocity @ block.normal)
+            how = "is leaving the ground at" if leaving > 1e-9 else "moves along the ground, approaching it at"
+            raise SceneError(
+                f'contact "{contact.frame}" {how} {abs(leaving):.2g} m/s, so there is no impact; turn its velocity towards the '
+                "ground (a strike angle between -90 and 90 deg), or list it under stance if it stands there already",
+                blocks=[contact.frame],
+            )
