@@ -31,6 +31,7 @@ from shockpc.landing.scene_file import robot_of
 from shockpc.quantities.maps import CHUNK, ShockMaps, doubles
 from shockpc.quantities.profile import ShockProfile
 from shockpc.robot.robot import Robot
+from shockpc.text.arguments import checked
 from shockpc.text.errors import SceneError
 from shockpc.text.trace import Trace
 
@@ -41,6 +42,7 @@ ILL_CONDITIONED = 3e5
 """Condition above which rounding may show above 1e-9 of a body's motion."""
 
 
+@checked
 def shock_profile(scene: Scene, robot: Robot | None = None, trace: Trace | None = None) -> ShockProfile:
     """Compute the shock of one landing.
 

@@ -21,7 +21,6 @@ from shockpc.landing.scene import Contact, Joints, Part, Point, Posture, Scene, 
 from shockpc.profile import profile_of, shock_profile
 from shockpc.robot.changes import Change, changed, links_with_mass
 from shockpc.studies.sensitivity import sensitivity
-from shockpc.studies.sweep import sweep
 from shockpc.text.errors import StudyError, UnknownName
 
 
@@ -589,30 +588,6 @@ def test_ranges_as_a_mapping():
     mapped, paired = (sensitivity(scene, IMU, robot, vary=given) for given in (vary, list(vary.items())))
     assert [effect.derivatives[0] for effect in mapped.effects] == [effect.derivatives[0] for effect in paired.effects]
     assert len(mapped.effects) == 2
-
-
-@pytest.mark.parametrize("vary", ["lf_kfe_joint=-70:-60", ["lf_kfe_joint"], [(1, "2:3")], [("a", "b", "c")], 3])
-def test_ranges_of_another_type_are_refused(vary):
-    scene, robot = hyq()
-    for study in (lambda: sensitivity(scene, IMU, robot, vary=vary), lambda: sweep(scene, vary, robot=robot)):
-        with pytest.raises(StudyError, match="what varies is "):
-            study()
-
-
-@pytest.mark.parametrize(
-    ("given", "text"),
-    [
-        ({"target": 3}, "target is 3"),
-        ({"percent": "1"}, "percent is '1'"),
-        ({"groups": "*_kfe"}, "groups is"),
-        ({"landings": "hyq"}, "landings is 'hyq'"),
-        ({"landings": {}}, "no landing is given"),
-    ],
-)
-def test_arguments_of_another_type_are_refused(given, text):
-    scene, robot = hyq()
-    with pytest.raises(StudyError, match=text):
-        sensitivity(**{"landings": scene, "target": IMU, "robot": robot} | given)
 
 
 def test_groups_and_feet_on_the_command_line(capfd, tmp_path):

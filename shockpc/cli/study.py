@@ -64,6 +64,7 @@ FILES = ("log", "table")
 
 REPEATED: dict[Any, Parser | None] = {
     Sequence[str]: None,
+    str | Sequence[str]: None,
     Sequence[tuple[str, str]]: pair_of,
     Mapping[str, float]: setting,
     Mapping[str, str]: renaming,

@@ -14,7 +14,7 @@ import numpy as np
 from shockpc.core.spatial import Array
 from shockpc.evaluation.bags import BAGS, QUATERNION, read_bag
 from shockpc.evaluation.column_names import LABELS, state_columns
-from shockpc.evaluation.table_files import read_table
+from shockpc.evaluation.table_files import columns_of, read_table
 from shockpc.robot.robot import Robot
 from shockpc.text.errors import StudyError
 from shockpc.text.paths import usable_path
@@ -78,7 +78,7 @@ def read_log(source: Path | Mapping[str, np.ndarray], robot: Robot, rename: Mapp
         else:
             columns = read_table(source)
     else:
-        columns = {str(name): np.asarray(values) for name, values in source.items()}
+        columns = columns_of(source)
     if topics:
         raise StudyError(f"topics are those of a bag; leave out {listed(topics)}")
     positions, rates, others = state_columns(columns, robot, rename)

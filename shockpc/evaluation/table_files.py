@@ -38,14 +38,12 @@ def columns_of(table: str | os.PathLike[str] | Mapping[str, Any] | Table) -> dic
     """The columns of recorded landings by name, from a file as `read_table` reads it, or as they are.
 
     Raises:
-        StudyError: it is neither a file nor columns by name, or the file cannot be read.
+        StudyError: the file cannot be read, there are no rows, or a column holds neither real numbers nor texts.
     """
     if isinstance(table, str | os.PathLike):
         return read_table(Path(table))
     columns = table.columns if isinstance(table, Table) else table
-    if not isinstance(columns, Mapping):
-        raise StudyError(f"a table is a file or its columns by name, and this is {type(table).__name__}")
-    return {str(name): np.asarray(values) for name, values in columns.items()}
+    return _checked({str(name): np.asarray(values) for name, values in columns.items()}, "this table")
 
 
 def read_table(path: Path) -> dict[str, np.ndarray]:
@@ -68,13 +66,16 @@ def read_table(path: Path) -> dict[str, np.ndarray]:
             columns = reader(file)
     except (OSError, ValueError, EOFError, RuntimeError, zipfile.BadZipFile, zlib.error, lzma.LZMAError) as refusal:
         raise StudyError(f'table "{path}" cannot be read: {refusal}') from None
+    return _checked(columns, f'table "{path}"')
+
+
+def _checked(columns: dict[str, np.ndarray], what: str) -> dict[str, np.ndarray]:
+    """The columns of a table, which messages call by a name; refused if there are no rows, or neither numbers nor texts."""
     for name, values in columns.items():
         if values.ndim == 0 or values.dtype.kind not in "fiubOUM":
-            raise StudyError(
-                f'table "{path}": {name} is {values.dtype} of shape {values.shape}; columns hold real numbers or texts'
-            )
+            raise StudyError(f"{what}: {name} is {values.dtype} of shape {values.shape}; columns hold real numbers or texts")
     if not columns or min(map(np.size, columns.values())) == 0:
-        raise StudyError(f'table "{path}" has no rows')
+        raise StudyError(f"{what} has no rows")
     return columns
 
 

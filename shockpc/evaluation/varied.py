@@ -355,13 +355,9 @@ def varied_landings(
     robot = robot or robot_of(scene)
     # A mapping holds each subject once; pairs may repeat one, which is refused below.
     vary, vary_each = pairs(vary), pairs(vary_each)
-    if seed < 0:
-        raise StudyError(f"seed is {seed}, and it has to be a whole number from 0")
     variations = [read_variation(robot, subject, values) for subject, values in vary]
     variations += [varied for subject, values in vary_each for varied in each_of(robot, read_variation(robot, subject, values))]
     if sample is not None:
-        if sample < 1:
-            raise StudyError(f"a sample of {sample} rows is empty; give a number above zero")
         if not keep_joints and not any(varied.kind == "joint" or varied.uncertain for varied in variations):
             variations += [read_variation(robot, f"joint:{joint.name}") for joint in robot.independent_joints]
     elif lhs:

@@ -4,7 +4,8 @@
     def limits(scene: Scene, joint: Annotated[str, Option("The joint.", "Question", "JOINT")], …) -> JointLimits: …
 
 A parameter whose annotation has an `Option` is an option of the command; the name of any other says what the command passes for it,
-as `shockpc.cli.study` describes.
+as `shockpc.cli.study` describes. An argument that is not of the type of its parameter, or beyond the bounds of its option, is a
+StudyError.
 """
 
 import inspect
@@ -12,6 +13,7 @@ from collections.abc import Callable, Mapping, Sequence
 from typing import Annotated, Any, NamedTuple, TypeAlias, TypeVar, get_args
 
 from shockpc.landing.record import Option, describe
+from shockpc.text.arguments import checked
 
 F = TypeVar("F", bound=Callable[..., Any])
 
@@ -88,12 +90,13 @@ def study(
                 parameters[name] = StudyParameter(kind, option, parameter.default)
                 parameter = parameter.replace(annotation=kind)
             plain.append(parameter)
-        # Without the options, because Python's help prints annotations whole.
-        vars(function).update(study=Study(parameters, examples, more, typed), __signature__=signature.replace(parameters=plain))
         describe(
             function, {name: one.option._replace(unit=one.option.unit.replace("deg", "rad")) for name, one in parameters.items()}
         )
-        return function
+        # Without the options, because Python's help prints annotations whole.
+        call = checked(function, signature.replace(parameters=plain), {name: one.option.fault for name, one in parameters.items()})
+        vars(call)["study"] = Study(parameters, examples, more, typed)
+        return call
 
     return declare
 

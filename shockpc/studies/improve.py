@@ -158,7 +158,7 @@ class Improvement:
 def improve(
     landings: Scene | Mapping[str, Scene],
     quantities: Annotated[
-        Sequence[str],
+        str | Sequence[str],
         Option(
             "A number: a quantity (shockpc quantities lists them) at a place, of several places the worst; the shock at the points "
             "of --at by default. Twice for the front between two.",
@@ -188,8 +188,10 @@ def improve(
     any_ground: Annotated[
         bool, Option("Allow landings that flat ground does not: it would pull a contact, or meet another link first.", "Search")
     ] = False,
-    starts: Annotated[int, Option("Runs from points of a sample, besides that from the landing as given.", "Search", "N")] = 6,
-    seed: Annotated[int, Option("Seed of the sample.", "Search", "N")] = 0,
+    starts: Annotated[
+        int, Option("Runs from points of a sample, besides that from the landing as given.", "Search", "N", least=0.0)
+    ] = 6,
+    seed: Annotated[int, Option("Seed of the sample.", "Search", "N", least=0.0)] = 0,
     trace: Trace | None = None,
 ) -> Improvement:
     """Find where a number is the least bad in the worst of some landings.
@@ -213,9 +215,6 @@ def improve(
     }
     shock = "shock_friction" if any(scene.friction is not None for scene in scenes.values()) else "shock"
     points = dict.fromkeys(f"{shock}@{point.label}" for scene in scenes.values() for point in scene.point)
-    for name, value in (("starts", starts), ("seed", seed)):
-        if not isinstance(value, int) or value < 0:
-            raise StudyError(f"{name} is {value!r}; give a whole number from 0")
     with trace.stage("landings"):
         cost = ShockCost(scenes, quantities or tuple(points), vary, robot, keep=keep, ground=not any_ground)
     if len(wanted := cost.quantities) > 2:

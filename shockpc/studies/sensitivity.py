@@ -201,7 +201,9 @@ def sensitivity(
             "NAME=RANGE",
         ),
     ] = (),
-    percent: Annotated[float, Option("How far, in per cent of the range or of the size.", "Changes", "P")] = 1.0,
+    percent: Annotated[
+        float, Option("How far, in per cent of the range or of the size.", "Changes", "P", above=0.0, greatest=100.0)
+    ] = 1.0,
     trace: Trace | None = None,
 ) -> Sensitivity:
     """The derivatives of a number of some landings, each a difference with an error.
@@ -222,16 +224,7 @@ def sensitivity(
         ShockError: a landing cannot be computed.
     """
     trace = trace or Trace()
-    for name, given, kind, words in (
-        ("target", target, str | Point, "QUANTITY@PLACE, or a point"),
-        ("groups", groups, tuple | list, "names or globs of bodies and joints in a list"),
-        ("percent", percent, int | float, "a number"),
-    ):
-        if not isinstance(given, kind):
-            raise StudyError(f"{name} is {given!r}; give {words}")
     scenes = named_scenes(landings)
-    if not 0.0 < percent <= 100.0:
-        raise StudyError(f"a step of {percent:g} % is not valid; give one above zero and at most 100")
     robot = robot or common_robot(scenes)
     chosen = pairs(vary)
     solved = profiles({name: (scene, robot) for name, scene in scenes.items()}, trace)

@@ -52,10 +52,11 @@ def sweep(
             "joints are, within their limits.",
             "What varies",
             "N",
+            least=1.0,
         ),
     ] = None,
     lhs: Annotated[bool, Option("Draw the sample as a Latin hypercube.", "What varies")] = False,
-    seed: Annotated[int, Option("Seed of the random numbers.", "What varies", "N")] = 0,
+    seed: Annotated[int, Option("Seed of the random numbers.", "What varies", "N", least=0.0)] = 0,
     at: Sequence[Point | str] = (),
     bodies: Annotated[
         Sequence[str],
@@ -79,7 +80,8 @@ def sweep(
         ),
     ] = False,
     prove: Annotated[
-        int, Option("Random landings that are compared with a proof, besides those that need one.", "What is computed", "N")
+        int,
+        Option("Random landings that are compared with a proof, besides those that need one.", "What is computed", "N", least=0.0),
     ] = 100,
 ) -> Evaluation[VariedLandings]:
     """Many landings that differ from one, checked; computed part by part as the result is iterated over, or at once by `table`.
@@ -93,8 +95,6 @@ def sweep(
         ShockError: a name is not known, values do not fit, nothing varies, or the landing cannot be resolved. A row that cannot be
             computed is no error: its message is in the table.
     """
-    if prove < 0:
-        raise StudyError(f"prove is {prove}, and it has to be a whole number from 0")
     points = tuple(Point(frame=point) if isinstance(point, str) else point for point in at)
     source = varied_landings(
         replace(scene, point=points), vary, robot=robot, vary_each=vary_each, sample=sample, lhs=lhs, seed=seed

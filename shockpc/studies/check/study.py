@@ -30,6 +30,7 @@ from shockpc.robot.robot import Robot
 from shockpc.studies.check.baseline import Baseline, OutcomeKey, case_record, refuse_other_scene
 from shockpc.studies.check.budgets import Budget, Budgets, Case
 from shockpc.studies.check.design_record import design_changes, rounded
+from shockpc.text.arguments import checked
 from shockpc.text.errors import DefectError, ShockError, StudyError
 from shockpc.text.names import match
 from shockpc.text.printed import few, printable
@@ -174,6 +175,7 @@ class _Planned(NamedTuple):
     designs: Evaluation[VariedLandings] | None
 
 
+@checked
 def check_budgets(
     given: Budgets,
     baseline: Baseline | None = None,

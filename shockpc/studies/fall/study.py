@@ -31,7 +31,7 @@ from shockpc.quantities.table import select
 from shockpc.robot.geometry import drawn_outline, outline
 from shockpc.robot.robot import Robot
 from shockpc.robot.slack import LIMIT_SLACK
-from shockpc.studies.declare import QuantityOption, declaration, study
+from shockpc.studies.declare import QuantityOption, study
 from shockpc.studies.fall.body import UP, Rigid, Spot
 from shockpc.studies.fall.motion import STICKS, Fall, Kind, Section, Touch, follow_fall
 from shockpc.text.errors import SceneError, ShockError, SolveError, StudyError
@@ -275,9 +275,6 @@ def fall(
     trace = trace or Trace()
     scenes = {"": postures} if isinstance(postures, Scene) else dict(postures)
     robot = robot if robot is not None and scenes else common_robot(scenes)
-    for name, value in {"push": push, "drop": drop, "attitudes": attitudes, "together": together, "least": least}.items():
-        if fault := "" if value is None else declaration(fall).parameters[name].option.fault(float(value)):
-            raise StudyError(f"{name} {fault}")
     if drop is None and attitudes is not None:
         raise StudyError("attitudes are those of a drop; give its height too, by drop")
     if drop is not None and push is not None:

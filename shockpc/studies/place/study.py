@@ -37,9 +37,6 @@ NEAREST = 1e-3
 EQUAL = 1.0 - 1e-6
 """Share of the greatest shock from which others are equal to it, of which the first is named; rounding makes them differ."""
 
-MOST_ALTERNATIVES = 20
-"""Alternatives that can be asked for."""
-
 
 class Margin(NamedTuple):
     """What a pulse means for the axes of a sensor.
@@ -198,10 +195,22 @@ def place(
     ] = None,
     count: Annotated[
         int,
-        Option("Number of sensors that belong together: in each landing the one with the least shock counts.", "Sensors", "N"),
+        Option(
+            "Number of sensors that belong together: in each landing the one with the least shock counts.",
+            "Sensors",
+            "N",
+            least=1.0,
+        ),
     ] = 1,
     alternatives: Annotated[
-        int, Option("Number of further places of one sensor, each the best at a distance from those before.", "Sensors", "N")
+        int,
+        Option(
+            "Number of further places of one sensor, each the best at a distance from those before.",
+            "Sensors",
+            "N",
+            least=0.0,
+            greatest=20.0,
+        ),
     ] = 2,
     apart: Annotated[
         float | None,
@@ -233,9 +242,6 @@ def place(
     for scene in scenes:
         refuse_ground(scene, friction=False)
     i = 0 if body is None else robot.body(body)
-    if count < 1 or not 0 <= alternatives <= MOST_ALTERNATIVES:
-        valid = f"give at least one sensor and at most {MOST_ALTERNATIVES} alternatives"
-        raise StudyError(f"{count} sensors and {alternatives} alternatives are not possible; {valid}")
     region = region_of(robot, i, within, surface, geometry)
     apart = max(region.size / 10.0, NEAREST) if apart is None else apart
     if not apart >= NEAREST:

@@ -1,0 +1,66 @@
+"""Arguments of the functions of the package: wrong types and values beyond their bounds are errors that say what is valid."""
+
+import functools
+import inspect
+import numbers
+import re
+import reprlib
+from collections.abc import Callable, Collection, Iterable, Mapping, Sequence
+from types import UnionType
+from typing import Any, Literal, TypeVar, Union, cast, get_args, get_origin
+
+from shockpc.text.errors import StudyError
+
+F = TypeVar("F", bound=Callable[..., Any])
+
+
+def checked(
+    function: F,
+    signature: inspect.Signature | None = None,
+    fault_of: Mapping[str, Callable[[float], str]] | None = None,
+) -> F:
+    """The function, which raises a StudyError before it is called with an argument that its annotations or bounds do not allow.
+
+    Args:
+        function: whose arguments are checked.
+        signature: as it is documented, by default its own.
+        fault_of: what is wrong with a number, empty if nothing is, by parameter.
+    """
+    signature = signature or inspect.signature(function)
+    kinds = {name: parameter.annotation for name, parameter in signature.parameters.items()}
+
+    @functools.wraps(function)
+    def call(*args: Any, **kwargs: Any) -> Any:
+        for name, value in signature.bind(*args, **kwargs).arguments.items():
+            if not _fits(value, kinds[name]):
+                wanted = re.sub(r"\b(?:\w+\.)+", "", inspect.formatannotation(kinds[name]))
+                raise StudyError(f"{name} is {reprlib.repr(value)}, of type {type(value).__name__}; it has to be {wanted}")
+            if fault_of and name in fault_of and isinstance(value, numbers.Real) and (fault := fault_of[name](float(value))):
+                raise StudyError(f"{name} {fault}")
+        return function(*args, **kwargs)
+
+    vars(call)["__signature__"] = signature
+    return cast(F, call)
+
+
+def _fits(value: Any, kind: Any) -> bool:
+    """Whether a value is of a type as annotations write it. A text is no sequence, any other collection is one; int is a float."""
+    origin, parts = get_origin(kind) or kind, get_args(kind)
+    if origin in (Union, UnionType):
+        return any(_fits(value, part) for part in parts)
+    if origin is Literal:
+        return isinstance(value, str) and value in parts
+    if origin in (int, float):
+        return isinstance(value, numbers.Integral if origin is int else numbers.Real) and not isinstance(value, bool)
+    if origin is Mapping:
+        return isinstance(value, Mapping) and all(
+            _fits(one, part) for item in value.items() for one, part in zip(item, parts, strict=True)
+        )
+    if origin in (Sequence, tuple, Iterable):
+        if isinstance(value, str | bytes) or not isinstance(value, Iterable if origin is Iterable else Collection):
+            return False
+        ones = list(value) if isinstance(value, Collection) else []
+        if origin is tuple and parts[-1] is not ...:
+            return len(ones) == len(parts) and all(map(_fits, ones, parts))
+        return all(_fits(one, parts[0]) for one in ones)
+    return origin is Any or isinstance(value, origin)

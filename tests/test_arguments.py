@@ -1,0 +1,55 @@
+"""Arguments of studies: another type, or a value beyond its bounds, is one message that says what is valid."""
+
+import inspect
+from collections.abc import Sequence
+from typing import get_origin
+
+import numpy as np
+import pytest
+
+import shockpc
+from shockpc.studies.declare import declaration
+
+STUDIES = [getattr(shockpc, name) for name in shockpc.__all__ if "study" in getattr(getattr(shockpc, name), "__dict__", ())]
+SCENE = shockpc.Scene(robot="go2", contact="FL_foot")
+VALID = {"scene": SCENE, "landings": {"": SCENE}, "postures": SCENE, "joint": "a", "target": "a", "designs": (), "robots": ()}
+VALID |= {"table": {}, "log": {}, "unknown": {}}
+
+
+@pytest.mark.parametrize("study", STUDIES, ids=lambda study: study.__name__)
+def test_arguments_of_another_type_or_beyond_their_bounds_are_refused(study):
+    """Each parameter by its name: an object of no use, a text for a sequence, True for a number."""
+    parameters, options = inspect.signature(study).parameters, declaration(study).parameters
+    given = {name: VALID[name] for name, parameter in parameters.items() if parameter.default is inspect.Parameter.empty}
+    for name, parameter in parameters.items():
+        kind = parameter.annotation
+        values = [
+            object(),
+            *(["a"] if get_origin(kind) is Sequence else []),
+            *([True] if kind in (int, float, float | None) else []),
+        ]
+        for value in values:
+            with pytest.raises(shockpc.StudyError, match=f"^{name} is .* it has to be "):
+                study(**given | {name: value})
+        option = options[name].option if name in options else None
+        for bound, sign in ((option.least, -1), (option.above, 0), (option.greatest, 1)) if option else ():
+            if bound is not None:
+                with pytest.raises(shockpc.StudyError, match=f"^{name} must be "):
+                    study(**given | {name: int(bound + sign)})
+
+
+@pytest.mark.parametrize("vary", ["lf_kfe_joint=-70:-60", ["lf_kfe_joint"], [(1, "2:3")], [("a", "b", "c")], 3])
+def test_ranges_of_another_type_are_refused(vary):
+    for study in (shockpc.sweep, shockpc.fall, shockpc.improve):
+        with pytest.raises(shockpc.StudyError, match="vary is "):
+            study(SCENE, vary=vary)
+    with pytest.raises(shockpc.StudyError, match="what varies is "):
+        shockpc.ShockCost({"": SCENE}, "shock@imu", vary)
+
+
+def test_numbers_of_numpy_and_other_collections_are_taken():
+    """They pass the check, and what follows says what is wrong with the values."""
+    with pytest.raises(shockpc.UnknownName, match="a"):
+        shockpc.limits(SCENE, "a", "b", np.float64(0.1), joint_range=np.array([0.0, 1.0]), step=1)
+    with pytest.raises(shockpc.UnknownName, match="a"):
+        shockpc.sweep(SCENE, {"strike-angle": (0, 1)}, seed=np.int64(1), bodies={"a"})
