@@ -126,11 +126,11 @@ def shock_maps(landing: Landing | Scene, Q: Array, derivatives: bool = False) ->
             parts.append((maps, state.rotation, state.position, solution.rank, condition, prove, state.J))
             if changes is not None:
                 map_derivatives(landing, equation, solution, out=changes[k : k + CHUNK])
-    whole: list[Any] = list(parts[0] if len(parts) == 1 else map(joined, zip(*parts, strict=True)))
+    whole: list[Any] = list(parts[0] if len(parts) == 1 else map(concatenated, zip(*parts, strict=True)))
     return ShockMaps(landing, Q, *whole)._replace(derivatives=changes)
 
 
-def joined(parts: tuple[Array, ...]) -> Array:
+def concatenated(parts: tuple[Array, ...]) -> Array:
     """Arrays of consecutive postures as one, in the memory layout that they have."""
     last = [np.moveaxis(part, 0, -1) for part in parts]
     return np.moveaxis(np.concatenate(last, axis=-1), -1, 0) if last[0].flags.c_contiguous else np.concatenate(parts)

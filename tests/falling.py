@@ -19,7 +19,7 @@ from shockpc import Joints, Posture, Scene, fall, load_robot
 from shockpc.landing.scene import GRAVITY
 from shockpc.robot.geometry import Shape
 from shockpc.studies.fall.body import UP, Rigid
-from shockpc.studies.fall.motion import Fall, Section, SectionMotion, follow_fall
+from shockpc.studies.fall.motion import CrossSection, Fall, SectionMotion, follow_fall
 from shockpc.studies.fall.study import _support
 
 ROBOTS = ("g1", "talos", "go2", "anymal_b", "bolt")
@@ -59,7 +59,7 @@ def _add(spec: Any, body: Any, shape: Shape, number: int) -> None:
 
 
 def simulated(
-    rigid: Rigid, section: Section, forward: Any, start: SectionMotion, corner: int, friction: float | None, step: float
+    rigid: Rigid, section: CrossSection, forward: Any, start: SectionMotion, corner: int, friction: float | None, step: float
 ) -> First:
     """The first strike in MuJoCo. Args: friction, of the floor, None for a hinge at a corner of the section; step, of time [s]."""
     spec, left = mujoco.MjSpec(), np.cross(UP, forward)
@@ -128,7 +128,7 @@ def standing_links(rigid: Rigid) -> set[str]:
     return set(links[points[:, 2] <= points[:, 2].min() + 0.02].tolist())
 
 
-def predicted(rigid: Rigid, section: Section, forward: Any, found: Fall, without: set[str]) -> First:
+def predicted(rigid: Rigid, section: CrossSection, forward: Any, found: Fall, without: set[str]) -> First:
     """The first strike of another part. Args: without, links that stand; on a hinge they are no part of the fall."""
     left = np.cross(UP, forward)
     skew = np.array([[0.0, -left[2], left[1]], [left[2], 0.0, -left[0]], [-left[1], left[0], 0.0]])
@@ -158,7 +158,7 @@ def compared(name: str, heading: float, friction: float | None, step: float = 1e
         points, links = rigid.points(np.outer(np.cos(angle), forward) + np.outer(np.sin(angle), UP))
         edge = section.corners[corner % len(section.corners)]
         others = (points[~np.isin(links, list(standing_links(rigid)))] - rigid.com) @ np.stack([forward, UP], axis=1)
-        section = Section.of(rigid.mass, section.inertia, np.vstack([others, edge]))
+        section = CrossSection.of(rigid.mass, section.inertia, np.vstack([others, edge]))
         corner = int(np.argmin(np.abs(section.corners - edge).sum(axis=1)))
         corner -= len(section.corners) * (section.side(corner - 1) > theta)
     start = section.pivoting(corner, theta + nudge, math.sqrt(2.0 * kappa * GRAVITY / length * (1.0 - math.cos(nudge))))

@@ -8,7 +8,7 @@ import pytest
 from commands import good, run
 
 from shockpc.bench.cases import FAMILIES, chain, known_robot, landing
-from shockpc.bench.costs import COSTS, PEERS, many_system, postures
+from shockpc.bench.costs import COSTS, PEERS, many_system, random_postures
 from shockpc.bench.measure import OUTCOMES, measure, timed
 from shockpc.bench.methods import DIRECT, PROVEN, UnsuitedError, system_of
 from shockpc.bench.mujoco_peer import MUJOCO
@@ -121,7 +121,7 @@ def test_numbers_for_a_landing_without_a_solution_are_unfounded():
 def test_all_peers_do_the_same_work(name):
     """In random postures every peer finds the jumps of the batched path, as often as it runs."""
     system = many_system(name)
-    Q = postures(system, 5)
+    Q = random_postures(system, 5)
     prepared = {peer: prepare(system, Q) for peer, prepare in PEERS.items()}
     found = {peer: one.read(one.run()) for peer, one in prepared.items()}
     (maps,) = (one for peer, one in found.items() if peer.startswith("shockpc"))

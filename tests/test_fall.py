@@ -12,7 +12,7 @@ from shockpc import Contact, Joints, Scene, SolveError, Strike, StudyError, fall
 from shockpc.landing.scene import GRAVITY
 from shockpc.show.reports.fall import fall_report
 from shockpc.studies.fall.body import Rigid
-from shockpc.studies.fall.motion import Section, SectionMotion, follow_fall
+from shockpc.studies.fall.motion import CrossSection, SectionMotion, follow_fall
 
 PARTS = (
     # name, carrier, place of the joint, centre and sides of the box about the joint, mass
@@ -75,12 +75,12 @@ def falls(figure):
     return fall(figure)
 
 
-def box(width: float, height: float, mass: float = 1.0) -> Section:
+def box(width: float, height: float, mass: float = 1.0) -> CrossSection:
     points = np.array([[x, z] for x in (-width / 2.0, width / 2.0) for z in (-height / 2.0, height / 2.0)])
-    return Section.of(mass, mass * (width**2 + height**2) / 12.0, points)
+    return CrossSection.of(mass, mass * (width**2 + height**2) / 12.0, points)
 
 
-def tipped(section: Section, friction: float | None = None, hinged: float | None = None, nudge: float = 1e-6):
+def tipped(section: CrossSection, friction: float | None = None, hinged: float | None = None, nudge: float = 1e-6):
     """A fall from the balance."""
     corner, theta = section.balance(section.lowest(0.0))
     length, _, kappa = section.arm(corner)
@@ -121,7 +121,7 @@ def test_slip_begins_where_the_closed_form_says():
 @pytest.mark.parametrize(("kappa", "pulled"), [(0.749, False), (0.751, True)])
 def test_edge_would_be_pulled_from_three_quarters_on(kappa, pulled):
     """N / (m g) = 1 − κ (1 + 2 cos φ − 3 cos² φ) has its least value 1 − 4κ/3 at cos φ = 1/3."""
-    section = Section.of(1.0, 0.25 * (1.0 / kappa - 1.0), np.array([[-1e-7, -0.5], [1e-7, -0.5], [0.0, 0.5]]))
+    section = CrossSection.of(1.0, 0.25 * (1.0 / kappa - 1.0), np.array([[-1e-7, -0.5], [1e-7, -0.5], [0.0, 0.5]]))
     assert (len(tipped(section).phases) > 1 and tipped(section).phases[1].kind != "pivots") == pulled
     phi = math.acos(1.0 / 3.0)
     start = SectionMotion(0.0, 0.0, 0.5, 0.0, 0.0, 0.0)
@@ -135,7 +135,7 @@ def test_rolling_polygon_loses_energy_at_each_change():
     """A rimless wheel keeps (I + m r² cos 2π/n) / (I + m r²) of its rate at each spoke."""
     n, r, m, inertia = 8, 0.4, 3.0, 0.2
     angle = 2.0 * math.pi * (np.arange(n) + 0.5) / n - math.pi / 2.0
-    wheel = Section.of(m, inertia, r * np.stack([np.cos(angle), np.sin(angle)], axis=1))
+    wheel = CrossSection.of(m, inertia, r * np.stack([np.cos(angle), np.sin(angle)], axis=1))
     corner = wheel.lowest(1e-9)
     found = follow_fall(wheel, corner, wheel.pivoting(corner, 0.0, 3.0))
     kept = (inertia + m * r * r * math.cos(2.0 * math.pi / n)) / (inertia + m * r * r)
@@ -150,7 +150,7 @@ def test_energy_is_never_gained():
     rng, kinds = np.random.default_rng(7), set()
     for k in range(40):
         points = rng.normal(size=(12, 2)) * [1.0, 2.0]
-        section = Section.of(2.0, 2.0 * rng.uniform(0.2, 1.5), points - points.mean(axis=0))
+        section = CrossSection.of(2.0, 2.0 * rng.uniform(0.2, 1.5), points - points.mean(axis=0))
         corner = section.lowest(0.0)
         start = section.pivoting(corner, 0.0, rng.uniform(1.0, 6.0))
         found = follow_fall(section, corner, start, (None, 0.2, 0.5, 1.0)[k % 4])

@@ -15,7 +15,7 @@ from rosbags.typesys import Stores, get_typestore
 import shockpc
 from shockpc import Contact, Scene, load_robot
 from shockpc.bench.logs import FEET, quadruped, trot
-from shockpc.core.kinks import noise, slopes
+from shockpc.core.kinks import line_slopes, noise
 from shockpc.evaluation.bags import read_bag
 from shockpc.evaluation.logs import read_log
 from shockpc.text.errors import StudyError, UnknownName
@@ -79,7 +79,7 @@ def test_slopes_are_those_of_least_squares():
     """On either side of each sample; of unequal steps on a line too. The noise of a parabola is that added to it."""
     rng = np.random.default_rng(0)
     t, x = np.arange(30) * 1e-3, rng.standard_normal(30)
-    behind, ahead = slopes(t, x, 5)
+    behind, ahead = line_slopes(t, x, 5)
     for k in range(5, 25):
         np.testing.assert_allclose(behind[k], np.polyfit(t[k - 5 : k + 1], x[k - 5 : k + 1], 1)[0])
         np.testing.assert_allclose(ahead[k], np.polyfit(t[k : k + 6], x[k : k + 6], 1)[0])
@@ -87,7 +87,7 @@ def test_slopes_are_those_of_least_squares():
     assert np.isnan(behind[:2]).all()
     assert np.isnan(ahead[-2:]).all()
     uneven = np.cumsum(rng.uniform(1.0, 2.0, 30))
-    np.testing.assert_allclose(slopes(uneven, 3.0 * uneven + 1.0, 4)[0][2:], 3.0)
+    np.testing.assert_allclose(line_slopes(uneven, 3.0 * uneven + 1.0, 4)[0][2:], 3.0)
     time = np.arange(4000) * 1e-3
     assert noise(3.0 * time**2 + 0.01 * rng.standard_normal(4000)) == pytest.approx(0.01, rel=0.05)
 

@@ -160,7 +160,7 @@ def many_system(name: str) -> System:
     return system_of(*landing(robot, STRUCK[name]))
 
 
-def postures(system: System, n: int) -> Array:
+def random_postures(system: System, n: int) -> Array:
     """Random postures (n, nq) around the scene's own: every joint, and the base, rotated by about 20°."""
     steps = 0.35 * np.random.default_rng(20).normal(size=(n, system.model.nv))
     steps[:, :3] = 0.0
@@ -210,7 +210,7 @@ def _throughput(budget: float) -> Sheet:
     rows: list[tuple[Cell, ...]] = []
     for name in ("anymal_b", "talos", "chain of 100 links"):
         system = many_system(name)
-        Q, first = postures(system, MANY_POSTURES), math.nan
+        Q, first = random_postures(system, MANY_POSTURES), math.nan
         batched = _batched(system, Q)
         maps = batched.read(batched.run())
         for peer, prepare in PEERS.items():

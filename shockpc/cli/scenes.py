@@ -24,7 +24,7 @@ T = TypeVar("T")
 LONGEST = 200
 """Bytes of a contact's name that become a part of a file's name."""
 
-Record = TypeVar("Record", Contact, Posture, Joints, Scene, Strike)
+AnyRecord = TypeVar("AnyRecord", Contact, Posture, Joints, Scene, Strike)
 
 
 def scenes_from(robot: str, options: SceneOptions, trace: Trace | None = None) -> tuple[Robot, list[Scene]]:
@@ -244,7 +244,7 @@ def _up(scene: Scene) -> tuple[str, ...]:
     return ("y",) if plane_of(check_scene(scene)).level and velocity is not None and velocity[2] == 0.0 else ("z",)
 
 
-def _with(record: Record, **values: Any) -> Record:
+def _with(record: AnyRecord, **values: Any) -> AnyRecord:
     """A record with those values that are not None."""
     return dataclasses.replace(record, **{name: value for name, value in values.items() if value is not None})
 

@@ -41,7 +41,7 @@ NOISE = 6.0
 """Standard deviations beyond which a height is more than noise."""
 
 
-def slopes(t: Array, x: Array, n: int) -> tuple[Array, Array]:
+def line_slopes(t: Array, x: Array, n: int) -> tuple[Array, Array]:
     """Slopes (N,) of the straight lines through the n intervals behind each sample, and ahead of it; fewer at the ends, NaN of one.
 
     The weights of the samples are those of least squares for equal intervals; the slopes are exact for any intervals of a line.
@@ -137,12 +137,12 @@ def _stops(t: Array, height: Array) -> Iterator[_Stop]:
     sigma, period = noise(height), float(np.median(np.diff(t)))
     best = math.inf, 0
     for n in range(intervals(t, WINDOW), intervals(t, WIDEST) + 1):
-        deviation = max(slope_noise(sigma, period, n), _scatter(slopes(t, height, n)[0], n))
+        deviation = max(slope_noise(sigma, period, n), _scatter(line_slopes(t, height, n)[0], n))
         best = min(best, (SIGNIFICANT * math.sqrt(2.0) * deviation, n))
         if best[0] <= LEAST:
             break
     threshold, n = max(LEAST, best[0]), best[1]
-    behind, ahead = slopes(t, height, n)
+    behind, ahead = line_slopes(t, height, n)
     kink = np.nan_to_num(ahead - behind, nan=-np.inf)
     stops = (kink >= threshold) & (behind <= -0.5 * np.maximum(kink, threshold)) & (ahead >= STILL_FALLING * behind)
     kink = np.where(stops, kink, -np.inf)

@@ -18,7 +18,7 @@ QUATERNION = ("qw", "qx", "qy", "qz")
 
 POSE = ("x", "y", "z", *QUATERNION)
 
-Numbers = tuple[tuple[str, ...], Sequence[float]]
+NamedNumbers = tuple[tuple[str, ...], Sequence[float]]
 """Names of columns, and their numbers."""
 
 
@@ -27,7 +27,7 @@ class _Kind(NamedTuple):
 
     gives: str
     usual: tuple[str, ...]
-    read: Callable[[Any], Numbers]
+    read: Callable[[Any], NamedNumbers]
 
 
 class _Series(NamedTuple):
@@ -142,7 +142,7 @@ def _on_one_clock(series: list[_Series], remarks: list[str]) -> dict[str, np.nda
     return {"time_ns": start + clock, **columns}
 
 
-def _joints(message: Any) -> Numbers:
+def _joints(message: Any) -> NamedNumbers:
     if len(message.position) != len(message.name):
         return (), ()
     names = tuple(f"q_{name}" for name in message.name)
@@ -151,22 +151,22 @@ def _joints(message: Any) -> Numbers:
     return (*names, *(f"qd_{name}" for name in message.name)), [*message.position.tolist(), *message.velocity.tolist()]
 
 
-def _pose(pose: Any) -> Numbers:
+def _pose(pose: Any) -> NamedNumbers:
     r, q = pose.position, pose.orientation
     return POSE, (r.x, r.y, r.z, q.w, q.x, q.y, q.z)
 
 
-def _odometry(message: Any) -> Numbers:
+def _odometry(message: Any) -> NamedNumbers:
     names, numbers = _twist(message.twist.twist, "_body")
     return (*POSE, *names), (*_pose(message.pose.pose)[1], *numbers)
 
 
-def _twist(twist: Any, suffix: str = "") -> Numbers:
+def _twist(twist: Any, suffix: str = "") -> NamedNumbers:
     v, w = twist.linear, twist.angular
     return tuple(f"{kind}{axis}{suffix}" for kind in "vw" for axis in "xyz"), (v.x, v.y, v.z, w.x, w.y, w.z)
 
 
-def _imu(message: Any) -> Numbers:
+def _imu(message: Any) -> NamedNumbers:
     q = message.orientation
     # By convention −1 says that there is no orientation.
     if message.orientation_covariance[0] == -1.0 or not (q.w or q.x or q.y or q.z):

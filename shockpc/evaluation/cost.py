@@ -15,7 +15,7 @@ from shockpc.core.spatial import Array, freeze
 from shockpc.evaluation.columns import Column, selected
 from shockpc.evaluation.evaluate import Evaluation
 from shockpc.evaluation.gradients import has_gradient, slopes
-from shockpc.evaluation.landings import Part, common_robot, named_scenes, refuse_ground
+from shockpc.evaluation.landings import Chunk, common_robot, named_scenes, refuse_ground
 from shockpc.evaluation.variation import Variation, pairs
 from shockpc.evaluation.varied import VariedLandings, varied_landings
 from shockpc.evaluation.varied_scene import present_value
@@ -106,7 +106,7 @@ class ChosenLandings(VariedLandings):
         one = self.strikes == 1
         return super()._strikes(landing, values, own) if one else np.broadcast_to(self.velocities, (len(own), self.strikes, 3))
 
-    def part(self, k: int, data: None) -> Part:
+    def part(self, k: int, data: None) -> Chunk:
         """As of any varied landings, with the proof of a row that needs one in the scene of its strike."""
         return super().part(k, data)._replace(profile=lambda i: shock_profile(*self.struck(k, i)))
 

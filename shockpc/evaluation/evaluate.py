@@ -12,7 +12,7 @@ import numpy as np
 from shockpc.core.threads import one_thread
 from shockpc.evaluation.columns import Column, columns, columns_at_times, double_difference, not_approaching, proven_columns
 from shockpc.evaluation.executor import in_order
-from shockpc.evaluation.landings import Group, Landings, Part, Refusal, landings_by_name
+from shockpc.evaluation.landings import Chunk, Group, Landings, Refusal, landings_by_name
 from shockpc.evaluation.table import Table
 from shockpc.landing.scene import Scene
 from shockpc.quantities.profile import ShockProfile
@@ -110,7 +110,7 @@ class Evaluation(Generic[L]):
         with one_thread(self.landings.robot.model.nv):
             return self._computed(k, part)
 
-    def _proven(self, k: int, part: Part) -> Table:
+    def _proven(self, k: int, part: Chunk) -> Table:
         """The rows of a part, each with a proof alone."""
         n, errors, looks = len(next(iter(part.labels.values()))), _Errors(), dict[int, Any]()
         values = {column.name: np.full(n, np.nan) for column in self.computed}
@@ -131,7 +131,7 @@ class Evaluation(Generic[L]):
         results = {**part.labels, **values, **nothing, "proven": proven}
         return replace(self._table(k, results, errors, (0, 0)), looks=looks, refusals=errors.refusals)
 
-    def _computed(self, k: int, part: Part) -> Table:
+    def _computed(self, k: int, part: Chunk) -> Table:
         """The rows of a part in double precision, with a proof where that is needed."""
         (a, b), S = self.landings.parts[k], self.landings.strikes
         errors = _Errors()
@@ -175,7 +175,7 @@ class Evaluation(Generic[L]):
             errors.note([int(rows[i, s])], error)
 
     def _prove(
-        self, part: Part, needed: np.ndarray, compared: np.ndarray, values: dict[str, np.ndarray], errors: "_Errors"
+        self, part: Chunk, needed: np.ndarray, compared: np.ndarray, values: dict[str, np.ndarray], errors: "_Errors"
     ) -> tuple[np.ndarray, np.ndarray]:
         """Prove the rows (n,) that need it, whose numbers become the proven ones, and compare others with a proof.
 
@@ -200,7 +200,7 @@ class Evaluation(Generic[L]):
             values[column.name][list(errors.messages)] = np.nan
         return proven, difference
 
-    def _later(self, part: Part, i: int) -> dict[str, float]:
+    def _later(self, part: Chunk, i: int) -> dict[str, float]:
         """The columns at times of a row, which need no proof."""
         if all(column.time is None for column in self.computed):
             return {}

@@ -58,7 +58,7 @@ class Refusal(NamedTuple):
     error: ShockError
 
 
-class Part(NamedTuple):
+class Chunk(NamedTuple):
     """Some postures of a source, ready to be solved.
 
     Attributes:
@@ -125,7 +125,7 @@ class Landings(Protocol):
     def data(self, k: int) -> Any:
         """What a part needs besides the pickled source: the rows of a recorded table."""
 
-    def part(self, k: int, data: Any) -> Part:
+    def part(self, k: int, data: Any) -> Chunk:
         """The postures of a part. Args: data, as the method of that name gives it."""
 
 
@@ -214,7 +214,7 @@ class ListedLandings:
     def data(self, k: int) -> None:
         """Nothing: the names are known."""
 
-    def part(self, k: int, data: None) -> Part:
+    def part(self, k: int, data: None) -> Chunk:
         """The landings of one name; one row with the reason if they cannot be read."""
         name = self.names[k]
         try:
@@ -222,12 +222,12 @@ class ListedLandings:
             landings = list(scenes)
         except Exception as error:
             labels = {"robot": np.array([name]), "contact": np.array([""])}
-            return Part(labels, [Refusal(np.zeros(1, dtype=int), refusal(error))], lambda i: shock_profile(landings[i], robot))
+            return Chunk(labels, [Refusal(np.zeros(1, dtype=int), refusal(error))], lambda i: shock_profile(landings[i], robot))
         labels = {
             "robot": np.array([name] * len(landings), dtype=str),
             "contact": np.array(list(map(contact_name, landings)), dtype=str),
         }
-        return Part(labels, (), lambda i: shock_profile(landings[i], robot, self.trace))
+        return Chunk(labels, (), lambda i: shock_profile(landings[i], robot, self.trace))
 
 
 def landings_by_name(cases: Mapping[str, tuple[Scene, Robot]], trace: Trace | None = None) -> ListedLandings:

@@ -18,9 +18,9 @@ from shockpc.landing.rows import block_point
 from shockpc.landing.scene import GRAVITY
 from shockpc.text.printed import listed
 
-Part = Literal["joints", "base"]
+StatePart = Literal["joints", "base"]
 
-PARTS: tuple[Part, Part] = ("joints", "base")
+PARTS: tuple[StatePart, StatePart] = ("joints", "base")
 
 TWIST = ("vx", "vy", "vz", "wx", "wy", "wz")
 """Columns of the velocity and the angular velocity of the base."""
@@ -109,7 +109,7 @@ class LoggedMotion:
         return next(run for run in self.runs if run[0] <= sample <= run[1])
 
     @functools.cached_property
-    def positions(self) -> dict[Part, Array]:
+    def positions(self) -> dict[StatePart, Array]:
         """Positions (n, k) of the joints [rad, m]; of a free base its place [m] and its quaternion x, y, z, w, without jumps."""
         joints = np.empty((len(self.time), len(self.joints)))
         for k, name in enumerate(self.joints):
@@ -121,7 +121,7 @@ class LoggedMotion:
             base[1:, 3:] *= np.where(np.cumsum(flips) % 2, -1.0, 1.0)[:, None]
         return {"joints": joints, "base": base}
 
-    def velocities(self, part: Part, begin: int, end: int) -> Array:
+    def velocities(self, part: StatePart, begin: int, end: int) -> Array:
         """Velocities, as in `names`: slopes of the lines through samples begin … end; of the base in world axes.
 
         The angular velocity is 2 q̇ q̄ of the quaternion. What the log has without its positions is the mean over the samples.
@@ -138,7 +138,7 @@ class LoggedMotion:
         omega = omega if self.has("w") else before.omega[own].mean(axis=0)
         return np.array([value for key, value in zip(TWIST, (*v, *omega), strict=True) if self.has(key)])
 
-    def uncertainty(self, part: Part, window: float) -> float:
+    def uncertainty(self, part: StatePart, window: float) -> float:
         """Standard deviation of such a slope by the noise of positions, of the noisiest of a part [m/s, rad/s]."""
         first, last = max(self.runs, key=lambda run: run[1] - run[0])
         columns = self.positions[part][first : min(last + 1, first + LONGEST), : None if part == "joints" else 3].T

@@ -14,7 +14,7 @@ from typing import Any, NamedTuple, TypeAlias
 import numpy as np
 
 from shockpc.core.spatial import Array
-from shockpc.evaluation.landings import Group, LandingsBeside, Part, Refusal
+from shockpc.evaluation.landings import Chunk, Group, LandingsBeside, Refusal
 from shockpc.evaluation.variation import Variation
 from shockpc.evaluation.varied import VariedLandings
 from shockpc.evaluation.varied_scene import present_value
@@ -128,7 +128,7 @@ class VariedOneByOne(LandingsBeside):
         """The names of the parameters."""
         return {"parameters": [parameter[:3] for parameter in self.parameters], "steps": self.steps.tolist()}
 
-    def part(self, k: int, data: None) -> Part:
+    def part(self, k: int, data: None) -> Chunk:
         """All rows, in the order of the parameters, those of a parameter in the order of `STEPS`."""
         landing, robot, n = self.landing, self.robot, len(STEPS)
         names = [" ".join(filter(None, parameter[:3])) for parameter in self.parameters]
@@ -163,7 +163,7 @@ class VariedOneByOne(LandingsBeside):
             before = landing.before._replace(velocity=velocity[i])
             return profile_of(replace(landing, robot=whole, joint_model=joints, before=before, q=Q[i], state=state))
 
-        return Part(labels, groups, profile)
+        return Chunk(labels, groups, profile)
 
     def _as_swept(self) -> dict[int, VariedLandings]:
         """The rows of parameters that a sweep varies, each by its number."""

@@ -12,7 +12,7 @@ import numpy as np
 from shockpc.core.spatial import Array
 from shockpc.evaluation.columns import Column, selected
 from shockpc.evaluation.evaluate import Evaluation
-from shockpc.evaluation.landings import ROWS, Group, Part, Refusal
+from shockpc.evaluation.landings import ROWS, Chunk, Group, Refusal
 from shockpc.evaluation.recorded_table import Rows
 from shockpc.landing.closure import assemble, closure_block, follow, moved_joints
 from shockpc.landing.dynamics import dynamics
@@ -143,7 +143,7 @@ class RecordedLandings:
         """The rows of a part."""
         return self.table.part(*self.parts[k])
 
-    def part(self, k: int, data: Rows) -> Part:
+    def part(self, k: int, data: Rows) -> Chunk:
         """The rows of a part, grouped by their landing."""
         before = Motion(data.before.velocity, data.before.omega, data.before.joint_rates.copy())
         Q = data.Q.copy()
@@ -151,7 +151,7 @@ class RecordedLandings:
         def landing(i: int) -> PosedLanding:
             return self._row(data, i, Q[i], Motion(*(part[i] for part in before)))
 
-        return Part(data.labels, self._groups(data, Q, before), lambda i: profile_of(landing(i)), landing)
+        return Chunk(data.labels, self._groups(data, Q, before), lambda i: profile_of(landing(i)), landing)
 
     def _groups(self, data: Rows, Q: Array, before: Motion) -> Iterator[Group | Refusal]:
         """The groups of a part; loops are closed in its configurations and motions."""

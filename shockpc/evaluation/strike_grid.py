@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 
 from shockpc.core.spatial import Array
-from shockpc.evaluation.landings import Group, LandingsBeside, Part, Refusal
+from shockpc.evaluation.landings import Chunk, Group, LandingsBeside, Refusal
 from shockpc.evaluation.variation import Variation
 from shockpc.evaluation.varied import VariedLandings
 from shockpc.evaluation.varied_scene import applied
@@ -70,7 +70,7 @@ class StrikeGrid(LandingsBeside):
         """The values, and the strike angles of each."""
         return {"subject": self.varied.subject, "values": self.varied.values, "strike angles": self.angles.tolist()}
 
-    def part(self, k: int, data: None) -> Part:
+    def part(self, k: int, data: None) -> Chunk:
         """Some postures: those of a joint in one landing, those of another quantity as in a sweep."""
         (a, b), S = self.parts[k], self.strikes
         angles, values = self.angles[a:b], self.varied.values[a:b]
@@ -98,7 +98,7 @@ class StrikeGrid(LandingsBeside):
             return shock_profile(replace(scene, strike=strike), robot)
 
         labels = {self.headings[0]: np.repeat(values, S), self.headings[1]: angles.ravel()}
-        return Part(labels, groups(), profile)
+        return Chunk(labels, groups(), profile)
 
     @property
     def out_of_plane(self) -> Array:

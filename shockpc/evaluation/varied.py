@@ -13,7 +13,7 @@ from typing import Any, cast
 import numpy as np
 
 from shockpc.core.spatial import Array
-from shockpc.evaluation.landings import GROUP, ROWS, Group, Part, Refusal
+from shockpc.evaluation.landings import GROUP, ROWS, Chunk, Group, Refusal
 from shockpc.evaluation.variation import ATTITUDE, INERTIAL, OF_A_LINK, Variation, Vary, each_of, motion_range, pairs
 from shockpc.evaluation.variation import variation as read_variation
 from shockpc.evaluation.varied_scene import applied, armature_set, robot_changes
@@ -152,7 +152,7 @@ class VariedLandings:
         part = next(k for k, (_, end) in enumerate(self.parts) if row < end * self.strikes)
         return _picked(self._values(part), *divmod(row - self.parts[part][0] * self.strikes, self.strikes))
 
-    def part(self, k: int, data: None) -> Part:
+    def part(self, k: int, data: None) -> Chunk:
         """The postures of a part, grouped by what needs a landing of its own."""
         (a, b), S, values = self.parts[k], self.strikes, self._values(k)
         labels = {variation.column: np.broadcast_to(values[variation], (b - a, S)).ravel() for variation in self.variations}
@@ -160,7 +160,7 @@ class VariedLandings:
         def profile(i: int) -> ShockProfile:
             return shock_profile(*self._case(_picked(values, *divmod(i, S))))
 
-        return Part(labels, self._groups(values, b - a), profile)
+        return Chunk(labels, self._groups(values, b - a), profile)
 
     def _groups(self, values: dict[Variation, np.ndarray], m: int) -> "Iterator[Group | Refusal]":
         for chosen, landing in self._landings(values, m):

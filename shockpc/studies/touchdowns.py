@@ -17,7 +17,7 @@ import numpy as np
 
 from shockpc.core.kinks import FEWEST, foot_landings
 from shockpc.core.spatial import Array
-from shockpc.evaluation.logged_motion import PARTS, TWIST, LoggedMotion, Part
+from shockpc.evaluation.logged_motion import PARTS, TWIST, LoggedMotion, StatePart
 from shockpc.evaluation.logs import Log, read_log
 from shockpc.evaluation.table import Table
 from shockpc.landing.contact import foot_contact
@@ -108,7 +108,7 @@ class Touchdowns:
     frames: tuple[str, ...]
     heights: Array | None = field(repr=False)
     flagged: Mapping[str, str]
-    window: Mapping[Part, float]
+    window: Mapping[StatePart, float]
     after: tuple[float, ...]
     warnings: tuple[str, ...]
 
@@ -277,7 +277,7 @@ class _Finder:
                 self.warnings.append(f'"{frame}" is taken to touch where {name} exceeds {least:.3g} N')
         return flags
 
-    def _window(self, part: Part, wanted: float | None) -> float:
+    def _window(self, part: StatePart, wanted: float | None) -> float:
         """Length of the windows for velocities of the joints or the base [s]; infinite where samples are too far apart for one.
 
         Raises:
@@ -361,7 +361,7 @@ class _Finder:
         return bool(start < sample and still and self.heights[sample, c] <= level + LEVEL)
 
     def _row(
-        self, first: int, last: int, windows: Mapping[Part, float], after: tuple[float, ...]
+        self, first: int, last: int, windows: Mapping[StatePart, float], after: tuple[float, ...]
     ) -> tuple[dict[str, Any] | None, str]:
         """The posture and the velocities of a landing, or None; and what is missing.
 

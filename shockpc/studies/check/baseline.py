@@ -19,7 +19,7 @@ from shockpc.landing.landing import PosedLanding
 from shockpc.landing.scene import Scene
 from shockpc.landing.scene_file import scene_table, with_paths
 from shockpc.quantities.table import select
-from shockpc.studies.check.design_record import design_record, read_design, rounded
+from shockpc.studies.check.design_record import design_record, read_design, six_digits
 from shockpc.text.errors import StudyError
 from shockpc.text.paths import read_file
 from shockpc.text.printed import printable
@@ -101,7 +101,7 @@ def baseline_text(cases: Mapping[str, Any], values: Mapping[OutcomeKey, float]) 
     order = sorted(
         values, key=lambda key: (key.case, -math.inf if key.strike_angle_deg is None else key.strike_angle_deg, key.at, key.metric)
     )
-    listed = [{**key._asdict(), "value": "inf" if math.isinf(values[key]) else rounded(values[key])} for key in order]
+    listed = [{**key._asdict(), "value": "inf" if math.isinf(values[key]) else six_digits(values[key])} for key in order]
     document = {
         "schema": SCHEMA,
         "shockpc": shockpc.__version__,

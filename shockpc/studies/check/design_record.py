@@ -40,7 +40,7 @@ NOTHING = 1e-12
 """A value below this is rounding of zero."""
 
 
-def rounded(value: float) -> float:
+def six_digits(value: float) -> float:
     """A value to six significant digits, as a baseline holds it; rounding of zero is zero."""
     return 0.0 if abs(value) < NOTHING else float(f"{value:.6g}")
 
@@ -82,13 +82,13 @@ def design_record(landing: PosedLanding) -> dict[str, Any]:
 
 def _entry(carrier: str, place: Array, rotation: Array, **numbers: Any) -> dict[str, Any]:
     """What is known of a body or a point."""
-    turned = {} if np.allclose(rotation, np.eye(3), atol=NOTHING) else {"axes": [rounded(x) for x in rotation.ravel().tolist()]}
+    turned = {} if np.allclose(rotation, np.eye(3), atol=NOTHING) else {"axes": [six_digits(x) for x in rotation.ravel().tolist()]}
     return {"carrier": carrier} | _numbers(place=place, **numbers) | turned
 
 
 def _numbers(**values: Any) -> dict[str, Any]:
     """Numbers that are not zero, to six digits; a single one without a list."""
-    lists = {key: [rounded(float(x)) for x in np.ravel(value)] for key, value in values.items()}
+    lists = {key: [six_digits(float(x)) for x in np.ravel(value)] for key, value in values.items()}
     return {key: own[0] if len(own) == 1 else own for key, own in lists.items() if any(own)}
 
 

@@ -29,7 +29,7 @@ from shockpc.quantities.table import Selection
 from shockpc.robot.robot import Robot
 from shockpc.studies.check.baseline import Baseline, OutcomeKey, case_record, refuse_other_scene
 from shockpc.studies.check.budgets import Budget, Budgets, Case
-from shockpc.studies.check.design_record import design_changes, rounded
+from shockpc.studies.check.design_record import design_changes, six_digits
 from shockpc.text.arguments import checked
 from shockpc.text.errors import DefectError, ShockError, StudyError
 from shockpc.text.names import match
@@ -103,7 +103,7 @@ class Outcome:
         """Change relative to the baseline [1]; None where that is not defined."""
         if self.value is None or self.baseline is None or not (math.isfinite(self.value) and math.isfinite(self.baseline)):
             return None
-        difference = rounded(self.value) - self.baseline
+        difference = six_digits(self.value) - self.baseline
         return 0.0 if difference == 0.0 else difference / abs(self.baseline) if self.baseline else None
 
     @property
@@ -382,7 +382,7 @@ def _excesses(budget: Budget, value: float, before: float | None, baseline: Base
     if budget.min is not None and value < budget.min:
         excesses.append(f"{_digits(value, budget.min)}{unit}{share} is below min {budget.min:.6g}{unit}")
     if budget.baseline_tolerance is not None and baseline is not None and before is not None:
-        value, margin = rounded(value), budget.margin(before, baseline.largest(budget.metric))
+        value, margin = six_digits(value), budget.margin(before, baseline.largest(budget.metric))
         for sign, word, plus, better in ((1.0, "above", "+", "less"), (-1.0, "below", "−", "greater")):
             limit = before + sign * margin
             if budget.worse != better and sign * value > sign * limit:

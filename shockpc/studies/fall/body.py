@@ -18,7 +18,7 @@ from shockpc.landing.scene import Contact, Scene
 from shockpc.robot.geometry import Outline, Shape, drawn_outline, outline
 from shockpc.robot.meshes import hull_corners
 from shockpc.robot.robot import Robot
-from shockpc.studies.fall.motion import Section
+from shockpc.studies.fall.motion import CrossSection
 from shockpc.text.errors import StudyError
 
 UP = np.array([0.0, 0.0, 1.0])
@@ -104,12 +104,12 @@ class Rigid:
             links += [shape.link] * len(own)
         return np.concatenate(points), np.array(links)
 
-    def section(self, forward: Array) -> Section:
+    def section(self, forward: Array) -> CrossSection:
         """The robot in the plane in which it tips. Args: forward, (3,) level unit vector."""
         angle = 2.0 * math.pi * np.arange(CORNERS) / CORNERS
         points, _ = self.points(np.outer(np.cos(angle), forward) + np.outer(np.sin(angle), UP))
         left = np.cross(UP, forward)
-        return Section.of(self.mass, float(left @ self.inertia @ left), (points - self.com) @ np.stack([forward, UP], axis=1))
+        return CrossSection.of(self.mass, float(left @ self.inertia @ left), (points - self.com) @ np.stack([forward, UP], axis=1))
 
     def support(self, together: float) -> Array:
         """Corners (k, 2) of the support, anticlockwise, in world x and y from the centre of mass [m]; two for a line, or one.

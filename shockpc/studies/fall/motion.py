@@ -107,7 +107,7 @@ class Fall(NamedTuple):
 
 
 @dataclass(frozen=True, eq=False)
-class Section:
+class CrossSection:
     """A rigid body in the plane of its fall.
 
     Attributes:
@@ -123,7 +123,7 @@ class Section:
     level: Array
 
     @classmethod
-    def of(cls, mass: float, inertia: float, points: Array) -> "Section":
+    def of(cls, mass: float, inertia: float, points: Array) -> "CrossSection":
         """The section of a body with points (k, 2) on its surface, forward and up from the centre of mass [m].
 
         Raises:
@@ -215,7 +215,7 @@ class Section:
 
 
 def follow_fall(
-    section: Section, corner: int, start: SectionMotion, friction: float | None = None, hinged: float | None = None
+    section: CrossSection, corner: int, start: SectionMotion, friction: float | None = None, hinged: float | None = None
 ) -> Fall:
     """Follow a body that begins to fall about a corner until it rests.
 
@@ -261,7 +261,7 @@ def follow_fall(
     return Fall(tuple(phases), tuple(touches), False)
 
 
-def _phase(section: Section, on: int, start: SectionMotion, friction: float) -> tuple[Kind, SectionMotion, int | None]:
+def _phase(section: CrossSection, on: int, start: SectionMotion, friction: float) -> tuple[Kind, SectionMotion, int | None]:
     """The next part of the fall: its kind, the motion at its end, and the corner that strikes then, if one does."""
     if on < 0:
         return _flight(section, start)
@@ -276,7 +276,7 @@ def _phase(section: Section, on: int, start: SectionMotion, friction: float) -> 
     return _slide(section, on, start, friction, -math.copysign(1.0, along) if sticks else math.copysign(1.0, slip))
 
 
-def _pivot(section: Section, on: int, start: SectionMotion, friction: float | None) -> tuple[Kind, SectionMotion, int | None]:
+def _pivot(section: CrossSection, on: int, start: SectionMotion, friction: float | None) -> tuple[Kind, SectionMotion, int | None]:
     """About a corner that sticks, up to the next corner, to where it turns back, or to where the corner slips or is pulled."""
     phi = math.remainder(section.arm(on)[1] + start.theta, 2.0 * math.pi)
     sense = math.copysign(1.0, start.omega or phi)
@@ -309,7 +309,7 @@ def _pivot(section: Section, on: int, start: SectionMotion, friction: float | No
 
 
 def _slide(
-    section: Section, on: int, start: SectionMotion, friction: float, sense: float
+    section: CrossSection, on: int, start: SectionMotion, friction: float, sense: float
 ) -> tuple[Kind, SectionMotion, int | None]:
     """On a corner that slides forward (sense 1) or back (−1), until it sticks or is pulled, or another corner strikes."""
     ratio = section.mass / section.inertia
@@ -350,7 +350,7 @@ def _slide(
     return "slides", end_, (on + 1, on - 1, None, None)[which]
 
 
-def _flight(section: Section, start: SectionMotion) -> tuple[Kind, SectionMotion, int | None]:
+def _flight(section: CrossSection, start: SectionMotion) -> tuple[Kind, SectionMotion, int | None]:
     """In the air, until a corner strikes."""
 
     def at(t: float) -> SectionMotion:
@@ -371,7 +371,7 @@ def _flight(section: Section, start: SectionMotion) -> tuple[Kind, SectionMotion
     return "is in the air", end, section.lowest(end.theta)
 
 
-def _strike(section: Section, on: int, touched: int, before: SectionMotion, mu: float) -> tuple[SectionMotion, list[int]]:
+def _strike(section: CrossSection, on: int, touched: int, before: SectionMotion, mu: float) -> tuple[SectionMotion, list[int]]:
     """The impulse of a strike: the motion after it, and the corners that stay on the ground, the struck one first.
 
     Raises:

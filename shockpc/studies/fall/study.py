@@ -33,7 +33,7 @@ from shockpc.robot.robot import Robot
 from shockpc.robot.slack import LIMIT_SLACK
 from shockpc.studies.declare import QuantityOption, study
 from shockpc.studies.fall.body import UP, Rigid, Spot
-from shockpc.studies.fall.motion import STICKS, Fall, Kind, Section, Touch, follow_fall
+from shockpc.studies.fall.motion import STICKS, CrossSection, Fall, Kind, Touch, follow_fall
 from shockpc.text.errors import SceneError, ShockError, SolveError, StudyError
 from shockpc.text.printed import listed
 from shockpc.text.trace import Trace
@@ -133,7 +133,7 @@ class Tip:
     least_push: float
     hinged: float
     fall: Fall
-    section: Section = field(repr=False)
+    section: CrossSection = field(repr=False)
     warnings: tuple[str, ...]
 
 
@@ -406,7 +406,7 @@ def _tilt(forward: Array, angle: float) -> Array:
     return np.asarray(Rotation.from_rotvec(angle * np.cross(UP, forward)).as_matrix())
 
 
-def _below(rigid: Rigid, forward: Array, section: Section, touch: Touch) -> Iterator[str]:
+def _below(rigid: Rigid, forward: Array, section: CrossSection, touch: Touch) -> Iterator[str]:
     """A warning of bodies without geometry whose centres of mass are below the ground at a strike.
 
     Raises:
@@ -422,7 +422,7 @@ def _below(rigid: Rigid, forward: Array, section: Section, touch: Touch) -> Iter
     yield from [text] * bool(names)
 
 
-def _support(section: Section, together: float) -> tuple[int, float]:
+def _support(section: CrossSection, together: float) -> tuple[int, float]:
     """The forward corner of a robot's support, and the rotation at which it is on the ground [rad]."""
     low = best = section.lowest(0.0)
     while section.side(best) <= LEVEL and section.at(best + 1, 0.0)[1] - section.at(low, 0.0)[1] <= together:
@@ -430,7 +430,7 @@ def _support(section: Section, together: float) -> tuple[int, float]:
     return best, max(section.side(best - 1), 0.0)
 
 
-def _pressure(rigid: Rigid, forward: Array, ends: Array, section: Section, found: Fall, least: float) -> Iterator[str]:
+def _pressure(rigid: Rigid, forward: Array, ends: Array, section: CrossSection, found: Fall, least: float) -> Iterator[str]:
     """A warning where the centre of pressure leaves the edge: at (I_xy ω' + I_zy ω²) / N along it, from the centre of mass."""
     if np.ptp(ends) == 0.0:
         yield "the support is a corner in this direction, not an edge: the robot may turn about it, and another part may strike"
@@ -506,7 +506,7 @@ def _turns_aside(rigid: Rigid, turn: Array, spots: Sequence[Spot], velocity: Arr
     return float(np.linalg.norm(change - (change @ axes[1]) * axes[1]) / (np.linalg.norm(change) or 1.0))
 
 
-def _stood(section: Section, touch: Touch, place: float) -> bool:
+def _stood(section: CrossSection, touch: Touch, place: float) -> bool:
     """Whether what is on the ground at a place [m] is nearer to the corner that was there before a touch than to the new one."""
     new, old = (section.at(corner, touch.before.theta)[0] for corner in (touch.corner, touch.on))
     return touch.on >= 0 and abs(place - old) < abs(place - new)
