@@ -51,7 +51,7 @@ try:
     from shockpc.evaluation import table_files as tables
     from shockpc.robot import child, urdf
     from shockpc.robot import files as robot_files
-    from shockpc.show.parts import Parts
+    from shockpc.show.row_files import RowFiles
     from shockpc.text import printed
 except ModuleNotFoundError as missing:
     print(f"{missing.name} is not installed; in a clone of the repository: pip install '.[dev]'", file=sys.stderr)
@@ -335,7 +335,7 @@ DEFECTS = {
     "member": Defect("member", ((tables, "_read_npz", _old_arrays),)),
     "growth": Defect("growth", ((tables, "_refuse_size", lambda *_: None),)),
     "pipe": Defect("pipe", ((tables, "open_file", _waiting),)),
-    "planted": Defect("planted", ((Parts, "_refuse_links", lambda *_: None),)),
+    "planted": Defect("planted", ((RowFiles, "_refuse_links", lambda *_: None),)),
     "square": Defect("long", ((landing_tables, "ROS", _SQUARE),)),
     "digits": Defect("digits", ((tables, "_refuse_other_digits", lambda *_: None),)),
     "elements": Defect("elements", ((robot_files, "_MOST_ELEMENTS", 10**9),)),

@@ -95,8 +95,8 @@ def test_negative_moments_are_refused_where_some_motion_would_have_negative_ener
         parts = ["is not positive definite", f'because of the principal moments of "tip" ({moments} kg m²)']
         refused(SolveError, parts, shock_profile, scene, robot)
         made = sweep(scene, {"strike-angle": [0.0, 20.0]}, robot=robot, prove=0)
-        assert all("is not positive definite" in text for text in made.part(0).messages.values())
-        assert len(made.part(0).messages) == 2
+        assert all("is not positive definite" in text for text in made.chunk(0).messages.values())
+        assert len(made.chunk(0).messages) == 2
 
 
 def test_real_robots_with_impossible_inertias():

@@ -27,7 +27,8 @@ from shockpc.bench.measured import LAWS, measured_landings, measured_tosses
 from shockpc.evaluation import table_files as files
 from shockpc.evaluation.columns import Column, selected
 from shockpc.evaluation.recorded import CLOSED_BY, recorded_landings
-from shockpc.evaluation.recorded_table import rows_of, rows_of_scenes
+from shockpc.evaluation.recorded_rows import rows_of_scenes
+from shockpc.evaluation.recorded_table import rows_of
 from shockpc.evaluation.table_files import read_table
 from shockpc.impact.stiffness import CompliantLanding
 from shockpc.landing.motion import Motion

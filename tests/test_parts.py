@@ -451,7 +451,7 @@ def test_margins_are_columns_of_studies(here):
     geared = Joints(armature={"*": 0.01})
     scene = Scene(robot="stick.urdf", contact="foot", part=(part,), pulse="half-sine:5ms", joints=geared)
     columns = ("velocity_margin@IMU", "part_margin@IMU", "joint_torque_share@knee")
-    values = sweep(scene, {"speed": "1,2"}, quantities=columns).part(0).columns
+    values = sweep(scene, {"speed": "1,2"}, quantities=columns).chunk(0).columns
     profile = shock_profile(scene)
     for name in columns:
         key = name.partition("@")[0]

@@ -318,7 +318,7 @@ def test_depth_is_how_far_another_foot_is_below_the_contact(dog: Robot):
     scene = Scene(robot=dog.label, contact="FL")
     made = sweep(scene, {"FL_knee": [0.0, 30.0, 70.0]}, robot=dog, quantities=["depth"], prove=0)
     expected = 0.2 * (1.0 - np.cos(np.radians([0.0, 30.0, 70.0])))
-    np.testing.assert_allclose(made.part(0).columns["depth@dog"], expected, atol=1e-12)
+    np.testing.assert_allclose(made.chunk(0).columns["depth@dog"], expected, atol=1e-12)
     assert [float(shock_profile(*made.landings.case(k)).value("depth", "robot")[0]) for k in range(3)] == pytest.approx(
         expected, abs=1e-12
     )
@@ -335,7 +335,7 @@ def test_feasible_is_a_landing_whose_lowest_points_agree_to_the_tolerance(struck
         scene, {"FL_knee": np.degrees(np.arccos(1.0 - rise / 0.2)).tolist()}, robot=robot, quantities=["feasible"], prove=0
     )
     allowed = rise <= (0.005 if tolerance is None else tolerance)
-    assert made.part(0).columns["feasible@dog"].tolist() == allowed.tolist()
+    assert made.chunk(0).columns["feasible@dog"].tolist() == allowed.tolist()
     profiles = [shock_profile(*made.landings.case(k)) for k in range(len(rise))]
     assert [float(profile.value("feasible", "robot")[0]) for profile in profiles] == allowed.tolist()
     assert [not any(one.kind == "height" for one in profile.health.warnings) for profile in profiles] == allowed.tolist()

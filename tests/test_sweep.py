@@ -308,7 +308,8 @@ def test_any_number_of_rows_keeps_the_strata(anymal, n):
     """Also a prime one, and over several parts; quantities are not permuted alike."""
     made = sweep(ANYMAL, robot=anymal, vary={"*_KFE": "0:1", "strike-angle": "0:1"}, sample=n, lhs=True)
     x, y = (
-        np.concatenate([made.landings._values(k)[one][:, 0] for k in range(len(made.landings.parts))]) for one in made.landings.axes
+        np.concatenate([made.landings._values(k)[axis][:, 0] for k in range(len(made.landings.chunks))])
+        for axis in made.landings.axes
     )
     assert np.array_equal(np.unique(np.floor(x * n)), np.arange(n))
     assert np.array_equal(np.unique(np.floor(y * n)), np.arange(n))
@@ -403,8 +404,8 @@ def test_sample_depends_on_the_seed_alone(anymal):
 def test_parts_cover_every_row_once(anymal):
     for options in ({"sample": 131071}, {"vary": {"*_KFE": "-100:-20:977", "*_HFE": "-10:10:101", "strike-angle": "0:30:7"}}):
         made = sweep(ANYMAL, robot=anymal, **options)
-        assert [a for a, _ in made.landings.parts] == [0, *(b for _, b in made.landings.parts[:-1])]
-        assert made.landings.parts[-1][1] == made.landings.solves
+        assert [a for a, _ in made.landings.chunks] == [0, *(b for _, b in made.landings.chunks[:-1])]
+        assert made.landings.chunks[-1][1] == made.landings.solves
         assert made.landings.rows == made.landings.solves * made.landings.strikes
 
 

@@ -22,8 +22,8 @@ from commands import STICK, good, run
 from shockpc import Scene
 from shockpc.cli.entry import main
 from shockpc.evaluation import varied
-from shockpc.show import parts
-from shockpc.show.parts import Parts
+from shockpc.show import row_files
+from shockpc.show.row_files import RowFiles
 from shockpc.studies.sweep import sweep
 
 SMALL = ("--contact", "foot", "--vary", "knee=-60:60:5", "--vary", "strike-angle=0:30:3", "--at", "body")
@@ -177,7 +177,7 @@ def test_a_defect_is_exit_code_70_after_the_other_rows_are_written(capfd, monkey
     assert outcome.code == 70
     assert 'raise ZeroDivisionError("odd")' in outcome.err
     assert "error in shockpc itself" in outcome.err
-    rows = Parts(sweep(Scene(robot=str(stick), contact="foot"), {"friction": "0.4,0.5,0.6"}), tmp_path / "out", format_).table()
+    rows = RowFiles(sweep(Scene(robot=str(stick), contact="foot"), {"friction": "0.4,0.5,0.6"}), tmp_path / "out", format_).table()
     assert [i for i in rows.messages] == [1]
     assert np.isnan(rows.columns["shock_com@body"]).tolist() == [False, True, False]
 
@@ -186,11 +186,11 @@ def test_a_defect_is_exit_code_70_after_the_other_rows_are_written(capfd, monkey
 def test_a_csv_file_is_parsed_once_for_as_many_columns_as_memory_allows(monkeypatch, stick, tmp_path, limit):
     """Files hold the shortest texts that are read as the same numbers, so that all columns are equal to those in memory."""
     made = sweep(Scene(robot=str(stick), contact="foot"), {"knee": "-40:-20:3", "contact": "foot"}, quantities=["ropc@body"])
-    files, expected, parsed = Parts(made, tmp_path / "out", "csv"), made.table(), []
+    files, expected, parsed = RowFiles(made, tmp_path / "out", "csv"), made.table(), []
     files.prepare(resume=False)
     assert list(files.write(None)) == [0, 3]
     if limit is not None:
-        monkeypatch.setattr(parts, "READ_TOGETHER", limit)
+        monkeypatch.setattr(row_files, "READ_TOGETHER", limit)
     reader = csv.reader
     monkeypatch.setattr(csv, "reader", lambda file: parsed.append(file) or reader(file))
     read = files.table()

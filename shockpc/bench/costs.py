@@ -36,8 +36,8 @@ from shockpc.landing.dynamics import dynamics
 from shockpc.landing.landing import PosedLanding
 from shockpc.landing.scene import Scene
 from shockpc.robot.robot import Robot
-from shockpc.show.parts import Parts
 from shockpc.show.reports.landing import landing_report
+from shockpc.show.row_files import RowFiles
 from shockpc.show.tables import Cell, Sheet
 from shockpc.studies.sweep import sweep
 
@@ -275,9 +275,9 @@ def _sample(name: str, rows: int) -> Evaluation[VariedLandings]:
 def _written(made: Evaluation[VariedLandings], workers: Executor | None) -> int:
     """Compute a sweep and write it into a folder that is removed; the number of rows."""
     with tempfile.TemporaryDirectory() as folder:
-        parts = Parts(made, Path(folder), "parquet")
-        parts.prepare(resume=False)
-        return sum(parts.write(workers))
+        files = RowFiles(made, Path(folder), "parquet")
+        files.prepare(resume=False)
+        return sum(files.write(workers))
 
 
 COSTS = {

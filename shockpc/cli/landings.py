@@ -14,7 +14,8 @@ from shockpc.cli.rows import computed
 from shockpc.cli.scenes import scenes_in, table_and_scene
 from shockpc.cli.study import asked, given, help_of
 from shockpc.evaluation.recorded import recorded_landings
-from shockpc.evaluation.recorded_table import rows_of, rows_of_scenes
+from shockpc.evaluation.recorded_rows import rows_of_scenes
+from shockpc.evaluation.recorded_table import rows_of
 from shockpc.landing.joint_model import joint_model
 from shockpc.landing.record import options_of
 from shockpc.landing.resolve import landing_of

@@ -11,7 +11,7 @@ from shockpc.cli.progress import progress
 from shockpc.evaluation.evaluate import Evaluation
 from shockpc.evaluation.executor import executor
 from shockpc.evaluation.table import Table
-from shockpc.show.parts import Format, Parts
+from shockpc.show.row_files import Format, RowFiles
 from shockpc.text.errors import StudyError
 
 
@@ -41,16 +41,16 @@ def computed(
         yield table
         return
     try:
-        parts = Parts(evaluation, folder, format_)
+        files = RowFiles(evaluation, folder, format_)
         with workers as pool:
-            parts.prepare(run.resume)
-            written = parts.write(pool)
+            files.prepare(run.resume)
+            written = files.write(pool)
             done = next(written)
             advance = progress(f"{noun} computed", rows, done)
             for count in written:
                 done += count
                 advance(parts=count)
-        yield parts.table()
+        yield files.table()
     except BaseException:
         if done:
             print_error(f"{done} of {rows} rows are complete in {folder}; the same command with --resume continues")

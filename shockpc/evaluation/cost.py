@@ -99,16 +99,16 @@ class ChosenLandings(VariedLandings):
         return len(self.scenes)
 
     def _values(self, k: int) -> dict[Variation, np.ndarray]:
-        a, b = self.parts[k]
+        a, b = self.chunks[k]
         return {varied: self.X[a:b, j, None] for j, varied in enumerate(self.variations)}
 
     def _strikes(self, landing: PosedLanding, values: Any, own: np.ndarray) -> Array:
         one = self.strikes == 1
         return super()._strikes(landing, values, own) if one else np.broadcast_to(self.velocities, (len(own), self.strikes, 3))
 
-    def part(self, k: int, data: None) -> Chunk:
+    def chunk(self, k: int, data: None) -> Chunk:
         """As of any varied landings, with the proof of a row that needs one in the scene of its strike."""
-        return super().part(k, data)._replace(profile=lambda i: shock_profile(*self.struck(k, i)))
+        return super().chunk(k, data)._replace(profile=lambda i: shock_profile(*self.struck(k, i)))
 
     def resolved(self) -> tuple[Array, Array]:
         """Configurations (m, nq) and strikes (m, S, 3) of all rows, which are of one landing."""
@@ -117,8 +117,8 @@ class ChosenLandings(VariedLandings):
         return self._postures(self.first, values, own), np.broadcast_to(strikes, (len(own), self.strikes, 3))
 
     def struck(self, k: int, i: int) -> "tuple[Scene, Robot]":
-        """Scene and robot of a row of a part."""
-        scene, robot = self._case(dict(zip(self.variations, self.X[self.parts[k][0] + i // self.strikes].tolist(), strict=True)))
+        """Scene and robot of a row of a chunk."""
+        scene, robot = self._case(dict(zip(self.variations, self.X[self.chunks[k][0] + i // self.strikes].tolist(), strict=True)))
         return (scene if self.strikes == 1 else replace(scene, strike=self.scenes[i % self.strikes].strike)), robot
 
 

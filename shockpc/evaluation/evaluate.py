@@ -21,7 +21,7 @@ from shockpc.text.errors import DefectError, ShockError, refusal
 from shockpc.text.trace import Trace
 
 AHEAD = 8
-"""Parts that other processes may compute before the first one has been read, which limits the memory."""
+"""Chunks that other processes may compute before the first one has been read, which limits the memory."""
 
 
 L = TypeVar("L", bound=Landings)
@@ -64,16 +64,16 @@ class Evaluation(Generic[L]):
     def __iter__(self) -> Iterator[Table]:
         return self.tables()
 
-    def part(self, k: int) -> Table:
-        """Compute a part."""
+    def chunk(self, k: int) -> Table:
+        """Compute a chunk."""
         return self.compute(k, self.landings.data(k))
 
     def table(self, executor: Executor | None = None, done: Callable[..., object] = lambda parts: None) -> Table:
-        """Compute all parts.
+        """Compute all chunks.
 
         Args:
             executor: computes them; this process by default.
-            done: is called with the number of rows of each part that is done.
+            done: is called with the number of rows of each chunk that is done.
         """
         tables = []
         for table in self.tables(executor):
@@ -82,63 +82,63 @@ class Evaluation(Generic[L]):
         return Table.joined(tables)
 
     def tables(self, executor: Executor | None = None) -> Iterator[Table]:
-        """All parts in order. Args: executor, computes them, for example a `ProcessPoolExecutor`; this process by default."""
-        return self.each(range(len(self.landings.parts)), Table, executor)
+        """The tables of all chunks in order. Args: executor, computes them, as a `ProcessPoolExecutor`; this process by default."""
+        return self.each(range(len(self.landings.chunks)), Table, executor)
 
-    def each(self, parts: "range | list[int]", make: Callable[..., Any], executor: Executor | None) -> Iterator[Any]:
-        """What is made of some parts, in order and where they are computed.
+    def each(self, chunks: "range | list[int]", make: Callable[..., Any], executor: Executor | None) -> Iterator[Any]:
+        """What is made of some chunks, in order and where they are computed.
 
         Args:
-            parts: numbers of the parts.
-            make: is given the evaluation and the table of a part, and its number; `Table` for the tables themselves.
-            executor: computes the parts; this process by default. Only the rows of a part are sent with it.
+            chunks: numbers of the chunks.
+            make: is given the evaluation and the table of a chunk, and its number; `Table` for the tables themselves.
+            executor: computes the chunks; this process by default. Only the rows of a chunk are sent with it.
         """
         if executor is None:
-            return (self._made(make, k, self.landings.data(k)) for k in parts)
+            return (self._made(make, k, self.landings.data(k)) for k in chunks)
         task = functools.partial(_computed, pickle.dumps(self), make)
-        return in_order(executor, task, ((k, self.landings.data(k)) for k in parts), ahead=AHEAD)
+        return in_order(executor, task, ((k, self.landings.data(k)) for k in chunks), ahead=AHEAD)
 
     def _made(self, make: Callable[..., Any], k: int, data: Any) -> Any:
         table = self.compute(k, data)
         return table if make is Table else make(self, table, k)
 
     def compute(self, k: int, data: Any) -> Table:
-        """Compute a part. Args: data, what it needs of the source's rows."""
-        part = self.landings.part(k, data)
+        """Compute a chunk. Args: data, what it needs of the source's rows."""
+        chunk = self.landings.chunk(k, data)
         if self.prove is None:
-            return self._proven(k, part)
+            return self._proven(k, chunk)
         with one_thread(self.landings.robot.model.nv):
-            return self._computed(k, part)
+            return self._computed(k, chunk)
 
-    def _proven(self, k: int, part: Chunk) -> Table:
-        """The rows of a part, each with a proof alone."""
-        n, errors, looks = len(next(iter(part.labels.values()))), _Errors(), dict[int, Any]()
+    def _proven(self, k: int, chunk: Chunk) -> Table:
+        """The rows of a chunk, each with a proof alone."""
+        n, errors, looks = len(next(iter(chunk.labels.values()))), _Errors(), dict[int, Any]()
         values = {column.name: np.full(n, np.nan) for column in self.computed}
-        for one in part.groups:
+        for one in chunk.groups:
             if isinstance(one, Refusal):
                 errors.note(one.postures.tolist(), one.error)
         for i in range(n):
             if i in errors.messages:
                 continue
             with errors.of([i]):
-                profile = part.profile(i)
-                for name, value in (proven_columns(profile, self.computed) | self._later(part, i)).items():
+                profile = chunk.profile(i)
+                for name, value in (proven_columns(profile, self.computed) | self._later(chunk, i)).items():
                     values[name][i] = value
                 if self.look is not None:
                     looks[i] = self.look(profile)
         proven = np.array([i not in errors.messages for i in range(n)], dtype=bool)
         nothing = {name: np.full(n, np.nan) for name in ("condition", "double_error")}
-        results = {**part.labels, **values, **nothing, "proven": proven}
+        results = {**chunk.labels, **values, **nothing, "proven": proven}
         return replace(self._table(k, results, errors, (0, 0)), looks=looks, refusals=errors.refusals)
 
-    def _computed(self, k: int, part: Chunk) -> Table:
-        """The rows of a part in double precision, with a proof where that is needed."""
-        (a, b), S = self.landings.parts[k], self.landings.strikes
+    def _computed(self, k: int, chunk: Chunk) -> Table:
+        """The rows of a chunk in double precision, with a proof where that is needed."""
+        (a, b), S = self.landings.chunks[k], self.landings.strikes
         errors = _Errors()
         names = [column.name for column in self.computed]
         whole = {name: np.full((b - a, S), np.nan) for name in (*names, *self.landings.further, "condition")}
         prove = np.zeros((b - a, S), dtype=bool)
-        for group in part.groups:
+        for group in chunk.groups:
             rows = group.postures[:, None] * S + np.arange(S)
             if isinstance(group, Refusal):
                 errors.note(rows.ravel().tolist(), group.error)
@@ -152,11 +152,11 @@ class Evaluation(Generic[L]):
         feasible = flat[flags[0]] if flags else np.ones(len(prove) * S)
         if self.feasible:
             compared = compared[feasible[compared] != 0.0]
-        proven, difference = self._prove(part, prove.ravel(), compared, flat, errors)
+        proven, difference = self._prove(chunk, prove.ravel(), compared, flat, errors)
         infeasible = feasible == 0.0
         pulled = infeasible & np.any([flat[name] > 0.0 for name in pulls if not self.landings.opens], axis=0)
         refused = int(pulled.sum()), int((infeasible & ~pulled).sum())
-        results = {**part.labels, **flat, "proven": proven, "double_error": difference}
+        results = {**chunk.labels, **flat, "proven": proven, "double_error": difference}
         if self.feasible:
             kept = np.flatnonzero(~infeasible)
             results = {"row": a * S + kept} | {name: x[kept] for name, x in results.items()}
@@ -175,7 +175,7 @@ class Evaluation(Generic[L]):
             errors.note([int(rows[i, s])], error)
 
     def _prove(
-        self, part: Chunk, needed: np.ndarray, compared: np.ndarray, values: dict[str, np.ndarray], errors: "_Errors"
+        self, chunk: Chunk, needed: np.ndarray, compared: np.ndarray, values: dict[str, np.ndarray], errors: "_Errors"
     ) -> tuple[np.ndarray, np.ndarray]:
         """Prove the rows (n,) that need it, whose numbers become the proven ones, and compare others with a proof.
 
@@ -185,11 +185,11 @@ class Evaluation(Generic[L]):
         impulsive = [column for column in self.computed if column.time is None]
         for i in sorted({*np.flatnonzero(needed).tolist(), *compared.tolist()} - errors.messages.keys()):
             with errors.of([i]):
-                for name, value in self._later(part, i).items():
+                for name, value in self._later(chunk, i).items():
                     values[name][i] = value
                 if self.computed and not impulsive:
                     continue
-                profile = part.profile(i)
+                profile = chunk.profile(i)
                 exact = proven_columns(profile, impulsive)
                 difference[i] = double_difference(profile, {name: float(values[name][i]) for name in exact}, exact, self.computed)
                 if needed[i]:
@@ -200,16 +200,16 @@ class Evaluation(Generic[L]):
             values[column.name][list(errors.messages)] = np.nan
         return proven, difference
 
-    def _later(self, part: Chunk, i: int) -> dict[str, float]:
+    def _later(self, chunk: Chunk, i: int) -> dict[str, float]:
         """The columns at times of a row, which need no proof."""
         if all(column.time is None for column in self.computed):
             return {}
-        return columns_at_times(part.profile(i).landing if part.landing is None else part.landing(i), self.computed)
+        return columns_at_times(chunk.profile(i).landing if chunk.landing is None else chunk.landing(i), self.computed)
 
     def _table(self, k: int, results: dict[str, Any], errors: "_Errors", refused: tuple[int, int]) -> Table:
         columns = {name: results[name] for name in self.headings if name in results}
         messages = dict(sorted(errors.messages.items()))
-        first = self.landings.parts[k][0] * self.landings.strikes
+        first = self.landings.chunks[k][0] * self.landings.strikes
         return Table(self.computed, columns, messages, refused, tuple(errors.defects), first=first)
 
 
@@ -243,14 +243,14 @@ class _Errors:
         return False
 
 
-def _computed(pickled: bytes, make: Callable[..., Any], part: tuple[int, Any]) -> Any:
-    """What is made of a part, in whatever process this is."""
-    return _unpickled(pickled)._made(make, *part)
+def _computed(pickled: bytes, make: Callable[..., Any], chunk: tuple[int, Any]) -> Any:
+    """What is made of a chunk, in whatever process this is."""
+    return _unpickled(pickled)._made(make, *chunk)
 
 
 @functools.lru_cache(maxsize=2)
 def _unpickled(pickled: bytes) -> Evaluation[Any]:
-    """An evaluation that was sent to this process, with a robot of its own; the last two are kept for their next parts."""
+    """An evaluation that was sent to this process, with a robot of its own; the last two are kept for their next chunks."""
     evaluation: Evaluation[Any] = pickle.loads(pickled)
     return evaluation
 

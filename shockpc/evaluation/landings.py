@@ -19,7 +19,7 @@ from shockpc.text.errors import ShockError, StudyError, refusal
 from shockpc.text.trace import Trace
 
 ROWS = 16384
-"""Largest number of rows of a part."""
+"""Largest number of rows of a chunk."""
 
 GROUP = 4096
 """Largest number of postures of a group that is made at once."""
@@ -29,7 +29,7 @@ class Group(NamedTuple):
     """Postures that share a landing, each with S strikes.
 
     Attributes:
-        postures: (m,) their numbers in the part.
+        postures: (m,) their numbers in the chunk.
         landing: what they share.
         Q: (m, nq) configurations.
         strikes: (m, S, 3) velocities of the base before the impact, world axes [m/s]; None where the landing has a motion for each
@@ -50,7 +50,7 @@ class Refusal(NamedTuple):
     """Postures that are no landings.
 
     Attributes:
-        postures: (m,) their numbers in the part.
+        postures: (m,) their numbers in the chunk.
         error: why.
     """
 
@@ -64,7 +64,7 @@ class Chunk(NamedTuple):
     Attributes:
         labels: (n,) columns by heading that tell the rows apart; n is the number of postures times that of strikes.
         groups: the postures by what they share, made one after the other.
-        profile: a row by its number in the part, with its proof; raises ShockError. It is asked of rows of groups made before.
+        profile: a row by its number in the chunk, with its proof; raises ShockError. It is asked of rows of groups made before.
         landing: the same without the proof, where the source has columns at times.
     """
 
@@ -75,7 +75,7 @@ class Chunk(NamedTuple):
 
 
 class Landings(Protocol):
-    """A source of landings, in parts that do not depend on who computes them; it can be pickled.
+    """A source of landings, in chunks that do not depend on who computes them; it can be pickled.
 
     Attributes:
         noun: of the files that hold the rows.
@@ -88,12 +88,12 @@ class Landings(Protocol):
         """Number of strikes of each posture."""
 
     @property
-    def parts(self) -> tuple[tuple[int, int], ...]:
-        """First and last posture of every part, the last one excluded."""
+    def chunks(self) -> tuple[tuple[int, int], ...]:
+        """First and last posture of every chunk, the last one excluded."""
 
     @property
     def headings(self) -> tuple[str, ...]:
-        """Of the labels of the parts."""
+        """Of the labels of the chunks."""
 
     @property
     def further(self) -> tuple[str, ...]:
@@ -123,10 +123,10 @@ class Landings(Protocol):
         """Numbers of rows that are compared with a proof, at most so many."""
 
     def data(self, k: int) -> Any:
-        """What a part needs besides the pickled source: the rows of a recorded table."""
+        """What a chunk needs besides the pickled source: the rows of a recorded table."""
 
-    def part(self, k: int, data: Any) -> Chunk:
-        """The postures of a part. Args: data, as the method of that name gives it."""
+    def chunk(self, k: int, data: Any) -> Chunk:
+        """The postures of a chunk. Args: data, as the method of that name gives it."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -168,7 +168,7 @@ HEADINGS = ("robot", "contact")
 
 @dataclass(frozen=True, eq=False)
 class ListedLandings:
-    """Landings that have nothing in common, those of each name a part, each solved with its proof alone.
+    """Landings that have nothing in common, those of each name a chunk, each solved with its proof alone.
 
     Attributes:
         names: such as those of robots, or their files.
@@ -188,7 +188,7 @@ class ListedLandings:
         return len(self.names)
 
     @property
-    def parts(self) -> tuple[tuple[int, int], ...]:
+    def chunks(self) -> tuple[tuple[int, int], ...]:
         """One for each name."""
         return tuple((i, i + 1) for i in range(self.rows))
 
@@ -214,7 +214,7 @@ class ListedLandings:
     def data(self, k: int) -> None:
         """Nothing: the names are known."""
 
-    def part(self, k: int, data: None) -> Chunk:
+    def chunk(self, k: int, data: None) -> Chunk:
         """The landings of one name; one row with the reason if they cannot be read."""
         name = self.names[k]
         try:

@@ -114,7 +114,7 @@ class VariedOneByOne(LandingsBeside):
         return len(STEPS) * len(self.parameters)
 
     @property
-    def parts(self) -> tuple[tuple[int, int], ...]:
+    def chunks(self) -> tuple[tuple[int, int], ...]:
         """All rows at once."""
         return ((0, self.rows),)
 
@@ -128,7 +128,7 @@ class VariedOneByOne(LandingsBeside):
         """The names of the parameters."""
         return {"parameters": [parameter[:3] for parameter in self.parameters], "steps": self.steps.tolist()}
 
-    def part(self, k: int, data: None) -> Chunk:
+    def chunk(self, k: int, data: None) -> Chunk:
         """All rows, in the order of the parameters, those of a parameter in the order of `STEPS`."""
         landing, robot, n = self.landing, self.robot, len(STEPS)
         names = [" ".join(filter(None, parameter[:3])) for parameter in self.parameters]
@@ -138,7 +138,7 @@ class VariedOneByOne(LandingsBeside):
         groups, as_swept = list[Group | Refusal](), self._as_swept()
         solved = ~np.isin(np.arange(self.rows), list(as_swept))
         for i, source in as_swept.items():
-            groups += [group._replace(postures=np.array([i])) for group in source.part(0, None).groups]
+            groups += [group._replace(postures=np.array([i])) for group in source.chunk(0, None).groups]
         held = held_joints(robot, self.scene.posture, self.scene.assemble) | robot.velocities(robot.followers)
         for i in np.flatnonzero(solved & (landing.q != Q).any(axis=1)).tolist() if landing.loops else ():
             try:

@@ -13,7 +13,7 @@ from shockpc.evaluation.columns import Column, postures, selected
 from shockpc.evaluation.evaluate import Evaluation
 from shockpc.evaluation.landings import Refusal
 from shockpc.evaluation.recorded import RecordedLandings
-from shockpc.evaluation.recorded_table import Measured, Rows
+from shockpc.evaluation.recorded_rows import Measured, RecordedRows
 from shockpc.evaluation.variation import Variation
 from shockpc.evaluation.varied_scene import applied
 from shockpc.impact.friction import FrictionProblem, friction_problem, friction_problems, joined
@@ -112,8 +112,8 @@ def mobilities(study: RecordedLandings) -> Array:
     """
     robot = study.robot
     W, locked = np.full((study.rows, robot.model.nv, robot.model.nv), np.nan), np.zeros(robot.model.nv, dtype=bool)
-    for k, (first, _) in enumerate(study.parts):
-        for group in study.part(k, study.data(k)).groups:
+    for k, (first, _) in enumerate(study.chunks):
+        for group in study.chunk(k, study.data(k)).groups:
             if isinstance(group, Refusal):
                 continue
             landing = group.landing
@@ -210,7 +210,7 @@ class Predictor:
         measured: what was measured, velocities alone.
     """
 
-    rows: Rows = field(repr=False)
+    rows: RecordedRows = field(repr=False)
     robot: Robot = field(repr=False)
     unknowns: tuple[Variation, ...]
     measured: tuple[Measured, ...] = field(repr=False)
@@ -289,8 +289,8 @@ class Predictor:
         These are for unit free velocities. And why others have none.
         """
         study, problems, messages = self.study(values), list[tuple[np.ndarray, FrictionProblem, Array]](), dict[int, str]()
-        for k, (first, _) in enumerate(study.parts):
-            for group in study.part(k, study.data(k)).groups:
+        for k, (first, _) in enumerate(study.chunks):
+            for group in study.chunk(k, study.data(k)).groups:
                 rows = first + group.postures
                 if isinstance(group, Refusal):
                     messages |= dict.fromkeys(rows.tolist(), str(group.error))

@@ -13,7 +13,7 @@ from shockpc.core.spatial import Array
 from shockpc.evaluation.columns import Column, selected
 from shockpc.evaluation.evaluate import Evaluation
 from shockpc.evaluation.landings import ROWS, Chunk, Group, Refusal
-from shockpc.evaluation.recorded_table import Rows
+from shockpc.evaluation.recorded_rows import RecordedRows
 from shockpc.landing.closure import assemble, closure_block, follow, moved_joints
 from shockpc.landing.dynamics import dynamics
 from shockpc.landing.landing import PosedLanding
@@ -38,7 +38,7 @@ CLOSED_BY, RATES_BY = "closed by", "rates closed by"
 
 @dataclass(frozen=True, eq=False)
 class RecordedLandings:
-    """The landings of a table, to be computed in parts.
+    """The landings of a table, to be computed in chunks.
 
     Attributes:
         robot: the robot.
@@ -47,15 +47,15 @@ class RecordedLandings:
     """
 
     robot: Robot = field(repr=False)
-    table: Rows = field(repr=False)
+    table: RecordedRows = field(repr=False)
     by_friction: bool = False
 
     noun, strikes, opens = "table", 1, False
 
     def __getstate__(self) -> dict[str, Any]:
-        # The rows are sent with the parts that they are of.
-        lean = {"robot": self.robot, "by_friction": self.by_friction, "table": self.table.part(0, 0)}
-        return lean | {"parts": self.parts, "closes": self.closes}
+        # The rows are sent with the chunks that they are of.
+        lean = {"robot": self.robot, "by_friction": self.by_friction, "table": self.table.chunk(0, 0)}
+        return lean | {"chunks": self.chunks, "closes": self.closes}
 
     @property
     def rows(self) -> int:
@@ -68,8 +68,8 @@ class RecordedLandings:
         return self.table.scenes[int(self.table.scene[min(set(range(self.rows)) - self.table.messages.keys())])]
 
     @functools.cached_property
-    def parts(self) -> tuple[tuple[int, int], ...]:
-        """First and last row of every part, the last one excluded."""
+    def chunks(self) -> tuple[tuple[int, int], ...]:
+        """First and last row of every chunk, the last one excluded."""
         most = 1024 if self.closes else min(ROWS, max(1024, 2**25 // self.robot.model.nv**2))
         count = -(-self.rows // most)
         return tuple((self.rows * k // count, self.rows * (k + 1) // count) for k in range(count))
@@ -104,7 +104,7 @@ class RecordedLandings:
         return bool(self.first.loops) and not self.table.row_scenes and not self.table.closed
 
     @property
-    def closed(self) -> Rows:
+    def closed(self) -> RecordedRows:
         """The rows with all loops closed; where they cannot be closed, a row is no landing.
 
         Raises:
@@ -139,12 +139,12 @@ class RecordedLandings:
         """Rows (n,), evenly spaced, at most so many."""
         return np.unique(np.linspace(0, self.rows - 1, min(count, self.rows)).astype(int))
 
-    def data(self, k: int) -> Rows:
-        """The rows of a part."""
-        return self.table.part(*self.parts[k])
+    def data(self, k: int) -> RecordedRows:
+        """The rows of a chunk."""
+        return self.table.chunk(*self.chunks[k])
 
-    def part(self, k: int, data: Rows) -> Chunk:
-        """The rows of a part, grouped by their landing."""
+    def chunk(self, k: int, data: RecordedRows) -> Chunk:
+        """The rows of a chunk, grouped by their landing."""
         before = Motion(data.before.velocity, data.before.omega, data.before.joint_rates.copy())
         Q = data.Q.copy()
 
@@ -153,8 +153,8 @@ class RecordedLandings:
 
         return Chunk(data.labels, self._groups(data, Q, before), lambda i: profile_of(landing(i)), landing)
 
-    def _groups(self, data: Rows, Q: Array, before: Motion) -> Iterator[Group | Refusal]:
-        """The groups of a part; loops are closed in its configurations and motions."""
+    def _groups(self, data: RecordedRows, Q: Array, before: Motion) -> Iterator[Group | Refusal]:
+        """The groups of a chunk; loops are closed in its configurations and motions."""
         n, closing = len(Q), {name: np.full(len(Q), np.nan) for name in self.further}
         yield from (Refusal(np.array([i]), StudyError(text)) for i, text in data.messages.items())
         known = np.array([i for i in range(n) if i not in data.messages], dtype=int)
@@ -234,7 +234,7 @@ class RecordedLandings:
             before = before._replace(joint_rates=rates)
         return self._row(self.table, row, q, before)
 
-    def _row(self, rows: Rows, i: int, q: Array, before: Motion) -> PosedLanding:
+    def _row(self, rows: RecordedRows, i: int, q: Array, before: Motion) -> PosedLanding:
         """The landing of a row, with its scene. Args: q and before, in which loops are closed."""
         landing = self._landing(rows.key(i)).at(q).moving(before, rows.contact_velocity[i])
         return self._written(rows.row_scenes[i] if rows.row_scenes else None, with_torque(landing, rows.effort[i]))
@@ -317,7 +317,7 @@ def with_torque(landing: PosedLanding, effort: Array) -> PosedLanding:
 
 
 def recorded_landings(
-    table: Rows, robot: Robot, quantities: Sequence[str] = (), *, prove: int = 20, rank: str | None = None
+    table: RecordedRows, robot: Robot, quantities: Sequence[str] = (), *, prove: int = 20, rank: str | None = None
 ) -> Evaluation[RecordedLandings]:
     """The landings of a table, and what is computed of them.
 

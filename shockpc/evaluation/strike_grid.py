@@ -17,7 +17,7 @@ from shockpc.profile import shock_profile
 from shockpc.quantities.profile import ShockProfile
 
 PART = 1024
-"""Largest number of postures of a part."""
+"""Largest number of postures of a chunk."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -55,7 +55,7 @@ class StrikeGrid(LandingsBeside):
         return self.angles.size
 
     @property
-    def parts(self) -> tuple[tuple[int, int], ...]:
+    def chunks(self) -> tuple[tuple[int, int], ...]:
         """Of `PART` postures each."""
         n = len(self.angles)
         return tuple((k, min(k + PART, n)) for k in range(0, n, PART))
@@ -70,9 +70,9 @@ class StrikeGrid(LandingsBeside):
         """The values, and the strike angles of each."""
         return {"subject": self.varied.subject, "values": self.varied.values, "strike angles": self.angles.tolist()}
 
-    def part(self, k: int, data: None) -> Chunk:
+    def chunk(self, k: int, data: None) -> Chunk:
         """Some postures: those of a joint in one landing, those of another quantity as in a sweep."""
-        (a, b), S = self.parts[k], self.strikes
+        (a, b), S = self.chunks[k], self.strikes
         angles, values = self.angles[a:b], self.varied.values[a:b]
         speeds, Q = np.full(b - a, self.speed), None if self.Q is None else self.Q[a:b]
         if self.varied.kind == "speed":  # of one posture
@@ -80,7 +80,7 @@ class StrikeGrid(LandingsBeside):
         sweep = VariedLandings(self.scene, self.robot, (replace(self.varied, values=values),))
 
         def groups() -> Iterator[Group | Refusal]:
-            for group in sweep.part(0, None).groups if Q is None else [Group(np.arange(b - a), self.landing, Q)]:
+            for group in sweep.chunk(0, None).groups if Q is None else [Group(np.arange(b - a), self.landing, Q)]:
                 if isinstance(group, Refusal):
                     yield group
                 else:

@@ -93,8 +93,8 @@ class VariedLandings:
         return bool(self.first.loops)
 
     @functools.cached_property
-    def parts(self) -> tuple[tuple[int, int], ...]:
-        """First and last posture of every part, the last one excluded. They do not depend on who computes them."""
+    def chunks(self) -> tuple[tuple[int, int], ...]:
+        """First and last posture of every chunk, the last one excluded. They do not depend on who computes them."""
         nv = self.robot.model.nv
         rows = min(ROWS, max(1024, 2**25 // nv**2))
         if self.separate or (
@@ -133,11 +133,11 @@ class VariedLandings:
         return np.random.default_rng([self.seed, 2]).choice(self.rows, min(count, self.rows), replace=False, shuffle=False)
 
     def data(self, k: int) -> None:
-        """Nothing: the rows of a part follow from its number."""
+        """Nothing: the rows of a chunk follow from its number."""
 
     def configurations(self, k: int) -> Array:
-        """Configurations (m, nq) of a part, if all of its rows are of one landing."""
-        return self._postures(self.first, self._values(k), np.arange(self.parts[k][1] - self.parts[k][0]))
+        """Configurations (m, nq) of a chunk, if all of its rows are of one landing."""
+        return self._postures(self.first, self._values(k), np.arange(self.chunks[k][1] - self.chunks[k][0]))
 
     def case(self, row: int) -> tuple[Scene, Robot]:
         """The landing of one row, as `shock_profile` takes it.
@@ -149,12 +149,12 @@ class VariedLandings:
 
     def values_of(self, row: int) -> dict[Variation, Any]:
         """What was varied, in one row."""
-        part = next(k for k, (_, end) in enumerate(self.parts) if row < end * self.strikes)
-        return _picked(self._values(part), *divmod(row - self.parts[part][0] * self.strikes, self.strikes))
+        chunk = next(k for k, (_, end) in enumerate(self.chunks) if row < end * self.strikes)
+        return _picked(self._values(chunk), *divmod(row - self.chunks[chunk][0] * self.strikes, self.strikes))
 
-    def part(self, k: int, data: None) -> Chunk:
-        """The postures of a part, grouped by what needs a landing of its own."""
-        (a, b), S, values = self.parts[k], self.strikes, self._values(k)
+    def chunk(self, k: int, data: None) -> Chunk:
+        """The postures of a chunk, grouped by what needs a landing of its own."""
+        (a, b), S, values = self.chunks[k], self.strikes, self._values(k)
         labels = {variation.column: np.broadcast_to(values[variation], (b - a, S)).ravel() for variation in self.variations}
 
         def profile(i: int) -> ShockProfile:
@@ -174,7 +174,7 @@ class VariedLandings:
                 yield Group(own, landing, self._postures(landing, values, own), self._strikes(landing, values, own), inertias)
 
     def _values(self, k: int) -> dict[Variation, np.ndarray]:
-        a, b = self.parts[k]
+        a, b = self.chunks[k]
         if self.sample is None:
             outer = tuple(n for variation, n in zip(self.axes, self.sizes, strict=True) if variation.stage < 2)
             inner = self.sizes[len(outer) :]
@@ -214,7 +214,7 @@ class VariedLandings:
         )
 
     def _postures(self, landing: PosedLanding, values: dict[Variation, np.ndarray], own: np.ndarray) -> Array:
-        """Configurations (n, nq) of some rows of a part."""
+        """Configurations (n, nq) of some rows of a chunk."""
         Q = np.repeat(landing.q[None], len(own), axis=0)
         if self.separate:
             return Q
@@ -235,7 +235,7 @@ class VariedLandings:
     def _inertias(
         self, landing: PosedLanding, values: dict[Variation, np.ndarray], own: np.ndarray
     ) -> tuple[Inertias | None, dict[int, ShockError]]:
-        """The inertias of some rows of a part; None where all have the landing's own. And why no robot has those of a row."""
+        """The inertias of some rows of a chunk; None where all have the landing's own. And why no robot has those of a row."""
         varied = [variation for variation in values if variation.kind in INERTIAL]
         if not varied or self.separate:
             return None, {}
@@ -297,7 +297,7 @@ def _picked(values: dict[Variation, np.ndarray], solve: int, strike: int) -> dic
 
 
 def _strata(n: int, rows: np.ndarray, seed: int, number: int) -> np.ndarray:
-    """The strata of some rows: a permutation of all n rows of which each part is computed alone.
+    """The strata of some rows: a permutation of all n rows of which each chunk is computed alone.
 
     A Feistel network permutes the numbers of 2 b bits, at least n of them; a number that leaves [0, n) is permuted until it comes
     back (Black and Rogaway 2002, "Ciphers with arbitrary finite domains").

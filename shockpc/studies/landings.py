@@ -10,7 +10,8 @@ from shockpc.core.spatial import Array
 from shockpc.evaluation.evaluate import Evaluation
 from shockpc.evaluation.prediction import base_in_world, coordinate, energy_norms, mobilities, predicted_later, predicting
 from shockpc.evaluation.recorded import RecordedLandings, recorded_landings
-from shockpc.evaluation.recorded_table import Measured, rows_of
+from shockpc.evaluation.recorded_rows import Measured
+from shockpc.evaluation.recorded_table import rows_of
 from shockpc.evaluation.table import Table
 from shockpc.evaluation.table_files import columns_of
 from shockpc.landing.record import Option

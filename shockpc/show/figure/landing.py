@@ -9,7 +9,7 @@ from matplotlib.figure import Figure
 
 from shockpc.quantities.profile import ShockProfile
 from shockpc.robot.geometry import drawn_outline
-from shockpc.show.figure.layout import COLUMN, LEFT, MARGIN, Page, Rows, column_height, cut, short
+from shockpc.show.figure.layout import COLUMN, LEFT, MARGIN, Page, TableRows, column_height, cut, short
 from shockpc.show.figure.picture import draw_bodies, draw_marks, letter
 from shockpc.show.figure.style import band
 from shockpc.show.figure.view import View, Window, view_of, windows_of
@@ -86,10 +86,10 @@ def _heading(profile: ShockProfile, width: float) -> list[str]:
     return [f"{robot}: shock of landing on {contacts}", *(part for line in lines for part in textwrap.wrap(line, most))]
 
 
-def _body_rows(profile: ShockProfile, view: View) -> Rows:
+def _body_rows(profile: ShockProfile, view: View) -> TableRows:
     """The numbered bodies: name, CoPc, RoPc and shock."""
     axes = profile.scene.plane if isinstance(profile.scene.plane, str) else ("e1", "e2")
-    rows: Rows = [("", "body", f"CoPc {axes[0]}", f"{axes[1]} [m]", "RoPc [m]", "shock [-]")]
+    rows: TableRows = [("", "body", f"CoPc {axes[0]}", f"{axes[1]} [m]", "RoPc [m]", "shock [-]")]
     for i, number in view.numbers.items():
         low, high = profile.shock_min[i], profile.shock_max[i]
         shock = f"{short(low)}–{short(high)}" if np.isfinite(high) else f"{short(profile.shock_com[i])} CoM"
@@ -101,9 +101,9 @@ def _body_rows(profile: ShockProfile, view: View) -> Rows:
     return rows
 
 
-def _point_rows(profile: ShockProfile) -> Rows:
+def _point_rows(profile: ShockProfile) -> TableRows:
     """Sensors and points: name, peak acceleration for a given pulse, and shock."""
-    rows: Rows = [("", "sensor or point", "peak [g]" if profile.scene.pulse else "", "shock [-]")]
+    rows: TableRows = [("", "sensor or point", "peak [g]" if profile.scene.pulse else "", "shock [-]")]
     for k, point in enumerate(profile.points):
         peak = "" if point.peak_g is None else f"{point.peak_g:.3g}"
         rows.append((letter(k), cut(point.frame, 30), peak, short(point.shock)))

@@ -15,7 +15,7 @@ from shockpc.show.figure.style import BANDS, EDGES, INK, SHOCK
 from shockpc.show.figure.view import Window
 from shockpc.text.printed import printable
 
-Rows = list[tuple[str, ...]]
+TableRows = list[tuple[str, ...]]
 """A table of texts, its header first: a sign, a name, and numbers."""
 
 LINE = 0.165
@@ -44,7 +44,7 @@ class Page:
         width: float,
         height: float,
         heading: Sequence[str],
-        tables: Sequence[Rows] = (),
+        tables: Sequence[TableRows] = (),
         notes: Sequence[str] = (),
         column: float | None = None,
     ):
@@ -84,7 +84,7 @@ class Page:
         if notes and not under:
             self._y = y - LINE
 
-    def _table(self, rows: Rows) -> None:
+    def _table(self, rows: TableRows) -> None:
         """Write rows into the column; numbers are under each other at their right edge."""
         stops = [0.0, 0.2, *(COLUMN - 0.62 * k for k in reversed(range(len(rows[0]) - 2)))]
         for k, row in enumerate(rows):
@@ -163,7 +163,7 @@ class Page:
         )  # fmt: skip
 
 
-def _cut_rows(rows: Rows) -> Rows:
+def _cut_rows(rows: TableRows) -> TableRows:
     """A table as it is shown."""
     return [*rows[: ROWS + 1], *([("", f"and {len(rows) - ROWS - 1} more")] * (len(rows) > ROWS + 1))]
 
@@ -173,7 +173,7 @@ def _wrapped(notes: Sequence[str], width: float) -> list[str]:
     return [part for note in notes for part in textwrap.wrap(note, max(int(17.2 * width), 20))]
 
 
-def column_height(tables: Sequence[Rows], notes: Sequence[str], signs: int = 7) -> float:
+def column_height(tables: Sequence[TableRows], notes: Sequence[str], signs: int = 7) -> float:
     """Height of a column with a key of so many signs [inches]."""
     rows = sum(len(_cut_rows(rows)) + 1.2 for rows in tables)
     return LINE * (rows + signs) + NOTE * len(_wrapped(notes, COLUMN)) if tables else 0.0

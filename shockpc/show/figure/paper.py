@@ -6,7 +6,7 @@ from matplotlib.figure import Figure
 
 from shockpc.quantities.profile import ShockProfile
 from shockpc.show.figure.landing import FOOT, draw_row
-from shockpc.show.figure.layout import LEFT, Page, Rows
+from shockpc.show.figure.layout import LEFT, Page, TableRows
 from shockpc.show.figure.picture import letter
 from shockpc.show.figure.view import View, Window, view_of, windows_of
 from shockpc.show.wording import angle_text, joint_model_text
@@ -40,7 +40,7 @@ def draw_panels(
     foot = FOOT + 0.3 + 0.13 * max(map(len, under))
     width = max(sum(window.sides[0] + GAP for window in windows) - GAP, BAR)
     models = " or ".join(dict.fromkeys(joint_model_text(profile) for profile in profiles))
-    bodies: Rows = [("", "body"), *((str(k), printable(name.replace("_", " "), 40)) for name, k in number.items())]
+    bodies: TableRows = [("", "body"), *((str(k), printable(name.replace("_", " "), 40)) for name, k in number.items())]
     page = Page(
         LEFT + width,
         windows[0].sides[1] + foot,
@@ -57,9 +57,9 @@ def draw_panels(
     return page.figure
 
 
-def _sensors(profiles: Sequence[ShockProfile], labels: Sequence[str]) -> list[Rows]:
+def _sensors(profiles: Sequence[ShockProfile], labels: Sequence[str]) -> list[TableRows]:
     """What the letters of sensors mean: one table, or one for each panel if they mean different ones."""
-    tables: list[Rows] = [
+    tables: list[TableRows] = [
         [(letter(k), printable(point.frame, 40)) for k, point in enumerate(profile.points)] for profile in profiles
     ]
     if all(rows == tables[0] for rows in tables):

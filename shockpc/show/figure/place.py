@@ -10,7 +10,7 @@ from matplotlib.figure import Figure
 
 from shockpc.core.spatial import Array, Plane
 from shockpc.robot.geometry import Shape
-from shockpc.show.figure.layout import LEFT, Page, Rows, column_height, cut, short
+from shockpc.show.figure.layout import LEFT, Page, TableRows, column_height, cut, short
 from shockpc.show.figure.picture import GOLD, SIGNS, Labels, letter, outlined, sign
 from shockpc.show.figure.silhouette import Edges, projection, silhouette, surface, to_plane
 from shockpc.show.figure.style import INK, shock_levels
@@ -122,9 +122,9 @@ def _heading(study: PlaceStudy) -> tuple[str, str, str]:
     return f"{robot}: {what} of least shock on {body}", printable(landings), f"joint model: {model}"
 
 
-def _rows(study: PlaceStudy) -> Rows:
+def _rows(study: PlaceStudy) -> TableRows:
     """Sensors and places: position in the body's frame and shock."""
-    rows: Rows = [("", "place", "x", "y", "z [m]", "shock [-]")]
+    rows: TableRows = [("", "place", "x", "y", "z [m]", "shock [-]")]
     signs = [*map(letter, range(len(study.today))), *map(str, range(1, len(study.places) + 1))]
     for mark, place in zip(signs, (*study.today, *study.places), strict=True):
         rows.append((mark, cut(place.name, 18), *(short(x, 3) for x in place.position), f"{place.combined:.3g}"))

@@ -37,7 +37,7 @@ READ_TOGETHER = 2**27
 
 
 @dataclass(frozen=True)
-class Parts:
+class RowFiles:
     """The rows of a table in a folder, which is made if it does not exist.
 
     Attributes:
@@ -99,8 +99,8 @@ class Parts:
         landings, rows = self.evaluation.landings, self._rows.resolve()
         description = self._description()
         mark = json.dumps(description).encode()
-        missing = [k for k in range(len(landings.parts)) if not _complete(_part(rows, self.format, k), mark)]
-        yield landings.rows - sum((b - a) * landings.strikes for a, b in (landings.parts[k] for k in missing))
+        missing = [k for k in range(len(landings.chunks)) if not _complete(_part(rows, self.format, k), mark)]
+        yield landings.rows - sum((b - a) * landings.strikes for a, b in (landings.chunks[k] for k in missing))
         for path in (path for k in missing for part in [_part(rows, self.format, k)] for path in (part, _checksum(part))):
             destination(path)  # other processes do not know what this one has read
         # The values of a grid may be as long as all parts; they are in the columns.
@@ -118,7 +118,7 @@ class Parts:
         Raises:
             OutputError: a part is not as it was written; also when a column is read later.
         """
-        counts = [self._counts(_part(self._rows, self.format, k)) for k in range(len(self.evaluation.landings.parts))]
+        counts = [self._counts(_part(self._rows, self.format, k)) for k in range(len(self.evaluation.landings.chunks))]
         _, pulled, below = (sum(of_all) for of_all in zip(*counts, strict=True))
         columns = _Columns(self)
         texts = columns["message"]
@@ -132,7 +132,7 @@ class Parts:
         Raises:
             OutputError: a part is not as it was written.
         """
-        for k in range(len(self.evaluation.landings.parts)):
+        for k in range(len(self.evaluation.landings.chunks)):
             path = _part(self._rows, self.format, k)
             try:
                 columns = self._read(path, names)
@@ -182,7 +182,7 @@ class Parts:
             **self.evaluation.description,
             "columns": [*self.evaluation.headings, "message"],
             "rows": made.rows,
-            "parts": len(made.parts),
+            "parts": len(made.chunks),
             "format": self.format,
             "versions": {"shockpc": shockpc.__version__, **versions},
         }
@@ -245,7 +245,7 @@ def _save(rows: Path, format_: Format, description: str, mark: bytes, evaluation
     defects = "".join(table.defects).encode(errors="backslashreplace").decode()  # may hold names that are not UTF-8
     write_file(_checksum(part), f"{_digest(content, mark, counts, defects)}\n{defects}", flush=True)
     write_file(part, content, flush=True)
-    a, b = landings.parts[k]
+    a, b = landings.chunks[k]
     count: int = (b - a) * landings.strikes
     return count
 
@@ -276,25 +276,25 @@ def _cells(values: np.ndarray) -> list[Any]:
 class _Columns(Mapping[str, np.ndarray]):
     """The columns of parts, read when one is asked for, together with those that follow it; the columns read last are kept."""
 
-    def __init__(self, parts: Parts) -> None:
-        self._parts, self._kept = parts, dict[str, np.ndarray]()
+    def __init__(self, files: RowFiles) -> None:
+        self._files, self._kept = files, dict[str, np.ndarray]()
 
     def __getitem__(self, name: str) -> np.ndarray:
-        parts, headings = self._parts, (*self._parts.evaluation.headings, "message")
+        files, headings = self._files, (*self._files.evaluation.headings, "message")
         if name not in headings:
             raise KeyError(name)
         if name not in self._kept:
-            count = max(1, READ_TOGETHER // (8 * parts.evaluation.landings.rows))
+            count = max(1, READ_TOGETHER // (8 * files.evaluation.landings.rows))
             names = (headings[headings.index(name) :] + headings)[: min(count, len(headings))]
             self._kept = {}
-            self._kept = {key: np.concatenate(x) for key, x in zip(names, zip(*parts.read(names), strict=True), strict=True)}
+            self._kept = {key: np.concatenate(x) for key, x in zip(names, zip(*files.read(names), strict=True), strict=True)}
         return self._kept[name]
 
     def __iter__(self) -> Iterator[str]:
-        return iter(self._parts.evaluation.headings)
+        return iter(self._files.evaluation.headings)
 
     def __len__(self) -> int:
-        return len(self._parts.evaluation.headings)
+        return len(self._files.evaluation.headings)
 
 
 def _arrow() -> Any:

@@ -1,0 +1,157 @@
+"""Recorded landings as rows: configurations, motions before the impact, contacts, and what was measured."""
+
+from collections.abc import Mapping
+from dataclasses import replace
+from typing import NamedTuple
+
+import numpy as np
+
+from shockpc.core.spatial import Array
+from shockpc.landing.landing import PosedLanding
+from shockpc.landing.motion import Motion
+from shockpc.landing.resolve import landing_of
+from shockpc.landing.scene import Posture, Scene, Strike
+from shockpc.robot.robot import Robot
+from shockpc.text.errors import ShockError, StudyError
+
+
+class Measured(NamedTuple):
+    """A jump that was measured.
+
+    Attributes:
+        name: of its column, without its beginning.
+        time: after the touchdown [ms]; None where no time is given.
+        group: quantities of one unit that are compared together: "joint rates", "sliding rates" (of prismatic joints),
+            "base velocity", "base angular velocity", or its own name.
+        key: quantity of the table that predicts it, KEY@PLACE; of the base its component, "vx" … "wz".
+        unit: of the values; empty where it is that of the quantity.
+        jump: (n,) after the impact less before it; NaN where it was not measured.
+    """
+
+    name: str
+    time: float | None
+    group: str
+    key: str
+    unit: str
+    jump: Array
+
+
+class RecordedRows(NamedTuple):
+    """The rows of a table.
+
+    Attributes:
+        labels: (n,) each: "row", the names of the rows, by default their numbers; and "time", if the table has it.
+        Q: (n, nq) configurations; what the table does not give is the scene's.
+        before: motions before the impact, one for each row.
+        scenes: landings of which the rows are, in whatever posture and motion.
+        scene: (n,) which of them each row is of.
+        contact_velocity: (n, c, 3) of the contacts before the impact, world axes; NaN where it is that of the robot's motion [m/s].
+        friction: (n,) coefficients of friction; NaN where there are none.
+        effort: (n, nv) torques of motors during the landing; NaN where they are the scene's [N m, N].
+        joints: names of the joints whose positions the table gives.
+        rates: names of those whose rates it gives.
+        given: what the table gives, in words.
+        missing: what is the scene's, in words.
+        measured: jumps that were measured.
+        row_scenes: the scenes of the rows themselves, if they are not of a table.
+        closed: whether loops are closed in the configurations and motions already.
+        messages: why a row is no landing, by its number.
+        warnings: what is doubtful of columns.
+    """
+
+    labels: Mapping[str, np.ndarray]
+    Q: Array
+    before: Motion
+    scenes: tuple[Scene, ...]
+    scene: np.ndarray
+    contact_velocity: Array
+    friction: Array
+    effort: Array
+    joints: tuple[str, ...]
+    rates: tuple[str, ...]
+    given: tuple[str, ...]
+    missing: tuple[str, ...]
+    measured: tuple[Measured, ...] = ()
+    row_scenes: tuple[Scene | None, ...] = ()
+    closed: bool = False
+    messages: Mapping[int, str] = {}
+    warnings: tuple[str, ...] = ()
+
+    @property
+    def names(self) -> np.ndarray:
+        """Names (n,) of the rows."""
+        return self.labels["row"]
+
+    def key(self, row: int) -> tuple[int, float | None]:
+        """What decides the landing of a row, whatever its posture and motion: the number of its scene, and its friction."""
+        mu = float(self.friction[row])
+        return int(self.scene[row]), None if np.isnan(mu) else mu
+
+    def chunk(self, a: int, b: int) -> "RecordedRows":
+        """The rows a … b, without what was measured."""
+        return self._replace(
+            labels={name: values[a:b] for name, values in self.labels.items()},
+            Q=self.Q[a:b],
+            before=Motion(*(part[a:b] for part in self.before)),
+            scene=self.scene[a:b],
+            contact_velocity=self.contact_velocity[a:b],
+            friction=self.friction[a:b],
+            effort=self.effort[a:b],
+            measured=(),
+            row_scenes=self.row_scenes[a:b],
+            messages={i - a: text for i, text in self.messages.items() if a <= i < b},
+        )
+
+
+def rows_of_scenes(scenes: Mapping[str, Scene | ShockError], robot: Robot) -> RecordedRows:
+    """The rows of scenes, each named by its key; scenes that differ in posture and motion alone are of one landing.
+
+    Args:
+        scenes: of one robot, by name; or why there is none.
+        robot: the robot.
+
+    Raises:
+        ShockError: none of the scenes can be resolved.
+    """
+    landings: dict[int, PosedLanding] = {}
+    refused: dict[int, ShockError] = {}
+    for i, scene in enumerate(scenes.values()):
+        try:
+            if isinstance(scene, ShockError):
+                raise scene
+            landings[i] = landing_of(scene, robot)
+        except ShockError as error:
+            refused[i] = error
+    if not landings:
+        raise next(iter(refused.values()), StudyError("there are no scenes"))
+    most = max(len(landing.contacts) for landing in landings.values())
+    shapes = {
+        "q": (robot.model.nq,),
+        "velocity": (3,),
+        "omega": (3,),
+        "rates": (robot.model.nv,),
+        "contacts": (most, 3),
+        "friction": (),
+    }
+    rows = {key: np.full((len(scenes), *shape), np.nan) for key, shape in shapes.items()}
+    groups: dict[str, int] = {}
+    index, shared = np.zeros(len(scenes), dtype=int), list[Scene]()
+    for i, landing in landings.items():
+        scene, before = landing.scene, landing.before
+        contacts = tuple(replace(contact, velocity=contact.velocity and (0.0, 0.0, 0.0)) for contact in scene.contact)
+        alike = replace(
+            scene, posture=Posture(), strike=Strike(), contact=contacts, friction=None if scene.friction is None else 1.0
+        )
+        index[i] = groups.setdefault(repr((alike, landing.up.tolist())), len(groups))
+        shared += [scene] * (len(groups) - len(shared))
+        rows["q"][i], rows["velocity"][i], rows["omega"][i], rows["rates"][i] = landing.q, *before
+        rows["friction"][i] = np.nan if scene.friction is None else scene.friction
+        for k, contact in enumerate(scene.contact):
+            rows["contacts"][i, k] = np.nan if contact.velocity is None else contact.velocity
+    return RecordedRows(
+        {"row": np.array(list(scenes))}, rows["q"], Motion(rows["velocity"], rows["omega"], rows["rates"]), tuple(shared), index,
+        rows["contacts"], rows["friction"], 0.0 * rows["rates"] + np.nan, robot.joint_names, robot.joint_names,
+        ("posture, motion, contacts, joint model",), (),
+        row_scenes=tuple(landings[i].scene if i in landings else None for i in range(len(scenes))),
+        messages={i: str(error) for i, error in refused.items()},
+    )  # fmt: skip
