@@ -234,7 +234,7 @@ SETTINGS = _table("""
 --vary armature:*=0.5x:2x ¦ --vary com-x:body=+-0.01 ¦ --vary inertia:*=1x:2x:log ¦ --vary contact=* ¦ --vary friction=0:1:2 ¦
 --vary joint-stiffness:*=0.5x:2x ¦ --vary joint-stiffness:knee=10,100 ¦
 --vary base-yaw=0:90:2 ¦ --vary offset-x=0,0.01 ¦ --sample 5 ¦ --sample 3 --lhs ¦ --seed 3 ¦ --prove 2 ¦ --armature *=0.05 ¦
---quantity shock ¦ --quantity joint_impulse@* ¦ --quantity ropc ¦ --greatest ¦ --joints locked ¦ --slide ¦ --resume ¦ --jobs 2 ¦
+--quantity shock ¦ --quantity joint_impulse@* ¦ --quantity ropc ¦ --joints locked ¦ --slide ¦ --resume ¦ --jobs 2 ¦
 --format csv ¦ --format json ¦ --change mass:*=0.9x ¦ --figures --out out ¦ --out out ¦ --at body ¦ --body * ¦ --step 5 ¦ --count 2
 """)
 """Options of studies; not every study has each."""

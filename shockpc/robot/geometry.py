@@ -8,7 +8,7 @@ without meshes.
 import functools
 import itertools
 import math
-from collections.abc import Callable, Iterable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator
 from typing import Literal, NamedTuple, TypeAlias
 from xml.etree.ElementTree import Element
 
@@ -19,7 +19,7 @@ from shockpc.core.extremes import Pieces
 from shockpc.core.memo import memoized
 from shockpc.core.spatial import Array, read_only
 from shockpc.robot.files import shared_xml
-from shockpc.robot.meshes import Mesh, distance, hull, hull_corners, read_mesh
+from shockpc.robot.meshes import Mesh, hull, hull_corners, read_mesh
 from shockpc.robot.robot import Body, Frame, Robot, RobotSource
 from shockpc.robot.tree import rotation
 from shockpc.robot.urdf import vector
@@ -384,14 +384,6 @@ def facets(shape: Shape) -> list[Array]:
             return list(points[_BOX])
     found = hull(points)
     return [points] if found is None else list(points[found.simplices])
-
-
-def distance_to_surface(shapes: Sequence[Shape], point: Array) -> float:
-    """Distance of a point (3,) from the surface of some shapes of a body, in its frame [m]."""
-    corners = [
-        facet[list(three)] for shape in shapes for facet in facets(shape) for three in itertools.combinations(range(len(facet)), 3)
-    ]
-    return distance(np.array(corners), point)
 
 
 def half_spaces(shape: Shape) -> HalfSpaces | None:

@@ -130,15 +130,6 @@ def _by_pycollada(data: bytes) -> tuple[Array, np.ndarray, bool]:
     return np.concatenate(vertices) * unit, np.concatenate(triangles), y_up
 
 
-def distance(triangles: Array, point: Array) -> float:
-    """Distance of a point (3,) from the nearest of some triangles (m, 3, 3)."""
-    from trimesh.triangles import closest_point
-
-    with np.errstate(invalid="ignore", divide="ignore"):  # of triangles without an area
-        nearest = closest_point(triangles, np.broadcast_to(point, (len(triangles), 3)))
-    return float(np.nanmin(np.linalg.norm(nearest - point, axis=1)))
-
-
 def hull(points: Array) -> Any | None:
     """The convex hull of points (n, 3), of SciPy; None if it has no volume."""
     from scipy.spatial import ConvexHull, QhullError

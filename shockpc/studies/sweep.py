@@ -67,9 +67,6 @@ def sweep(
             "body",
         ),
     ] = (),
-    greatest: Annotated[
-        bool, Option("Also the greatest shock over the geometry of each of these bodies.", "What is computed")
-    ] = False,
     quantities: QuantityOption = (),
     feasible: Annotated[
         bool,
@@ -99,18 +96,18 @@ def sweep(
     source = varied_landings(
         replace(scene, point=points), vary, robot=robot, vary_each=vary_each, sample=sample, lhs=lhs, seed=seed
     )
-    return Evaluation(source, _columns(source, points, bodies, greatest, quantities), prove, feasible)
+    return Evaluation(source, _columns(source, points, bodies, quantities), prove, feasible)
 
 
 def _columns(
-    study: VariedLandings, points: tuple[Point, ...], names: Sequence[str], greatest: bool, quantities: Sequence[str]
+    study: VariedLandings, points: tuple[Point, ...], names: Sequence[str], quantities: Sequence[str]
 ) -> tuple[Column, ...]:
     """The columns of the points and bodies, or of the base, what the ground allows, and of the further quantities."""
     robot, landing = study.robot, study.first
     places = {place.name: place for place in (moving_point(robot, point) for point in points)}
     bodies = [i for name in names for i in robot.match_bodies(name)] or ([] if places else [0])
     severe = ["most_severe", *(f"most_severe_direction.{axis}" for axis in "xyz")]
-    of_body = ["shock_com", *(["shock_max"] if greatest else []), *(f"copc.{axis}" for axis in "xyz"), "ropc"]
+    of_body = ["shock_com", *(f"copc.{axis}" for axis in "xyz"), "ropc"]
     columns = [Column(select(key), place) for place in places.values() for key in ("shock", *severe)]
     for body in dict.fromkeys(bodies):
         place = body_places(robot)[body]

@@ -71,7 +71,7 @@ def _document(study: PlaceStudy) -> dict[str, Any]:
 def _place(one: SensorPlace) -> dict[str, Any]:
     margin = one.margin
     return {
-        **record(one, "name", "position", "hidden"),
+        **record(one, "name", "position"),
         "greatest": one.shocks.max(),
         **record(one, "combined", "bound"),
         "shock": one.shocks,
@@ -86,9 +86,6 @@ def _places(study: PlaceStudy) -> Sheet:
         notes.append("together: in each landing the sensor with the least shock")
     elif len(study.places) > 1:
         notes.append(f"each further place: the best one at least {study.apart:.3g} m along x, y or z from those before")
-    hidden = [f"{one.name} {1e3 * one.hidden:.3g} mm" for one in study.places if one.hidden is not None]
-    if hidden:
-        notes.append(f"distance from the geometry that one sees: {', '.join(hidden)}; --geometry visual is on it")
     title = f"places on {study.robot.bodies[study.body].name} (in its frame; shock relative to the strike)"
     return sheet_of(study.table, title, notes)
 

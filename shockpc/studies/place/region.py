@@ -6,7 +6,7 @@ from typing import NamedTuple
 import numpy as np
 
 from shockpc.core.spatial import Array
-from shockpc.robot.geometry import LARGEST, GeometryKind, HalfSpaces, Shape, facets, half_spaces, outline
+from shockpc.robot.geometry import LARGEST, GeometryKind, HalfSpaces, facets, half_spaces, outline
 from shockpc.robot.robot import Robot
 from shockpc.studies.place.cone import ConvexCell
 from shockpc.studies.place.search import box
@@ -28,7 +28,6 @@ class Region(NamedTuple):
         outside: convex sets whose inside does not belong to it.
         size: the longest side of its box [m].
         solid: whether it has an inside, which a surface has not.
-        visible: shapes that one sees instead, where it is the surface of others.
         warnings: about shapes that could not be read.
     """
 
@@ -38,28 +37,25 @@ class Region(NamedTuple):
     size: float
     solid: bool
     warnings: tuple[str, ...]
-    visible: tuple[Shape, ...] = ()
 
 
-def region_of(robot: Robot, body: int, within: Box | None, surface: bool, geometry: GeometryKind | None) -> Region:
+def region_of(robot: Robot, body: int, within: Box | None, surface: bool) -> Region:
     """Where on a body a sensor may be.
 
     Args:
         robot: the robot.
         body: index of the body.
         within: only in this box of the body's frame [m].
-        surface: only on the surface of the geometry.
-        geometry: which; by default the visual geometry for its surface, else the collision geometry; the other kind if the body has
-            no such geometry.
+        surface: only on the surface of the geometry, which is the visual one for that and else the one for collisions; the other
+            kind if the body has no such geometry.
 
     Raises:
         StudyError: there is no such place.
     """
     name = robot.bodies[body].name
     limits = None if within is None else _checked_box(within)
-    wanted: GeometryKind = geometry or ("visual" if surface else "collision")
-    other: GeometryKind = "visual" if wanted == "collision" else "collision"
-    kind = wanted if outline(robot, wanted).shapes[body] else other
+    preferred: tuple[GeometryKind, GeometryKind] = ("visual", "collision") if surface else ("collision", "visual")
+    kind = next((one for one in preferred if outline(robot, one).shapes[body]), preferred[0])
     seen = outline(robot, kind)
     shapes = seen.shapes[body]
     if not shapes and (limits is None or surface):
@@ -84,8 +80,7 @@ def region_of(robot: Robot, body: int, within: Box | None, surface: bool, geomet
     held = "" if limits is None else f", within {_box_text(limits)}"
     text = f"on the surface of the {kind} geometry of {name} ({len(cells)} facets{held})"
     outside = tuple(one for shape in solid if (one := half_spaces(shape)) is not None)
-    visible = outline(robot, "visual").shapes[body] if kind == "collision" else ()
-    return Region(text, tuple(cells), outside, _size(whole if limits is None else limits), False, seen.warnings, visible)
+    return Region(text, tuple(cells), outside, _size(whole if limits is None else limits), False, seen.warnings)
 
 
 def _size(limits: tuple[Array, Array]) -> float:

@@ -20,7 +20,6 @@ from shockpc.landing.record import Option
 from shockpc.landing.resolve import pulse_of
 from shockpc.landing.scene import GRAVITY, Point, Scene
 from shockpc.quantities.profile import ShockProfile
-from shockpc.robot.geometry import GeometryKind, distance_to_surface
 from shockpc.robot.robot import Robot
 from shockpc.studies.declare import study
 from shockpc.studies.place.cone import Optimum
@@ -61,7 +60,6 @@ class SensorPlace(NamedTuple):
         delta_v: (L, 3) jump of velocity in the axes of the sensor, which for a new place are those of the body [m/s].
         bound: no allowed place has less than this [1]; None for what is there today.
         margin: for the pulse of the scenes; None without one.
-        hidden: distance from the geometry that one sees, of a place on the surface of another [m].
     """
 
     name: str
@@ -71,7 +69,6 @@ class SensorPlace(NamedTuple):
     delta_v: Array
     bound: float | None
     margin: Margin | None
-    hidden: float | None = None
 
 
 @dataclass(frozen=True, eq=False)
@@ -184,15 +181,8 @@ def place(
         ),
     ] = None,
     surface: Annotated[
-        bool, Option("Only on the surface of the geometry (within the box, if one is given).", "Where a sensor may be")
+        bool, Option("Only on the surface of its visual geometry (within the box, if one is given).", "Where a sensor may be")
     ] = False,
-    geometry: Annotated[
-        GeometryKind | None,
-        Option(
-            "Which geometry; visual by default for its surface, else collision; the other kind if the body has none of that.",
-            "Where a sensor may be",
-        ),
-    ] = None,
     count: Annotated[
         int,
         Option(
@@ -205,17 +195,13 @@ def place(
     alternatives: Annotated[
         int,
         Option(
-            "Number of further places of one sensor, each the best at a distance from those before.",
+            "Number of further places of one sensor, each the best at a tenth of the region's size from those before.",
             "Sensors",
             "N",
             least=0.0,
             greatest=20.0,
         ),
     ] = 2,
-    apart: Annotated[
-        float | None,
-        Option("This distance, along x, y or z of the body; a tenth of the region's size by default.", "Sensors", "D", unit="m"),
-    ] = None,
     progress: Callable[[int], Callable[[str], None]] = lambda landings: lambda name: None,
 ) -> PlaceStudy:
     """Find where on a body a sensor sees least shock.
@@ -242,10 +228,8 @@ def place(
     for scene in scenes:
         refuse_ground(scene, friction=False)
     i = 0 if body is None else robot.body(body)
-    region = region_of(robot, i, within, surface, geometry)
-    apart = max(region.size / 10.0, NEAREST) if apart is None else apart
-    if not apart >= NEAREST:
-        raise StudyError(f"alternatives {apart:g} m apart are too near to differ; give at least {NEAREST:g} m")
+    region = region_of(robot, i, within, surface)
+    apart = max(region.size / 10.0, NEAREST)
     profiles, failures = _profiles(landings, robot, progress(len(landings)))
     names = tuple(profiles)
     found = tuple(profiles.values())
@@ -275,7 +259,6 @@ def place(
             delta_v=delta_v[k],
             bound=None if k < len(today) else optima[k - len(today)].bound,
             margin=_margin(delta_v[k], found),
-            hidden=distance_to_surface(region.visible, place.r) if k >= len(today) and region.visible else None,
         )
         for k, (name, place) in enumerate(zip([*(place.name for place in today), *titles], every, strict=True))
     ]
