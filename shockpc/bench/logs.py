@@ -115,9 +115,9 @@ def _simulated(base: Array, velocity: Array, period: float | None, seconds: floa
                 moves = data.time > 0.2
                 x = 0.018 * (4.0 * phase - 1.0 if phase < 0.5 else 3.0 - 4.0 * phase) * moves
                 height += 0.08 * np.sin(2.0 * np.pi * phase) * (phase < 0.5 and moves)
-            own = slice(2 * i, 2 * i + 2)
+            motors = slice(2 * i, 2 * i + 2)
             wanted = np.array(_hip_and_knee(x, height))
-            data.ctrl[own] = np.clip(100.0 * (wanted - data.qpos[7:][own]) - 6.0 * data.qvel[6:][own], -40.0, 40.0)
+            data.ctrl[motors] = np.clip(100.0 * (wanted - data.qpos[7:][motors]) - 6.0 * data.qvel[6:][motors], -40.0, 40.0)
         qpos[k], qvel[k] = data.qpos, data.qvel
         mujoco.mj_step(model, data)
         force[k] = data.sensordata

@@ -59,8 +59,8 @@ class System(NamedTuple):
 
     def jumps(self, motions: Sequence[pin.Motion]) -> Array:
         """Jumps (nb, 6) of the bodies, body axes at their frames' origins. Args: motions of the world and of Pinocchio's joints."""
-        own = (pin.SE3(body.rotation, body.offset).actInv(motions[body.joint]) for body in self.landing.robot.bodies)
-        return np.array([[*motion.angular, *motion.linear] for motion in own])
+        twists = (pin.SE3(body.rotation, body.offset).actInv(motions[body.joint]) for body in self.landing.robot.bodies)
+        return np.array([[*motion.angular, *motion.linear] for motion in twists])
 
     @property
     def sticking(self) -> bool:
@@ -89,8 +89,8 @@ def system_of(robot: Robot, scene: Scene) -> System:
         ends = []
         for i, sign in ((block.body, 1.0), (block.other, -1.0)):
             if i >= 0:
-                body, own = robot.bodies[i], state.rotation[0, i].T @ (point - state.position[0, i])
-                place = pin.SE3(np.eye(3), body.offset + body.rotation @ own)
+                body, offset = robot.bodies[i], state.rotation[0, i].T @ (point - state.position[0, i])
+                place = pin.SE3(np.eye(3), body.offset + body.rotation @ offset)
                 frame = pin.Frame(f"end {len(model.frames)}", body.joint, 0, place, pin.FrameType.OP_FRAME)
                 ends.append((model.addFrame(frame), sign))
         held.append((axes, ends))

@@ -39,11 +39,11 @@ def _model(system: System, tau: float | None = None) -> Any:
     for i, joint in enumerate(system.landing.robot.joints, start=1):
         if joint.kind not in KINDS:
             raise UnsuitedError(f"{joint.kind} joints are not written for MuJoCo here")
-        own, place = model.inertias[i], data.liMi[i]
+        inertia, place = model.inertias[i], data.liMi[i]
         # Bodies are numbered depth first in MuJoCo, as joints of a file are in Pinocchio.
         body = bodies[model.parents[i]].add_body(
-            pos=place.translation, quat=np.roll(pin.Quaternion(place.rotation).coeffs(), 1), mass=own.mass, ipos=own.lever,
-            fullinertia=own.inertia[(0, 1, 2, 0, 0, 1), (0, 1, 2, 1, 2, 2)], explicitinertial=True,
+            pos=place.translation, quat=np.roll(pin.Quaternion(place.rotation).coeffs(), 1), mass=inertia.mass, ipos=inertia.lever,
+            fullinertia=inertia.inertia[(0, 1, 2, 0, 0, 1), (0, 1, 2, 1, 2, 2)], explicitinertial=True,
         )  # fmt: skip
         written = body.add_joint(type=getattr(mujoco.mjtJoint, f"mjJNT_{KINDS[joint.kind]}"))
         if joint.axis is not None:

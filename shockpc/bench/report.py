@@ -141,10 +141,10 @@ def _methods_sheet(results: Sequence[Result]) -> Sheet:
     """How often each method had which outcome, and its run time."""
     rows: list[tuple[Cell, ...]] = []
     for name in dict.fromkeys(result.method for result in results):
-        own = [result for result in results if result.method == name]
-        counted = Counter(result.outcome for result in own)
-        middle = [median(result.seconds) for result in own if result.seconds]
-        rows.append((name, *(str(counted[key]) for key in OUTCOMES), _micro(median(middle or [math.nan])), _largest(own)))
+        of_method = [result for result in results if result.method == name]
+        counted = Counter(result.outcome for result in of_method)
+        middle = [median(result.seconds) for result in of_method if result.seconds]
+        rows.append((name, *(str(counted[key]) for key in OUTCOMES), _micro(median(middle or [math.nan])), _largest(of_method)))
     note = "; ".join(f"{key}: {meaning}" for key, meaning in OUTCOMES.items())
     return Sheet("outcomes of every method", ("method", *OUTCOMES, "median run time [µs]", "largest error [-]"), rows, (note,))
 
@@ -152,7 +152,7 @@ def _methods_sheet(results: Sequence[Result]) -> Sheet:
 def _family_sheet(family: Family, results: Sequence[Result]) -> Sheet:
     """One family: a column for each method, and a row for each case that one of them does not solve."""
     rows: list[tuple[Cell, ...]] = []
-    cases = [list(own) for _, own in groupby(results, lambda result: result.case)]
+    cases = [list(of_case) for _, of_case in groupby(results, lambda result: result.case)]
     for case in cases:
         if any(result.outcome not in ("accurate", "approximate", "unsuited") for result in case):
             cells = {result.method: _largest([result]) or result.outcome for result in case}

@@ -32,8 +32,8 @@ def stiff_contacts(budget: float) -> Sheet:
     profile, sticks = shock_profile(slides, robot), shock_profile(scene, robot)
     rows: list[tuple[Cell, ...]] = []
 
-    def add(own: ShockProfile, what: str, size: float, run: Callable[[], object], jumps: Array, last: tuple[float, float]) -> float:
-        error = double_error(own.landing, own.proof, jumps)
+    def add(at: ShockProfile, what: str, size: float, run: Callable[[], object], jumps: Array, last: tuple[float, float]) -> float:
+        error = double_error(at.landing, at.proof, jumps)
         slope = math.log(error / last[1]) / math.log(size / last[0]) if error > 0.0 < last[1] else math.nan
         rows.append((what, error, None if math.isnan(slope) else slope, 1e6 * median(timed(run, budget)[1])))
         return error

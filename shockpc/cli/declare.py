@@ -97,16 +97,16 @@ def command(
 
 def _taking_options(command: Command) -> Command:
     """Replace each parameter of a command that is a record of options, or `Declared`, by the options."""
-    own = inspect.signature(command).parameters
-    records = {name: parameter.annotation for name, parameter in own.items() if hasattr(parameter.annotation, "_fields")}
-    several = {name: parameter.default for name, parameter in own.items() if isinstance(parameter.default, Declared)}
+    parameters = inspect.signature(command).parameters
+    records = {name: parameter.annotation for name, parameter in parameters.items() if hasattr(parameter.annotation, "_fields")}
+    several = {name: parameter.default for name, parameter in parameters.items() if isinstance(parameter.default, Declared)}
     declared: dict[str, tuple[Any, Any]] = {}
-    for name, parameter in own.items():
+    for name, parameter in parameters.items():
         if name in records:
             kinds = records[name].__annotations__
             for field, option in records[name]._field_defaults.items():
                 collected = option if isinstance(option, Declared) else {field: (kinds[field], option)}
-                declared |= {key: one for key, one in collected.items() if f"{key}_" not in own and key not in declared}
+                declared |= {key: one for key, one in collected.items() if f"{key}_" not in parameters and key not in declared}
         else:
             declared |= several.get(name, {name: (parameter.annotation, parameter.default)})
 

@@ -70,8 +70,8 @@ def _failure(error: Exception, words: Sequence[str]) -> tuple[str, int]:
     """The message about an error, and the exit code."""
     if hasattr(error, "format_message"):  # Typer's errors in how a command was typed
         form = getattr(getattr(error, "param", None), "metavar", None) or ""
-        own = f" (it takes {form})" if any(sign in form for sign in "=,:") else ""
-        return _usage(error.format_message() + own, words), ShockError.exit_code
+        hint = f" (it takes {form})" if any(sign in form for sign in "=,:") else ""
+        return _usage(error.format_message() + hint, words), ShockError.exit_code
     if isinstance(error, DefectError):
         sys.stderr.write(visible(error.trace, "\n"))
     if isinstance(error, ShockError):

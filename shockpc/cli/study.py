@@ -163,8 +163,8 @@ def _read(kind: str, typed: Sequence[Any], options: SceneOptions, trace: ShownTr
 def _designs(names: tuple[str, ...], options: SceneOptions) -> list[Design]:
     """One landing of each design; as many contacts as there are designs are one for each."""
     one_each = len(options.contact) == len(names) > 1 and not options.together
-    own = [options._replace(contact=(name,)) for name in options.contact] if one_each else [options] * len(names)
-    landings = [one_scene(name, own_options) for name, own_options in zip(names, own, strict=True)]
+    options_of_each = [options._replace(contact=(name,)) for name in options.contact] if one_each else [options] * len(names)
+    landings = [one_scene(name, own_options) for name, own_options in zip(names, options_of_each, strict=True)]
     return [Design(name, scene, robot) for name, (robot, scene) in zip(names, landings, strict=True)]
 
 

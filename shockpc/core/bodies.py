@@ -11,13 +11,13 @@ from shockpc.core.spatial import Array
 
 
 def body_jumps(
-    J: Array, own: Sequence[slice], parent: Sequence[int], position: Array, delta_qd: Array, bodies: Sequence[int] | None = None
+    J: Array, dofs: Sequence[slice], parent: Sequence[int], position: Array, delta_qd: Array, bodies: Sequence[int] | None = None
 ) -> Array:
     """Jump of every body's spatial velocity, world axes, at the body frame's origin.
 
     Args:
         J: (N, 6, nv) twist (ω, v at the common origin) that each joint velocity gives to the bodies behind it.
-        own: joint velocities of each body's joint.
+        dofs: joint velocities of each body's joint.
         parent: index of the body that carries each body's joint; −1 for the world.
         position: (N, nb, 3) origins of the body frames, from the common origin [m].
         delta_qd: (N, nv, k) jumps of the joint velocities [rad/s, m/s].
@@ -29,14 +29,14 @@ def body_jumps(
         carried = sorted({i for body in bodies for i in _path(parent, body)})
         index = {body: i for i, body in enumerate(carried)}
         inner = [index.get(parent[body], -1) for body in carried]
-        part = body_jumps(J, [own[body] for body in carried], inner, position[:, carried], delta_qd)
+        part = body_jumps(J, [dofs[body] for body in carried], inner, position[:, carried], delta_qd)
         return part[:, [index[body] for body in bodies]]
     # The posture comes last, so that every operation runs over contiguous numbers.
     twists, rates, places = (
         part.copy() for part in (J.transpose(2, 1, 0), delta_qd.transpose(1, 2, 0), position.transpose(1, 2, 0))
     )
     jumps = np.empty((len(parent), 6, *rates.shape[1:]), dtype=rates.dtype)
-    for jump, columns, before in zip(jumps, own, parent, strict=True):
+    for jump, columns, before in zip(jumps, dofs, parent, strict=True):
         if columns.stop - columns.start == 1:
             np.multiply(twists[columns.start, :, None], rates[columns.start], out=jump)
         else:

@@ -104,11 +104,11 @@ def first_crossing(sigma: Array, signals: Signals, horizon: float, effort: Effor
     def root(i: int, a: float, b: float, above: float, below: float) -> float:
         # By the chord, which starts inside the interval where a signal rises from zero first.
         t, last = a + (b - a) * (above / (above - below) if above > 0.0 else 0.5), np.inf
-        level, rate, bend, own = float(start[i]), float(linear[i]), float(square[i]), wave[i]
+        level, rate, bend, mode = float(start[i]), float(linear[i]), float(square[i]), wave[i]
         for _ in range(100):
             turn = np.exp(turning * (t / 2.0))
-            value = level + t * (rate + t * bend) - 2.0 * float((turn.imag * (turn.imag * own.real + turn.real * own.imag)).sum())
-            slope = rate + 2.0 * t * bend + float((turning * own * turn**2).real.sum())
+            value = level + t * (rate + t * bend) - 2.0 * float((turn.imag * (turn.imag * mode.real + turn.real * mode.imag)).sum())
+            slope = rate + 2.0 * t * bend + float((turning * mode * turn**2).real.sum())
             a, b = (t, b) if value > 0.0 else (a, t)
             newton = t - value / slope if slope < 0.0 else np.inf
             step = abs(newton - t)

@@ -47,7 +47,7 @@ class Pieces(NamedTuple):
         Raises:
             ValueError: a round piece has more than two points.
         """
-        hulls = [(i, points, rounding, bool(rounding.any())) for i, own in enumerate(bodies) for points, rounding in own]
+        hulls = [(i, points, rounding, bool(rounding.any())) for i, group in enumerate(bodies) for points, rounding in group]
         if any(is_round and len(points) > 2 for _, points, _, is_round in hulls):
             raise ValueError("an ellipsoid is swept along a segment only: a round piece has one point or two")
         spans = [np.resize(points, (4, 3)) if is_round else points for _, points, _, is_round in hulls]

@@ -151,10 +151,10 @@ def _stops(t: Array, height: Array) -> Iterator[_Stop]:
             fall = float(np.nanmin(behind[max(k - n, 0) : k + 1]))
             # As few intervals as noise permits.
             m = next((m for m in range(1, n) if 2.0 * slope_noise(sigma, period, m) <= (1.0 - FULL_FALL) * -fall), n)
-            own = slice(max(k - 2 * n, 0), k + n + 1)
-            local = (height[own][m:] - height[own][:-m]) / (t[own][m:] - t[own][:-m])
+            near = slice(max(k - 2 * n, 0), k + n + 1)
+            local = (height[near][m:] - height[near][:-m]) / (t[near][m:] - t[near][:-m])
             falls = np.flatnonzero(local <= FULL_FALL * fall + 2.0 * slope_noise(sigma, period, m))
-            yield _Stop(own.start + m - m // 2 + int(falls[-1]) if len(falls) else max(k - n, 0), k, -fall)
+            yield _Stop(near.start + m - m // 2 + int(falls[-1]) if len(falls) else max(k - n, 0), k, -fall)
 
 
 def _scatter(slope: Array, n: int) -> float:

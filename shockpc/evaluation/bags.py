@@ -69,9 +69,9 @@ def read_bag(path: Path, topics: Sequence[str], remarks: list[str]) -> dict[str,
                 stamp = message.header.stamp
                 names, numbers = KINDS[connection.msgtype].read(message)
                 if names and len(names) == len(numbers):
-                    own = series.setdefault((connection.topic, names), _Series(names, array("q"), array("d")))
-                    own.stamps.append(stamp.sec * 10**9 + stamp.nanosec or received)
-                    own.numbers.extend(numbers)
+                    record = series.setdefault((connection.topic, names), _Series(names, array("q"), array("d")))
+                    record.stamps.append(stamp.sec * 10**9 + stamp.nanosec or received)
+                    record.numbers.extend(numbers)
     except ShockError:
         raise
     except Exception as refusal:  # of many kinds, because whatever is in a damaged file is read
@@ -93,8 +93,8 @@ def _chosen(connections: Sequence[Any], topics: Sequence[str], remarks: list[str
         raise UnknownName("topic", unknown[0], names, "this bag, of the types that are read", "")
     chosen = list(topics)
     for gives in () if topics else dict.fromkeys(kind.gives for kind in KINDS.values()):
-        own = [connection for connection in known if KINDS[connection.msgtype].gives == gives]
-        order = {topic: _usual(topic, KINDS[msgtype].usual) for topic, msgtype in sorted({(c.topic, c.msgtype) for c in own})}
+        usable = [connection for connection in known if KINDS[connection.msgtype].gives == gives]
+        order = {topic: _usual(topic, KINDS[msgtype].usual) for topic, msgtype in sorted({(c.topic, c.msgtype) for c in usable})}
         best = [topic for topic, place in order.items() if place == min(order.values())]
         if gives == "attitude" and any(KINDS[c.msgtype].gives == "pose" for c in known):
             continue
@@ -115,25 +115,25 @@ def _usual(topic: str, usual: Sequence[str]) -> int:
 
 def _on_one_clock(series: list[_Series], remarks: list[str]) -> dict[str, np.ndarray]:
     """The columns of several series at the times of the one that has the joints, or else most samples."""
-    series.sort(key=lambda own: (any(name.startswith("q_") for name in own.names), len(own.stamps)), reverse=True)
+    series.sort(key=lambda record: (any(name.startswith("q_") for name in record.names), len(record.stamps)), reverse=True)
     start = series[0].stamps[0]
     clock = np.unique(np.array(series[0].stamps) - start)
     columns: dict[str, np.ndarray] = {}
-    for own in series:
-        stamps, first = np.unique(np.array(own.stamps) - start, return_index=True)
-        if series[0] is own and (np.diff(np.array(own.stamps)) < 0).any():
+    for record in series:
+        stamps, first = np.unique(np.array(record.stamps) - start, return_index=True)
+        if series[0] is record and (np.diff(np.array(record.stamps)) < 0).any():
             remarks.append("messages are not in the order of their times, and are sorted")
-        values = np.array(own.numbers).reshape(-1, len(own.names))[first]
+        values = np.array(record.numbers).reshape(-1, len(record.names))[first]
         if len(stamps) < 2:
             continue
         # A quaternion and its opposite are one rotation, and no straight line leads from one to the other.
-        turned = [own.names.index(name) for name in QUATERNION if name in own.names]
+        turned = [record.names.index(name) for name in QUATERNION if name in record.names]
         flips = np.concatenate([[False], np.sum(values[1:, turned] * values[:-1, turned], axis=1) < 0.0])
         values[:, turned] *= np.where(np.cumsum(flips) % 2, -1.0, 1.0)[:, None]
         nearest = clock[np.clip(np.searchsorted(0.5 * (clock[1:] + clock[:-1]), stamps), 0, len(clock) - 1)]
         at = np.unique(nearest[(nearest >= stamps[0]) & (nearest <= stamps[-1])])
         rows = np.searchsorted(clock, at)
-        for k, name in enumerate(own.names):
+        for k, name in enumerate(record.names):
             if name in columns and np.isfinite(columns[name][rows]).any():
                 remarks.append(f"{name} is given by several series of messages; that with most samples is taken")
                 continue

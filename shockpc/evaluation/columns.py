@@ -238,8 +238,8 @@ def columns(
     parts, feasible = [], [column.name for column in wanted if column.selection.quantity.role == "feasible"]
     for k in range(0, len(Q), BLOCK):
         rows = slice(k, k + BLOCK)
-        own = landing.motions(rows) if strikes is None else landing
-        block = postures(own, Q[rows], wanted, None if inertias is None else inertias.rows(rows), trusted)
+        moving = landing.motions(rows) if strikes is None else landing
+        block = postures(moving, Q[rows], wanted, None if inertias is None else inertias.rows(rows), trusted)
         values, parting, acting = block.values(None if strikes is None else strikes[rows], wanted, trusted is not None)
         undecided = [values[c.name] for c in wanted if c.name in feasible or c.per_landing(landing.scene)]
         prove = block.prove[:, None] | acting | np.any(np.isnan(undecided), axis=0)
@@ -278,14 +278,14 @@ def values_of(impact: DoubleImpact, wanted: Sequence[Column], shape: tuple[int, 
     wanted = [column for column in wanted if column.time is None]
     with np.errstate(invalid="ignore", divide="ignore"):
         for entry in dict.fromkeys(column.selection.quantity for column in wanted):
-            own = [column for column in wanted if column.selection.quantity is entry]
-            computed |= {column.name: np.full(shape, np.nan) for column in own}
-            known = {column.place.name: place for column in own if (place := column.at(impact.landing)) is not None}
+            of_entry = [column for column in wanted if column.selection.quantity is entry]
+            computed |= {column.name: np.full(shape, np.nan) for column in of_entry}
+            known = {column.place.name: place for column in of_entry if (place := column.at(impact.landing)) is not None}
             places = list(known.values())
             if not places or (entry.per_landing(impact.landing.scene) and not ((more or entry.unproven) and entry.in_doubles)):
                 continue
             values, index = evaluate(entry, impact, places), {place.name: k for k, place in enumerate(places)}
-            for column in (column for column in own if column.place.name in known):
+            for column in (column for column in of_entry if column.place.name in known):
                 computed[column.name] = np.broadcast_to(column.selection.scalar(values[:, :, index[column.place.name]]), shape)
     return computed
 
@@ -315,9 +315,9 @@ def columns_at_times(landing: PosedLanding, wanted: Sequence[Column]) -> dict[st
     times = sorted({column.time for column in timed if column.time is not None})
     motion, computed = CompliantLanding(landing, times[-1] / 1e3), dict[str, float]()
     for time in times:
-        own = {column._replace(time=None).name: column for column in timed if column.time == time}
-        values = values_of(motion.impact_at(time / 1e3), [column._replace(time=None) for column in own.values()], (1, 1))
-        computed |= {own[name].name: float(value[0, 0]) for name, value in values.items()}
+        at_time = {column._replace(time=None).name: column for column in timed if column.time == time}
+        values = values_of(motion.impact_at(time / 1e3), [column._replace(time=None) for column in at_time.values()], (1, 1))
+        computed |= {at_time[name].name: float(value[0, 0]) for name, value in values.items()}
     return computed
 
 

@@ -52,8 +52,8 @@ class Evaluation(Generic[L]):
     @property
     def headings(self) -> tuple[str, ...]:
         """The headings of all columns, without the message."""
-        landings, own = self.landings, [column.name for column in self.computed]
-        numbers = (*own, *landings.further, "condition", "proven", "double_error")
+        landings, names = self.landings, [column.name for column in self.computed]
+        numbers = (*names, *landings.further, "condition", "proven", "double_error")
         return (*(["row"] if self.feasible else []), *landings.headings, *numbers)
 
     @property

@@ -62,11 +62,11 @@ def slopes(
         moved, turned = copy.copy(here), copy.copy(here)
         # In the axes of a body that turns at ω, its jump changes by ω × itself less.
         omega = (state.J[0, :3] * robot.supports[bodies][:, None]) @ rates.T
-        own = np.moveaxis(change.maps[0] @ rates.T, -1, 0).reshape(d, len(bodies), 2, 3, 3)
-        own = own - np.cross(omega.transpose(2, 0, 1)[:, :, None, None], jumps[0].reshape(-1, 2, 3, 3).swapaxes(-1, -2)).swapaxes(
+        rate = np.moveaxis(change.maps[0] @ rates.T, -1, 0).reshape(d, len(bodies), 2, 3, 3)
+        rate = rate - np.cross(omega.transpose(2, 0, 1)[:, :, None, None], jumps[0].reshape(-1, 2, 3, 3).swapaxes(-1, -2)).swapaxes(
             -1, -2
         )
-        moved.jumps = in_body_axes(own.reshape(d, len(bodies), 6, 3), np.repeat(state.rotation[:, bodies], d, axis=0))
+        moved.jumps = in_body_axes(rate.reshape(d, len(bodies), 6, 3), np.repeat(state.rotation[:, bodies], d, axis=0))
         moved.delta_qd = np.moveaxis(change.delta_qd[0] @ rates.T, -1, 0)
         moved.impulse = np.moveaxis(change.impulse[0] @ rates.T, -1, 0)
         turned.strikes = turns.reshape(1, d * S, 3)

@@ -126,16 +126,16 @@ class LoggedMotion:
 
         The angular velocity is 2 q̇ q̄ of the quaternion. What the log has without its positions is the mean over the samples.
         """
-        own, t = slice(begin, end + 1), self.time[begin : end + 1] - self.time[begin : end + 1].mean()
-        x = self.positions[part][own]
+        samples, t = slice(begin, end + 1), self.time[begin : end + 1] - self.time[begin : end + 1].mean()
+        x = self.positions[part][samples]
         slopes = t @ (x - x[0]) / (t @ t)
         if part == "joints":
             return np.asarray(slopes)
         v, before = slopes[:3], self._rows.before
-        v = [v[k] if self.has(axis) else before.velocity[own, k].mean() for k, axis in enumerate("xyz")]
+        v = [v[k] if self.has(axis) else before.velocity[samples, k].mean() for k, axis in enumerate("xyz")]
         q, dq = x[:, 3:].mean(axis=0), slopes[3:]
         omega = 2.0 * (q[3] * dq[:3] - dq[3] * q[:3] + cross(q[:3], dq[:3])) / (q @ q)
-        omega = omega if self.has("w") else before.omega[own].mean(axis=0)
+        omega = omega if self.has("w") else before.omega[samples].mean(axis=0)
         return np.array([value for key, value in zip(TWIST, (*v, *omega), strict=True) if self.has(key)])
 
     def uncertainty(self, part: StatePart, window: float) -> float:
@@ -191,8 +191,8 @@ class LoggedMotion:
             if name not in self.joints:
                 continue
             rate = self._rows.before.joint_rates[first : last + 1, self.robot.joint(name).v.start]
-            own = self.positions["joints"][first : last + 1, self.joints.index(name)]
-            slope = np.gradient(own, self.time[first : last + 1])[inner]
+            values = self.positions["joints"][first : last + 1, self.joints.index(name)]
+            slope = np.gradient(values, self.time[first : last + 1])[inner]
             shifted = np.lib.stride_tricks.sliding_window_view(rate, len(slope))
             if np.std(slope) > 0.0 and (np.std(shifted, axis=1) > 0.0).all():
                 r = [np.corrcoef(slope, one)[0, 1] for one in shifted]

@@ -140,8 +140,8 @@ def _known(values: np.ndarray) -> np.ndarray:
 
 def _period(time: Array, values: Array) -> float:
     """Median time between the samples of a column [s]; infinite if there are fewer than 3."""
-    own = time[_known(values)]
-    return float(np.median(np.diff(own))) if len(own) > 2 else np.inf
+    known_times = time[_known(values)]
+    return float(np.median(np.diff(known_times))) if len(known_times) > 2 else np.inf
 
 
 def _fill(time: Array, columns: dict[str, np.ndarray], period: Mapping[str, float]) -> None:
@@ -152,17 +152,17 @@ def _fill(time: Array, columns: dict[str, np.ndarray], period: Mapping[str, floa
     whole = [columns[name] for name in QUATERNION if columns.get(name, np.zeros((0, 0))).ndim == 1]
     if len(whole) == len(QUATERNION):
         q = np.stack(whole, axis=1)
-        own = np.flatnonzero(np.isfinite(q).all(axis=1))
-        flips = np.sum(q[own[1:]] * q[own[:-1]], axis=1) < 0.0
-        q[own] *= np.where(np.cumsum(np.concatenate([[False], flips])) % 2, -1.0, 1.0)[:, None]
+        known = np.flatnonzero(np.isfinite(q).all(axis=1))
+        flips = np.sum(q[known[1:]] * q[known[:-1]], axis=1) < 0.0
+        q[known] *= np.where(np.cumsum(np.concatenate([[False], flips])) % 2, -1.0, 1.0)[:, None]
         columns |= dict(zip(QUATERNION, q.T.copy(), strict=True))
     slow = [name for name, values in columns.items() if values.ndim == 1 and np.isnan(values).any()]
     for name in slow:
-        own = np.flatnonzero(np.isfinite(columns[name]))
-        after = np.clip(np.searchsorted(own, np.arange(len(time))), 0, len(own) - 1)
-        before = own[np.maximum(after - (own[after] != np.arange(len(time))), 0)]
-        filled = np.interp(time, time[own], columns[name][own], left=np.nan, right=np.nan)
-        columns[name] = np.where(time[own[after]] - time[before] <= GAP * period[name], filled, np.nan)
+        known = np.flatnonzero(np.isfinite(columns[name]))
+        after = np.clip(np.searchsorted(known, np.arange(len(time))), 0, len(known) - 1)
+        before = known[np.maximum(after - (known[after] != np.arange(len(time))), 0)]
+        filled = np.interp(time, time[known], columns[name][known], left=np.nan, right=np.nan)
+        columns[name] = np.where(time[known[after]] - time[before] <= GAP * period[name], filled, np.nan)
     if len(whole) == len(QUATERNION) and set(slow) & set(QUATERNION):
         length = np.sqrt(sum(columns[name] ** 2 for name in QUATERNION))
         # Of a straight line between two quaternions; another length is that of the file, and an error.

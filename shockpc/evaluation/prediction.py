@@ -139,14 +139,14 @@ def coordinate(measured: Measured, robot: Robot) -> int:
     return robot.joint(measured.name).v.start if measured.group in ("joint rates", "sliding rates") else -1
 
 
-def energy_roots(W: Array, own: np.ndarray) -> Array:
+def energy_roots(W: Array, chosen: np.ndarray) -> Array:
     """Matrices R (n, k, k): ‖R δ‖² is the least ΔᵀHΔ of all motions Δ in which some velocities jump by δ.
 
     Args:
         W: (n, nv, nv) mobilities.
-        own: (k,) which velocities. A jump of one that cannot be does not count.
+        chosen: (k,) which velocities. A jump of one that cannot be does not count.
     """
-    s, Q = np.linalg.eigh(W[:, own][:, :, own])
+    s, Q = np.linalg.eigh(W[:, chosen][:, :, chosen])
     root = np.where(s > 1e-12 * s[:, -1:], 1.0 / np.sqrt(np.where(s > 0.0, s, 1.0)), 0.0)
     return np.asarray(root[..., None] * Q.swapaxes(1, 2))
 
@@ -269,15 +269,15 @@ class Predictor:
 
     def _with_friction(self, study: RecordedLandings, values: tuple[float, ...] | None) -> tuple[Array, dict[int, str]]:
         """The jumps with friction, of which only the impulses of the contacts depend on friction, restitution and scale."""
-        own, others = self.by_subject(values), {"friction": 0.0, SCALE: 1.0}
+        by_subject, others = self.by_subject(values), {"friction": 0.0, SCALE: 1.0}
         if all(contact.kind != "flat" for scene in study.table.scenes for contact in scene.contact):
             others["restitution"] = 0.0
-        problems, refused = self.problems(None if values is None else tuple(others.get(name, x) for name, x in own.items()))
+        problems, refused = self.problems(None if values is None else tuple(others.get(name, x) for name, x in by_subject.items()))
         jumps, messages = np.full((study.rows, len(self.measured)), np.nan), dict(refused)
         friction = np.nan_to_num(study.table.friction, nan=STICKS)
         for rows, problem, to_measured in problems:
-            scaled = problem.scaled(own.get(SCALE, 1.0))
-            impulses, failures = scaled.impulses(friction[rows], own.get("restitution"))
+            scaled = problem.scaled(by_subject.get(SCALE, 1.0))
+            impulses, failures = scaled.impulses(friction[rows], by_subject.get("restitution"))
             jumps[rows] = (to_measured @ scaled.delta(impulses)[:, 0, :, None])[..., 0]
             messages |= {int(rows[i]): str(error) for i, error in failures.items()}
         return jumps, messages
@@ -312,7 +312,7 @@ class Predictor:
         for one in problems:
             alike.setdefault((one[1].stops, *one[1].by_impulse.shape[1:]), []).append(one)
         whole = [tuple(zip(*ones, strict=True)) for ones in alike.values()]
-        return [(np.concatenate(rows), joined(own), np.concatenate(measured)) for rows, own, measured in whole], messages
+        return [(np.concatenate(rows), joined(parts), np.concatenate(measured)) for rows, parts, measured in whole], messages
 
     def to_measured(self, equation: Equation) -> Array:
         """The measured velocities (N, k, ny) for unit free velocities in N postures."""

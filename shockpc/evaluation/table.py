@@ -104,10 +104,10 @@ class Table:
     @property
     def numbers(self) -> np.ndarray:
         """Numbers (n,) of the rows, of which some may be left out."""
-        own = self.columns.get("row")
-        if own is None or own.dtype.kind in "UO":
+        rows = self.columns.get("row")
+        if rows is None or rows.dtype.kind in "UO":
             return np.arange(self.first, self.first + len(self))
-        return own.astype(int)
+        return rows.astype(int)
 
     @property
     def feasible(self) -> np.ndarray:

@@ -123,7 +123,7 @@ def _read_csv(stream: IO[bytes]) -> dict[str, np.ndarray]:
                 texts = [column.dtype.kind == "U" for column in blocks[0]] if blocks else list(map(_is_text, first))
                 size += sum(_text_size(column) if text else 8 * len(column) for text, column in zip(texts, cells, strict=True))
                 _refuse_size(size)
-                blocks.append([np.char.strip(own) if text else _numbers(own) for text, own in zip(texts, cells, strict=True)])
+                blocks.append([np.char.strip(part) if text else _numbers(part) for text, part in zip(texts, cells, strict=True)])
                 count += len(block)
                 _refuse_rows(count)
         except csv.Error as refusal:

@@ -229,8 +229,8 @@ def motion_range(joints: Iterable[Joint]) -> tuple[float, float]:
 def each_of(robot: Robot, varied: Variation) -> tuple[Variation, ...]:
     """A variation with a quantity of its own for each joint or link that matches; one of the whole landing as it is."""
     if varied.kind == "joint":
-        own = (replace(varied, subject=joint.name, target=joint.name) for joint in varied.joints(robot))
-        return tuple(_within_limits(robot, each) for each in own)
+        single = (replace(varied, subject=joint.name, target=joint.name) for joint in varied.joints(robot))
+        return tuple(_within_limits(robot, each) for each in single)
     if varied.kind in OF_A_PART:
         names = robot.match_joints(varied.target) if varied.kind in OF_A_JOINT else links_with_mass(robot, varied.target)
         return tuple(replace(varied, subject=f"{varied.kind}:{name}", target=name) for name in names)

@@ -168,10 +168,10 @@ class VariedLandings:
                 yield Refusal(chosen, landing)
                 continue
             for begin in range(0, len(chosen), GROUP):
-                own = chosen[begin : begin + GROUP]
-                inertias, refused = self._inertias(landing, values, own)
-                yield from (Refusal(own[i : i + 1], error) for i, error in refused.items())
-                yield Group(own, landing, self._postures(landing, values, own), self._strikes(landing, values, own), inertias)
+                rows = chosen[begin : begin + GROUP]
+                inertias, refused = self._inertias(landing, values, rows)
+                yield from (Refusal(rows[i : i + 1], error) for i, error in refused.items())
+                yield Group(rows, landing, self._postures(landing, values, rows), self._strikes(landing, values, rows), inertias)
 
     def _values(self, k: int) -> dict[Variation, np.ndarray]:
         a, b = self.chunks[k]
@@ -185,7 +185,7 @@ class VariedLandings:
         u = np.random.default_rng([self.seed, 1, k]).random((len(self.axes), b - a))
         if self.lhs:
             u = (u + [_strata(self.sample, np.arange(a, b), self.seed, j) for j in range(len(u))]) / self.sample
-        return {variation: variation.drawn(own)[:, None] for variation, own in zip(self.axes, u, strict=True)}
+        return {variation: variation.drawn(uniform)[:, None] for variation, uniform in zip(self.axes, u, strict=True)}
 
     def _landings(self, values: dict[Variation, np.ndarray], m: int) -> "Iterator[tuple[np.ndarray, PosedLanding | ShockError]]":
         if not self.separate and not any(variation.stage == 0 for variation in values):
@@ -213,18 +213,18 @@ class VariedLandings:
             )
         )
 
-    def _postures(self, landing: PosedLanding, values: dict[Variation, np.ndarray], own: np.ndarray) -> Array:
+    def _postures(self, landing: PosedLanding, values: dict[Variation, np.ndarray], rows: np.ndarray) -> Array:
         """Configurations (n, nq) of some rows of a chunk."""
-        Q = np.repeat(landing.q[None], len(own), axis=0)
+        Q = np.repeat(landing.q[None], len(rows), axis=0)
         if self.separate:
             return Q
-        moved = {variation: x[own, 0].astype(float) for variation, x in values.items() if variation.moves}
+        moved = {variation: x[rows, 0].astype(float) for variation, x in values.items() if variation.moves}
         angles = {variation.kind: x for variation, x in moved.items() if variation.kind != "joint"}
         if angles:
             from scipy.spatial.transform import Rotation
 
             given = dict(zip(ATTITUDE, landing.scene.posture.base_rpy_deg or (0.0, 0.0, 0.0), strict=True)) | angles
-            rpy = np.stack([np.broadcast_to(given[kind], len(own)) for kind in ATTITUDE], axis=1)
+            rpy = np.stack([np.broadcast_to(given[kind], len(rows)) for kind in ATTITUDE], axis=1)
             Q[:, 3:7] = Rotation.from_euler("xyz", rpy, degrees=True).as_quat()
         joints = [
             (joint, x) for variation, x in moved.items() if variation.kind == "joint" for joint in variation.joints(self.robot)
@@ -233,13 +233,13 @@ class VariedLandings:
         return Q
 
     def _inertias(
-        self, landing: PosedLanding, values: dict[Variation, np.ndarray], own: np.ndarray
+        self, landing: PosedLanding, values: dict[Variation, np.ndarray], rows: np.ndarray
     ) -> tuple[Inertias | None, dict[int, ShockError]]:
         """The inertias of some rows of a chunk; None where all have the landing's own. And why no robot has those of a row."""
         varied = [variation for variation in values if variation.kind in INERTIAL]
         if not varied or self.separate:
             return None, {}
-        x = {variation: values[variation][own, 0].astype(float) for variation in varied}
+        x = {variation: values[variation][rows, 0].astype(float) for variation in varied}
         bodies = varied_bodies(
             landing.robot,
             [
@@ -248,12 +248,12 @@ class VariedLandings:
                 if variation.kind in OF_A_LINK
             ],
         )
-        armature = np.repeat(landing.joint_model.armature[None], len(own), axis=0)
+        armature = np.repeat(landing.joint_model.armature[None], len(rows), axis=0)
         for variation in varied:
             if variation.kind == "armature":
                 chosen = armature_set(landing.scene, self.robot, variation)
                 armature[:, chosen] = x[variation][:, None] * (armature[:, chosen] if variation.factor else 1.0)
-        mass, com, inertia = (np.broadcast_to(part, (len(own), *part.shape[1:])) for part in bodies)
+        mass, com, inertia = (np.broadcast_to(part, (len(rows), *part.shape[1:])) for part in bodies)
         refused = dict[int, ShockError]()
         with np.errstate(all="ignore"):
             plausible = (np.where(mass > 0.0, mass, 1.0) > 1e-14) & (mass < 1e23) & (np.abs(inertia).max(axis=(-1, -2)) < 1e23)
@@ -264,10 +264,10 @@ class VariedLandings:
                 refused[i] = error
         return Inertias(mass, com, inertia, armature), refused
 
-    def _strikes(self, landing: PosedLanding, values: dict[Variation, np.ndarray], own: np.ndarray) -> Array:
-        varied = {variation.kind: x if self.sample is None else x[own] for variation, x in values.items() if variation.stage == 2}
+    def _strikes(self, landing: PosedLanding, values: dict[Variation, np.ndarray], rows: np.ndarray) -> Array:
+        varied = {variation.kind: x if self.sample is None else x[rows] for variation, x in values.items() if variation.stage == 2}
         if not varied:
-            return np.broadcast_to(landing.before.velocity, (len(own), self.strikes, 3))
+            return np.broadcast_to(landing.before.velocity, (len(rows), self.strikes, 3))
         strike = landing.scene.strike
         speed = varied.get("speed", np.array([[1.0 if strike.speed is None else strike.speed]]))
         theta = varied.get("strike-angle", np.array([[strike.strike_angle_deg or 0.0]])) * DEG
@@ -275,13 +275,13 @@ class VariedLandings:
             speed = math.sqrt(2.0 * GRAVITY * strike.drop_height) / np.cos(theta)
         up = np.array([0.0, 0.0, 1.0])
         velocity = speed[..., None] * (np.sin(theta)[..., None] * landing.plane.forward - np.cos(theta)[..., None] * up)
-        return np.broadcast_to(velocity, (len(own), self.strikes, 3))
+        return np.broadcast_to(velocity, (len(rows), self.strikes, 3))
 
     def _case(self, choice: dict[Variation, Any]) -> tuple[Scene, Robot]:
         scene, robot, changes = self.scene, self.robot, list[Change]()
         for variation, value in choice.items():
-            if own := robot_changes(robot, variation, value):
-                changes += own
+            if edits := robot_changes(robot, variation, value):
+                changes += edits
             else:
                 scene, robot = applied(scene, robot, variation, value)
         if changes:
@@ -407,8 +407,8 @@ def _complete(robot: Robot, varied: Variation, sample: bool) -> Variation:
 def _refuse_twice(robot: Robot, variations: list[Variation]) -> None:
     seen: dict[str, str] = {}
     for varied in variations:
-        own = [joint.name for joint in varied.joints(robot)] if varied.kind == "joint" else [varied.subject]
-        for name in own:
+        names = [joint.name for joint in varied.joints(robot)] if varied.kind == "joint" else [varied.subject]
+        for name in names:
             if name in seen:
                 raise StudyError(f'"{name}" is varied twice, by "{seen[name]}" and by "{varied.subject}"; keep one of them')
             seen[name] = varied.subject

@@ -73,8 +73,8 @@ def applied(scene: Scene, robot: Robot, varied: Variation, value: Any) -> tuple[
         given: dict[str, Any] = {OF_THE_SCENE[varied.kind]: float(value)}
         return replace(scene, **given), robot
     if varied.kind in OF_CONTACTS:
-        own: dict[str, Any] = {OF_CONTACTS[varied.kind]: float(value)}
-        return replace(scene, contact=tuple(replace(contact, **own) for contact in scene.contact)), robot
+        fields: dict[str, Any] = {OF_CONTACTS[varied.kind]: float(value)}
+        return replace(scene, contact=tuple(replace(contact, **fields) for contact in scene.contact)), robot
     if varied.kind == "rotor":
         motor = replace(scene.joints.rotor.get(varied.target, Rotor(inertia=1.0)), inertia=float(value))
         joints = replace(scene.joints, rotor=_set_last(scene.joints.rotor, {varied.target: motor}))
@@ -221,17 +221,17 @@ def _with_stiffness(scene: Scene, robot: Robot, varied: Variation, value: float)
         ShockError: there is no spring to multiply, a joint has two, its rotor is not known, or the joints are locked.
     """
     joints, model = scene.joints, _given_drives(scene, robot)
-    own, behind = model.stiffness > 0.0, np.isfinite(model.drive_stiffness)
+    sprung, behind = model.stiffness > 0.0, np.isfinite(model.drive_stiffness)
     chosen = ~model.locked & robot.actuated_dofs & robot.velocities(robot.match_joints(varied.target))
     if varied.factor:
-        chosen = _multiplied(robot, varied, chosen & (own | behind))
+        chosen = _multiplied(robot, varied, chosen & (sprung | behind))
     faults = {
         "these joints are locked, so a spring changes nothing there; vary others": not chosen.any(),
         "the inertia of the rotor behind a spring is not known, so the spring counts nowhere; give it with --rotor": (
             chosen & behind & (model.rotor == 0.0)
         ).any(),
         "a joint has a spring of its own and one before its rotor; give factors, such as 0.5x:2x, which multiply both": (
-            (chosen & own & behind).any() and not varied.factor
+            (chosen & sprung & behind).any() and not varied.factor
         ),
     }
     for text, wrong in faults.items():
@@ -239,7 +239,7 @@ def _with_stiffness(scene: Scene, robot: Robot, varied: Variation, value: float)
             raise StudyError(f"{varied.subject}: {text}")
     stiffness, rotor = dict[str, float](), dict[str, Rotor]()
     for name, v in _first_velocities(robot, chosen):
-        if own[v] or not behind[v]:
+        if sprung[v] or not behind[v]:
             stiffness[name] = value * float(model.stiffness[v] if varied.factor else 1.0)
         if behind[v]:
             k = value * float(model.drive_stiffness[v] if varied.factor else 1.0)

@@ -109,8 +109,8 @@ class Impact:
     @property
     def base_velocities(self) -> Array:
         """(N, S, 3) velocities of the base before the impact, world axes [m/s]."""
-        own = self.landing.before.velocity
-        return np.broadcast_to(own, (len(self.state.J), 3))[:, None] if self.strikes is None else self.strikes
+        velocity = self.landing.before.velocity
+        return np.broadcast_to(velocity, (len(self.state.J), 3))[:, None] if self.strikes is None else self.strikes
 
     @property
     def _strike_change(self) -> Array:

@@ -230,8 +230,8 @@ def _refuse_contradiction(landing: PosedLanding, equation: Equation, proof: Proo
 
 def _direction(equation: Equation, row: int) -> tuple[Block, str]:
     held = zip(equation.blocks, slices_of(equation.blocks), strict=True)
-    block, own = next((block, own) for block, own in held if row < own.stop)
-    return block, " ".join(f"{u:.3g}" for u in block_axes(equation.state, block)[0, row - own.start] + 0.0)
+    block, rows = next((block, rows) for block, rows in held if row < rows.stop)
+    return block, " ".join(f"{u:.3g}" for u in block_axes(equation.state, block)[0, row - rows.start] + 0.0)
 
 
 def greatest_motion(landing: PosedLanding, jumps: Array, length: Array) -> tuple[float, int]:

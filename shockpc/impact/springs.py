@@ -68,16 +68,16 @@ def spring_times(landing: PosedLanding) -> Array:
     behind = np.array([v for v in joints if model.rotor[v] > 0.0], dtype=int)
     held = np.array([v for v in joints if model.stiffness[v] > 0.0], dtype=int)
     held_rotor = np.flatnonzero(model.rotor_unknown)
-    own = np.concatenate([held, held_rotor])
+    loaded = np.concatenate([held, held_rotor])
     n, s = len(M), len(behind)
     full = np.zeros((n + s, n + s))
     full[:n, :n], full[n:, n:] = M, np.diag(model.rotor[behind])
-    B = np.zeros((len(own) + s, n + s))
-    B[: len(own), :n], B[len(own) :, :n], B[len(own) :, n:] = velocities[own], velocities[behind], -np.eye(s)
+    B = np.zeros((len(loaded) + s, n + s))
+    B[: len(loaded), :n], B[len(loaded) :, :n], B[len(loaded) :, n:] = velocities[loaded], velocities[behind], -np.eye(s)
     k = np.concatenate([model.stiffness[held], model.drive_stiffness[held_rotor], model.drive_stiffness[behind]])
     U, sigma, _ = np.linalg.svd(np.sqrt(k)[:, None] * np.linalg.solve(np.linalg.cholesky(full), B.T).T, full_matrices=False)
     moving = sigma > 1e-9 * sigma.max(initial=0.0)
-    for row, v in enumerate([*own, *behind]):
+    for row, v in enumerate([*loaded, *behind]):
         slowest = sigma[moving & (U[row] ** 2 >= TAKES_PART)].min(initial=np.inf)
         times[v] = min(times[v], np.pi / (2.0 * slowest) if np.isfinite(slowest) else np.inf)
     return times

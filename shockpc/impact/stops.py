@@ -65,19 +65,19 @@ def with_stops(landing: PosedLanding) -> PosedLanding:
     if not np.isfinite(after).all() or not driven_beyond(at_stops(bare.robot, bare.q[None], bare.joint_model)[0], after).any():
         return bare
     G = np.eye(rows.shape[1]) if equation.G is None else equation.G[0]
-    own = rows @ G
+    reduced = rows @ G
     try:
         to_metric = np.linalg.inv(np.linalg.cholesky(equation.H[0])).T
     except np.linalg.LinAlgError:
         return bare  # the proof names what has no inertia
-    held, whole = equation.J_c[0] @ to_metric, np.linalg.norm(own @ to_metric, axis=1)
+    held, whole = equation.J_c[0] @ to_metric, np.linalg.norm(reduced @ to_metric, axis=1)
     if len(held):
         choice = solution.choices.get(0)
         held = held if choice is None else held[choice.rows]
         basis = np.linalg.qr(held.T, mode="complete")[0][:, len(held) :]
         to_metric = to_metric @ basis
     e = np.array([block.restitution for block in blocks])
-    in_metric = own @ to_metric
+    in_metric = reduced @ to_metric
     # What contacts and loops hold already, no stop can move.
     length, missing = np.linalg.norm(in_metric, axis=1), -(rows @ after + e * before)
     fixed = length <= DEPENDS * whole

@@ -190,7 +190,7 @@ def _level(points: list[Array], up: Array) -> list[np.ndarray]:
     height = every @ up
     # A foot's sole is level to rounding only; its extent sets what counts as level.
     slack = 1e-6 * max(float(np.ptp(every, axis=0).max()), 1e-6)
-    return [np.asarray(own @ up <= height.min() + slack) for own in points]
+    return [np.asarray(piece @ up <= height.min() + slack) for piece in points]
 
 
 def lowest_point_turned(contact: Block, rotation: Array) -> Array:
@@ -207,10 +207,10 @@ def lowest_point_turned(contact: Block, rotation: Array) -> Array:
     for k, R in enumerate(rotation):
         down = -R.T @ contact.normal
         lowest = _level([shape.farthest(down) for shape in contact.lowest], -down)
-        if sum(int(own.sum()) for own in lowest) > 1:
+        if sum(int(is_lowest.sum()) for is_lowest in lowest) > 1:
             out[k] = np.nan
             continue
-        shape = next(shape for shape, own in zip(contact.lowest, lowest, strict=True) if own.any())
+        shape = next(shape for shape, is_lowest in zip(contact.lowest, lowest, strict=True) if is_lowest.any())
         along = down @ shape.rounding
         length = float(np.linalg.norm(along))
         if length > 1e-6 * float(np.abs(shape.rounding).max()):

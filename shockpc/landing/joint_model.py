@@ -113,12 +113,12 @@ def joint_model(robot: Robot, joints: Joints) -> JointModel:
                 'for none use model = "free" (--joints free), and for a joint that holds model = "locked"',
                 joints=[pattern],
             )
-        own = _velocities(robot, pattern)
-        armature[own], rotor[own] = (inertia, 0.0) if np.isinf(k) else (0.0, inertia)
-        drive_stiffness[own], known[own], by_default[own] = k, True, False
+        dofs = _velocities(robot, pattern)
+        armature[dofs], rotor[dofs] = (inertia, 0.0) if np.isinf(k) else (0.0, inertia)
+        drive_stiffness[dofs], known[dofs], by_default[dofs] = k, True, False
     for pattern, k in joints.stiffness.items():
-        own = _velocities(robot, pattern)
-        stiffness[own], known[own] = _positive("the stiffness of joint", pattern, k), True
+        dofs = _velocities(robot, pattern)
+        stiffness[dofs], known[dofs] = _positive("the stiffness of joint", pattern, k), True
     torque = np.full(nv, np.nan)
     for pattern, value in joints.torque.items():
         torque[_velocities(robot, pattern)] = value
@@ -157,13 +157,13 @@ def _with_rigid_springs(
     Raises:
         SceneError: the rotor behind a spring is not known.
     """
-    own, behind = (stiffness > 0.0) & ~locked, np.isfinite(drive_stiffness) & ~locked
-    if (lacking := behind & ~own & (rotor == 0.0)).any():
+    sprung, behind = (stiffness > 0.0) & ~locked, np.isfinite(drive_stiffness) & ~locked
+    if (lacking := behind & ~sprung & (rotor == 0.0)).any():
         names = listed(joint.name for joint in robot.single_joints if lacking[joint.v].any())
         raise SceneError(
             f"the springs are to be rigid, but the rotors behind those of {names} are not known; give them as rotor (--rotor)"
         )
-    return armature + np.where(behind, rotor, 0.0), locked | own
+    return armature + np.where(behind, rotor, 0.0), locked | sprung
 
 
 def without_springs(armature: Array, locked: np.ndarray, name: str) -> JointModel:

@@ -62,14 +62,14 @@ class JointPath:
         Raises:
             StudyError: no loop can be closed at any value.
         """
-        own = self.landing.q
+        q = self.landing.q
         if not self.landing.loops:
-            return values, self.at(values, np.repeat(own[None], len(values), axis=0)), []
-        start = int(np.argmin(np.abs(values - self.joints[0].value(own))))
+            return values, self.at(values, np.repeat(q[None], len(values), axis=0)), []
+        start = int(np.argmin(np.abs(values - self.joints[0].value(q))))
         reached: dict[float, Array] = {}
         refused: list[tuple[float, float, str]] = []
         for walk in (values[start:].tolist(), values[start::-1].tolist()):
-            near, last = own, None
+            near, last = q, None
             for value in walk:
                 try:
                     near = self._closed(value, near)

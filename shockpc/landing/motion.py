@@ -63,8 +63,8 @@ def approach_speeds(state: Dynamics, blocks: Sequence[Block], before: Motion | N
             # The bodies on both sides turn alike, so their joint's rate alone counts.
             turning = before._replace(velocity=0.0 * before.velocity, omega=0.0 * before.omega)
             ends = [twist_before(state, turning, end) for end in (block.body, block.other) if end >= 0]
-            own = ends[0] - ends[1] if len(ends) > 1 else ends[0]
-            speeds[..., 3:] = (1.0 + block.restitution) * (wrenches @ own[..., None])
+            relative = ends[0] - ends[1] if len(ends) > 1 else ends[0]
+            speeds[..., 3:] = (1.0 + block.restitution) * (wrenches @ relative[..., None])
         b.append(speeds)
     return np.concatenate(b, axis=1)
 

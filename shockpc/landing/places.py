@@ -93,10 +93,10 @@ def part_places(robot: Robot, parts: tuple[Part, ...]) -> tuple[Place, ...]:
         if part.at is not None:
             places.append(point_place(robot, point_at(robot, part.at))._replace(name=part.name, number=k))
         elif part.joint is not None:
-            own = [joints[name] for name in robot.match_joints(part.joint)]
-            one = len(own) == 1
-            names = [part.name if one else p.name if part.name == part.joint else f"{part.name}/{p.name}" for p in own]
-            places += [Place(name, place.body, number=k, joint=place.number) for name, place in zip(names, own, strict=True)]
+            matched = [joints[name] for name in robot.match_joints(part.joint)]
+            one = len(matched) == 1
+            names = [part.name if one else p.name if part.name == part.joint else f"{part.name}/{p.name}" for p in matched]
+            places += [Place(name, place.body, number=k, joint=place.number) for name, place in zip(names, matched, strict=True)]
     names = [place.name for place in places]
     if twice := [name for name in names if names.count(name) > 1]:
         raise SceneError(f'two parts are called "{printable(twice[0])}"; rename one of them')

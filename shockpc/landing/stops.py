@@ -109,8 +109,8 @@ def velocity_at_stop(state: Dynamics, stop: Block, before: Motion) -> Array:
     """Velocity (N, 3) of the contact point of an end stop relative to the body before its joint, world axes [m/s]."""
     point, turning = block_point(state, stop), before._replace(velocity=0.0 * before.velocity, omega=0.0 * before.omega)
     ends = [twist_before(state, turning, end) for end in (stop.body, stop.other) if end >= 0]
-    own = ends[0] - ends[1] if len(ends) > 1 else ends[0]
-    return np.asarray(velocity_at(own[:, :3], own[:, 3:], point))
+    relative = ends[0] - ends[1] if len(ends) > 1 else ends[0]
+    return np.asarray(velocity_at(relative[:, :3], relative[:, 3:], point))
 
 
 def side_of(robot: Robot, stop: Block) -> float:

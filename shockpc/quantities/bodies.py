@@ -91,7 +91,7 @@ def _greatest(impact: Impact, places: Places) -> Array:
         return np.asarray(_extremes(impact, places)[1])
     omega, v = (part.astype(float) for part in _split(impact, places))
     pieces = [_pieces(impact.landing.robot, place.body) for place in places]
-    speeds = [greatest_shock(omega[:, :, k], v[:, :, k], own) for k, own in enumerate(pieces)]
+    speeds = [greatest_shock(omega[:, :, k], v[:, :, k], piece) for k, piece in enumerate(pieces)]
     return np.asarray(np.stack(speeds, axis=-1) / impact.v_in.astype(float)[..., None])
 
 

@@ -75,9 +75,9 @@ def _moment(impact: Impact, places: Places) -> Any:
     for block, rows in _rows(impact, places):
         n = len(block.forces)
         axes = block_axes(impact.state, block)[:, None, n:] if block.kind == "stop" else impact.exact(block.moments)
-        own = (impulse[..., rows][..., None, n:] @ axes)[..., 0, :]
+        moment = (impulse[..., rows][..., None, n:] @ axes)[..., 0, :]
         known = len(block.moments) and impact.unique[:, None, rows].all(axis=-1, keepdims=True)
-        moments.append(np.where(known, own, np.nan))
+        moments.append(np.where(known, moment, np.nan))
     return np.stack(moments, axis=-2)
 
 

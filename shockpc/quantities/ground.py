@@ -63,11 +63,11 @@ def _where_given(entry: Quantity, key: GroundOption, read: Callable[[Any, Impact
         return np.asarray(read(_solved(impact.landing, key), impact, places))
 
     missing = "; or ".join(filter(None, [f"the scene gives no {key.replace('_', ' ')}", entry.missing]))
-    own = Quantity(entry.key, entry.of, entry.title, entry.unit, entry.worse, compute, entry.size, missing)
+    derived = Quantity(entry.key, entry.of, entry.title, entry.unit, entry.worse, compute, entry.size, missing)
     section = key.removeprefix("contact_")
     path = f"{section}:{entry.path or entry.key.removeprefix(f'{section}_').removesuffix(f'_{section}')}"
     kept = {name: getattr(entry, name) for name in ("vector", "shared", "signed", "flag")}
-    return own._replace(**kept, needs_posture=True, unproven=True, path=path)
+    return derived._replace(**kept, needs_posture=True, unproven=True, path=path)
 
 
 def _with_friction(entry: Quantity) -> Quantity:
@@ -137,8 +137,8 @@ def _contact_peaks(found: "CompliantLanding", places: Places) -> Array:
 def point_peaks(found: "CompliantLanding", places: Places) -> Array:
     """Peak accelerations (n,) of points [m/s²], and when each is reached [s]."""
     landing = found.landing
-    own = {(place.body, place.r.tobytes()): k for k, place in enumerate(_points(landing), len(landing.contact_places))}
-    columns = [own.get((place.body, place.r.tobytes()), -1) for place in places]
+    index = {(place.body, place.r.tobytes()): k for k, place in enumerate(_points(landing), len(landing.contact_places))}
+    columns = [index.get((place.body, place.r.tobytes()), -1) for place in places]
     return np.array(found.peaks(point_velocity, places)) if -1 in columns else np.array(found.peaks(_loads))[:, columns]
 
 

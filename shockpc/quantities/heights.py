@@ -22,7 +22,7 @@ class Levels(NamedTuple):
         core: (N, n) as `surface`, without the least semi-axis of the ellipsoid that rounds a shape.
         surface: (N, n) the lowest points of the shapes; inf of those of a body that is wholly above all contact points.
         contacts: (N, c) the lowest points of the contacts and standing feet: of their shapes, or the contact points.
-        own: (c, n) which shapes belong to each of these.
+        of_contact: (c, n) which shapes belong to each of these.
         others: (n,) which shapes belong to none.
         inside: how far a contact point may lie above the lowest point of its link.
         tolerance: the scene's, by how much lowest points may differ in height that flat ground touches together.
@@ -31,7 +31,7 @@ class Levels(NamedTuple):
     core: Array
     surface: Array
     contacts: Array
-    own: np.ndarray
+    of_contact: np.ndarray
     others: np.ndarray
     inside: float
     tolerance: float
@@ -79,7 +79,7 @@ def levels(landing: Landing, rotation: Array, position: Array, points: Array) ->
         points: (N, c, 3) of the contacts and standing feet on flat ground, from the base [m].
     """
     robot, up, outline = landing.robot, landing.up, body_outline(landing.robot)
-    shapes, pieces = [shape for own in outline.shapes for shape in own], outline.pieces
+    shapes, pieces = [shape for carried in outline.shapes for shape in carried], outline.pieces
     surface, ground = np.full((len(shapes), len(rotation)), np.inf), (points @ up).max(axis=1)
     for body, (n, corners, axes, radius) in enumerate(_by_body(robot)):
         rising, height = up @ rotation[:, body], position[:, body] @ up
@@ -95,9 +95,9 @@ def levels(landing: Landing, rotation: Array, position: Array, points: Array) ->
     frames = [robot.frame(held[k].frame) for k in on_ground(landing)]
     struck = np.array([[shape.belongs_to(frame) for shape in shapes] for frame in frames], dtype=bool)
     contacts = height.copy()
-    for k, (frame, own) in enumerate(zip(frames, struck, strict=True)):
-        if own.any():
-            touching = surface[:, own]
+    for k, (frame, of_contact) in enumerate(zip(frames, struck, strict=True)):
+        if of_contact.any():
+            touching = surface[:, of_contact]
         else:
             # A frame without shapes stands for those of its body in which it may lie, such as a site at the centre of a foot.
             body = pieces.body == frame.body
@@ -113,7 +113,7 @@ def _by_body(robot: Robot) -> tuple[tuple[np.ndarray, Array, Array, float], ...]
     pieces, found = body_outline(robot).pieces, []
     sizes = np.linalg.norm(pieces.points, axis=1) + np.linalg.norm(pieces.rounding, axis=1).max(axis=1)[pieces.piece]
     for body in range(len(robot.bodies)):
-        n, own = np.flatnonzero(pieces.body == body), pieces.body[pieces.piece] == body
+        n, of_body = np.flatnonzero(pieces.body == body), pieces.body[pieces.piece] == body
         axes = pieces.rounding[n].transpose(2, 0, 1).reshape(-1, 3)
-        found.append((n, pieces.points[own], axes, float(sizes[own].max(initial=-np.inf))))
+        found.append((n, pieces.points[of_body], axes, float(sizes[of_body].max(initial=-np.inf))))
     return tuple(found)

@@ -20,8 +20,8 @@ REDUNDANT = "contacts or loops are redundant, so the impulse through a joint is 
 
 def _columns(impact: Impact, places: Places) -> list[slice]:
     """Where the velocities of each joint are in q̇."""
-    own = {joint.name: joint.v for joint in impact.landing.robot.single_joints}
-    return [own[place.name] for place in places]
+    velocities = {joint.name: joint.v for joint in impact.landing.robot.single_joints}
+    return [velocities[place.name] for place in places]
 
 
 def _of_joints(impact: Impact, places: Places, qd: Any) -> Any:

@@ -98,17 +98,17 @@ class ShockMaps(NamedTuple):
         if self.derivatives is None:
             raise StudyError("these maps have no derivatives; compute them with shock_maps(landing, Q, derivatives=True)")
         body, r = self._where(place, point)
-        own = self.derivatives[:, body]
-        if not np.isfinite(own).all():
-            singular = np.flatnonzero(~np.isfinite(own).all(axis=(1, 2, 3)))
+        slopes = self.derivatives[:, body]
+        if not np.isfinite(slopes).all():
+            singular = np.flatnonzero(~np.isfinite(slopes).all(axis=(1, 2, 3)))
             raise StudyError(
                 f"posture {singular[0]} (of {len(singular)} such) has no derivatives: it is singular, or nearly, so that fewer "
                 "contact and closure rows are independent there than beside it, or several points are the lowest ones of a "
                 "contact, which jumps; leave it out, or take a posture beside it"
             )
-        n, nv = len(own), own.shape[-1]
+        n, nv = len(slopes), slopes.shape[-1]
         r = self.rotation[:, body] @ r
-        moved = jump_at(own.reshape(n, 6, -1), r).reshape(n, 3, 3, nv)
+        moved = jump_at(slopes.reshape(n, 6, -1), r).reshape(n, 3, 3, nv)
         # r turns with the body: Δω × (ω_k × r).
         turned = cross(self.columns[:, :3].swapaxes(1, 2) * self.robot.supports[body][:, None], r[:, None])
         return np.asarray(moved + cross(self.maps[:, body, :3].swapaxes(1, 2)[:, :, None], turned[:, None]).transpose(0, 3, 1, 2))
@@ -209,12 +209,12 @@ class ShockMaps(NamedTuple):
         rates, jumps, impulses = np.broadcast_to(rates, (n, nv)), np.empty((n, nv)), list[Array]()
         with one_thread(nv):
             for k in range(0, n, CHUNK):
-                own = slice(k, k + CHUNK)
-                state = dynamics(self.robot, self.Q[own], landing.joint_model.armature)
+                block = slice(k, k + CHUNK)
+                state = dynamics(self.robot, self.Q[block], landing.joint_model.armature)
                 equation = landing.equation(state, with_strike=False)
-                equation = equation._replace(b=speeds_undone(state, equation.blocks, rates[own]))
+                equation = equation._replace(b=speeds_undone(state, equation.blocks, rates[block]))
                 solution = solve_in_doubles(landing, equation)
-                jumps[own] = equation.full(solution.delta_qd)[..., 0]
+                jumps[block] = equation.full(solution.delta_qd)[..., 0]
                 impulses.append(_impulses(landing, equation, solution))
         return jumps, np.concatenate(impulses)
 

@@ -56,12 +56,12 @@ def _of_points(compute: Compute, joints: bool = False, vector: bool = False) -> 
     axes = (3,) if vector else ()
 
     def chosen(impact: Impact, places: Places) -> Any:
-        own = [k for k, place in enumerate(places) if (place.joint >= 0) == joints]
-        if own and len(own) == len(places):
+        wanted = [k for k, place in enumerate(places) if (place.joint >= 0) == joints]
+        if wanted and len(wanted) == len(places):
             return compute(impact, places)
-        values = compute(impact, [places[k] for k in own]) if own else np.zeros((1, 1, 0, *axes))
+        values = compute(impact, [places[k] for k in wanted]) if wanted else np.zeros((1, 1, 0, *axes))
         out = np.full((*values.shape[:2], len(places), *axes), np.nan, dtype=values.dtype)
-        out[:, :, own] = values
+        out[:, :, wanted] = values
         return out
 
     return chosen
@@ -195,10 +195,10 @@ def _part_margin(impact: Impact, places: Places) -> Any:
 
 def not_judged(landing: PosedLanding, place: Place, redundant: bool) -> str:
     """Why a part of a joint has no margin. Args: redundant, whether contacts or loops are."""
-    joint, own = _joints(landing, [place])[0], _torque_strengths(landing, [place])[0]
+    joint, strength = _joints(landing, [place])[0], _torque_strengths(landing, [place])[0]
     if landing.robot.joint(joint.name).axis is None:
         return MULTIAXIAL
-    if np.isnan(own.momentary_torque):
+    if np.isnan(strength.momentary_torque):
         return NEEDS_TORQUE
     if np.isfinite(landing.joint_model.drive_stiffness[joint.number]):
         return NEEDS_ROTOR if landing.joint_model.rotor_unknown[joint.number] else NEEDS_STIFFNESS
@@ -249,14 +249,14 @@ def margin_lost(landing: PosedLanding) -> MarginLost | None:
 
         def least(k: float) -> tuple[float, str, int]:
             changed = replace(stiff.scene, contact_stiffness=k, tangential_stiffness=along and along * k)
-            own = stiff if changed == stiff.scene else replace(stiff, scene=changed)
-            impact = DoubleImpact(own, equation, solution, jumps)
+            varied = stiff if changed == stiff.scene else replace(stiff, scene=changed)
+            impact = DoubleImpact(varied, equation, solution, jumps)
             with np.errstate(divide="ignore"):
-                margins = [_part_margin(impact, own.parts)[0, 0]] if own.parts else []
+                margins = [_part_margin(impact, varied.parts)[0, 0]] if varied.parts else []
                 margins += [1.0 / _torque_share(impact, joints)[0, 0]] if joints else []
             known = np.nan_to_num(np.concatenate(margins).astype(float), nan=np.inf)
             worst = int(np.argmin(known))
-            return float(known[worst]), [*own.parts, *joints][worst].name, len(compliant_landing(own).motion.segments)
+            return float(known[worst]), [*varied.parts, *joints][worst].name, len(compliant_landing(varied).motion.segments)
 
         low, high, segments = SOFTEST, STIFFEST, 0
         for _ in range(STEPS):

@@ -45,7 +45,7 @@ def heights(profile: "ShockProfile") -> Iterator[Diagnostic]:
         return
     along = "" if up[2] > 1.0 - 1e-9 else " (along the ground's normal)"
     outline = body_outline(landing.robot)
-    shapes = [shape for own in outline.shapes for shape in own]
+    shapes = [shape for carried in outline.shapes for shape in carried]
     names = [landing.blocks[k].frame for k in level]
     points = np.stack([block_point(state, landing.blocks[k]) for k in level], axis=1)
     here = levels(landing, state.rotation, state.position, points)
@@ -53,7 +53,7 @@ def heights(profile: "ShockProfile") -> Iterator[Diagnostic]:
     below = {}
     for k, name in enumerate(names[: sum(number < len(landing.contacts) for number in level)]):
         point = float(points[0, k] @ up)
-        if point - min([point, *core[here.own[k]]]) > here.inside:
+        if point - min([point, *core[here.of_contact[k]]]) > here.inside:
             below[name] = point - lowest[k]
     if below:
         low = max(below.values())
@@ -71,10 +71,10 @@ def heights(profile: "ShockProfile") -> Iterator[Diagnostic]:
     if landing.base != "fixed" and here.below[0]:
         low, others, remedy = float(here.depth[0]), here.others, "change the posture, or name what strikes"
         struck = {contact.body for contact in landing.contacts}
-        own = others & np.array([body in struck for body, carried in enumerate(outline.shapes) for _ in carried])
+        together = others & np.array([body in struck for body, carried in enumerate(outline.shapes) for _ in carried])
         # The struck body itself is named where it reaches as low as another, on whose posture the warning then does not depend.
-        if surface[own].min(initial=np.inf) <= surface[others].min() + here.tolerance:
-            others, remedy = own, "it moves with the contact, so strike it: --contact with its name, --contact-point lowest"
+        if surface[together].min(initial=np.inf) <= surface[others].min() + here.tolerance:
+            others, remedy = together, "it moves with the contact, so strike it: --contact with its name, --contact-point lowest"
         k = int(np.argmin(np.where(others, surface, np.inf)))
         meets = f'so flat ground meets "{shapes[k].link}" first'
         text = f'"{first}": {low:.2g} m of the robot{along} is below the contact, {meets}; {remedy}'

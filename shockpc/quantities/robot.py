@@ -49,8 +49,8 @@ def _motors_work(impact: Impact) -> bool:
 
 def _energy_share(impact: Impact, places: Places) -> Any:
     lost, before = _energy_lost(impact, places), _one(impact.kinetic_energy_before)
-    own = any(contact.velocity is not None for contact in impact.landing.contacts) or _motors_work(impact)
-    known = np.full(before.shape, impact.landing.floating and not own) & (before.astype(float) > 0.0)
+    driven = any(contact.velocity is not None for contact in impact.landing.contacts) or _motors_work(impact)
+    known = np.full(before.shape, impact.landing.floating and not driven) & (before.astype(float) > 0.0)
     return np.where(known, lost / np.where(known, before, 1), np.nan)
 
 

@@ -74,8 +74,8 @@ class CatalogueEntry(NamedTuple):
 def catalogue() -> tuple[CatalogueEntry, ...]:
     """List every robot known by name: the project's own first, then example-robot-data, each in alphabetical order."""
     files = sorted(path for kind in ("*.urdf.xacro", "*.xml") for path in own_robots_folder().glob(kind))
-    own = [CatalogueEntry(_normalised(_stem(path)), path) for path in files]
-    taken = {entry.name for entry in own}
+    project = [CatalogueEntry(_normalised(_stem(path)), path) for path in files]
+    taken = {entry.name for entry in project}
     data = []
     share = data_folder()
     for path in sorted(path for place in ("urdf", "robots") for path in share.glob(f"robots/*/{place}/*")) if share else ():
@@ -86,7 +86,7 @@ def catalogue() -> tuple[CatalogueEntry, ...]:
                 name = _normalised(f"{package.removesuffix('_description')}_{_stem(path)}")
             taken |= {name, *aliases}
             data.append(CatalogueEntry(name, path, tuple(aliases)))
-    return (*own, *sorted(data, key=lambda entry: entry.name))
+    return (*project, *sorted(data, key=lambda entry: entry.name))
 
 
 def robots_of_set(name: str) -> tuple[str, ...]:

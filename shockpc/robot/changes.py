@@ -147,8 +147,8 @@ def varied_bodies(robot: Robot, changes: Iterable[tuple[Property, str, Array, bo
     for what, pattern, values, factor in changes:
         n, x = len(values), np.asarray(values, dtype=float)
         for link in links_with_mass(robot, pattern):
-            own = _frame(robot.model, link).inertia
-            part = parts.get(link, (np.full(n, own.mass), np.tile(own.lever, (n, 1)), np.tile(own.inertia, (n, 1, 1))))
+            Y = _frame(robot.model, link).inertia
+            part = parts.get(link, (np.full(n, Y.mass), np.tile(Y.lever, (n, 1)), np.tile(Y.inertia, (n, 1, 1))))
             parts[link] = _changed_inertia(what, x, factor, *part)
     mass, com, inertia = (np.repeat(part[None], n, axis=0).astype(float) for part in (robot.masses, robot.coms, robot.inertias))
     for i in sorted({robot.frames[link].body for link in parts}):
@@ -156,8 +156,8 @@ def varied_bodies(robot: Robot, changes: Iterable[tuple[Property, str, Array, bo
         for frame in robot.model.frames:
             link = frame.type == pin.FrameType.BODY
             if frame.parentJoint == body.joint and (link or frame.inertia.mass):
-                own, place = frame.inertia, pin.SE3(body.rotation, body.offset).actInv(frame.placement)
-                m, c, moment = parts.get(frame.name if link else "", (np.array([own.mass]), own.lever[None], own.inertia[None]))
+                Y, place = frame.inertia, pin.SE3(body.rotation, body.offset).actInv(frame.placement)
+                m, c, moment = parts.get(frame.name if link else "", (np.array([Y.mass]), Y.lever[None], Y.inertia[None]))
                 held.append((m, c @ place.rotation.T + place.translation, place.rotation @ moment @ place.rotation.T))
         mass[:, i] = sum(m for m, _, _ in held)
         com[:, i] = sum(m[:, None] * c for m, c, _ in held) / mass[:, i, None]
@@ -177,9 +177,9 @@ def with_inertias(robot: Robot, mass: Array, com: Array, inertia: Array) -> Robo
     """
     model = pin.Model(robot.model)
     for body, m, c, moment in zip(robot.bodies, mass, com, inertia, strict=True):
-        R, own = body.rotation, pin.Inertia.Zero()  # whose constructor would refuse an inertia that none has
-        own.mass, own.lever, own.inertia = float(m), R @ c + body.offset, R @ moment @ R.T
-        model.inertias[body.joint] = own
+        R, Y = body.rotation, pin.Inertia.Zero()  # whose constructor would refuse an inertia that none has
+        Y.mass, Y.lever, Y.inertia = float(m), R @ c + body.offset, R @ moment @ R.T
+        model.inertias[body.joint] = Y
     return replace(robot, model=model)
 
 
@@ -289,15 +289,15 @@ def links_with_mass(robot: Robot, pattern: str, model: pin.Model | None = None) 
 def _small_parts(robot: Robot, model: pin.Model, change: Change, links: Mapping[str, float]) -> Iterator[Diagnostic]:
     """A warning for each body of which the links hold next to no mass."""
     for i, body in enumerate(robot.bodies):
-        own = [link for link in body.links if link in links]
-        share = sum(links[link] for link in own) / model.inertias[body.joint].mass if own else 1.0
+        chosen = [link for link in body.links if link in links]
+        share = sum(links[link] for link in chosen) / model.inertias[body.joint].mass if chosen else 1.0
         if share < SMALL:
             main = _main_link(robot, i)
             yield Diagnostic(
                 "robot",
                 body.name,
                 share,
-                f"change {change.what}:{change.pattern}: {listed(own, 4)} has {100.0 * share:.1g} % of the mass of its body; "
+                f"change {change.what}:{change.pattern}: {listed(chosen, 4)} has {100.0 * share:.1g} % of the mass of its body; "
                 f'to change the body, name its main link "{main}" ({_mass(model, main):.4g} kg)',
             )
 

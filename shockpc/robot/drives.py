@@ -97,11 +97,11 @@ def catalogue_drives(name: str | None) -> tuple[Drive, ...]:
     """The drives of robots/drives.toml that are known of a robot of the catalogue, with those of simulation models."""
     tables = read_file(own_robots_folder() / "drives.toml", "drives file", SceneError).decode().split("[[drive]]")[1:]
     # Those of other robots are not parsed: together they would take as long as a robot's file.
-    if not (own := [table for table in tables if f'"{name}"' in table]):
+    if not (mentioning := [table for table in tables if f'"{name}"' in table]):
         return ()
     import tomllib
 
-    drives = [checked(table, Drive, "", []) for table in tomllib.loads("[[drive]]".join(["", *own]))["drive"]]
+    drives = [checked(table, Drive, "", []) for table in tomllib.loads("[[drive]]".join(["", *mentioning]))["drive"]]
     return tuple(drive for drive in drives if name in drive.robot)
 
 

@@ -146,9 +146,9 @@ class OpenFolders(NamedTuple):
             path = self.file.parent / unquote(rest.removeprefix("localhost"))
         elif scheme in ("package", "model"):
             name, _, inside = rest.lstrip("/").partition("/")
-            own = self.file.parent / rest.lstrip("/")  # what no package is named for
-            nameless = rest.startswith("/") and (not inside or os.path.isfile(own))
-            path = own if nameless else self.package(name, f'"{uri}"') / inside
+            beside = self.file.parent / rest.lstrip("/")  # what no package is named for
+            nameless = rest.startswith("/") and (not inside or os.path.isfile(beside))
+            path = beside if nameless else self.package(name, f'"{uri}"') / inside
         else:
             raise RobotError(f'{self.file.name}: "{uri}" is not on this machine; only package:// and file:// are followed')
         place = self.resolve(path, uri)
@@ -182,9 +182,9 @@ def open_folders(file: Path, packages: Mapping[str, str]) -> OpenFolders:
             raise RobotError(f'package "{name}": there is no folder "{folder}"; correct {option}')
         given[name] = place.resolve()
     above = file.parent.parent
-    own = file.parent if Path(os.path.realpath(os.path.expanduser("~"))).is_relative_to(above) else above
-    own = next((folder for folder in file.parents if os.path.isfile(folder / "package.xml")), own)
-    allowed = (own.resolve(), *given.values(), *(entry.resolve() for entry in _ros_package_path()))
+    opened = file.parent if Path(os.path.realpath(os.path.expanduser("~"))).is_relative_to(above) else above
+    opened = next((folder for folder in file.parents if os.path.isfile(folder / "package.xml")), opened)
+    allowed = (opened.resolve(), *given.values(), *(entry.resolve() for entry in _ros_package_path()))
     return OpenFolders(file, given, tuple(dict.fromkeys(allowed)), {})
 
 

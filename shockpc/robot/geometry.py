@@ -143,7 +143,7 @@ def outline(robot: Robot, kind: GeometryKind, hulls: bool = True) -> Outline:
             bare[body] = f'"{robot.bodies[body].name}"'
         elif frame is not None and body >= 0:
             shapes[body].append(piece.placed(frame.rotation, frame.offset))
-    pieces = Pieces.of([[(shape.points, shape.rounding) for shape in own] for own in shapes])
+    pieces = Pieces.of([[(shape.points, shape.rounding) for shape in of_body] for of_body in shapes])
     warnings: tuple[str, ...] = ()
     if unread:
         count = f"{len(unread)} of {len(unread) + sum(map(len, shapes))} {kind} shapes"
@@ -177,9 +177,9 @@ def robot_size(robot: Robot, shapes: bool = True) -> float:
     pin.forwardKinematics(model, data, pin.neutral(model))
     origins, corners = [frame for frame in robot.frames.values() if frame.body >= 0], []
     outlines = body_outline(robot).shapes if shapes else [()] * len(robot.bodies)
-    for k, (body, own) in enumerate(zip(robot.bodies, outlines, strict=True)):
+    for k, (body, of_body) in enumerate(zip(robot.bodies, outlines, strict=True)):
         place = data.oMi[body.joint] * pin.SE3(body.rotation, body.offset)
-        parts = [Shape(body.name, np.array([body.com, *(frame.offset for frame in origins if frame.body == k)])), *own]
+        parts = [Shape(body.name, np.array([body.com, *(frame.offset for frame in origins if frame.body == k)])), *of_body]
         for part in (shape.placed(place.rotation, place.translation) for shape in parts):
             reach = np.linalg.norm(part.rounding, axis=1)
             corners += [part.points.min(axis=0) - reach, part.points.max(axis=0) + reach]
@@ -193,13 +193,13 @@ def inflated_inertias(robot: Robot) -> tuple[tuple[str, float, float], ...]:
     out, such as those of a sensor's placeholder. Meshes are read only where the frames alone leave a link in doubt.
     """
     inertias = {frame.name: (frame.inertia, frame.parentJoint) for frame in robot.model.frames if frame.inertia.mass > 0.0}
-    radius = {name: math.sqrt(max(np.trace(own.inertia), 0.0) / 3.0 / own.mass) for name, (own, _) in inertias.items()}
+    radius = {name: math.sqrt(max(np.trace(rigid.inertia), 0.0) / 3.0 / rigid.mass) for name, (rigid, _) in inertias.items()}
     if max(radius.values(), default=0.0) <= robot_size(robot, False):
         return ()
     size = robot_size(robot) if any(body_outline(robot).shapes) else UNKNOWN * max(robot_size(robot, False), SMALL)
     large = [(name, *inertias[name]) for name, k in radius.items() if k > size]
     least = {name: NEGLIGIBLE * robot.model.inertias[joint].mass * size**2 for name, _, joint in large}
-    return tuple((name, radius[name], size) for name, own, joint in large if joint and np.trace(own.inertia) > least[name])
+    return tuple((name, radius[name], size) for name, rigid, joint in large if joint and np.trace(rigid.inertia) > least[name])
 
 
 def _is_solid(source: RobotSource) -> bool:

@@ -50,8 +50,8 @@ def rounding_of(robot: Robot) -> Array:
         link = body.name
         # What is fixed on the way to the body that carries it counts with its joint.
         while link in above and (link == body.name or link not in moving):
-            link, own = above[link]
-            total[k] += own
+            link, size = above[link]
+            total[k] += size
         if body.name in above or robot.source.kind == "urdf":
             continue
         for part in joint.parts or (joint,):

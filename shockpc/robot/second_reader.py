@@ -103,37 +103,37 @@ def _names(robot: Robot, record: Any) -> Iterator[str]:
 
 def _joints(robot: Robot, joints: Mapping[str, Any]) -> Iterator[str]:
     rules = {mimic.joint: mimic for mimic in robot.mimics}
-    for own in robot.single_joints:
-        other = joints.get(own.name)
+    for joint in robot.single_joints:
+        other = joints.get(joint.name)
         if other is None:
             continue
-        base = robot.free_base and own is robot.joints[0]  # a planar joint of the base is computed as a floating one
-        if _KINDS.get(other.type) != own.kind and not base:
-            yield f'joint "{own.name}" is {own.kind} here and {other.type} there'
-        if own.kind in ("revolute", "prismatic"):
+        base = robot.free_base and joint is robot.joints[0]  # a planar joint of the base is computed as a floating one
+        if _KINDS.get(other.type) != joint.kind and not base:
+            yield f'joint "{joint.name}" is {joint.kind} here and {other.type} there'
+        if joint.kind in ("revolute", "prismatic"):
             read = other.limit.lower, other.limit.upper
-            limits = own.limits if read == (None, None) else tuple(0.0 if limit is None else limit for limit in read)
-            if limits != own.limits:
-                yield f'joint "{own.name}" has limits {own.limits} here and {limits} there'
-        rule, mimic = rules.get(own.name), other.mimic
-        if mimic is not None and (mimic.joint == own.name or mimic.joint not in joints):
+            limits = joint.limits if read == (None, None) else tuple(0.0 if limit is None else limit for limit in read)
+            if limits != joint.limits:
+                yield f'joint "{joint.name}" has limits {joint.limits} here and {limits} there'
+        rule, mimic = rules.get(joint.name), other.mimic
+        if mimic is not None and (mimic.joint == joint.name or mimic.joint not in joints):
             mimic = None  # of which the reader of the file warns
         leaders = {} if mimic is None or joints[mimic.joint].type == "fixed" else {mimic.joint: mimic.multiplier}
         if (rule is None) != (mimic is None) or (rule and (rule.leaders, rule.offset) != (leaders, mimic.offset)):
-            yield f'joint "{own.name}" mimics another joint in another way, or one of the readers has no mimic'
+            yield f'joint "{joint.name}" mimics another joint in another way, or one of the readers has no mimic'
 
 
 def _inertias(robot: Robot, record: Any) -> Iterator[str]:
     frames = {frame.name: frame.inertia for frame in robot.model.frames if frame.type == pin.FrameType.BODY}
     for link in record.links:
-        own, other = frames.get(link.name), link.inertial
-        if own is None:
+        rigid, other = frames.get(link.name), link.inertial
+        if rigid is None:
             continue
         place = np.eye(4) if other is None or other.origin is None else other.origin
         tensor = np.zeros((3, 3)) if other is None else place[:3, :3] @ other.inertia @ place[:3, :3].T
         mass = 0.0 if other is None else other.mass
         for what, ours, theirs in (
-            ("mass", own.mass, mass), ("centre of mass", own.lever, place[:3, 3]), ("inertia", own.inertia, tensor),
+            ("mass", rigid.mass, mass), ("centre of mass", rigid.lever, place[:3, 3]), ("inertia", rigid.inertia, tensor),
         ):  # fmt: skip
             if not np.allclose(ours, theirs, rtol=0.0, atol=TOLERANCE * max(1.0, np.abs(theirs).max())):
                 yield f'link "{link.name}" has another {what} there'

@@ -161,8 +161,8 @@ def _model(order: _Order, joints: dict[str, Element], inertias: dict[str, pin.In
                 if limit is not None:
                     (model.upperEffortLimit[model.idx_vs[index]],) = _numbers(subject, joint, "limit", "effort", "0")
                 places[link] = index, pin.SE3.Identity()
-        own = pin.Frame(link, places[link][0], model.nframes - 1, places[link][1], pin.FrameType.BODY, inertias[link])
-        frames[link] = model.addFrame(own)
+        frame = pin.Frame(link, places[link][0], model.nframes - 1, places[link][1], pin.FrameType.BODY, inertias[link])
+        frames[link] = model.addFrame(frame)
     return model
 
 

@@ -236,7 +236,7 @@ def _nothing(designs: Sequence[Design], profiles: Sequence[ShockProfile], matche
     if not apart:
         why = quantity.missing or "it is not defined there"
         return f'"{text}" has no value at any {quantity.of} that the designs have in common: {why}; leave it out'
-    owned = ", ".join(f"of {design.label} {listed(own, 4) or 'none'}" for design, own in zip(designs, names, strict=True))
+    owned = ", ".join(f"of {design.label} {listed(some, 4) or 'none'}" for design, some in zip(designs, names, strict=True))
     return f'"{text}" cannot be compared, because the designs have no {quantity.of}s in common: {owned}; {rule}'
 
 
@@ -254,11 +254,11 @@ def _profiles(designs: Sequence[Design]) -> tuple[ShockProfile, ...]:
 def _differences(profiles: Sequence[ShockProfile], matched: Sequence[Partners], text: str) -> Differences:
     """The numbers of what all designs have."""
     selection, first = selected(profiles[0].landing, text)
-    columns = [first, *(_partners_of(first, profile, own, text) for profile, own in zip(profiles[1:], matched, strict=True))]
+    columns = [first, *(_partners_of(first, profile, match, text) for profile, match in zip(profiles[1:], matched, strict=True))]
     rows = [places for places in zip(*columns, strict=True) if None not in places] if len({*map(len, columns)}) == 1 else []
     numbers = [
-        selection.scalar(profile.values(selection.quantity, own)).tolist()
-        for profile, own in zip(profiles, zip(*rows, strict=True), strict=False)
+        selection.scalar(profile.values(selection.quantity, partners)).tolist()
+        for profile, partners in zip(profiles, zip(*rows, strict=True), strict=False)
     ]
     robot = profiles[0].robot
     order = list(dict.fromkeys(i for contact in profiles[0].scene.contact for i in robot.limb(robot.frame(contact.frame).body)))
@@ -301,11 +301,11 @@ def _unmatched(profiles: Sequence[ShockProfile], matched: Sequence[Partners]) ->
     for kind in KINDS:
         having: dict[str, list[int]] = {}
         for place in profiles[0].places(kind):
-            own = [k for k, known in enumerate(matched, start=1) if place.name in known[kind]]
-            having |= {place.name: [0, *own]} if len(own) < len(matched) else {}
+            owners = [k for k, known in enumerate(matched, start=1) if place.name in known[kind]]
+            having |= {place.name: [0, *owners]} if len(owners) < len(matched) else {}
         for k, (profile, known) in enumerate(zip(profiles[1:], matched, strict=True), start=1):
             for place in profile.places(kind):
                 if place.name not in known[kind].values():
                     having.setdefault(place.name, []).append(k)
-        unmatched += [Unmatched(kind, name, tuple(own)) for name, own in having.items()]
+        unmatched += [Unmatched(kind, name, tuple(owners)) for name, owners in having.items()]
     return tuple(unmatched)

@@ -181,26 +181,26 @@ def _agreements(model: str, measured: Sequence[Measured], predicted: Sequence[Ar
 
     def agreement(name: str, columns: Sequence[int], group: bool) -> Agreement:
         truth, guess = (np.stack([values[k] for k in columns], axis=1) for values in ([m.jump for m in measured], predicted))
-        first, own = measured[columns[0]], coordinates[columns]
+        first, members = measured[columns[0]], coordinates[columns]
         unit = "√J" if name == ALL else first.unit or select(first.key.partition("@")[0]).quantity.unit
         known = np.isfinite(guess).all(axis=1) & np.isfinite(truth).any(axis=1)
         mobile, y, x, ratio = W[known], truth[known], guess[known], np.full(int(known.sum()), np.nan)
-        if own.min() >= 0:
+        if members.min() >= 0:
             with np.errstate(invalid="ignore", divide="ignore"):
-                ratio = energy_norms(mobile, own, x - y) / energy_norms(mobile, own, y)
+                ratio = energy_norms(mobile, members, x - y) / energy_norms(mobile, members, y)
         statistics = _statistics(y, x, ratio)
         if name == ALL:
             statistics = {key: x if key == "error (energy)" else (np.nan,) * 3 for key, x in statistics.items()}
         return Agreement(model, first.time, name, unit, group, truth, guess, statistics)
 
     for time, group in dict.fromkeys((column.time, column.group) for column in measured):
-        own = [k for k, column in enumerate(measured) if (column.time, column.group) == (time, group)]
-        groups.append(agreement(group, own, True))
-        quantities += [agreement(measured[k].name, [k], False) for k in own if len(own) > 1]
+        members = [k for k, column in enumerate(measured) if (column.time, column.group) == (time, group)]
+        groups.append(agreement(group, members, True))
+        quantities += [agreement(measured[k].name, [k], False) for k in members if len(members) > 1]
     for time in dict.fromkeys(column.time for column in measured):
-        own = [k for k, column in enumerate(measured) if column.time == time and coordinates[k] >= 0]
-        if len({measured[k].group for k in own}) > 1:
-            groups.append(agreement(ALL, own, True))
+        members = [k for k, column in enumerate(measured) if column.time == time and coordinates[k] >= 0]
+        if len({measured[k].group for k in members}) > 1:
+            groups.append(agreement(ALL, members, True))
     return groups + quantities
 
 

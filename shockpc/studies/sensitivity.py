@@ -411,17 +411,17 @@ def _slopes(profile: ShockProfile, wanted: Mapping[ParameterKey, Parameter], num
 def _formulas(profile: ShockProfile, varied: Mapping[ParameterKey, Parameter], number: Column) -> dict[ParameterKey, _Slope]:
     """The derivatives by angles and by the strike, where double precision has formulas for them."""
     landing = profile.landing
-    own = {
+    linear = {
         key: one for key, one in varied.items() if one.kind in ("angle", "strike") and one.rates.keys() <= {"joints", "velocity"}
     }
-    if not own or profile.redundant or not has_gradient(landing, number) or not clear(landing):
+    if not linear or profile.redundant or not has_gradient(landing, number) or not clear(landing):
         return {}
-    rates = np.array([one.rates.get("joints", np.zeros(landing.robot.model.nv)) for one in own.values()])
-    turns = np.array([one.rates.get("velocity", np.zeros(3)) for one in own.values()])
+    rates = np.array([one.rates.get("joints", np.zeros(landing.robot.model.nv)) for one in linear.values()])
+    turns = np.array([one.rates.get("velocity", np.zeros(3)) for one in linear.values()])
     (found,) = exact_slopes(landing, landing.q, landing.before.velocity[None], rates, turns[:, None], [number])[number.name]
     error = FORMULA * float(np.abs(found).max(initial=0.0))
     values = np.where(np.abs(found) > error, found, 0.0)
-    return {key: _Slope(float(value), error, formula=True) for key, value in zip(own, values, strict=True) if np.isfinite(value)}
+    return {key: _Slope(float(value), error, formula=True) for key, value in zip(linear, values, strict=True) if np.isfinite(value)}
 
 
 def _number(profile: ShockProfile, number: Column) -> float:

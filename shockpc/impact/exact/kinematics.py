@@ -51,9 +51,9 @@ def data_of(robot: Robot) -> Data:
     parts = robot.single_joints
     carried = [robot.model.inertias[body.joint] for body in robot.bodies]
     return Data(
-        mass=np.array([float(own.mass) for own in carried]),
-        lever=np.array([own.lever for own in carried]),
-        inertia=np.array([own.inertia for own in carried]),
+        mass=np.array([float(rigid.mass) for rigid in carried]),
+        lever=np.array([rigid.lever for rigid in carried]),
+        inertia=np.array([rigid.inertia for rigid in carried]),
         rotation=np.array([quaternion_of(part.rotation) for part in parts]),
         offset=np.array([part.offset for part in parts]),
         axis=np.array([np.zeros(3) if part.axis is None else part.axis for part in parts]),

@@ -115,13 +115,13 @@ def _jumps(jumps: Balls, length: Array) -> tuple[Array, Array]:
     """The jumps of all bodies as doubles (nb, 6, 4), and the proven error (nb,) of the last column relative to the motion."""
     values, radius = jumps.astype(float), radii(jumps)
     size, width = motion(values, length), motion(radius, length)
-    own = np.maximum(size[:, 3], LEAST_MOTION * size[:, 3].max())
-    if np.any(width[:, 3] > 2.0**-70 * own) or np.any(width > 2.0**-70 * np.maximum(size, size.max(axis=1, keepdims=True))):
+    reference = np.maximum(size[:, 3], LEAST_MOTION * size[:, 3].max())
+    if np.any(width[:, 3] > 2.0**-70 * reference) or np.any(width > 2.0**-70 * np.maximum(size, size.max(axis=1, keepdims=True))):
         raise PrecisionError
     # What may be zero is zero; the rest is off by its rounding to a double at most.
     values[np.abs(values) <= radius] = 0.0
     lost = np.abs(values[..., 3]) * 2.0**-53 + 2.0 * radius[..., 3]
-    return values, motion(lost[..., None], length)[:, 0] / np.where(own > 0.0, own, 1.0)
+    return values, motion(lost[..., None], length)[:, 0] / np.where(reference > 0.0, reference, 1.0)
 
 
 def motion(jumps: Array, length: Array) -> Array:

@@ -45,7 +45,7 @@ class BallImpact(Impact):
         self._data = data or data_of(robot)
         self.state, self._places, self._origins = forward_kinematics(robot, self._data, landing.q, landing.plane)
         carried = zip(self._data.mass, self._data.lever, self._data.inertia, strict=True)
-        self._own_inertias = [body_inertia(*own, R) for own, (R, _) in zip(carried, self._places, strict=True)]
+        self._moments = [body_inertia(*constants, R) for constants, (R, _) in zip(carried, self._places, strict=True)]
         column = {joint.name: joint.v.start for joint in robot.single_joints}
         self._mimics = [(column[m.joint], [(column[name], by) for name, by in m.leaders.items()]) for m in robot.mimics]
         free = ~locked
@@ -169,7 +169,7 @@ class BallImpact(Impact):
     @cached_property
     def _inertias(self) -> list[arb_mat]:
         """Inertias (6, 6) of the bodies about the base, world axes."""
-        return [(T := shift(p)) * own * T.transpose() for (_, p), own in zip(self._places, self._own_inertias, strict=True)]
+        return [(T := shift(p)) * moments * T.transpose() for (_, p), moments in zip(self._places, self._moments, strict=True)]
 
     @property
     def spatial_inertias(self) -> Balls:
@@ -218,18 +218,18 @@ class BallImpact(Impact):
             B.table(),
             self.landing.joint_model.armature[self._free].tolist(),
         )
-        origins, inertia = [p for _, p in self._places], list(self._own_inertias)
+        origins, inertia = [p for _, p in self._places], list(self._moments)
         push, steps = [arb_mat(6, m)] * len(parents), []
         for i in range(len(parents) - 1, -1, -1):
-            A, p, parent, own = inertia[i], push[i], parents[i], slice(end, end + self._degrees[i])
-            S, W, rates, end = arb_mat(6, 0), arb_mat(0, 6), arb_mat(0, m), own.stop
+            A, p, parent, columns = inertia[i], push[i], parents[i], slice(end, end + self._degrees[i])
+            S, W, rates, end = arb_mat(6, 0), arb_mat(0, 6), arb_mat(0, m), columns.stop
             if self._degrees[i]:
-                S = shift(origins[i]).transpose() * arb_mat(twists[own]).transpose()
+                S = shift(origins[i]).transpose() * arb_mat(twists[columns]).transpose()
                 U, St = A * S, S.transpose()
                 D = St * U
-                for k, value in enumerate(armature[own]):
+                for k, value in enumerate(armature[columns]):
                     D[k, k] += value
-                W, rates = _solve(D, U.transpose(), True), _solve(D, arb_mat(right[own]) - St * p, True)
+                W, rates = _solve(D, U.transpose(), True), _solve(D, arb_mat(right[columns]) - St * p, True)
                 A, p = A - U * W, p + U * rates
             T = shift(origins[i] - origins[parent]) if parent >= 0 else arb_mat(6, 6)
             steps.append((Tt := T.transpose(), S, W, rates))
@@ -241,7 +241,7 @@ class BallImpact(Impact):
             rates = rates - W * twist
             moved[i] = twist + S * rates
             found.append(rates.entries())
-        return arb_mat(end, m, [rate for own in reversed(found) for rate in own])
+        return arb_mat(end, m, [rate for columns in reversed(found) for rate in columns])
 
 
 def _solve(A: arb_mat, B: arb_mat, of_inertia: bool = False) -> arb_mat:

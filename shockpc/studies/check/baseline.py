@@ -92,10 +92,10 @@ def baseline_text(cases: Mapping[str, Any], values: Mapping[OutcomeKey, float]) 
     """
     designs: list[dict[str, Any]] = []
     for name in sorted(cases):
-        own = {"cases": [name], **cases[name]["design"]}
-        alike = next((design for design in designs if {**design, "cases": [name]} == own), None)
+        record = {"cases": [name], **cases[name]["design"]}
+        alike = next((design for design in designs if {**design, "cases": [name]} == record), None)
         if alike is None:
-            designs.append(own)
+            designs.append(record)
         else:
             alike["cases"].append(name)
     order = sorted(

@@ -226,9 +226,9 @@ def budgets_file(folder: Path) -> Path:
     Raises:
         StudyError: there is none.
     """
-    own, project = (folder / name for name in STANDARD)
-    if own.exists():
-        return own
+    budgets, project = (folder / name for name in STANDARD)
+    if budgets.exists():
+        return budgets
     if project.exists():
         with reading(project, "budgets", StudyError) as table:
             if "shockpc" in _table(table.get("tool", {}), "tool"):
@@ -294,8 +294,8 @@ def _case(entry: Mapping[str, Any], parts: tuple[Part, ...], folder: Path, key: 
     try:
         if isinstance(file := entry.get("scene"), str):
             entry = _replaced(scene_table(read_scene(folder / usable_path(file))), entry)
-        if parts and isinstance(own := entry.get("part", []), list):
-            entry = {**entry, "part": [*own, *parts]}
+        if parts and isinstance(case_parts := entry.get("part", []), list):
+            entry = {**entry, "part": [*case_parts, *parts]}
         return scene_from(Case, entry, folder, key)
     except (SceneError, StudyError, ValueError) as refusal:
         faults.append(str(refusal) if isinstance(refusal, SceneError) else f"{key}: {refusal}")
@@ -314,13 +314,13 @@ def _replaced(table: Mapping[str, Any], by: Mapping[str, Any]) -> dict[str, Any]
 
 
 def _budget(entry: Mapping[str, Any], key: str, faults: list[str]) -> Budget | None:
-    own: list[str] = []
+    found: list[str] = []
     try:
-        budget: Budget | None = checked(entry, Budget, key, own)
+        budget: Budget | None = checked(entry, Budget, key, found)
     except ShockError as refusal:
-        own.append(f"{key}: {refusal}")
+        found.append(f"{key}: {refusal}")
         budget = None
-    faults += own
+    faults += found
     return budget
 
 

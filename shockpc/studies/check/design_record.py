@@ -60,8 +60,8 @@ def design_record(landing: PosedLanding) -> dict[str, Any]:
             carrier = robot.bodies[joint.parent]
             R, p = carrier.rotation.T @ R, carrier.rotation.T @ (p - carrier.offset)
         moments = [*np.diag(body.inertia), *body.inertia[[0, 0, 1], [1, 2, 2]]]
-        own = {"mass": body.mass, "com": body.com, "inertia": moments}
-        bodies[body.name] = _entry(names[joint.parent] if joint.parent >= 0 else "world", p, R, **own)
+        mass_properties = {"mass": body.mass, "com": body.com, "inertia": moments}
+        bodies[body.name] = _entry(names[joint.parent] if joint.parent >= 0 else "world", p, R, **mass_properties)
     for part in robot.single_joints:
         if part.kind != "free":
             v, kind = part.v, part.kind + ", locked" * bool(model.locked[part.v].all())
@@ -89,7 +89,7 @@ def _entry(carrier: str, place: Array, rotation: Array, **numbers: Any) -> dict[
 def _numbers(**values: Any) -> dict[str, Any]:
     """Numbers that are not zero, to six digits; a single one without a list."""
     lists = {key: [six_digits(float(x)) for x in np.ravel(value)] for key, value in values.items()}
-    return {key: own[0] if len(own) == 1 else own for key, own in lists.items() if any(own)}
+    return {key: entries[0] if len(entries) == 1 else entries for key, entries in lists.items() if any(entries)}
 
 
 def read_design(table: Mapping[str, Any]) -> dict[str, Any]:

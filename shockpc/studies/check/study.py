@@ -236,15 +236,15 @@ def _plan(given: Budgets, baseline: Baseline | None, renewing: bool, cases: dict
     names = [case.name for case in given.cases]
     belongs = [match(budget.case, names, "case", f"{given.path}, budget[{k}]", "") for k, budget in enumerate(given.budgets)]
     for case in given.cases:
-        own = [(k, budget) for k, budget in enumerate(given.budgets) if case.name in belongs[k]]
-        sampled = [k for k, budget in own if budget.percentile is not None]
-        if own and bool(case.vary) != bool(sampled):
+        belonging = [(k, budget) for k, budget in enumerate(given.budgets) if case.name in belongs[k]]
+        sampled = [k for k, budget in belonging if budget.percentile is not None]
+        if belonging and bool(case.vary) != bool(sampled):
             missing = "but no budget of it has a percentile" if case.vary else "so it has no percentiles"
             raise StudyError(
                 f'case "{printable(case.name)}" has {"designs that vary" if case.vary else "nothing that varies"}, {missing}; '
                 "a percentile of a budget is of the designs that [[case.vary]] describes"
             )
-        for angle, scene in case.landings if own else ():
+        for angle, scene in case.landings if belonging else ():
             asked = {}
             try:
                 robot = robot_of(scene)
@@ -252,7 +252,7 @@ def _plan(given: Budgets, baseline: Baseline | None, renewing: bool, cases: dict
                 cases[case.name] = case_record(landing, angle is None)
                 if baseline is not None:
                     refuse_other_scene(baseline, case.name, cases[case.name])
-                for k, budget in own:
+                for k, budget in belonging:
                     asked[k] = _places(landing, budget.selection.quantity, budget.at)
                     if baseline is not None and budget.baseline_tolerance is not None:
                         _refuse_missing(baseline, [OutcomeKey(case.name, angle, place.name, budget.metric) for place in asked[k]])
@@ -286,7 +286,7 @@ def _designs(
         [(unknown.each, unknown.values) for unknown in case.vary if unknown.each],
     )
     source = varied_landings(scene, vary, robot=robot, vary_each=each, sample=int(case.designs), lhs=True, keep_joints=True)
-    wanted = [Column(selection, place) for selection, own in zip(selections, places, strict=True) for place in own]
+    wanted = [Column(selection, place) for selection, chosen in zip(selections, places, strict=True) for place in chosen]
     return Evaluation(source, tuple({column.name: column for column in wanted}.values()), prove=0)
 
 
@@ -366,7 +366,7 @@ def _change_notes(changes: dict[str, tuple[str, ...]], outcomes: Sequence[Outcom
     """What changed since the baseline, once for all cases in which it is the same."""
     moved = {outcome.case for outcome in outcomes if outcome.change or outcome.fails}
     known = "nothing of the bodies, joints and points that the baseline holds"
-    texts = {name: few(own, MOST_CHANGES, "; ", " changes") or known * (name in moved) for name, own in changes.items()}
+    texts = {name: few(lines, MOST_CHANGES, "; ", " changes") or known * (name in moved) for name, lines in changes.items()}
     for text in dict.fromkeys(filter(None, texts.values())):
         cases = few([printable(name) for name in texts if texts[name] == text], 4)
         yield f"since the baseline: {cases}: {text}"

@@ -79,7 +79,7 @@ class Rigid:
         inertia = np.sum(rotation @ robot.inertias @ rotation.transpose(0, 2, 1), axis=0) + spread
 
         def placed(found: Outline) -> tuple[Shape, ...]:
-            return tuple(shape.placed(rotation[i], position[i]) for i, own in enumerate(found.shapes) for shape in own)
+            return tuple(shape.placed(rotation[i], position[i]) for i, carried in enumerate(found.shapes) for shape in carried)
 
         solid = placed(outline(robot, "collision"))
         links = {shape.link for shape in solid}
@@ -94,14 +94,14 @@ class Rigid:
         """Points (n, 3) of the surface [m] with those that reach farthest along unit vectors (m, 3), and the link of each (n,)."""
         points, links = [], []
         for shape in self.shapes:
-            own = shape.points
+            surface = shape.points
             if shape.rounding.any():
                 along = directions @ shape.rounding
                 length = np.linalg.norm(along, axis=1, keepdims=True)
                 reach = np.divide(along, length, out=np.zeros_like(along), where=length > 1e-6 * np.abs(shape.rounding).max())
-                own = (own[:, None] + reach @ shape.rounding.T).reshape(-1, 3)
-            points.append(own)
-            links += [shape.link] * len(own)
+                surface = (surface[:, None] + reach @ shape.rounding.T).reshape(-1, 3)
+            points.append(surface)
+            links += [shape.link] * len(surface)
         return np.concatenate(points), np.array(links)
 
     def section(self, forward: Array) -> CrossSection:
@@ -181,9 +181,9 @@ class Rigid:
         frames, spots = self.landing.robot.frames, []
         bodies = np.array([frames[link].body for link in links.tolist()])
         for body in dict.fromkeys(bodies[np.argsort(points[:, 2], kind="stable")].tolist()):
-            own = np.flatnonzero(bodies == body)
-            lowest = own[np.argmin(points[own, 2])]
-            middle = np.append((points[own].min(axis=0) + points[own].max(axis=0))[:2] / 2.0, points[lowest, 2])
+            of_body = np.flatnonzero(bodies == body)
+            lowest = of_body[np.argmin(points[of_body, 2])]
+            middle = np.append((points[of_body].min(axis=0) + points[of_body].max(axis=0))[:2] / 2.0, points[lowest, 2])
             spots.append(Spot(str(links[lowest]), self.com + middle @ rotation))
         return tuple(spots)
 
@@ -215,9 +215,9 @@ class Rigid:
             base_quaternion=tuple((q := quaternion_of(base)) / np.linalg.norm(q)),
             base_position=(0.0, 0.0, -ground),
         )
-        own = velocity - np.cross(omega, rotation @ self.com)
+        at_base = velocity - np.cross(omega, rotation @ self.com)
         strike = replace(scene.strike, speed=None, strike_angle_deg=None, drop_height=None, forward_speed=None)
-        strike = replace(strike, velocity=tuple(own.tolist()), angular_velocity=tuple(omega.tolist()) if omega.any() else None)
+        strike = replace(strike, velocity=tuple(at_base.tolist()), angular_velocity=tuple(omega.tolist()) if omega.any() else None)
 
         def offset(spot: Spot) -> tuple[float, float, float]:
             frame = robot.frames[spot.link]

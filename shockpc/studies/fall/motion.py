@@ -389,8 +389,8 @@ def _strike(section: CrossSection, on: int, touched: int, before: SectionMotion,
     change = weight * (J[:2].T @ alone)
     if not (alone[1] > 0.0 and abs(alone[0]) <= mu * alone[1] and (speeds + J @ change)[3::2].min(initial=0.0) >= -REST * scale):
         across = np.insert(J, np.arange(1, len(J), 2), 0.0, axis=0)  # no motion across the plane
-        own = np.insert(speeds, np.arange(1, len(J), 2), 0.0).reshape(-1, 3)
-        found = solve_friction(across * weight @ across.T, own, np.full(len(corners), mu), np.zeros(len(corners)))
+        approach = np.insert(speeds, np.arange(1, len(J), 2), 0.0).reshape(-1, 3)
+        found = solve_friction(across * weight @ across.T, approach, np.full(len(corners), mu), np.zeros(len(corners)))
         if not found:
             raise StudyError(
                 "no impulse was found that obeys the laws of friction at a strike of the fall; take another --friction"
