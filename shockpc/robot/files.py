@@ -26,6 +26,19 @@ _MARKS_AND_BLANKS = rb"\s*+(\xef\xbb\xbf\s*+)*+"
 MESHES = "*"
 """The package that stands for every other one: its files are found by their names alone."""
 
+FORMATS = {
+    "robot": ("urdf", "URDF, xacro"),
+    "mujoco": ("mjcf", "MJCF"),
+}
+"""The formats of robot files by their root element: the module of this package that knows it, and its name.
+
+A module has read(source, xacro), from a source with the bare text of the file to one with what is read along with it;
+choose(source, frames), which of several robots in it is meant; and build(source, chosen), that robot.
+"""
+
+ROOTS = " or ".join(f"<{tag}> ({name})" for tag, (_, name) in FORMATS.items())
+"""With what robot files begin, for messages."""
+
 _LATIN = (b"iso-8859-1", b"iso-8859-15", b"latin-1", b"windows-1252")
 
 
@@ -218,7 +231,7 @@ def read_text(path: Path, what: str = "robot file") -> str:
     data = read_file(path, what, RobotError)
     start = re.sub(_MARKS_AND_BLANKS, b"", data, count=1)
     if not start:
-        raise RobotError(f"{path.name} is empty; a robot file begins with <robot> (URDF, xacro) or <mujoco> (MJCF)")
+        raise RobotError(f"{path.name} is empty; a robot file begins with {ROOTS}")
     try:
         text = start.decode()
     except UnicodeDecodeError as error:

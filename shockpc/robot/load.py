@@ -5,7 +5,6 @@ import os
 from collections.abc import Hashable, Iterator, Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 import numpy as np
 import pinocchio as pin
@@ -16,18 +15,14 @@ from shockpc.robot.drives import default_drives
 from shockpc.robot.landmarks import BENT, standing_posture
 from shockpc.robot.robot import Mimic, Robot, RobotSource
 from shockpc.robot.slack import LIMIT_SLACK, refuse_number
-from shockpc.robot.source import YourdfpyRobot, read_source, source_of_yourdfpy
+from shockpc.robot.source import YourdfpyRobot, format_of, read_source, source_of_yourdfpy
 from shockpc.robot.srdf import read_srdf
-from shockpc.robot.urdf import build_urdf
 from shockpc.text.errors import RobotError
 from shockpc.text.printed import listed
 
-if TYPE_CHECKING:
-    from shockpc.robot.mjcf import RobotBodies
-
 _MEMORY = 8 * 2**30  # bytes; 511 velocities
 _KEPT = 16
-_SHARED: "dict[Hashable, tuple[RobotSource, dict[RobotBodies | None, Robot]]]" = {}
+_SHARED: dict[Hashable, tuple[RobotSource, dict[Hashable, Robot]]] = {}
 """The sources that were read last for `shared_robot`, the latest at the end, and the robots that were built of each."""
 
 
@@ -102,17 +97,14 @@ def shared_robot(
     return _robot_of(shared[0], frames, shared[1])
 
 
-def _robot_of(source: RobotSource, frames: Sequence[str], built: "dict[RobotBodies | None, Robot]") -> Robot:
+def _robot_of(source: RobotSource, frames: Sequence[str], built: dict[Hashable, Robot]) -> Robot:
     """A robot of a source. Args: built, those that there are already, to which this one is added."""
     with _naming(source.path.name):
-        bodies = None
-        if source.kind == "mjcf":
-            from shockpc.robot.mjcf import robot_bodies
-
-            bodies = robot_bodies(source, frames)
-        if bodies not in built:
-            built[bodies] = _built(source, bodies)
-        return built[bodies]
+        format_ = format_of(source)
+        chosen = format_.choose(source, frames)
+        if chosen not in built:
+            built[chosen] = _finished(format_.build(source, chosen), source.srdf)
+        return built[chosen]
 
 
 @contextlib.contextmanager
@@ -122,15 +114,6 @@ def _naming(file: str) -> Iterator[None]:
         yield
     except RobotError as refusal:
         raise RobotError(str(refusal) if str(refusal).startswith(file) else f"{file}: {refusal}", **refusal.data) from None
-
-
-def _built(source: RobotSource, bodies: "RobotBodies | None") -> Robot:
-    """The robot of a file, or of some bodies of an MJCF. Messages do not name the file."""
-    if bodies is None:
-        return _finished(build_urdf(source), source.srdf)
-    from shockpc.robot.mjcf import build_mjcf
-
-    return _finished(build_mjcf(source, bodies), source.srdf)
 
 
 def _finished(robot: Robot, srdf: Path | None) -> Robot:

@@ -5,7 +5,7 @@ The bodies of a compiled model and the links of the robot have the same names: `
 belongs to the body that carries it. `model.geom_bodyid`, `geom_pos` and `geom_quat` place a geom in its link's frame.
 """
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
 from typing import Any, NamedTuple, TypeAlias
 
@@ -13,7 +13,8 @@ import numpy as np
 import pinocchio as pin
 
 from shockpc.core.spatial import Array, read_only
-from shockpc.robot.mjcf_compiled import Compiled, compiled
+from shockpc.robot.files import parse_xml
+from shockpc.robot.mjcf_compiled import Compiled, compiled, insert_includes
 from shockpc.robot.robot import Frame, Loop, Mimic, Robot, RobotSource
 from shockpc.robot.slack import refuse_number, refuse_tree
 from shockpc.robot.tree import add_joint, axis_joint, rotation
@@ -41,7 +42,16 @@ class RobotBodies(NamedTuple):
     warnings: tuple[str, ...]
 
 
-def build_mjcf(source: RobotSource, bodies: RobotBodies) -> Robot:
+def read(source: RobotSource, xacro: Mapping[str, str]) -> RobotSource:
+    """Insert the includes of an MJCF; neither xacro nor an SRDF belongs to it."""
+    name = source.path.name
+    if source.srdf is not None:
+        remedy = "leave it out, or write its postures as <key> elements of a <keyframe>"
+        raise RobotError(f"{name} is an MJCF, so the SRDF {source.srdf.name} has no effect; {remedy}")
+    return replace(source, xml=insert_includes(parse_xml(source.xml, name), source.folders))
+
+
+def build(source: RobotSource, chosen: RobotBodies) -> Robot:
     """Build the Pinocchio model of a robot of an MJCF.
 
     A body with several joints has one composite joint. A free base stands where its configuration says; `body_pos` is only
@@ -58,7 +68,7 @@ def build_mjcf(source: RobotSource, bodies: RobotBodies) -> Robot:
     for what, unit in (("mass", "kg"), ("inertia", "kg m²"), ("pos", "m"), ("ipos", "m")):
         for name, value in zip(names, np.abs(getattr(m, f"body_{what}")).reshape(m.nbody, -1).max(axis=1), strict=True):
             refuse_number(f'body "{name}"', what, value, unit)
-    numbers, notes = bodies
+    numbers, notes = chosen
     model = _model(m, numbers)
     model.name = source.robot_name
     # Both count bodies, and the joints of a body, in the same order.
@@ -250,7 +260,7 @@ def _equalities(m: Any) -> Iterator[Equality]:
         yield int(number), ends, bodies
 
 
-def robot_bodies(source: RobotSource, frames: Sequence[str]) -> RobotBodies:
+def choose(source: RobotSource, frames: Sequence[str]) -> RobotBodies:
     """Choose the robot of an MJCF that holds several, with a warning of the others.
 
     It is the one that has the first of the `frames` asked for, names or globs of bodies, sites and geoms, or else the most joints,

@@ -47,16 +47,18 @@ class RobotSource:
         folders: the robot file, and what may be read along with it.
         warnings: what was met on the way, each with its consequence.
         freed: whether the base of an MJCF without one that moves gets a free joint.
+        expanded: whether xacro made the text.
     """
 
     name: str | None
-    kind: Literal["urdf", "mjcf", "pinocchio"]
+    kind: str
     xml: str
     robot_name: str
     srdf: Path | None
     folders: OpenFolders
     warnings: tuple[str, ...]
     freed: bool = False
+    expanded: bool = False
 
     @property
     def path(self) -> Path:

@@ -1,14 +1,15 @@
-"""Read a robot file: URDF, xacro or MJCF, by its contents. No mesh is opened."""
+"""Read a robot file, by its contents; no mesh is opened. A format is a module, and a line in `FORMATS`."""
 
 import copy
+import importlib
 import os
 from collections.abc import Mapping
 from pathlib import Path
 from typing import Any, Protocol
-from xml.etree.ElementTree import Element, SubElement, tostring
+from xml.etree.ElementTree import SubElement, tostring
 
-from shockpc.robot.catalogue import find_robot, find_srdf
-from shockpc.robot.files import open_folders, parse_xml, read_text, shared_xml
+from shockpc.robot.catalogue import find_robot
+from shockpc.robot.files import FORMATS, ROOTS, open_folders, parse_xml, read_text, shared_xml
 from shockpc.robot.robot import RobotSource
 from shockpc.text.errors import RobotError
 
@@ -22,6 +23,11 @@ _NOT_ROBOTS = {
     "svg": "a picture",
     "mujocoinclude": "a part of an MJCF file; give the file that includes it",
 }
+
+
+def format_of(source: RobotSource) -> Any:
+    """The module of `FORMATS` that knows the format of a source."""
+    return importlib.import_module(f"shockpc.robot.{source.kind}")
 
 
 def read_source(
@@ -44,40 +50,16 @@ def read_source(
     folders.note(written, whole=True)  # by its bytes: programs write a file, load it and write it again within a millisecond
     text = read_text(path)
     root = shared_xml(text, path.name)
-    warnings: tuple[str, ...] = ()
-    prefixed = dict.fromkeys(f"<{part.tag}>" for part in root.iter() if part.tag.startswith("xacro:"))
-    if root.tag == "robot" and (path.suffix == ".xacro" or ("xacro:" in text and _needs_xacro(root))):
-        from shockpc.robot.xacro import expand_xacro
-
-        text, warnings = expand_xacro(text, folders, xacro or {})
-        root = shared_xml(text, path.name)
-    elif xacro:
-        raise RobotError(f"{path.name} is not a xacro file, so --xacro {next(iter(xacro))}=… has no effect; leave it out")
-    elif prefixed:
-        reason = f"{', '.join(prefixed)} ignored, because the links are complete without xacro; if not, name the file .xacro"
-        warnings = (f"{path.name}: {reason}",)
-    robot_name = root.get("name" if root.tag == "robot" else "model") or path.name.split(".")[0]
-    if root.tag == "mujoco":
-        if srdf is not None:
-            remedy = "leave it out, or write its postures as <key> elements of a <keyframe>"
-            raise RobotError(f"{path.name} is an MJCF, so the SRDF {Path(srdf).name} has no effect; {remedy}")
-        from shockpc.robot.mjcf_compiled import insert_includes
-
-        text = insert_includes(parse_xml(text, path.name), folders)
-        return RobotSource(name, "mjcf", text, robot_name, None, folders, warnings, freed)
-    if root.tag != "robot":
+    if root.tag not in FORMATS:
         what = _NOT_ROBOTS.get(root.tag, "no kind of robot known here")
-        raise RobotError(
-            f"{path.name} begins with <{root.tag}>: {what}. Robots begin with <robot> (URDF, xacro) or <mujoco> (MJCF)"
-        )
-    folders.note(path.parent)  # an SRDF may be added later
-    postures = find_srdf(path, robot_name) if srdf is None else Path(os.path.expanduser(srdf))
-    if postures is not None and srdf is None and not folders.contain(postures):
-        postures = None  # a link that leads out of the folders
-    if postures is not None:
-        folders.note(postures)
-        postures = Path(os.path.realpath(postures))
-    return RobotSource(name, "urdf", text, robot_name, postures, folders, warnings)
+        raise RobotError(f"{path.name} begins with <{root.tag}>: {what}. Robots begin with {ROOTS}")
+    robot_name = root.get("name") or root.get("model") or path.name.split(".")[0]
+    given = None if srdf is None else Path(os.path.expanduser(srdf))
+    source = RobotSource(name, FORMATS[root.tag][0], text, robot_name, given, folders, (), freed)
+    read: RobotSource = format_of(source).read(source, xacro or {})
+    if xacro and not read.expanded:
+        raise RobotError(f"{path.name} is not a xacro file, so --xacro {next(iter(xacro))}=… has no effect; leave it out")
+    return read
 
 
 class YourdfpyRobot(Protocol):
@@ -118,15 +100,3 @@ def source_of_yourdfpy(given: YourdfpyRobot, packages: Mapping[str, str], srdf: 
     folders = open_folders(Path(os.path.realpath(folder)) / f"{name}.urdf", packages)
     postures = None if srdf is None else Path(os.path.realpath(os.path.expanduser(srdf)))
     return RobotSource(f"{name} (yourdfpy.URDF)", "urdf", tostring(root, encoding="unicode"), name, postures, folders, ())
-
-
-def _needs_xacro(root: Element) -> bool:
-    """Whether a file has to be expanded: one whose links carry no mass, or numbers that are expressions, without xacro."""
-    # Expanded files often keep <xacro:…> elements that mean nothing any more; their links are complete.
-    if not any(key.startswith("xacro:") for part in root.iter() for key in (part.tag, *part.attrib)):
-        return False
-    plain = [element for link in root.findall("link") + root.findall("joint") for element in link.iter()]
-    parts = [part.tag for element in plain if element.tag in ("link", "joint", "inertial") for part in element]
-    names = [*parts, *(key for element in plain for key in element.attrib)]
-    whole = root.find("link/inertial/mass") is not None and not any(name.startswith("xacro:") for name in names)
-    return not whole or any("${" in value or "$(" in value for element in plain for value in element.attrib.values())

@@ -5,6 +5,10 @@ number, and goes on.
 """
 
 import math
+import os
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
+from pathlib import Path
 from typing import TypeAlias
 from xml.etree.ElementTree import Element
 
@@ -12,6 +16,7 @@ import numpy as np
 import pinocchio as pin
 
 from shockpc.core.spatial import Array, read_only
+from shockpc.robot.catalogue import find_srdf
 from shockpc.robot.files import shared_xml
 from shockpc.robot.robot import WORLD, Mimic, Robot, RobotSource
 from shockpc.robot.slack import refuse_number, refuse_tree
@@ -33,7 +38,38 @@ def vector(text: str | None, size: int) -> Array | None:
     return np.array(values) if len(values) == size and all(map(math.isfinite, values)) else None
 
 
-def build_urdf(source: RobotSource) -> Robot:
+def read(source: RobotSource, xacro: Mapping[str, str]) -> RobotSource:
+    """Expand a URDF that needs xacro, and find the file of its reference postures."""
+    path, folders, text, root = source.path, source.folders, source.xml, shared_xml(source.xml, source.path.name)
+    warnings: tuple[str, ...] = ()
+    prefixed = dict.fromkeys(f"<{part.tag}>" for part in root.iter() if part.tag.startswith("xacro:"))
+    if expanded := path.suffix == ".xacro" or ("xacro:" in text and _needs_xacro(root)):
+        from shockpc.robot.xacro import expand_xacro
+
+        text, warnings = expand_xacro(text, folders, xacro)
+    elif prefixed:
+        reason = f"{', '.join(prefixed)} ignored, because the links are complete without xacro; if not, name the file .xacro"
+        warnings = (f"{path.name}: {reason}",)
+    name = shared_xml(text, path.name).get("name") or source.robot_name
+    return with_postures(replace(source, xml=text, robot_name=name, warnings=warnings, expanded=expanded))
+
+
+def with_postures(source: RobotSource) -> RobotSource:
+    """A source with the file of its reference postures: as given, or the one beside the robot."""
+    path, folders = source.path, source.folders
+    folders.note(path.parent)  # an SRDF may be added later
+    found = source.srdf or find_srdf(path, source.robot_name)
+    if found is None or not (source.srdf or folders.contain(found)):
+        return source  # without one, or with a link that leads out of the folders
+    folders.note(found)
+    return replace(source, srdf=Path(os.path.realpath(found)))
+
+
+def choose(source: RobotSource, frames: Sequence[str]) -> None:
+    """A URDF holds one robot."""
+
+
+def build(source: RobotSource, chosen: None = None) -> Robot:
     """Build the robot of a URDF, with the joints in the order of Pinocchio's own reader.
 
     A root link that is called "world", or has no mass, and carries nothing but a floating or planar joint is the world, and that
@@ -294,3 +330,15 @@ def _at_least_zero(joint: str, what: str, text: str | None) -> float:
     if value is None or value[0] < 0.0:
         raise RobotError(f'joint "{joint}": its {what} is "{text}"; it has to be one finite number not below zero', joints=[joint])
     return float(value[0])
+
+
+def _needs_xacro(root: Element) -> bool:
+    """Whether a file has to be expanded: one whose links carry no mass, or numbers that are expressions, without xacro."""
+    # Expanded files often keep <xacro:…> elements that mean nothing any more; their links are complete.
+    if not any(key.startswith("xacro:") for part in root.iter() for key in (part.tag, *part.attrib)):
+        return False
+    plain = [element for link in root.findall("link") + root.findall("joint") for element in link.iter()]
+    parts = [part.tag for element in plain if element.tag in ("link", "joint", "inertial") for part in element]
+    names = [*parts, *(key for element in plain for key in element.attrib)]
+    whole = root.find("link/inertial/mass") is not None and not any(name.startswith("xacro:") for name in names)
+    return not whole or any("${" in value or "$(" in value for element in plain for value in element.attrib.values())
