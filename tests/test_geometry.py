@@ -14,7 +14,7 @@ from robot_texts import BODY, LIMIT, body, floating, joint, link, loaded, mjcf, 
 from shockpc import Scene, load_robot, shock_profile
 from shockpc.robot.catalogue import data_folder
 from shockpc.robot.geometry import body_outline, inertia_box, outline
-from shockpc.robot.meshes import hull_corners, read_mesh
+from shockpc.robot.meshes import outer_vertices, read_mesh
 from shockpc.robot.robot import Body
 
 DIRECTIONS = np.random.default_rng(3).normal(size=(200, 3))
@@ -255,16 +255,33 @@ def test_a_flat_mesh_keeps_its_vertices(tmp_path):
     assert len(shapes[0].points) == 5
 
 
-@pytest.mark.parametrize("rim", [30, 300, 3000])
-def test_a_hull_reaches_as_far_as_all_vertices(rim):
-    """A cone whose tip has thousands of neighbours, with points inside it."""
-    rng = np.random.default_rng(rim)
+def cone(rng, rim):
+    """A cone whose tip has that many neighbours, after points inside it."""
     angle = 2.0 * np.pi * np.arange(rim) / rim
-    cone = np.vstack([[0.0, 0.0, 0.5], np.column_stack([0.2 * np.cos(angle), 0.2 * np.sin(angle), np.zeros(rim)])])
-    inside = rng.dirichlet(np.ones(rim + 1), 50) @ cone
-    corners = hull_corners(np.concatenate([inside, cone]))
-    assert len(corners) == rim + 1
-    np.testing.assert_allclose((DIRECTIONS @ corners.T).max(axis=1), (DIRECTIONS @ cone.T).max(axis=1), atol=1e-15)
+    corners = np.vstack([[0.0, 0.0, 0.5], np.column_stack([0.2 * np.cos(angle), 0.2 * np.sin(angle), np.zeros(rim)])])
+    return np.vstack([rng.dirichlet(np.ones(rim + 1), 2000) @ corners, corners])
+
+
+CLOUDS = {
+    "needle": (lambda rng: rng.normal(size=(2000, 3)) * [1.0, 1e-3, 1e3], 100),
+    "lattice": (lambda rng: rng.uniform(-1.0, 1.0, (2000, 3)).round(1) * [0.3, 1.0, 1e-6] + 5.0, 500),
+    "box": (lambda rng: np.clip(rng.normal(size=(3000, 3)), -1.0, 1.0), 2500),
+    "tetrahedron": (lambda rng: np.vstack([rng.dirichlet(np.ones(4), 2000) @ TETRAHEDRON, TETRAHEDRON]), 100),
+    "cone": (lambda rng: cone(rng, 300), 400),
+    "line": (lambda rng: rng.uniform(size=(500, 1)) * [1.0, 2.0, 3.0] + 1e-13 * rng.normal(size=(500, 3)), 500),
+    "point": (lambda rng: np.ones((500, 3)), 500),
+}
+
+
+@pytest.mark.parametrize("name", CLOUDS)
+def test_outer_vertices_reach_as_far_as_all(name):
+    """In every direction, also in those of a shape that is scaled to a cube; of a filled shape many vertices are left out."""
+    make, most = CLOUDS[name]
+    vertices = make(np.random.default_rng(3))
+    outer = outer_vertices(vertices)
+    assert len(outer) <= most
+    for directions in (DIRECTIONS, DIRECTIONS / np.maximum(np.ptp(vertices, axis=0), 1e-300)):
+        np.testing.assert_allclose((directions @ outer.T).max(axis=1), (directions @ vertices.T).max(axis=1), rtol=1e-14)
 
 
 BROKEN = {

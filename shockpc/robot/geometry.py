@@ -19,7 +19,7 @@ from shockpc.core.extremes import Pieces
 from shockpc.core.memo import memoized
 from shockpc.core.spatial import Array, read_only
 from shockpc.robot.files import shared_xml
-from shockpc.robot.meshes import Mesh, hull, hull_corners, read_mesh
+from shockpc.robot.meshes import Mesh, hull, outer_vertices, read_mesh
 from shockpc.robot.robot import Body, Frame, Robot, RobotSource
 from shockpc.robot.tree import rotation
 from shockpc.robot.urdf import vector
@@ -29,7 +29,7 @@ from shockpc.text.printed import few, listed
 
 GeometryKind: TypeAlias = Literal["collision", "visual"]
 Loader: TypeAlias = Callable[[str], tuple[Mesh, Array]]
-"""Reads a mesh by its name in the file, and the corners of its hull."""
+"""Reads a mesh by its name in the file, and points of which it is the hull."""
 
 _URDF_SIZES = {
     "box": (("size", 3, 0.5),),
@@ -66,7 +66,7 @@ class Shape(NamedTuple):
 
     Attributes:
         link: the link it belongs to.
-        points: (k, 3) in the body's frame [m]. For a mesh, points of which it is the hull: the corners, or all vertices.
+        points: (k, 3) in the body's frame [m]. For a mesh, points of which it is the hull: `outer_vertices`, or all vertices.
         rounding: (3, 3) semi-axes of the ellipsoid in orthogonal columns, in the body's frame [m].
         mesh: the surface itself, where the piece is the hull of something that need not be convex.
         name: of its geom, if the file gives one.
@@ -126,16 +126,16 @@ class Outline(NamedTuple):
 
 
 @memoized()
-def outline(robot: Robot, kind: GeometryKind, hulls: bool = True) -> Outline:
+def outline(robot: Robot, kind: GeometryKind, reduced: bool = True) -> Outline:
     """Read the collision or visual shapes of every body, as the robot's file gives them.
 
-    Primitives are exact; meshes keep their triangles beside the corners of their hull, or all their vertices without `hulls`. A
+    Primitives are exact; meshes keep their triangles beside their outer vertices, or all of them without `reduced`. A
     shape that cannot be read is left out and named in the warning. The robot holds the result.
     """
     shapes: list[list[Shape]] = [[] for _ in robot.bodies]
     unread: list[Unread] = []
     bare: dict[int, str] = {}
-    for piece in _shapes(robot.source, kind, hulls):
+    for piece in _shapes(robot.source, kind, reduced):
         frame = robot.frames.get(piece.link)
         body = frame.body if frame is not None else -1
         if isinstance(piece, Unread):
@@ -161,7 +161,7 @@ def body_outline(robot: Robot) -> Outline:
 
 
 def drawn_outline(robot: Robot) -> Outline:
-    """The visual geometry of every body, its meshes with all vertices: hulls are computed only if `body_outline` needs them."""
+    """The visual geometry of every body, its meshes with all vertices, unless they are those of `body_outline`."""
     return outline(robot, "visual", not _is_solid(robot.source))
 
 
@@ -220,9 +220,9 @@ def inertia_box(body: Body) -> Shape | None:
 
 
 @memoized()
-def _shapes(source: RobotSource, kind: GeometryKind, hulls: bool) -> tuple[Shape | Unread, ...]:
+def _shapes(source: RobotSource, kind: GeometryKind, reduced: bool) -> tuple[Shape | Unread, ...]:
     """The shapes of a file, each in the frame of its link. Variants of a robot share them."""
-    corners = hull_corners if hulls else np.asarray
+    spanning = outer_vertices if reduced else np.asarray
 
     @functools.cache  # four legs often share a mesh
     def load(uri: str) -> tuple[Mesh, Array]:
@@ -231,7 +231,7 @@ def _shapes(source: RobotSource, kind: GeometryKind, hulls: bool) -> tuple[Shape
             mesh = read_mesh(read_file(path, "mesh", RobotError), path.suffix.lower().removeprefix("."))
         except ValueError as refusal:
             raise ValueError(f'"{uri}": {refusal}') from None
-        return mesh, corners(mesh.vertices)
+        return mesh, spanning(mesh.vertices)
 
     if source.kind == "mjcf":
         return tuple(_mjcf_shapes(source, kind, load))
@@ -268,9 +268,9 @@ def _urdf_shapes(root: Element, kind: GeometryKind, load: Loader, turn: Array) -
 
 
 def _mesh(link: str, read: tuple[Mesh, Array], change: Array, origin: Array) -> Shape:
-    """The shape of a mesh as read, with its corners, after a change (3, 3) of its coordinates from an origin (3,) [m]."""
-    mesh, corners = read
-    return Shape(link, (corners - origin) @ change.T, mesh=mesh._replace(vertices=(mesh.vertices - origin) @ change.T))
+    """The shape of a mesh as read, with its outer vertices, after a change (3, 3) of its coordinates from an origin (3,) [m]."""
+    mesh, outer = read
+    return Shape(link, (outer - origin) @ change.T, mesh=mesh._replace(vertices=(mesh.vertices - origin) @ change.T))
 
 
 def _distance_to_joints(root: Element, shapes: Iterable[Shape | Unread]) -> float:
@@ -320,7 +320,7 @@ def _mjcf_shapes(source: RobotSource, kind: GeometryKind, load: Loader) -> Itera
                 first, face = int(mesh.vertadr[0]), int(mesh.faceadr[0])
                 vertices = np.array(m.mesh_vert[first : first + int(mesh.vertnum[0])], dtype=float)
                 triangles = np.array(m.mesh_face[face : face + int(mesh.facenum[0])], dtype=np.int64)
-                shape = Shape(link, hull_corners(vertices), mesh=Mesh(vertices, triangles))
+                shape = Shape(link, outer_vertices(vertices), mesh=Mesh(vertices, triangles))
             yield _checked(shape._replace(name=geom.name).placed(rotation(geom.quat), np.array(geom.pos)))
         except (RobotError, ValueError) as refusal:
             yield Unread(link, file.name if file else "", str(refusal))

@@ -84,7 +84,10 @@ class Rigid:
         solid = placed(outline(robot, "collision"))
         links = {shape.link for shape in solid}
         drawn = [shape for shape in placed(drawn_outline(robot)) if shape.link not in links]
-        shapes = (*solid, *(shape._replace(points=hull_corners(shape.points)) for shape in drawn))
+        # Corners alone, because a body would pivot about vertices that rounding puts above a side of its hull, too.
+        shapes = tuple(
+            shape if shape.mesh is None else shape._replace(points=hull_corners(shape.points)) for shape in (*solid, *drawn)
+        )
         if not shapes:
             raise StudyError(f'robot "{robot.name}" has neither collision nor visual geometry, so nothing of it meets the ground')
         visual = tuple(dict.fromkeys(shape.link for shape in drawn))
