@@ -6,6 +6,9 @@ import numpy as np
 
 from shockpc.core.spatial import Array
 
+CLEARLY_APART = 1e-3
+"""Part of the greatest eigenvalue of AᵀA by which the next one has to be less for its formula to keep all but three digits."""
+
 
 class ExtremeDirections(NamedTuple):
     """The impact directions with the greatest and the least shock at a point.
@@ -36,6 +39,49 @@ def extreme_directions(maps: Array, up: Array) -> ExtremeDirections:
     most_severe, least_severe = Vt[..., 0, :], Vt[..., 2, :]
 
     return ExtremeDirections(_downwards(most_severe, up), s[..., 0], _downwards(least_severe, up), s[..., 2])
+
+
+def most_severe_direction(maps: Array, up: Array) -> tuple[Array, Array]:
+    """The direction (N, 3) and the shock (N,) of the most severe strike, as `extreme_directions`, which takes five times as long.
+
+    The direction is an eigenvector of AᵀA, whose eigenvalues the trigonometric formula gives (Smith 1961, "Eigenvalues of a
+    symmetric 3 × 3 matrix"). It loses digits where the two greatest are nearly equal; singular values are computed there.
+
+    Args:
+        maps: (N, 3, 3), as for `extreme_directions`.
+        up: (3,), likewise.
+    """
+    # The posture comes last, so that every operation runs over contiguous numbers.
+    A, diagonal = maps.transpose(1, 2, 0).copy(), np.arange(3)
+    with np.errstate(all="ignore"):
+        scale = np.abs(A).max(axis=(0, 1))
+        A /= scale
+        square = (A[:, :, None] * A[:, None]).sum(axis=0)
+        mean = np.einsum("iin->n", square) / 3.0
+        square[diagonal, diagonal] -= mean
+        (a, d, e), (_, b, f), (_, _, c) = square
+        width = 2.0 * np.sqrt((square**2).sum(axis=(0, 1)) / 6.0)
+        determinant = a * (b * c - f * f) - d * (d * c - e * f) + e * (d * f - b * e)
+        angle = np.arccos(np.clip(4.0 * determinant / width**3, -1.0, 1.0)) / 3.0
+        greatest, next_one = width * np.cos(angle), width * np.cos(angle - 2.0 * np.pi / 3.0)
+        square[diagonal, diagonal] -= greatest
+        # The rows of what is left are across the eigenvector; the longest product of two of them is determined best.
+        products = np.stack([_cross(square[i], square[i - 1]) for i in range(3)])
+        longest = (products**2).sum(axis=1).argmax(axis=0)
+        direction = products[longest, :, np.arange(len(maps))].T
+        direction /= np.sqrt((direction**2).sum(axis=0))
+        shock = scale * np.sqrt(((A * direction).sum(axis=1) ** 2).sum(axis=0))
+        unclear = np.flatnonzero(~(greatest - next_one > CLEARLY_APART * (mean + greatest)))
+    direction = direction.T
+    if unclear.size:
+        found = extreme_directions(maps[unclear], up)
+        direction[unclear], shock[unclear] = found.most_severe, found.most_severe_shock
+    return _downwards(direction, up), shock
+
+
+def _cross(a: Array, b: Array) -> Array:
+    """Products (3, N) of vectors (3, N)."""
+    return np.stack([a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]])
 
 
 def _downwards(direction: Array, up: Array) -> Array:

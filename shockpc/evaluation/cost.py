@@ -50,7 +50,7 @@ SLACK = 1e-7
 
 def _heights(impact: Any) -> Any:
     points = np.stack([block_point(impact.state, impact.blocks[k]) for k in on_ground(impact.landing)], axis=1)
-    return levels(impact.landing, impact.state.rotation, impact.state.position, points)
+    return levels(impact.landing, impact.state.rotation, impact.state.position, points, np.inf)
 
 
 def _pushed(impact: Any, places: Sequence[Place]) -> Array:
@@ -59,7 +59,7 @@ def _pushed(impact: Any, places: Sequence[Place]) -> Array:
 
 
 def _clearance(impact: Any, places: Sequence[Place]) -> Array:
-    """Heights (N, 1, n) of bodies above the lowest contact, without what strikes; infinite of one that is far above it."""
+    """Heights (N, 1, n) of bodies above the lowest contact, without what strikes."""
     here, body = _heights(impact), np.array([i for i, own in enumerate(body_outline(impact.landing.robot).shapes) for _ in own])
     lowest = [here.surface[:, here.others & (body == place.body)].min(axis=1, initial=np.inf) for place in places]
     return np.asarray((np.stack(lowest, axis=1) - here.contacts.min(axis=1, keepdims=True))[:, None])

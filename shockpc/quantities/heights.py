@@ -20,7 +20,8 @@ class Levels(NamedTuple):
 
     Attributes:
         core: (N, n) as `surface`, without the least semi-axis of the ellipsoid that rounds a shape.
-        surface: (N, n) the lowest points of the shapes; inf of those of a body that is wholly above all contact points.
+        surface: (N, n) the lowest points of the shapes; inf of those of a body that is wholly above all contact points,
+            farther than was asked for.
         contacts: (N, c) the lowest points of the contacts and standing feet: of their shapes, or the contact points.
         of_contact: (c, n) which shapes belong to each of these.
         others: (n,) which shapes belong to none.
@@ -69,7 +70,7 @@ def on_ground(landing: Landing) -> list[int]:
     return [k for k, block in enumerate((*landing.contacts, *landing.stance)) if block.normal @ landing.up > 1.0 - 1e-9]
 
 
-def levels(landing: Landing, rotation: Array, position: Array, points: Array) -> Levels:
+def levels(landing: Landing, rotation: Array, position: Array, points: Array, above: float = 0.0) -> Levels:
     """Heights of the geometry in N postures.
 
     Args:
@@ -77,18 +78,22 @@ def levels(landing: Landing, rotation: Array, position: Array, points: Array) ->
         rotation: (N, nb, 3, 3) of the body frames, body to world.
         position: (N, nb, 3) their origins, from the base [m].
         points: (N, c, 3) of the contacts and standing feet on flat ground, from the base [m].
+        above: how far bodies may be above all of these points to be measured [m].
     """
     robot, up, outline = landing.robot, landing.up, body_outline(landing.robot)
     shapes, pieces = [shape for carried in outline.shapes for shape in carried], outline.pieces
     surface, ground = np.full((len(shapes), len(rotation)), np.inf), (points @ up).max(axis=1)
-    for body, (n, corners, axes, radius) in enumerate(_by_body(robot)):
-        rising, height = up @ rotation[:, body], position[:, body] @ up
-        low = np.flatnonzero(height - radius <= ground)
-        if low.size:
-            reach = np.maximum.reduceat(corners @ -rising[low].T, pieces.start[n] - pieces.start[n[0]], axis=0)
+    bodies, centre, half = _by_body(robot)
+    rising, height = np.einsum("i,nbij->bnj", up, rotation), (position @ up).T
+    low = height + (rising @ centre[..., None])[..., 0] - (np.abs(rising) @ half[..., None])[..., 0] <= ground + above
+    for body, n, corners, axes in bodies:
+        near = np.flatnonzero(low[body])
+        if near.size:
+            towards = rising[body, near].T
+            reach = np.maximum.reduceat(corners @ -towards, pieces.start[n] - pieces.start[n[0]], axis=0)
             if axes.any():
-                reach += np.sqrt(((axes @ rising[low].T) ** 2).reshape(3, len(n), -1).sum(axis=0))
-            surface[n[:, None], low] = height[low] - reach
+                reach += np.sqrt(((axes @ towards) ** 2).reshape(3, len(n), -1).sum(axis=0))
+            surface[n[:, None], near] = height[body, near] - reach
     surface = surface.T
     core = surface + np.linalg.norm(pieces.rounding, axis=1).min(axis=1)
     held, inside, height = (*landing.contacts, *landing.stance), INSIDE + SHARE * robot_size(robot), points @ up
@@ -108,12 +113,17 @@ def levels(landing: Landing, rotation: Array, position: Array, points: Array) ->
 
 
 @memoized()
-def _by_body(robot: Robot) -> tuple[tuple[np.ndarray, Array, Array, float], ...]:
-    """For each body: its n pieces, their points (k, 3), semi-axes (3n, 3), the first of each first; a radius around all."""
-    pieces, found = body_outline(robot).pieces, []
-    sizes = np.linalg.norm(pieces.points, axis=1) + np.linalg.norm(pieces.rounding, axis=1).max(axis=1)[pieces.piece]
-    for body in range(len(robot.bodies)):
+def _by_body(robot: Robot) -> tuple[tuple[tuple[int, np.ndarray, Array, Array], ...], Array, Array]:
+    """The pieces of the bodies that have some, and boxes around them.
+
+    Returns: of each the body, its n pieces, their points (k, 3) and semi-axes (3n, 3), the first of each first; centres (nb, 3) and
+        half the sides (nb, 3) of the boxes, in the bodies' frames [m].
+    """
+    pieces, found, centre, half = body_outline(robot).pieces, [], *np.zeros((2, len(robot.bodies), 3))
+    reach = np.linalg.norm(pieces.rounding, axis=2)[pieces.piece]
+    for body in np.unique(pieces.body).tolist():
         n, of_body = np.flatnonzero(pieces.body == body), pieces.body[pieces.piece] == body
-        axes = pieces.rounding[n].transpose(2, 0, 1).reshape(-1, 3)
-        found.append((n, pieces.points[of_body], axes, float(sizes[of_body].max(initial=-np.inf))))
-    return tuple(found)
+        found.append((body, n, pieces.points[of_body], pieces.rounding[n].transpose(2, 0, 1).reshape(-1, 3)))
+        low, high = (pieces.points - reach)[of_body].min(axis=0), (pieces.points + reach)[of_body].max(axis=0)
+        centre[body], half[body] = (low + high) / 2.0, (high - low) / 2.0
+    return tuple(found), centre, half

@@ -1,11 +1,10 @@
 """What a point of a body feels: its jump of velocity, the shock, and the most and least severe impact directions."""
 
-from collections.abc import Callable
 from typing import Any
 
 import numpy as np
 
-from shockpc.core.directions import ExtremeDirections, extreme_directions
+from shockpc.core.directions import ExtremeDirections, extreme_directions, most_severe_direction
 from shockpc.core.percussion import norm
 from shockpc.core.pulse import peak_acceleration
 from shockpc.core.spatial import Array, jump_at, velocity_at
@@ -52,33 +51,44 @@ def world_position(impact: Impact, places: Places) -> Any:
 @cached
 def directions(impact: Impact, places: Places) -> ExtremeDirections:
     """The extreme impact directions (N, 1, n, ...) of points, in double precision: right to 1e-15 of the largest shock."""
+    maps = _maps(impact, places)
+    parts = extreme_directions(maps.reshape(-1, 3, 3), impact.landing.up)
+    return ExtremeDirections(*(part.reshape(len(maps), 1, len(places), *part.shape[1:]) for part in parts))
+
+
+@cached
+def _most_severe(impact: Impact, places: Places) -> tuple[Array, Array]:
+    """The most severe of them (N, 1, n, 3) and the shocks there (N, 1, n), without the others in many postures."""
+    maps = _maps(impact, places)
+    if len(maps) == 1:
+        return directions(impact, places)[:2]
+    direction, shock = most_severe_direction(maps.reshape(-1, 3, 3), impact.landing.up)
+    return direction.reshape(len(maps), 1, len(places), 3), shock.reshape(len(maps), 1, len(places))
+
+
+def _maps(impact: Impact, places: Places) -> Array:
+    """Jumps (N, n, 3, 3) of the velocities of points for unit strikes along x, y and z, axes of their bodies' frames."""
     jumps = impact.maps_of([place.body for place in places])
     r = np.broadcast_to(_r(impact, places), (*jumps.shape[:2], 3)).reshape(-1, 3)
     maps = jump_at(jumps.reshape(-1, 6, 3), impact.exact(r))
     maps = impact.rounded(maps, lambda values: np.abs(values).max(axis=(1, 2), keepdims=True) + 1e-300)
-    parts = extreme_directions(maps, impact.landing.up)
-    return ExtremeDirections(*(part.reshape(jumps.shape[0], 1, *jumps.shape[1:2], *part.shape[1:]) for part in parts))
-
-
-def _extreme(part: str) -> Callable[[Impact, Places], Array]:
-    """The formula for a part of the extreme directions."""
-    return lambda impact, places: np.asarray(getattr(directions(impact, places), part))
+    return np.asarray(maps.reshape(*jumps.shape[:2], 3, 3))
 
 
 DELTA_V = Quantity("delta_v", "point", "Δv, axes of the frame", "m/s", "greater", _delta_v, largest_jump, vector=True,
     also=("friction", "stiffness"), linear=True)  # fmt: skip
-MOST_SEVERE = Quantity("most_severe", "point", "shock of the most severe strike", "1", "greater", _extreme("most_severe_shock"),
-    path="most_severe.shock")  # fmt: skip
+MOST_SEVERE = Quantity("most_severe", "point", "shock of the most severe strike", "1", "greater", lambda i,
+    p: _most_severe(i, p)[1], path="most_severe.shock")  # fmt: skip
 SHOCK = Quantity("shock", "point", "shock", "1", "greater", shock, largest_shock, most_severe=MOST_SEVERE,
     also=("friction", "stiffness"), length_of=DELTA_V)  # fmt: skip
 AT_CENTRE = (
-    Quantity("most_severe_direction", "point", "most severe strike, world axes", "1", "neither", _extreme("most_severe"),
-        vector=True, path="most_severe.direction"),
+    Quantity("most_severe_direction", "point", "most severe strike, world axes", "1", "neither", lambda i,
+        p: _most_severe(i, p)[0], vector=True, path="most_severe.direction"),
     MOST_SEVERE,
-    Quantity("least_severe_direction", "point", "least severe strike, world axes", "1", "neither", _extreme("least_severe"),
-        vector=True, path="least_severe.direction"),
-    Quantity("least_severe", "point", "shock of the least severe strike", "1", "greater", _extreme("least_severe_shock"),
-        path="least_severe.shock"),
+    Quantity("least_severe_direction", "point", "least severe strike, world axes", "1", "neither", lambda i,
+        p: directions(i, p).least_severe, vector=True, path="least_severe.direction"),
+    Quantity("least_severe", "point", "shock of the least severe strike", "1", "greater", lambda i,
+        p: directions(i, p).least_severe_shock, path="least_severe.shock"),
     Quantity("peak_g", "point", "peak acceleration", "g", "greater", _peak, missing="the scene gives no pulse",
         lacks=lambda landing: NEEDS_PULSE if landing.pulse is None else "", also=("friction",), length_of=DELTA_V),
 )  # fmt: skip

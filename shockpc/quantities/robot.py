@@ -76,7 +76,8 @@ def _levels(impact: Impact) -> Levels | None:
         return None
     state = impact.state
     points = np.stack([block_point(state, impact.blocks[k]) for k in level], axis=1)
-    return levels(impact.landing, *(part.astype(float) for part in (state.rotation, state.position, points)))
+    rotation, position, points = (part.astype(float) for part in (state.rotation, state.position, points))
+    return levels(impact.landing, rotation, position, points)
 
 
 def _depth(impact: Impact, places: Places) -> Array:
