@@ -10,7 +10,7 @@ import shockpc
 
 PACKAGE = Path(shockpc.__file__).parent
 HEAVY = {"numpy", "pinocchio", "flint", "scipy", "trimesh", "collada", "matplotlib", "shapely", "pydantic", "mujoco"}
-HEAVY |= {"clarabel", "rich"}
+HEAVY |= {"clarabel", "rich", "pandas"}
 
 
 def test_names_of_the_package_are_those_of_their_modules():
@@ -56,3 +56,6 @@ def test_nothing_is_imported_before_it_is_needed():
     assert imported(COMMAND, "--help") == imported(COMMAND, "analyze", "--help") == set()
     assert imported(COMMAND, *ANALYZE, "json") == computing
     assert imported(COMMAND, *ANALYZE, "table") == computing
+    assert imported(COMMAND, "analyze", "hyq", "--contact", "lf_foot", "--format", "json") == computing | {"collada"}
+    table = "from shockpc.evaluation.table import Table\nTable((), {'x': numpy.array([1.0, numpy.nan])}, {}).to_arrow()\n"
+    assert imported(f"import numpy\n{table}{REPORT}") == computing

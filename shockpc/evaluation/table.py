@@ -1,5 +1,6 @@
 """What a study found as columns: which rows are worst, how they are distributed, which landings the ground allows."""
 
+import functools
 import itertools
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
@@ -137,9 +138,11 @@ class Table:
         """The table for pyarrow, with the messages as a column; where there is no number there is a null."""
         import pyarrow
 
-        arrays = {name: pyarrow.array(x, from_pandas=True) for name, x in self.columns.items()}
-        messages = [self.messages.get(i) for i in range(len(self))]
-        return pyarrow.table({**arrays, "message": pyarrow.array(messages, pyarrow.string())})
+        messages = pyarrow.nulls(len(self), pyarrow.string())
+        if self.messages:
+            messages = pyarrow.array([self.messages.get(i) for i in range(len(self))], pyarrow.string())
+        arrays = {name: _to_arrow(x) for name, x in self.columns.items()}
+        return pyarrow.table({**arrays, "message": messages})
 
     def to_pandas(self) -> Any:
         """The table for pandas, with the messages as a column."""
@@ -163,6 +166,19 @@ class Table:
     def __dataframe__(self, *args: Any, **options: Any) -> Any:
         """The table for libraries that read the older dataframe interchange protocol; it needs pyarrow."""
         return self.to_arrow().__dataframe__(*args, **options)
+
+
+def _to_arrow(values: np.ndarray) -> Any:
+    """A column (n,) for pyarrow. Its own conversion imports pandas where that is installed, which costs more than many a sweep."""
+    import pyarrow
+
+    kind = values.dtype.kind
+    if kind not in "bif":
+        return pyarrow.array(values, from_pandas=True)
+    bits, data = functools.partial(np.packbits, bitorder="little"), np.ascontiguousarray(values)
+    unknown = np.isnan(data) if kind == "f" else np.zeros(0, dtype=bool)
+    buffers = [pyarrow.py_buffer(bits(~unknown)) if unknown.any() else None, pyarrow.py_buffer(bits(data) if kind == "b" else data)]
+    return pyarrow.Array.from_buffers(pyarrow.from_numpy_dtype(data.dtype), len(data), buffers)
 
 
 def _unit(heading: str) -> str:

@@ -152,8 +152,9 @@ class RowFiles:
     def _read(self, path: Path, names: Sequence[str]) -> list[Any]:
         if self.format == "parquet":
             with path.open("rb") as content:  # a path with a colon would be read as an address
-                table = _arrow().parquet.read_table(content, columns=list(names))
-            return [table[name].to_numpy() for name in names]
+                # What reads whole data sets imports pandas where that is installed.
+                table = _arrow().parquet.ParquetFile(content).read(columns=list(names))
+            return [_from_arrow(table[name]) for name in names]
         headings = (*self.evaluation.headings, "message")
         with path.open(encoding="utf-8", newline="") as file:
             lines = list(csv.reader(file))[1:]  # after the header, which may hold headings escaped
@@ -256,6 +257,23 @@ def _parquet(table: Table, description: str) -> bytes:
     content = table.to_arrow().replace_schema_metadata({"shockpc": description})
     _arrow().parquet.write_table(content, out, compression="zstd", use_dictionary=["message"])
     return out.getvalue()
+
+
+def _from_arrow(column: Any) -> np.ndarray:
+    """A column of a Parquet file as an array, as pyarrow converts it, which imports pandas for that where it is installed."""
+    kind, parts = {"double": float, "int64": np.int64, "bool": bool}.get(str(column.type)), []
+    if kind is None or (column.null_count and kind is not float):
+        return np.asarray(column.to_numpy()) if column.null_count < len(column) else np.full(len(column), None)
+    for chunk in column.chunks:
+        known, data = chunk.buffers()
+        own = slice(chunk.offset, chunk.offset + len(chunk))
+        values = (_bits(data) if kind is bool else np.frombuffer(data, kind))[own]
+        parts.append(np.where(_bits(known)[own], values, np.nan) if chunk.null_count else values)
+    return np.concatenate([np.zeros(0, kind), *parts])
+
+
+def _bits(data: Any) -> np.ndarray:
+    return np.unpackbits(np.frombuffer(data, np.uint8), bitorder="little").astype(bool)
 
 
 def _csv(table: Table) -> str:
