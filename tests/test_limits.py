@@ -13,7 +13,7 @@ from trees import known_robot
 
 from shockpc.evaluation.variation import motion_range
 from shockpc.landing.closure import follow
-from shockpc.landing.posture import held_joints, set_joints
+from shockpc.landing.posture import fixed_joints, set_joints
 from shockpc.landing.resolve import resolve
 from shockpc.landing.scene import Contact, Joints, Part, Point, Posture, Scene, Strike
 from shockpc.landing.scene_file import robot_of
@@ -505,7 +505,7 @@ def test_a_loop_is_followed_to_its_last_digit():
     """A last step below the tolerance closes what is open by hardly more; the loop is not refused for it."""
     base = dataclasses.replace(scene("five_bar"), posture=Posture(joints_deg={"front_hip": 62.0, "rear_hip": -60.0}))
     landing = resolve(base, robot_of(base))
-    joint, held = landing.robot.joint("front_hip"), held_joints(landing.robot, base.posture, ())
+    joint, held = landing.robot.joint("front_hip"), fixed_joints(landing.robot, base.posture, ())
     for value in np.radians(np.linspace(62.0, 62.5, 200)):
         q = landing.q.copy()
         set_joints(landing.robot, [(joint, value)], q)

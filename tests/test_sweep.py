@@ -420,7 +420,7 @@ def test_quantities_by_name_are_those_of_the_single_analysis(anymal):
         "body.delta_v@RH_THIGH",
     ]
     made = sweep(ANYMAL, robot=anymal, vary={"LF_KFE": "-110:-60:3"}, quantities=asked, prove=0)
-    names = [column.name for column in made.computed if column.asked]
+    names = [column.name for column in made.computed if column.requested]
     assert names == [
         "depth@anymal", *(f"joint_impulse@{leg}_KFE" for leg in ("LF", "LH", "RF", "RH")),
         "delta_v.x@LF_SHANK:0,0,-0.1", "effective_mass@LF_FOOT",

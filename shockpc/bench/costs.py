@@ -104,10 +104,10 @@ def _package(budget: float) -> Sheet:
         rows.append((f"{what} adds to shock_profile and its text", f"{printed:.3g}", None, None))
     go2 = known_robot("go2")
     for what, given in STIFF.items():
-        posed = resolve(Scene(robot="go2", contact_stiffness=1e5, **given), go2)
+        stiff = resolve(Scene(robot="go2", contact_stiffness=1e5, **given), go2)
         add(
-            f"motion on finite stiffness, Go2, {what}, {len(CompliantLanding(posed).motion.events)} events",
-            partial(CompliantLanding, posed),
+            f"motion on finite stiffness, Go2, {what}, {len(CompliantLanding(stiff).motion.events)} events",
+            partial(CompliantLanding, stiff),
         )
     times = np.median([[_process_time(arguments) for arguments in COMMANDS.values()] for _ in range(5)], axis=0)
     for what, aim, seconds in zip(COMMANDS, (None, "1.6 × import", "1300 ms"), times, strict=True):
@@ -245,11 +245,11 @@ def _sweeps(budget: float) -> Sheet:
         shares = (f"{100.0 * part / row:.0f}" for part in (calls, eq_4))
         size = str(len(source.robot.bodies) * source.robot.model.nv)
         rows.append((name, size, f"{1e6 * row:.1f}", f"{1e6 * maps:.1f}", f"{row / maps:.2f}", *shares))
-    alone, together = (_in_processes(_sample("hyq", 16 * ROWS), jobs) for jobs in (1, 2))
+    single, together = (_in_processes(_sample("hyq", 16 * ROWS), jobs) for jobs in (1, 2))
     notes = (
         "row: joints drawn within limits, shock at one point with its most severe direction, friction and condition, in Parquet; "
         "maps: shock_maps of all bodies in the same postures",
-        f"{16 * ROWS} rows of hyq: {alone:.2f} s in one process, {together:.2f} s in two: {alone / together:.2f} times as fast",
+        f"{16 * ROWS} rows of hyq: {single:.2f} s in one process, {together:.2f} s in two: {single / together:.2f} times as fast",
     )
     header = ("robot", "bodies × velocities", "row [µs]", "maps [µs]", "row / maps", "row: Pinocchio [%]", "row: Eq. 4 [%]")
     return Sheet("sweeps", header, rows, notes)

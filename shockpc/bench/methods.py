@@ -29,7 +29,7 @@ class System(NamedTuple):
     Attributes:
         landing: the scene resolved on the robot.
         model: the robot's Pinocchio model with the scene's reflected inertia in it, and a frame at every point that is held.
-        held: the rows of each contact, standing foot and loop: world axes (n, 6) of forces and moments; and the frames, one on
+        constraints: rows of each contact, standing foot and loop: world axes (n, 6) of forces and moments; and the frames, one on
             each body that it holds, with 1, or −1 for the opposite impulse.
         v: (nv,) joint velocities before the impact in Pinocchio's layout; a base without joint is at rest.
         b: (nc,) speed to be undone along every row.
@@ -38,7 +38,7 @@ class System(NamedTuple):
 
     landing: PosedLanding
     model: pin.Model
-    held: list[tuple[Array, list[tuple[int, float]]]]
+    constraints: list[tuple[Array, list[tuple[int, float]]]]
     v: Array
     b: Array
     G: Array | None
@@ -48,7 +48,7 @@ class System(NamedTuple):
         H = pin.crba(self.model, data, self.landing.q, pin.Convention.WORLD)
         J_c = [
             axes @ sum(sign * pin.getFrameJacobian(self.model, data, frame, WORLD_AXES) for frame, sign in ends)
-            for axes, ends in self.held
+            for axes, ends in self.constraints
         ]
         return H, np.concatenate(J_c)
 
@@ -69,7 +69,7 @@ class System(NamedTuple):
 
     def contact_points(self) -> list[tuple[int, Array]]:
         """Pinocchio's joint, and point in its frame [m], of every contact."""
-        frames = (self.model.frames[ends[0][0]] for _, ends in self.held[: len(self.landing.contacts)])
+        frames = (self.model.frames[ends[0][0]] for _, ends in self.constraints[: len(self.landing.contacts)])
         return [(frame.parentJoint, frame.placement.translation) for frame in frames]
 
 
@@ -82,7 +82,7 @@ def system_of(robot: Robot, scene: Scene) -> System:
     landing = resolve(scene, robot)
     state, before, model = landing.state, landing.before, pin.Model(robot.model)
     model.armature = landing.joint_model.armature
-    blocks, held = landing.rows(state), []
+    blocks, constraints = landing.rows(state), []
     for block in blocks:
         point, axes, n = block_point(state, block)[0], np.zeros((block.size, 6)), len(block.forces)
         axes[:n, :3], axes[n:, 3:] = np.split(block_axes(state, block)[0], [n])
@@ -93,13 +93,13 @@ def system_of(robot: Robot, scene: Scene) -> System:
                 place = pin.SE3(np.eye(3), body.offset + body.rotation @ offset)
                 frame = pin.Frame(f"end {len(model.frames)}", body.joint, 0, place, pin.FrameType.OP_FRAME)
                 ends.append((model.addFrame(frame), sign))
-        held.append((axes, ends))
+        constraints.append((axes, ends))
     v = np.array(before.joint_rates)
     if robot.free_base:
         to_base = robot.bodies[0].rotation @ state.rotation[0, 0].T
         v[:3], v[3:6] = to_base @ before.velocity, to_base @ before.omega
     b, G = approach_speeds(state, blocks, before), landing.free_columns(state)
-    return System(landing, model, held, v, b[0, :, 3], None if G is None else G[0])
+    return System(landing, model, constraints, v, b[0, :, 3], None if G is None else G[0])
 
 
 class Prepared(NamedTuple):

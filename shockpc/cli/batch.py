@@ -9,7 +9,7 @@ from shockpc.cli.output import emit, exit_code
 from shockpc.cli.parse import robot_name
 from shockpc.cli.progress import progress
 from shockpc.cli.scenes import scenes_from
-from shockpc.cli.study import asked, given, help_of
+from shockpc.cli.study import given, help_of, study_options
 from shockpc.evaluation.executor import executor
 from shockpc.robot.catalogue import robots_of_set
 from shockpc.show.reports.batch import batch_report
@@ -27,7 +27,7 @@ def batch(
         "A set of robots: quadrupeds, bipeds, humanoids (bipeds with a trunk and arms) or all.", "SET"
     ),
     jobs: int = _in_robots("Processes that compute at the same time; 1 by default.", "N", least=1, default=1),
-    typed: Any = asked(study),
+    typed: Any = study_options(study),
     options: SceneOptions,
     strict: bool = _in_robots(STRICT),
     output: OutputOptions,

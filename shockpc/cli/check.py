@@ -102,8 +102,8 @@ def check(
     from shockpc.studies.check.study import check_budgets
     from shockpc.text.errors import OutputError, StudyError
 
-    asked = format_ or (("text", None),)
-    printed = [name for name, file in asked if file is None]
+    formats = format_ or (("text", None),)
+    printed = [name for name, file in formats if file is None]
     if len(printed) > 1 and any(name in DOCUMENTS for name in printed):
         listed = " and ".join(printed)
         raise OutputError(f"standard output holds one document, not {listed}; write files, such as --format {printed[0]}=FILE")
@@ -114,13 +114,13 @@ def check(
     given = read_budgets(budgets or budgets_file(Path.cwd()))
     earlier = None if baseline is None or update_baseline else read_baseline(baseline)
     checked = check_budgets(given, earlier, update_baseline, partial(progress, "landings computed"))
-    targets = [destination(file) for file in (*(file for _, file in asked), baseline if update_baseline else None) if file]
+    targets = [destination(file) for file in (*(file for _, file in formats), baseline if update_baseline else None) if file]
     if twice := [file for k, file in enumerate(targets) if file in targets[:k]]:
         raise OutputError(f'"{twice[0]}" would be written twice; name another file')
     result = check_report(checked)
     if out is not None:
         write_report(result, out)  # before the files, which could replace a mesh that the page has yet to read
-    for name, file in asked:
+    for name, file in formats:
         if name == "github":
             append_summary(checked)
         if file is None:

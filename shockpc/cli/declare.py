@@ -99,7 +99,7 @@ def _taking_options(command: Command) -> Command:
     """Replace each parameter of a command that is a record of options, or `Declared`, by the options."""
     parameters = inspect.signature(command).parameters
     records = {name: parameter.annotation for name, parameter in parameters.items() if hasattr(parameter.annotation, "_fields")}
-    several = {name: parameter.default for name, parameter in parameters.items() if isinstance(parameter.default, Declared)}
+    grouped = {name: parameter.default for name, parameter in parameters.items() if isinstance(parameter.default, Declared)}
     declared: dict[str, tuple[Any, Any]] = {}
     for name, parameter in parameters.items():
         if name in records:
@@ -108,12 +108,12 @@ def _taking_options(command: Command) -> Command:
                 collected = option if isinstance(option, Declared) else {field: (kinds[field], option)}
                 declared |= {key: one for key, one in collected.items() if f"{key}_" not in parameters and key not in declared}
         else:
-            declared |= several.get(name, {name: (parameter.annotation, parameter.default)})
+            declared |= grouped.get(name, {name: (parameter.annotation, parameter.default)})
 
     @functools.wraps(command)
     def run(**typed: Any) -> int | None:
         typed = {name: tuple(value) if isinstance(value, list) else value for name, value in typed.items()}
-        typed |= {name: {option: typed.pop(option, None) for option in options} for name, options in several.items()}
+        typed |= {name: {option: typed.pop(option, None) for option in options} for name, options in grouped.items()}
         for name, record in records.items():
             fields = record._field_defaults
             typed[name] = record(**{field: _collected(option, field, typed) for field, option in fields.items()})
@@ -132,10 +132,10 @@ def _collected(option: Any, field: str, typed: dict[str, Any]) -> Any:
 
 def _for_typer(name: str, kind: Any, declared: Any) -> inspect.Parameter:
     """A parameter as Typer takes it: an option with its name, lists for tuples, text for what a parser reads."""
-    info, several = copy.copy(declared), get_args(kind)[1:] == (...,)
+    info, repeated = copy.copy(declared), get_args(kind)[1:] == (...,)
     if info.default is None and type(None) not in get_args(kind):
-        info.default = () if several else False if kind is bool else ...
+        info.default = () if repeated else False if kind is bool else ...
     if isinstance(info, OptionInfo) and not info.param_decls:
         info.param_decls = (f"--{name.rstrip('_').replace('_', '-')}",)
-    annotation = list[str] if several else str if info.parser else kind
+    annotation = list[str] if repeated else str if info.parser else kind
     return inspect.Parameter(name, inspect.Parameter.KEYWORD_ONLY, annotation=annotation, default=info)

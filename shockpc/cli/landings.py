@@ -12,7 +12,7 @@ from shockpc.cli.parse import JointModelName, joint_models, path
 from shockpc.cli.process import print_error
 from shockpc.cli.rows import computed
 from shockpc.cli.scenes import scenes_in, table_and_scene
-from shockpc.cli.study import asked, given, help_of
+from shockpc.cli.study import given, help_of, study_options
 from shockpc.evaluation.recorded import recorded_landings
 from shockpc.evaluation.recorded_rows import rows_of_scenes
 from shockpc.evaluation.recorded_table import rows_of
@@ -37,7 +37,7 @@ def landings(
     *,
     table: Path = argument("A table of landings: .csv, .parquet or .npz; or a folder of scenes (.toml).", "TABLE", path),
     robot: str | None = ROBOT,
-    typed: Any = asked(study),
+    typed: Any = study_options(study),
     options: SceneOptions,
     joints_: tuple[JointModelName, ...] | None = _in_joints(
         f"{options_of(Joints)['model'].text} Several, with commas between them, are compared with what was measured.",

@@ -83,8 +83,8 @@ def _declared(record: type) -> dict[str, tuple[Any, Any]]:
         given = [part for part in get_args(kinds[field]) if part is not type(None)]
         kind = given[0] if type(None) in get_args(kinds[field]) else kinds[field]
         parser = PARSERS.get(field) or (None if get_origin(kind) is Literal else PARSERS.get(kind))
-        several = get_args(kind)[1:] == (...,)
-        declared[one.name.replace("-", "_")] = (kind if several else kind | None, group(one.heading)(one.text, one.form, parser))
+        repeated = get_args(kind)[1:] == (...,)
+        declared[one.name.replace("-", "_")] = (kind if repeated else kind | None, group(one.heading)(one.text, one.form, parser))
     return declared
 
 

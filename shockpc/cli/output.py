@@ -95,11 +95,11 @@ def _command() -> str:
     """The command line of the results, the same after an interruption."""
     import shlex
 
-    words, kept = iter(command), list[str]()
+    words, shown = iter(command), list[str]()
     for word in words:
         name, equals, _ = word.partition("=")
         if name not in RUN:
-            kept.append(word)
+            shown.append(word)
         elif RUN[name] and not equals:
             next(words)
-    return shlex.join(kept)
+    return shlex.join(shown)

@@ -228,12 +228,12 @@ def _contacts(robot: Robot, scene: Scene, options: SceneOptions) -> list[tuple[C
         return [scene.contact]
     if not options.contact and not feet(robot):
         raise SceneError(f'no contact is defined for robot "{robot.name}"; name one with --contact, such as "{robot.links[-1]}"')
-    alone = each_foot(robot)
-    landings = [landing for text in options.contact for landing in landing_frames(robot, text)] or [(foot,) for foot in alone]
+    known_feet = each_foot(robot)
+    landings = [landing for text in options.contact for landing in landing_frames(robot, text)] or [(foot,) for foot in known_feet]
     if options.together:
         landings = [tuple(dict.fromkeys(frame for landing in landings for frame in landing))]
     return [
-        tuple(foot_contact(robot, frame) if frame in alone else Contact(frame=frame) for frame in landing)
+        tuple(foot_contact(robot, frame) if frame in known_feet else Contact(frame=frame) for frame in landing)
         for landing in dict.fromkeys(landings)
     ]
 

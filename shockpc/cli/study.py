@@ -81,7 +81,7 @@ def help_of(study: Callable[..., Any]) -> dict[str, Any]:
     return {"examples": declared.examples, "more": declared.more}
 
 
-def asked(study: Callable[..., Any]) -> Declared:
+def study_options(study: Callable[..., Any]) -> Declared:
     """The options that the parameters of a study declare, by parameter of a command."""
     return Declared({name: _declared(parameter) for name, parameter in declaration(study).parameters.items()})
 
@@ -126,7 +126,7 @@ def study_command(name: str) -> Command:
     parameters: dict[str, tuple[Any, Any]] = {
         **{name: INPUTS[name] for name in inputs},
         **({"at_": (str | None, AT), "quantity": (str | None, TARGET)} if "target" in needs else {}),
-        "typed": (Any, asked(study)),
+        "typed": (Any, study_options(study)),
         "options": (SceneOptions, inspect.Parameter.empty),
         **({"strict": (bool, in_output(STRICT))} if "progress" in needs else {}),
         "output": (OutputOptions, inspect.Parameter.empty),
@@ -178,8 +178,8 @@ def _kind(parameter: StudyParameter) -> Any:
 def _declared(parameter: StudyParameter) -> tuple[Any, Any]:
     """Type and declaration of the option of a parameter."""
     kind, option = _kind(parameter), parameter.option.stating(parameter.default)
-    several = kind in REPEATED
+    repeated = kind in REPEATED
     required = parameter.default is inspect.Parameter.empty
-    parser = REPEATED[kind] if several else SINGLE.get(kind)
+    parser = REPEATED[kind] if repeated else SINGLE.get(kind)
     declaration = group(option.heading)(option.text, option.form, parser, default=... if required else None, name=option.name)
-    return tuple[str, ...] if several else kind if required else kind | None, declaration
+    return tuple[str, ...] if repeated else kind if required else kind | None, declaration

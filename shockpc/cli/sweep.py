@@ -7,7 +7,7 @@ from shockpc.cli.options import ROBOT, OutputOptions, RunOptions, SceneOptions, 
 from shockpc.cli.output import emit, exit_code
 from shockpc.cli.rows import computed
 from shockpc.cli.scenes import scenes_from
-from shockpc.cli.study import asked, given, help_of
+from shockpc.cli.study import given, help_of, study_options
 from shockpc.evaluation.summary import summarise
 from shockpc.show.reports.sweep import sweep_report
 from shockpc.studies.sweep import sweep as study
@@ -18,7 +18,7 @@ from shockpc.text.errors import StudyError
 def sweep(
     *,
     robot: str = ROBOT,
-    typed: Any = asked(study),
+    typed: Any = study_options(study),
     options: SceneOptions,
     rows: Literal["parquet", "csv"] = in_run(
         "Format of the rows, which are written with --out in parts; parquet by default.", default="parquet"

@@ -94,9 +94,9 @@ def shock_extremes(delta_omega: Array, delta_v: Array, pieces: Pieces, v_in: flo
         p[:, corners] += np.array([[1.0], [1.0], [-1.0], [-1.0]]) * tangent[:, None]
     nearest = np.minimum(nearest, _distances(p, pieces))
     least, greatest = np.full(len(along), np.nan), np.full(len(along), np.nan)
-    whose, first = np.unique(pieces.body, return_index=True)
-    least[whose] = np.minimum.reduceat(np.hypot(nearest, along[pieces.body]), first) / v_in
-    greatest[whose] = np.maximum.reduceat(np.hypot(farthest, along[pieces.body]), first) / v_in
+    bodies, first = np.unique(pieces.body, return_index=True)
+    least[bodies] = np.minimum.reduceat(np.hypot(nearest, along[pieces.body]), first) / v_in
+    greatest[bodies] = np.maximum.reduceat(np.hypot(farthest, along[pieces.body]), first) / v_in
     return least, greatest
 
 
@@ -216,12 +216,12 @@ def _distances(p: Array, pieces: Pieces) -> Array:
         corner = p[:, _lowest(nearest[0][piece] * p[0] + nearest[1][piece] * p[1], pieces)]
         near_a, near_b = _nearest_on_segments(a, corner), _nearest_on_segments(b, corner)
         from_a = _dot(near_a, near_a) <= _dot(near_b, near_b)
-        following = np.where(from_a, near_a, near_b)
-        closer = _dot(following, following) < _dot(nearest, nearest)
+        feature = np.where(from_a, near_a, near_b)
+        closer = _dot(feature, feature) < _dot(nearest, nearest)
         if not closer.any():
             return np.where(undefined, np.nan, np.sqrt(_dot(nearest, nearest)))
         a = np.where(closer & ~from_a, b, a)
-        b, nearest = np.where(closer, corner, b), np.where(closer, following, nearest)
+        b, nearest = np.where(closer, corner, b), np.where(closer, feature, nearest)
 
 
 def _dot(a: Array, b: Array) -> Array:

@@ -249,8 +249,8 @@ def choose_rows(
     spread = mobile[:, None] * (Vt[:rank].T @ ((U[:, :rank].T @ J[rows].T) / s[:rank, None]))
     # Impulses that are determined have nothing to do with the others; rounding would say otherwise.
     spread[unique], spread[:, unique[rows]] = 0.0, 0.0
-    alone = np.flatnonzero(unique[rows])
-    spread[rows[alone], alone] = 1.0
+    unrepeated = np.flatnonzero(unique[rows])
+    spread[rows[unrepeated], unrepeated] = 1.0
     return RowChoice(rows, spread, unique, uncertain, apart, left_out, slack)
 
 

@@ -113,11 +113,11 @@ def state_columns(columns: Mapping[str, np.ndarray], robot: Robot, rename: Mappi
     """
     sorted_out, joints = StateColumns({}, {}, {}), set(robot.joint_names)
     for name, values in named_columns(columns, robot, rename).items():
-        said, kind = column_name(name, robot), sorted_out.others
+        column, kind = column_name(name, robot), sorted_out.others
         if name in ("qpos", "qvel") and name not in joints:
             kind = sorted_out.positions if name == "qpos" else sorted_out.rates
-        elif said is not None and not said.after and (said.base or said.target in joints):
-            kind = sorted_out.rates if said.rate or said.base[:1] in ("v", "w") else sorted_out.positions
+        elif column is not None and not column.after and (column.base or column.target in joints):
+            kind = sorted_out.rates if column.rate or column.base[:1] in ("v", "w") else sorted_out.positions
         kind[name] = values
     return sorted_out
 

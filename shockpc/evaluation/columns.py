@@ -34,13 +34,13 @@ class Column(NamedTuple):
     Attributes:
         selection: the quantity.
         place: where.
-        asked: whether it was asked for by name, so that the summary and the figure show it.
+        requested: whether it was asked for by name, so that the summary and the figure show it.
         time: after the impact [ms], on contacts of the scene's stiffness; None for the impulse.
     """
 
     selection: Selection
     place: Place
-    asked: bool = False
+    requested: bool = False
     time: float | None = None
 
     @property

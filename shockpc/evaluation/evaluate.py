@@ -158,9 +158,9 @@ class Evaluation(Generic[L]):
         refused = int(pulled.sum()), int((infeasible & ~pulled).sum())
         results = {**chunk.labels, **flat, "proven": proven, "double_error": difference}
         if self.feasible:
-            kept = np.flatnonzero(~infeasible)
-            results = {"row": a * S + kept} | {name: x[kept] for name, x in results.items()}
-            errors.messages = {int(np.searchsorted(kept, i)): text for i, text in errors.messages.items()}
+            chosen = np.flatnonzero(~infeasible)
+            results = {"row": a * S + chosen} | {name: x[chosen] for name, x in results.items()}
+            errors.messages = {int(np.searchsorted(chosen, i)): text for i, text in errors.messages.items()}
         return self._table(k, results, errors, refused)
 
     def _solve(self, group: Group, rows: np.ndarray, whole: dict[str, Any], prove: np.ndarray, errors: "_Errors") -> None:

@@ -202,10 +202,10 @@ def _rising(name: str, values: np.ndarray, remarks: list[str]) -> tuple[float, A
     if values.ndim != 1 or values.dtype.kind not in "fiuM":
         raise StudyError(f"column {name} has to hold times, and is {values.dtype} of shape {values.shape}")
     missing = np.isnat(values) if values.dtype.kind == "M" else ~np.isfinite(values.astype(float))
-    kept = np.flatnonzero(~missing)
-    if len(kept) < 2:
-        raise StudyError(f"column {name} has {len(kept)} times; a log has many")
-    times = values[kept]
+    known = np.flatnonzero(~missing)
+    if len(known) < 2:
+        raise StudyError(f"column {name} has {len(known)} times; a log has many")
+    times = values[known]
     if times.dtype.kind == "M":
         times, unit = times.astype("datetime64[ns]").astype(np.int64), "ns"
     first = times[0]
@@ -219,7 +219,7 @@ def _rising(name: str, values: np.ndarray, remarks: list[str]) -> tuple[float, A
     if (steps < 0.0).any():
         row = int(np.argmax(steps < 0.0)) + 1
         raise StudyError(
-            f"the time runs back in row {kept[row]}, by {-steps[row - 1]:.3g} s; a log has one clock, so sort its "
+            f"the time runs back in row {known[row]}, by {-steps[row - 1]:.3g} s; a log has one clock, so sort its "
             "rows, or give the recordings one by one"
         )
     distinct = np.concatenate([[True], steps > 0.0])
@@ -232,4 +232,4 @@ def _rising(name: str, values: np.ndarray, remarks: list[str]) -> tuple[float, A
             f"the samples are {period:.3g} s apart, too far for the motion of a leg; if column {name} is not in seconds, name it "
             f"{name}_ms, {name}_us or {name}_ns"
         )
-    return start, time[distinct], kept[distinct]
+    return start, time[distinct], known[distinct]

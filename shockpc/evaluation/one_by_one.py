@@ -22,7 +22,7 @@ from shockpc.landing.closure import assemble, closure_block
 from shockpc.landing.dynamics import Inertias, dynamics
 from shockpc.landing.freedom import free_columns
 from shockpc.landing.landing import PosedLanding
-from shockpc.landing.posture import displaced, held_joints
+from shockpc.landing.posture import displaced, fixed_joints
 from shockpc.landing.rows import row_jacobian
 from shockpc.profile import profile_of, shock_profile
 from shockpc.quantities.profile import ShockProfile
@@ -139,10 +139,10 @@ class VariedOneByOne(LandingsBeside):
         solved = ~np.isin(np.arange(self.rows), list(as_swept))
         for i, source in as_swept.items():
             groups += [group._replace(postures=np.array([i])) for group in source.chunk(0, None).groups]
-        held = held_joints(robot, self.scene.posture, self.scene.assemble) | robot.velocities(robot.followers)
+        fixed = fixed_joints(robot, self.scene.posture, self.scene.assemble) | robot.velocities(robot.followers)
         for i in np.flatnonzero(solved & (landing.q != Q).any(axis=1)).tolist() if landing.loops else ():
             try:
-                Q[i] = assemble(robot, Q[i], landing.loops, landing.plane, held).q
+                Q[i] = assemble(robot, Q[i], landing.loops, landing.plane, fixed).q
             except ShockError as error:
                 solved[i] = False
                 groups.append(Refusal(np.array([i]), error))
@@ -297,11 +297,11 @@ def _rates(landing: PosedLanding, column: int) -> tuple[Array, str]:
     if landing.before.joint_rates.any():
         return rates, "the loops tie the joints that move before the impact, and how fast they move depends on the posture"
     K = row_jacobian(state, [closure_block(loop) for loop in landing.loops])[0]
-    held = held_joints(robot, landing.scene.posture, landing.scene.assemble)
-    held |= robot.velocities(robot.followers)
-    held[column] = True
-    if not held.all():
-        others = free_columns(robot, "fixed", landing.plane, rotation, held)
+    fixed = fixed_joints(robot, landing.scene.posture, landing.scene.assemble)
+    fixed |= robot.velocities(robot.followers)
+    fixed[column] = True
+    if not fixed.all():
+        others = free_columns(robot, "fixed", landing.plane, rotation, fixed)
         if others is not None:
             rates = rates + others[0] @ np.linalg.lstsq(K @ others[0], -K @ rates, rcond=1e-10)[0]
     if np.abs(K @ rates).max() > 1e-9 * np.abs(rates).max():

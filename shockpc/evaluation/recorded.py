@@ -19,7 +19,7 @@ from shockpc.landing.dynamics import dynamics
 from shockpc.landing.landing import PosedLanding
 from shockpc.landing.motion import Motion, with_loops
 from shockpc.landing.places import Place, point_places
-from shockpc.landing.posture import held_joints
+from shockpc.landing.posture import fixed_joints
 from shockpc.landing.resolve import landing_of
 from shockpc.landing.scene import Posture, Scene, Strike
 from shockpc.profile import profile_of
@@ -192,7 +192,7 @@ class RecordedLandings:
             SceneError: the loops cannot be closed, or not within the limit.
         """
         robot, table, blocks = self.robot, self.table, [closure_block(loop) for loop in landing.loops]
-        others = held_joints(robot, Posture(), landing.scene.assemble)
+        others = fixed_joints(robot, Posture(), landing.scene.assemble)
         given, followers = robot.velocities(table.joints), robot.velocities(robot.followers)
         try:
             closed = follow(robot, landing.q, q, landing.loops, landing.plane, others | given)
@@ -345,7 +345,7 @@ def recorded_landings(
             places = tuple(Place(f"contact {k + 1}", number=k) for k in range(max(map(len, contacts))))
         if not places:
             raise StudyError(f'"{text}": there is no such place; links of the robot: {listed(robot.links, 6)}')
-        computed += [Column(selection, place, asked=True) for place in places]
+        computed += [Column(selection, place, requested=True) for place in places]
     by_friction = any((entry := column.selection.quantity).role == "feasible" or entry.unproven for column in computed)
     wanted = tuple({column.name: column for column in computed}.values())
     return Evaluation(replace(source, by_friction=by_friction), wanted, prove)

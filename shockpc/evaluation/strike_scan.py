@@ -219,14 +219,14 @@ class StrikeScan:
         """Indices (m,) of the worst among numbers (m, S)."""
         return np.asarray(np.argmax(np.nan_to_num(self._bound.sign * numbers, nan=-np.inf), axis=1))
 
-    def at(self, asked: list[Array]) -> list[Array]:
-        """The worst number over each of the targets' strikes, at values of its own. Args: asked, the values (m,) of each target."""
+    def at(self, wanted: list[Array]) -> list[Array]:
+        """The worst number over each of the targets' strikes, at values (m,) of its own, as wanted."""
         single = [k for k, (low, high) in enumerate(self.targets) if low == high]
-        values = np.concatenate([asked[k] for k in single])
-        angles = np.concatenate([np.full(len(asked[k]), self.targets[k][0]) for k in single])
+        values = np.concatenate([wanted[k] for k in single])
+        angles = np.concatenate([np.full(len(wanted[k]), self.targets[k][0]) for k in single])
         numbers = self._numbers(values, angles[:, None], self._configurations(values))[:, 0]
-        known = dict(zip(single, np.split(numbers, np.cumsum([len(asked[k]) for k in single[:-1]])), strict=True))
-        return [known[k] if k in known else self.worst_at(asked[k], *strikes) for k, strikes in enumerate(self.targets)]
+        known = dict(zip(single, np.split(numbers, np.cumsum([len(wanted[k]) for k in single[:-1]])), strict=True))
+        return [known[k] if k in known else self.worst_at(wanted[k], *strikes) for k, strikes in enumerate(self.targets)]
 
     def _numbers(self, values: Array, angles: Array, Q: Array | None) -> Array:
         """The number (m, S) at values (m,) and strike angles (m, S) [rad]; NaN without a result."""

@@ -119,7 +119,7 @@ def summarise(evaluation: Evaluation[L], table: Table, varied: Sequence[Variatio
     flags, errors = table.columns["proven"].astype(bool), table.columns["double_error"]
     others = errors[~flags & ~np.isnan(errors)]
     feasible, rows = table.feasible, evaluation.landings.rows
-    columns = [column for column in evaluation.computed if column.shock or column.asked]
+    columns = [column for column in evaluation.computed if column.shock or column.requested]
     step = -(-rows // RANKED)
     drivers = [_whole(table, rows, variation.column)[::step] for variation in varied]
     extents, effects = [], []
@@ -168,10 +168,10 @@ def _ranks(x: Array) -> Array:
 def _extent(column: Column, table: Table, feasible: np.ndarray, drawn: int) -> Extent:
     """The range of a column. Args: feasible (n,) of the rows; drawn, the number of all rows if the values are drawn."""
     values, numbers = np.array(table.columns[column.name]), table.numbers
-    missing, kept = np.isnan(values), _whole(table, drawn, column.name) if drawn else None
+    missing, whole = np.isnan(values), _whole(table, drawn, column.name) if drawn else None
     if missing.all():
         nothing = (np.nan,) * len(PERCENTILES)
-        return Extent(column, np.nan, np.nan, np.nan, nothing, -1, -1, -1, (0.0, 0.0), np.zeros(BINS, dtype=int), kept)
+        return Extent(column, np.nan, np.nan, np.nan, nothing, -1, -1, -1, (0.0, 0.0), np.zeros(BINS, dtype=int), whole)
     allowed = np.flatnonzero(feasible & ~missing)
     best = np.argmax if column.selection.quantity.worse == "less" else np.argmin
     best_row = int(numbers[allowed[best(values[allowed])]]) if allowed.size else -1
@@ -188,4 +188,4 @@ def _extent(column: Column, table: Table, feasible: np.ndarray, drawn: int) -> E
     median = float(np.median(known, overwrite_input=True))
     percentiles = tuple(percentile(known, PERCENTILES).tolist())
     ends = int(numbers[low]), int(numbers[high])
-    return Extent(column, least, median, greatest, percentiles, *ends, best_row, span, counts, kept)
+    return Extent(column, least, median, greatest, percentiles, *ends, best_row, span, counts, whole)

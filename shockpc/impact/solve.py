@@ -229,8 +229,8 @@ def _refuse_contradiction(landing: PosedLanding, equation: Equation, proof: Proo
 
 
 def _direction(equation: Equation, row: int) -> tuple[Block, str]:
-    held = zip(equation.blocks, slices_of(equation.blocks), strict=True)
-    block, rows = next((block, rows) for block, rows in held if row < rows.stop)
+    ranges = zip(equation.blocks, slices_of(equation.blocks), strict=True)
+    block, rows = next((block, rows) for block, rows in ranges if row < rows.stop)
     return block, " ".join(f"{u:.3g}" for u in block_axes(equation.state, block)[0, row - rows.start] + 0.0)
 
 

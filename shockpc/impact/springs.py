@@ -29,9 +29,9 @@ def early_springs(landing: PosedLanding, time: float, duration: float | None) ->
         duration: of the contact [s]; None where the landing gives no stiffness of the contacts.
     """
     model, count = landing.joint_model, f"{1e3 * time:.2g} ms"
-    held = model.rotor_unknown
-    if duration is not None and held.any():
-        names = few([joint.name for joint in landing.robot.single_joints if held[joint.v].any()], 2, what=" joints")
+    joints = model.rotor_unknown
+    if duration is not None and joints.any():
+        names = few([joint.name for joint in landing.robot.single_joints if joints[joint.v].any()], 2, what=" joints")
         text = (
             f"springs at {names} are left out on contacts of finite stiffness, because the inertia of the rotors behind them is "
             f"unknown; they count after {count}, from when on forces and durations differ; give the rotors with --rotor"
@@ -66,15 +66,15 @@ def spring_times(landing: PosedLanding) -> Array:
     M, velocities = basis.T @ H @ basis, G @ basis
     joints = np.flatnonzero(model.springs)
     behind = np.array([v for v in joints if model.rotor[v] > 0.0], dtype=int)
-    held = np.array([v for v in joints if model.stiffness[v] > 0.0], dtype=int)
+    jointed = np.array([v for v in joints if model.stiffness[v] > 0.0], dtype=int)
     held_rotor = np.flatnonzero(model.rotor_unknown)
-    loaded = np.concatenate([held, held_rotor])
+    loaded = np.concatenate([jointed, held_rotor])
     n, s = len(M), len(behind)
     full = np.zeros((n + s, n + s))
     full[:n, :n], full[n:, n:] = M, np.diag(model.rotor[behind])
     B = np.zeros((len(loaded) + s, n + s))
     B[: len(loaded), :n], B[len(loaded) :, :n], B[len(loaded) :, n:] = velocities[loaded], velocities[behind], -np.eye(s)
-    k = np.concatenate([model.stiffness[held], model.drive_stiffness[held_rotor], model.drive_stiffness[behind]])
+    k = np.concatenate([model.stiffness[jointed], model.drive_stiffness[held_rotor], model.drive_stiffness[behind]])
     U, sigma, _ = np.linalg.svd(np.sqrt(k)[:, None] * np.linalg.solve(np.linalg.cholesky(full), B.T).T, full_matrices=False)
     moving = sigma > 1e-9 * sigma.max(initial=0.0)
     for row, v in enumerate([*loaded, *behind]):

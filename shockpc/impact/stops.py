@@ -70,11 +70,11 @@ def with_stops(landing: PosedLanding) -> PosedLanding:
         to_metric = np.linalg.inv(np.linalg.cholesky(equation.H[0])).T
     except np.linalg.LinAlgError:
         return bare  # the proof names what has no inertia
-    held, whole = equation.J_c[0] @ to_metric, np.linalg.norm(reduced @ to_metric, axis=1)
-    if len(held):
+    constraints, whole = equation.J_c[0] @ to_metric, np.linalg.norm(reduced @ to_metric, axis=1)
+    if len(constraints):
         choice = solution.choices.get(0)
-        held = held if choice is None else held[choice.rows]
-        basis = np.linalg.qr(held.T, mode="complete")[0][:, len(held) :]
+        constraints = constraints if choice is None else constraints[choice.rows]
+        basis = np.linalg.qr(constraints.T, mode="complete")[0][:, len(constraints) :]
         to_metric = to_metric @ basis
     e = np.array([block.restitution for block in blocks])
     in_metric = reduced @ to_metric

@@ -151,7 +151,7 @@ class Assembly(NamedTuple):
             yield Diagnostic("posture", robot, None, f"{text}; if another way is meant, set these joints nearer to it")
 
 
-def assemble(robot: Robot, q: Array, loops: tuple[Loop, ...], plane: Plane, held: np.ndarray) -> Assembly:
+def assemble(robot: Robot, q: Array, loops: tuple[Loop, ...], plane: Plane, fixed: np.ndarray) -> Assembly:
     """Close every loop by Gauss–Newton with steps of least norm, K G Δy = −gap.
 
     Loops that contradict one another by no more than the digits of a file are closed by least squares. Where neither is possible,
@@ -162,12 +162,12 @@ def assemble(robot: Robot, q: Array, loops: tuple[Loop, ...], plane: Plane, held
         q: (nq,) configuration to start from.
         loops: to be closed.
         plane: of the study.
-        held: (nv,) joint velocities that may not move.
+        fixed: (nv,) joint velocities that may not move.
 
     Raises:
         SceneError: the loops cannot be closed; the text gives the gap that is left, in millimetres.
     """
-    linkage, before = _Linkage(robot, loops, plane, held), dynamics(robot, q[None])
+    linkage, before = _Linkage(robot, loops, plane, fixed), dynamics(robot, q[None])
     first, turn = (max(_apart(before, loop)[k] for loop in loops) for k in (0, 1))
     closed = linkage.closed(q, DIGITS)
     retried = closed is None
@@ -181,7 +181,7 @@ def assemble(robot: Robot, q: Array, loops: tuple[Loop, ...], plane: Plane, held
     raise linkage.refusal(q)
 
 
-def follow(robot: Robot, near: Array, q: Array, loops: tuple[Loop, ...], plane: Plane, held: np.ndarray) -> Array:
+def follow(robot: Robot, near: Array, q: Array, loops: tuple[Loop, ...], plane: Plane, fixed: np.ndarray) -> Array:
     """Follow closed loops while the held joints move from one posture to another, so that they stay assembled in the same way.
 
     Args:
@@ -190,24 +190,24 @@ def follow(robot: Robot, near: Array, q: Array, loops: tuple[Loop, ...], plane: 
         q: (nq,) configuration that has the held joints where they shall be.
         loops: to be kept closed.
         plane: of the study.
-        held: (nv,) joint velocities that do not close the loops.
+        fixed: (nv,) joint velocities that do not close the loops.
 
     Returns: (nq,) the closed configuration.
 
     Raises:
         SceneError: the loops cannot be closed on the way.
     """
-    linkage, model = _Linkage(robot, loops, plane, held), robot.model
+    linkage, model = _Linkage(robot, loops, plane, fixed), robot.model
     # As much may be left on the way as at its beginning.
     allowed = max(CLOSED, 2.0 * linkage.reached(near, DIGITS, 0)[1])
-    way = np.where(held, pin.difference(model, near, q), 0.0)
+    way = np.where(fixed, pin.difference(model, near, q), 0.0)
     length, done, here = max(float(np.abs(way).max()), 1e-300), 0.0, near
     step = min(1.0, STRIDE / length)
     while done < 1.0:
         step = min(step, 1.0 - done)
         there = pin.integrate(model, here, step * way)
         if done + step == 1.0:  # without the rounding of the steps
-            there = pin.integrate(model, q, np.where(held, 0.0, pin.difference(model, q, here)))
+            there = pin.integrate(model, q, np.where(fixed, 0.0, pin.difference(model, q, here)))
         robot.set_followers(there)
         closed = linkage.closed(there, allowed, NEAR_STEPS)
         # The loops move far only where they are nearly singular, and there another posture is near in which they are closed.
@@ -220,9 +220,9 @@ def follow(robot: Robot, near: Array, q: Array, loops: tuple[Loop, ...], plane: 
     return here
 
 
-def closed_nearby(robot: Robot, q: Array, loops: tuple[Loop, ...], plane: Plane, held: np.ndarray) -> Array | None:
+def closed_nearby(robot: Robot, q: Array, loops: tuple[Loop, ...], plane: Plane, fixed: np.ndarray) -> Array | None:
     """The closed configuration (nq,) nearby, or None where the loops do not close from there; arguments as of `assemble`."""
-    return _Linkage(robot, loops, plane, held).closed(q, DIGITS)
+    return _Linkage(robot, loops, plane, fixed).closed(q, DIGITS)
 
 
 class _Linkage(NamedTuple):
@@ -231,7 +231,7 @@ class _Linkage(NamedTuple):
     robot: Robot
     loops: tuple[Loop, ...]
     plane: Plane
-    held: np.ndarray
+    fixed: np.ndarray
 
     def gap(self, state: Dynamics) -> Array:
         """All gaps (n,) [m, rad]."""
@@ -239,9 +239,9 @@ class _Linkage(NamedTuple):
 
     def columns(self, state: Dynamics) -> tuple[Array, Array]:
         """The directions G (nv, ny) in which joints may move, and how these move the gaps, K G (n, ny)."""
-        if not _movable(self.robot, self.held):
-            return np.zeros((len(self.held), 0)), np.zeros((len(self.gap(state)), 0))
-        G = free_columns(self.robot, "fixed", self.plane, state.rotation[:, 0], self.held)
+        if not _movable(self.robot, self.fixed):
+            return np.zeros((len(self.fixed), 0)), np.zeros((len(self.gap(state)), 0))
+        G = free_columns(self.robot, "fixed", self.plane, state.rotation[:, 0], self.fixed)
         columns = np.eye(self.robot.model.nv) if G is None else G[0]
         return columns, row_jacobian(state, [closure_block(loop) for loop in self.loops])[0] @ columns
 
@@ -251,7 +251,7 @@ class _Linkage(NamedTuple):
         worst = max(self.loops, key=lambda loop: float(np.abs(closure_gap(state, loop)).max()))
         left, turned = _apart(state, worst)
         angle = f" and {np.degrees(turned):.3g} deg turned" if worst.holds_orientation else ""
-        movable = _movable(self.robot, self.held)
+        movable = _movable(self.robot, self.fixed)
         return SceneError(
             f'closure "{worst.name}" cannot be closed: its ends stay {1e3 * left:.3g} mm apart{angle}; '
             f"joints that may move: {listed(movable) or 'none'}; let others move with --assemble, or start from joint values "
@@ -328,9 +328,9 @@ def _apart(state: Dynamics, loop: Loop) -> tuple[float, float]:
     return float(np.linalg.norm(apart)), float(np.linalg.norm(turned))
 
 
-def _movable(robot: Robot, held: np.ndarray) -> list[str]:
+def _movable(robot: Robot, fixed: np.ndarray) -> list[str]:
     """The joints that may move by themselves: neither held nor following another."""
-    return [n for n in robot.joint_names if n not in robot.followers and not held[robot.joint(n).v].any()]
+    return [n for n in robot.joint_names if n not in robot.followers and not fixed[robot.joint(n).v].any()]
 
 
 def moved_joints(robot: Robot, before: Array, after: Array) -> tuple[tuple[str, float, str], ...]:

@@ -37,9 +37,9 @@ def free_columns(robot: Robot, base: Base, plane: Plane, base_rotation: Array, l
         return None
     G = np.broadcast_to(np.eye(nv), (*base_rotation.shape[:-2], nv, nv)).copy()
     G[..., locked, :] = 0.0
-    kept = ~locked
+    free = ~locked
     if robot.free_base and base == "fixed":
-        kept[:6] = False
+        free[:6] = False
     if base == "planar":
         # The base's joint velocity is written in base axes, linear part first; three columns span the plane.
         to_base = np.swapaxes(base_rotation, -1, -2)
@@ -47,12 +47,12 @@ def free_columns(robot: Robot, base: Base, plane: Plane, base_rotation: Array, l
         G[..., :3, 0] = to_base @ plane.e1
         G[..., :3, 1] = to_base @ plane.e2
         G[..., 3:6, 2] = to_base @ plane.normal
-        kept[3:6] = False
+        free[3:6] = False
     index = {joint.name: joint.v.start for joint in robot.single_joints}
     for mimic in robot.mimics:
         # Substituting the leaders' rows, not their columns, serves chains of followers and followers of a planar base alike.
         G[..., index[mimic.joint], :] = sum(multiplier * G[..., index[name], :] for name, multiplier in mimic.leaders.items())
-        kept[index[mimic.joint]] = False
-    if not kept.any():
+        free[index[mimic.joint]] = False
+    if not free.any():
         raise SceneError(f'nothing of robot "{robot.name}" can move: its base is fixed and no joint is free; free one of them')
-    return np.ascontiguousarray(G[..., kept])
+    return np.ascontiguousarray(G[..., free])

@@ -214,18 +214,18 @@ def _velocities(robot: Robot, pattern: str) -> list[int]:
 
 def _refuse_split_followers(robot: Robot, locked: np.ndarray) -> None:
     """A joint and those that it follows are held together, or it and one of them not at all."""
-    held: list[str] = []
+    coupled: list[str] = []
     others: list[str] = []
     for mimic in robot.mimics:
         free = [name for name in mimic.leaders if not locked[robot.joint(name).v].all()]
         follower = bool(locked[robot.joint(mimic.joint).v].all())
         if mimic.leaders and follower != (not free):
-            held += [mimic.joint] if follower else mimic.leaders
+            coupled += [mimic.joint] if follower else mimic.leaders
             others += free[:1] if follower else [mimic.joint]
-    if held:
+    if coupled:
         raise SceneError(
-            f"joint {listed(held[:1])} is locked, but geared by a mimic to {listed(dict.fromkeys(others))}; lock all or none",
-            joints=[held[0], *dict.fromkeys(others)],
+            f"joint {listed(coupled[:1])} is locked, but geared by a mimic to {listed(dict.fromkeys(others))}; lock all or none",
+            joints=[coupled[0], *dict.fromkeys(others)],
         )
 
 

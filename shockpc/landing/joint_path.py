@@ -9,7 +9,7 @@ import numpy as np
 from shockpc.core.spatial import Array
 from shockpc.landing.closure import follow
 from shockpc.landing.landing import PosedLanding
-from shockpc.landing.posture import held_joints, set_many
+from shockpc.landing.posture import fixed_joints, set_many
 from shockpc.robot.robot import Joint
 from shockpc.text.errors import SceneError, StudyError
 
@@ -27,12 +27,12 @@ class JointPath:
     joints: Sequence[Joint]
 
     @cached_property
-    def held(self) -> np.ndarray:
+    def fixed(self) -> np.ndarray:
         """Which joint velocities (nv,) closing loops leaves as they are."""
         robot, moved = self.landing.robot, {joint.name for joint in self.joints}
         led = [mimic.joint for mimic in robot.mimics if not moved.isdisjoint(mimic.leaders)]
-        held = held_joints(robot, self.landing.scene.posture, self.landing.scene.assemble)
-        return np.asarray(held | robot.velocities([*moved, *led]))
+        fixed = fixed_joints(robot, self.landing.scene.posture, self.landing.scene.assemble)
+        return np.asarray(fixed | robot.velocities([*moved, *led]))
 
     def at(self, values: Array, near: Array) -> Array:
         """Configurations (m, nq) at values (m,) [rad, m]. Args: near (m, nq) closed ones, from which each of them is followed.
@@ -44,7 +44,7 @@ class JointPath:
         set_many(self.landing.robot, [(joint, values) for joint in self.joints], Q)
         loops, plane = self.landing.loops, self.landing.plane
         for i in range(len(Q)) if loops else ():
-            Q[i] = follow(self.landing.robot, near[i], Q[i], loops, plane, self.held)
+            Q[i] = follow(self.landing.robot, near[i], Q[i], loops, plane, self.fixed)
         return Q
 
     def along(self, values: Array, fine: float) -> tuple[Array, Array, list[tuple[float, float, str]]]:

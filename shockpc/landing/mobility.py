@@ -75,8 +75,8 @@ class Mechanism(NamedTuple):
         Returns: posture → that number, and the greatest effect of rounding on the others, relative to the terms of the rows.
         """
         count = sum(block.size for block in blocks)
-        alone = self.base == "free" and len(blocks) == 1 and not self.loops
-        if not blocks or alone or not np.any(rounding_of(self.robot) > LEAST):
+        single = self.base == "free" and len(blocks) == 1 and not self.loops
+        if not blocks or single or not np.any(rounding_of(self.robot) > LEAST):
             return lambda _: (count, 0.0)
         known, attitude = _known(self.robot), self._attitude(blocks, state)
         structure = tuple((b.kind, b.body, b.other, b.axes_body, b.forces.tobytes(), b.moments.tobytes()) for b in blocks)

@@ -193,7 +193,7 @@ def with_loops(robot: Robot, state: Dynamics, blocks: list[Block], rates: Array,
         rates = rates + columns @ np.linalg.lstsq(K @ columns, -K @ rates, rcond=1e-10)[0]
     opening = np.abs(K @ rates)
     if opening.max() > 1e-9 * np.abs(rates).max():
-        worst = max(zip(blocks, slices_of(blocks), strict=True), key=lambda held: float(opening[held[1]].max()))[0]
+        worst = max(zip(blocks, slices_of(blocks), strict=True), key=lambda pair: float(opening[pair[1]].max()))[0]
         raise SceneError(
             f"the joint velocities open {worst.name} at {opening.max():.3g} m/s; give rates that the loop allows, or fewer of them",
             blocks=[worst.frame],
@@ -213,5 +213,5 @@ def separating(approach: Array, blocks: Sequence[Block]) -> np.ndarray:
     normals, stops = np.array([block.normal for block in blocks]), np.array([block.kind == "stop" for block in blocks])
     leaving = np.where(stops, -np.inf, (approach * normals).sum(axis=-1))
     rounding = 1e-9 * np.linalg.norm(approach, axis=-1).max(axis=-1, keepdims=True)
-    alone = ~np.any(leaving < -rounding, axis=-1, keepdims=True)
-    return np.asarray((leaving > rounding) | (alone & (leaving >= -rounding)))
+    together = ~np.any(leaving < -rounding, axis=-1, keepdims=True)
+    return np.asarray((leaving > rounding) | (together & (leaving >= -rounding)))

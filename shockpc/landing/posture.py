@@ -169,7 +169,7 @@ def _set_base(robot: Robot, posture: Posture, q: Array) -> None:
         q[3:7] = _xyzw(np.asarray(posture.base_quaternion), "xyzw", "base_quaternion")
 
 
-def _numbers(given: Any, sizes: tuple[int, ...], whose: str) -> Array:
+def _numbers(given: Any, sizes: tuple[int, ...], subject: str) -> Array:
     """So many finite numbers."""
     try:
         values = np.asarray(given, dtype=float)
@@ -177,28 +177,28 @@ def _numbers(given: Any, sizes: tuple[int, ...], whose: str) -> Array:
         values = np.array(np.nan)
     if values.ndim != 1 or len(values) not in sizes or not np.isfinite(values).all():
         wanted = " or ".join(map(str, sizes))
-        raise SceneError(f"{whose} has to be {wanted} finite number{'s' * (sizes != (1,))}, not {printable(repr(given), 80)}")
+        raise SceneError(f"{subject} has to be {wanted} finite number{'s' * (sizes != (1,))}, not {printable(repr(given), 80)}")
     return values
 
 
-def _xyzw(values: Array, order: Quaternion | None, whose: str) -> Array:
+def _xyzw(values: Array, order: Quaternion | None, subject: str) -> Array:
     """A quaternion as x, y, z, w, with length 1."""
     if order not in ("xyzw", "wxyz"):
-        raise SceneError(f'{whose} holds a quaternion of unknown order; say quaternion="xyzw", or "wxyz" as in MuJoCo')
+        raise SceneError(f'{subject} holds a quaternion of unknown order; say quaternion="xyzw", or "wxyz" as in MuJoCo')
     length = float(np.linalg.norm(values))
     if not 0.95 < length < 1.05:
-        raise SceneError(f"{whose} has length {length:.3g}; a rotation ({', '.join(order)}) has length 1")
+        raise SceneError(f"{subject} has length {length:.3g}; a rotation ({', '.join(order)}) has length 1")
     return np.roll(values, -1 if order == "wxyz" else 0) / length
 
 
 def _set_several(joint: Joint, given: Any, order: Quaternion | None, q: Array) -> None:
     """Set a joint of several degrees of freedom."""
-    whose = f'joint "{joint.name}" ({joint.kind})'
-    values = _numbers(given, ({"ball": 4, "planar": 3, "free": 7}.get(joint.kind, 1),), whose)
+    subject = f'joint "{joint.name}" ({joint.kind})'
+    values = _numbers(given, ({"ball": 4, "planar": 3, "free": 7}.get(joint.kind, 1),), subject)
     if joint.kind == "planar":
         q[joint.q] = (*values[:2], math.cos(values[2]), math.sin(values[2]))
     elif joint.axis is None:
-        q[joint.q] = (*values[:-4], *_xyzw(values[-4:], order, whose))
+        q[joint.q] = (*values[:-4], *_xyzw(values[-4:], order, subject))
     else:
         joint.set(float(values[0]), q)
 
@@ -230,7 +230,7 @@ def settable_joints(robot: Robot, pattern: str, error: type[ShockError] = SceneE
     return joints
 
 
-def held_joints(robot: Robot, posture: Posture, movable: tuple[str, ...]) -> np.ndarray:
+def fixed_joints(robot: Robot, posture: Posture, movable: tuple[str, ...]) -> np.ndarray:
     """Which joint velocities (nv,) may not move while loops are closed: the base's, and those of joints that the posture sets.
 
     Args:
@@ -238,13 +238,13 @@ def held_joints(robot: Robot, posture: Posture, movable: tuple[str, ...]) -> np.
         posture: what it sets stays where it is.
         movable: patterns of the only joints that may move, if any are given.
     """
-    held = np.zeros(robot.model.nv, dtype=bool)
+    fixed = np.zeros(robot.model.nv, dtype=bool)
     if robot.free_base:
-        held[:6] = True
+        fixed[:6] = True
     given = movable or (*posture.joints, *posture.joints_deg, *posture.joint_quaternions)
     named = {name for pattern in given for name in robot.match_joints(pattern)}
-    held |= robot.velocities(name for name in robot.joint_names if (name in named) != bool(movable))
-    return held
+    fixed |= robot.velocities(name for name in robot.joint_names if (name in named) != bool(movable))
+    return fixed
 
 
 def difference(robot: Robot, Q: Array, other: Array) -> Array:

@@ -14,7 +14,7 @@ from shockpc.landing.dynamics import dynamics
 from shockpc.landing.joint_model import joint_model
 from shockpc.landing.landing import PosedLanding, contact_velocity
 from shockpc.landing.motion import motion_of, rates_of, separating
-from shockpc.landing.posture import configuration, held_joints, outside_limits, reference_name
+from shockpc.landing.posture import configuration, fixed_joints, outside_limits, reference_name
 from shockpc.landing.ratings import check_parts, strength, torque_limits
 from shockpc.landing.rows import Block
 from shockpc.landing.scene import Contact, Scene, Strike
@@ -145,7 +145,7 @@ def landing_of(scene: Scene, robot: Robot) -> PosedLanding:
     up = normals[0] if len(normals) and np.ptp(normals, axis=0).max() <= 1e-12 else up
     loops = all_loops(robot, scene.closure)
     if loops:
-        assembly = assemble(robot, q, loops, plane, held_joints(robot, scene.posture, scene.assemble))
+        assembly = assemble(robot, q, loops, plane, fixed_joints(robot, scene.posture, scene.assemble))
         q, warnings = assembly.q, [*assembly.warnings(robot.name)]
     warnings += outside_limits(robot, q)
     if scene.joints.model == "rigid" and not joint_model(robot, replace(scene.joints, model=None)).springs.any():
@@ -180,7 +180,7 @@ def close_loops(scene: Scene, near: PosedLanding) -> Scene:
         ShockError: as for `resolve`.
     """
     robot, posture = near.robot, scene.posture
-    held = held_joints(robot, posture, scene.assemble)
+    held = fixed_joints(robot, posture, scene.assemble)
     q = follow(robot, near.q, configuration(robot, posture), near.loops, near.plane, held)
     values = [(joint, joint.value(q)) for joint in robot.independent_joints if not held[joint.v].any()]
     given = {joint.name: value if joint.kind == "prismatic" else math.degrees(value) for joint, value in values}

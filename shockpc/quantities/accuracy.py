@@ -29,7 +29,7 @@ SENSITIVE = 1e-9
 PATTERNS = 2
 """Patterns of changes of the data, of which the largest effect counts: a scalar may happen to stay as it is under one of them."""
 
-AT_REST = 1e-13
+RESTING_SHARE = 1e-13
 """A body that moves by less than this share of the fastest one counts as at rest where errors are compared with motion."""
 
 STRAIN = 100.0
@@ -52,7 +52,7 @@ def double_error(landing: PosedLanding, proof: Proof, jumps: Array) -> float:
     if not np.isfinite(jumps).all():
         return np.inf
     off = motion(jumps[..., None] - exact, length)[:, 0]
-    return float(np.max((off / np.where(size > 0.0, size, 1.0))[size > AT_REST * size.max(initial=0.0)], initial=0.0))
+    return float(np.max((off / np.where(size > 0.0, size, 1.0))[size > RESTING_SHARE * size.max(initial=0.0)], initial=0.0))
 
 
 def nearly_singular(profile: "ShockProfile") -> Iterator[Diagnostic]:
@@ -140,7 +140,7 @@ def strained(profile: "ShockProfile") -> Iterator[Diagnostic]:
 def _small_differences(profile: "ShockProfile") -> Iterator[tuple[Quantity, list[Place], Array]]:
     """Results that may be small differences of large numbers: speed, radii of percussion, impulses; with places and values."""
     impulse = contact_impulses(profile)
-    pressed = impulse > AT_REST * impulse.max(initial=0.0)
+    pressed = impulse > RESTING_SHARE * impulse.max(initial=0.0)
     turning, speed = (quantity("body", "ropc"), ~profile.translates), (quantity("robot", "v_in"), [True])
     for entry, chosen in (speed, turning, (quantity("contact", "impulse"), pressed)):
         if places := list(compress(profile.places(entry.of), chosen)):
@@ -165,7 +165,7 @@ def data_sensitivity(profile: "ShockProfile") -> tuple[float, tuple[Diagnostic, 
     size = motion(proof.jumps[..., 3:], length)[:, 0]
     off = np.max([motion(jumps[..., 3:] - proof.jumps[..., 3:], length)[:, 0] for jumps, *_ in patterns], axis=0)
     moves = off / np.where(size > 0.0, size, 1.0)
-    moves[size <= AT_REST * size.max(initial=0.0)] = 0.0
+    moves[size <= RESTING_SHARE * size.max(initial=0.0)] = 0.0
     worst = int(np.argmax(moves))
     warnings = [*_sensitive(f'the result of body "{bodies[worst].name}"', bodies[worst].name, float(moves[worst]))]
     for k, (entry, places, before) in enumerate(others):

@@ -159,14 +159,14 @@ class _Resistance:
 
     def _mobility(self, moments: Array) -> BallMatrix:
         """A while standing feet, loops and the contact's rotation about some axes are held."""
-        held = self._held(moments)
-        return self.impact.mobility(self.point, held, independent_rows(self.impact.landing, held))
+        blocks = self._constraints(moments)
+        return self.impact.mobility(self.point, blocks, independent_rows(self.impact.landing, blocks))
 
-    def _held(self, moments: Array) -> tuple[Block, ...]:
+    def _constraints(self, moments: Array) -> tuple[Block, ...]:
         """Standing feet, loops, and the contact's rotation about some axes."""
         landing = self.impact.landing
-        held: tuple[Block, ...] = (*landing.stance, *(closure_block(loop) for loop in landing.loops))
-        return (*held, self.point._replace(forces=NO_AXES, moments=moments)) if len(moments) else held
+        blocks: tuple[Block, ...] = (*landing.stance, *(closure_block(loop) for loop in landing.loops))
+        return (*blocks, self.point._replace(forces=NO_AXES, moments=moments)) if len(moments) else blocks
 
     @functools.cached_property
     def point_mobility(self) -> BallMatrix:
@@ -175,8 +175,8 @@ class _Resistance:
 
     def _stop(self) -> Any:
         """What resists at an end stop: the inertia about its joint, or the mass along it [kg m², kg]."""
-        held = self._held(NO_AXES)
-        A = self.impact.mobility(self.block, held, independent_rows(self.impact.landing, held))
+        blocks = self._constraints(NO_AXES)
+        A = self.impact.mobility(self.block, blocks, independent_rows(self.impact.landing, blocks))
         return 1 / entries(A)[0, 0]
 
     @functools.cached_property
@@ -200,12 +200,12 @@ class _Resistance:
         along = balls(self.n) @ entries(A) @ balls(self.n)
         if not float(along) > STRUCTURAL * _largest(A):
             return np.inf
-        axes, landing, held = _moving_axes(A), self.impact.landing, self._held(moments)
+        axes, landing, blocks = _moving_axes(A), self.impact.landing, self._constraints(moments)
         # Along what is left out, the point moves only by what rounding of the file leaves.
         most, rounded = 3, 0.0
         if not landing.floating:
-            most, rounded = landing.most_independent(landing.state, (*held, self.point))(0)
-            most -= landing.most_independent(landing.state, held)(0)[0]
+            most, rounded = landing.most_independent(landing.state, (*blocks, self.point))(0)
+            most -= landing.most_independent(landing.state, blocks)(0)[0]
         immovable = IMMOVABLE if most == 3 else max(IMMOVABLE, LEFT_OUT * rounded)
         V, column = matrix(np.eye(3)[:, sorted(axes[:most])]), matrix(self.n[:, None])
         part = V.transpose() * column

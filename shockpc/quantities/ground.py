@@ -66,25 +66,25 @@ def _where_given(entry: Quantity, key: GroundOption, read: Callable[[Any, Impact
     derived = Quantity(entry.key, entry.of, entry.title, entry.unit, entry.worse, compute, entry.size, missing)
     section = key.removeprefix("contact_")
     path = f"{section}:{entry.path or entry.key.removeprefix(f'{section}_').removesuffix(f'_{section}')}"
-    kept = {name: getattr(entry, name) for name in ("vector", "shared", "signed", "flag")}
-    return derived._replace(**kept, needs_posture=True, unproven=True, path=path)
+    same = {name: getattr(entry, name) for name in ("vector", "shared", "signed", "flag")}
+    return derived._replace(**same, needs_posture=True, unproven=True, path=path)
 
 
 def _with_friction(entry: Quantity) -> Quantity:
     """A quantity of the impact with friction, in many postures too; of a proven impact as that is where all contacts stick."""
     named = entry._replace(key=f"{entry.key}_friction", title=f"{entry.title}, with friction")
-    alone = _where_given(named, "friction", lambda friction, impact, places: entry.compute(friction.impact or impact, places))
+    single = _where_given(named, "friction", lambda friction, impact, places: entry.compute(friction.impact or impact, places))
 
     def compute(impact: Impact, places: Places) -> Array:
         if not isinstance(impact, DoubleImpact) or impact.landing.scene.friction is None:
-            return np.asarray(alone.compute(impact, places))
+            return np.asarray(single.compute(impact, places))
         from shockpc.impact.friction import with_friction
 
         slipping = with_friction(impact)
         nothing = np.full((1, 1, len(places), *([3] if entry.vector else [])), np.nan)
         return nothing if slipping is None else np.asarray(entry.compute(slipping, places))
 
-    return alone._replace(compute=compute, in_doubles=True)
+    return single._replace(compute=compute, in_doubles=True)
 
 
 def _sliding(

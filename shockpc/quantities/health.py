@@ -70,16 +70,16 @@ def _beyond_the_impulse(profile: "ShockProfile") -> Iterator[Diagnostic]:
     if profile.stiffness is not None:
         places = [*profile.bracketed, *profile.landing.mounted]
         impulse, finite = (profile.values(quantity("point", key), places) for key in ("shock", "shock_separated"))
-        differs, said = np.abs(finite - impulse), set[str]()
+        differs, texts = np.abs(finite - impulse), set[str]()
         for k in np.flatnonzero((differs > DIFFERS * np.minimum(impulse, finite)) & (differs > LEAST_DIFFERENCE)).tolist():
             name = places[k].name
             text = (
                 f"shock at {name} is {finite[k]:.3g} at the end of contact on {profile.scene.contact_stiffness:g} N/m, and "
                 f"{impulse[k]:.3g} in the impulse model, which the other tables show: that model does not hold there"
             )
-            if text not in said:  # a part may be at a sensor
+            if text not in texts:  # a part may be at a sensor
                 yield Diagnostic("contact", name, float(differs[k]), text)
-            said.add(text)
+            texts.add(text)
         yield from profile.stiffness.warnings()
     if math.isfinite(profile.spring_time):
         from shockpc.impact.springs import early_springs

@@ -96,8 +96,8 @@ def levels(landing: Landing, rotation: Array, position: Array, points: Array, ab
             surface[n[:, None], near] = height[body, near] - reach
     surface = surface.T
     core = surface + np.linalg.norm(pieces.rounding, axis=1).min(axis=1)
-    held, inside, height = (*landing.contacts, *landing.stance), INSIDE + SHARE * robot_size(robot), points @ up
-    frames = [robot.frame(held[k].frame) for k in on_ground(landing)]
+    grounded, inside, height = (*landing.contacts, *landing.stance), INSIDE + SHARE * robot_size(robot), points @ up
+    frames = [robot.frame(grounded[k].frame) for k in on_ground(landing)]
     struck = np.array([[shape.belongs_to(frame) for shape in shapes] for frame in frames], dtype=bool)
     contacts = height.copy()
     for k, (frame, of_contact) in enumerate(zip(frames, struck, strict=True)):

@@ -152,17 +152,17 @@ def varied_bodies(robot: Robot, changes: Iterable[tuple[Property, str, Array, bo
             parts[link] = _changed_inertia(what, x, factor, *part)
     mass, com, inertia = (np.repeat(part[None], n, axis=0).astype(float) for part in (robot.masses, robot.coms, robot.inertias))
     for i in sorted({robot.frames[link].body for link in parts}):
-        body, held = robot.bodies[i], list[tuple[Array, Array, Array]]()
+        body, carried = robot.bodies[i], list[tuple[Array, Array, Array]]()
         for frame in robot.model.frames:
             link = frame.type == pin.FrameType.BODY
             if frame.parentJoint == body.joint and (link or frame.inertia.mass):
                 Y, place = frame.inertia, pin.SE3(body.rotation, body.offset).actInv(frame.placement)
                 m, c, moment = parts.get(frame.name if link else "", (np.array([Y.mass]), Y.lever[None], Y.inertia[None]))
-                held.append((m, c @ place.rotation.T + place.translation, place.rotation @ moment @ place.rotation.T))
-        mass[:, i] = sum(m for m, _, _ in held)
-        com[:, i] = sum(m[:, None] * c for m, c, _ in held) / mass[:, i, None]
-        arms = [cross_matrix(c - com[:, i]) for _, c, _ in held]
-        inertia[:, i] = sum(moment - m[:, None, None] * (C @ C) for (m, _, moment), C in zip(held, arms, strict=True))
+                carried.append((m, c @ place.rotation.T + place.translation, place.rotation @ moment @ place.rotation.T))
+        mass[:, i] = sum(m for m, _, _ in carried)
+        com[:, i] = sum(m[:, None] * c for m, c, _ in carried) / mass[:, i, None]
+        arms = [cross_matrix(c - com[:, i]) for _, c, _ in carried]
+        inertia[:, i] = sum(moment - m[:, None, None] * (C @ C) for (m, _, moment), C in zip(carried, arms, strict=True))
     return mass, com, inertia
 
 

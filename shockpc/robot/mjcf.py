@@ -110,8 +110,8 @@ def build(source: RobotSource, chosen: RobotBodies) -> Robot:
     elif welds:  # where it holds the base, whatever a keyframe says
         ends = {body: pin.SE3(*end) for body, *end in zip(welds[0].bodies, welds[0].rotations, welds[0].points, strict=True)}
         start[:7] = pin.SE3ToXYZQUAT(ends[-1] * ends[0].inverse())
-        held = {name: read_only([*start[:7], *q[7:]]) for name, q in postures.items()}
-        robot = replace(robot, postures=held, welded=True)
+        references = {name: read_only([*start[:7], *q[7:]]) for name, q in postures.items()}
+        robot = replace(robot, postures=references, welded=True)
     springs, gear_ratios = _springs_and_ratios(m, joints)
     start, relaxed = read_only(start), read_only(np.array(m.qpos_spring[order])) if springs else None
     mimics = _mimics(m, equalities)
@@ -277,24 +277,24 @@ def choose(source: RobotSource, frames: Sequence[str]) -> RobotBodies:
     owners = ((m.body, range(m.nbody)), (m.site, m.site_bodyid), (m.geom, m.geom_bodyid))
     places = [(item(k).name, int(body)) for item, bodies in owners for k, body in enumerate(bodies)]
     wanted = [name for frame in frames for name in matches(frame, (name for name, _ in places if name))]
-    asked = [int(m.body_rootid[body]) for one in wanted for name, body in places if name == one]
+    matching = [int(m.body_rootid[body]) for one in wanted for name, body in places if name == one]
     largest = max(mass, key=lambda root: (int(m.body_jntnum[m.body_rootid == root].sum()), mass[root]))  # a box may weigh more
-    chosen = next((root for root in asked if root in mass), largest)
-    kept = {chosen}
+    chosen = next((root for root in matching if root in mass), largest)
+    coupled_roots = {chosen}
     couplings = [{int(m.body_rootid[body]) for body in bodies} & set(mass) for _, _, bodies in _equalities(m)]
-    while any(coupling & kept and not coupling <= kept for coupling in couplings):
-        kept |= set().union(*(coupling for coupling in couplings if coupling & kept))
-    if len(kept) > 1 and any(m.body_jntnum[root] and m.jnt_type[m.body_jntadr[root]] == _FREE for root in kept):
-        coupled = listed(m.body(root).name for root in sorted(kept))
-        alone = 'with a floating base only one top-level body that moves can be computed; set active="false" on them'
-        raise RobotError(f"equalities couple {coupled}, and {alone}")
-    others = [root for root in mass if root not in kept]
+    while any(coupling & coupled_roots and not coupling <= coupled_roots for coupling in couplings):
+        coupled_roots |= set().union(*(coupling for coupling in couplings if coupling & coupled_roots))
+    if len(coupled_roots) > 1 and any(m.body_jntnum[root] and m.jnt_type[m.body_jntadr[root]] == _FREE for root in coupled_roots):
+        coupled = listed(m.body(root).name for root in sorted(coupled_roots))
+        remedy = 'with a floating base only one top-level body that moves can be computed; set active="false" on them'
+        raise RobotError(f"equalities couple {coupled}, and {remedy}")
+    others = [root for root in mass if root not in coupled_roots]
     bodies = tuple(np.flatnonzero(~np.isin(m.body_rootid, others)).tolist())
     if not others:
         return RobotBodies(bodies, ())
     left_out = ", ".join(f'"{m.body(root).name}" ({mass[root]:.3g} kg)' for root in others)
-    names = " and ".join(f'"{m.body(root).name}"' for root in sorted(kept))
-    computed = f"{names}, {'which has the contact' if chosen in asked else 'with the most joints'}, is computed"
+    names = " and ".join(f'"{m.body(root).name}"' for root in sorted(coupled_roots))
+    computed = f"{names}, {'which has the contact' if chosen in matching else 'with the most joints'}, is computed"
     return RobotBodies(bodies, (f"it holds {len(mass)} robots that move on their own: {computed}, and {left_out} left out",))
 
 
@@ -308,12 +308,12 @@ def _loops(m: Any, robot: Robot, equalities: Sequence[Equality]) -> Iterator[Loo
         # Data of a connect: the anchors in body 1 and 2; of a weld: the anchor in body 2, then the frame of body 2 in body 1.
         weld, data = m.eq_type[number] == _WELD, np.array(m.eq_data[number])
         if m.eq_objtype[number] == _SITE:
-            held = [_place(m.site_pos[end], m.site_quat[end]) for end in ends]
+            frames = [_place(m.site_pos[end], m.site_quat[end]) for end in ends]
         elif weld:
-            held = [_place(data[3:6], data[6:10]), pin.SE3(np.eye(3), data[:3])]
+            frames = [_place(data[3:6], data[6:10]), pin.SE3(np.eye(3), data[:3])]
         else:
-            held = [pin.SE3(np.eye(3), data[:3]), pin.SE3(np.eye(3), data[3:6])]
-        first, second = (pin.SE3(place.rotation, place.offset) * frame for place, frame in zip(carried, held, strict=True))
+            frames = [pin.SE3(np.eye(3), data[:3]), pin.SE3(np.eye(3), data[3:6])]
+        first, second = (pin.SE3(place.rotation, place.offset) * frame for place, frame in zip(carried, frames, strict=True))
         yield Loop(
             name="–".join(robot.bodies[place.body].name if place.body >= 0 else ground.name for place in carried),
             bodies=(carried[0].body, carried[1].body),

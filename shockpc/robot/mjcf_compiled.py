@@ -252,8 +252,8 @@ def _free_base(mujoco: Any, spec: Any) -> bool:
     if any(joint.type == mujoco.mjtJoint.mjJNT_FREE for joint in joints) or not tops:
         return False
     if len(tops) > 1:
-        several = f"{len(tops)} bodies hang on the world apart from one another ({listed([body.name for body in tops], 4)})"
-        raise RobotError(f"its base cannot be freed: {several}; put them into one body, the trunk, with a <freejoint/>")
+        reason = f"{len(tops)} bodies hang on the world apart from one another ({listed([body.name for body in tops], 4)})"
+        raise RobotError(f"its base cannot be freed: {reason}; put them into one body, the trunk, with a <freejoint/>")
     if joints:
         joint = f'body "{tops[0].name}" hangs on the world by joint "{joints[0].name}"'
         raise RobotError(f"its base cannot be freed: {joint}; give it a <freejoint/> instead, or the world a body that carries it")

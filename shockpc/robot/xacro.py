@@ -101,8 +101,8 @@ def _result(request: dict[str, Any], folders: OpenFolders, texts: list[str], mis
                     return None
                 if _NO_TEXT.search("".join(message.values())):
                     what = "a NUL character or half of a surrogate pair (\\ud800 to \\udfff)"
-                    whose = "an expression, an argument or a YAML file"
-                    raise RobotError(f"{folders.file.name}: {whose} contains {what}, which no XML text can; remove it")
+                    source = "an expression, an argument or a YAML file"
+                    raise RobotError(f"{folders.file.name}: {source} contains {what}, which no XML text can; remove it")
                 if printed := _OBJECT.search("\n".join(message.values())):
                     remedy = "a Python object; call it, or take the numbers and texts out of it, as list(...) and an index do"
                     raise RobotError(f"{folders.file.name}: an expression gives <{html.unescape(printed[1])}>, {remedy}")

@@ -365,8 +365,8 @@ def _varied(
     if not (math.isfinite(low) and math.isfinite(high) and low < high):
         what = f"from {_value(low, unit)} to {_value(high, unit)}" if math.isfinite(low + high) else "without limits in the file"
         what = what if given or joints else "not given"
-        whose = f'joint "{subject}"' if joints else subject
-        raise StudyError(f"the range of {whose} is {what}; give its least and greatest value with --range LOW:HIGH")
+        subject_text = f'joint "{subject}"' if joints else subject
+        raise StudyError(f"the range of {subject_text} is {what}; give its least and greatest value with --range LOW:HIGH")
     scale = math.degrees(1.0) if unit == "rad" or kind in ATTITUDE else 1.0
     return variation(robot, subject, (scale * low, scale * high)), joints, (low, high)
 

@@ -123,6 +123,6 @@ def _columns(
             chosen = tuple(Place(f"contact {k + 1}", number=k) for k in range(max(map(len, varied))))
         if not chosen:
             raise StudyError(f'"{text}": the robot has no sensor, and no point is given; name a frame: {text}@{robot.links[0]}')
-        columns += [Column(selection, place, asked=text in quantities) for place in chosen]
+        columns += [Column(selection, place, requested=text in quantities) for place in chosen]
     # A further quantity replaces a column of the same name.
     return tuple({column.name: column for column in columns}.values())

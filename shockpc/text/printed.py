@@ -20,11 +20,11 @@ class Cause(NamedTuple):
     first: object
 
 
-def visible(text: str, kept: str = "") -> str:
+def visible(text: str, allowed: str = "") -> str:
     r"""A text with control characters, line breaks and invisible marks, except those kept, as escapes such as `\x1b`."""
     if text.isprintable():
         return text
-    return re.sub("[^ -~]", lambda sign: sign[0] if sign[0].isprintable() or sign[0] in kept else _escape(sign[0]), text)
+    return re.sub("[^ -~]", lambda sign: sign[0] if sign[0].isprintable() or sign[0] in allowed else _escape(sign[0]), text)
 
 
 def _escape(sign: str) -> str:

@@ -176,34 +176,34 @@ class BallImpact(Impact):
         """As in `Impact`."""
         return np.array([inertia.table() for inertia in self._inertias], dtype=object)[None]
 
-    def mobility(self, block: Block, held: Sequence[Block], independent: list[int]) -> arb_mat:
+    def mobility(self, block: Block, fixed: Sequence[Block], independent: list[int]) -> arb_mat:
         """Delassus matrix (n, n) of the rows of a block while others stay held: J P Jᵀ, with P the inverse inertia on these [1/kg].
 
         Args:
             block: the rows, as a unit impulse each.
-            held: rows that stay held.
+            fixed: rows that stay held.
             independent: which of these are independent.
 
         Raises:
             SingularError: the held rows depend on one another.
         """
         J = matrix(self._reduced(row_jacobian(self.state, [block])[0]))
-        R = self._reduced(row_jacobian(self.state, held)[0])[independent] if independent else None
-        return J * self._held_response(J, R)
+        R = self._reduced(row_jacobian(self.state, fixed)[0])[independent] if independent else None
+        return J * self._fixed_response(J, R)
 
     def rigid_mobility(self, block: Block) -> arb_mat:
         """The same (n, n) of the whole robot as one rigid body: every joint locked, the base free, and nothing held."""
         wrenches = matrix(block_wrenches(self.state, block)[0])
         return wrenches * _solve(sum(self._inertias, start=arb_mat(6, 6)), wrenches.transpose(), of_inertia=True)
 
-    def _held_response(self, J: arb_mat, held: Balls | None) -> arb_mat:
+    def _fixed_response(self, J: arb_mat, fixed: Balls | None) -> arb_mat:
         """Free velocities (ny, n) by unit impulses along rows J (n, ny) while rows (r, ny) are held."""
         free = self._by_inertia(J.transpose())
-        if held is None:
+        if fixed is None:
             return free
-        R = matrix(held)
-        by_held = self._by_inertia(R.transpose())
-        return free - by_held * _solve(R * by_held, R * free)
+        R = matrix(fixed)
+        by_fixed = self._by_inertia(R.transpose())
+        return free - by_fixed * _solve(R * by_fixed, R * free)
 
     def _by_inertia(self, B: arb_mat) -> arb_mat:
         """H⁻¹ B (ny, m) by articulated-body inertias (Featherstone 2008, Chapter 7), or by elimination where joints follow others.

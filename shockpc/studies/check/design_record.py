@@ -36,13 +36,13 @@ AXIS_NAMES = "xyz"
 SAME = 2e-5
 """Relative difference of two values of six digits that is rounding."""
 
-NOTHING = 1e-12
+ZERO = 1e-12
 """A value below this is rounding of zero."""
 
 
 def six_digits(value: float) -> float:
     """A value to six significant digits, as a baseline holds it; rounding of zero is zero."""
-    return 0.0 if abs(value) < NOTHING else float(f"{value:.6g}")
+    return 0.0 if abs(value) < ZERO else float(f"{value:.6g}")
 
 
 def design_record(landing: PosedLanding) -> dict[str, Any]:
@@ -74,15 +74,15 @@ def design_record(landing: PosedLanding) -> dict[str, Any]:
             }
             joints[part.name] = {"kind": kind} | _numbers(axis=() if part.axis is None else part.axis, **driven)
     frames = [robot.frame(contact.frame) for contact in landing.scene.contact]
-    held = [(frame.name, frame.body, frame.offset, frame.rotation) for frame in frames]
-    for name, carrying, p, R in (*held, *((point.name, point.body, point.r, point.axes) for point in landing.points)):
+    placed = [(frame.name, frame.body, frame.offset, frame.rotation) for frame in frames]
+    for name, carrying, p, R in (*placed, *((point.name, point.body, point.r, point.axes) for point in landing.points)):
         points[name] = _entry(names[carrying] if carrying >= 0 else "world", p, R)
     return {"joint_model": model.name, "drives": model.drives, "bodies": bodies, "joints": joints, "points": points}
 
 
 def _entry(carrier: str, place: Array, rotation: Array, **numbers: Any) -> dict[str, Any]:
     """What is known of a body or a point."""
-    turned = {} if np.allclose(rotation, np.eye(3), atol=NOTHING) else {"axes": [six_digits(x) for x in rotation.ravel().tolist()]}
+    turned = {} if np.allclose(rotation, np.eye(3), atol=ZERO) else {"axes": [six_digits(x) for x in rotation.ravel().tolist()]}
     return {"carrier": carrier} | _numbers(place=place, **numbers) | turned
 
 

@@ -171,7 +171,7 @@ class _Planned(NamedTuple):
     angle: float | None
     scene: Scene
     robot: Robot
-    asked: dict[int, tuple[Place, ...]]
+    places: dict[int, tuple[Place, ...]]
     designs: Evaluation[VariedLandings] | None
 
 
@@ -245,7 +245,7 @@ def _plan(given: Budgets, baseline: Baseline | None, renewing: bool, cases: dict
                 "a percentile of a budget is of the designs that [[case.vary]] describes"
             )
         for angle, scene in case.landings if belonging else ():
-            asked = {}
+            wanted = {}
             try:
                 robot = robot_of(scene)
                 landing = resolve(scene, robot)
@@ -253,13 +253,13 @@ def _plan(given: Budgets, baseline: Baseline | None, renewing: bool, cases: dict
                 if baseline is not None:
                     refuse_other_scene(baseline, case.name, cases[case.name])
                 for k, budget in belonging:
-                    asked[k] = _places(landing, budget.selection.quantity, budget.at)
+                    wanted[k] = _places(landing, budget.selection.quantity, budget.at)
                     if baseline is not None and budget.baseline_tolerance is not None:
-                        _refuse_missing(baseline, [OutcomeKey(case.name, angle, place.name, budget.metric) for place in asked[k]])
-                designs = _designs(case, scene, robot, [given.budgets[k].selection for k in sampled], [asked[k] for k in sampled])
+                        _refuse_missing(baseline, [OutcomeKey(case.name, angle, place.name, budget.metric) for place in wanted[k]])
+                designs = _designs(case, scene, robot, [given.budgets[k].selection for k in sampled], [wanted[k] for k in sampled])
             except ShockError as refusal:
                 raise StudyError(f'case "{printable(case.name)}": {refusal}', **refusal.data) from None
-            yield _Planned(case, angle, scene, robot, asked, designs)
+            yield _Planned(case, angle, scene, robot, wanted, designs)
 
 
 def _places(landing: PosedLanding, quantity: Quantity, at: str) -> tuple[Place, ...]:
@@ -297,7 +297,7 @@ def _percentiles(planned: _Planned, budgets: Sequence[Budget]) -> tuple[dict[int
     table = planned.designs.table()
     messages = list(table.messages.values())
     numbers = {}
-    for k, places in planned.asked.items():
+    for k, places in planned.places.items():
         if budgets[k].percentile is not None:
             names = [Column(budgets[k].selection, place).name for place in places]
             columns = [table.columns[name] for name in names]
@@ -307,26 +307,26 @@ def _percentiles(planned: _Planned, budgets: Sequence[Budget]) -> tuple[dict[int
 
 def _outcomes(given: Budgets, baseline: Baseline | None, planned: _Planned, result: ShockProfile | ShockError) -> list[Outcome]:
     """The outcomes of one landing. Args: result, its profile, or why there is none."""
-    numbers: dict[int, Any] = {k: [math.nan] * len(places) for k, places in planned.asked.items()}
+    numbers: dict[int, Any] = {k: [math.nan] * len(places) for k, places in planned.places.items()}
     refused, undone = "", ""
     if isinstance(result, ShockProfile):
         percentiles, undone = _percentiles(planned, given.budgets)
         numbers = {
             k: percentiles[k] if k in percentiles else result.numbers(given.budgets[k].selection, places)
-            for k, places in planned.asked.items()
+            for k, places in planned.places.items()
         }
     else:
         refused = str(result)
     outcomes = []
-    asked = [(k, place) for k, places in planned.asked.items() for place in places]
-    for (k, place), number in zip(asked, itertools.chain(*numbers.values()), strict=True):
+    wanted = [(k, place) for k, places in planned.places.items() for place in places]
+    for (k, place), number in zip(wanted, itertools.chain(*numbers.values()), strict=True):
         budget, value = given.budgets[k], None if math.isnan(number) else float(number)
         key = OutcomeKey(planned.case.name, planned.angle, place.name, budget.metric)
         sampled = budget.percentile is not None
         before = None if baseline is None or sampled else baseline.values.get(key)
         missing = refused or (sampled and undone) or budget.selection.quantity.missing
         reasons = [missing] if value is None else _excesses(budget, value, before, baseline)
-        alone = baseline is None and budget.max is None and budget.min is None
+        unlimited = baseline is None and budget.max is None and budget.min is None
         outcomes.append(
             Outcome(
                 case=planned.case.name,
@@ -336,7 +336,7 @@ def _outcomes(given: Budgets, baseline: Baseline | None, planned: _Planned, resu
                 line=given.lines[k] if given.lines else None,
                 value=value,
                 baseline=before,
-                status="not computed" if value is None else "exceeded" if reasons else "skipped" if alone else "passed",
+                status="not computed" if value is None else "exceeded" if reasons else "skipped" if unlimited else "passed",
                 reason="; ".join(reasons),
                 command="" if given.path is None else shlex.join(_command(given.path, planned, budget, place)),
             )

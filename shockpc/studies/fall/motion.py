@@ -385,9 +385,9 @@ def _strike(section: CrossSection, on: int, touched: int, before: SectionMotion,
     weight = 1.0 / np.array([section.mass, section.mass, section.inertia])
     speeds = J @ [before.vx, before.vz, before.omega]
     scale = float(np.abs(speeds).max())
-    alone = np.linalg.solve(J[:2] * weight @ J[:2].T, -speeds[:2])
-    change = weight * (J[:2].T @ alone)
-    if not (alone[1] > 0.0 and abs(alone[0]) <= mu * alone[1] and (speeds + J @ change)[3::2].min(initial=0.0) >= -REST * scale):
+    push = np.linalg.solve(J[:2] * weight @ J[:2].T, -speeds[:2])
+    change = weight * (J[:2].T @ push)
+    if not (push[1] > 0.0 and abs(push[0]) <= mu * push[1] and (speeds + J @ change)[3::2].min(initial=0.0) >= -REST * scale):
         across = np.insert(J, np.arange(1, len(J), 2), 0.0, axis=0)  # no motion across the plane
         approach = np.insert(speeds, np.arange(1, len(J), 2), 0.0).reshape(-1, 3)
         found = solve_friction(across * weight @ across.T, approach, np.full(len(corners), mu), np.zeros(len(corners)))

@@ -60,13 +60,13 @@ def best_group(fields: Fields, count: int, best: Callable[[Fields], Optimum]) ->
         return shocks.min(axis=0), shocks.argmin(axis=0)
 
     weights = fields.weights
-    alone = np.zeros(len(fields.c)) if weights is None else np.array([optimum(frozenset([k])).bound for k in everything])
+    single = np.zeros(len(fields.c)) if weights is None else np.array([optimum(frozenset([k])).bound for k in everything])
 
     def bound_of(node: tuple[frozenset[int], ...]) -> float:
         bounds = [optimum(one).bound for one in node if one]
         if weights is None:
             return max(bounds)
-        return float(sum(bounds) + sum(alone[k] for k in everything if not any(k in one for one in node)))
+        return float(sum(bounds) + sum(single[k] for k in everything if not any(k in one for one in node)))
 
     first = max(everything, key=lambda k: (optimum(frozenset([k])).bound, -k))
     root = (frozenset([first]), *[frozenset[int]()] * (count - 1))
@@ -87,7 +87,7 @@ def best_group(fields: Fields, count: int, best: Callable[[Fields], Optimum]) ->
         open_ = [k for k in everything if not any(k in one for one in node)]
         if value <= bound + ACCURACY or not open_ or nodes == NODES:
             return SensorGroup(tuple(chosen), value, bound, nodes)
-        worst = max(open_, key=lambda k: least[k] if weights is None else weights[k] * least[k] - alone[k])
+        worst = max(open_, key=lambda k: least[k] if weights is None else weights[k] * least[k] - single[k])
         for k in range(next((k for k, one in enumerate(node) if not one), count - 1) + 1):
             child = tuple(one | {worst} if i == k else one for i, one in enumerate(node))
             heapq.heappush(queue, (max(bound, bound_of(child)), next(number), child))

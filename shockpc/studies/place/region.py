@@ -77,8 +77,8 @@ def region_of(robot: Robot, body: int, within: Box | None, surface: bool) -> Reg
     cells = [ConvexCell(corners) for shape in solid for corners in facets(shape)]
     if limits is not None:
         cells = [part for cell in cells if (part := _cut(cell, limits)) is not None]
-    held = "" if limits is None else f", within {_box_text(limits)}"
-    text = f"on the surface of the {kind} geometry of {name} ({len(cells)} facets{held})"
+    box_text = "" if limits is None else f", within {_box_text(limits)}"
+    text = f"on the surface of the {kind} geometry of {name} ({len(cells)} facets{box_text})"
     outside = tuple(one for shape in solid if (one := half_spaces(shape)) is not None)
     return Region(text, tuple(cells), outside, _size(whole if limits is None else limits), False, seen.warnings)
 

@@ -334,8 +334,8 @@ def _proven(profiles: tuple[ShockProfile, ...], every: list[Place], new: tuple[P
     columns = []
     for profile in profiles:
         scene = profile.scene
-        asked = replace(scene, point=tuple(dict.fromkeys((*_asked([one.scene for one in profiles]), *new))))
-        at = replace(profile, landing=replace(profile.landing, scene=asked))
+        extended = replace(scene, point=tuple(dict.fromkeys((*_asked([one.scene for one in profiles]), *new))))
+        at = replace(profile, landing=replace(profile.landing, scene=extended))
         names, end = [point.name for point in at.landing.points], "" if scene.friction is None else "_friction"
         numbers = [at.value(f"{key}{end}", "point") for key in ("shock", "delta_v")]
         columns.append([[values[names.index(place.name)] for place in every] for values in numbers])
