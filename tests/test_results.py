@@ -10,6 +10,7 @@ from robot_texts import INERTIA, LIMIT, joint, link, urdf
 from trees import known_robot, robot_from
 
 from shockpc import Contact, Joints, Point, Posture, Scene, SceneError, Strike, shock_profile
+from shockpc.core.directions import most_severe_direction
 from shockpc.core.pulse import SHAPES, peak_acceleration, pulse_from
 from shockpc.landing.scene import GRAVITY
 from shockpc.landing.scene_file import robot_of
@@ -206,6 +207,30 @@ def test_extreme_directions_against_the_whole_sphere(name):
             assert np.linalg.norm(v @ direction) == pytest.approx(size, abs=1e-12)
             assert np.linalg.norm(direction) == pytest.approx(1.0)
             assert direction[2] <= 1e-12
+
+
+SINGULAR_VALUES = {
+    "any": lambda rng: rng.uniform(size=(500, 3)),
+    "nearly equal": lambda rng: np.column_stack([np.ones(500), 1.0 - 10.0 ** rng.uniform(-16.0, -1.0, 500), rng.uniform(size=500)]),
+    "one": lambda rng: np.outer(np.ones(500), [1.0, 0.0, 0.0]),
+    "two": lambda rng: np.outer(np.ones(500), [1.0, 0.5, 0.0]),
+    "small": lambda rng: np.outer(np.ones(500), [1.0, 1e-9, 1e-9]),
+    "equal": lambda rng: np.ones((500, 3)),
+    "none": lambda rng: np.zeros((500, 3)),
+}
+
+
+@pytest.mark.parametrize("scale", [1.0, 1e-150, 1e150])
+@pytest.mark.parametrize("name", SINGULAR_VALUES)
+def test_the_formula_of_the_most_severe_direction_gives_the_greatest_singular_value(name, scale):
+    rng = np.random.default_rng(5)
+    left, right = np.linalg.qr(rng.normal(size=(2, 500, 3, 3)))[0]
+    maps = scale * np.einsum("nij,nj,nkj->nik", left, SINGULAR_VALUES[name](rng), right)
+    direction, shock = most_severe_direction(maps, np.array([0.0, 0.0, 1.0]))
+    np.testing.assert_allclose(shock, np.linalg.svd(maps, compute_uv=False)[:, 0], rtol=1e-14)
+    np.testing.assert_allclose(np.linalg.norm(np.einsum("nij,nj->ni", maps, direction), axis=1), shock, rtol=1e-14)
+    np.testing.assert_allclose(np.linalg.norm(direction, axis=1), 1.0, rtol=1e-14)
+    assert (direction[:, 2] <= 0.0).all()
 
 
 def test_the_most_severe_strike_is_what_a_scene_gives_in_that_direction():
