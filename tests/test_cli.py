@@ -355,6 +355,17 @@ def test_help(capfd, monkeypatch):
         assert "Arguments:" not in text.partition("Robot files:")[2]
 
 
+@pytest.mark.parametrize("command", COMMANDS)
+def test_help_fits_two_screens(capfd, monkeypatch, command):
+    """The help of a command is at most 80 lines of 100 columns; with --help-all it has all of the options of a landing."""
+    monkeypatch.setenv("COLUMNS", "100")
+    text = good(capfd, command, "--help")
+    assert len(text.splitlines()) <= 80
+    if "--help-all" in text:
+        assert "--cluster" not in text
+        assert "--stop-restitution" in good(capfd, command, "--help-all")
+
+
 def test_options_of_a_command_come_before_the_shared_ones(capfd):
     """Shared options are in the same groups in every command, and the help says which options may be repeated."""
     text = good(capfd, "place", "--help")

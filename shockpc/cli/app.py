@@ -12,7 +12,7 @@ from typer.core import TyperCommand, TyperGroup, TyperOption
 
 from shockpc import __version__
 from shockpc.cli.declare import EXIT_CODES, Command, Help, command
-from shockpc.cli.options import EVERYBODY, PANELS, RARE
+from shockpc.cli.options import EVERYBODY, PANELS, RARE, RARE_OF_RUN
 
 GROUPS = {
     "Begin": {"guide": "Read how to use shockpc, by topic."},
@@ -69,7 +69,8 @@ class GroupedCommand(TyperCommand):
         every: list[Any] = super().get_params(ctx)
         names = [parameter.name for parameter in every]
         if set(names) >= RARE and "help_all" not in names:
-            text = f"Show all of these options, and the other {len(RARE)} of a landing, and exit."
+            others = len(RARE) + len(set(names).intersection(RARE_OF_RUN))
+            text = f"Show these options and {others} others, each with all of its text, and exit."
             every.append(
                 TyperOption(
                     param_decls=["--help-all"], is_flag=True, is_eager=True, expose_value=False, callback=_show_all, help=text
@@ -85,9 +86,9 @@ class GroupedCommand(TyperCommand):
         """Write the arguments, then one section for each group in order."""
         sections: dict[str, list[tuple[str, str]]] = {"Arguments": []}
         parameters = self.get_params(ctx)
-        hidden = RARE if not ctx.meta.get("all") and any(one.name == "help_all" for one in parameters) else ()
+        short = not ctx.meta.get("all") and any(one.name == "help_all" for one in parameters)
         for parameter in parameters:
-            if parameter.name in hidden and parameter.rich_help_panel in PANELS:
+            if short and (parameter.name in RARE_OF_RUN or (parameter.name in RARE and parameter.rich_help_panel in PANELS)):
                 continue
             heading = (
                 "Arguments"
@@ -96,7 +97,7 @@ class GroupedCommand(TyperCommand):
             )
             name, text = parameter.get_help_record(ctx) or ("", "")
             text += " May be repeated." * getattr(parameter, "multiple", False)
-            if hidden and parameter.name in EVERYBODY and heading in PANELS:
+            if short and heading in PANELS and parameter.name.rstrip("_") in EVERYBODY:
                 heading, text = "Landing (more with --help-all)", _shortened(text)
             sections.setdefault(heading, []).append((name, text))
         for heading, records in sections.items():

@@ -26,7 +26,7 @@ from shockpc.studies.landings import compare_measured
 from shockpc.studies.landings import landings as study
 from shockpc.text.errors import ShockError, StudyError
 
-_in_table, _in_joints = group("Table"), group("Joint model")
+_in_table, _in_joints = group("Table"), group(options_of(Joints)["model"].heading)
 
 PAGE_LANDINGS = 8
 """Landings that report.html shows."""
@@ -40,7 +40,8 @@ def landings(
     typed: Any = study_options(study),
     options: SceneOptions,
     joints_: tuple[JointModelName, ...] | None = _in_joints(
-        f"{options_of(Joints)['model'].text} Several, with commas between them, are compared with what was measured.",
+        f"One joint model, or several with commas between them, which are compared with what was measured. "
+        f"{options_of(Joints)['model'].text}",
         "MODEL[,MODEL]",
         joint_models,
     ),

@@ -31,13 +31,13 @@ _in_files, _in_contact, _in_posture = group("Robot files"), group("Contact"), gr
 _in_impact, _in_joints, _in_results = group("Velocity before the impact"), group("Joint model"), group("What is computed")
 in_output, in_run = group("Output"), group("How it is computed, and where it is written")
 
-ROBOT = argument("A robot file (URDF, xacro, MJCF), a robot's name, a scene (.toml), or BUDGETS.toml:CASE.", "ROBOT", robot_name)
+ROBOT = argument("A robot's name or file (URDF, xacro, MJCF), a scene (.toml) or BUDGETS.toml:CASE.", "ROBOT", robot_name)
 XACRO = _in_files("Argument of a xacro file.", "NAME:=VALUE", definition)
 MESHES = _in_files("Folder in which meshes that are not where the file says are found by their names.", "DIR", path)
 PACKAGE = _in_files("Folder of a package, besides those in ROS_PACKAGE_PATH.", "NAME=DIR", folder)
 FRAME = "FRAME[:X,Y,Z]"
 EXPLAIN = in_output("Report on standard error what ran, how long it took, and what was not needed.")
-STRICT = "End with exit code 3 if any landing could not be computed, and not only if none could."
+STRICT = "Exit code 3 if any landing could not be computed, not only if none could."
 AT = group("Question")("The shock at this point, offset in the frame [m].", FRAME)
 TARGET = group("Question")(
     "Another number: a quantity (shockpc quantities lists them) of a point, body, joint or contact.", "QUANTITY@PLACE"
@@ -102,8 +102,8 @@ class SceneOptions(NamedTuple):
     package: tuple[tuple[str, str], ...] = PACKAGE
     meshes: str | None = MESHES
     contact: tuple[str, ...] = _in_contact(
-        "What strikes the ground: a link, site or geom, by name or by a glob, such as '*_foot', which all names here may be. "
-        "Several matches are one landing each; A+B is one landing on both; stop:JOINT is a joint that runs into its end stop.",
+        "What strikes the ground: a link, site or geom, by name or glob. All names here may be globs, such as '*_foot'. Several "
+        "matches are one landing each; A+B is one landing on both; stop:JOINT is a joint that runs into its end stop.",
         "NAME",
     )
     together: bool = _in_contact("One landing on all matching contacts at once.")
@@ -168,6 +168,9 @@ EVERYBODY = frozenset(
 
 RARE = frozenset({*SceneOptions._fields, *OF_RECORDS} - {"given", *EVERYBODY})
 """Those that --help-all adds."""
+
+RARE_OF_RUN = ("cluster", "wait")
+"""Fields of `RunOptions` that --help-all adds."""
 
 PANELS = frozenset(
     info.rich_help_panel

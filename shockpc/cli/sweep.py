@@ -21,7 +21,7 @@ def sweep(
     typed: Any = study_options(study),
     options: SceneOptions,
     rows: Literal["parquet", "csv"] = in_run(
-        "Format of the rows, which are written with --out in parts; parquet by default.", default="parquet"
+        "Format of the rows, which --out writes in parts; parquet by default.", default="parquet"
     ),
     run: RunOptions,
     output: OutputOptions,

@@ -182,9 +182,9 @@ class Joints(Record):
     )
     drives: str | None = option(
         None,
-        "A file of drives, a robot of the catalogue whose drives joints of the same names have, such as go2, or none. By default "
-        "those known of a robot of the catalogue; none leaves what the robot's own file gives. The form of a file is that of "
-        "robots/drives.toml.",
+        "A file of drives, a robot of the catalogue that has such drives (go2), or none. Joints of the same names have the drives "
+        "of that robot. By default a robot of the catalogue has those known of it; none leaves what the robot's own file gives. "
+        "The form of a file is that of robots/drives.toml.",
         "Joint model",
         "FILE|NAME|none",
     )
@@ -218,7 +218,7 @@ class Strike(Record):
     )
     strike_angle_deg: float | None = option(
         None,
-        "Angle of the velocity from the vertical in the plane, positive moving forward.",
+        "Angle of the velocity from the vertical, positive moving forward; in the plane.",
         STRIKE,
         "DEG",
         unit="deg",
@@ -227,8 +227,8 @@ class Strike(Record):
     velocity: tuple[float, float, float] | None = option(None, "Velocity of the robot, world axes.", STRIKE, "VX,VY,VZ", unit="m/s")
     drop_height: float | None = option(
         None,
-        "Height of a free fall that ends in the impact and gives the vertical velocity alone, with a --strike-angle or a "
-        "--forward-speed while moving forward.",
+        "Height of a free fall that ends in the impact. It gives the vertical velocity alone; with a --strike-angle or a "
+        "--forward-speed the robot also moves forward.",
         STRIKE,
         "H",
         unit="m",
@@ -401,8 +401,8 @@ class Scene(Record):
     )
     friction: float | None = option(
         None,
-        "Also solve with this coefficient of friction, and restitution along the normal alone (quantities *_friction); all others "
-        "are those of contacts that stick.",
+        "Also solve with this coefficient of friction (quantities *_friction). Restitution is along the normal alone there; all "
+        "other quantities are those of contacts that stick.",
         RESULTS,
         "MU",
         unit="1",

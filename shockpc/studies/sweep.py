@@ -48,8 +48,8 @@ def sweep(
     sample: Annotated[
         int | None,
         Option(
-            "Random landings instead of the full grid. If neither a joint nor what the robot and the ground are is varied, all "
-            "joints are, within their limits.",
+            "Random landings instead of the grid. If neither a joint nor what the robot and the ground are is varied, all joints "
+            "are, within their limits.",
             "What varies",
             "N",
             least=1.0,
@@ -61,7 +61,7 @@ def sweep(
     bodies: Annotated[
         Sequence[str],
         Option(
-            "Bodies of which CoPc, RoPc and the shock at the CoM are computed; the base, if there is no --at either.",
+            "Bodies whose CoPc, RoPc and shock at the CoM are computed; the base, if there is no --at either.",
             "What is computed",
             "BODY",
             "body",
@@ -71,14 +71,14 @@ def sweep(
     feasible: Annotated[
         bool,
         Option(
-            "Keep only the landings that flat ground allows, which pulls no contact and meets no other link first; with --friction "
-            "contacts slide and open instead. The summary counts the others; what could not be computed stays, with its message.",
+            "Keep only landings that flat ground allows, which pulls no contact and meets no other link first; with --friction "
+            "contacts slide and open instead. The summary counts the others.",
             "What is computed",
         ),
     ] = False,
     prove: Annotated[
         int,
-        Option("Random landings that are compared with a proof, besides those that need one.", "What is computed", "N", least=0.0),
+        Option("Random landings that are proven, besides those that need it.", "What is computed", "N", least=0.0),
     ] = 100,
 ) -> Evaluation[VariedLandings]:
     """Many landings that differ from one, checked; computed part by part as the result is iterated over, or at once by `table`.
