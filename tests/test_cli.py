@@ -187,6 +187,14 @@ def test_warnings_of_studies_in_csv(capfd, here, words):
     assert run(capfd, *landing, "--format", "csv").err == "".join(f"shockpc: {warning}\n" for warning in warnings)
 
 
+@pytest.mark.parametrize("contact", [(), ("--contact", "lf_foot")])
+def test_the_answer_is_short(capfd, here, contact):
+    """A landing of a quadruped, or one on each of its feet, is at most 42 lines; all bodies that are asked for are shown."""
+    assert len(good(capfd, "analyze", "hyq", *contact).splitlines()) <= 42
+    every = good(capfd, "analyze", "hyq", *contact, "--body", "*")
+    assert all(re.search(rf"^(CoM of )?{body} ", every, re.MULTILINE) for body in ("rh_hipassembly", "rh_lowerleg"))
+
+
 def test_bodies_by_pattern(capfd, here):
     """Only those that match, in CSV; the JSON document is always complete."""
     words = ("--body", "?f_*", "--out", "out")

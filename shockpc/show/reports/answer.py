@@ -8,8 +8,8 @@ from shockpc.show.tables import Cell, Row, Sheet, rounded
 from shockpc.show.wording import BRACKETED, mostly_off_plane
 from shockpc.text.printed import few
 
-PLACES = 8
-"""Bodies in the table of shocks."""
+WORST = 6
+"""Bodies in the table of shocks, the heaviest among them, unless they are asked for by name."""
 
 USUAL = {"posture": "standing", "base": "falls freely", "plane": "xz"}
 """Beginnings of lines of the header that say what is so unless options say otherwise."""
@@ -28,22 +28,30 @@ def shocks_sheet(profile: ShockProfile, bodies: Sequence[int] | None = None) -> 
         bodies: indices of the only bodies that are shown.
     """
     of_points: list[Row] = [(point.frame, point.shock, None, None, None, None, None) for point in profile.points]
-    shown = [i for i in (range(len(profile.bodies)) if bodies is None else bodies) if profile.moved[i]]
-    sizes = [float(profile.shock_com[i]) for i in shown]
+    trunk = int(profile.robot.masses.argmax())
+    shown = sorted(moving_bodies(profile, bodies), key=lambda i: -math.inf if i == trunk else -float(profile.shock_com[i]))
+    shown = shown[:WORST] if bodies is None else shown
     of_bodies: list[Row] = []
     for i in shown:
         plane = (in_plane(profile, i, float(x)) for x in (profile.ropc[i], *profile.copc[i]))
         of_bodies.append((f"CoM of {profile.bodies[i]}", profile.shock_com[i], profile.shock_max[i], *plane))
     heads = ("shock at", "shock [-]", "greatest on the body [-]", "RoPc [m]", "CoPc x [m]", "CoPc y [m]", "CoPc z [m]")
-    sheet = Sheet("shock relative to the strike (CoPc in body coordinates)", heads, of_bodies).largest(PLACES, "body", sizes)
-    notes = tuple(sheet.notes)
+    notes = without_geometry(profile, shown)
     if mostly_off_plane(profile)[shown].any():
-        notes += (
-            f"in brackets: over {100.0 * BRACKETED:.0f} % of the body's motion is out of the plane, of which these say nothing",
-        )
-    names = [str(row[0]).removeprefix("CoM of ") for row in sheet.rows]
-    notes += without_geometry(profile, [i for i in shown if profile.bodies[i] in names])
-    return sheet._replace(rows=sorted([*of_points, *sheet.rows], key=lambda row: -float(row[1] or 0.0)), notes=notes)
+        share = f"over {100.0 * BRACKETED:.0f} % of the body's motion"
+        notes = (f"in brackets: {share} is out of the plane, of which these say nothing", *notes)
+    sheet = Sheet("shock relative to the strike (CoPc in body coordinates)", heads, [*of_points, *of_bodies], notes)
+    return worst_first(sheet)
+
+
+def moving_bodies(profile: ShockProfile, bodies: Sequence[int] | None) -> list[int]:
+    """Those that the impact moves, by their indices. Args: bodies, the only ones that are shown."""
+    return [i for i in (range(len(profile.bodies)) if bodies is None else bodies) if profile.moved[i]]
+
+
+def worst_first(sheet: Sheet) -> Sheet:
+    """A table whose second column decides on the order."""
+    return sheet._replace(rows=sorted(sheet.rows, key=lambda row: -float(row[1] or 0.0)))
 
 
 def without_geometry(profile: ShockProfile, bodies: Sequence[int]) -> tuple[str, ...]:

@@ -20,7 +20,7 @@ from shockpc.quantities.records import ContactImpulse
 from shockpc.quantities.table import Selection, quantities_of, quantity
 from shockpc.robot.robot import STOP
 from shockpc.show.document import content
-from shockpc.show.reports.answer import PLACES, in_plane, landing_lines, shocks_sheet, without_geometry
+from shockpc.show.reports.answer import WORST, in_plane, landing_lines, moving_bodies, shocks_sheet, without_geometry, worst_first
 from shockpc.show.reports.report import Picture, Report, Section, picture_files
 from shockpc.show.tables import Lines, Row, Sheet, rounded
 from shockpc.show.wording import (
@@ -54,11 +54,17 @@ FACTORS = {"%": 100.0, "ms": 1e3}
 DETAILS = ("velocity jumps on these contacts", "modes, and the normal force that they carry")
 """Tables of a landing on contacts of finite stiffness that the answer leaves out."""
 
-JOINTS = 4
+JOINTS = 3
 """Joints in the tables of an answer."""
 
-MORE = ["--all prints everything that was computed"]
+COMPARED = 8
+"""Bodies in the table of several landings, unless they are asked for by name."""
+
+MORE = "--all prints everything that was computed"
 """The last line of an answer."""
+
+CLEAN = ("warnings", "no warnings")
+"""The line of a summary without warnings; of several landings one line says it of all."""
 
 WARNING = 160
 """Characters of the first warning in a summary; whole warnings follow it."""
@@ -138,9 +144,10 @@ def analyze_report(
     landings = dict(zip(names, profiles, strict=True))
 
     def answers() -> list[Section]:
-        each = [Lines(_summary_with_ground(profile), name) for name, profile in landings.items()]
-        table, warnings = _side_by_side(profiles, bodies, PLACES), Lines(shared_warnings(landings))
-        return [Lines(landing_lines(shared_lines(landings))), *each, table, Lines(MORE), warnings]
+        each = [Lines([one for one in _summary_with_ground(profile) if one != CLEAN], name) for name, profile in landings.items()]
+        head = landing_lines(shared_lines(landings)) + [CLEAN] * (not any(profile.health.warnings for profile in profiles))
+        table, warnings = _side_by_side(profiles, bodies, None if bodies else COMPARED), Lines(shared_warnings(landings))
+        return [Lines(head), *each, table, Lines([MORE]), warnings]
 
     return Report(
         name="summary",
@@ -177,10 +184,10 @@ def _summary(profile: ShockProfile) -> list[tuple[str, str]]:
             force = "not determined, because rows are redundant"
         elif any(one.kind == "size" for one in warnings):
             force = "not determined, because the mechanism is singular or redundant here"
-    first = "no warnings"
+    first = CLEAN
     if warnings:
-        first = f"{count(len(warnings), 'warning')}: {textwrap.shorten(str(warnings[0]), WARNING, placeholder=' …')}"
-    lines = [("shock", few(texts, 4, "; ")), ("joint", f"largest impulse: {force}"), ("warnings", first)]
+        first = "warnings", f"{count(len(warnings), 'warning')}: {textwrap.shorten(str(warnings[0]), WARNING, placeholder=' …')}"
+    lines = [("shock", few(texts, 4, "; ")), ("joint", f"largest impulse: {force}"), first]
     if peaks := [f"{point.frame} {rounded(point.peak_g)} g" for point in profile.points if point.peak_g is not None]:
         lines.insert(1, ("peak", f"{few(peaks, 4)} for a pulse {profile.scene.pulse}"))
     return lines
@@ -222,15 +229,19 @@ def _answer(profile: ShockProfile, bodies: Sequence[int] | None) -> list[Section
     doubles = [name for name, given in (("friction", profile.friction), ("stiffness", profile.stiffness)) if given]
     numbers = "proven" + "".join(f"; those with {name} in double precision" for name in doubles)
     ground = [sheet for sheet in (*_friction_sheets(profile), *_stiffness_sheets(profile, JOINTS)) if sheet.title not in DETAILS]
+    loads = worst_first(_loads_sheet(profile, None))
+    left = {"body": 0 if bodies else len(moving_bodies(profile, None)) - WORST, "joint": len(loads.rows) - JOINTS}
+    others = " and ".join(count(n, noun) for noun, n in left.items() if n > 0)
+    more = MORE + f", also of {others} with smaller values" * bool(others)
     return [
         Lines([*_summary_with_ground(profile), ("numbers", numbers)]),
         Lines(landing_lines(header_lines(profile))),
         shocks_sheet(profile, bodies),
         *([_parts_sheet(profile)] if profile.parts else []),
         *([_bracket_sheet(profile)] if profile.robot.joint_names else []),
-        *([_worst_first(_loads_sheet(profile, JOINTS))] if profile.loads else []),
+        *([loads._replace(rows=loads.rows[:JOINTS])] if loads.rows else []),
         *ground,
-        Lines([*_stop_lines(profile), *_ground_lines(profile), *_margin_lines(profile), *MORE]),
+        Lines([*_stop_lines(profile), *_ground_lines(profile), *_margin_lines(profile), more]),
     ]
 
 
@@ -337,11 +348,6 @@ def directions_sheet(profile: ShockProfile, most: int | None = None) -> Sheet:
     note = "over all directions towards the ground or parallel to it; an impact parallel to the ground is no landing"
     sheet = Sheet(title, header, rows, [note]).largest(most, "body", sizes)
     return sheet._replace(rows=[*sheet.rows, *(row(point.frame, point.directions) for point in profile.points)])
-
-
-def _worst_first(sheet: Sheet) -> Sheet:
-    """A table whose second column decides on the order."""
-    return sheet._replace(rows=sorted(sheet.rows, key=lambda row: -float(row[1] or 0.0)))
 
 
 def _tables(profile: ShockProfile, bodies: Sequence[int] | None, most: int | None) -> list[Sheet]:
