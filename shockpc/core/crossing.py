@@ -77,12 +77,12 @@ def first_crossing(sigma: Array, signals: Signals, horizon: float, effort: Effor
     Raises:
         ArithmeticError: the horizon, or the first fall, is too many periods away, or takes too many terms.
     """
-    sign, turning = _first_sign(sigma, signals), 1j * sigma
-    wave, start = sign[:, None] * signals.wave, sign * signals.start + signals.tolerance
-    linear, square = sign * signals.linear, sign * signals.square
+    if signals.either.any():
+        signals = _with_first_sign(sigma, signals)
+    start, linear, square, wave, turning = signals.start + signals.tolerance, *signals[3:], 1j * sigma
     amplitude, centre = np.abs(wave), start - wave.real.sum(axis=1)
     bound = amplitude @ sigma**2 + 2.0 * np.maximum(square, 0.0)
-    if len(sign) and start.min() < 0.0:
+    if len(start) and start.min() < 0.0:
         return 0.0, int(start.argmin())
 
     def search(a: float, b: float, count: int, depth: int) -> tuple[float, int] | None:
@@ -153,14 +153,14 @@ def _stays(lowest: float, linear: float, square: float) -> float:
     return -2.0 * lowest / (linear + root) if linear + root > 0.0 else 0.0
 
 
-def _first_sign(sigma: Array, signals: Signals) -> Array:
-    """The sign (s,) by which to multiply signals; of one that may have either, that of its start, or if this is zero soon after."""
-    if not signals.either.any():
-        return np.ones(len(signals.start))
+def _with_first_sign(sigma: Array, signals: Signals) -> Signals:
+    """Signals with the signs that count: of one that may have either, that of its start, or if this is zero soon after."""
     soon = EARLY / (float(sigma.max(initial=0.0)) or 1.0)
     change = soon * (signals.linear + soon * signals.square) + changes(soon * sigma, signals.wave)
     zero = np.abs(signals.start) <= NEGLIGIBLE * np.abs(signals.wave).sum(axis=1)
-    return np.where(signals.either & (np.where(zero, change, signals.start) < 0.0), -1.0, 1.0)
+    sign = np.where(signals.either & (np.where(zero, change, signals.start) < 0.0), -1.0, 1.0)
+    start, linear, square, wave = signals[2:]
+    return Signals(signals.either, signals.tolerance, sign * start, sign * linear, sign * square, sign[:, None] * wave)
 
 
 def changes(angle: Array, wave: ComplexArray) -> Array:

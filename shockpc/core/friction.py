@@ -191,7 +191,11 @@ def _slip_directions(A: Array, b: Array, mu: float) -> Array:
         value, slope = k0 + ((k1 + k2 * w) * w).real, -((k1 + 2.0 * k2 * w) * w).imag
         near = np.abs(slope) > 1e-12 * size
         angle = angle - np.where(near, np.clip(value / np.where(near, slope, 1.0), -0.1, 0.1), 0.0)
-    return np.asarray(angle[np.abs(value) <= CLOSE * size])
+    # Roots beside the unit circle may lead to an angle that is found already.
+    distinct: dict[float, float] = {}
+    for root in angle[np.abs(value) <= CLOSE * size].tolist():
+        distinct.setdefault(round(root, 9), root)
+    return np.array(list(distinct.values()))
 
 
 class _Problem:

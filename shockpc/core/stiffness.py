@@ -171,8 +171,12 @@ class Segment(NamedTuple):
     jump: Array
     displacement: Array
 
-    def after(self, t: Array) -> tuple[Array, Array, Array]:
-        """The forces (..., r), the change of u since impact and ∫u dt (..., d), at times t (...) after the start."""
+    def forces(self, t: Array) -> Array:
+        """The forces (..., r) at times t (...) after the start."""
+        return self.level + oscillations(t[..., None] * self.sigma, self.wave)
+
+    def after(self, t: Array) -> tuple[Array, Array]:
+        """The change of u since impact and ∫u dt (..., d), at times t (...) after the start."""
         t = t[..., None]
         half = t / 2.0 * self.sigma
         # 2 sin(σt/2) / σ, t for a mode without frequency: of slow modes no digits cancel.
@@ -180,8 +184,7 @@ class Segment(NamedTuple):
         once, twice = chord * np.cos(half), chord * chord / 2.0
         change = once * self.acceleration - twice * self.sigma**2 * self.velocity
         path = once * self.velocity + twice * self.acceleration
-        force = self.level + oscillations(t * self.sigma, self.wave)
-        return force, self.jump + change @ self.V.T, self.displacement + path @ self.V.T
+        return self.jump + change @ self.V.T, self.displacement + path @ self.V.T
 
     def impulse(self, t: float) -> Array:
         """The impulses (r,) of the forces from the start until a time t after it."""
@@ -267,7 +270,8 @@ class StiffMotion(NamedTuple):
         force, displacement, jump = (np.empty((T, columns)) for columns in (r, d, d))
         for k in np.unique(which):
             now, segment = which == k, self.segments[k]
-            force[now], jump[now], displacement[now] = segment.after(times[now] - segment.start)
+            force[now] = segment.forces(times[now] - segment.start)
+            jump[now], displacement[now] = segment.after(times[now] - segment.start)
         displacement = displacement @ self.to_velocity.T + np.outer(times, self.constant) + np.outer(times**2 / 2.0, self.falling)
         jump = jump @ self.to_velocity.T + np.outer(times, self.falling)
         return History(force, displacement, jump, force @ self.response.T + self.gravity)
@@ -341,16 +345,16 @@ def simulate_landing(
     gravity = np.zeros(len(velocity)) if gravity is None else gravity
     elements = elements._replace(load=np.broadcast_to(elements.load, len(elements.rows)))
     _check(M, elements, velocity, until, gravity)
-    factors = _factors(M)
-    alone = _State(elements._replace(load=np.zeros(len(elements.rows))), *factors, velocity, 0.0 * gravity)
+    coordinates = _coordinates(M, elements.rows)
+    alone = _State(elements._replace(load=np.zeros(len(elements.rows))), *coordinates, velocity, 0.0 * gravity)
     if alone.separated:
         raise ValueError("no contact approaches the ground")
     if np.any(elements.damping):
         elements = elements._replace(restitution=alone.damped())
-        alone = _State(elements._replace(load=np.zeros(len(elements.rows))), *factors, velocity, 0.0 * gravity)
+        alone = _State(elements._replace(load=np.zeros(len(elements.rows))), *coordinates, velocity, 0.0 * gravity)
     if not (gravity.any() or np.any(elements.load)):
         return _follow(alone, until)
-    state = _State(elements, *factors, velocity, gravity)
+    state = _State(elements, *coordinates, velocity, gravity)
     if until is not None:
         return _follow(state, until)
     return _follow(state, _follow(alone, None).duration, settle=True)
@@ -419,8 +423,11 @@ def _check(M: Array, elements: Elements, velocity: Array, until: float | None, g
         raise ValueError(f"the end of the motion must be finite and above 0 s, not {until:g} s")
 
 
-def _factors(M: Array) -> tuple[Array, Array]:
-    """Lᵀ and L⁻ᵀ for M = LLᵀ, from M scaled to a unit diagonal."""
+def _coordinates(M: Array, rows: Array) -> tuple[Array, Array, Array]:
+    """The coordinates u along some rows: W as in `_State`, and to_velocity and from_velocity, with u = from_velocity q̇.
+
+    From M = LLᵀ, scaled to a unit diagonal: they have unit inertia.
+    """
     diagonal = np.diagonal(M)
     if np.all(diagonal > 0.0):
         size = np.sqrt(diagonal)
@@ -429,7 +436,9 @@ def _factors(M: Array) -> tuple[Array, Array]:
         except np.linalg.LinAlgError:
             L = np.zeros_like(M)
         if np.diagonal(L).min() > SMALLEST_PIVOT:
-            return np.asarray(L.T * size), np.asarray(np.linalg.inv(L).T / size[:, None])
+            inverse = np.linalg.inv(L).T / size[:, None]
+            Q, R = np.linalg.qr((rows @ inverse).T)
+            return R.T, inverse @ Q, Q.T @ (L.T * size)
     raise ArithmeticError("the inertia is not positive definite in double precision; give moving bodies mass, or lock their joints")
 
 
@@ -453,11 +462,12 @@ class _State:
         effort: of the search for events.
     """
 
-    def __init__(self, elements: Elements, factor: Array, inverse: Array, velocity: Array, gravity: Array):
-        Q, R = np.linalg.qr((elements.rows @ inverse).T)
-        self.elements, self.W, self.to_velocity, self.u = elements, R.T, inverse @ Q, Q.T @ (factor @ velocity)
+    def __init__(
+        self, elements: Elements, W: Array, to_velocity: Array, from_velocity: Array, velocity: Array, gravity: Array
+    ) -> None:
+        self.elements, self.W, self.to_velocity, self.u = elements, W, to_velocity, from_velocity @ velocity
         self.constant = velocity - self.to_velocity @ self.u
-        free = Q.T @ (factor @ gravity)
+        free = from_velocity @ gravity
         self.gravity, self.falling = gravity, gravity - self.to_velocity @ free
         self.normal, self.rigid, self.grounded = elements.normal.tolist(), elements.restitution == 0.0, elements.contact >= 0
         self.lossy = elements.normal | (elements.restitution < 1.0)
@@ -506,15 +516,13 @@ class _State:
         its number falls below −tolerance.
         """
         rigid = (self.mode == UNLOADING) & self.rigid
-        held, sprung = rigid.nonzero()[0], ((self.mode != OPEN) & ~rigid & self.sprung).nonzero()[0]
-        if len(held) and not len(sprung) and not self.pull.any():
+        held, sprung = rigid.nonzero()[0], (self.mode != OPEN) & ~rigid & self.sprung
+        if len(held) and not sprung.any() and not self.pull.any():
             # Nothing presses what is held on the ground, so that it is released.
             return None, (int(held[self.elements.normal[held]][0]), OPENS)
-        F, z, pull = np.zeros_like(self.W), np.zeros(len(self.W)), self.pull
-        F[sprung], z[sprung] = self.slope[sprung, None] * self.W[sprung], self.z[sprung]
+        F, z, pull = np.where(sprung, self.slope, 0.0)[:, None] * self.W, np.where(sprung, self.z, 0.0), self.pull
         # The scaled forces of all elements are to_all · z + balance.
-        to_all, balance = np.zeros((len(z), len(z))), np.zeros(len(z))
-        to_all[sprung, sprung] = 1.0
+        to_all, balance = np.diag(sprung.astype(float)), np.zeros(len(z))
         if len(held):
             # From H u̇ = 0 with u̇ = −Fᵀz − Hᵀm + c follows m = (H Hᵀ)⁻¹ H (c − Fᵀz); of dependent rows each takes the least share.
             H, size = self.W[held] / self.length[held, None], (self.slope * self.length)[held]
@@ -549,7 +557,7 @@ class _State:
         segment = Segment(
             time, length, sigma, V, velocity, acceleration, shape, level, shape * turning, self.jump, self.displacement
         )
-        _, self.jump, displacement = segment.after(np.asarray(length))
+        self.jump, displacement = segment.after(np.asarray(length))
         self.gap, self.displacement = self.gap + self.W @ (displacement - self.displacement), displacement
         self.z = forces + changes(length * sigma, wave[len(z) : 2 * len(z)])
         return segment, None if first is None else watched[first][:2]

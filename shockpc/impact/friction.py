@@ -148,12 +148,13 @@ def _axes(block: Block) -> tuple[Array, np.ndarray]:
     """The axes (n, 3) of a contact: tangents of the ground along which it is stopped, and the normal; and which (n,) they are."""
     if block.kind == "stop":
         return np.zeros((1, 3)), np.array([2])
-    basis = np.linalg.svd(block.forces)[2][: (rank := np.linalg.matrix_rank(block.forces))]
+    _, size, basis = np.linalg.svd(block.forces)
+    rank = int(np.sum(size > 3.0 * np.finfo(float).eps * size[0]))
     if rank == 3:
         return np.array([*across(block.normal), block.normal]), np.arange(3)
     if rank == 1:
         return block.normal[None], np.array([2])
-    return np.array([np.cross(np.cross(*basis), block.normal), block.normal]), np.array([0, 2])
+    return np.array([np.cross(np.cross(*basis[:2]), block.normal), block.normal]), np.array([0, 2])
 
 
 class FrictionProblem(NamedTuple):
@@ -354,11 +355,12 @@ def friction_of(landing: PosedLanding) -> FrictionResult:
     landing = landing.without_stops
     problem, rows, own, stops = _problem_of(landing)
     mu, m = landing.scene.friction, problem.contacts
-    before, equation = problem.before[0, 0, :m], rows.equation
+    before = problem.before[0, 0, :m]
     assert mu is not None
     best, count = problem.solved(mu)
     moved, pushed = problem.delta(best.impulse.reshape(1, 1, -1))[0, 0], best.impulse[m:, 2]
-    unstopped, landing = landing, replace(landing, acting=tuple(stops[i] for i in np.flatnonzero(pushed > 0.0)))
+    unstopped, acting = landing, tuple(stops[i] for i in np.flatnonzero(pushed > 0.0))
+    landing = replace(landing, acting=acting) if acting else landing
     equation, own_rows = landing.equation(landing.state), len(rows.rigid)
     impulse = np.full((1, len(equation.J_c[0]), 4), np.nan)
     impulse[0, :own_rows, 3], impulse[0, own_rows:, 3] = rows.turn.T @ best.impulse[:m].ravel()[own], pushed[pushed > 0.0]
@@ -382,8 +384,10 @@ def friction_of(landing: PosedLanding) -> FrictionResult:
     axes[own] = rows.axes
     velocity = (best.velocity[:m, None] @ axes.reshape(-1, 3, 3))[:, 0]
     velocity += _free_slip(landing, axes.reshape(-1, 3, 3), equation.full(delta)[..., 3])
-    stilled = tuple(block._replace(restitution=0.0) for block in landing.blocks)
-    rates = approach_speeds(landing.state, stilled, landing.before)[0, :, 3]
+    rates = equation.b[0, :, 3]
+    if any(block.restitution for block in landing.blocks):
+        stilled = tuple(block._replace(restitution=0.0) for block in landing.blocks)
+        rates = approach_speeds(landing.state, stilled, landing.before)[0, :, 3]
     lost = -float(np.nan_to_num(impulse[0, :, 3]) @ (rates + equation.J_c[0] @ moved / 2.0))
     freeze(velocity)
     return FrictionResult(best.state[:m], velocity, count, best.residual, lost, impact)

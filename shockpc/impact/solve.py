@@ -17,6 +17,7 @@ from shockpc.core.impulse import (
     weakest_columns,
 )
 from shockpc.core.inertia import definite
+from shockpc.core.memo import memoized
 from shockpc.core.spatial import Array, velocity_at
 from shockpc.impact.exact.balls import SingularError
 from shockpc.impact.exact.proof import Proof
@@ -40,7 +41,18 @@ CONTRADICTION = 1e-9
 
 
 def solve_in_doubles(landing: Landing, equation: Equation) -> Solution:
-    """Solve Eq. 4 in N postures, in double precision."""
+    """Solve Eq. 4 in N postures, in double precision; that of a landing in its own posture once."""
+    if isinstance(landing, PosedLanding) and equation.state is landing.state and equation is landing.equation(landing.state):
+        return _solution(landing)
+    return _solved(landing, equation)
+
+
+@memoized()
+def _solution(landing: PosedLanding) -> Solution:
+    return _solved(landing, landing.equation(landing.state))
+
+
+def _solved(landing: Landing, equation: Equation) -> Solution:
     most = landing.most_independent(equation.state, equation.blocks)
     return solve_impact(equation.inertia, equation.J_c, equation.b, equation.terms, equation.tolerance, most)
 
