@@ -311,7 +311,7 @@ def test_browser_follows_the_controls(moving, here, tmp_path_factory):
 
 @BROWSER
 def test_browser_draws_anymal(here, tmp_path_factory):
-    """The canvas shows bodies in the colours of their bands; moving the slider gives the IMU's shock; nothing is requested."""
+    """Bodies have the colours of their bands; the slider gives the shock; tables fit into 800 px; nothing is requested."""
     scene = Scene(robot="anymal_b", contact="LF_FOOT")
     (here / "report.html").write_text(html_of(landing_report(shock_profile(scene))), encoding="utf-8")
     with Browser(here / "report.html", tmp_path_factory.mktemp("browser")) as page:
@@ -337,6 +337,8 @@ def test_browser_draws_anymal(here, tmp_path_factory):
         np.testing.assert_allclose(other.shock_at(body, np.array(r)), shock, atol=1e-3)
         order = page.evaluate("document.querySelectorAll('#body-rows th')[2].click(); " + CELLS % "body-rows")
         assert [row[1] for row in order] == [other.bodies[k] for k in np.argsort(-other.shock_com)]
+        page.call("Emulation.setDeviceMetricsOverride", width=800, height=1000, deviceScaleFactor=1, mobile=False)
+        assert page.evaluate("[...document.querySelectorAll('.scroll')].every((box) => box.scrollWidth <= box.clientWidth)")
         assert (page.faults, page.requests) == ([], [])
 
 
