@@ -260,7 +260,7 @@ def test_what_looks_like_degrees_by_limits_is_a_warning(here, capfd):
 
 @pytest.mark.parametrize("stamp", ["time", "t"])
 def test_a_time_series_is_no_table_of_landings(here, capfd, stamp):
-    """A jump sampled at 500 Hz is said to be one; its rows in another order, a few of them, or landings of a gait are not."""
+    """A jump sampled at 500 Hz is refused as one; its rows in another order, a few, with names, or landings of a gait are not."""
     time = np.arange(0.0, 0.6, 0.002)
     rng = np.random.default_rng(2)
     series = {stamp: time, "z": 0.5 + 1.5 * time - 4.9 * time**2, "vz": np.full(len(time), -1.0)}
@@ -268,16 +268,18 @@ def test_a_time_series_is_no_table_of_landings(here, capfd, stamp):
         name: 0.1 * k + 0.3 * np.sin(12.0 * time + k) + 1e-4 * rng.standard_normal(len(time)) for k, name in enumerate(JOINTS)
     }
     landing, mixed = resolve(SCENE, known_robot("anymal_b")), rng.permutation(len(time))
-    (warning,) = rows_of(series, landing).warnings
-    assert "the 300 rows look like samples of a time series" in warning
+    for columns in (series, {**series, "force": series["z"]}, {**series, "vz": np.where(time > 0.02, -1.0, np.nan)}):
+        with pytest.raises(StudyError, match=r"the 300 rows look like samples of a time series.*shockpc touchdowns LOG ROBOT"):
+            rows_of(columns, landing)
     gait = {name: 0.4 + 0.02 * rng.standard_normal(300) for name in JOINTS} | {stamp: 0.5 * np.arange(300)}
     shuffled = {name: values[mixed] for name, values in series.items()}
     short, untimed = {name: values[:60] for name, values in series.items()}, {name: series[name] for name in JOINTS}
-    assert [rows_of(columns, landing).warnings for columns in (gait, shuffled, short, untimed)] == [()] * 4
+    named = series | {"name": np.array([f"sample {i}" for i in range(len(time))])}
+    assert [len(rows_of(columns, landing).names) for columns in (gait, shuffled, short, untimed, named)] == [300, 300, 60, 300, 300]
     written(here / "log.csv", series)
-    outcome = run(capfd, "landings", here / "log.csv", "anymal_b", "--contact", "LF_FOOT", "--prove", 0)
-    assert outcome.code == 0
-    assert "Keep one row for each touchdown" in " ".join((outcome.out + outcome.err).split())
+    outcome = run(capfd, "landings", here / "log.csv", "anymal_b", "--contact", "LF_FOOT")
+    assert outcome.code == 2
+    assert "shockpc touchdowns LOG ROBOT" in outcome.err
 
 
 def test_columns_by_other_names():

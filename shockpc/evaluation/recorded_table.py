@@ -40,9 +40,9 @@ TURNS = {"roll": np.pi, "pitch": np.pi}
 """Greatest angles of the base [rad]; its yaw may be counted over several turns."""
 
 SERIES_ROWS, SERIES_RATIO = 100, 0.1
-"""Rows of a table with times, and the ratio of von Neumann (1941), mean squared difference of successive positions over twice their
-variance, of the median column, from and up to which it is taken for a time series. The ratio is 1 where rows are independent, and
-2 sin²(π f / f_s) for a motion at a frequency f that is sampled at f_s."""
+"""Rows of a table with times and no names, and the ratio of von Neumann (1941), mean squared difference of successive values over
+twice their variance, of the median column, from and up to which it is taken for a time series. The ratio is 1 where rows are
+independent, and 2 sin²(π f / f_s) for a motion at a frequency f that is sampled at f_s."""
 
 EMPTY = " (as an empty cell, or a row with too few or too many, is read)"
 
@@ -58,16 +58,40 @@ def rows_of(columns: Mapping[str, np.ndarray], landing: PosedLanding, rename: Ma
 
     Raises:
         UnknownName: a column names no joint of the robot; the text names the nearest.
-        StudyError: no row is a landing: the text has the reason of the first one, with its number, from 0, and its name. Of a row
-            beside others the reason is its message: a cell is empty or no finite number, a quaternion's length is not 1.
+        StudyError: the rows are samples of a time series; or no row is a landing: the text has the reason of the first one, with
+            its number, from 0, and its name. Of a row beside others the reason is its message: a cell is empty or no finite number,
+            a quaternion's length is not 1.
     """
     columns = named_columns(columns, landing.robot, rename or {})
+    if _is_series(columns):
+        rows = max(map(len, columns.values()))
+        raise StudyError(
+            f"the {rows} rows look like samples of a time series, because each follows the one before it; a table of landings has "
+            "a row for each touchdown: the motion just before it, and velocities just after it in columns after_…. To find the "
+            "touchdowns of a log and write that table: shockpc touchdowns LOG ROBOT --out DIR. If each sample is to be a landing, "
+            'give the rows names in a column "name"'
+        )
     try:
         return _Reader(landing, columns).rows()
     except StudyError as refusal:
         if not refusal.rows or "name" not in columns:
             raise
         raise StudyError(f'landing "{columns["name"][refusal.rows[0]]}", {refusal}', **refusal.data) from None
+
+
+def _is_series(columns: Mapping[str, np.ndarray]) -> bool:
+    """Whether rows are samples of one motion, most of which are no touchdowns."""
+    labelled = {label: any(name in columns for name in names) for label, names in LABELS.items()}
+    if labelled["row"] or not labelled["time"]:
+        return False
+    ratios: list[float] = []
+    for name, values in columns.items():
+        if name not in LABELS["time"] and values.dtype.kind in "fiu" and len(values) >= SERIES_ROWS:
+            known = values.reshape(len(values), -1).astype(float)
+            known = known[np.isfinite(known).all(axis=1)]
+            known = known[:, np.ptp(known, axis=0) > 1e-9] if len(known) >= SERIES_ROWS else known[:, :0]
+            ratios += (np.mean(np.diff(known, axis=0) ** 2, axis=0) / (2.0 * np.var(known, axis=0))).tolist()
+    return bool(ratios) and bool(np.median(ratios) < SERIES_RATIO)
 
 
 def _number(cell: Any) -> float:
@@ -134,7 +158,6 @@ class _Reader:
         scenes, index, velocities = self._scenes(friction)
         if len(self.messages) == n:
             raise _in_rows(np.arange(n), self.messages[0])
-        self._warn_of_a_series()
         return RecordedRows(
             self._labels(), self.Q, before, scenes, index, velocities, friction, self.effort, tuple(self.positions),
             tuple(self.moving), *self._origins(), tuple(self._measured(*column, before) for column in self.after),
@@ -188,20 +211,6 @@ class _Reader:
             self.warnings.append(
                 f"column {name}: {numbers[rows[0]]:g} in row {rows[0]} looks like degrees (the limits are {low:.4g} and {high:.4g} "
                 f"rad), and the column is read in radians; name it {name}_deg if it holds degrees"
-            )
-
-    def _warn_of_a_series(self) -> None:
-        """Warn where the rows are samples of one motion, most of which are no touchdowns."""
-        known = [i for i in range(self.n) if i not in self.messages]
-        if len(known) < SERIES_ROWS or not any(name in self.columns for name in LABELS["time"]):
-            return
-        positions = self.Q[known][:, np.ptp(self.Q[known], axis=0) > 1e-9]
-        ratios = np.mean(np.diff(positions, axis=0) ** 2, axis=0) / (2.0 * np.var(positions, axis=0))
-        if ratios.size and np.median(ratios) < SERIES_RATIO:
-            self.warnings.append(
-                f"the {self.n} rows look like samples of a time series, because each posture follows the one before it; every row "
-                "is computed as a landing. Keep one row for each touchdown, as shockpc touchdowns LOG ROBOT writes it: the "
-                "motion just before it, and the velocities just after it in columns after_…"
             )
 
     def _unit(self, what: str, quaternions: Array) -> Array:
