@@ -155,13 +155,27 @@ def _text(text: str) -> str:
     return html.escape(printable(text))
 
 
+def _breakable(text: str) -> str:
+    """A text whose long names may be broken after an underscore."""
+    return _text(text).replace("_", "_<wbr>")
+
+
 def _block(block: Section) -> str:
     if isinstance(block, Sheet):
         return _table(block) if block.rows or block.notes else ""
     assert isinstance(block, Lines)
     title = f"<h3>{_text(block.title)}</h3>" if block.title else ""
-    named = [(name, text) for name, text in (("", line) if isinstance(line, str) else line for line in block.lines)]
-    return title + f"<dl>{''.join(f'<dt>{_text(name)}</dt><dd>{_text(text)}</dd>' for name, text in named)}</dl>"
+    parts = []
+    for unnamed, lines in itertools.groupby(block.lines, lambda line: isinstance(line, str)):
+        parts += [
+            "" if unnamed else "<dl>",
+            *(
+                f"<p>{_text(one)}</p>" if isinstance(one, str) else f"<dt>{_text(one[0])}</dt><dd>{_text(one[1])}</dd>"
+                for one in lines
+            ),
+            "" if unnamed else "</dl>",
+        ]
+    return title + "".join(parts)
 
 
 def _table(sheet: Sheet) -> str:
@@ -177,14 +191,14 @@ def _head(header: Sequence[str], numeric: Sequence[bool]) -> str:
     cells = []
     for title, right in zip(header, numeric, strict=True):
         name, bracket, unit = title.partition(" [")
-        cells.append(f"<th{'' if right else ' class=name'}>{_text(name)}<small>{_text(bracket.strip() + unit)}</small></th>")
+        cells.append(f"<th{'' if right else ' class=name'}>{_breakable(name)}<small>{_text(bracket.strip() + unit)}</small></th>")
     return f"<thead><tr>{''.join(cells)}</tr></thead>"
 
 
 def _cell(cell: Cell, numeric: bool) -> str:
     # The representation of a number of NumPy has the name of its type, which no script reads.
     value = f' data-v="{float(cell)!r}"' if isinstance(cell, float) and math.isfinite(cell) else ""
-    return f"<td{value}{'' if numeric else ' class=name'}>{_text(rounded(cell))}</td>"
+    return f"<td{value}{'' if numeric else ' class=name'}>{_breakable(rounded(cell))}</td>"
 
 
 def _view(shown: Mapping[str, ShockProfile], every: int) -> str:

@@ -127,7 +127,7 @@ def _notes(batch: Batch) -> Iterable[str]:
     if any(row.drives_known for row in rows) and not all(row.drives_known for row in rows):
         yield "*: what drives the joints is known; compare landings of the same joint model, as their rank does"
     if any(row.drives and row.joint_model != "free" and row.scene.joints.drives is None for row in rows):
-        yield "--joints free for free joints"
+        yield "with free joints: --joints free"
     if any(sum(map(is_imu, row.sensors)) > 1 for row in rows):
         yield "at IMU: of several the greatest shock"
     if any(row.values["shock_max"] is None for row in rows):
