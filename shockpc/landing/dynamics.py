@@ -19,7 +19,7 @@ from shockpc.robot.robot import Robot
 PINOCCHIO: str = pin.__version__
 """Version of the library that evaluates robots."""
 
-WHOLE_ARRAYS = 150_000
+WHOLE_ARRAYS = 170_000
 """Postures times squared joint velocities from which the momenta take less time than H."""
 
 

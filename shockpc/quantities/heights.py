@@ -42,7 +42,7 @@ class Levels(NamedTuple):
         """Height (N,) of the lowest of the other links above the lowest contact, below zero under it; NaN without geometry."""
         if not self.others.size:
             return np.full(len(self.contacts), np.nan)
-        return np.asarray(self.surface[:, self.others].min(axis=1, initial=np.inf) - self.contacts.min(axis=1))
+        return np.asarray(self.surface.T[self.others].min(axis=0, initial=np.inf) - self.contacts.min(axis=1))
 
     @property
     def depth(self) -> Array:
@@ -84,14 +84,15 @@ def levels(landing: Landing, rotation: Array, position: Array, points: Array, ab
     shapes, pieces = [shape for carried in outline.shapes for shape in carried], outline.pieces
     surface, ground = np.full((len(shapes), len(rotation)), np.inf), (points @ up).max(axis=1)
     bodies, centre, half = _by_body(robot)
-    rising, height = np.einsum("i,nbij->bnj", up, rotation), (position @ up).T
+    # A fifth of the time of np.einsum, which does not see that the three numbers of a row lie side by side.
+    rising, height = np.tensordot(rotation, up, axes=(2, 0)).transpose(1, 0, 2), (position @ up).T
     low = height + (rising @ centre[..., None])[..., 0] - (np.abs(rising) @ half[..., None])[..., 0] <= ground + above
     for body, n, corners, axes in bodies:
-        near = np.flatnonzero(low[body])
+        near = low[body].nonzero()[0]
         if near.size:
             towards = rising[body, near].T
             reach = np.maximum.reduceat(corners @ -towards, pieces.start[n] - pieces.start[n[0]], axis=0)
-            if axes.any():
+            if axes.size:
                 reach += np.sqrt(((axes @ towards) ** 2).reshape(3, len(n), -1).sum(axis=0))
             surface[n[:, None], near] = height[body, near] - reach
     surface = surface.T
@@ -116,14 +117,15 @@ def levels(landing: Landing, rotation: Array, position: Array, points: Array, ab
 def _by_body(robot: Robot) -> tuple[tuple[tuple[int, np.ndarray, Array, Array], ...], Array, Array]:
     """The pieces of the bodies that have some, and boxes around them.
 
-    Returns: of each the body, its n pieces, their points (k, 3) and semi-axes (3n, 3), the first of each first; centres (nb, 3) and
-        half the sides (nb, 3) of the boxes, in the bodies' frames [m].
+    Returns: of each the body, its n pieces, their points (k, 3) and semi-axes (3n, 3), the first of each first, or (0, 3) where
+        nothing is round; centres (nb, 3) and half the sides (nb, 3) of the boxes, in the bodies' frames [m].
     """
     pieces, found, centre, half = body_outline(robot).pieces, [], *np.zeros((2, len(robot.bodies), 3))
     reach = np.linalg.norm(pieces.rounding, axis=2)[pieces.piece]
     for body in np.unique(pieces.body).tolist():
         n, of_body = np.flatnonzero(pieces.body == body), pieces.body[pieces.piece] == body
-        found.append((body, n, pieces.points[of_body], pieces.rounding[n].transpose(2, 0, 1).reshape(-1, 3)))
+        axes = pieces.rounding[n].transpose(2, 0, 1).reshape(-1, 3)
+        found.append((body, n, pieces.points[of_body], axes if axes.any() else axes[:0]))
         low, high = (pieces.points - reach)[of_body].min(axis=0), (pieces.points + reach)[of_body].max(axis=0)
         centre[body], half[body] = (low + high) / 2.0, (high - low) / 2.0
     return tuple(found), centre, half

@@ -76,7 +76,7 @@ def _levels(impact: Impact) -> Levels | None:
         return None
     state = impact.state
     points = np.stack([block_point(state, impact.blocks[k]) for k in level], axis=1)
-    rotation, position, points = (part.astype(float) for part in (state.rotation, state.position, points))
+    rotation, position, points = (part.astype(float, copy=False) for part in (state.rotation, state.position, points))
     return levels(impact.landing, rotation, position, points)
 
 
