@@ -20,7 +20,7 @@ from shockpc.landing.scene import GRAVITY
 from shockpc.robot.geometry import Shape
 from shockpc.studies.fall.body import UP, Rigid
 from shockpc.studies.fall.motion import CrossSection, Fall, SectionMotion, follow_fall
-from shockpc.studies.fall.study import _support
+from shockpc.studies.fall.strikes import _support
 
 ROBOTS = ("g1", "talos", "go2", "anymal_b", "bolt")
 HEADINGS = (0.0, 90.0, 180.0, -90.0)

@@ -8,9 +8,10 @@ import pytest
 from compliant import follow
 from scipy.integrate import solve_ivp
 
-from shockpc.core import crossing, stiffness
+from shockpc.core import crossing, stiff_motion, stiffness
 from shockpc.core.impulse import TOLERANCE, solve_impact
-from shockpc.core.stiffness import Elements, attach_rotors, damper_restitution, simulate_landing
+from shockpc.core.stiff_motion import Elements
+from shockpc.core.stiffness import attach_rotors, damper_restitution, simulate_landing
 
 SEEDS = range(6)
 
@@ -427,7 +428,8 @@ def test_what_takes_too_many_terms_is_refused(monkeypatch):
             super().spend(terms)
             spent.append(self.terms)
 
-    monkeypatch.setattr(stiffness, "Effort", Counted)
+    for module in (stiffness, stiff_motion):
+        monkeypatch.setattr(module, "Effort", Counted)
     motion = simulate_landing(M, elements, velocity)
     for_events = max(spent)
     spent.clear()

@@ -33,13 +33,13 @@ stands. So a landing lasts as long as it would without constant forces, until al
 contact is compressed or rebounds then, until it no longer does. On ever stiffer contacts all this tends to the impulse.
 """
 
-from collections.abc import Iterator, Sequence
-from typing import NamedTuple
+from collections.abc import Iterator
 
 import numpy as np
 
-from shockpc.core.crossing import MOST_SAMPLES, ComplexArray, Effort, Signals, changes, first_crossing, oscillations, rate_of_change
+from shockpc.core.crossing import Effort, Signals, changes, first_crossing
 from shockpc.core.spatial import Array
+from shockpc.core.stiff_motion import Elements, Event, Segment, StiffMotion
 
 OPEN, LOADING, UNLOADING = range(3)
 
@@ -60,12 +60,6 @@ SMALLEST_PIVOT = 1e-7
 DEPENDENT = 1e-13
 """Share of the largest frequency below which that of a mode is rounding: its rows are dependent, or it moves no spring."""
 
-NEAR_MAXIMUM, MOST_MAXIMA = 0.95, 64
-"""Share of the largest squared sample from which a local maximum is refined; the largest number that is."""
-
-MOST_TOGETHER, SAMPLES_TOGETHER = 32, 2**13
-"""Numbers of segments and of samples that are searched together for peaks: what was found before limits what is searched."""
-
 MOST_SEGMENTS = 4000
 """Bound of the number of segments of a motion."""
 
@@ -78,220 +72,6 @@ STAYS_OPEN = 10.0
 
 AT_ONCE = 1e-3
 """Angle of the fastest element [rad] within which a reversal that is undone is no event: a tiny oscillation of a row at a turn."""
-
-
-class Elements(NamedTuple):
-    """The springs of a landing, one for each of r rows.
-
-    Attributes:
-        rows: (r, n) velocity along each element for unit velocities of the n coordinates [m, 1].
-        stiffness: (r,) k [N/m, N m/rad].
-        restitution: (r,) e from 0 to 1; 1 for a spring without loss.
-        contact: (r,) number of the contact that a row belongs to, −1 for a spring between bodies.
-        normal: (r,) whether a row is the normal of its contact, along which the ground pushes. Each contact has one.
-        damping: (r,) c of a viscous damper beside the spring, which replaces e [N s/m, N m s/rad]; zero for none.
-        load: (r,) force on the robot along the row at the impact [N, N m]: of a spring between bodies that is deflected already, or
-            constant where the stiffness is zero. Contacts have none.
-    """
-
-    rows: Array
-    stiffness: Array
-    restitution: Array
-    contact: np.ndarray
-    normal: np.ndarray
-    damping: Array | float = 0.0
-    load: Array | float = 0.0
-
-
-class Event(NamedTuple):
-    """What happens to an element at a time [s], one of `EVENTS`; to a contact, at its normal."""
-
-    time: float
-    element: int
-    kind: str
-
-
-class Modes(NamedTuple):
-    """The m modes of the elements that are loaded first.
-
-    Attributes:
-        frequency: (m,) natural frequencies [Hz], descending.
-        energy: (m,) kinetic energy before impact in each mode [J]. Its sum is the energy that the elements can take up.
-        participation: (r, m) share of the elastic energy of each mode that is in each element [1].
-        force: (r, m) amplitude of the force of each element in each mode [N, N m].
-    """
-
-    frequency: Array
-    energy: Array
-    participation: Array
-    force: Array
-
-
-class History(NamedTuple):
-    """The motion at T times.
-
-    Attributes:
-        force: (T, r) force of each element on the robot along its row [N, N m]; positive along a normal where the ground pushes.
-        displacement: (T, n) x [rad, m].
-        jump: (T, n) change of velocity ẋ(t) − q̇⁻ [rad/s, m/s].
-        acceleration: (T, n) ẍ [rad/s², m/s²].
-    """
-
-    force: Array
-    displacement: Array
-    jump: Array
-    acceleration: Array
-
-
-class Segment(NamedTuple):
-    """The motion between two events, in d modes.
-
-    Attributes:
-        start: time of the first event [s].
-        length: time until the second [s].
-        sigma: (d,) natural frequencies [rad/s].
-        V: (d, d) modes in u.
-        velocity, acceleration: (d,) υ = Vᵀu and its rate at the start.
-        shape: (r, d) forces of all elements for unit modes in z.
-        level: (r,) part of the forces of all elements that stays constant; at rest they would have it.
-        wave: (r, d) with their other part, Re(wave · exp(iσt)).
-        jump: (d,) u(start) − u(0).
-        displacement: (d,) ∫u dt until the start.
-    """
-
-    start: float
-    length: float
-    sigma: Array
-    V: Array
-    velocity: Array
-    acceleration: Array
-    shape: Array
-    level: Array
-    wave: ComplexArray
-    jump: Array
-    displacement: Array
-
-    def forces(self, t: Array) -> Array:
-        """The forces (..., r) at times t (...) after the start."""
-        return self.level + oscillations(t[..., None] * self.sigma, self.wave)
-
-    def after(self, t: Array) -> tuple[Array, Array]:
-        """The change of u since impact and ∫u dt (..., d), at times t (...) after the start."""
-        t = t[..., None]
-        half = t / 2.0 * self.sigma
-        # 2 sin(σt/2) / σ, t for a mode without frequency: of slow modes no digits cancel.
-        chord = np.divide(2.0 * np.sin(half), self.sigma, out=t + 0.0 * half, where=self.sigma > 0.0)
-        once, twice = chord * np.cos(half), chord * chord / 2.0
-        change = once * self.acceleration - twice * self.sigma**2 * self.velocity
-        path = once * self.velocity + twice * self.acceleration
-        return self.jump + change @ self.V.T, self.displacement + path @ self.V.T
-
-    def impulse(self, t: float) -> Array:
-        """The impulses (r,) of the forces from the start until a time t after it."""
-        half = t * self.sigma / 2.0
-        return np.asarray(t * (self.level + oscillations(half, np.sinc(half / np.pi) * self.wave)))
-
-
-class StiffMotion(NamedTuple):
-    """A landing, solved.
-
-    Attributes:
-        elements: the springs that it was computed for, dampers as restitution.
-        segments: in order; the motion ends with the last.
-        events: in order.
-        separated: whether all contacts are open at the end.
-        to_velocity: (n, d) from u to ẋ.
-        constant: (n,) part of ẋ before impact that no element resists [rad/s, m/s].
-        gravity: (n,) accelerations of free fall [rad/s², m/s²].
-        falling: (n,) part of these that no element resists.
-    """
-
-    elements: Elements
-    segments: tuple[Segment, ...]
-    events: tuple[Event, ...]
-    separated: bool
-    to_velocity: Array
-    constant: Array
-    gravity: Array
-    falling: Array
-
-    @property
-    def duration(self) -> float:
-        """Time from impact to the end [s]."""
-        return self.segments[-1].start + self.segments[-1].length
-
-    def first(self, kind: str) -> Array:
-        """The time (r,) of the first event of a kind at each element [s]; infinite where there is none."""
-        times = {event.element: event.time for event in reversed(self.events) if event.kind == kind}
-        return np.array([times.get(i, np.inf) for i in range(len(self.elements.rows))])
-
-    def impulse_time(self, rows: np.ndarray, share: float) -> Array:
-        """The time (c,) by which each of c rows has given a share of its impulse until the end; its force never changes sign."""
-        given = np.cumsum([segment.impulse(segment.length)[rows] for segment in self.segments], axis=0)
-        times = np.zeros(len(rows))
-        for i, (row, total) in enumerate(zip(rows.tolist(), given[-1].tolist(), strict=True)):
-            k = int(np.argmax(given[:, i] >= share * total))
-            segment, missing = self.segments[k], share * total - (given[k - 1, i] if k else 0.0)
-            t, low, high, wave, level = segment.length, 0.0, segment.length, segment.wave[row], float(segment.level[row])
-            # The impulse grows with time: Newton's method within bounds.
-            for _ in range(60 if total > 0.0 else 0):
-                half = t / 2.0 * segment.sigma
-                turn = np.exp(1j * half) * wave
-                last, excess = t, t * (level + float(turn.real @ np.sinc(half / np.pi))) - missing
-                force = level + float((np.exp(1j * half) @ turn).real)
-                low, high = (t, high) if excess < 0.0 else (low, t)
-                t = t - excess / force if force > 0.0 else high
-                t = t if low < t < high else (low + high) / 2.0
-                if abs(t - last) <= 1e-8 * segment.length:
-                    break
-            times[i] = segment.start + t if total > 0.0 else 0.0
-        return times
-
-    @property
-    def response(self) -> Array:
-        """(n, r) M⁻¹Bᵀ: accelerations for unit forces of the elements [1/kg, 1/(kg m), 1/(kg m²)]."""
-        return np.asarray(self.to_velocity @ (self.elements.rows @ self.to_velocity).T)
-
-    @property
-    def modes(self) -> Modes:
-        """The modes of the elements that are loaded first."""
-        first, k = self.segments[0], self.elements.stiffness[:, None]
-        moves = first.sigma > 0.0
-        sigma, velocity, shape = first.sigma[moves], first.velocity[moves], first.shape[:, moves]
-        participation = np.divide(shape**2, k, out=np.zeros_like(shape), where=k > 0.0)
-        return Modes(sigma / (2.0 * np.pi), velocity**2 / 2.0, participation, np.abs(first.wave[:, moves]))
-
-    def at(self, times: Array) -> History:
-        """The motion at times (T,) from 0 to the duration [s]; at an event, just before it."""
-        times = np.asarray(times, dtype=float)
-        ends = np.array([segment.start + segment.length for segment in self.segments])
-        which = np.minimum(np.searchsorted(ends, times), len(ends) - 1)
-        (r, d), T = (len(self.elements.rows), self.to_velocity.shape[1]), len(times)
-        force, displacement, jump = (np.empty((T, columns)) for columns in (r, d, d))
-        for k in np.unique(which):
-            now, segment = which == k, self.segments[k]
-            force[now] = segment.forces(times[now] - segment.start)
-            jump[now], displacement[now] = segment.after(times[now] - segment.start)
-        displacement = displacement @ self.to_velocity.T + np.outer(times, self.constant) + np.outer(times**2 / 2.0, self.falling)
-        jump = jump @ self.to_velocity.T + np.outer(times, self.falling)
-        return History(force, displacement, jump, force @ self.response.T + self.gravity)
-
-    def peak(self, outputs: Array) -> tuple[Array, Array]:
-        """The largest lengths of vectors P f that are linear in the forces f, and when they are reached.
-
-        Args:
-            outputs: (m, k, r) P; of what is linear in accelerations beyond free fall, G (ẍ − g), it is G `response`.
-
-        Returns: (m,) lengths, NaN where P is, and (m,) times [s]. Each oscillation is sampled thirty times, and the largest local
-            maxima of the samples are refined to rounding.
-
-        Raises:
-            ArithmeticError: the frequencies lie too far apart to sample the motion, or it takes too many terms.
-        """
-        P = np.nan_to_num(outputs)
-        starts = np.array([segment.level + segment.wave.real.sum(axis=1) for segment in self.segments])
-        largest, when = _peak(P, self.segments, np.square(P @ starts.T).sum(axis=1).max(axis=1), Effort())
-        return np.where(np.isnan(outputs).any(axis=(1, 2)), np.nan, largest), when
 
 
 def attach_rotors(M: Array, rows: Array, velocity: Array, joints: Array, inertia: Array) -> tuple[Array, Array, Array, Array]:
@@ -471,7 +251,7 @@ class _State:
         self.gravity, self.falling = gravity, gravity - self.to_velocity @ free
         self.normal, self.rigid, self.grounded = elements.normal.tolist(), elements.restitution == 0.0, elements.contact >= 0
         self.lossy = elements.normal | (elements.restitution < 1.0)
-        self.length = _lengths(self.W)
+        self.length = np.linalg.norm(self.W, axis=1)
         self.slope = np.sqrt(elements.stiffness)
         self.sprung = elements.stiffness > 0.0
         self.z, self.peak, self.gap = np.zeros((3, len(self.W)))
@@ -601,88 +381,3 @@ class _State:
         self.mode[rows], self.z[rows], self.gap[rows] = LOADING if kind == CLOSES else OPEN, 0.0, 0.0
         self.slope[rows] = np.sqrt(self.elements.stiffness[rows])
         return kind
-
-
-def _lengths(vectors: Array) -> Array:
-    """The lengths (m,) of vectors (m, k)."""
-    return np.asarray(np.sqrt((vectors * vectors).sum(axis=1)))
-
-
-def _peak(outputs: Array, segments: Sequence[Segment], least: Array, effort: Effort) -> tuple[Array, Array]:
-    """As `StiffMotion.peak`, within some segments; zero where they have none above the square root of least (m,)."""
-    (m, k, r), count = outputs.shape, len(segments)
-
-    def in_halves() -> tuple[Array, Array]:
-        first, early = _peak(outputs, segments[: count // 2], least, effort)
-        second, late = _peak(outputs, segments[count // 2 :], np.maximum(least, first**2), effort)
-        return np.maximum(first, second), np.where(second > first, late, early)
-
-    if count > MOST_TOGETHER:
-        return in_halves()
-    modes, P = 1 + segments[0].wave.shape[1], outputs.reshape(m * k, r)
-    start, lengths = np.array([(segment.start, segment.length) for segment in segments]).T
-    omega, wave = np.zeros((count, modes)), np.zeros((count, r, modes), dtype=complex)
-    for i, segment in enumerate(segments):
-        # What stays constant has the frequency zero.
-        omega[i, 1:], wave[i, :, 0], wave[i, :, 1:] = segment.sigma, segment.level, segment.wave
-    waves = (P @ wave.view(float)).view(complex).reshape(count, m, k, modes)
-    size = np.abs(waves)
-    larger = np.square(size.sum(axis=3)).sum(axis=2) >= (1.0 - 1e-9) * least
-    kept, own = larger.any(axis=1), larger.any(axis=0)
-    if not (kept.all() and own.all()):
-        largest, when = np.zeros((2, m))
-        if kept.any():
-            largest[own], when[own] = _peak(outputs[own], [segments[i] for i in np.flatnonzero(kept).tolist()], least[own], effort)
-        return largest, when
-    rate = np.where(larger[..., None], rate_of_change(omega[:, None, None], size), 0.0).max(axis=(1, 2))
-    steps = np.minimum(lengths * rate / 0.2, 2.0 * MOST_SAMPLES).astype(int) + 1
-    if count > 1 and steps.sum() > SAMPLES_TOGETHER:
-        return in_halves()
-    if steps.sum() > MOST_SAMPLES:
-        raise ArithmeticError(
-            f"the fastest mode oscillates more than {MOST_SAMPLES // 30} times in {lengths[0]:.3g} s; take the stiffest as rigid"
-        )
-    effort.spend(int((steps + 1).sum()) * r * (modes + m * k))
-    ends, step = np.cumsum(steps + 1), lengths / steps
-    begins, own = ends - steps - 1, np.repeat(np.arange(count), steps + 1)
-    t = (np.arange(len(own)) - begins[own]) * step[own]
-    force = [oscillations(t[a:b, None] * omega[i], wave[i]) for i, (a, b) in enumerate(zip(begins, ends, strict=True))]
-    square = np.square(np.concatenate(force) @ P.T).reshape(-1, m, k).sum(axis=2)
-    # A sample at the end of a segment may exceed those of the next, whose maximum lies between its samples: refine each.
-    rises, falls = np.ones((2, *square.shape), dtype=bool)
-    rises[1:] = square[1:] > square[:-1]
-    falls[:-1] = ~rises[1:]
-    rises[begins], falls[ends - 1] = True, True
-    local = rises & falls & (square >= NEAR_MAXIMUM * square.max(axis=0))
-    if np.count_nonzero(local) > MOST_MAXIMA * m:
-        local &= square >= np.partition(np.where(local, square, -1.0), -MOST_MAXIMA, axis=0)[-MOST_MAXIMA]
-    sample, vector = np.nonzero(local)
-    at, own = t[sample], own[sample]
-    low, high = np.maximum(at - step[own], 0.0), np.minimum(at + step[own], lengths[own])
-    length, at = _refined(omega[own], waves[own, vector], at, low, high)
-    # Of values that are assigned to one place the last one stays: the largest, and of equal ones the first.
-    order, (largest, when) = np.argsort(-length, kind="stable")[::-1], np.zeros((2, m))
-    largest[vector[order]], when[vector[order]] = length[order], (start[own] + at)[order]
-    return largest, when
-
-
-def _refined(omega: Array, waves: Array, t: Array, low: Array, high: Array) -> tuple[Array, Array]:
-    """The largest length (m,) of vectors near times t (m,), and its time, between bounds.
-
-    The vectors are the real parts of waves (m, k, j) · exp(iωt), ω (m, j). Newton's method on half the derivative of the squared
-    length.
-    """
-    length, best, turning = np.full(len(t), -1.0), t, 1j * omega[:, None]
-    derivatives = np.concatenate([waves, waves * turning, waves * turning**2], axis=1)
-    for _ in range(8):
-        values = (derivatives @ np.exp(turning[:, 0] * t[:, None])[..., None]).real.reshape(len(t), 3, -1)
-        value, rate, curve = values[:, 0], values[:, 1], values[:, 2]
-        found = _lengths(value)
-        length, best = np.where(found > length, found, length), np.where(found > length, t, best)
-        slope, bend = (value * rate).sum(axis=1), (rate * rate + value * curve).sum(axis=1)
-        # Where the square is not concave, go to the bound that lies uphill.
-        last, step = t, np.where(bend < 0.0, -slope / np.where(bend < 0.0, bend, -1.0), np.sign(slope) * (high - low))
-        t = np.clip(t + step, low, high)
-        if np.all(np.abs(t - last) <= 1e-6 * (high - low)):
-            break
-    return length, np.where(np.abs(t - best) <= 1e-6 * (high - low), t, best)

@@ -18,7 +18,8 @@ from shockpc.core.impulse import Solution
 from shockpc.core.memo import memoized
 from shockpc.core.spatial import Array, freeze
 from shockpc.core.spectrum import SAMPLES_A_PERIOD, shock_response
-from shockpc.core.stiffness import Elements, History, attach_rotors, simulate_landing
+from shockpc.core.stiff_motion import Elements, History
+from shockpc.core.stiffness import attach_rotors, simulate_landing
 from shockpc.impact.exact.proof import motion as size_of
 from shockpc.impact.friction import contact_rows, jumps_of
 from shockpc.impact.impact import DoubleImpact, Impact

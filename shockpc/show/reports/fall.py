@@ -10,7 +10,8 @@ from shockpc.show.document import record
 from shockpc.show.reports.report import Picture, Report
 from shockpc.show.tables import Lines, Row, Sheet
 from shockpc.show.wording import count, header_lines, shared_warnings
-from shockpc.studies.fall.study import Falls, FallStrike, StrikeResult, Tip
+from shockpc.studies.fall.strikes import FallStrike, Tip
+from shockpc.studies.fall.study import Falls, StrikeResult
 from shockpc.text.printed import cause_lines, causes, few, listed
 
 PAGE, ROWS = 12, 16
