@@ -19,7 +19,8 @@ from trees import robot_from
 from shockpc import Contact, ContactImpulse, Joints, Point, Posture, Rotor, Scene, Strike, shock_profile
 from shockpc.core.directions import ExtremeDirections
 from shockpc.quantities.records import StanceImpulse
-from shockpc.show.reports.landing import accuracy_line, analyze_report, contacts_sheet, directions_sheet, landing_report
+from shockpc.show.reports.landing import accuracy_line, analyze_report, landing_report
+from shockpc.show.reports.landing_tables import contacts_sheet, directions_sheet
 from shockpc.show.tables import Lines, Sheet, as_csv, as_markdown, as_text, escaped, rounded
 from shockpc.show.wording import header_lines
 from shockpc.text.diagnostic import Diagnostic
