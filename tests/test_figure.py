@@ -1,5 +1,6 @@
 """The figure: what is coloured how, what is written, and that the file is small and always the same."""
 
+import io
 import itertools
 import time
 import xml.etree.ElementTree as ElementTree
@@ -15,21 +16,24 @@ from commands import python
 from hypothesis import given
 from hypothesis import strategies as st
 from matplotlib.backends.backend_agg import FigureCanvasAgg
+from matplotlib.figure import Figure
 from matplotlib.patches import Rectangle
 from matplotlib.text import Text
 
 import shockpc
 import shockpc.show.figure.view
-from shockpc import Contact, Joints, Posture, Scene, Strike, load_robot, shock_profile
+from shockpc import Contact, Joints, Posture, Scene, Strike, load_robot, sensitivity, shock_profile
 from shockpc.core.spatial import plane_from
 from shockpc.landing.scene_file import with_plane
 from shockpc.paper.figures import FIGURES, paper_figures
 from shockpc.robot.geometry import Shape
 from shockpc.robot.meshes import Mesh
 from shockpc.show.figure.landing import draw_landing
+from shockpc.show.figure.layout import Page
 from shockpc.show.figure.picture import LETTERS, PALE, SMALL, layers
+from shockpc.show.figure.sensitivity import draw_tornado
 from shockpc.show.figure.silhouette import silhouette, to_plane
-from shockpc.show.figure.style import BANDS, EDGES, band, render, settings
+from shockpc.show.figure.style import BANDS, DPI, EDGES, band, plain_numbers, render, settings
 from shockpc.show.figure.view import Field, field_of, view_of
 from shockpc.show.reports.paper import paper_picture
 
@@ -340,6 +344,9 @@ def test_a_long_line_under_the_title_is_wrapped():
     assert "strike 1 m/s, 0 deg from the vertical" in whole
     width = figure.get_size_inches()[0] * figure.dpi
     assert all(text.get_window_extent().x1 < width for text in texts)
+    heading = Page(4.0, 2.0, ["title", "words " * 60]).figure.axes[0].texts[1:]
+    assert len(heading) > 3
+    assert {text.get_fontsize() for text in heading} == {8.0}
 
 
 def test_a_centre_of_percussion_that_says_little_is_faint():
@@ -487,6 +494,26 @@ def test_no_letter_leaves_the_page_or_covers_a_number(robot, frames, angle, plan
     assert rings
     assert labels
     assert not any(ring.overlaps(label) for ring in rings for label in labels)
+
+
+def test_names_beside_bars_are_on_the_page_of_the_png():
+    """The layout is found at the resolution of the SVG; at that of the PNG the letters are as wide."""
+    with settings():
+        figure = draw_tornado(sensitivity(Scene(robot="g1", contact="left_ankle_roll_link"), "shock@imu_in_torso"))
+        figure.savefig(io.BytesIO(), format="svg")
+        figure.set_layout_engine("none")
+        figure.set_dpi(DPI)
+        assert outside(figure) == []
+        assert min(name.get_window_extent().x0 for name in figure.axes[0].get_yticklabels()) >= 0.0
+
+
+def test_numbers_of_a_short_logarithmic_axis_are_plain():
+    """Those between powers of ten are written too, and none as a formula."""
+    with settings():
+        axes = Figure().add_subplot(yscale="log", ylim=(0.004, 0.05))
+        plain_numbers(axes.yaxis)
+        FigureCanvasAgg(axes.figure).draw()
+        assert {"0.01", "0.005", "0.02"} <= {label.get_text() for label in axes.get_yticklabels(which="both")}
 
 
 def test_every_circle_has_the_number_of_its_body():

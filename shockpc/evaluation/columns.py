@@ -56,9 +56,9 @@ class Column(NamedTuple):
     @property
     def title(self) -> str:
         """As texts name it."""
-        component = "" if self.selection.axis is None else f" along {'xyz'[self.selection.axis]}"
-        where = "" if self.selection.quantity.of == "robot" else f" at {self.place.name}"
-        return f"{self.selection.quantity.title}{component}{where}"
+        component = "" if self.selection.axis is None else "xyz"[self.selection.axis]
+        title = self.selection.quantity.title_at(self.place.name, component)
+        return title + ("" if self.time is None else f", after {self.time:g} ms")
 
     @property
     def unit(self) -> str:

@@ -91,6 +91,17 @@ class Quantity(NamedTuple):
         """Whether it depends on the friction or on the contact stiffness of a scene: it is then computed in double precision."""
         return self.unproven or (self.with_stiffness and scene.contact_stiffness is not None)
 
+    def title_at(self, place: str, component: str = "") -> str:
+        """The title with the name of a place, such as "greatest shock over base" or "shock at imu". Args: component, x, y or z."""
+        title, comma, frame = self.title.partition(",")
+        along = f" along {component}" if component else ""
+        if self.of in ("body", "joint"):
+            noun = f"the {self.of}"
+            title = title.replace(noun, place, 1) if noun in title else f"{title} of {place}"
+        elif self.of != "robot":
+            title += f" at {place}"
+        return f"{title}{along}{comma}{frame}"
+
     @property
     def text(self) -> str:
         """Title, unit, and why there may be no value."""

@@ -1,7 +1,6 @@
 """Designs side by side: what changes as bars, beside the first design, and beside those that look different."""
 
 import math
-import textwrap
 from collections.abc import Sequence
 
 import numpy as np
@@ -50,7 +49,7 @@ def draw_comparison(comparison: Comparison, header: Sequence[tuple[str, str]]) -
     tall = max(windows[0].sides[1] + FOOT + 0.3, BAR * n + 1.1)
     title = f"Shock: changes from {letters[0]}" + (f" to {letters[1]}" if len(letters) == 2 else "")
     lines = [f"{name}: {printable(text)}" for name, text in header]
-    page = Page(width, tall, [title, *(part for line in lines for part in textwrap.wrap(line, int(14.0 * width)))])
+    page = Page(width, tall, [title, *lines])
     draw_row(page, page.low + FOOT + 0.3, views, windows, [letters[k] for k in drawn], GAP)
     page.bar(LEFT, max(left, 3.4))
     page.key((x - names, page.low + 0.42), 2)

@@ -56,10 +56,13 @@ def draw_damage(profiles: Sequence[ShockProfile]) -> Figure:
         axis.set_major_formatter("{x:g}")
         axis.set_minor_formatter("")
     figure.legend(loc="outside right upper")
-    words = "solid: damage is possible in the shaded area; dashed: no damage to the left and below (a survived pulse, lower bounds)"
-    if profiles[0].impact_length is None:
-        words += "\ndotted: velocity change of a landing whose peak is not known without a pulse or a contact stiffness"
-    figure.supxlabel(words, fontsize=7.0, x=0.02, ha="left")
+    survived = {bound.both for _, bound in drawn[0]}
+    words = ["solid: damage is possible in the shaded area"] * (False in survived)
+    words += ["dashed: no damage to the left and below (a survived pulse, lower bounds)"] * (True in survived)
+    words += ["dotted: velocity change of a landing whose peak is not known without a pulse or a contact stiffness"] * (
+        profiles[0].impact_length is None
+    )
+    figure.supxlabel("\n".join(words), fontsize=7.0, x=0.02, ha="left")
     return figure
 
 

@@ -11,7 +11,7 @@ from shockpc.show.figure.picture import outlined
 from shockpc.show.figure.style import BANDS, INK, PAPER, faded
 from shockpc.show.figure.view import Window, view_of
 from shockpc.show.tables import rounded
-from shockpc.show.wording import joint_model_text
+from shockpc.show.wording import joint_model_text, robot_name
 from shockpc.studies.fall.study import Falls
 from shockpc.text.printed import printable
 
@@ -35,9 +35,10 @@ def draw_falls(falls: Falls) -> Figure:
     lines = math.ceil(len(results) / COLUMNS)
     across, step, drop = math.ceil(len(results) / lines), WIDTH + GAP, height + CAPTION + GAP
     what = f"dropped from {falls.drop:g} m" if falls.drop is not None else "tipping over"
-    unit = select(falls.rank.partition("@")[0]).quantity.unit
+    entry = select(falls.rank.partition("@")[0]).quantity
     heading = (
-        f"{printable(falls.robot.label, 60)} {what}: the worst impacts by {printable(falls.rank, 40)}",
+        f"{robot_name(falls.results[0].profile.robot)} {what}: the worst impacts by {printable(falls.rank, 40)}",
+        f"{printable(falls.rank, 40)}: {entry.title}",
         "red: struck; blue: on the ground, and pressing; dot: contact; each falls towards the right; one scale",
         *(f"joint model: {joint_model_text(result.profile)}" for result in results[:1]),
     )
@@ -58,7 +59,7 @@ def draw_falls(falls: Falls) -> Figure:
         axes.axhspan(window.low[1], ground, facecolor=faded(INK, 0.6), zorder=0.5)
         axes.axhline(ground, color=INK, linewidth=0.7, zorder=5.0)
         axes.plot(*view.contacts.T, "o", color=INK, markersize=3.0, markeredgecolor=PAPER, markeredgewidth=0.4, zorder=6.0)
-        value = f"{falls.rank} {rounded(result.values[falls.rank])} {unit}".removesuffix(" 1")
+        value = f"{falls.rank} {rounded(result.values[falls.rank])} {entry.unit}".removesuffix(" 1")
         turned = "" if strike.forward is None else f", {math.degrees(strike.rotation):.0f} deg"
         first, *others = strike.struck
         named = printable(first, 40) + f" and {len(others)} more" * bool(others)

@@ -5,7 +5,6 @@ from collections.abc import Sequence
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
-from matplotlib.ticker import NullFormatter
 
 from shockpc.core.spatial import Array
 from shockpc.impact.stiffness import DAMPING, SPECTRUM, CompliantLanding
@@ -13,7 +12,7 @@ from shockpc.landing.scene import GRAVITY
 from shockpc.quantities.ground import ALONG
 from shockpc.quantities.points import DELTA_V
 from shockpc.quantities.profile import ShockProfile
-from shockpc.show.figure.style import CURVES, INK, new_chart
+from shockpc.show.figure.style import CURVES, INK, new_chart, plain_numbers
 from shockpc.show.wording import contact_name, count, robot_name
 from shockpc.text.printed import printable
 
@@ -45,9 +44,6 @@ HAPPENS = {
 
 SAMPLES = 600
 """Times of a curve."""
-
-DECADE = 12.0
-"""Ratio of the limits of a logarithmic axis up to which the numbers between powers of ten are written."""
 
 
 def draw_time(profile: ShockProfile) -> Figure:
@@ -160,10 +156,8 @@ def draw_spectrum(profile: ShockProfile) -> Figure:
             axes.plot(SPECTRUM, response[:, k], color=CURVES[k], linestyle=line, linewidth=1.1, label=label)
     axes.margins(x=0.0)
     axes.grid(True, which="both")
-    axes.xaxis.set_major_formatter("{x:g}")
-    axes.yaxis.set_major_formatter("{x:g}")
-    low, high = axes.get_ylim()
-    axes.yaxis.set_minor_formatter("{x:g}" if high < DECADE * low else NullFormatter())
+    plain_numbers(axes.xaxis)
+    plain_numbers(axes.yaxis)
     figure.legend(loc="outside right upper", fontsize=7.0)
     return figure
 

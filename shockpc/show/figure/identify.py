@@ -2,10 +2,9 @@
 
 import numpy as np
 from matplotlib.figure import Figure
-from matplotlib.ticker import NullFormatter, StrMethodFormatter
 
 from shockpc.show.figure.landings import MARKERS
-from shockpc.show.figure.style import CURVES, INK, faded, new_chart
+from shockpc.show.figure.style import CURVES, INK, faded, new_chart, plain_numbers
 from shockpc.show.wording import count, robot_name
 from shockpc.studies.identify import Identification
 from shockpc.text.printed import printable
@@ -47,11 +46,10 @@ def draw(found: Identification) -> Figure:
         panel.grid(True)
         for axis, logarithmic in ((panel.xaxis, one.variation.law == "log-uniform"), (panel.yaxis, deep)):
             if logarithmic:
-                axis.set_major_formatter(StrMethodFormatter("{x:g}"))
-                axis.set_minor_formatter(NullFormatter())
+                plain_numbers(axis)
     for panel in panels[p:]:
         panel.set_axis_off()
-    panels[0].set_ylabel("error (median) [1]")
+    panels[0].set_ylabel("error (median) [-]")
     panels[p - 1].legend(loc="upper left", bbox_to_anchor=(1.02, 1.0)) if p == across else panels[0].legend()
     own = [k for k, name in enumerate(groups) if name == group]
     pairs = below.subplots(1, 2, sharex=True, sharey=True)

@@ -6,7 +6,7 @@ from matplotlib.ticker import MaxNLocator
 
 from shockpc.show.figure.landing import draw_row
 from shockpc.show.figure.layout import LEFT, Page
-from shockpc.show.figure.style import CURVES, INK, new_chart
+from shockpc.show.figure.style import CURVES, INK, new_chart, plain_numbers
 from shockpc.show.figure.view import view_of, windows_of
 from shockpc.show.wording import at_place, joint_model_text, robot_name
 from shockpc.studies.improve import Improvement
@@ -46,6 +46,7 @@ def draw_improvement(study: Improvement) -> Figure:
     known = np.concatenate([run[np.isfinite(run)] for run in study.runs])
     if known.size and known.min() > 0.0 and known.max() > 20.0 * known.min():
         axes.set_yscale("log")
+        plain_numbers(axes.yaxis)
     axes.set(xlabel="step (black: run to the optimum)", ylabel=_label(study, 0))
     axes.xaxis.set_major_locator(MaxNLocator(6, integer=True))
     return page.figure

@@ -1,6 +1,5 @@
 """A landing in the plane: each body is coloured by the shock at each of its points."""
 
-import textwrap
 from collections.abc import Sequence
 
 import numpy as np
@@ -9,7 +8,7 @@ from matplotlib.figure import Figure
 
 from shockpc.quantities.profile import ShockProfile
 from shockpc.robot.geometry import drawn_outline
-from shockpc.show.figure.layout import COLUMN, LEFT, MARGIN, Page, TableRows, column_height, cut, short
+from shockpc.show.figure.layout import LEFT, Page, TableRows, column_height, cut, short
 from shockpc.show.figure.picture import draw_bodies, draw_marks, letter
 from shockpc.show.figure.style import band
 from shockpc.show.figure.view import View, Window, view_of, windows_of
@@ -21,9 +20,6 @@ FOOT = 0.8
 
 LOW, HIGH = 3.8, 6.4
 """Height of the picture of a tall robot at least, and at most [inches]."""
-
-LETTER = 0.07
-"""Width of a letter under the title, about [inches]."""
 
 WARNINGS = 3
 """Warnings that are written in full."""
@@ -44,8 +40,7 @@ def draw_landing(profile: ShockProfile) -> Figure:
     tallest = min(max(column_height(tables, notes) - FOOT, LOW), HIGH)
     (window,) = windows_of([view], (0.15, 0.15), (5.4, tallest), (3.4, 2.2))
     width, height = window.sides
-    heading = _heading(profile, LEFT + width + COLUMN + MARGIN)
-    page = Page(LEFT + width, height + FOOT, heading, tables, notes)
+    page = Page(LEFT + width, height + FOOT, _heading(profile), tables, notes)
     draw_picture(page, LEFT, page.low + FOOT, view, window)
     page.bar(LEFT, width)
     page.key()
@@ -72,8 +67,7 @@ def draw_row(
     return middles
 
 
-def _heading(profile: ShockProfile, width: float) -> list[str]:
-    """The title, and lines under it that are wrapped to a width [inches]."""
+def _heading(profile: ShockProfile) -> list[str]:
     contacts = few([printable(contact.frame, 30) for contact in profile.contacts], 4, " + ")
     robot = robot_name(profile.robot)
     scene = profile.scene
@@ -81,9 +75,7 @@ def _heading(profile: ShockProfile, width: float) -> list[str]:
     words += [f"plane {plane_text(profile).partition(';')[0]}"] * (scene.plane != "xz")
     words += ["contact slides"] * any(not contact.sticks for contact in scene.contact)
     words += [f"restitution {e:g}" for e in [max(contact.restitution for contact in scene.contact)] if e]
-    lines = "; ".join(words), f"joint model: {joint_model_text(profile)}"
-    most = int(width / LETTER)
-    return [f"{robot}: shock of landing on {contacts}", *(part for line in lines for part in textwrap.wrap(line, most))]
+    return [f"{robot}: shock of landing on {contacts}", "; ".join(words), f"joint model: {joint_model_text(profile)}"]
 
 
 def _body_rows(profile: ShockProfile, view: View) -> TableRows:

@@ -41,7 +41,7 @@ def draw_landings(study: RecordedLandings, results: Table) -> Figure:
         panel.plot(severity, np.full(len(worst), -0.06), "^", color=INK, markersize=4.0, **below)
         names = [f"{value:.3g}  {printable(str(study.table.names[i]), 24)}" for i, value in zip(worst, severity, strict=True)]
         panel.text(1.02, 1.0, "\n".join(["worst:", *names]), va="top", transform=panel.transAxes)
-        panel.set(title=printable(column.heading, 60))
+        panel.set(title=printable(f"{column.title} [{column.unit}]", 80))
         panel.tick_params(axis="x", pad=6.0)
     figure.supylabel("number of landings")
     panel.set_xlabel("dashed: median; triangles: the worst landings")
@@ -55,7 +55,7 @@ def draw_validation(study: RecordedLandings, validation: Validation) -> Figure:
     quantities = [each.name for each in study.table.measured if each.group == largest.name and each.time == largest.time]
     models, times = (list(dict.fromkeys(key)) for key in zip(*((each.model, each.time) for each in shown), strict=True))
     title = f"{robot_name(study.robot)}: {printable(largest.name, 40)} in {count(study.rows, 'landing')}"
-    figure = new_chart(2.6 + 2.0 * len(models), 0.9 + 2.05 * len(times), title)
+    figure = new_chart(1.9 + 1.75 * len(models), 0.7 + 2.0 * len(times), title)
     panels = figure.subplots(len(times), len(models), squeeze=False, sharex=True, sharey=True)
     measured, predicted = (
         max(float(np.nan_to_num(np.abs(values)).max()) for values in kind)
@@ -65,7 +65,6 @@ def draw_validation(study: RecordedLandings, validation: Validation) -> Figure:
     for panel in panels.ravel():
         panel.set(xlim=(-reach, reach), ylim=(-reach, reach), box_aspect=1.0)
         panel.plot([-reach, reach], [-reach, reach], color=INK, linewidth=0.6)
-        panel.set_anchor("W")
         panel.grid(True)
     for each in shown:
         panel = panels[times.index(each.time), models.index(each.model)]
@@ -85,11 +84,11 @@ def draw_validation(study: RecordedLandings, validation: Validation) -> Figure:
             )
         panel.set(title="\n".join([*first, _agreement(each)]))
     for time, panel in zip(times, panels[:, 0], strict=True):
-        panel.set_ylabel("" if time is None else f"after {time:g} ms")
+        panel.set_ylabel(("" if time is None else f"after {time:g} ms\n") + f"measured jump [{largest.unit}]")
+    for panel in panels[-1]:
+        panel.set_xlabel(f"predicted jump [{largest.unit}]")
     handles, labels = panels[times.index(largest.time), models.index(largest.model)].get_legend_handles_labels()
     figure.legend(handles, labels, loc="outside right upper")
-    figure.supxlabel(f"predicted jump [{largest.unit}]")
-    figure.supylabel(f"measured jump [{largest.unit}]; line: equal")
     return figure
 
 

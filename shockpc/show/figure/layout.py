@@ -18,6 +18,9 @@ from shockpc.text.printed import printable
 TableRows = list[tuple[str, ...]]
 """A table of texts, its header first: a sign, a name, and numbers."""
 
+LETTERS = 14.0
+"""In an inch of a heading."""
+
 LINE = 0.165
 """Height of a line of text [inches]."""
 
@@ -53,7 +56,7 @@ class Page:
         Args:
             width: right edge of the pictures [inches].
             height: of the pictures with what is under them [inches].
-            heading: lines, the first one as title.
+            heading: lines, the first one as title; the others are wrapped.
             tables: of the column; without any, there is no column.
             notes: in italics, under the tables, or under the pictures where that makes the page less high.
             column: left edge of the column [inches]; by default right of the pictures.
@@ -66,11 +69,12 @@ class Page:
         under = bool(notes) and max(rest, column_height(tables, ())) < max(height, tall)
         top = max(rest, column_height(tables, ())) if under else max(height, tall)
         top += MARGIN
-        self.low, up = top - height, top + 0.32 + 0.18 * len(heading)
+        lines = [part for line in heading[1:] for part in textwrap.wrap(line, int(LETTERS * (across - 2.0 * MARGIN)))]
+        self.low, up = top - height, top + 0.5 + 0.18 * len(lines)
         self.figure = Figure(figsize=(across, up))
         self._axes = self.figure.add_axes((0.0, 0.0, 1.0, 1.0), xlim=(0.0, across), ylim=(0.0, up))
         self._axes.set_axis_off()
-        for k, text in enumerate(heading):
+        for k, text in enumerate([heading[0], *lines]):
             y, size, weight = up - 0.14 - 0.07 * bool(k) - 0.18 * k, 8.0 if k else 11.0, "normal" if k else "bold"
             self.write(MARGIN, y, text, size, across - 2.0 * MARGIN, fontweight=weight)
         self._y = top

@@ -16,9 +16,10 @@ from typing import Any
 import numpy as np
 from matplotlib import rc_context, rcParamsDefault
 from matplotlib.axes import Axes
+from matplotlib.axis import Axis
 from matplotlib.colors import LinearSegmentedColormap, to_hex, to_rgb
 from matplotlib.figure import Figure
-from matplotlib.ticker import MaxNLocator
+from matplotlib.ticker import MaxNLocator, NullFormatter
 
 EDGES = (0.0, 0.1, 0.25, 0.5, 0.75, 0.95, 1.05, 1.25, 1.5, 2.0, math.inf)
 """Limits of the bands: shock |Δv| / v_in [1]."""
@@ -38,6 +39,9 @@ INK, PAPER = "#1a1a1a", "#ffffff"
 SHOCK = "normalised shock |Δv| / v_in [-]"
 """Label of bars and axes."""
 
+DECADE = 15.0
+"""Ratio of the limits of a logarithmic axis up to which the numbers between powers of ten are written."""
+
 DPI = 120
 """Of the PNG."""
 
@@ -46,6 +50,7 @@ STYLE = {
     "font.size": 7.5,
     "text.color": INK,
     "text.parse_math": False,
+    "text.hinting": "none",  # so that letters are as wide in the PNG as where the layout is found
     "figure.facecolor": PAPER,
     "figure.titlesize": 10.0,
     "figure.titleweight": "bold",
@@ -101,6 +106,13 @@ def new_chart(width: float, height: float, title: str) -> Figure:
     figure = Figure(figsize=(width, height), layout="constrained")
     figure.suptitle(title, x=0.01, ha="left")
     return figure
+
+
+def plain_numbers(axis: Axis) -> None:
+    """Write the numbers of a logarithmic axis without powers, those between powers of ten where it is short."""
+    low, high = axis.get_view_interval()
+    axis.set_major_formatter("{x:g}")
+    axis.set_minor_formatter("{x:g}" if high < DECADE * low else NullFormatter())
 
 
 def histogram(axes: Axes, heights: np.ndarray, edges: np.ndarray, shock: bool, median: float) -> None:

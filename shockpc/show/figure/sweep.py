@@ -169,7 +169,8 @@ def _distributions(title: str, extents: Sequence[Extent], summary: Summary[Varie
         shares = extent.counts.reshape(-1, joined).sum(axis=1) / total
         edges = np.linspace(low - margin, high + margin, len(shares) + 1)
         histogram(panel, shares, edges, extent.column.shock, extent.median)
-        name = printable(extent.column.name if common else extent.column.heading, 60)
+        unit = "" if common else f" [{extent.column.unit}]"
+        name = printable(f"{extent.column.title}{unit}", 80)
         panel.set(title=f"{name}: median {extent.median:.3g}, greatest {extent.greatest:.3g}", yticks=[])
         panel.spines["left"].set_visible(False)
         if 0.0 <= extent.least < 0.5 * extent.greatest:

@@ -45,7 +45,9 @@ def draw_touchdowns(found: Touchdowns) -> Figure:
     whole.margins(x=0.0)
     figure.legend(*whole.get_legend_handles_labels(), loc="outside right upper")
     for k, landing in enumerate(shown):
-        _detail(figure.add_subplot(grid[1 + k // columns, k % columns]), found, landing)
+        axes = figure.add_subplot(grid[1 + k // columns, k % columns])
+        _detail(axes, found, landing)
+        axes.set_ylabel("" if k % columns else _label(found))
     if shown:
         figure.supxlabel(
             "time from a touchdown [ms]; dashed, triangles: last samples before feet touch; shaded: windows of the velocities",
