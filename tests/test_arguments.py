@@ -43,7 +43,7 @@ def test_ranges_of_another_type_are_refused(vary):
     for study in (shockpc.sweep, shockpc.fall, shockpc.improve):
         with pytest.raises(shockpc.StudyError, match="vary is "):
             study(SCENE, vary=vary)
-    with pytest.raises(shockpc.StudyError, match="what varies is "):
+    with pytest.raises(shockpc.StudyError, match="variables is "):
         shockpc.ShockCost({"": SCENE}, "shock@imu", vary)
 
 

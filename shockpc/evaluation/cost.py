@@ -16,7 +16,7 @@ from shockpc.evaluation.columns import Column, selected
 from shockpc.evaluation.evaluate import Evaluation
 from shockpc.evaluation.gradients import has_gradient, slopes
 from shockpc.evaluation.landings import Chunk, common_robot, named_scenes, refuse_ground
-from shockpc.evaluation.variation import Variation, pairs
+from shockpc.evaluation.variation import Variation, Vary, pairs
 from shockpc.evaluation.varied import VariedLandings, varied_landings
 from shockpc.evaluation.varied_scene import present_value
 from shockpc.landing.landing import PosedLanding
@@ -27,11 +27,12 @@ from shockpc.landing.rows import block_point
 from shockpc.landing.scene import Scene, Strike
 from shockpc.profile import shock_profile
 from shockpc.quantities.contacts import IMPULSE
-from shockpc.quantities.heights import levels, on_ground
+from shockpc.quantities.heights import Levels, levels, on_ground
 from shockpc.quantities.quantity import Quantity
 from shockpc.quantities.table import Selection
 from shockpc.robot.geometry import body_outline
 from shockpc.robot.robot import Robot
+from shockpc.text.arguments import checked
 from shockpc.text.errors import StudyError
 from shockpc.text.printed import few
 
@@ -48,14 +49,9 @@ SLACK = 1e-7
 """By how much an optimiser may miss a constraint, as a share of its scale; it is given one that is narrower by twice as much."""
 
 
-def _heights(impact: Any) -> Any:
+def _heights(impact: Any) -> Levels:
     points = np.stack([block_point(impact.state, impact.blocks[k]) for k in on_ground(impact.landing)], axis=1)
     return levels(impact.landing, impact.state.rotation, impact.state.position, points, np.inf)
-
-
-def _pushed(impact: Any, places: Sequence[Place]) -> Array:
-    normals = np.array([impact.blocks[place.number].normal for place in places])
-    return np.asarray(np.sum(IMPULSE.compute(impact, places) * normals, axis=-1))
 
 
 def _clearance(impact: Any, places: Sequence[Place]) -> Array:
@@ -63,6 +59,11 @@ def _clearance(impact: Any, places: Sequence[Place]) -> Array:
     here, body = _heights(impact), np.array([i for i, own in enumerate(body_outline(impact.landing.robot).shapes) for _ in own])
     lowest = [here.surface[:, here.others & (body == place.body)].min(axis=1, initial=np.inf) for place in places]
     return np.asarray((np.stack(lowest, axis=1) - here.contacts.min(axis=1, keepdims=True))[:, None])
+
+
+def _pushed(impact: Any, places: Sequence[Place]) -> Array:
+    normals = np.array([impact.blocks[place.number].normal for place in places])
+    return np.asarray(np.sum(IMPULSE.compute(impact, places) * normals, axis=-1))
 
 
 PUSH = Quantity("push", "contact", "impulse with which the ground pushes", "N s", "neither", _pushed, linear=True)
@@ -77,15 +78,11 @@ class ChosenLandings(VariedLandings):
 
     Attributes:
         X: (m, n) values, in the order of the variations.
-        scenes: the S scenes.
-        names: of these landings.
-        velocities: (S, 3) of the robot before the impact in each, world axes [m/s].
+        scenes: the S scenes, by name.
     """
 
     X: Array = field(default_factory=lambda: np.zeros((0, 0)), repr=False)
-    scenes: tuple[Scene, ...] = ()
-    names: tuple[str, ...] = ()
-    velocities: Array = field(default_factory=lambda: np.zeros((0, 3)), repr=False)
+    scenes: Mapping[str, Scene] = field(default_factory=dict)
 
     def at(self, X: Array) -> "ChosenLandings":
         """The same landings with other values, what they share resolved already."""
@@ -103,23 +100,26 @@ class ChosenLandings(VariedLandings):
         return {varied: self.X[a:b, j, None] for j, varied in enumerate(self.variations)}
 
     def _strikes(self, landing: PosedLanding, values: Any, own: np.ndarray) -> Array:
-        one = self.strikes == 1
-        return super()._strikes(landing, values, own) if one else np.broadcast_to(self.velocities, (len(own), self.strikes, 3))
+        if self.strikes == 1:
+            return super()._strikes(landing, values, own)
+        velocities = np.array([scene.strike.vector(landing.plane) for scene in self.scenes.values()])
+        return np.broadcast_to(velocities, (len(own), *velocities.shape))
+
+    def case(self, row: int) -> tuple[Scene, Robot]:
+        """The landing of one row, as of any varied landings, with the strike of its scene."""
+        scene, robot = super().case(row)
+        strike = list(self.scenes.values())[row % self.strikes].strike
+        return (scene if self.strikes == 1 else replace(scene, strike=strike)), robot
 
     def chunk(self, k: int, data: None) -> Chunk:
-        """As of any varied landings, with the proof of a row that needs one in the scene of its strike."""
-        return super().chunk(k, data)._replace(profile=lambda i: shock_profile(*self.struck(k, i)))
+        """The postures of a chunk, as of any varied landings."""
+        first = self.chunks[k][0] * self.strikes
+        return super().chunk(k, data)._replace(profile=lambda i: shock_profile(*self.case(first + i)))
 
     def resolved(self) -> tuple[Array, Array]:
         """Configurations (m, nq) and strikes (m, S, 3) of all rows, which are of one landing."""
         values, own = self._values(0), np.arange(len(self.X))
-        strikes = self._strikes(self.first, values, own)
-        return self._postures(self.first, values, own), np.broadcast_to(strikes, (len(own), self.strikes, 3))
-
-    def struck(self, k: int, i: int) -> "tuple[Scene, Robot]":
-        """Scene and robot of a row of a chunk."""
-        scene, robot = self._case(dict(zip(self.variations, self.X[self.chunks[k][0] + i // self.strikes].tolist(), strict=True)))
-        return (scene if self.strikes == 1 else replace(scene, strike=self.scenes[i % self.strikes].strike)), robot
+        return self._postures(self.first, values, own), self._strikes(self.first, values, own)
 
 
 class Term(NamedTuple):
@@ -131,7 +131,8 @@ class Term(NamedTuple):
         group: index of the landings that it is computed with.
         strike: its index among these.
         role: index of the quantity of which it is a value; −1 of a constraint.
-        limit: of a constraint; None of others.
+        exact: whether its derivatives have a formula.
+        limit: of a constraint.
         sign: 1 of an upper limit, −1 of a lower one.
         scale: of a constraint [its unit].
         unknown: slack of a constraint whose number does not exist.
@@ -142,6 +143,7 @@ class Term(NamedTuple):
     group: int
     strike: int
     role: int
+    exact: bool
     limit: float = 0.0
     sign: float = 1.0
     scale: float = 1.0
@@ -173,7 +175,7 @@ class ShockCost:
     Args:
         scenes: one landing, or landings of one robot by name.
         quantity: QUANTITY@PLACES; of several places the worst counts. Or several quantities: then those after the first are what
-            `values` gives too.
+            `measures` gives too.
         variables: ranges by subject, as in `variation`: {"*_KFE": "-120:-10", "mass:base": "0.8x:1.2x"}, or pairs of both.
         robot: the scenes' robot, if it is loaded already.
         keep: constraints, QUANTITY@PLACES<=LIMIT or >=LIMIT; of a number that may be negative its magnitude counts.
@@ -190,20 +192,21 @@ class ShockCost:
         ShockError: a name is not known, a range does not fit or is missing, or a landing cannot be resolved.
     """
 
+    @checked
     def __init__(
         self,
         scenes: Scene | Mapping[str, Scene],
         quantity: str | Sequence[str],
-        variables: Mapping[str, Any] | Iterable[tuple[str, Any]],
+        variables: Vary,
         robot: Robot | None = None,
         *,
         keep: str | Sequence[str] = (),
         ground: bool = True,
     ) -> None:
         self.scenes = named_scenes(scenes)
-        self.quantities, kept = _texts(quantity), _texts(keep)
+        self.quantities, kept = ((one,) if isinstance(one, str) else tuple(one) for one in (quantity, keep))
         if not self.quantities:
-            raise StudyError("no quantity is given; name one, such as shock@imu_link, or a point with --at")
+            raise StudyError("no quantity is given; name one, such as shock@imu_link")
         self.robot = robot or common_robot(self.scenes)
         landings = {name: resolve(scene, self.robot) for name, scene in self.scenes.items()}
         first = next(iter(landings.values()))
@@ -211,28 +214,24 @@ class ShockCost:
         self.variations = varied.variations
         self.names = tuple(one.column for one in self.variations)
         self.bounds = np.array([_bounds(one) for one in self.variations])
-        present = [0.0 if one.kind.startswith("com-") else present_value(first, one) for one in self.variations]
-        self.given = np.array(present)
+        self.given = np.array([0.0 if one.kind.startswith("com-") else present_value(first, one) for one in self.variations])
         self.x0 = np.clip(np.where(np.isnan(self.given), self.bounds.mean(axis=1), self.given), *self.bounds.T)
         freeze(self.bounds, self.given, self.x0)
         self.groups = _groups(varied, landings)
+        # Formulas are of a strike at constant speed, which that of a drop at another angle is not.
+        dropped = any(scene.strike.drop_height is not None for scene in self.scenes.values())
+        moved = all(one.moves or (one.kind == "strike-angle" and not dropped) for one in self.variations)
         self.terms = tuple(
-            term for g, group in enumerate(self.groups) for term in self._terms(g, group.first, group.names, kept, ground)
+            term for g, group in enumerate(self.groups) for term in self._terms(g, group, kept, ground, moved and not first.loops)
         )
-        self.roles, powers = np.array([term.role for term in self.terms]), np.array([term.power for term in self.terms])
+        self.roles = np.array([term.role for term in self.terms])
+        self._how = np.array([(*term[6:], term.power, term.column.selection.signed) for term in self.terms]).T
         for role, text in enumerate(self.quantities):
             if role not in self.roles:
                 raise StudyError(f'"{text}" has no place in these landings; name one')
-        slow = [group.separate for group in self.groups] + [not one.stage for one in self.variations]
-        entries = dict.fromkeys(term.column.selection.quantity for term in self.terms)
-        slow += [entry.per_landing(first.scene) and not entry.in_doubles for entry in entries]
-        self.slow = any(slow)
-        # Formulas are of a strike at constant speed, which that of a drop at another angle is not.
-        dropped = any(scene.strike.drop_height is not None for scene in self.scenes.values())
-        by_formula = (one.moves or (one.kind == "strike-angle" and not dropped) for one in self.variations)
-        self._exact = not first.loops and all(by_formula)
-        how = np.array([term[5:] for term in self.terms], dtype=float).T
-        self._how = self.roles < 0, np.array([term.column.selection.signed for term in self.terms]), powers, *how
+        entries = {term.column.selection.quantity for term in self.terms}
+        separate = any(group.separate for group in self.groups) or not all(one.stage for one in self.variations)
+        self.slow = separate or any(entry.per_landing(first.scene) and not entry.in_doubles for entry in entries)
         self._known: tuple[bytes, Array] = b"", np.zeros(0)
 
     def __call__(self, x: Array) -> float:
@@ -251,12 +250,12 @@ class ShockCost:
     def feasible(self, x: Array) -> bool:
         """Whether the landings at (n,) values exist, flat ground allows them, and all constraints hold."""
         x = self._point(x)[None]
-        return bool(np.isfinite(self.measures(x)).all() and self.held(x).all())
+        return bool(np.isfinite(self.measures(x)).all() and (self.slack(x) >= -SLACK).all())
 
     def cases(self, x: Array) -> dict[str, tuple[Scene, Robot]]:
         """Scene and robot of each landing at (n,) values, by name."""
         rows = [group.at(self._point(x)[None]) for group in self.groups]
-        found = {name: own.struck(0, s) for own in rows for s, name in enumerate(own.names)}
+        found = {name: own.case(s) for own in rows for s, name in enumerate(own.scenes)}
         return {name: found[name] for name in self.scenes}
 
     def scene(self, x: Array) -> Scene:
@@ -276,49 +275,53 @@ class ShockCost:
 
         A constraint is at least zero where it holds. One of the ground that is not determined holds, another does not.
         """
-        held, signed, power, limit, sign, scale, unknown = self._how
+        held, (limit, sign, scale, unknown, power, signed) = self.roles < 0, self._how
         with np.errstate(divide="ignore", invalid="ignore"):
             turn = np.where(signed, np.sign(v), 1.0)
             slack = np.clip((limit - turn * v) * sign / scale - 2.0 * SLACK, -1e3, 1e3)  # so that it holds for sure
             measures = np.where(held, np.where(np.isnan(v), unknown, slack), np.abs(v) ** power)
             return measures, np.where(held, -turn * sign / scale, power * measures / v)
 
-    def held(self, X: Array) -> np.ndarray:
-        """Whether (m, C) constraints hold."""
-        return np.asarray(self.slack(X) >= -SLACK)
-
     def numbers(self, X: Array) -> Array:
-        """The values (m, K) of all terms, at (m, n) values; NaN where there is none."""
-        X = np.asarray(X, dtype=float)
+        """The values (m, K) of all terms, at (m, n) values; NaN where there is none. The last ones are kept."""
+        X, m = np.asarray(X, dtype=float), len(X)
         # Of a single point the slopes are wanted too, as a rule, and more rows cost little unless each is a landing of its own.
-        return np.asarray(self._computed(X if self.slow or len(X) > 1 else self._beside(X[0]))[: len(X)])
+        X = self.beside(X[0]) if m == 1 and not self.slow else X
+        if X.tobytes() != self._known[0]:
+            out = np.full((len(X), len(self.terms)), np.nan)
+            for g, group in enumerate(self.groups):
+                own = {k: term for k, term in enumerate(self.terms) if term.group == g}
+                columns = tuple({term.column.name: term.column for term in own.values()}.values())
+                table = Evaluation(group.at(X), columns, prove=0, trusted=TRUSTED).table()
+                for k, term in own.items():
+                    out[:, k] = table.columns[term.column.name].reshape(len(X), -1)[:, term.strike]
+            self._known = X.tobytes(), out
+        return self._known[1][:m]
 
-    def slopes(self, x: Array, formulas: bool = True) -> Array:
-        """The derivatives (K, n) of the measures of all terms at (n,) values.
-
-        Args:
-            x: the values.
-            formulas: whether those are exact that have a formula; differences cost less where the values are wanted too.
-        """
-        n, numbers = len(x), self._computed(self._beside(x))
+    def slopes(self, x: Array) -> Array:
+        """The derivatives (K, n) of the measures of all terms at (n,) values: by formulas where these exist, else differences."""
+        n, numbers = len(x), self.numbers(self.beside(x))
         # Of the measures, not of the numbers: a length has a kink where it is zero, its square has none.
         beside, (_, factors) = self.measured(numbers[1:])[0], self.measured(numbers[:1])
-        out = ((beside[:n] - beside[n:]) / (2.0 * self._steps[:, None])).T
-        for g, group in enumerate(self.groups if formulas else ()):
-            exact = [term.group == g and self._exact and has_gradient(group.first, term.column) for term in self.terms]
-            own = {k: self.terms[k] for k in np.flatnonzero(exact).tolist()}
-            found = self._exact_slopes(group, x, list({term.column.name: term.column for term in own.values()}.values()))
-            for k, term in own.items():
-                out[k] = factors[0, k] * found[term.column.name][term.strike]
+        h = 2.0 * STEP * np.ptp(self.bounds, axis=1)
+        out = (beside[:n] - beside[n:]).T / h
+        for g, group in enumerate(self.groups):
+            own = {k: term for k, term in enumerate(self.terms) if term.exact and term.group == g}
+            if own:
+                Q, strikes = group.at(self.beside(x)).resolved()
+                # How posture and strike change is a difference, of angles an exact one.
+                rates = difference(self.robot, Q[n + 1 :], Q[1 : n + 1]) / h[:, None]
+                turns = (strikes[1 : n + 1] - strikes[n + 1 :]) / h[:, None, None]
+                columns = list({term.column.name: term.column for term in own.values()}.values())
+                found = slopes(group.first, Q[0], strikes[0], rates, turns, columns)
+                for k, term in own.items():
+                    out[k] = factors[0, k] * found[term.column.name][term.strike]
         return np.asarray(np.nan_to_num(out, nan=0.0, posinf=0.0, neginf=0.0))
 
-    @property
-    def _steps(self) -> Array:
-        return np.asarray(STEP * np.ptp(self.bounds, axis=1))
-
-    def _beside(self, x: Array) -> Array:
-        """A point and those (1 + 2n, n) a step beside it in each variable."""
-        return np.concatenate([x[None], x + np.diag(self._steps), x - np.diag(self._steps)])
+    def beside(self, x: Array) -> Array:
+        """A point and those (1 + 2n, n) a step beside it in each variable, first all upwards."""
+        steps = np.diag(STEP * np.ptp(self.bounds, axis=1))
+        return np.concatenate([x[None], x + steps, x - steps])
 
     def _point(self, x: Array) -> Array:
         """A point (n,).
@@ -336,80 +339,47 @@ class ShockCost:
             )
         return x
 
-    def _exact_slopes(self, group: ChosenLandings, x: Array, wanted: list[Column]) -> dict[str, Array]:
-        """Derivatives of numbers (S, n) by name; how posture and strike change is a difference, of angles an exact one."""
-        if not wanted:
-            return {}
-        n, (Q, strikes) = len(x), group.at(self._beside(x)).resolved()
-        h = 2.0 * self._steps[:, None]
-        turns = (strikes[1 : n + 1] - strikes[n + 1 :]) / h[..., None]
-        return slopes(group.first, Q[0], strikes[0], difference(self.robot, Q[n + 1 :], Q[1 : n + 1]) / h, turns, wanted)
-
-    def _computed(self, X: Array) -> Array:
-        """The values (m, K) of all terms at (m, n) values; the last ones are kept."""
-        if X.tobytes() != self._known[0]:
-            out = np.full((len(X), len(self.terms)), np.nan)
-            for g, group in enumerate(self.groups):
-                own = {k: term for k, term in enumerate(self.terms) if term.group == g}
-                columns = tuple({term.column.name: term.column for term in own.values()}.values())
-                table = Evaluation(group.at(X), columns, prove=0, trusted=TRUSTED).table()
-                for k, term in own.items():
-                    out[:, k] = table.columns[term.column.name].reshape(len(X), -1)[:, term.strike]
-            self._known = X.tobytes(), out
-        return self._known[1]
-
-    def _terms(self, g: int, landing: PosedLanding, names: Sequence[str], keep: Sequence[str], ground: bool) -> Iterable[Term]:
-        wanted: list[tuple[Column, dict[str, Any]]] = []
+    def _terms(self, g: int, group: ChosenLandings, keep: Sequence[str], ground: bool, moved: bool) -> Iterable[Term]:
+        """The terms of a group. Args: moved, whether formulas know what varies."""
+        landing, wanted = group.first, list[tuple[Column, dict[str, Any]]]()
         for role, text in enumerate(self.quantities):
             wanted += [(column, {"role": role}) for column in _columns(landing, text)]
         for text in keep:
             parts = re.fullmatch(rf"(.+?)\s*([<>])=?\s*({NUMBER})", text.strip())
-            if not parts or not math.isfinite(number := float(parts[3])):
+            if not parts or not math.isfinite(limit := float(parts[3])):
                 raise StudyError(f'"{text}" is not QUANTITY@PLACES<=LIMIT or >=LIMIT, such as joint_impulse@*_KFE<=2')
-            how = {"role": -1, "limit": number, "sign": 1.0 if parts[2] == "<" else -1.0, "scale": abs(number) or 1.0}
+            how = {"limit": limit, "sign": 1.0 if parts[2] == "<" else -1.0, "scale": abs(limit) or 1.0}
             wanted += [(column, how) for column in _columns(landing, parts[1])]
         tolerance, level = landing.scene.ground_tolerance, len(on_ground(landing))
-        for entry, places, applies, limit, sign, scale in (
-            (PUSH, landing.contact_places, landing.scene.friction is None, 0.0, -1.0, self.robot.mass * landing.fastest_approach),
-            (CLEARANCE, landing.places("body"), level and landing.base != "fixed", -tolerance, -1.0, landing.length),
-            (SPREAD, landing.places("robot"), level > 1, tolerance, 1.0, landing.length),
+        for entry, applies, limit, sign, scale in (
+            (PUSH, landing.scene.friction is None, 0.0, -1.0, self.robot.mass * landing.fastest_approach),
+            (CLEARANCE, level and landing.base != "fixed", -tolerance, -1.0, landing.length),
+            (SPREAD, level > 1, tolerance, 1.0, landing.length),
         ):
-            how = {"role": -1, "limit": limit, "sign": sign, "scale": scale, "unknown": 1.0}
-            wanted += [(Column(Selection(entry.key, entry), place), how) for place in places if ground and applies]
+            how = {"limit": limit, "sign": sign, "scale": scale, "unknown": 1.0}
+            wanted += [(Column(Selection(entry.key, entry), p), how) for p in landing.places(entry.of) if ground and applies]
         # Heights do not depend on the strike.
         return [
-            Term(column, name, g, s, **how)
+            Term(column, name, g, s, exact=moved and has_gradient(landing, column), **{"role": -1, **how})
             for column, how in wanted
-            for s, name in enumerate(names)
+            for s, name in enumerate(group.scenes)
             if s == 0 or column.selection.quantity not in (CLEARANCE, SPREAD)
         ]
 
 
 def _groups(varied: VariedLandings, landings: Mapping[str, PosedLanding]) -> tuple[ChosenLandings, ...]:
     """The landings, those together that differ in the velocity of the strike alone, unless that varies."""
-    apart = any(one.stage == 2 for one in varied.variations)
-    together = list[dict[str, PosedLanding]]()
+    together = dict[Any, dict[str, Scene]]()
     for name, landing in landings.items():
-        others = (own for own in together if not apart and _unstruck(next(iter(own.values()))) == _unstruck(landing))
-        own = next(others, None)
-        if own is None:
-            together.append(own := {})
-        own[name] = landing
-    made = []
-    for own in together:
-        scenes = tuple(landing.scene for landing in own.values())
-        velocities = np.array([landing.before.velocity for landing in own.values()])
-        made.append(
-            ChosenLandings(
-                scenes[0], varied.robot, varied.variations, 1, scenes=scenes, names=tuple(own), velocities=velocities
-            ).at(np.zeros((1, len(varied.variations))))
-        )
-    return tuple(made)
-
-
-def _unstruck(landing: PosedLanding) -> Scene:
-    strike = landing.scene.strike
-    return replace(landing.scene, strike=Strike(angular_velocity=strike.angular_velocity, joint_velocities=strike.joint_velocities))
+        strike = landing.scene.strike
+        moving = Strike(angular_velocity=strike.angular_velocity, joint_velocities=strike.joint_velocities)
+        apart = name if any(one.stage == 2 for one in varied.variations) else ""
+        together.setdefault((apart, repr(replace(landing.scene, strike=moving))), {})[name] = landing.scene
+    none = np.zeros((1, len(varied.variations)))
+    return tuple(
+        ChosenLandings(next(iter(own.values())), varied.robot, varied.variations, 1, X=none, scenes=own)
+        for own in together.values()
+    )
 
 
 def _columns(landing: PosedLanding, text: str) -> list[Column]:
@@ -425,18 +395,6 @@ def _columns(landing: PosedLanding, text: str) -> list[Column]:
     if not entry.of_ground(landing.scene):
         refuse_ground(landing.scene, others="name a quantity that depends on it, such as shock_friction or peak_force")
     return [Column(selection, place) for place in places]
-
-
-def _texts(given: str | Sequence[str]) -> tuple[str, ...]:
-    """One text or several.
-
-    Raises:
-        StudyError: it is something else.
-    """
-    texts = (given,) if isinstance(given, str) else given
-    if not isinstance(texts, Sequence) or not all(isinstance(text, str) for text in texts):
-        raise StudyError(f"{given!r} is no QUANTITY@PLACES, and no list of these")
-    return tuple(texts)
 
 
 def _bounds(varied: Variation) -> tuple[float, float]:

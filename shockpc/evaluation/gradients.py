@@ -74,9 +74,9 @@ def slopes(
         for column in wanted:
             entry, where = column.selection.quantity, [column.place]
             linear = entry.length_of or entry
-            value, along = evaluate(linear, here, where)[0, :, 0], evaluate(linear, moved, where)[:, :, 0]
-            across = evaluate(linear, turned, where)[0, :, 0]
-            slope = along + across.reshape(along.shape)
+            value, slope = evaluate(linear, here, where)[0, :, 0], evaluate(linear, moved, where)[:, :, 0]
+            if turns.any():
+                slope = slope + evaluate(linear, turned, where)[0, :, 0].reshape(slope.shape)
             axis = column.selection.axis
             if linear.vector and axis is None:
                 length = np.linalg.norm(value, axis=-1)

@@ -5,7 +5,8 @@ solves from the best of many points of a Sobol sequence; the best of its runs go
 small, one is made small for each of several bounds of the other.
 """
 
-from collections.abc import Mapping, Sequence
+import contextlib
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Annotated, NamedTuple
 
@@ -22,6 +23,7 @@ from shockpc.evaluation.varied_scene import scene_grid
 from shockpc.landing.record import Option
 from shockpc.landing.scene import Scene
 from shockpc.quantities.profile import ShockProfile
+from shockpc.robot.landmarks import is_imu, sensors
 from shockpc.robot.robot import Robot
 from shockpc.studies.declare import study
 from shockpc.text.errors import StudyError
@@ -34,15 +36,12 @@ SAMPLE, FEW = 2048, 128
 APART = 0.1
 """Least distance of starts, as a share of the ranges, in the variable in which they differ most."""
 
-COARSE, FINE = (12, 1e-4), (60, 1e-9)
+COARSE, FINE, BEST = (12, 1e-4), (60, 1e-9), 3
 """Steps of a run at most, and the change of the objective relative to its value at the start at which it ends: of all, then of the
-best ones, which go on from where they are."""
+best ones, which go on from where they are; and how many these are."""
 
-BEST = 3
-"""Runs that go on."""
-
-GAIN, AGAIN = 1e-7, 3
-"""Gain of the best run, as a share of the objective, from which it goes on once more, and how often it does at most."""
+STALLED = 5
+"""Steps without a change of the objective after which a run ends: where heights have a kink, nothing else ends it."""
 
 HELD = 1e-6
 """Share of a range, or of a scale, within which a bound or a constraint holds an optimum, and within which landings are as bad."""
@@ -64,7 +63,7 @@ class Flatness(NamedTuple):
         name: heading, with its unit.
         before: its value before; NaN if it has none, or not a single one.
         after: its value at the optimum.
-        bound: which bound it is held by; empty if by none.
+        bound: which bound it is held by, "least" or "greatest"; None if by none.
         alone: the target if it alone is set back; NaN if there is no such landing.
         low: least value of it alone with which the target is at most 5 % worse.
         high: greatest.
@@ -73,7 +72,7 @@ class Flatness(NamedTuple):
     name: str
     before: float
     after: float
-    bound: str
+    bound: str | None
     alone: float
     low: float
     high: float
@@ -99,10 +98,11 @@ class Improvement:
         worst: name of the landing that is the worst at the optimum.
         held: the constraints that hold it there, and the landings that are as bad as the worst.
         variables: what each does.
-        runs: target of each run, step by step, in double precision; NaN where the constraints do not hold.
-        ends: (r,) that of their ends; infinite where they do not hold there.
+        runs: target of each run, the best first, step by step, in double precision; NaN where the constraints do not hold.
+        agreeing: how many runs end at the optimum, to a millionth of the target.
         front: of two numbers, the first one least first; empty for one.
         seed: of the sequence.
+        chosen: what was asked for where nothing was said: a quantity, and what varies.
     """
 
     cost: ShockCost = field(repr=False)
@@ -114,9 +114,10 @@ class Improvement:
     held: tuple[str, ...]
     variables: tuple[Flatness, ...]
     runs: tuple[Array, ...] = field(repr=False)
-    ends: Array
+    agreeing: int
     front: tuple[FrontPoint, ...]
     seed: int
+    chosen: tuple[str, ...]
 
     @property
     def columns(self) -> tuple[Column, ...]:
@@ -125,25 +126,10 @@ class Improvement:
         return tuple(next(term for term in self.cost.terms if term.role == role).column for role in roles)
 
     @property
-    def outside(self) -> tuple[str, ...]:
-        """Variables of which the landing as given has a value outside the range."""
-        low, high = self.cost.bounds.T
-        away = (self.cost.given < low) | (self.cost.given > high)
-        return tuple(name for name, beyond in zip(self.cost.names, away, strict=True) if beyond)
-
-    @property
     def table(self) -> Table:
         """A row for each variable."""
         header = ("variable", "as given", "optimum", "at bound", "target if set back", "5 % from", "5 % to")
-        ends: dict[str, str | None] = {"low": "least", "high": "greatest", "": None}
-        rows = ((one.name, one.before, one.after, ends[one.bound], one.alone, one.low, one.high) for one in self.variables)
-        return Table.of_rows(header, rows)
-
-    @property
-    def agreeing(self) -> int:
-        """How many runs end at the optimum, to a millionth of the target."""
-        best = float(self.ends.min())
-        return int(np.sum(self.ends <= best + HELD * max(abs(best), HELD)))
+        return Table.of_rows(header, self.variables)
 
 
 @study(
@@ -160,8 +146,8 @@ def improve(
     quantities: Annotated[
         str | Sequence[str],
         Option(
-            "A number: a quantity (shockpc quantities lists them) at a place, of several places the worst; the shock at the points "
-            "of --at by default. Twice for the front between two.",
+            "A number: a quantity (shockpc quantities lists them) at a place, of several places the worst; by default the shock at "
+            "the points of --at, at the IMU, or at the trunk's centre of mass. Twice for the front between two.",
             "Question",
             "QUANTITY@PLACES",
             "quantity",
@@ -173,7 +159,8 @@ def improve(
         Vary,
         Option(
             "What may change, and its range a:b, of masses and places factors ax:bx: joints [deg; m if prismatic], base-pitch, "
-            "strike-angle, mass:LINK, place:JOINT and what else a sweep varies. A joint without a range has its limits.",
+            "strike-angle, mass:LINK, place:JOINT and what else a sweep varies. A joint without a range has its limits; by default "
+            "the joints that carry what strikes.",
             "Search",
             "NAME=LOW:HIGH",
         ),
@@ -190,7 +177,7 @@ def improve(
     ] = False,
     starts: Annotated[
         int, Option("Runs from points of a sample, besides that from the landing as given.", "Search", "N", least=0.0)
-    ] = 6,
+    ] = 4,
     seed: Annotated[int, Option("Seed of the sample.", "Search", "N", least=0.0)] = 0,
     trace: Trace | None = None,
 ) -> Improvement:
@@ -210,15 +197,20 @@ def improve(
     trace = trace or Trace()
     scenes = named_scenes(landings)
     robot = robot or common_robot(scenes)
+    chosen = list[str]()
+    if not quantities:
+        quantities = _usual_quantities(robot, scenes.values())
+        chosen.append(f"quantity {', '.join(quantities)}")
+    if not vary:
+        vary = dict.fromkeys(_carrying(robot, scenes.values()))
+        chosen.append(f"variables {few(list(vary), 12)}, the joints that carry what strikes, within their limits")
     scenes = {
         label.strip(): one for name, scene in scenes.items() for label, one in scene_grid(name, scene, robot, pairs(over)).items()
     }
-    shock = "shock_friction" if any(scene.friction is not None for scene in scenes.values()) else "shock"
-    points = dict.fromkeys(f"{shock}@{point.label}" for scene in scenes.values() for point in scene.point)
     with trace.stage("landings"):
-        cost = ShockCost(scenes, quantities or tuple(points), vary, robot, keep=keep, ground=not any_ground)
-    if len(wanted := cost.quantities) > 2:
-        raise StudyError(f"improve takes one quantity or two, got {len(wanted)}; --keep bounds others")
+        cost = ShockCost(scenes, quantities, vary, robot, keep=keep, ground=not any_ground)
+    if len(cost.quantities) > 2:
+        raise StudyError(f"improve takes one quantity or two, got {len(cost.quantities)}; --keep bounds others")
     for term in cost.terms:
         if term.role >= 0 and term.column.selection.quantity.worse == "neither":
             raise StudyError(
@@ -227,36 +219,41 @@ def improve(
     with trace.stage("sample"):
         begun = _starts(cost, starts, seed)
     with trace.stage("runs"):
-        runs = sorted((_run(cost, x) for x in begun), key=lambda run: run.value)
-        runs[:BEST] = sorted((_run(cost, run.x, how=FINE, before=run) for run in runs[:BEST]), key=lambda run: run.value)
-        for _ in range(AGAIN if np.isfinite(runs[0].value) else 0):
-            known, runs[0] = runs[0].value, _run(cost, runs[0].x, how=FINE, before=runs[0], formulas=True)
-            if known - runs[0].value <= GAIN * known:
-                break
-        best = runs[0]
+        runs = sorted((_run(cost, x, COARSE) for x in begun), key=lambda run: run.value)
+        for k, run in enumerate(runs[:BEST]):
+            further = _run(cost, run.x)
+            runs[k] = further._replace(history=np.append(run.history, further.history))
+        runs.sort(key=lambda run: run.value)
+    best = runs[0]
     if not np.isfinite(best.value):
-        near = max((run.x for run in runs), key=lambda x: float(cost.slack(x[None]).min(initial=0.0)))
-        missed = dict.fromkeys(term.text for term in _missed(cost, near)) or ["there is no landing"]
-        unknown = np.isnan(cost.numbers(near[None])[0])
-        without = {term.column.name: 0 for term, gone in zip(cost.terms, unknown, strict=True) if gone and term.role >= 0}
-        if without and not unknown.all():
-            raise StudyError(f"{few(list(without), 4)} has no value at the best point that was found; name other places")
-        raise StudyError(
-            f"no point meets the constraints; the one that comes nearest misses: {few(list(missed), 4)}. Widen a range, or leave a "
-            "constraint out"
-        )
+        raise StudyError(_refusal(cost, runs))
+    agreeing = sum(run.value <= best.value + HELD * max(best.value, HELD) for run in runs)
     with trace.stage("front"):
-        front = _front(cost, best, begun) if len(wanted) > 1 else ()
+        front = _front(cost, best, begun) if len(cost.quantities) > 1 else ()
     with trace.stage("proof"):
         cases = cost.cases(best.x)
         before = dict(zip(cost.scenes, profiles({name: (scene, cost.robot) for name, scene in cost.scenes.items()}), strict=True))
         after = dict(zip(cases, profiles(cases), strict=True))
-        values = tuple(tuple(_proven(cost, role, one)[0] for one in (before, after)) for role in range(len(wanted)))
-    worst = _proven(cost, 0, after)[1]
+        values = tuple(tuple(_proven(cost, role, one)[0] for one in (before, after)) for role in range(len(cost.quantities)))
     return Improvement(
-        cost, read_only(best.x), before, after, values, worst, _holding(cost, best.x), _variables(cost, best.x),
-        tuple(run.history for run in runs), np.array([run.value for run in runs]), front, seed,
+        cost, read_only(best.x), before, after, values, _proven(cost, 0, after)[1], _holding(cost, best.x),
+        _variables(cost, best.x), tuple(run.history for run in runs), agreeing, front, seed, tuple(chosen),
     )  # fmt: skip
+
+
+def _usual_quantities(robot: Robot, scenes: Iterable[Scene]) -> tuple[str, ...]:
+    """The shock at the points of the scenes; without any at the robot's IMU, or at the trunk's centre of mass."""
+    friction = "_friction" if any(scene.friction is not None for scene in scenes) else ""
+    points = [point.label for scene in scenes for point in scene.point] or list(filter(is_imu, sensors(robot)))[:1]
+    usual = [f"shock{friction}@{name}" for name in dict.fromkeys(points)]
+    return tuple(usual or [f"shock_com{friction}@{robot.bodies[0].name}"])
+
+
+def _carrying(robot: Robot, scenes: Iterable[Scene]) -> list[str]:
+    """The joints between the trunk and what strikes."""
+    struck = [robot.frame(contact.frame).body for scene in scenes for contact in scene.contact]
+    carrying: np.ndarray = np.any(robot.supports[struck], axis=0)
+    return [joint.name for joint in robot.independent_joints if carrying[joint.v].all()]
 
 
 class _Run(NamedTuple):
@@ -265,7 +262,7 @@ class _Run(NamedTuple):
     Attributes:
         x: (n,) the best point; the last one where the constraints hold nowhere.
         value: the measure there; infinite where the constraints do not hold.
-        history: (k,) the target at each step, also of the run before.
+        history: (k,) the target at each step.
     """
 
     x: Array
@@ -273,53 +270,46 @@ class _Run(NamedTuple):
     history: Array
 
 
-def _run(
-    cost: ShockCost,
-    start: Array,
-    role: int = 0,
-    bound: float | None = None,
-    how: tuple[int, float] = COARSE,
-    before: _Run | None = None,
-    formulas: bool = False,
-) -> _Run:
+def _run(cost: ShockCost, start: Array, how: tuple[int, float] = FINE, role: int = 0, bound: float | None = None) -> _Run:
     """Make a quantity small, in shares of the ranges.
 
     Args:
         cost: what is made small.
         start: (n,) where the run begins.
+        how: `COARSE` or `FINE`.
         role: of the quantity.
         bound: of the other quantity's measure.
-        how: `COARSE` or `FINE`.
-        before: the run that goes on.
-        formulas: as for `ShockCost.slopes`.
     """
     from scipy.optimize import Bounds, minimize
 
     low, width = cost.bounds[:, 0], np.ptp(cost.bounds, axis=1)
     n, roles = len(low), cost.roles
-    own, others = np.flatnonzero(roles == role), np.flatnonzero((roles >= 0) & (roles != role) & (bound is not None))
+    own, others = roles == role, (roles == 1 - role) & (bound is not None)
     size = float(np.abs(cost.measures(start[None], role)).max()) or 1.0
     most = 1.0 if bound is None else abs(bound) or 1.0
 
     def constraints(z: Array) -> Array:
-        x = low + width * z[:n]
-        values = np.nan_to_num(cost.measured(cost.numbers(x[None]))[0][0], nan=1e6 * size, posinf=1e6 * size)
-        return np.concatenate([z[n] - values[own] / size, values[roles < 0], ((bound or 0.0) - values[others]) / most])
+        measures = cost.measured(cost.numbers((low + width * z[:n])[None]))[0][0]
+        measures = np.nan_to_num(measures, nan=1e6 * size, posinf=1e6 * size)
+        return np.concatenate([z[n] - measures[own] / size, measures[roles < 0], ((bound or 0.0) - measures[others]) / most])
 
     def jacobian(z: Array) -> Array:
-        slopes = cost.slopes(low + width * z[:n], formulas) * width
+        slopes = cost.slopes(low + width * z[:n]) * width
         rows = np.concatenate([-slopes[own] / size, slopes[roles < 0], -slopes[others] / most])
-        return np.column_stack([rows, np.where(np.arange(len(rows)) < len(own), 1.0, 0.0)])
+        return np.column_stack([rows, np.arange(len(rows)) < own.sum()])
 
     def value(x: Array) -> float:
         fits = bound is None or float(cost.measures(x[None], 1 - role).max()) <= bound + HELD * most
         return float(cost.measures(x[None], role).max()) if fits and cost.feasible(x) else np.inf
 
-    steps, unit = [(start, value(start))], np.append(np.zeros(n), 1.0)
+    steps, bounds, unit = [(start, value(start))], list[float](), np.append(np.zeros(n), 1.0)
 
     def note(z: Array) -> None:
         x = np.clip(low + width * z[:n], *cost.bounds.T)
         steps.append((x, value(x)))
+        bounds.append(float(z[n]))
+        if len(bounds) > STALLED and np.ptp(bounds[-STALLED:]) <= how[1]:
+            raise StopIteration
 
     result = minimize(
         lambda z: z[n],
@@ -331,11 +321,11 @@ def _run(
         callback=note,
         options={"maxiter": how[0], "ftol": how[1]},
     )
-    note(result.x)
+    with contextlib.suppress(StopIteration):
+        note(result.x)
     x, reached = min(reversed(steps), key=lambda step: step[1])
     values = np.array([one for _, one in steps])
-    values = np.where(np.isfinite(values), _target(cost, role, values), np.nan)
-    return _Run(x, reached, values if before is None else np.concatenate([before.history, values]))
+    return _Run(x, reached, np.where(np.isfinite(values), _target(cost, role, values), np.nan))
 
 
 def _target(cost: ShockCost, role: int, measures: Array) -> Array:
@@ -349,10 +339,9 @@ def _starts(cost: ShockCost, count: int, seed: int) -> list[Array]:
     from scipy.stats import qmc
 
     low, width = cost.bounds[:, 0], np.ptp(cost.bounds, axis=1)
-    count_all = FEW if cost.slow else min(SAMPLE, FEW << len(low))
-    share = qmc.Sobol(len(low), seed=seed).random(count_all)
+    share = qmc.Sobol(len(low), seed=seed).random(FEW if cost.slow else min(SAMPLE, FEW << len(low)))
     worst = cost.measures(low + width * share).max(axis=1)
-    order = np.argsort(worst, kind="stable")[: max(count_all // 8, 32)]
+    order = np.argsort(worst, kind="stable")[: max(len(share) // 8, 32)]
     slack = np.minimum(cost.slack(low + width * share[order]).min(axis=1, initial=0.0), 0.0)
     order = order[np.argsort(-np.where(slack < -HELD, slack, 0.0), kind="stable")]
     chosen = [(cost.x0 - low) / width]
@@ -362,21 +351,32 @@ def _starts(cost: ShockCost, count: int, seed: int) -> list[Array]:
     return [low + width * point for point in chosen]
 
 
-def _missed(cost: ShockCost, x: Array) -> list[Term]:
-    """The constraints that do not hold."""
-    own = [term for term in cost.terms if term.role < 0]
-    return [term for term, held in zip(own, cost.held(x[None])[0], strict=True) if not held]
+def _refusal(cost: ShockCost, runs: Sequence[_Run]) -> str:
+    """Why no run reached a point that counts."""
+    near = max((run.x for run in runs), key=lambda x: float(cost.slack(x[None]).min(initial=0.0)))
+    unknown = np.isnan(cost.numbers(near[None])[0])
+    without = {term.column.name: 0 for term, gone in zip(cost.terms, unknown, strict=True) if gone and term.role >= 0}
+    if without and not unknown.all():
+        return f"{few(list(without), 4)} has no value at the best point that was found; name other places"
+    missed = dict.fromkeys(term.text for term, left in _left(cost, near) if left < 0.0) or ["there is no landing"]
+    return (
+        f"no point meets the constraints; the one that comes nearest misses: {few(list(missed), 4)}. Widen a range, or leave a "
+        "constraint out"
+    )
 
 
 def _holding(cost: ShockCost, x: Array) -> tuple[str, ...]:
     """What holds an optimum besides bounds: constraints without slack, and landings that are as bad as the worst."""
-    own, slack = [term for term in cost.terms if term.role < 0], cost.slack(x[None])[0]
-    held = [f"{term.text} ({term.landing})".removesuffix(" ()") for term, left in zip(own, slack, strict=True) if left < HELD]
-    measures = cost.measures(x[None])[0]
-    as_bad = measures >= measures.max() - HELD * np.abs(measures).max()
-    worst = [term for term, bad in zip((one for one in cost.terms if one.role == 0), as_bad, strict=True) if bad]
+    held = [f"{term.text} ({term.landing})".removesuffix(" ()") for term, left in _left(cost, x) if left < HELD]
+    measures, values = cost.measures(x[None])[0], [term for term in cost.terms if term.role == 0]
+    worst = [values[k] for k in np.flatnonzero(measures >= measures.max() * (1.0 - HELD)).tolist()]
     same = [f"{term.column.name} ({term.landing}) is as bad".replace(" ()", "") for term in worst if len(worst) > 1]
     return tuple(dict.fromkeys((*held, *same)))
+
+
+def _left(cost: ShockCost, x: Array) -> list[tuple[Term, float]]:
+    """The constraints, each with its slack."""
+    return list(zip((term for term in cost.terms if term.role < 0), cost.slack(x[None])[0].tolist(), strict=True))
 
 
 def _variables(cost: ShockCost, x: Array) -> tuple[Flatness, ...]:
@@ -398,30 +398,25 @@ def _variables(cost: ShockCost, x: Array) -> tuple[Flatness, ...]:
         ]
         ends = x[k] + shares * (cost.bounds[k] - x[k])
         edge = HELD * (high - low)
-        bound = "low" if x[k] - low <= edge else "high" if high - x[k] <= edge else ""
+        bound = "least" if x[k] - low <= edge else "greatest" if high - x[k] <= edge else None
         found.append(Flatness(name, float(cost.given[k]), float(x[k]), bound, float(values[-1]), *ends.tolist()))
     return tuple(found)
 
 
 def _proven(cost: ShockCost, role: int, found: Mapping[str, ShockProfile]) -> tuple[float, str]:
     """The worst proven value of a quantity over landings, and the name of the landing."""
-    best = (-np.inf, np.nan, "")
-    for name, profile in found.items():
-        columns = list({t.column.name: t.column for t in cost.terms if t.role == role and t.landing == name}.values())
-        for column, value in zip(columns, proven_columns(profile, columns).values(), strict=True):
-            best = max(best, (float(column.selection.worse(np.array(value))), value, name), key=lambda one: one[0])
-    return best[1], best[2]
+    terms = [term for term in cost.terms if term.role == role]
+    values = [proven_columns(found[term.landing], [term.column])[term.column.name] for term in terms]
+    k = int(terms[0].column.selection.worse(np.array(values)).argmax())
+    return values[k], terms[k].landing
 
 
 def _front(cost: ShockCost, first: _Run, points: Sequence[Array]) -> tuple[FrontPoint, ...]:
     """Points between the optimum of the first quantity and that of the second: the first least for bounds of the second."""
     other = min((_run(cost, x, role=1) for x in (*points, first.x)), key=lambda run: run.value)
-    other = min(other, _run(cost, other.x, role=1, how=FINE), key=lambda run: run.value)
-    bounds = np.linspace(float(cost.measures(first.x[None], 1).max()), other.value, FRONT + 2)
     found, x = [first.x], first.x
-    for bound in bounds[1:]:
-        runs = [_run(cost, start, bound=float(bound), how=FINE) for start in (x, other.x)]
-        best = min(runs, key=lambda run: run.value)
+    for bound in np.linspace(float(cost.measures(first.x[None], 1).max()), other.value, FRONT + 2)[1:]:
+        best = min((_run(cost, start, bound=float(bound)) for start in (x, other.x)), key=lambda run: run.value)
         if np.isfinite(best.value):
             x = best.x
             found.append(x)

@@ -63,4 +63,4 @@ def _fits(value: Any, kind: Any) -> bool:
         if origin is tuple and parts[-1] is not ...:
             return len(ones) == len(parts) and all(map(_fits, ones, parts))
         return all(_fits(one, parts[0]) for one in ones)
-    return origin is Any or isinstance(value, origin)
+    return origin in (Any, inspect.Parameter.empty) or isinstance(value, origin)

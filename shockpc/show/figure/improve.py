@@ -36,13 +36,12 @@ def draw_improvement(study: Improvement) -> Figure:
     draw_row(page, page.low + FOOT + 0.3, views, windows, ("as given", "optimum"), GAP)
     page.bar(LEFT, width - GAP)
     axes = page.axes(x, page.low + 0.75, CHART - 0.1, tall - 1.25)
-    best = int(np.argmin(study.ends))
     for k, run in enumerate(study.runs):
         # The constraints may not hold at a step between others.
         held = np.flatnonzero(np.isfinite(run))
-        colour = INK if k == best else CURVES[k % len(CURVES)]
+        colour = INK if k == 0 else CURVES[k % len(CURVES)]
         reached = (np.minimum if study.values[0][1] <= study.values[0][0] else np.maximum).accumulate(run[held])
-        axes.step(held, reached, where="post", color=colour, linewidth=1.6 if k == best else 0.9, marker=".", markersize=2.5)
+        axes.step(held, reached, where="post", color=colour, linewidth=1.6 if k == 0 else 0.9, marker=".", markersize=2.5)
     known = np.concatenate([run[np.isfinite(run)] for run in study.runs])
     if known.size and known.min() > 0.0 and known.max() > 20.0 * known.min():
         axes.set_yscale("log")
