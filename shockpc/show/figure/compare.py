@@ -52,8 +52,9 @@ def draw_comparison(comparison: Comparison, header: Sequence[tuple[str, str]]) -
     page = Page(width, tall, [title, *lines])
     draw_row(page, page.low + FOOT + 0.3, views, windows, [letters[k] for k in drawn], GAP)
     page.bar(LEFT, max(left, 3.4))
-    page.key((x - names, page.low + 0.42), 2)
-    _draw_bars(page, (x, page.low + 0.85, n, names), sections, labels, letters)
+    y = page.low + tall - BAR * n - 0.25
+    page.key((x - names, y - 0.43), 2)
+    _draw_bars(page, (x, y, n, names), sections, labels, letters)
     return page.figure
 
 
