@@ -6,6 +6,7 @@ from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
+import pinocchio as pin
 import pytest
 from commands import run
 from robot_texts import LIMIT, arm, joint, link, mjcf, refused, urdf, written
@@ -13,6 +14,10 @@ from trees import known_robot, robot_from
 
 from shockpc import Contact, Joints, Posture, Robot, Scene, SceneError, Strike, read_scene, shock_profile
 from shockpc.landing.contact import foot_contact
+from shockpc.landing.dynamics import dynamics
+from shockpc.landing.resolve import resolve
+from shockpc.landing.rows import block_point
+from shockpc.quantities.heights import levels
 from shockpc.robot import geometry
 from shockpc.robot.geometry import inflated_inertias
 from shockpc.robot.landmarks import each_foot, feet
@@ -347,6 +352,25 @@ def test_contacts_at_two_heights_are_not_feasible(dog: Robot, base: str):
         posture = Posture(base_rpy_deg=(0, angle, 0), joints_deg={"*_knee": 10})
         profile = shock_profile(Scene(robot=dog.label, contact=("FL", "HL"), base=base, posture=posture), dog)
         assert profile.value("feasible", "robot")[0] == allowed
+
+
+@pytest.mark.parametrize("name", ["hyq", "anymal_b", "talos"])
+def test_bodies_that_cannot_be_the_lowest_are_left_out(name: str):
+    """In random postures depth, heights of contacts and the lowest shape are those with every body measured."""
+    robot = known_robot(name)
+    landing = resolve(Scene(robot=name, contact=(foot_contact(robot, feet(robot)[0]),)), robot)
+    rng = np.random.default_rng(3)
+    steps = rng.uniform(-1.5, 1.5, (200, robot.model.nv))
+    state = dynamics(robot, np.stack([pin.integrate(robot.model, landing.q, step) for step in steps]))
+    points = np.stack([block_point(state, landing.blocks[0])], axis=1)
+    few, every = (levels(landing, state.rotation, state.position, points, every=every) for every in (False, True))
+    np.testing.assert_allclose(few.depth, every.depth, atol=1e-12)
+    np.testing.assert_allclose(few.contacts, every.contacts, atol=1e-12)
+    assert np.any(few.depth > 0.0)
+    assert np.any(np.isinf(few.surface))
+    deep = few.depth > 0.0
+    lowest = [np.where(one.others, one.surface, np.inf)[deep].argmin(axis=1) for one in (few, every)]
+    np.testing.assert_array_equal(*lowest)
 
 
 def test_a_tolerance_below_zero_is_refused(dog: Robot):

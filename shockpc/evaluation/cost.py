@@ -51,7 +51,7 @@ SLACK = 1e-7
 
 def _heights(impact: Any) -> Levels:
     points = np.stack([block_point(impact.state, impact.blocks[k]) for k in on_ground(impact.landing)], axis=1)
-    return levels(impact.landing, impact.state.rotation, impact.state.position, points, np.inf)
+    return levels(impact.landing, impact.state.rotation, impact.state.position, points, every=True)
 
 
 def _clearance(impact: Any, places: Sequence[Place]) -> Array:

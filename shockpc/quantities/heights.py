@@ -14,14 +14,17 @@ INSIDE, SHARE = 0.02, 0.01
 """A contact point may lie in the middle of a foot or on the centre line of a beam: 2 cm [m] and a hundredth of the robot's size
 above the lowest point of its link."""
 
+SAME = 1e-9
+"""Difference in height up to which all of several bodies are measured, so that the first is named [m]."""
+
 
 class Levels(NamedTuple):
     """Heights of a robot's geometry over its base in N postures [m].
 
     Attributes:
         core: (N, n) as `surface`, without the least semi-axis of the ellipsoid that rounds a shape.
-        surface: (N, n) the lowest points of the shapes; inf of those of a body that is wholly above all contact points,
-            farther than was asked for.
+        surface: (N, n) the lowest points of the shapes; inf of those of a body that is wholly above all contact points, or above
+            another that strikes nothing, unless every body was asked for.
         contacts: (N, c) the lowest points of the contacts and standing feet: of their shapes, or the contact points.
         of_contact: (c, n) which shapes belong to each of these.
         others: (n,) which shapes belong to none.
@@ -70,7 +73,7 @@ def on_ground(landing: Landing) -> list[int]:
     return [k for k, block in enumerate((*landing.contacts, *landing.stance)) if block.normal @ landing.up > 1.0 - 1e-9]
 
 
-def levels(landing: Landing, rotation: Array, position: Array, points: Array, above: float = 0.0) -> Levels:
+def levels(landing: Landing, rotation: Array, position: Array, points: Array, every: bool = False) -> Levels:
     """Heights of the geometry in N postures.
 
     Args:
@@ -78,27 +81,32 @@ def levels(landing: Landing, rotation: Array, position: Array, points: Array, ab
         rotation: (N, nb, 3, 3) of the body frames, body to world.
         position: (N, nb, 3) their origins, from the base [m].
         points: (N, c, 3) of the contacts and standing feet on flat ground, from the base [m].
-        above: how far bodies may be above all of these points to be measured [m].
+        every: whether every body is measured, or those alone that may be the lowest.
     """
     robot, up, outline = landing.robot, landing.up, body_outline(landing.robot)
     shapes, pieces = [shape for carried in outline.shapes for shape in carried], outline.pieces
     surface, ground = np.full((len(shapes), len(rotation)), np.inf), (points @ up).max(axis=1)
     bodies, centre, half = _by_body(robot)
+    grounded = (*landing.contacts, *landing.stance)
+    frames = [robot.frame(grounded[k].frame) for k in on_ground(landing)]
+    carriers = {frame.body for frame in frames}
     # A fifth of the time of np.einsum, which does not see that the three numbers of a row lie side by side.
     rising, height = np.tensordot(rotation, up, axes=(2, 0)).transpose(1, 0, 2), (position @ up).T
-    low = height + (rising @ centre[..., None])[..., 0] - (np.abs(rising) @ half[..., None])[..., 0] <= ground + above
-    for body, n, corners, axes in bodies:
-        near = low[body].nonzero()[0]
+    low = height + (rising @ centre[..., None])[..., 0] - (np.abs(rising) @ half[..., None])[..., 0]
+    least = ground + SAME
+    for body, n, corners, axes in sorted(bodies, key=lambda own: (own[0] not in carriers, low[own[0]].sum())):
+        near = np.arange(len(ground)) if every else (low[body] <= least).nonzero()[0]
         if near.size:
             towards = rising[body, near].T
             reach = np.maximum.reduceat(corners @ -towards, pieces.start[n] - pieces.start[n[0]], axis=0)
             if axes.size:
                 reach += np.sqrt(((axes @ towards) ** 2).reshape(3, len(n), -1).sum(axis=0))
-            surface[n[:, None], near] = height[body, near] - reach
+            surface[n[:, None], near] = found = height[body, near] - reach
+            if body not in carriers:
+                least[near] = np.minimum(least[near], found.min(axis=0) + SAME)
     surface = surface.T
     core = surface + np.linalg.norm(pieces.rounding, axis=1).min(axis=1)
-    grounded, inside, height = (*landing.contacts, *landing.stance), INSIDE + SHARE * robot_size(robot), points @ up
-    frames = [robot.frame(grounded[k].frame) for k in on_ground(landing)]
+    inside, height = INSIDE + SHARE * robot_size(robot), points @ up
     struck = np.array([[shape.belongs_to(frame) for shape in shapes] for frame in frames], dtype=bool)
     contacts = height.copy()
     for k, (frame, of_contact) in enumerate(zip(frames, struck, strict=True)):
