@@ -126,12 +126,14 @@ def quaternion_of(rotation: Array) -> Array:
 
 
 def freeze(*values: Any) -> None:
-    """Make arrays read-only, those of tuples too, at any depth; other values are left as they are."""
+    """Make arrays read-only, those of tuples and dictionaries too, at any depth; other values are left as they are."""
     for value in values:
         if isinstance(value, np.ndarray):
             value.flags.writeable = False
         elif isinstance(value, tuple):
             freeze(*value)
+        elif isinstance(value, dict):
+            freeze(*value.values())
 
 
 def read_only(values: Array | Sequence[Any]) -> Array:
