@@ -50,15 +50,15 @@ def test_two_links_by_brute_force():
 
 
 def test_anymal_against_a_grid_of_maps():
-    """The trunk's IMU over HFE and KFE, 57 600 postures by `shock_maps`, for two strikes."""
+    """The trunk's IMU over HFE and KFE, 160 000 postures by `shock_maps`, for two strikes."""
     robot = known_robot("anymal_b")
     angles = (-15.0, 20.0)
     scenes = {f"{angle:g} deg": anymal(strike=Strike(strike_angle_deg=angle)) for angle in angles}
     found = improve(scenes, "shock@imu_link", vary=LEGS, robot=robot, any_ground=True)
     landing = resolve(scenes["20 deg"], robot)
-    hfe, knee = (np.radians(np.linspace(*span, 240)) for span in found.cost.bounds)
-    Q = np.repeat(landing.q[None], 240 * 240, axis=0)
-    Q[:, robot.joint("LF_HFE").q.start], Q[:, robot.joint("LF_KFE").q.start] = np.repeat(hfe, 240), np.tile(knee, 240)
+    hfe, knee = (np.radians(np.linspace(*span, 400)) for span in found.cost.bounds)
+    Q = np.repeat(landing.q[None], 400 * 400, axis=0)
+    Q[:, robot.joint("LF_HFE").q.start], Q[:, robot.joint("LF_KFE").q.start] = np.repeat(hfe, 400), np.tile(knee, 400)
     strikes = [(np.sin(np.radians(a)), 0.0, -np.cos(np.radians(a))) for a in angles]
     grid = shock_maps(landing, Q).worst("imu_link", strikes).shock.min()
     optimum = found.values[0][1]
@@ -67,20 +67,24 @@ def test_anymal_against_a_grid_of_maps():
     assert max(one.points[0].shock for one in found.after.values()) == pytest.approx(optimum, rel=1e-14)
 
 
-def test_never_worse_than_random_landings_and_the_same_from_another_seed():
+@pytest.mark.parametrize("any_ground", [False, True])
+def test_never_worse_than_random_landings_and_the_same_from_another_seed(any_ground):
+    """10 000 random landings; on any ground all of them are allowed."""
     robot = known_robot("anymal_b")
     scenes = {f"e = {e}": anymal(restitution=e) for e in (0.0, 0.3)}
     vary = [*LEGS, ("LF_HAA", "-25:25"), ("base-pitch", "-15:15"), ("strike-angle", "0:25")]
-    first, other = (improve(scenes, "shock@imu_link", vary=vary, robot=robot, starts=3, seed=seed) for seed in (0, 1))
+    first, other = (
+        improve(scenes, "shock@imu_link", vary=vary, robot=robot, starts=3, seed=seed, any_ground=any_ground) for seed in (0, 1)
+    )
     assert other.values[0][1] == pytest.approx(first.values[0][1], abs=1e-6)
     cost = first.cost
-    X = cost.bounds[:, 0] + np.random.default_rng(5).random((3000, len(vary))) * np.ptp(cost.bounds, axis=1)
+    X = cost.bounds[:, 0] + np.random.default_rng(5).random((10_000, len(vary))) * np.ptp(cost.bounds, axis=1)
     random = cost.measures(X).max(axis=1)
     allowed = (cost.slack(X) >= 0.0).all(axis=1)
-    assert allowed.sum() > 15
+    assert allowed.sum() == 10_000 if any_ground else allowed.sum() > 50
     assert first.values[0][1] <= np.sqrt(random[allowed].min())
     assert cost.feasible(first.x)
-    assert all(profile.value("feasible", "robot")[0] == 1.0 for profile in first.after.values())
+    assert any_ground or all(profile.value("feasible", "robot")[0] == 1.0 for profile in first.after.values())
 
 
 def test_a_constraint_holds_the_optimum_and_is_named():
@@ -153,7 +157,7 @@ def test_the_command_writes_the_optimum(tmp_path, capfd):
     (number,) = document["quantities"]
     assert max(shocks) == pytest.approx(number["after"], rel=1e-12)
     assert number["after"] < number["before"]
-    assert (tmp_path / "out" / "improve.svg").stat().st_size > 1e4
+    assert all((tmp_path / "out" / f"{name}.svg").stat().st_size > 1e4 for name in ("compare", "runs"))
 
 
 def test_what_cannot_be_improved_says_so(capfd):

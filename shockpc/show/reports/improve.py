@@ -22,17 +22,15 @@ def improve_report(study: Improvement) -> Report:
     further = [text for text in study.cost.quantities if "," not in text and text.partition("@")[0] not in STANDARD]
     compared = compare_report(compare([Design(label, one.scene, one.robot) for label, one in worst.items()], further))
     sheets: dict[str, Callable[[], Sheet]] = {"variables": lambda: _variables(study)}
-    figures = [
-        Picture("improve", "the worst landing as given and at the optimum, and the runs", "improve:draw_improvement", (study,))
-    ]
+    figures = [Picture("runs", "the target over the steps of the runs", "improve:draw_runs", (study,))]
     if study.front:
         sheets["front"] = lambda: _front(study)
         figures.append(Picture("front", "the front of two numbers", "improve:draw_front", (study,)))
 
     def body(full: bool) -> list[Section]:
-        tables = [part for part in compared.body(full) if not isinstance(part, Picture)]
-        shown = tables if full else [*tables[:3], Lines(["--out writes how the other numbers change"])]
-        return [Lines([*shared_lines(study.after), *_lines(study)]), *figures, *(make() for make in sheets.values()), *shown]
+        own = [Lines([*shared_lines(study.after), *_lines(study)]), *(make() for make in sheets.values()), *figures]
+        more = [] if full else [Lines(["--out writes how the other numbers change"])]
+        return [*own, *compared.body(full)[: None if full else 4], *more]
 
     return Report(
         name="improve",
