@@ -2,7 +2,7 @@
 
 import functools
 import pickle
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from concurrent.futures import Executor
 from dataclasses import dataclass, field, replace
 from typing import Any, Generic, TypeVar
@@ -143,7 +143,7 @@ class Evaluation(Generic[L]):
             if isinstance(group, Refusal):
                 errors.note(rows.ravel().tolist(), group.error)
                 continue
-            with errors.of(rows.ravel().tolist()):
+            with errors.of(rows.ravel()):
                 self._solve(group, rows, whole, prove, errors)
         flat = {name: x.ravel() for name, x in whole.items()}
         compared = self.landings.compared(self.prove or 0)
@@ -217,10 +217,10 @@ class _Errors:
     """Why rows could not be computed, as a context in which some of them are."""
 
     def __init__(self) -> None:
-        self._rows = list[int]()
+        self._rows: Sequence[int] | np.ndarray = ()
         self.messages, self.refusals, self.defects = dict[int, str](), dict[int, ShockError](), list[str]()
 
-    def of(self, rows: list[int]) -> "_Errors":
+    def of(self, rows: Sequence[int] | np.ndarray) -> "_Errors":
         """The context of some rows."""
         self._rows = rows
         return self
@@ -238,7 +238,7 @@ class _Errors:
 
     def __exit__(self, kind: Any, error: BaseException | None, trace: Any) -> bool:
         if isinstance(error, Exception):
-            self.note(self._rows, refusal(error))
+            self.note(np.asarray(self._rows).tolist(), refusal(error))
             return True
         return False
 
