@@ -36,9 +36,9 @@ SAMPLE, FEW = 2048, 128
 APART = 0.1
 """Least distance of starts, as a share of the ranges, in the variable in which they differ most."""
 
-COARSE, FINE, BEST = (12, 1e-4), (60, 1e-9), 3
+COARSE, FINE, BEST = (12, 1e-4), (60, 1e-9), 2
 """Steps of a run at most, and the change of the objective relative to its value at the start at which it ends: of all, then of the
-best ones, which go on from where they are; and how many these are."""
+best ones and of that from the landing as given, which go on from where they are; and how many the best ones are."""
 
 STALLED = 5
 """Steps without a change of the objective after which a run ends: where heights have a kink, nothing else ends it."""
@@ -219,10 +219,10 @@ def improve(
     with trace.stage("sample"):
         begun = _starts(cost, starts, seed)
     with trace.stage("runs"):
-        runs = sorted((_run(cost, x, COARSE) for x in begun), key=lambda run: run.value)
-        for k, run in enumerate(runs[:BEST]):
-            further = _run(cost, run.x)
-            runs[k] = further._replace(history=np.append(run.history, further.history))
+        runs = [_run(cost, x, COARSE) for x in begun]
+        for k in {0, *sorted(range(len(runs)), key=lambda k: runs[k].value)[:BEST]}:
+            further = _run(cost, runs[k].x)
+            runs[k] = further._replace(history=np.append(runs[k].history, further.history))
         runs.sort(key=lambda run: run.value)
     best = runs[0]
     if not np.isfinite(best.value):

@@ -28,9 +28,9 @@ def improve_report(study: Improvement) -> Report:
         figures.append(Picture("front", "the front of two numbers", "improve:draw_front", (study,)))
 
     def body(full: bool) -> list[Section]:
-        own = [Lines([*shared_lines(study.after), *_lines(study)]), *(make() for make in sheets.values()), *figures]
+        own: list[Section] = [Lines([*shared_lines(study.after), *_lines(study)]), *(make() for make in sheets.values()), *figures]
         more = [] if full else [Lines(["--out writes how the other numbers change"])]
-        return [*own, *compared.body(full)[: None if full else 4], *more]
+        return [*own, *list(compared.body(full))[: None if full else 4], *more]
 
     return Report(
         name="improve",
