@@ -79,7 +79,7 @@ def first_crossing(sigma: Array, signals: Signals, horizon: float, effort: Effor
     """
     if signals.either.any():
         signals = _with_first_sign(sigma, signals)
-    start, linear, square, wave, turning = signals.start + signals.tolerance, *signals[3:], 1j * sigma
+    start, linear, square, wave = signals.start + signals.tolerance, *signals[3:]
     amplitude, centre = np.abs(wave), start - wave.real.sum(axis=1)
     bound = amplitude @ sigma**2 + 2.0 * np.maximum(square, 0.0)
     if len(start) and start.min() < 0.0:
@@ -104,11 +104,15 @@ def first_crossing(sigma: Array, signals: Signals, horizon: float, effort: Effor
     def root(i: int, a: float, b: float, above: float, below: float) -> float:
         # By the chord, which starts inside the interval where a signal rises from zero first.
         t, last = a + (b - a) * (above / (above - below) if above > 0.0 else 0.5), np.inf
-        level, rate, bend, mode = float(start[i]), float(linear[i]), float(square[i]), wave[i]
+        level, rate, bend = float(start[i]), float(linear[i]), float(square[i])
+        # Numbers of Python: arrays of so few modes take ten times as long.
+        modes = list(zip(sigma.tolist(), wave[i].real.tolist(), wave[i].imag.tolist(), strict=True))
         for _ in range(100):
-            turn = np.exp(turning * (t / 2.0))
-            value = level + t * (rate + t * bend) - 2.0 * float((turn.imag * (turn.imag * mode.real + turn.real * mode.imag)).sum())
-            slope = rate + 2.0 * t * bend + float((turning * mode * turn**2).real.sum())
+            value, slope = level + t * (rate + t * bend), rate + 2.0 * t * bend
+            for frequency, real, imaginary in modes:
+                sin, cos = math.sin(frequency * t / 2.0), math.cos(frequency * t / 2.0)
+                value -= 2.0 * sin * (sin * real + cos * imaginary)
+                slope -= frequency * (2.0 * sin * cos * real + (cos * cos - sin * sin) * imaginary)
             a, b = (t, b) if value > 0.0 else (a, t)
             newton = t - value / slope if slope < 0.0 else np.inf
             step = abs(newton - t)
