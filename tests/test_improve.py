@@ -6,8 +6,9 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from commands import run
+from identify_draws import LEG
 from scipy.optimize import minimize
-from trees import known_robot
+from trees import known_robot, robot_from
 
 from shockpc import Contact, Point, Posture, Scene, ShockCost, Strike, StudyError, improve, resolve, shock_maps, shock_profile
 from shockpc.landing.scene_file import read_scene
@@ -206,6 +207,21 @@ def test_a_gradient_counts_end_stops():
     cost, h = ShockCost(scene, "shock@imu", {"FL_thigh_joint": "-40:120", "base-pitch": "-20:20"}, robot), 1e-3 * np.eye(2)
     slope = [(cost(cost.x0 + step) - cost(cost.x0 - step)) / 2e-3 for step in h]
     np.testing.assert_allclose(cost.gradient(cost.x0), slope, rtol=1e-5)
+
+
+def test_landings_on_a_rail_have_speeds_of_their_own():
+    """A leg that falls along a joint of its file, from two heights: its base does not move before the impact, the joint does."""
+    robot = robot_from(LEG)
+    scenes = {
+        f"{h} m": Scene(robot=robot.label, contact=(Contact(frame="foot"),), strike=Strike(drop_height=h)) for h in (0.2, 0.5)
+    }
+    cost = ShockCost(scenes, "delta_qd@knee", {"knee": "-90:-10"}, robot, ground=False)
+    for angle in (-50.0, -20.0):
+        profiles = [shock_profile(*case) for case in cost.cases(np.array([angle])).values()]
+        knee = [place.name for place in profiles[0].places("joint")].index("knee")
+        values = [abs(profile.value("delta_qd", "joint")[knee]) for profile in profiles]
+        assert values[0] < 0.9 * values[1]
+        assert cost([angle]) == pytest.approx(max(values), rel=1e-9)
 
 
 def test_points_that_are_none_say_so():

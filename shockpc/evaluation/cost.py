@@ -369,12 +369,10 @@ class ShockCost:
 
 def _groups(varied: VariedLandings, landings: Mapping[str, PosedLanding]) -> tuple[ChosenLandings, ...]:
     """The landings, those together that differ in the velocity of the strike alone, unless that varies."""
-    together = dict[Any, dict[str, Scene]]()
+    together, strikes_vary = dict[Any, dict[str, Scene]](), any(one.stage == 2 for one in varied.variations)
     for name, landing in landings.items():
-        strike = landing.scene.strike
-        moving = Strike(angular_velocity=strike.angular_velocity, joint_velocities=strike.joint_velocities)
-        apart = name if any(one.stage == 2 for one in varied.variations) else ""
-        together.setdefault((apart, repr(replace(landing.scene, strike=moving))), {})[name] = landing.scene
+        apart = name if strikes_vary or not landing.translates else ""
+        together.setdefault((apart, repr(replace(landing.scene, strike=Strike()))), {})[name] = landing.scene
     none = np.zeros((1, len(varied.variations)))
     return tuple(
         ChosenLandings(next(iter(own.values())), varied.robot, varied.variations, 1, X=none, scenes=own)
