@@ -291,7 +291,7 @@ def _contact_text(profile: ShockProfile, i: int) -> str:
         return (
             f"{asked.frame}, the end stop at the {value} value of the joint{rebound}; speeds are those of its body's CoM against it"
         )
-    where = ", ".join(f"{x:.3f}" for x in contact.point + 0.0)
+    where = ", ".join(f"{x:.3f}" for x in contact.point.round(3) + 0.0)
     parts = [f"{asked.frame}{', its lowest point' if asked.at == 'lowest' else ''} at ({where}) m"]
     kept = [d if isinstance(d, str) else "({:g} {:g} {:g})".format(*d) for d in asked.directions]
     parts.append("sticks" if asked.sticks else f"slides, constrained along {' '.join(kept)}")

@@ -89,7 +89,8 @@ def history(title: str, times: Array, curves: Iterable[tuple[str, Array]]) -> di
         for name, curve in curves
     ]
     axes = {"xaxis": _title("time from the first contact [ms]"), "yaxis": _title(title)}
-    return {"data": drawn, "layout": {**axes, "showlegend": True, "margin": {"t": 16, "r": 16}, "height": 300}}
+    margin = {"t": 16, "r": 16, "b": 44}
+    return {"data": drawn, "layout": {**axes, "colorway": CURVES, "showlegend": True, "margin": margin, "height": 280}}
 
 
 def _vector(v: Array) -> dict[str, float]:
