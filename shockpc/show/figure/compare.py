@@ -20,7 +20,7 @@ DRAWN_QUANTITIES = ("shock", "shock_com", "joint_impulse", "mass_sticking")
 MOST_ROWS = 6
 """Bars of one quantity, unless the limb that is struck has more bodies."""
 
-BAR, LETTER, WIDTH, GAP, FOOT = 0.2, 0.062, 2.6, 0.2, 0.95
+BAR, LETTER, WIDTH, GAP, FOOT = 0.2, 0.062, 2.6, 0.36, 0.95
 """Height of a row of bars, width of a letter beside them, of the bars, between panels, and room under the pictures [inches]."""
 
 
