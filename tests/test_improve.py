@@ -246,6 +246,9 @@ def test_what_is_not_said_is_the_imu_and_the_leg():
     assert found.cost.quantities == ("shock@imu_link",)
     assert [one.subject for one in found.cost.variations] == ["LF_HAA", "LF_HFE", "LF_KFE"]
     assert "by default   quantity shock@imu_link; variables LF_HAA, LF_HFE, LF_KFE" in improve_report(found).text("table")
+    named = improve(anymal(point=(Point(frame="LF_HIP"),)), vary=LEGS[:1], robot=known_robot("anymal_b"), starts=0)
+    assert named.cost.quantities == ("shock@LF_HIP",)
+    assert "by default" not in improve_report(named).text("table")
     leg = known_robot("leg")
     found = improve(Scene(robot="leg", contact=(Contact(frame=leg.links[-1]),)), robot=leg, starts=0, any_ground=True)
     assert found.cost.quantities == (f"shock_com@{leg.bodies[0].name}",)

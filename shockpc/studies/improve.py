@@ -200,7 +200,8 @@ def improve(
     chosen = list[str]()
     if not quantities:
         quantities = _usual_quantities(robot, scenes.values())
-        chosen.append(f"quantity {', '.join(quantities)}")
+        if not any(scene.point for scene in scenes.values()):
+            chosen.append(f"quantity {', '.join(quantities)}")
     if not vary:
         vary = dict.fromkeys(_carrying(robot, scenes.values()))
         chosen.append(f"variables {few(list(vary), 12)}, the joints that carry what strikes, within their limits")
