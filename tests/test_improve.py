@@ -174,6 +174,8 @@ def test_what_cannot_be_improved_says_so(capfd):
             improve(anymal(), quantity, vary=vary, robot=robot)
     with pytest.raises(StudyError, match="would change nothing here"):
         improve(anymal(friction=0.5), "shock@imu_link", vary=LEGS, robot=robot)
+    with pytest.raises(StudyError, match="name what may change with --vary"):
+        improve(Scene(robot="cassie", contact=(Contact(frame="left-foot"),)), robot=known_robot("cassie"))
     with pytest.raises(StudyError, match="is not QUANTITY@PLACES<=LIMIT"):
         improve(anymal(), "shock@imu_link", vary=LEGS, robot=robot, keep=["joint_impulse@LF_KFE=2"])
 

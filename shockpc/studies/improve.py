@@ -202,6 +202,10 @@ def improve(
         quantities = _usual_quantities(robot, scenes.values())
         if not any(scene.point for scene in scenes.values()):
             chosen.append(f"quantity {', '.join(quantities)}")
+    if not vary and robot.loops:
+        raise StudyError(
+            f"loops of {robot.label} move its joints together; name what may change with --vary, such as a motor's joint"
+        )
     if not vary:
         vary = dict.fromkeys(_carrying(robot, scenes.values()))
         chosen.append(f"variables {few(list(vary), 12)}, the joints that carry what strikes, within their limits")
