@@ -201,6 +201,14 @@ def test_ranges_without_the_landing_as_given_are_named():
     assert "better than the optimum: it lies outside the range of armature:*_KFE" in improve_report(found).text("table")
 
 
+def test_joints_that_differ_as_given_and_have_one_value_are_named():
+    """ANYmal B stands with its front and hind knees bent opposite ways, which no common angle does."""
+    vary = {"*_KFE": "-30:-20"}
+    found = improve(anymal(), "shock@imu_link", vary=vary, robot=known_robot("anymal_b"), starts=0, any_ground=True)
+    assert found.values[0][1] > found.values[0][0]
+    assert "better than the optimum: there the joints of *_KFE [deg] differ" in improve_report(found).text("table")
+
+
 def test_a_gradient_counts_end_stops():
     """A knee that is bent to its end stop, which the impact would bend further."""
     robot = known_robot("go2")

@@ -159,8 +159,8 @@ def improve(
         Vary,
         Option(
             "What may change, and its range a:b, of masses and places factors ax:bx: joints [deg; m if prismatic], base-pitch, "
-            "strike-angle, mass:LINK, place:JOINT and what else a sweep varies. A joint without a range has its limits; by default "
-            "the joints that carry what strikes.",
+            "strike-angle, mass:LINK, place:JOINT and what else a sweep varies. A glob with a range is one value for all of its "
+            "joints; without one, each joint has its limits. By default the joints that carry what strikes.",
             "Search",
             "NAME=LOW:HIGH",
         ),

@@ -60,7 +60,10 @@ def _lines(study: Improvement) -> list[tuple[str, str]]:
     if (before < after) == (study.columns[0].selection.quantity.worse == "greater") and before != after:
         ranges = zip(study.variables, study.cost.bounds, strict=True)
         outside = [one.name for one, (low, high) in ranges if one.before < low or one.before > high]
+        differing = [one.name for one in study.variables if math.isnan(one.before)]
         reason = f"it lies outside the range of {few(outside, 4)}" if outside else "it misses constraints"
+        if differing:
+            reason = f"there the joints of {few(differing, 4)} differ, which have one value here"
         lines.append(("as given", f"better than the optimum: {reason}"))
     bounds = [f"{one.name} at its {one.bound} value" for one in study.variables if one.bound]
     lines += [("by default", "; ".join(study.chosen))] if study.chosen else []
