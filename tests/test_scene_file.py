@@ -328,7 +328,7 @@ TEXTS = st.text(st.characters(codec="utf-8"), max_size=12)
 NAMES = st.one_of(
     TEXTS, st.sampled_from(["a.b", 'say "foot"', "knee=1", "\x7f", "\x00\x1f", "\\", "é", "𝛥ω", "[x]", "#", "'", "a b", "\u2028"])
 )
-FLOATS = st.floats(-1e12, 1e12)
+FLOATS = st.one_of(st.floats(0.0, 1.0), st.floats(-1e12, 1e12))  # most bounds are 0 or 1
 
 
 def values(kind):
