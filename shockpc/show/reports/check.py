@@ -64,6 +64,7 @@ def check_sheet(check: Check, for_terminal: bool = True, most: int | None = None
         most: largest number of rows; a note counts the others.
     """
     shown = sorted(check.outcomes, key=lambda outcome: (not outcome.fails, not outcome.reason))[:most]
+    unmet = any(outcome.reason for outcome in shown)
     columns: dict[str, list[Cell]] = {
         "result": ["warning" if outcome.status == "exceeded" and not outcome.fails else outcome.status for outcome in shown],
         "landing": [_landing_text(outcome) for outcome in shown],
@@ -75,7 +76,7 @@ def check_sheet(check: Check, for_terminal: bool = True, most: int | None = None
         ],
         "baseline": [outcome.baseline for outcome in shown],
         "change [%]": [None if outcome.change is None else 100.0 * outcome.change for outcome in shown],
-        "reason": [None if for_terminal else outcome.reason or None for outcome in shown],
+        "reason": [None if for_terminal or not unmet else outcome.reason for outcome in shown],
     }
     # A column without any entry tells nothing.
     kept = {head: cells for head, cells in columns.items() if head == "value" or any(cell is not None for cell in cells)}
