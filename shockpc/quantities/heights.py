@@ -130,7 +130,7 @@ def _by_body(robot: Robot) -> tuple[tuple[tuple[int, np.ndarray, Array, Array], 
     """
     pieces, found, centre, half = body_outline(robot).pieces, [], *np.zeros((2, len(robot.bodies), 3))
     reach = np.linalg.norm(pieces.rounding, axis=2)[pieces.piece]
-    for body in np.unique(pieces.body).tolist():
+    for body in sorted(set(pieces.body.tolist())):
         n, of_body = np.flatnonzero(pieces.body == body), pieces.body[pieces.piece] == body
         axes = pieces.rounding[n].transpose(2, 0, 1).reshape(-1, 3)
         found.append((body, n, pieces.points[of_body], axes if axes.any() else axes[:0]))

@@ -168,7 +168,7 @@ def outer_vertices(vertices: Array) -> Array:
         for level in (1, 2) if len(x) > FEW else ():
             directions, triangles = _directions(level)
             farthest = np.array([(x @ direction).argmax() for direction in directions])
-            middle = x[np.unique(farthest)].mean(axis=0)
+            middle = x[sorted(set(farthest.tolist()))].mean(axis=0)
             edges = np.swapaxes(x[farthest[triangles]] - middle, -1, -2)
             inverse, inside = np.linalg.inv(edges[np.abs(np.linalg.det(edges)) > _FLAT]), []
             for part in np.split(x - middle, range(FEW, len(x), FEW)):
@@ -187,8 +187,9 @@ def _directions(level: int) -> tuple[Array, np.ndarray]:
         middles /= np.linalg.norm(middles, axis=-1, keepdims=True)
         corners = [np.stack([triangles[:, k], middles[:, k], middles[:, k - 1]], axis=1) for k in range(3)]
         triangles = np.concatenate([middles, *corners])
-    directions, index = np.unique(triangles.reshape(-1, 3) + 0.0, axis=0, return_inverse=True)
-    return directions, index.reshape(-1, 3)
+    corners = list(map(tuple, (triangles.reshape(-1, 3) + 0.0).tolist()))
+    index = {corner: n for n, corner in enumerate(sorted(set(corners)))}
+    return np.array(list(index)), np.array([index[corner] for corner in corners]).reshape(-1, 3)
 
 
 def _msh_shape(data: bytes) -> tuple[Array, np.ndarray]:
