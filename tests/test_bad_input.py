@@ -59,7 +59,7 @@ def commands(text, **named):
 
 
 FILES = {
-    "empty.urdf": ("", "begins with <robot> (URDF, xacro) or <mujoco> (MJCF)"),
+    "empty.urdf": ("", "begins with <robot> (URDF, xacro) or <mujoco> (MJCF) or <sdf> (SDFormat)"),
     "broken.urdf": ("<robot name='r'>\n  <link name='a'>\n</robot>\n", "line 3, column 3: mismatched tag"),
     "macros.urdf.xacro": (xacro('<xacro:macro name="leg" params=""/>'), "no <link>"),
     "gapped.urdf": (STICK.replace('parent link="body"', 'parent link="bdy"'), 'joint "knee": its parent is link "bdy"'),

@@ -39,8 +39,8 @@ def test_what_is_read(tmp_path: Path):
 
 NO_XML = "; the file is not well-formed XML, so nothing of it is used"
 FILES: dict[str | bytes, str] = {
-    "": " is empty; a robot file begins with <robot> (URDF, xacro) or <mujoco> (MJCF)",
-    " \n": " is empty; a robot file begins with <robot> (URDF, xacro) or <mujoco> (MJCF)",
+    "": " is empty; a robot file begins with <robot> (URDF, xacro) or <mujoco> (MJCF) or <sdf> (SDFormat)",
+    " \n": " is empty; a robot file begins with <robot> (URDF, xacro) or <mujoco> (MJCF) or <sdf> (SDFormat)",
     b'<robot name="r">\n\xff</robot>': ": line 2: byte 0xff is not UTF-8; save the file as UTF-8 text",
     '<robot name="r"/>'.encode("utf-16-be"): " holds NUL characters, as text in UTF-16 does; save the file as UTF-8 text",
     '<robot name="r">\n  <link></robot>': f": line 2, column 11: mismatched tag{NO_XML}",
@@ -54,8 +54,6 @@ FILES: dict[str | bytes, str] = {
     f"{arm()}</robot> more": NO_XML,
     "<robot>" * 900: ": line 1: elements are nested more than 490 deep",
     "<robot>" + "<a b='1'/>" * 250_000 + "</robot>": ": line 1: up to 500000 elements and attributes are read, and there are more",
-    '<sdf version="1.7"/>': " begins with <sdf>: an SDF file, which Pinocchio's wheel cannot read; convert it to URDF, for "
-    "example with sdf2urdf.py of pysdf",
     "<html></html>": " begins with <html>: a web page; download the file itself (on GitHub: the raw file). Robots begin with",
     "<note/>": " begins with <note>: no kind of robot known here. Robots begin with <robot> (URDF, xacro) or <mujoco> (MJCF)",
     SRDF: ": it has no <link>, so there is no robot in it; if it defines macros, give the file that uses them; if it is an SRDF",

@@ -59,7 +59,7 @@ _RENAMED: dict[str, tuple[str, ...]] = {
     "ur_description/urdf/ur10_robot.urdf": ("ur10", "ur10_robot"),
     "ur_description/urdf/ur10_joint_limited_robot.urdf": ("ur10_limited", "ur10_joint_limited_robot"),
 }
-_SUFFIXES = (".urdf", ".xacro", ".xml", ".mjcf", ".toml")
+_SUFFIXES = (".urdf", ".xacro", ".xml", ".mjcf", ".sdf", ".toml")
 _SHARE = "share/example-robot-data"
 
 

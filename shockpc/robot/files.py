@@ -29,6 +29,7 @@ MESHES = "*"
 FORMATS = {
     "robot": ("urdf", "URDF, xacro"),
     "mujoco": ("mjcf", "MJCF"),
+    "sdf": ("sdf", "SDFormat"),
 }
 """The formats of robot files by their root element: the module of this package that knows it, and its name.
 

@@ -36,7 +36,7 @@ def load_robot(
     frames: Sequence[str] = (),
     free: bool = False,
 ) -> Robot:
-    """Load a robot from a file (URDF, xacro or MJCF, recognised by its content), by name, or from what another library loaded.
+    """Load a robot from a file (URDF, xacro, MJCF or SDFormat, by its content), by name, or from what another library loaded.
 
     Args:
         robot: a path, or a name that `shockpc robots` lists; or a `pinocchio.Model` (or `RobotWrapper`) or a `yourdfpy.URDF`, as

@@ -187,9 +187,9 @@ def _directions(level: int) -> tuple[Array, np.ndarray]:
         middles /= np.linalg.norm(middles, axis=-1, keepdims=True)
         corners = [np.stack([triangles[:, k], middles[:, k], middles[:, k - 1]], axis=1) for k in range(3)]
         triangles = np.concatenate([middles, *corners])
-    corners = [tuple(corner) for corner in (triangles.reshape(-1, 3) + 0.0).tolist()]
-    index = {corner: n for n, corner in enumerate(sorted(set(corners)))}
-    return np.array(list(index)), np.array([index[corner] for corner in corners]).reshape(-1, 3)
+    points = [tuple(point) for point in (triangles.reshape(-1, 3) + 0.0).tolist()]
+    index = {point: n for n, point in enumerate(sorted(set(points)))}
+    return np.array(list(index)), np.array([index[point] for point in points]).reshape(-1, 3)
 
 
 def _msh_shape(data: bytes) -> tuple[Array, np.ndarray]:

@@ -39,9 +39,9 @@ class RobotSource:
 
     Attributes:
         name: its catalogue name, if it was asked for by name; what it was, if there is no file.
-        kind: "urdf" (xacro included), "mjcf" or "pinocchio".
+        kind: "urdf" (xacro included), "mjcf", "sdf" or "pinocchio".
         xml: the robot's text. URDF: after xacro, mesh paths as found. MJCF: with its includes inserted and mesh paths relative to
-            the file. Pinocchio: the model as it is serialised there, and its shapes as links of a URDF.
+            the file. SDFormat: as a URDF. Pinocchio: the model as it is serialised there, and its shapes as links of a URDF.
         robot_name: as the file says, else the file's stem.
         srdf: the file of reference postures, given or found beside the robot.
         folders: the robot file, and what may be read along with it.

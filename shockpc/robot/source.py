@@ -15,7 +15,6 @@ from shockpc.text.errors import RobotError
 
 # What people give by mistake, and what to give instead.
 _NOT_ROBOTS = {
-    "sdf": "an SDF file, which Pinocchio's wheel cannot read; convert it to URDF, for example with sdf2urdf.py of pysdf",
     "html": "a web page; download the file itself (on GitHub: the raw file)",
     "package": "a ROS package's description; give the robot file in that package",
     "launch": "a ROS launch file; give the robot file that it loads",

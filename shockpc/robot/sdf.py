@@ -1,0 +1,181 @@
+"""An SDFormat file, written as the URDF that means the same: the frame of a link is moved to the joint that carries it.
+
+Poses may be relative to links, joints and frames of the model. What is not read is refused by name.
+"""
+
+from collections.abc import Mapping
+from dataclasses import replace
+from xml.etree.ElementTree import Element, SubElement, tostring
+
+import numpy as np
+import pinocchio as pin
+
+from shockpc.core.spatial import Array
+from shockpc.robot.files import parse_xml
+from shockpc.robot.robot import WORLD, RobotSource
+from shockpc.robot.urdf import build, choose, vector, with_postures
+from shockpc.text.errors import RobotError
+from shockpc.text.printed import listed
+
+__all__ = ["build", "choose", "read"]
+
+_JOINTS = ("revolute", "continuous", "prismatic", "fixed")
+_SIZES = {"box": ("size",), "sphere": ("radius",), "cylinder": ("radius", "length"), "capsule": ("radius", "length")}
+_MOMENTS = {"ixx": "1", "iyy": "1", "izz": "1", "ixy": "0", "ixz": "0", "iyz": "0"}
+_NOT_READ = (
+    "model", "include", "joint/axis2", "joint/axis/mimic", ".//pose[@rotation_format='quat_xyzw']", "link/inertial[@auto='true']",
+    "link/collision/geometry/mesh/submesh",
+)  # fmt: skip
+_UNLIMITED = 1e16  # a limit from which on SDFormat means none [rad, m]
+
+
+def read(source: RobotSource, xacro: Mapping[str, str]) -> RobotSource:
+    """Write the one model of a file that may move as a URDF.
+
+    Raises:
+        RobotError: it has several models or none, or something in it is not read.
+    """
+    root = parse_xml(source.xml, source.path.name)
+    models = [model for model in (*root.findall("model"), *root.findall("world/model")) if not _yes(model, "static")]
+    if len(models) != 1:
+        raise RobotError(f"{source.path.name} has {len(models)} models that may move; give a file with one")
+    for path in _NOT_READ:
+        if (part := models[0].find(path)) is not None:
+            raise RobotError(f"{source.path.name}: <{part.tag}> ({path}) is not read; write out what it stands for")
+    poses, name = _Poses(models[0], root.get("version", "")), models[0].get("name") or source.robot_name
+    moved = listed(link for link in poses.above if link in poses.named and not poses.of(link).isApprox(poses.carried(link), 1e-12))
+    note = f"{source.path.name}: the frames of links {moved} are moved to the joints that carry them, as in a URDF"
+    text = tostring(_urdf(models[0], name, poses), encoding="unicode")
+    return with_postures(replace(source, xml=text, robot_name=name, warnings=(note,) if moved else ()))
+
+
+class _Poses:
+    """Where links, joints and frames of a model stand, in its frame."""
+
+    def __init__(self, model: Element, version: str) -> None:
+        self._joints = {joint.get("name", ""): joint for joint in model.findall("joint")}
+        # Until version 1.6 a joint may be called like a link, and poses are not relative to joints.
+        self.named = self._joints | {part.get("name", ""): part for part in model if part.tag in ("link", "frame")}
+        self.above = {_text(joint, "child"): joint.get("name", "") for joint in model.findall("joint")}
+        self._world, self._old = _pose(model.find("pose")).inverse(), version in ("1.0", "1.2", "1.3", "1.4")
+
+    def of(self, name: str, within: tuple[str, ...] = ()) -> pin.SE3:
+        """Where what has a name stands. Args: within, names of what stands relative to it."""
+        if name in ("", "__model__"):
+            return pin.SE3.Identity()
+        if name == WORLD:
+            return self._world
+        if (part := self.named.get(name)) is None or name in within:
+            raise RobotError(f'a pose is relative to "{name}", which {"does not exist" if part is None else "is relative to it"}')
+        near = {"link": "", "joint": _text(part, "child"), "frame": part.get("attached_to", "")}[part.tag]
+        return self.placed(part, near, (*within, name))
+
+    def placed(self, part: Element, near: str, within: tuple[str, ...] = ()) -> pin.SE3:
+        """Where an element stands by its <pose>, which is relative to what is `near` if it does not say."""
+        pose = part.find("pose")
+        return self.of((pose is not None and pose.get("relative_to")) or near, within) * _pose(pose)
+
+    def carried(self, link: str) -> pin.SE3:
+        """The frame of a link of the URDF: that of the joint that carries it, or its own."""
+        return self.joint(self.above[link]) if link in self.above else self.of(link)
+
+    def joint(self, name: str) -> pin.SE3:
+        """Where a joint stands."""
+        return self.placed(self._joints[name], _text(self._joints[name], "child"))
+
+    def axis(self, joint: str, axis: Element) -> Array:
+        """The axis (3,) of a joint in its frame."""
+        xyz, of_model = axis.find("xyz"), self._old or _yes(axis, "use_parent_model_frame")
+        frame, here = (xyz is not None and xyz.get("expressed_in")) or "", self.joint(joint)
+        there = self.of(frame) if frame or of_model else here
+        return np.asarray((here.inverse() * there).rotation @ _numbers(axis, "xyz", 3, "0 0 1"))
+
+
+def _urdf(model: Element, name: str, poses: _Poses) -> Element:
+    """The URDF of a model, with a link for each of its sensors."""
+    robot, joints = Element("robot", name=name), model.findall("joint")
+    if any(_text(joint, "parent") == WORLD for joint in joints):
+        SubElement(robot, "link", name=WORLD)
+    for link in model.findall("link"):
+        own = link.get("name", "")
+        frame, out = poses.carried(own).inverse(), SubElement(robot, "link", name=own)
+        if (inertial := link.find("inertial")) is not None:
+            body = _at(SubElement(out, "inertial"), frame * poses.placed(inertial, own))
+            SubElement(body, "mass", value=_text(inertial, "mass", "1"))
+            SubElement(body, "inertia", {key: _text(inertial, f"inertia/{key}", default) for key, default in _MOMENTS.items()})
+        for part in (*link.findall("collision"), *link.findall("visual")):
+            for shape in part.findall("geometry/*"):
+                geometry = SubElement(_at(SubElement(out, part.tag), frame * poses.placed(part, own)), "geometry")
+                mesh = {"filename": _text(shape, "uri"), "scale": _text(shape, "scale", "1 1 1")}
+                sizes = {key: _text(shape, key) for key in _SIZES.get(shape.tag, ())}
+                SubElement(geometry, shape.tag, mesh if shape.tag == "mesh" else sizes)
+        for sensor in link.findall("sensor"):
+            mounted = sensor.get("name", "")
+            SubElement(robot, "link", name=mounted)
+            _joint(robot, f"{mounted}_fixed", "fixed", own, mounted, frame * poses.placed(sensor, own))
+    for joint in joints:
+        own, kind, (parent, child) = (
+            joint.get("name", ""),
+            joint.get("type", ""),
+            (_text(joint, end) for end in ("parent", "child")),
+        )
+        if kind not in _JOINTS:
+            raise RobotError(f'joint "{own}" is of type "{kind}", which is not read; read are {listed(_JOINTS)}')
+        out = _joint(robot, own, kind, parent, child, poses.carried(parent).inverse() * poses.joint(own))
+        axis = joint.find("axis")
+        if kind == "fixed" or axis is None:
+            continue
+        if _numbers(axis, "dynamics/spring_stiffness", 1, "0").any():
+            raise RobotError(f'joint "{own}" has a spring, which is not read; leave it out, or give it with --rotor')
+        SubElement(out, "axis", xyz=_joined(poses.axis(own, axis)))
+        SubElement(out, "dynamics", damping=_text(axis, "dynamics/damping", "0"))
+        (low,), (high,) = (_numbers(axis, f"limit/{key}", 1, end) for key, end in (("lower", "-1e16"), ("upper", "1e16")))
+        limited = low > -_UNLIMITED or high < _UNLIMITED
+        limit = {"lower": repr(float(low)), "upper": repr(float(high))} if limited else {}
+        SubElement(out, "limit", limit | {"effort": repr(max(float(_numbers(axis, "limit/effort", 1, "-1")[0]), 0.0))})
+        if kind == "revolute" and not limited:
+            out.set("type", "continuous")
+    return robot
+
+
+def _joint(robot: Element, name: str, kind: str, parent: str, child: str, place: pin.SE3) -> Element:
+    """A joint of a URDF, of which only its ends and its place are known yet."""
+    joint = _at(SubElement(robot, "joint", name=name, type=kind), place)
+    SubElement(joint, "parent", link=parent)
+    SubElement(joint, "child", link=child)
+    return joint
+
+
+def _at(element: Element, place: pin.SE3) -> Element:
+    """An element with its <origin>."""
+    SubElement(element, "origin", xyz=_joined(place.translation), rpy=_joined(pin.rpy.matrixToRpy(place.rotation)))
+    return element
+
+
+def _joined(values: Array) -> str:
+    return " ".join(map(repr, values.tolist()))
+
+
+def _text(element: Element, path: str, default: str = "") -> str:
+    return element.findtext(path, default).strip() or default
+
+
+def _yes(element: Element, path: str) -> bool:
+    return _text(element, path) in ("1", "true")
+
+
+def _numbers(element: Element, path: str, size: int, default: str = "") -> Array:
+    """The numbers (size,) in an element below one, or in itself."""
+    text = _text(element, path, default) if path else element.text
+    if (values := vector(text, size)) is None:
+        raise RobotError(f'<{path.rpartition("/")[2] or element.tag}> is "{text}"; it has to be {size} finite numbers')
+    return values
+
+
+def _pose(pose: Element | None) -> pin.SE3:
+    """What a <pose> says: a place [m], and angles about x, y and z [rad]."""
+    if pose is None or not (pose.text or "").strip():
+        return pin.SE3.Identity()
+    values = _numbers(pose, "", 6)
+    angles = np.radians(values[3:]) if pose.get("degrees") == "true" else values[3:]
+    return pin.SE3(pin.rpy.rpyToMatrix(angles), values[:3])

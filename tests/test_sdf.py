@@ -1,0 +1,94 @@
+"""SDFormat: the same robot as its URDF, however its poses, axes and ends are written."""
+
+from pathlib import Path
+
+import numpy as np
+import pinocchio as pin
+import pytest
+from robot_texts import loaded, refusal
+
+from shockpc import Contact, Scene, shock_profile
+
+MOMENTS = "<inertia><ixx>.1</ixx><iyy>.2</iyy><izz>.25</izz><ixy>.01</ixy></inertia>"
+URDF = """<robot name="leg">
+<link name="trunk"><inertial><origin xyz=".1 0 0"/><mass value="5"/><inertia ixx=".1" iyy=".2" izz=".25" ixy=".01" ixz="0" iyz="0"/>
+</inertial></link><link name="imu"/>
+<joint name="imu_fixed" type="fixed"><origin xyz="0 .05 .1"/><parent link="trunk"/><child link="imu"/></joint>
+<link name="shank"><inertial><origin xyz="0 -.1 0" rpy=".5 0 0"/><mass value="1"/>
+<inertia ixx=".1" iyy=".2" izz=".25" ixy=".01" ixz="0" iyz="0"/></inertial>
+<collision><origin xyz="0 -.2 0"/><geometry><sphere radius=".02"/></geometry></collision></link>
+<joint name="knee" type="revolute"><origin xyz=".2 0 -.1" rpy=".3 0 0"/><parent link="trunk"/><child link="shank"/>
+<axis xyz="0 0 1"/><limit lower="-1" upper="2" effort="7" velocity="0"/></joint></robot>"""
+SHANK = f"""<inertial><pose>0 -.1 0 .5 0 0</pose><mass>1</mass>{MOMENTS}</inertial>
+<collision name="c"><pose>0 -.2 0 0 0 0</pose><geometry><sphere><radius>.02</radius></sphere></geometry></collision>"""
+ENDS = "<parent>trunk</parent><child>shank</child>"
+LIMIT = "<limit><lower>-1</lower><upper>2</upper><effort>7</effort></limit>"
+PLACED = '<pose relative_to="trunk">.2 0 -.1 .3 0 0</pose>'
+WRITTEN = {
+    "relative to a link": (PLACED, "", f"<xyz>0 0 1</xyz>{LIMIT}"),
+    "in the model": ("<pose degrees='true'>.2 0 .4 17.188733853924695 0 0</pose>", "", f"<xyz>0 0 1</xyz>{LIMIT}"),
+    "relative to the joint": ('<pose relative_to="knee"/>', PLACED, f"<xyz>0 0 1</xyz>{LIMIT}"),
+    "axis of the model": (PLACED, "", f'<xyz expressed_in="__model__">0 {-np.sin(0.3)} {np.cos(0.3)}</xyz>{LIMIT}'),
+}
+
+
+def sdf(pose: str = PLACED, joint_pose: str = "", axis: str = WRITTEN["relative to a link"][2], kind: str = "revolute") -> str:
+    """The leg as an SDF."""
+    sensor = '<sensor type="imu" name="imu"><pose>0 .05 .1 0 0 0</pose></sensor>'
+    trunk = (
+        f'<link name="trunk"><pose>0 0 .5 0 0 0</pose><inertial><pose>.1 0 0 0 0 0</pose><mass>5</mass>{MOMENTS}</inertial>{sensor}'
+    )
+    joint = f'<joint name="knee" type="{kind}">{joint_pose}{ENDS}<axis>{axis}</axis></joint>'
+    return f'<sdf version="1.9"><model name="leg">{trunk}</link><link name="shank">{pose}{SHANK}</link>{joint}</model></sdf>'
+
+
+@pytest.mark.parametrize("written", WRITTEN)
+def test_an_sdf_is_the_urdf_of_the_same_robot(written: str, tmp_path: Path):
+    """Inertia matrix, limits and shock agree with the URDF, however the poses are written."""
+    robot, reference = loaded(tmp_path, sdf(*WRITTEN[written]), "leg.sdf"), loaded(tmp_path, URDF)
+    assert (robot.name, robot.warnings, robot.joint_names) == ("leg", (), reference.joint_names)
+    rng = np.random.default_rng(0)
+    for _ in range(3):
+        q = pin.integrate(reference.model, reference.start, rng.normal(size=reference.model.nv))
+        H, expected = (pin.crba(one.model, one.model.createData(), q) for one in (robot, reference))
+        np.testing.assert_allclose(H, expected, atol=1e-14)
+    np.testing.assert_allclose(robot.model.lowerPositionLimit[7:], -1.0)
+    np.testing.assert_allclose(robot.model.upperEffortLimit[6:], 7.0)
+    one, other = (shock_profile(Scene(robot="leg", contact=(Contact(frame="shank"),)), leg) for leg in (robot, reference))
+    np.testing.assert_allclose(one.value("shock", "point"), other.value("shock", "point"), rtol=1e-12)
+    assert one.points[0].frame == "imu"
+
+
+def test_a_joint_may_be_called_like_its_link(tmp_path: Path):
+    """Version 1.4, whose axes are those of the model and whose poses are relative to it."""
+    axis = f"<xyz>0 {-np.sin(0.3)} {np.cos(0.3)}</xyz>{LIMIT}"
+    text = sdf("<pose>.2 0 .4 .3 0 0</pose>", axis=axis).replace('joint name="knee"', 'joint name="shank"')
+    old, reference = loaded(tmp_path, text.replace("1.9", "1.4"), "leg.sdf"), loaded(tmp_path, URDF)
+    q = pin.integrate(reference.model, reference.start, np.random.default_rng(0).normal(size=reference.model.nv))
+    np.testing.assert_allclose(*(pin.crba(one.model, one.model.createData(), q) for one in (old, reference)), atol=1e-14)
+
+
+def test_a_link_away_from_its_joint_is_moved_there(tmp_path: Path):
+    """Its frame is that of the joint, with a warning; its mass stays where it is."""
+    away = '<pose relative_to="trunk">.2 -.3 -.1 .3 0 0</pose>'
+    moved, plain = (loaded(tmp_path, sdf(away, joint_pose), "leg.sdf") for joint_pose in (PLACED, ""))
+    assert 'the frames of links "shank" are moved' in moved.warnings[0]
+    centres = [pin.centerOfMass(leg.model, leg.model.createData(), leg.start) for leg in (moved, plain)]
+    np.testing.assert_allclose(*centres, atol=1e-14)
+
+
+REFUSED = {
+    sdf(kind="universal"): 'joint "knee" is of type "universal", which is not read',
+    sdf(pose='<pose relative_to="nobody"/>'): 'a pose is relative to "nobody", which does not exist',
+    sdf(pose='<pose relative_to="shank"/>'): 'a pose is relative to "shank", which is relative to it',
+    sdf(pose="<pose>1 2</pose>"): '<pose> is "1 2"; it has to be 6 finite numbers',
+    sdf(axis="<xyz>0 0 1</xyz><dynamics><spring_stiffness>3</spring_stiffness></dynamics>"): 'joint "knee" has a spring',
+    '<sdf version="1.9"/>': "has 0 models that may move; give a file with one",
+    '<sdf version="1.9"><model name="a"><include><uri>model://b</uri></include></model></sdf>': "<include> (include) is not read",
+}
+
+
+@pytest.mark.parametrize("text", REFUSED, ids=range(len(REFUSED)))
+def test_what_is_not_read_is_refused(text: str, tmp_path: Path):
+    """By its name."""
+    assert REFUSED[text] in refusal(tmp_path, text, "leg.sdf")
