@@ -19,7 +19,7 @@ from matplotlib.axes import Axes
 from matplotlib.axis import Axis
 from matplotlib.colors import LinearSegmentedColormap, to_hex, to_rgb
 from matplotlib.figure import Figure
-from matplotlib.ticker import MaxNLocator, NullFormatter
+from matplotlib.ticker import LogLocator, MaxNLocator, NullFormatter
 
 EDGES = (0.0, 0.1, 0.25, 0.5, 0.75, 0.95, 1.05, 1.25, 1.5, 2.0, math.inf)
 """Limits of the bands: shock |Δv| / v_in [1]."""
@@ -39,8 +39,8 @@ INK, PAPER = "#1a1a1a", "#ffffff"
 SHOCK = "normalised shock |Δv| / v_in [-]"
 """Label of bars and axes."""
 
-DECADE = 15.0
-"""Ratio of the limits of a logarithmic axis up to which the numbers between powers of ten are written."""
+DECADE, DECADES = 15.0, 1e3
+"""Ratios of the limits of a logarithmic axis up to which all numbers between powers of ten are written, and twos and fives."""
 
 DPI = 120
 """Of the PNG."""
@@ -113,6 +113,8 @@ def plain_numbers(axis: Axis) -> None:
     low, high = axis.get_view_interval()
     axis.set_major_formatter("{x:g}")
     axis.set_minor_formatter("{x:g}" if high < DECADE * low else NullFormatter())
+    if DECADE * low <= high < DECADES * low:
+        axis.set_major_locator(LogLocator(subs=(1.0, 2.0, 5.0)))
 
 
 def histogram(axes: Axes, heights: np.ndarray, edges: np.ndarray, shock: bool, median: float) -> None:
