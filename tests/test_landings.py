@@ -17,6 +17,7 @@ import pinocchio as pin
 import pyarrow.parquet
 import pytest
 from commands import good, run
+from matplotlib.backends.backend_agg import FigureCanvasAgg
 from robot_texts import body, floating, mjcf
 from scipy.spatial.transform import Rotation
 from trees import known_robot, robot_from
@@ -1077,6 +1078,8 @@ def test_measured_over_predicted_jumps_hides_no_point():
     assert "arrows: 2 of 3 beyond" in [text.get_text() for text in free.texts]
     assert locked.get_title() == "locked\nno jump predicted"
     assert "nan" not in free.get_title()
+    FigureCanvasAgg(figure).draw()
+    assert figure.legends[0].get_window_extent().x0 >= locked.get_window_extent().x1
 
 
 CORRUPTED = """

@@ -55,7 +55,7 @@ def draw_validation(study: RecordedLandings, validation: Validation) -> Figure:
     quantities = [each.name for each in study.table.measured if each.group == largest.name and each.time == largest.time]
     models, times = (list(dict.fromkeys(key)) for key in zip(*((each.model, each.time) for each in shown), strict=True))
     title = f"{robot_name(study.robot)}: {printable(largest.name, 40)} in {count(study.rows, 'landing')}"
-    figure = new_chart(1.9 + 1.75 * len(models), 0.7 + 2.0 * len(times), title)
+    figure = new_chart(2.4 + 1.75 * len(models), 0.7 + 2.0 * len(times), title)
     panels = figure.subplots(len(times), len(models), squeeze=False, sharex=True, sharey=True)
     measured, predicted = (
         max(float(np.nan_to_num(np.abs(values)).max()) for values in kind)
@@ -70,7 +70,8 @@ def draw_validation(study: RecordedLandings, validation: Validation) -> Figure:
         panel = panels[times.index(each.time), models.index(each.model)]
         for k, name in enumerate(quantities):
             x, y = each.predicted[:, k], each.measured[:, k]
-            look = {"color": CURVES[k % len(CURVES)], "linestyle": "none", "clip_on": False}
+            # The layout counts what is not clipped twice where panels are square, and the legend would be over them.
+            look = {"color": CURVES[k % len(CURVES)], "linestyle": "none", "clip_on": False, "in_layout": False}
             inside = np.abs(x) <= reach
             marker = MARKERS[k // len(CURVES) % len(MARKERS)]
             panel.plot(x[inside], y[inside], marker=marker, markersize=2.5, label=printable(name, 30), **look)

@@ -124,6 +124,8 @@ def histogram(axes: Axes, heights: np.ndarray, edges: np.ndarray, shock: bool, m
     axes.bar(edges[:-1], heights, np.diff(edges), align="edge", color=colours)
     axes.stairs(heights, edges, color=INK, linewidth=0.6)
     axes.axvline(median, color=INK, linewidth=0.8, linestyle="--")
+    # Of values that are nearly equal the numbers have many digits.
+    axes.xaxis.set_major_locator(MaxNLocator(3))
 
 
 def settings() -> AbstractContextManager[None]:

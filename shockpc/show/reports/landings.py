@@ -55,12 +55,12 @@ def landings_report(
 
     def body(full: bool) -> Iterator[Section]:
         yield Lines(list(_header(table, landings)))
-        yield _extents(landings, results)
-        yield Picture("landings", "distributions of the results", "landings:draw_landings", (landings, results))
-        yield _rows(landings, results, order, rank, None if full else SHORT)
         if validation is not None:
             yield Picture("measured", "measured over predicted jumps", "landings:draw_validation", (landings, validation))
             yield agreement_sheet(validation, full)
+        yield _extents(landings, results)
+        yield Picture("landings", "distributions of the results", "landings:draw_landings", (landings, results))
+        yield _rows(landings, results, order, rank, None if full else SHORT)
 
     sheets = {"landings": lambda: _rows(landings, results, order, rank, None, exact=True)}
     if validation is not None:
@@ -69,6 +69,7 @@ def landings_report(
         name="landings",
         title=f"Landings of {table}",
         body=body,
+        lead=2,
         closing=list(_closing(landings, results, validation)),
         warnings=list(_warnings(landings)),
         sheets=sheets,
