@@ -1,6 +1,8 @@
 from .evaluation.cost import ShockCost as ShockCost
 from .evaluation.evaluate import Evaluation as Evaluation
+from .evaluation.recorded import RecordedLandings as RecordedLandings
 from .evaluation.table import Table as Table
+from .evaluation.varied import VariedLandings as VariedLandings
 from .landing.landing import Landing as Landing
 from .landing.landing import PosedLanding as PosedLanding
 from .landing.posture import configuration as configuration
@@ -29,6 +31,7 @@ from .quantities.records import PartMargin as PartMargin
 from .quantities.records import PointShock as PointShock
 from .quantities.records import StanceImpulse as StanceImpulse
 from .quantities.table import QUANTITIES as QUANTITIES
+from .quantities.table import Selection as Selection
 from .quantities.table import select as select
 from .robot.load import load_robot as load_robot
 from .robot.robot import Robot as Robot
