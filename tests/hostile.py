@@ -65,7 +65,7 @@ FILES = {path.name: path.read_bytes() for path in sorted((ROBOTS / "stick").iter
 FILES |= {f"landings.{kind}": packed(kind, LANDINGS) for kind in ("npz", "parquet")}
 _ROWS = zip(*(map(str, values) for values in LANDINGS.values()), strict=True)
 FILES["landings.csv"] = "\n".join([",".join(LANDINGS), *map(",".join, _ROWS)]).encode()
-"""A robot as URDF, xacro and MJCF, with all that goes with it, and recorded landings."""
+"""A robot as URDF, xacro, MJCF and SDFormat, with all that goes with it, and recorded landings."""
 
 SECRETS = {f"secret.{kind}": f"{kind} {TOKEN}\n".encode() for kind in ("obj", "stl", "yaml")} | {
     f"secret.{kind}": f'<robot name="{TOKEN}"><link name="{TOKEN}"/><group_state name="{TOKEN}"/></robot>'.encode()
@@ -263,6 +263,7 @@ CONTINUED = {
 COMMANDS = {
     "analyze robot.urdf --contact foot": (38, "robot.urdf " * 7 + "robot.srdf package.xml part.stl part.obj part.dae part.ply"),
     "analyze robot.xml --contact foot": (24, "robot.xml " * 5 + "more.xml part.stl"),
+    "analyze robot.sdf --contact foot": (6, "robot.sdf " * 5 + "part.stl"),
     "analyze robot.urdf.xacro --contact foot": (5, "robot.urdf.xacro " * 3 + "macros.xacro values.yaml"),
     "analyze scene.toml": (14, "scene.toml " * 5 + "robot.urdf robot.srdf"),
     "analyze robot.urdf --contact arm --contact-point lowest": (6, "part.obj part.ply robot.urdf"),
