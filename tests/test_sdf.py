@@ -59,6 +59,26 @@ def test_an_sdf_is_the_urdf_of_the_same_robot(written: str, tmp_path: Path):
     assert one.points[0].frame == "imu"
 
 
+def test_a_link_without_inertial_has_the_mass_of_the_format(tmp_path: Path):
+    """1 kg and 1 kg m², as in Gazebo, with a warning; a limit of inf is none."""
+    text = sdf(axis="<xyz>0 0 1</xyz><limit><lower>-inf</lower><upper>inf</upper><effort>inf</effort></limit>")
+    bare = loaded(tmp_path, text.replace(SHANK, ""), "leg.sdf")
+    assert 'links "shank" have no <inertial>' in bare.warnings[0]
+    shank = bare.model.inertias[bare.model.getJointId("knee")]
+    assert shank.mass == 1.0
+    np.testing.assert_array_equal(shank.inertia, np.eye(3))
+    assert bare.joints[-1].kind == "continuous"
+
+
+def test_a_frame_is_one_of_the_link_that_it_is_attached_to(tmp_path: Path):
+    """By way of another frame, and of a joint."""
+    frames = '<frame name="end" attached_to="knee"><pose>0 -.2 0 0 0 0</pose></frame><frame name="toe" attached_to="end"/>'
+    robot = loaded(tmp_path, sdf().replace("</model>", f"{frames}</model>"), "leg.sdf")
+    toe = robot.model.frames[robot.model.getFrameId("toe")]
+    assert toe.parentJoint == robot.model.getJointId("knee")
+    np.testing.assert_allclose(toe.placement.translation, [0.0, -0.2, 0.0], atol=1e-15)
+
+
 def test_a_joint_may_be_called_like_its_link(tmp_path: Path):
     """Version 1.4, whose axes are those of the model and whose poses are relative to it."""
     axis = f"<xyz>0 {-np.sin(0.3)} {np.cos(0.3)}</xyz>{LIMIT}"
@@ -77,7 +97,10 @@ def test_a_link_away_from_its_joint_is_moved_there(tmp_path: Path):
     np.testing.assert_allclose(*centres, atol=1e-14)
 
 
+AROUND = '<frame name="a" attached_to="{}"><pose relative_to="trunk"/></frame><frame name="b" attached_to="a"/></model>'
 REFUSED = {
+    sdf().replace("</model>", AROUND.format("b")): 'a frame is attached to "a", which is attached to it',
+    sdf().replace("</model>", AROUND.format("nobody")): 'a frame is attached to "nobody", which does not exist',
     sdf(kind="universal"): 'joint "knee" is of type "universal", which is not read',
     sdf(pose='<pose relative_to="nobody"/>'): 'a pose is relative to "nobody", which does not exist',
     sdf(pose='<pose relative_to="shank"/>'): 'a pose is relative to "shank", which is relative to it',

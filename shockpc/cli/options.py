@@ -31,7 +31,7 @@ _in_files, _in_contact, _in_posture = group("Robot files"), group("Contact"), gr
 _in_impact, _in_joints, _in_results = group("Velocity before the impact"), group("Joint model"), group("What is computed")
 in_output, in_run = group("Output"), group("How it is computed, and where it is written")
 
-ROBOT = argument("A robot's name or file (URDF, xacro, MJCF), a scene (.toml) or BUDGETS.toml:CASE.", "ROBOT", robot_name)
+ROBOT = argument("A robot's name or file (URDF, xacro, MJCF, SDFormat), a scene (.toml) or BUDGETS.toml:CASE.", "ROBOT", robot_name)
 XACRO = _in_files("Argument of a xacro file.", "NAME:=VALUE", definition)
 MESHES = _in_files("Folder in which meshes that are not where the file says are found by their names.", "DIR", path)
 PACKAGE = _in_files("Folder of a package, besides those in ROS_PACKAGE_PATH.", "NAME=DIR", folder)

@@ -225,7 +225,9 @@ class ShockCost:
             term for g, group in enumerate(self.groups) for term in self._terms(g, group, kept, ground, moved and not first.loops)
         )
         self.roles = np.array([term.role for term in self.terms])
-        self._how = np.array([(*term[6:], term.power, term.column.selection.signed) for term in self.terms]).T
+        self._how = np.array(
+            [(one.limit, one.sign, one.scale, one.unknown, one.power, one.column.selection.signed) for one in self.terms]
+        ).T
         for role, text in enumerate(self.quantities):
             if role not in self.roles:
                 raise StudyError(f'"{text}" has no place in these landings; name one')

@@ -342,7 +342,7 @@ class Scene(Record):
     """One landing of one robot.
 
     Attributes:
-        robot: a name that `shockpc robots` lists, or the path of a URDF, xacro or MJCF file.
+        robot: a name that `shockpc robots` lists, or the path of a URDF, xacro, MJCF or SDFormat file.
         packages: folders of packages, for `package://` and `$(find …)`; in that of "*" files are found by their names alone.
         xacro: arguments of a xacro file.
         posture: posture of base and joints.

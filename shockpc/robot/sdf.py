@@ -44,9 +44,15 @@ def read(source: RobotSource, xacro: Mapping[str, str]) -> RobotSource:
             raise RobotError(f"{source.path.name}: <{part.tag}> ({path}) is not read; write out what it stands for")
     poses, name = _Poses(models[0], root.get("version", "")), models[0].get("name") or source.robot_name
     moved = listed(link for link in poses.above if link in poses.named and not poses.of(link).isApprox(poses.carried(link), 1e-12))
-    note = f"{source.path.name}: the frames of links {moved} are moved to the joints that carry them, as in a URDF"
+    bare = listed(link.get("name", "") for link in models[0].findall("link") if link.find("inertial") is None)
+    notes = (
+        f"the frames of links {moved} are moved to the joints that carry them, as in a URDF" if moved else "",
+        f"links {bare} have no <inertial>, for which SDFormat takes 1 kg and 1 kg m²; write it if they have less" if bare else "",
+    )
     text = tostring(_urdf(models[0], name, poses), encoding="unicode")
-    return with_postures(replace(source, xml=text, robot_name=name, warnings=(note,) if moved else ()))
+    return with_postures(
+        replace(source, xml=text, robot_name=name, warnings=tuple(f"{source.path.name}: {note}" for note in notes if note))
+    )
 
 
 class _Poses:
@@ -79,6 +85,19 @@ class _Poses:
         """The frame of a link of the URDF: that of the joint that carries it, or its own."""
         return self.joint(self.above[link]) if link in self.above else self.of(link)
 
+    def link(self, name: str, within: tuple[str, ...] = ()) -> str:
+        """The link that a frame is attached to; of the model itself its first one. Args: within, as for `of`."""
+        if name in ("", "__model__"):
+            return next((link for link, part in self.named.items() if part.tag == "link"), WORLD)
+        if name == WORLD:
+            return WORLD
+        if (part := self.named.get(name)) is None or name in within:
+            what = "does not exist" if part is None else "is attached to it"
+            raise RobotError(f'a frame is attached to "{name}", which {what}')
+        if part.tag == "link":
+            return name
+        return self.link(_text(part, "child") if part.tag == "joint" else part.get("attached_to", ""), (*within, name))
+
     def joint(self, name: str) -> pin.SE3:
         """Where a joint stands."""
         return self.placed(self._joints[name], _text(self._joints[name], "child"))
@@ -92,17 +111,17 @@ class _Poses:
 
 
 def _urdf(model: Element, name: str, poses: _Poses) -> Element:
-    """The URDF of a model, with a link for each of its sensors."""
+    """The URDF of a model, with a link for each of its sensors and frames."""
     robot, joints = Element("robot", name=name), model.findall("joint")
     if any(_text(joint, "parent") == WORLD for joint in joints):
         SubElement(robot, "link", name=WORLD)
     for link in model.findall("link"):
         own = link.get("name", "")
         frame, out = poses.carried(own).inverse(), SubElement(robot, "link", name=own)
-        if (inertial := link.find("inertial")) is not None:
-            body = _at(SubElement(out, "inertial"), frame * poses.placed(inertial, own))
-            SubElement(body, "mass", value=_text(inertial, "mass", "1"))
-            SubElement(body, "inertia", {key: _text(inertial, f"inertia/{key}", default) for key, default in _MOMENTS.items()})
+        inertial = next(link.iterfind("inertial"), Element("inertial"))
+        body = _at(SubElement(out, "inertial"), frame * poses.placed(inertial, own))
+        SubElement(body, "mass", value=_text(inertial, "mass", "1"))
+        SubElement(body, "inertia", {key: _text(inertial, f"inertia/{key}", default) for key, default in _MOMENTS.items()})
         for part in (*link.findall("collision"), *link.findall("visual")):
             for shape in part.findall("geometry/*"):
                 geometry = SubElement(_at(SubElement(out, part.tag), frame * poses.placed(part, own)), "geometry")
@@ -113,6 +132,11 @@ def _urdf(model: Element, name: str, poses: _Poses) -> Element:
             mounted = sensor.get("name", "")
             SubElement(robot, "link", name=mounted)
             _joint(robot, f"{mounted}_fixed", "fixed", own, mounted, frame * poses.placed(sensor, own))
+    for marked in model.findall("frame"):
+        own = marked.get("name", "")
+        place, carrier = poses.of(own), poses.link(own)
+        SubElement(robot, "link", name=own)
+        _joint(robot, f"{own}_fixed", "fixed", carrier, own, poses.carried(carrier).inverse() * place)
     for joint in joints:
         own, kind, (parent, child) = (
             joint.get("name", ""),
@@ -129,10 +153,10 @@ def _urdf(model: Element, name: str, poses: _Poses) -> Element:
             raise RobotError(f'joint "{own}" has a spring, which is not read; leave it out, or give it with --rotor')
         SubElement(out, "axis", xyz=_joined(poses.axis(own, axis)))
         SubElement(out, "dynamics", damping=_text(axis, "dynamics/damping", "0"))
-        (low,), (high,) = (_numbers(axis, f"limit/{key}", 1, end) for key, end in (("lower", "-1e16"), ("upper", "1e16")))
+        low, high, effort = (_limit(axis, key) for key in ("lower", "upper", "effort"))
         limited = low > -_UNLIMITED or high < _UNLIMITED
-        limit = {"lower": repr(float(low)), "upper": repr(float(high))} if limited else {}
-        SubElement(out, "limit", limit | {"effort": repr(max(float(_numbers(axis, "limit/effort", 1, "-1")[0]), 0.0))})
+        limit = {"lower": repr(low), "upper": repr(high)} if limited else {}
+        SubElement(out, "limit", limit | {"effort": repr(effort if 0.0 < effort < _UNLIMITED else 0.0)})
         if kind == "revolute" and not limited:
             out.set("type", "continuous")
     return robot
@@ -170,6 +194,13 @@ def _numbers(element: Element, path: str, size: int, default: str = "") -> Array
     if (values := vector(text, size)) is None:
         raise RobotError(f'<{path.rpartition("/")[2] or element.tag}> is "{text}"; it has to be {size} finite numbers')
     return values
+
+
+def _limit(axis: Element, key: str) -> float:
+    """A limit of a joint, or `_UNLIMITED` with its sign; files write inf or 1e16 for that, or nothing."""
+    text = _text(axis, f"limit/{key}", "-inf" if key == "lower" else "inf")
+    value = float(text) if text.lstrip("+-") == "inf" else float(_numbers(axis, f"limit/{key}", 1)[0])
+    return min(max(value, -_UNLIMITED), _UNLIMITED)
 
 
 def _pose(pose: Element | None) -> pin.SE3:
