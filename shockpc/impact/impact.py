@@ -212,6 +212,11 @@ class Impact:
                 loads[:, :, parents[i]] += loads[:, :, i]
         return loads
 
+    def joint_power(self, joints: Sequence[tuple[int, int]]) -> Any:
+        """Power (N, S, n) of the wrenches through joints in unit rates. Args: joints, body and velocity of each."""
+        bodies, columns = ([joint[k] for joint in joints] for k in (0, 1))
+        return np.sum(np.swapaxes(self.state.J[:, :, columns], 1, 2)[:, None] * self.joint_loads[:, :, bodies], axis=-1)
+
     @functools.cached_property
     def ground_impulse(self) -> tuple[Any, Any]:
         """Impulse (N, S, 3) of the ground [N s], and its moment (N, S, 3) about the centre of mass [N m s], world axes.

@@ -66,10 +66,8 @@ def _moment(impact: Impact, places: Places) -> Any:
 
 def _along(impact: Impact, places: Places) -> Any:
     """The power (N, S, n) of the wrench in a unit rate of the joint: what its drive carries [N m s, N s]."""
-    loads = impact.joint_loads[:, :, [place.body for place in places]]
-    power = np.sum(np.swapaxes(impact.state.J[:, :, [place.number for place in places]], 1, 2)[:, None] * loads, axis=-1)
     single = [v.stop - v.start == 1 for v in _columns(impact, places)]
-    return np.where(single, power, np.nan)
+    return np.where(single, impact.joint_power([(place.body, place.number) for place in places]), np.nan)
 
 
 def _stop_impulse(impact: Impact, places: Places) -> Any:

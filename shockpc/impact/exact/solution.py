@@ -176,6 +176,14 @@ class BallImpact(Impact):
         """As in `Impact`."""
         return np.array([inertia.table() for inertia in self._inertias], dtype=object)[None]
 
+    def joint_power(self, joints: Sequence[tuple[int, int]]) -> Balls:
+        """As in `Impact`; −armature · Δq̇ where only the drive resists (a row of Eq. 4), which sums no balls that cancel."""
+        columns = [column for _, column in joints]
+        drive = self.along(self.delta_qd)[..., columns] * -self.landing.joint_model.armature[columns]
+        coupled = [column for follower, leaders in self._mimics for column in (follower, *(leader for leader, _ in leaders))]
+        held = self.landing.joint_model.locked[columns] | np.isin(columns, coupled)
+        return np.asarray(np.where(held, super().joint_power(joints), drive))
+
     def mobility(self, block: Block, fixed: Sequence[Block], independent: list[int]) -> arb_mat:
         """Delassus matrix (n, n) of the rows of a block while others stay held: J P Jᵀ, with P the inverse inertia on these [1/kg].
 
