@@ -10,7 +10,7 @@ exact answer, and that is what a profile reports.
 """
 
 from collections.abc import Sequence
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -18,7 +18,6 @@ from shockpc.core.bodies import body_jumps, in_body_axes
 from shockpc.core.impulse import Solution
 from shockpc.core.spatial import Array, freeze
 from shockpc.core.threads import one_thread
-from shockpc.impact.derivatives import derivatives as map_derivatives
 from shockpc.impact.solve import solve_exactly, solve_in_doubles
 from shockpc.impact.stops import refuse_missed, with_stops
 from shockpc.landing.dynamics import Dynamics, dynamics
@@ -28,12 +27,14 @@ from shockpc.landing.resolve import resolve
 from shockpc.landing.rows import Equation
 from shockpc.landing.scene import Scene
 from shockpc.landing.scene_file import robot_of
-from shockpc.quantities.maps import CHUNK, ShockMaps, doubles
 from shockpc.quantities.profile import ShockProfile
 from shockpc.robot.robot import Robot
 from shockpc.text.arguments import checked
 from shockpc.text.errors import SceneError
 from shockpc.text.trace import Trace
+
+if TYPE_CHECKING:
+    from shockpc.quantities.maps import ShockMaps
 
 FASTEST_PLAUSIBLE_RATE = 1e4
 """Jump of a joint velocity for a strike of 1 m/s above which the posture may be so nearly singular that a proof refuses it."""
@@ -92,7 +93,7 @@ def profile_of(landing: PosedLanding, trace: Trace | None = None) -> ShockProfil
     return profile
 
 
-def shock_maps(landing: Landing | Scene, Q: Array, derivatives: bool = False) -> ShockMaps:
+def shock_maps(landing: Landing | Scene, Q: Array, derivatives: bool = False) -> "ShockMaps":
     """Steps 1 and 2 in many postures, in double precision.
 
     Args:
@@ -104,6 +105,8 @@ def shock_maps(landing: Landing | Scene, Q: Array, derivatives: bool = False) ->
         SceneError: Q has another shape, no row, or a rotation that is none; or the landing counts end stops, with which the jumps
             are not linear in the strike.
     """
+    from shockpc.quantities.maps import CHUNK, ShockMaps, doubles
+
     if isinstance(landing, Scene):
         landing = resolve(landing, robot_of(landing))
     if landing.scene.stops:
@@ -117,6 +120,8 @@ def shock_maps(landing: Landing | Scene, Q: Array, derivatives: bool = False) ->
     check_rotations(landing.robot, Q)
     nv, parts, changes = landing.robot.model.nv, [], None
     if derivatives:
+        from shockpc.impact.derivatives import derivatives as map_derivatives
+
         changes = np.empty((len(Q), len(landing.robot.bodies), 6, 3, nv))
     with one_thread(nv):
         for k in range(0, len(Q), CHUNK):

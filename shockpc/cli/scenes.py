@@ -9,8 +9,7 @@ from typing import Any, TypeVar
 import numpy as np
 
 from shockpc.cli.options import SceneOptions
-from shockpc.evaluation.landings import contact_name
-from shockpc.landing.contact import foot_contact, landing_frames, match_contacts
+from shockpc.landing.contact import contact_name, foot_contact, landing_frames, match_contacts
 from shockpc.landing.ratings import part_from
 from shockpc.landing.scene import Contact, Joints, Posture, Rotor, Scene, Strike
 from shockpc.landing.scene_file import check_scene, plane_of, points_at, read_scene, robot_of

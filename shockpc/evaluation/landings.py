@@ -8,6 +8,7 @@ from typing import Any, NamedTuple, Protocol
 import numpy as np
 
 from shockpc.core.spatial import Array
+from shockpc.landing.contact import contact_name
 from shockpc.landing.dynamics import Inertias
 from shockpc.landing.landing import OfLanding, PosedLanding
 from shockpc.landing.scene import Scene
@@ -238,11 +239,6 @@ def landings_by_name(cases: Mapping[str, tuple[Scene, Robot]], trace: Trace | No
         return robot, [scene]
 
     return ListedLandings(tuple(cases), read, trace)
-
-
-def contact_name(scene: Scene) -> str:
-    """What strikes: frames with + between them."""
-    return "+".join(contact.frame for contact in scene.contact)
 
 
 def named_scenes(landings: Scene | Mapping[str, Scene]) -> dict[str, Scene]:

@@ -9,7 +9,7 @@ from shockpc.core.spatial import Array, cross, cross_matrix
 from shockpc.landing.dynamics import dynamics
 from shockpc.landing.posture import configuration
 from shockpc.landing.rows import Block
-from shockpc.landing.scene import Contact
+from shockpc.landing.scene import Contact, Scene
 from shockpc.robot.geometry import Shape, body_outline
 from shockpc.robot.landmarks import feet, is_foot
 from shockpc.robot.robot import STOP, Robot
@@ -55,6 +55,11 @@ def landing_frames(robot: Robot, text: str) -> list[tuple[str, ...]]:
     return (
         [(frame,) for frame in parts[0]] if len(parts) == 1 else [tuple(dict.fromkeys(frame for part in parts for frame in part))]
     )
+
+
+def contact_name(scene: Scene) -> str:
+    """What strikes: frames with + between them."""
+    return "+".join(contact.frame for contact in scene.contact)
 
 
 def foot_contact(robot: Robot, name: str) -> Contact:

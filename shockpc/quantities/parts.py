@@ -10,7 +10,6 @@ import numpy as np
 from shockpc.core.percussion import norm
 from shockpc.core.pulse import Pulse, peak_acceleration
 from shockpc.core.spatial import Array
-from shockpc.impact.friction import jumps_of
 from shockpc.impact.impact import DoubleImpact, Impact
 from shockpc.impact.solve import solve_in_doubles
 from shockpc.landing.landing import PosedLanding
@@ -228,6 +227,9 @@ def margin_lost(landing: PosedLanding) -> MarginLost | None:
 
     Returns: None where there is neither a part nor a limit, or an end stop strikes.
     """
+    from shockpc.impact.friction import jumps_of
+    from shockpc.impact.stiffness import compliant_landing
+
     scene, robot = landing.scene, landing.robot
     if any(block.kind == "stop" for block in landing.contacts):
         return None
@@ -244,8 +246,6 @@ def margin_lost(landing: PosedLanding) -> MarginLost | None:
         joints = [p for p in stiff.places("joint") if p.number not in rated and judged[p.number]]
         if not (joints or any(part.joint < 0 or not stiff.joint_model.rotor_unknown[part.joint] for part in stiff.parts)):
             return None
-
-        from shockpc.impact.stiffness import compliant_landing
 
         def least(k: float) -> tuple[float, str, int]:
             changed = replace(stiff.scene, contact_stiffness=k, tangential_stiffness=along and along * k)

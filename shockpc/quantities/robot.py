@@ -94,15 +94,17 @@ def _feasible(impact: Impact, places: Places) -> Array:
     With the scene's friction nothing is pulled: a contact that would be opens, and one that needs more friction slides. In doubles
     NaN where the impact may then gain energy, which the analysis of the landing refuses.
     """
-    from shockpc.impact.friction import may_gain_with_friction
-
     del places
     landing = impact.landing
     refused = (pull(impact, landing.contact_places) > 0.0).any(axis=-1) & (landing.scene.friction is None)
     if (here := _levels(impact)) is not None:
         refused = refused | here.uneven[:, None] | (here.below & (landing.base != "fixed"))[:, None]
-    gains = isinstance(impact, DoubleImpact) and may_gain_with_friction(impact)
-    return np.asarray(_one(np.where(gains, np.nan, np.where(refused, 0.0, 1.0))))
+    allowed = np.where(refused, 0.0, 1.0)
+    if isinstance(impact, DoubleImpact):
+        from shockpc.impact.friction import may_gain_with_friction
+
+        allowed = np.where(may_gain_with_friction(impact), np.nan, allowed)
+    return np.asarray(_one(allowed))
 
 
 def _health(key: str, title: str, unit: str = "1", worse: Literal["greater", "neither"] = "greater") -> Quantity:

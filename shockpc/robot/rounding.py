@@ -7,7 +7,6 @@ numbers with four decimals or more it is half a unit in the last one; with fewer
 
 import math
 from collections.abc import Iterator
-from decimal import Decimal
 from xml.etree.ElementTree import Element
 
 import numpy as np
@@ -103,6 +102,8 @@ def _of_joint(joint: Element) -> Array:
 
 def _decimals(text: str) -> int:
     """How many decimals a number has, without zeros at its end."""
+    from decimal import Decimal  # which few mechanisms need
+
     exponent = Decimal(text).normalize().as_tuple().exponent
     return max(-exponent, 0) if isinstance(exponent, int) else 0
 

@@ -4,11 +4,13 @@ import io
 import math
 import re
 from collections.abc import Iterable, Mapping, Sequence
-from typing import Any, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple
 
-from shockpc.evaluation.table import Table
 from shockpc.show.wording import count
 from shockpc.text.printed import message, printable
+
+if TYPE_CHECKING:
+    from shockpc.evaluation.table import Table
 
 Cell = str | float | None
 """Content of a table: a text, a number, or nothing, for which NaN stands as well."""
@@ -50,7 +52,7 @@ class Sheet(NamedTuple):
         return self._replace(rows=[self.rows[k] for k in sorted(kept)], notes=(left, *self.notes))
 
 
-def sheet_of(table: Table, title: str = "", notes: Sequence[str] = ()) -> Sheet:
+def sheet_of(table: "Table", title: str = "", notes: Sequence[str] = ()) -> Sheet:
     """The columns of a study's table, of the rows without a message."""
     rows = list(zip(*(x.tolist() for x in table.columns.values()), strict=True))
     return Sheet(title, tuple(table.columns), [row for i, row in enumerate(rows) if i not in table.messages], notes)

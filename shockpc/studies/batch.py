@@ -12,9 +12,9 @@ import numpy as np
 
 from shockpc.evaluation.columns import selected
 from shockpc.evaluation.evaluate import Evaluation
-from shockpc.evaluation.landings import HEADINGS, ListedLandings, Read, contact_name
+from shockpc.evaluation.landings import HEADINGS, ListedLandings, Read
 from shockpc.evaluation.table import Table
-from shockpc.landing.contact import foot_contact
+from shockpc.landing.contact import contact_name, foot_contact
 from shockpc.landing.places import Place
 from shockpc.landing.record import Option
 from shockpc.landing.scene import Scene
