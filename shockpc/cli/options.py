@@ -1,8 +1,9 @@
 """The options that several commands share, declared once: the fields of records, which a command takes by `command`."""
 
 from collections.abc import Mapping
+from dataclasses import fields
 from pathlib import Path
-from typing import Any, Literal, NamedTuple, get_args, get_origin, get_type_hints
+from typing import Any, Literal, NamedTuple, get_args, get_origin
 
 from shockpc.cli.declare import Declared, Parser, argument, group
 from shockpc.cli.parse import (
@@ -78,7 +79,8 @@ RECORDS = (Contact, Scene, Posture, Strike, Joints)
 
 def _declared(record: type) -> dict[str, tuple[Any, Any]]:
     """Type and declaration of the options of a record, by parameter of a command."""
-    kinds, declared = get_type_hints(record), {}
+    kinds: dict[str, Any] = {part.name: part.type for part in fields(record)}
+    declared: dict[str, tuple[Any, Any]] = {}
     for field, one in options_of(record).items():
         given = [part for part in get_args(kinds[field]) if part is not type(None)]
         kind = given[0] if type(None) in get_args(kinds[field]) else kinds[field]

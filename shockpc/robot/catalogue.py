@@ -158,7 +158,7 @@ def own_robots_folder() -> Path:
 
 def closing_scene(robot: Path) -> Path | None:
     """The first scene that closes a loop of one of the project's own robots, whose file, a tree, ends at the loop's two ends."""
-    return _closing_scenes().get(robot)
+    return _closing_scenes().get(robot) if robot.is_relative_to(own_robots_folder()) else None
 
 
 @functools.cache

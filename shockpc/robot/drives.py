@@ -24,7 +24,7 @@ PUBLIC = ("published", "derived")
 """Status of drives that are taken unless the scene says otherwise."""
 
 
-@dataclass(frozen=True, kw_only=True)
+@dataclass(frozen=True, kw_only=True, repr=False)
 class Drive:
     """The drive of some joints.
 
@@ -58,7 +58,7 @@ class Drive:
         return self.rotor_inertia * self.gear_ratio**2
 
 
-@dataclass(frozen=True, kw_only=True)
+@dataclass(kw_only=True, eq=False, repr=False)
 class _DrivesFile:
     """A file of drives."""
 

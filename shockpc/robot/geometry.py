@@ -173,17 +173,21 @@ def robot_size(robot: Robot, shapes: bool = True) -> float:
         robot: the robot.
         shapes: whether its shapes count, for which meshes are read.
     """
-    model, data = robot.model, robot.model.createData()
-    pin.forwardKinematics(model, data, pin.neutral(model))
-    origins, corners = [frame for frame in robot.frames.values() if frame.body >= 0], []
-    outlines = body_outline(robot).shapes if shapes else [()] * len(robot.bodies)
-    for k, (body, of_body) in enumerate(zip(robot.bodies, outlines, strict=True)):
-        place = data.oMi[body.joint] * pin.SE3(body.rotation, body.offset)
-        parts = [Shape(body.name, np.array([body.com, *(frame.offset for frame in origins if frame.body == k)])), *of_body]
-        for part in (shape.placed(place.rotation, place.translation) for shape in parts):
-            reach = np.linalg.norm(part.rounding, axis=1)
-            corners += [part.points.min(axis=0) - reach, part.points.max(axis=0) + reach]
-    return float(np.linalg.norm(np.ptp(corners, axis=0)))
+    joints = robot.joint_placements(pin.neutral(robot.model))
+    places = [joints[body.joint] * pin.SE3(body.rotation, body.offset) for body in robot.bodies]
+    R, p = np.array([place.rotation for place in places]), np.array([place.translation for place in places])
+
+    def placed(bodies: np.ndarray, points: Array) -> Array:
+        return np.asarray((R[bodies] @ points[..., None])[..., 0] + p[bodies])
+
+    own = [*enumerate(body.com for body in robot.bodies), *((at.body, at.offset) for at in robot.frames.values() if at.body >= 0)]
+    corners = [placed(np.array([body for body, _ in own]), np.array([point for _, point in own]))]
+    if shapes:
+        pieces = body_outline(robot).pieces
+        points = placed(pieces.body[pieces.piece], pieces.points)
+        reach = np.linalg.norm(R[pieces.body] @ pieces.rounding, axis=2)[pieces.piece]
+        corners += [points - reach, points + reach]
+    return float(np.linalg.norm(np.ptp(np.concatenate(corners), axis=0)))
 
 
 def inflated_inertias(robot: Robot) -> tuple[tuple[str, float, float], ...]:

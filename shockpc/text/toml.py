@@ -6,7 +6,6 @@ checked in the same way.
 
 import dataclasses
 import difflib
-import functools
 import json
 import os
 import re
@@ -15,7 +14,7 @@ from contextlib import contextmanager
 from dataclasses import fields, is_dataclass
 from numbers import Real
 from pathlib import Path
-from typing import Any, Literal, get_args, get_origin, get_type_hints
+from typing import Any, Literal, get_args, get_origin
 
 import numpy as np
 
@@ -56,11 +55,6 @@ def reading(path: Path, what: str, error: type[ShockError]) -> Iterator[dict[str
         raise error(f"{path} holds an integer of thousands of digits, or tables or keys nested too deep; shorten it") from None
 
 
-@functools.cache
-def _kinds(record: type) -> dict[str, Any]:
-    return get_type_hints(record)
-
-
 def checked(value: Any, kind: Any, key: str, faults: list[str]) -> Any:
     """A value from TOML or from Python, converted to the type of its field.
 
@@ -93,19 +87,20 @@ def checked(value: Any, kind: Any, key: str, faults: list[str]) -> Any:
 
 def _record(table: Mapping[str, Any], kind: type, key: str, faults: list[str]) -> Any:
     """A record from its fields; None if something does not fit."""
-    kinds, values = _kinds(kind), {}
+    values: dict[str, Any] = {}
     for item in fields(kind):
         if item.name in table:
             if table[item.name] is item.default:  # is valid, and most of the fields of a scene have it
                 values[item.name] = item.default
                 continue
             before = len(faults)
-            values[item.name] = value = checked(table[item.name], kinds[item.name], f"{key}{item.name}", faults)
+            values[item.name] = value = checked(table[item.name], item.type, f"{key}{item.name}", faults)
             if "option" in item.metadata and len(faults) == before and (fault := item.metadata["option"].fault(value)):
                 faults.append(f"{key}{item.name} {fault}")
         elif item.default is item.default_factory is dataclasses.MISSING:
             faults.append(f"{key}{item.name} is missing; every {_words(kind)} needs it")
-    faults += [unknown_key(f"{key}{name}", name, kinds) for name in table if name not in kinds]
+    known = [item.name for item in fields(kind)]
+    faults += [unknown_key(f"{key}{name}", name, known) for name in table if name not in known]
     return None if faults else kind(**values)
 
 

@@ -1,7 +1,6 @@
 """A result, described once: the text, the Markdown document, CSV, JSON and the files of a folder are made from that."""
 
 from collections.abc import Callable, Iterable, Mapping, Sequence
-from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -46,23 +45,22 @@ def picture_files(*names: str) -> tuple[str, ...]:
 Section = Sheet | Lines | Picture
 
 
-@dataclass(frozen=True, kw_only=True, eq=False, repr=False)
-class Report:
+class Report(NamedTuple):
     """One result as people and as programs read it. What costs time is a function that is called if it is needed.
 
     Attributes:
         name: of the JSON file, and of its schema.
-        title: heading of the Markdown document.
-        page: name of the file of that document.
         body: lines, tables and figures in the order of reading; the argument is whether all rows are wanted, as in the Markdown
             document, or on a terminal those of the largest values.
+        sheets: the tables with all digits, by the name of their CSV file; the first one is what --format csv prints.
+        document: the JSON document without its head; `null` where a thing does not exist, positions in metres.
+        title: heading of the Markdown document.
+        page: name of the file of that document.
         lead: how many sections of the whole body are the answer of the command, which report.html has before the view, with the
             lines under the body; by default the lines that the body begins with.
         brief: what a terminal shows in place of the body and the lines under it; by default these.
         closing: lines under the body.
         warnings: lines under those: what warns, and what could not be computed.
-        sheets: the tables with all digits, by the name of their CSV file; the first one is what --format csv prints.
-        document: the JSON document without its head; `null` where a thing does not exist, positions in metres.
         formats: texts in formats of other programs, by the name of the format.
         more: contents of further files by name, which may hold paths relative to the folder that they are written in.
         others: names of the files that only some reports of the command have, this one perhaps not.
@@ -72,20 +70,20 @@ class Report:
     """
 
     name: str
+    body: Callable[[bool], Iterable[Section]]
+    sheets: Mapping[str, Callable[[], Sheet]]
+    document: Callable[[], Any]
     title: str = ""
     page: str = "report"
-    body: Callable[[bool], Iterable[Section]]
     lead: int = 0
     brief: Callable[[], Iterable[Section]] | None = None
     closing: Sequence[str] = ()
     warnings: Sequence[str] = ()
-    sheets: Mapping[str, Callable[[], Sheet]]
-    document: Callable[[], Any]
-    formats: Mapping[str, Callable[[], str]] = field(default_factory=dict)
+    formats: Mapping[str, Callable[[], str]] = {}
     more: Callable[[Path], Mapping[str, str]] = lambda _: {}
     others: Sequence[str] = ()
-    landings: Mapping[str, ShockProfile] = field(default_factory=dict)
-    parts: Mapping[str, "Report"] = field(default_factory=dict)
+    landings: Mapping[str, ShockProfile] = {}
+    parts: Mapping[str, "Report"] = {}
 
     def text(self, format_: str) -> str:
         """What goes to standard output. Args: format_, "table", "markdown", "csv", "json" or one of `formats`."""
