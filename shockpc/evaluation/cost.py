@@ -23,14 +23,12 @@ from shockpc.landing.landing import PosedLanding
 from shockpc.landing.places import Place
 from shockpc.landing.posture import difference
 from shockpc.landing.resolve import resolve
-from shockpc.landing.rows import block_point
 from shockpc.landing.scene import Scene, Strike
 from shockpc.profile import shock_profile
 from shockpc.quantities.contacts import IMPULSE
-from shockpc.quantities.heights import Levels, levels, on_ground
+from shockpc.quantities.heights import CLEARANCE, SPREAD, on_ground
 from shockpc.quantities.quantity import Quantity
 from shockpc.quantities.table import Selection
-from shockpc.robot.geometry import body_outline
 from shockpc.robot.robot import Robot
 from shockpc.text.arguments import checked
 from shockpc.text.errors import StudyError
@@ -49,27 +47,13 @@ SLACK = 1e-7
 """By how much an optimiser may miss a constraint, as a share of its scale; it is given one that is narrower by twice as much."""
 
 
-def _heights(impact: Any) -> Levels:
-    points = np.stack([block_point(impact.state, impact.blocks[k]) for k in on_ground(impact.landing)], axis=1)
-    return levels(impact.landing, impact.state.rotation, impact.state.position, points, every=True)
-
-
-def _clearance(impact: Any, places: Sequence[Place]) -> Array:
-    """Heights (N, 1, n) of bodies above the lowest contact, without what strikes."""
-    here, body = _heights(impact), np.array([i for i, own in enumerate(body_outline(impact.landing.robot).shapes) for _ in own])
-    lowest = [here.surface[:, here.others & (body == place.body)].min(axis=1, initial=np.inf) for place in places]
-    return np.asarray((np.stack(lowest, axis=1) - here.contacts.min(axis=1, keepdims=True))[:, None])
-
-
 def _pushed(impact: Any, places: Sequence[Place]) -> Array:
     normals = np.array([impact.blocks[place.number].normal for place in places])
     return np.asarray(np.sum(IMPULSE.compute(impact, places) * normals, axis=-1))
 
 
 PUSH = Quantity("push", "contact", "impulse with which the ground pushes", "N s", "neither", _pushed, linear=True)
-CLEARANCE = Quantity("clearance", "body", "height above the lowest contact", "m", "neither", _clearance)
-SPREAD = Quantity("spread", "robot", "difference in height", "m", "neither", lambda i, _: _heights(i).spread[:, None, None])
-"""What `feasible` decides by, as numbers that a constraint can follow: they have either sign."""
+"""With `CLEARANCE` and `SPREAD` what `feasible` decides by, as numbers that a constraint can follow: they have either sign."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -247,7 +231,7 @@ class ShockCost:
         k = int(measures.argmax())
         if not 0.0 < measures[k] < np.inf:
             return np.full(len(x), np.nan if measures[k] else 0.0)
-        return np.asarray(self.slopes(x)[self.roles == 0][k] / (2.0 * math.sqrt(measures[k])))
+        return np.asarray(self.slopes(x[None])[0, self.roles == 0][k] / (2.0 * math.sqrt(measures[k])))
 
     def feasible(self, x: Array) -> bool:
         """Whether the landings at (n,) values exist, flat ground allows them, and all constraints hold."""
@@ -286,44 +270,50 @@ class ShockCost:
 
     def numbers(self, X: Array) -> Array:
         """The values (m, K) of all terms, at (m, n) values; NaN where there is none. The last ones are kept."""
-        X, m = np.asarray(X, dtype=float), len(X)
-        # Of a single point the slopes are wanted too, as a rule, and more rows cost little unless each is a landing of its own.
-        X = self.beside(X[0]) if m == 1 and not self.slow else X
+        X = np.asarray(X, dtype=float)
         if X.tobytes() != self._known[0]:
-            out = np.full((len(X), len(self.terms)), np.nan)
-            for g, group in enumerate(self.groups):
-                own = {k: term for k, term in enumerate(self.terms) if term.group == g}
-                columns = tuple({term.column.name: term.column for term in own.values()}.values())
-                table = Evaluation(group.at(X), columns, prove=0, trusted=TRUSTED).table()
-                for k, term in own.items():
-                    out[:, k] = table.columns[term.column.name].reshape(len(X), -1)[:, term.strike]
-            self._known = X.tobytes(), out
-        return self._known[1][:m]
+            self._known = X.tobytes(), self._computed(X, range(len(self.terms)))
+        return self._known[1]
 
-    def slopes(self, x: Array) -> Array:
-        """The derivatives (K, n) of the measures of all terms at (n,) values: by formulas where these exist, else differences."""
-        n, numbers = len(x), self.numbers(self.beside(x))
-        # Of the measures, not of the numbers: a length has a kink where it is zero, its square has none.
-        beside, (_, factors) = self.measured(numbers[1:])[0], self.measured(numbers[:1])
-        h = 2.0 * STEP * np.ptp(self.bounds, axis=1)
-        out = (beside[:n] - beside[n:]).T / h
+    def slopes(self, X: Array) -> Array:
+        """The derivatives (m, K, n) of the measures of all terms at (m, n) values: by formulas where these exist, else differences.
+
+        Of the measures, not of the numbers: a length has a kink where it is zero, its square has none.
+        """
+        X = np.asarray(X, dtype=float)
+        (m, n), h = X.shape, 2.0 * STEP * np.ptp(self.bounds, axis=1)
+        out, factors = np.empty((m, len(self.terms), n)), self.measured(self.numbers(X))[1]
+        beside = (X[:, None] + np.concatenate([np.diag(h / 2.0), np.diag(-h / 2.0)])).reshape(-1, n)
+        if rough := [k for k, term in enumerate(self.terms) if not term.exact]:
+            numbers = np.zeros((len(beside), len(self.terms)))
+            numbers[:, rough] = self._computed(beside, rough)
+            up, down = self.measured(numbers)[0].reshape(m, 2, n, -1).swapaxes(0, 1)
+            out[:] = np.swapaxes((up - down) / h[:, None], 1, 2)
+        # How posture and strike change is a difference, of angles an exact one; that of joints is the same everywhere.
+        near = beside[: 2 * n] if all(one.kind == "joint" for one in self.variations) else beside
         for g, group in enumerate(self.groups):
-            own = {k: term for k, term in enumerate(self.terms) if term.exact and term.group == g}
-            if own:
-                Q, strikes = group.at(self.beside(x)).resolved()
-                # How posture and strike change is a difference, of angles an exact one.
-                rates = difference(self.robot, Q[n + 1 :], Q[1 : n + 1]) / h[:, None]
-                turns = (strikes[1 : n + 1] - strikes[n + 1 :]) / h[:, None, None]
+            if own := {k: term for k, term in enumerate(self.terms) if term.exact and term.group == g}:
+                (Q, strikes), (moved, turned) = group.at(X).resolved(), group.at(near).resolved()
+                sides = moved.reshape(-1, 2, n, moved.shape[1]).swapaxes(0, 1).reshape(2, -1, moved.shape[1])
+                rates = difference(self.robot, sides[1], sides[0]).reshape(-1, n, self.robot.model.nv) / h[:, None]
+                turns = -np.diff(turned.reshape(-1, 2, n, *turned.shape[1:]), axis=1)[:, 0] / h[:, None, None]
+                rates, turns = (np.broadcast_to(way, (m, *way.shape[1:])) for way in (rates, turns))
                 columns = list({term.column.name: term.column for term in own.values()}.values())
-                found = slopes(group.first, Q[0], strikes[0], rates, turns, columns)
+                found = slopes(group.first, Q, strikes, rates, turns, columns)
                 for k, term in own.items():
-                    out[k] = factors[0, k] * found[term.column.name][term.strike]
+                    out[:, k] = factors[:, k, None] * found[term.column.name][:, term.strike]
         return np.asarray(np.nan_to_num(out, nan=0.0, posinf=0.0, neginf=0.0))
 
-    def beside(self, x: Array) -> Array:
-        """A point and those (1 + 2n, n) a step beside it in each variable, first all upwards."""
-        steps = np.diag(STEP * np.ptp(self.bounds, axis=1))
-        return np.concatenate([x[None], x + steps, x - steps])
+    def _computed(self, X: Array, chosen: Sequence[int]) -> Array:
+        """The values (m, k) of some terms, at (m, n) values."""
+        out = np.full((len(X), len(chosen)), np.nan)
+        for g, group in enumerate(self.groups):
+            if own := {j: self.terms[k] for j, k in enumerate(chosen) if self.terms[k].group == g}:
+                columns = tuple({term.column.name: term.column for term in own.values()}.values())
+                table = Evaluation(group.at(X), columns, prove=0, trusted=TRUSTED).table()
+                for j, term in own.items():
+                    out[:, j] = table.columns[term.column.name].reshape(len(X), -1)[:, term.strike]
+        return out
 
     def _point(self, x: Array) -> Array:
         """A point (n,).

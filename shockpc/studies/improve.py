@@ -1,12 +1,12 @@
 """The posture, strike or design with the least worst value of a number over some landings, within ranges and constraints.
 
 The least of the greatest of many smooth functions f_j(x) is the least t with f_j(x) <= t, a smooth program that SLSQP (Kraft 1988)
-solves from the best of many points of a Sobol sequence; the best of its runs go on to their ends. Where two numbers are to be
+solves from the best of many random points; the best of its runs go on to their ends. Where two numbers are to be
 small, one is made small for each of several bounds of the other.
 """
 
-import contextlib
-from collections.abc import Iterable, Mapping, Sequence
+import functools
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Annotated, NamedTuple
 
@@ -14,9 +14,10 @@ import numpy as np
 
 from shockpc.core.spatial import Array, read_only
 from shockpc.evaluation.columns import Column, proven_columns
-from shockpc.evaluation.cost import ShockCost, Term
+from shockpc.evaluation.cost import SLACK, ShockCost, Term
 from shockpc.evaluation.evaluate import profiles
 from shockpc.evaluation.landings import common_robot, named_scenes
+from shockpc.evaluation.lockstep import in_lockstep
 from shockpc.evaluation.table import Table
 from shockpc.evaluation.variation import Vary, pairs
 from shockpc.evaluation.varied_scene import scene_grid
@@ -30,15 +31,18 @@ from shockpc.text.errors import StudyError
 from shockpc.text.printed import few
 from shockpc.text.trace import Trace
 
-SAMPLE, FEW = 2048, 128
+SAMPLE, FEW = 1024, 128
 """Points that are looked at before the best of them are improved; and how many where each needs a landing of its own."""
 
 APART = 0.1
 """Least distance of starts, as a share of the ranges, in the variable in which they differ most."""
 
-COARSE, FINE, BEST = (12, 1e-4), (60, 1e-9), 2
+PER_VARIABLE, SLOW = 15, 4
+"""Runs by default for each variable; and in all where each point needs a landing of its own."""
+
+COARSE, FINE, BEST = (40, 1e-6), (60, 1e-9), 4
 """Steps of a run at most, and the change of the objective relative to its value at the start at which it ends: of all, then of the
-best ones and of that from the landing as given, which go on from where they are; and how many the best ones are."""
+best ones, which go on from where they are; and how many these are."""
 
 STALLED = 5
 """Steps without a change of the objective after which a run ends: where heights have a kink, nothing else ends it."""
@@ -101,7 +105,7 @@ class Improvement:
         runs: target of each run, the best first, step by step, in double precision; NaN where the constraints do not hold.
         agreeing: how many runs end at the optimum, to a millionth of the target.
         front: of two numbers, the first one least first; empty for one.
-        seed: of the sequence.
+        seed: of the random points.
         chosen: what was asked for where nothing was said: a quantity, and what varies.
     """
 
@@ -176,8 +180,15 @@ def improve(
         bool, Option("Allow landings that flat ground does not: it would pull a contact, or meet another link first.", "Search")
     ] = False,
     starts: Annotated[
-        int, Option("Runs from points of a sample, besides that from the landing as given.", "Search", "N", least=0.0)
-    ] = 4,
+        int | None,
+        Option(
+            f"Runs from points of a sample, besides that from the landing as given; by default {PER_VARIABLE} for each variable, "
+            f"and {SLOW} in all where each point needs a landing of its own.",
+            "Search",
+            "N",
+            least=0.0,
+        ),
+    ] = None,
     seed: Annotated[int, Option("Seed of the sample.", "Search", "N", least=0.0)] = 0,
     trace: Trace | None = None,
 ) -> Improvement:
@@ -224,10 +235,9 @@ def improve(
     with trace.stage("sample"):
         begun = _starts(cost, starts, seed)
     with trace.stage("runs"):
-        runs = [_run(cost, x, COARSE) for x in begun]
-        for k in {0, *sorted(range(len(runs)), key=lambda k: runs[k].value)[:BEST]}:
-            further = _run(cost, runs[k].x)
-            runs[k] = further._replace(history=np.append(runs[k].history, further.history))
+        runs = sorted(_runs(cost, [_Task(x) for x in begun], COARSE), key=lambda run: run.value)
+        further = _runs(cost, [_Task(run.x) for run in runs[:BEST]])
+        runs[:BEST] = [b._replace(history=np.append(a.history, b.history)) for a, b in zip(runs, further, strict=False)]
         runs.sort(key=lambda run: run.value)
     best = runs[0]
     if not np.isfinite(best.value):
@@ -261,6 +271,14 @@ def _carrying(robot: Robot, scenes: Iterable[Scene]) -> list[str]:
     return [joint.name for joint in robot.independent_joints if carrying[joint.v].all()]
 
 
+class _Task(NamedTuple):
+    """Make a quantity small, from a point (n,), where the other quantity's measure has a bound or none."""
+
+    start: Array
+    role: int = 0
+    bound: float | None = None
+
+
 class _Run(NamedTuple):
     """One run of SLSQP.
 
@@ -275,50 +293,52 @@ class _Run(NamedTuple):
     history: Array
 
 
-def _run(cost: ShockCost, start: Array, how: tuple[int, float] = FINE, role: int = 0, bound: float | None = None) -> _Run:
-    """Make a quantity small, in shares of the ranges.
+def _runs(cost: ShockCost, tasks: Sequence[_Task], how: tuple[int, float] = FINE) -> list[_Run]:
+    """Runs of SLSQP, in shares of the ranges. Args: how, `COARSE` or `FINE`."""
 
-    Args:
-        cost: what is made small.
-        start: (n,) where the run begins.
-        how: `COARSE` or `FINE`.
-        role: of the quantity.
-        bound: of the other quantity's measure.
-    """
+    def compute(X: Array) -> list[tuple[Array, Array]]:
+        measures = cost.measured(cost.numbers(X))[0]
+        return list(zip(measures, cost.slopes(X) * np.ptp(cost.bounds, axis=1), strict=True))
+
+    return in_lockstep([functools.partial(_run, cost, task, how) for task in tasks], compute)
+
+
+def _run(cost: ShockCost, task: _Task, how: tuple[int, float], ask: Callable[[Array], tuple[Array, Array]]) -> _Run:
     from scipy.optimize import Bounds, minimize
 
-    low, width = cost.bounds[:, 0], np.ptp(cost.bounds, axis=1)
-    n, roles = len(low), cost.roles
-    own, others = roles == role, (roles == 1 - role) & (bound is not None)
-    size = float(np.abs(cost.measures(start[None], role)).max()) or 1.0
-    most = 1.0 if bound is None else abs(bound) or 1.0
+    (start, role, bound), low, width = task, cost.bounds[:, 0], np.ptp(cost.bounds, axis=1)
+    n, held, own = len(low), cost.roles < 0, cost.roles == role
+    others = (cost.roles == 1 - role) & (bound is not None)
+    most, steps = abs(bound or 1.0), list[tuple[float, float, Array]]()
+
+    @functools.lru_cache(2)
+    def at(shares: bytes) -> tuple[Array, Array]:
+        measures, slopes = ask(low + width * np.frombuffer(shares))
+        return np.nan_to_num(measures, nan=np.inf), slopes
 
     def constraints(z: Array) -> Array:
-        measures = cost.measured(cost.numbers((low + width * z[:n])[None]))[0][0]
-        measures = np.nan_to_num(measures, nan=1e6 * size, posinf=1e6 * size)
-        return np.concatenate([z[n] - measures[own] / size, measures[roles < 0], ((bound or 0.0) - measures[others]) / most])
+        measures = np.minimum(at(z[:n].tobytes())[0], 1e6 * size)
+        return np.concatenate([z[n] - measures[own] / size, measures[held], ((bound or 0.0) - measures[others]) / most])
 
     def jacobian(z: Array) -> Array:
-        slopes = cost.slopes(low + width * z[:n]) * width
-        rows = np.concatenate([-slopes[own] / size, slopes[roles < 0], -slopes[others] / most])
+        slopes = at(z[:n].tobytes())[1]
+        rows = np.concatenate([-slopes[own] / size, slopes[held], -slopes[others] / most])
         return np.column_stack([rows, np.arange(len(rows)) < own.sum()])
 
-    def value(x: Array) -> float:
-        fits = bound is None or float(cost.measures(x[None], 1 - role).max()) <= bound + HELD * most
-        return float(cost.measures(x[None], role).max()) if fits and cost.feasible(x) else np.inf
-
-    steps, bounds, unit = [(start, value(start))], list[float](), np.append(np.zeros(n), 1.0)
-
     def note(z: Array) -> None:
-        x = np.clip(low + width * z[:n], *cost.bounds.T)
-        steps.append((x, value(x)))
-        bounds.append(float(z[n]))
-        if len(bounds) > STALLED and np.ptp(bounds[-STALLED:]) <= how[1]:
+        measures, _ = at(z[:n].tobytes())
+        fits = (measures[held] >= -SLACK).all() and (measures[others] <= (bound or 0.0) + HELD * most).all()
+        steps.append((float(measures[own].max()) if fits else np.inf, float(z[n]), low + width * z[:n]))
+        if len(steps) > STALLED and np.ptp([level for _, level, _ in steps[-STALLED:]]) <= how[1]:
             raise StopIteration
 
-    result = minimize(
+    first, unit = np.append((start - low) / width, 1.0), np.append(np.zeros(n), 1.0)
+    worst = float(np.abs(at(first[:n].tobytes())[0][own]).max())
+    size = worst if 0.0 < worst < np.inf else 1.0
+    note(first)
+    minimize(
         lambda z: z[n],
-        np.append((start - low) / width, 1.0),
+        first,
         jac=lambda z: unit,
         method="SLSQP",
         bounds=Bounds(np.append(np.zeros(n), -np.inf), np.append(np.ones(n), np.inf)),
@@ -326,11 +346,9 @@ def _run(cost: ShockCost, start: Array, how: tuple[int, float] = FINE, role: int
         callback=note,
         options={"maxiter": how[0], "ftol": how[1]},
     )
-    with contextlib.suppress(StopIteration):
-        note(result.x)
-    x, reached = min(reversed(steps), key=lambda step: step[1])
-    values = np.array([one for _, one in steps])
-    return _Run(x, reached, np.where(np.isfinite(values), _target(cost, role, values), np.nan))
+    value, _, x = min(reversed(steps), key=lambda step: step[0])
+    values = np.array([value for value, _, _ in steps])
+    return _Run(x, value, np.where(np.isfinite(values), _target(cost, role, values), np.nan))
 
 
 def _target(cost: ShockCost, role: int, measures: Array) -> Array:
@@ -339,21 +357,20 @@ def _target(cost: ShockCost, role: int, measures: Array) -> Array:
         return np.asarray(measures ** (1.0 / next(term for term in cost.terms if term.role == role).power))
 
 
-def _starts(cost: ShockCost, count: int, seed: int) -> list[Array]:
-    """The landing as given, and the best points of a Sobol sequence that are apart, those first that meet the constraints."""
-    from scipy.stats import qmc
-
+def _starts(cost: ShockCost, count: int | None, seed: int) -> list[Array]:
+    """The landing as given, and the best of random points that are apart, those first that meet the constraints."""
     low, width = cost.bounds[:, 0], np.ptp(cost.bounds, axis=1)
-    share = qmc.Sobol(len(low), seed=seed).random(FEW if cost.slow else min(SAMPLE, FEW << len(low)))
-    worst = cost.measures(low + width * share).max(axis=1)
-    order = np.argsort(worst, kind="stable")[: max(len(share) // 8, 32)]
-    slack = np.minimum(cost.slack(low + width * share[order]).min(axis=1, initial=0.0), 0.0)
-    order = order[np.argsort(-np.where(slack < -HELD, slack, 0.0), kind="stable")]
-    chosen = [(cost.x0 - low) / width]
-    for point in share[order[np.isfinite(worst[order])]]:
-        if len(chosen) <= count and min(np.abs(point - other).max() for other in chosen) > APART:
-            chosen.append(point)
-    return [low + width * point for point in chosen]
+    count = (SLOW if cost.slow else PER_VARIABLE * len(low)) if count is None else count
+    share = np.random.default_rng(seed).random((FEW if cost.slow else SAMPLE, len(low)))
+    measures = cost.measured(cost.numbers(low + width * share))[0]
+    worst = np.nan_to_num(measures[:, cost.roles == 0].max(axis=1), nan=np.inf)
+    slack = np.minimum(measures[:, cost.roles < 0].min(axis=1, initial=0.0), 0.0)
+    order = np.argsort(worst, kind="stable")[: max(len(share) // 8, 2 * count)]
+    order = order[np.argsort(-np.where(slack < -HELD, slack, 0.0)[order], kind="stable")]
+    chosen, candidates = ((cost.x0 - low) / width)[None], share[order[np.isfinite(worst[order])]]
+    while len(chosen) <= count and len(candidates := candidates[np.abs(candidates - chosen[-1]).max(axis=1) > APART]):
+        chosen = np.concatenate([chosen, candidates[:1]])
+    return list(low + width * chosen)
 
 
 def _refusal(cost: ShockCost, runs: Sequence[_Run]) -> str:
@@ -418,13 +435,13 @@ def _proven(cost: ShockCost, role: int, found: Mapping[str, ShockProfile]) -> tu
 
 def _front(cost: ShockCost, first: _Run, points: Sequence[Array]) -> tuple[FrontPoint, ...]:
     """Points between the optimum of the first quantity and that of the second: the first least for bounds of the second."""
-    other = min((_run(cost, x, role=1) for x in (*points, first.x)), key=lambda run: run.value)
-    found, x = [first.x], first.x
-    for bound in np.linspace(float(cost.measures(first.x[None], 1).max()), other.value, FRONT + 2)[1:]:
-        best = min((_run(cost, start, bound=float(bound)) for start in (x, other.x)), key=lambda run: run.value)
-        if np.isfinite(best.value):
-            x = best.x
-            found.append(x)
+    other = min(_runs(cost, [_Task(x, role=1) for x in (*points, first.x)]), key=lambda run: run.value)
+    most = float(cost.measures(first.x[None], 1).max())
+    bounds = np.linspace(most, other.value, FRONT + 2)[1:].tolist()
+    tasks = [_Task(x, bound=bound) for bound in bounds for x in (first.x, other.x, (first.x + other.x) / 2.0)]
+    runs = _runs(cost, tasks)
+    best = [min(runs[k : k + 3], key=lambda run: run.value) for k in range(0, len(runs), 3)]
+    found = [first.x, *(run.x for run in best if np.isfinite(run.value))]
     return tuple(
         FrontPoint(np.array([float(_target(cost, r, cost.measures(x[None], r).max())) for r in (0, 1)]), read_only(x))
         for x in found

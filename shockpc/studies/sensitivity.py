@@ -416,9 +416,9 @@ def _formulas(profile: ShockProfile, varied: Mapping[ParameterKey, Parameter], n
     }
     if not linear or profile.redundant or not has_gradient(landing, number) or not clear(landing):
         return {}
-    rates = np.array([one.rates.get("joints", np.zeros(landing.robot.model.nv)) for one in linear.values()])
-    turns = np.array([one.rates.get("velocity", np.zeros(3)) for one in linear.values()])
-    (found,) = exact_slopes(landing, landing.q, landing.before.velocity[None], rates, turns[:, None], [number])[number.name]
+    rates = np.array([[one.rates.get("joints", np.zeros(landing.robot.model.nv)) for one in linear.values()]])
+    turns = np.array([[[one.rates.get("velocity", np.zeros(3))] for one in linear.values()]])
+    ((found,),) = exact_slopes(landing, landing.q[None], landing.before.velocity[None, None], rates, turns, [number])[number.name]
     error = FORMULA * float(np.abs(found).max(initial=0.0))
     values = np.where(np.abs(found) > error, found, 0.0)
     return {key: _Slope(float(value), error, formula=True) for key, value in zip(linear, values, strict=True) if np.isfinite(value)}
