@@ -2,7 +2,7 @@
 
 import functools
 from collections.abc import Callable
-from dataclasses import dataclass, field, fields, replace
+from dataclasses import dataclass, fields, replace
 from typing import Self
 
 import numpy as np
@@ -26,7 +26,7 @@ from shockpc.text.diagnostic import Diagnostic
 from shockpc.text.trace import Trace
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, eq=False, repr=False)
 class Landing:
     """A scene resolved on a robot, in whatever posture: its methods take the robot's state in N postures.
 
@@ -45,14 +45,17 @@ class Landing:
 
     scene: Scene
     robot: Robot
-    plane: Plane = field(repr=False)
-    up: Array = field(repr=False)
-    contacts: tuple[Block, ...] = field(repr=False)
-    stance: tuple[Block, ...] = field(repr=False)
-    loops: tuple[Loop, ...] = field(repr=False)
-    joint_model: JointModel = field(repr=False)
-    before: Motion = field(repr=False)
-    pulse: Pulse | None = field(repr=False)
+    plane: Plane
+    up: Array
+    contacts: tuple[Block, ...]
+    stance: tuple[Block, ...]
+    loops: tuple[Loop, ...]
+    joint_model: JointModel
+    before: Motion
+    pulse: Pulse | None
+
+    def __repr__(self) -> str:
+        return f"{type(self).__name__}(scene={self.scene!r}, robot={self.robot!r})"
 
     @property
     def base(self) -> Base:
@@ -148,7 +151,7 @@ class Landing:
                 trace.skip(what, why)
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, eq=False, repr=False)
 class PosedLanding(Landing):
     """A landing in one posture.
 
@@ -160,11 +163,11 @@ class PosedLanding(Landing):
         acting: rows of the end stops that act, where they are known.
     """
 
-    q: Array = field(repr=False)
-    state: Dynamics = field(repr=False)
-    assembly: Assembly | None = field(default=None, repr=False)
-    warnings: tuple[Diagnostic, ...] = field(default=(), repr=False)
-    acting: tuple[Block, ...] = field(default=(), repr=False)
+    q: Array
+    state: Dynamics
+    assembly: Assembly | None = None
+    warnings: tuple[Diagnostic, ...] = ()
+    acting: tuple[Block, ...] = ()
 
     def __post_init__(self) -> None:
         """Make its arrays read-only."""

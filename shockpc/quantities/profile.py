@@ -2,7 +2,7 @@
 
 import math
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import TYPE_CHECKING, Any, TypeVar
 
@@ -63,7 +63,7 @@ def _one(values: Array) -> float:
     return float(values[0])
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, eq=False, repr=False)
 class ShockProfile(OfLanding):
     """The shock of one landing; index i of an array over the bodies is body i of the robot. Its arrays cannot be written to.
 
@@ -78,9 +78,12 @@ class ShockProfile(OfLanding):
     """
 
     landing: PosedLanding
-    double_jumps: Array = field(repr=False)
-    proof: Proof = field(repr=False)
-    trace: Trace = field(repr=False)
+    double_jumps: Array
+    proof: Proof
+    trace: Trace
+
+    def __repr__(self) -> str:
+        return f"ShockProfile(landing={self.landing!r})"
 
     def places(self, kind: PlaceKind) -> tuple[Place, ...]:
         """The places of one kind, as those of the landing."""
