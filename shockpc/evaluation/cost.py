@@ -114,9 +114,7 @@ class Term(NamedTuple):
         landing: name of the landing.
         group: index of the landings that it is computed with.
         strike: its index among these.
-        role: index of the quantity of which it is a value; −1 of a constraint.
-        exact: whether its derivatives have a formula.
-        limit: of a constraint.
+        limit: of a constraint; None of a value.
         sign: 1 of an upper limit, −1 of a lower one.
         scale: of a constraint [its unit].
         unknown: slack of a constraint whose number does not exist.
@@ -126,28 +124,16 @@ class Term(NamedTuple):
     landing: str
     group: int
     strike: int
-    role: int
-    exact: bool
-    limit: float = 0.0
+    limit: float | None = None
     sign: float = 1.0
     scale: float = 1.0
     unknown: float = -1.0
 
     @property
     def text(self) -> str:
-        """Of a constraint, as it is typed, or what the ground does."""
-        ground = {
-            "push": f"the ground does not pull {self.column.place.name}",
-            "clearance": f"{self.column.place.name} is not below the contact",
-            "spread": "flat ground touches all contacts",
-        }
-        key = self.column.selection.name
-        return ground.get(key, f"{self.column.name} {'<=' if self.sign > 0.0 else '>='} {self.limit:g}")
-
-    @property
-    def power(self) -> float:
-        """What an optimiser takes for a value, as a power of it: of a length the square is smooth at zero; less is better."""
-        return -2.0 if self.column.selection.quantity.worse == "less" else 2.0
+        """Of a constraint, as it is typed; of a value what it is."""
+        limit = "" if self.limit is None else f" {'<=' if self.sign > 0.0 else '>='} {self.limit:g}"
+        return self.column.name + limit
 
 
 class ShockCost:
@@ -158,19 +144,23 @@ class ShockCost:
 
     Args:
         scenes: one landing, or landings of one robot by name.
-        quantity: QUANTITY@PLACES; of several places the worst counts. Or several quantities: then those after the first are what
-            `measures` gives too.
+        quantity: QUANTITY@PLACES; of several places the worst counts.
         variables: ranges by subject, as in `variation`: {"*_KFE": "-120:-10", "mass:base": "0.8x:1.2x"}, or pairs of both.
         robot: the scenes' robot, if it is loaded already.
         keep: constraints, QUANTITY@PLACES<=LIMIT or >=LIMIT; of a number that may be negative its magnitude counts.
         ground: whether flat ground has to allow the landings, as `feasible` says.
 
     Attributes:
+        column: the number at the first of its places.
         names: headings of the variables, with their units.
         bounds: (n, 2) least and greatest value of each, in these units.
         given: (n,) present values; NaN of what has none, or not a single one.
         x0: (n,) the same within the bounds, or the middle of them.
         slow: whether each point needs landings of its own.
+        exact: whether there are formulas for all derivatives; else they are differences.
+        terms: the K numbers that count, of all landings.
+        held: (K,) which of them are constraints.
+        power: what an optimiser takes for a value, as a power of it: of a length the square is smooth at zero; less is better.
 
     Raises:
         ShockError: a name is not known, a range does not fit or is missing, or a landing cannot be resolved.
@@ -180,7 +170,7 @@ class ShockCost:
     def __init__(
         self,
         scenes: Scene | Mapping[str, Scene],
-        quantity: str | Sequence[str],
+        quantity: str,
         variables: Vary,
         robot: Robot | None = None,
         *,
@@ -188,9 +178,7 @@ class ShockCost:
         ground: bool = True,
     ) -> None:
         self.scenes = named_scenes(scenes)
-        self.quantities, kept = ((one,) if isinstance(one, str) else tuple(one) for one in (quantity, keep))
-        if not self.quantities:
-            raise StudyError("no quantity is given; name one, such as shock@imu_link")
+        self.quantity = quantity
         self.robot = robot or common_robot(self.scenes)
         landings = {name: resolve(scene, self.robot) for name, scene in self.scenes.items()}
         first = next(iter(landings.values()))
@@ -202,45 +190,47 @@ class ShockCost:
         self.x0 = np.clip(np.where(np.isnan(self.given), self.bounds.mean(axis=1), self.given), *self.bounds.T)
         freeze(self.bounds, self.given, self.x0)
         self.groups = _groups(varied, landings)
+        self.terms = tuple(
+            term
+            for g, group in enumerate(self.groups)
+            for term in self._terms(g, group, (keep,) if isinstance(keep, str) else keep, ground)
+        )
         # Formulas are of a strike at constant speed, which that of a drop at another angle is not.
         dropped = any(scene.strike.drop_height is not None for scene in self.scenes.values())
         moved = all(one.moves or (one.kind == "strike-angle" and not dropped) for one in self.variations)
-        self.terms = tuple(
-            term for g, group in enumerate(self.groups) for term in self._terms(g, group, kept, ground, moved and not first.loops)
-        )
-        self.roles = np.array([term.role for term in self.terms])
+        self.exact = moved and not first.loops and all(has_gradient(landings[term.landing], term.column) for term in self.terms)
+        self.held = np.array([term.limit is not None for term in self.terms])
+        if self.held.all():
+            raise StudyError(f'"{quantity}" has no place in these landings; name one')
+        self.column = self.terms[0].column
+        self.power = -2.0 if self.column.selection.quantity.worse == "less" else 2.0
         self._how = np.array(
-            [(one.limit, one.sign, one.scale, one.unknown, one.power, one.column.selection.signed) for one in self.terms]
+            [(one.limit or 0.0, one.sign, one.scale, one.unknown, one.column.selection.signed) for one in self.terms]
         ).T
-        for role, text in enumerate(self.quantities):
-            if role not in self.roles:
-                raise StudyError(f'"{text}" has no place in these landings; name one')
         entries = {term.column.selection.quantity for term in self.terms}
         separate = any(group.separate for group in self.groups) or not all(one.stage for one in self.variations)
         self.slow = separate or any(entry.per_landing(first.scene) and not entry.in_doubles for entry in entries)
-        self._known: tuple[bytes, Array] = b"", np.zeros(0)
 
     def __call__(self, x: Array) -> float:
         """The worst value over the landings at (n,) values; of what is better the greater it is, the reciprocal."""
-        return math.sqrt(float(self.measures(self._point(x)[None])[0].max()))
+        return math.sqrt(float(self.measured(self._point(x))[0, ~self.held].max()))
 
     def gradient(self, x: Array) -> Array:
         """The derivatives (n,) of the worst value: where two landings are the worst, those of one; NaN where there is no value."""
-        x = self._point(x)
-        measures = self.measures(x[None])[0]
+        (measures,), (slopes,) = (part[:, ~self.held] for part in self.linearized(self._point(x)))
         k = int(measures.argmax())
         if not 0.0 < measures[k] < np.inf:
-            return np.full(len(x), np.nan if measures[k] else 0.0)
-        return np.asarray(self.slopes(x[None])[0, self.roles == 0][k] / (2.0 * math.sqrt(measures[k])))
+            return np.full(slopes.shape[1], np.nan if measures[k] else 0.0)
+        return np.asarray(slopes[k] / (2.0 * math.sqrt(measures[k])))
 
     def feasible(self, x: Array) -> bool:
         """Whether the landings at (n,) values exist, flat ground allows them, and all constraints hold."""
-        x = self._point(x)[None]
-        return bool(np.isfinite(self.measures(x)).all() and (self.slack(x) >= -SLACK).all())
+        (measures,) = self.measured(self._point(x))
+        return bool(np.isfinite(measures).all() and (measures[self.held] >= -SLACK).all())
 
     def cases(self, x: Array) -> dict[str, tuple[Scene, Robot]]:
         """Scene and robot of each landing at (n,) values, by name."""
-        rows = [group.at(self._point(x)[None]) for group in self.groups]
+        rows = [group.at(self._point(x)) for group in self.groups]
         found = {name: own.case(s) for own in rows for s, name in enumerate(own.scenes)}
         return {name: found[name] for name in self.scenes}
 
@@ -248,75 +238,66 @@ class ShockCost:
         """The scene at (n,) values, of several landings the first. What changes the robot itself is not in it: see `cases`."""
         return next(iter(self.cases(x).values()))[0]
 
-    def measures(self, X: Array, role: int = 0) -> Array:
-        """What an optimiser takes for a quantity (m, J), smooth and less where it is better, at (m, n) values; inf without one."""
-        return np.nan_to_num(self.measured(self.numbers(X))[0][:, self.roles == role], nan=np.inf)
+    def measured(self, X: Array) -> Array:
+        """What an optimiser takes for all terms (m, K), at (m, n) values.
 
-    def slack(self, X: Array) -> Array:
-        """How far (m, C) the constraints are from being missed, as shares of their scales."""
-        return np.asarray(self.measured(self.numbers(X))[0][:, self.roles < 0])
-
-    def measured(self, v: Array) -> tuple[Array, Array]:
-        """What an optimiser takes for the values (m, K) of all terms, and its derivatives by them.
-
-        A constraint is at least zero where it holds. One of the ground that is not determined holds, another does not.
+        A value is squared, and the reciprocal where more of it is better; inf without one. A constraint is at least zero where it
+        holds, as a share of its scale. One of the ground that is not determined holds, another does not.
         """
-        held, (limit, sign, scale, unknown, power, signed) = self.roles < 0, self._how
-        with np.errstate(divide="ignore", invalid="ignore"):
-            turn = np.where(signed, np.sign(v), 1.0)
-            slack = np.clip((limit - turn * v) * sign / scale - 2.0 * SLACK, -1e3, 1e3)  # so that it holds for sure
-            measures = np.where(held, np.where(np.isnan(v), unknown, slack), np.abs(v) ** power)
-            return measures, np.where(held, -turn * sign / scale, power * measures / v)
+        return self._measured(self._numbers(X))[0]
 
-    def numbers(self, X: Array) -> Array:
-        """The values (m, K) of all terms, at (m, n) values; NaN where there is none. The last ones are kept."""
-        X = np.asarray(X, dtype=float)
-        if X.tobytes() != self._known[0]:
-            self._known = X.tobytes(), self._computed(X, range(len(self.terms)))
-        return self._known[1]
-
-    def slopes(self, X: Array) -> Array:
-        """The derivatives (m, K, n) of the measures of all terms at (m, n) values: by formulas where these exist, else differences.
-
-        Of the measures, not of the numbers: a length has a kink where it is zero, its square has none.
-        """
-        X = np.asarray(X, dtype=float)
+    def linearized(self, X: Array) -> tuple[Array, Array]:
+        """The same (m, K) and its derivatives (m, K, n), of all terms by formulas, or differences; 0 where there are none."""
         (m, n), h = X.shape, 2.0 * STEP * np.ptp(self.bounds, axis=1)
-        out, factors = np.empty((m, len(self.terms), n)), self.measured(self.numbers(X))[1]
+        measures, factors = self._measured(self._numbers(X))
         beside = (X[:, None] + np.concatenate([np.diag(h / 2.0), np.diag(-h / 2.0)])).reshape(-1, n)
-        if rough := [k for k, term in enumerate(self.terms) if not term.exact]:
-            numbers = np.zeros((len(beside), len(self.terms)))
-            numbers[:, rough] = self._computed(beside, rough)
-            up, down = self.measured(numbers)[0].reshape(m, 2, n, -1).swapaxes(0, 1)
-            out[:] = np.swapaxes((up - down) / h[:, None], 1, 2)
+        if not self.exact:
+            # Of the measures, not of the numbers: a length has a kink where it is zero, its square has none.
+            up, down = self.measured(beside).reshape(m, 2, n, -1).swapaxes(0, 1)
+            with np.errstate(invalid="ignore"):
+                out = np.swapaxes((up - down) / h[:, None], 1, 2)
+        else:
+            out = factors[..., None] * self._slopes(X, beside, h)
+        return measures, np.nan_to_num(out, nan=0.0, posinf=0.0, neginf=0.0)
+
+    def _slopes(self, X: Array, beside: Array, h: Array) -> Array:
+        """Derivatives (m, K, n) of the values by formulas. Args: points (2mn, n) beside those of X, and their distances (n,)."""
+        (m, n), nq, out = X.shape, self.robot.model.nq, np.empty((len(X), len(self.terms), X.shape[1]))
         # How posture and strike change is a difference, of angles an exact one; that of joints is the same everywhere.
         near = beside[: 2 * n] if all(one.kind == "joint" for one in self.variations) else beside
         for g, group in enumerate(self.groups):
-            if own := {k: term for k, term in enumerate(self.terms) if term.exact and term.group == g}:
-                (Q, strikes), (moved, turned) = group.at(X).resolved(), group.at(near).resolved()
-                sides = moved.reshape(-1, 2, n, moved.shape[1]).swapaxes(0, 1).reshape(2, -1, moved.shape[1])
-                rates = difference(self.robot, sides[1], sides[0]).reshape(-1, n, self.robot.model.nv) / h[:, None]
-                turns = -np.diff(turned.reshape(-1, 2, n, *turned.shape[1:]), axis=1)[:, 0] / h[:, None, None]
-                rates, turns = (np.broadcast_to(way, (m, *way.shape[1:])) for way in (rates, turns))
-                columns = list({term.column.name: term.column for term in own.values()}.values())
-                found = slopes(group.first, Q, strikes, rates, turns, columns)
-                for k, term in own.items():
-                    out[:, k] = factors[:, k, None] * found[term.column.name][:, term.strike]
-        return np.asarray(np.nan_to_num(out, nan=0.0, posinf=0.0, neginf=0.0))
+            own = {k: term for k, term in enumerate(self.terms) if term.group == g}
+            (Q, strikes), (moved, turned) = group.at(X).resolved(), group.at(near).resolved()
+            up, down = moved.reshape(-1, 2, n, nq).swapaxes(0, 1)
+            rates = difference(self.robot, down.reshape(-1, nq), up.reshape(-1, nq)).reshape(*up.shape[:2], -1) / h[:, None]
+            up, down = turned.reshape(-1, 2, n, *turned.shape[1:]).swapaxes(0, 1)
+            rates, turns = (np.broadcast_to(way, (m, *way.shape[1:])) for way in (rates, (up - down) / h[:, None, None]))
+            found = slopes(group.first, Q, strikes, rates, turns, _distinct(own.values()))
+            for k, term in own.items():
+                out[:, k] = found[term.column.name][:, term.strike]
+        return out
 
-    def _computed(self, X: Array, chosen: Sequence[int]) -> Array:
-        """The values (m, k) of some terms, at (m, n) values."""
-        out = np.full((len(X), len(chosen)), np.nan)
+    def _measured(self, v: Array) -> tuple[Array, Array]:
+        """What an optimiser takes for the values (m, K), and its derivatives by them."""
+        held, power, (limit, sign, scale, unknown, signed) = self.held, self.power, self._how
+        with np.errstate(divide="ignore", invalid="ignore"):
+            turn = np.where(signed, np.sign(v), 1.0)
+            slack = np.clip((limit - turn * v) * sign / scale - 2.0 * SLACK, -1e3, 1e3)  # so that it holds for sure
+            measures = np.where(np.isnan(v), np.where(held, unknown, np.inf), np.where(held, slack, np.abs(v) ** power))
+            return measures, np.where(held, -turn * sign / scale, power * measures / v)
+
+    def _numbers(self, X: Array) -> Array:
+        """The values (m, K) of all terms, at (m, n) values; NaN where there is none."""
+        out = np.full((len(X), len(self.terms)), np.nan)
         for g, group in enumerate(self.groups):
-            if own := {j: self.terms[k] for j, k in enumerate(chosen) if self.terms[k].group == g}:
-                columns = tuple({term.column.name: term.column for term in own.values()}.values())
-                table = Evaluation(group.at(X), columns, prove=0, trusted=TRUSTED).table()
-                for j, term in own.items():
-                    out[:, j] = table.columns[term.column.name].reshape(len(X), -1)[:, term.strike]
+            own = {k: term for k, term in enumerate(self.terms) if term.group == g}
+            table = Evaluation(group.at(X), _distinct(own.values()), prove=0, trusted=TRUSTED).table()
+            for k, term in own.items():
+                out[:, k] = table.columns[term.column.name].reshape(len(X), -1)[:, term.strike]
         return out
 
     def _point(self, x: Array) -> Array:
-        """A point (n,).
+        """A point as a row (1, n).
 
         Raises:
             StudyError: it has another shape, or holds no numbers.
@@ -326,16 +307,13 @@ class ShockCost:
         except (TypeError, ValueError):
             x = np.array(np.nan)
         if x.shape != self.x0.shape:
-            raise StudyError(
-                f"x has shape {x.shape} or no numbers; give {len(self.x0)} values, those of {few(list(self.names), 6)}"
-            )
-        return x
+            names = few(list(self.names), 6)
+            raise StudyError(f"x has shape {x.shape} or no numbers; give {len(self.x0)} values, those of {names}")
+        return x[None]
 
-    def _terms(self, g: int, group: ChosenLandings, keep: Sequence[str], ground: bool, moved: bool) -> Iterable[Term]:
-        """The terms of a group. Args: moved, whether formulas know what varies."""
-        landing, wanted = group.first, list[tuple[Column, dict[str, Any]]]()
-        for role, text in enumerate(self.quantities):
-            wanted += [(column, {"role": role}) for column in _columns(landing, text)]
+    def _terms(self, g: int, group: ChosenLandings, keep: Sequence[str], ground: bool) -> Iterable[Term]:
+        landing = group.first
+        wanted: list[tuple[Column, dict[str, Any]]] = [(column, {}) for column in _columns(landing, self.quantity)]
         for text in keep:
             parts = re.fullmatch(rf"(.+?)\s*([<>])=?\s*({NUMBER})", text.strip())
             if not parts or not math.isfinite(limit := float(parts[3])):
@@ -352,7 +330,7 @@ class ShockCost:
             wanted += [(Column(Selection(entry.key, entry), p), how) for p in landing.places(entry.of) if ground and applies]
         # Heights do not depend on the strike.
         return [
-            Term(column, name, g, s, exact=moved and has_gradient(landing, column), **{"role": -1, **how})
+            Term(column, name, g, s, **how)
             for column, how in wanted
             for s, name in enumerate(group.scenes)
             if s == 0 or column.selection.quantity not in (CLEARANCE, SPREAD)
@@ -370,6 +348,11 @@ def _groups(varied: VariedLandings, landings: Mapping[str, PosedLanding]) -> tup
         ChosenLandings(next(iter(own.values())), varied.robot, varied.variations, 1, X=none, scenes=own)
         for own in together.values()
     )
+
+
+def _distinct(terms: Iterable[Term]) -> tuple[Column, ...]:
+    """Their columns, each once."""
+    return tuple({term.column.name: term.column for term in terms}.values())
 
 
 def _columns(landing: PosedLanding, text: str) -> list[Column]:

@@ -1,12 +1,13 @@
 """Heights of a robot's geometry over flat ground: what of it the ground meets first, and which contacts it touches together."""
 
+import itertools
 from collections.abc import Sequence
 from typing import Any, NamedTuple
 
 import numpy as np
 
 from shockpc.core.memo import memoized
-from shockpc.core.spatial import Array, cross, cross_matrix
+from shockpc.core.spatial import Array, cross
 from shockpc.landing.dynamics import Dynamics
 from shockpc.landing.landing import Landing
 from shockpc.landing.places import Place
@@ -18,12 +19,6 @@ from shockpc.robot.robot import Robot
 INSIDE, SHARE = 0.02, 0.01
 """A contact point may lie in the middle of a foot or on the centre line of a beam: 2 cm [m] and a hundredth of the robot's size
 above the lowest point of its link."""
-
-TILT = 1e-6
-"""Angle by which bodies are turned for a difference [rad]."""
-
-STILL = np.eye(3)[None]
-"""No turn (1, 3, 3)."""
 
 SAME = 1e-9
 """Difference in height up to which all of several bodies are measured, so that the first is named [m]."""
@@ -132,30 +127,24 @@ def levels(landing: Landing, rotation: Array, position: Array, points: Array, ev
     return Levels(core, surface, lowest, struck, others, inside, landing.scene.ground_tolerance)
 
 
-def levels_of(landing: Landing, state: Dynamics, blocks: Sequence[Block], turns: Array = STILL) -> Levels:
-    """Heights of every body in N postures.
-
-    Args:
-        landing: names the contacts and the standing feet.
-        state: the robot in the postures.
-        blocks: the rows of the contacts, then of the standing feet.
-        turns: (m, 3, 3) by which each body is turned about the origin of its frame, in m N postures of which the first N have the
-            first; none by default.
-    """
-    chosen, p = [blocks[k] for k in on_ground(landing)], state.position
-    origins, points = p[:, [block.body for block in chosen]], np.stack([block_point(state, block) for block in chosen], axis=1)
-    R, points = (turns[:, None, None] @ state.rotation, origins + (points - origins) @ turns[:, None].swapaxes(-1, -2))
-    return levels(landing, R.reshape(-1, *R.shape[2:]), np.tile(p, (len(turns), 1, 1)), points.reshape(-1, *points.shape[2:]), True)
+def levels_of(landing: Landing, state: Dynamics, blocks: Sequence[Block]) -> Levels:
+    """Heights of every body in N postures. Args: blocks, the rows of the contacts, then of the standing feet."""
+    return levels(landing, state.rotation, state.position, _grounded_points(landing, state, blocks), every=True)
 
 
-def _lowest(impact: Any, places: Sequence[Place]) -> Array:
+def _grounded_points(landing: Landing, state: Dynamics, blocks: Sequence[Block]) -> Array:
+    """Points (N, c, 3) of the contacts and standing feet on flat ground, from the base [m]."""
+    return np.stack([block_point(state, blocks[k]) for k in on_ground(landing)], axis=1)
+
+
+def _clearance(impact: Any, places: Sequence[Place]) -> Array:
     here = levels_of(impact.landing, impact.state, impact.blocks)
     own = here.others & (_bodies_of_shapes(impact.landing.robot) == [[place.body] for place in places])
     lowest = np.where(own, here.surface[:, None], np.inf).min(axis=-1, initial=np.inf)
     return np.asarray((lowest - here.contacts.min(axis=1, keepdims=True))[:, None])
 
 
-CLEARANCE = Quantity("clearance", "body", "height above the lowest contact", "m", "neither", _lowest)
+CLEARANCE = Quantity("clearance", "body", "height above the lowest contact", "m", "neither", _clearance)
 SPREAD = Quantity(
     "spread", "robot", "difference in height", "m", "neither",
     lambda impact, _: levels_of(impact.landing, impact.state, impact.blocks).spread[:, None, None],
@@ -164,9 +153,7 @@ SPREAD = Quantity(
 
 
 def height_rates(landing: Landing, state: Dynamics, blocks: Sequence[Block], twists: Array, places: Sequence[Place]) -> Array:
-    """How fast (N, 1 + n, d) `SPREAD`, and `CLEARANCE` of bodies, change in N postures while the bodies move.
-
-    A lowest point rises as the origin of its body does, and by what its height above that changes as the body turns.
+    """How fast (N, 1 + n, d) `SPREAD`, and `CLEARANCE` of bodies, change in N postures: as fast as the lowest points rise.
 
     Args:
         landing: names the contacts and the standing feet.
@@ -175,22 +162,36 @@ def height_rates(landing: Landing, state: Dynamics, blocks: Sequence[Block], twi
         twists: (N, nb, 6, d) of the bodies in d motions, world axes, about the base.
         places: the n bodies.
     """
-    here, of_shape, up = levels_of(landing, state, blocks), _bodies_of_shapes(landing.robot), landing.up
-    tilted = levels_of(
-        landing, state, blocks, np.eye(3) + TILT * np.stack([s * cross_matrix(e) for s in (1, -1) for e in np.eye(3)])
-    )
-    omega, v = twists[:, :, :3], twists[:, :, 3:]
-    lifted = np.einsum("nbid,i->nbd", v, up) + np.einsum("nbid,nbi->nbd", omega, cross(state.position, up))
+    here, rows, of_shape = levels_of(landing, state, blocks), np.arange(len(twists)), _bodies_of_shapes(landing.robot)
+    points = np.concatenate([_lowest_points(landing, state), _grounded_points(landing, state, blocks)], axis=1)
+    bodies = np.append(of_shape, [blocks[k].body for k in on_ground(landing)])
 
-    def rates(heights: Array, bodies: Any) -> Array:
-        higher, lower = heights.reshape(2, 3, len(omega), -1)
-        return np.asarray(lifted[:, bodies] + np.einsum("inj,njid->njd", (higher - lower) / (2.0 * TILT), omega[:, bodies]))
+    def rate(chosen: np.ndarray) -> Array:
+        """Of one point (N,) in each posture: ω · (p × n) + v · n."""
+        twist, arm = twists[rows, bodies[chosen]], cross(points[rows, chosen], landing.up)
+        return np.asarray(np.sum(twist * np.concatenate([arm, np.broadcast_to(landing.up, arm.shape)], axis=1)[..., None], axis=1))
 
-    contacts = rates(tilted.contacts, [blocks[k].body for k in on_ground(landing)])
-    surface, rows = rates(tilted.surface, of_shape), np.arange(len(contacts))
-    low, high = (contacts[rows, k] for k in (here.contacts.argmin(axis=1), here.contacts.argmax(axis=1)))
+    heights, ends = points @ landing.up, (here.contacts.min(axis=1), here.contacts.max(axis=1))
+    # The lowest point of a contact is that of one of its shapes, or its own.
+    low, high = (rate(np.abs(heights - end[:, None]).argmin(axis=1)) for end in ends)
     own = [np.where(here.others & (of_shape == place.body), here.surface, np.inf).argmin(axis=1) for place in places]
-    return np.stack([high - low, *(surface[rows, k] - low for k in own)], axis=1)
+    return np.stack([high - low, *(rate(chosen) - low for chosen in own)], axis=1)
+
+
+def _lowest_points(landing: Landing, state: Dynamics) -> Array:
+    """The lowest points (N, n, 3) of the shapes, world axes, from the base [m]."""
+    start, found = body_outline(landing.robot).pieces.start, np.empty((len(state.Q), len(_bodies_of_shapes(landing.robot)), 3))
+    for body, n, corners, axes in _by_body(landing.robot)[0]:
+        R = state.rotation[:, body]
+        up = landing.up @ R
+        height, ends = corners @ up.T, [*(start[n] - start[n[0]]), len(corners)]
+        low = corners[[height[a:b].argmin(axis=0) + a for a, b in itertools.pairwise(ends)]]
+        if axes.size:
+            towards = (axes @ up.T).reshape(3, len(n), -1)
+            length = np.sqrt(np.sum(towards**2, axis=0))
+            low -= np.einsum("jnk,jni->nki", towards / np.where(length > 0.0, length, 1.0), axes.reshape(3, len(n), 3))
+        found[:, n] = state.position[:, body, None] + np.swapaxes(low, 0, 1) @ np.swapaxes(R, -1, -2)
+    return found
 
 
 @memoized()

@@ -13,8 +13,8 @@ from typing import Annotated, NamedTuple
 import numpy as np
 
 from shockpc.core.spatial import Array, read_only
-from shockpc.evaluation.columns import Column, proven_columns
-from shockpc.evaluation.cost import SLACK, ShockCost, Term
+from shockpc.evaluation.columns import proven_columns
+from shockpc.evaluation.cost import SLACK, ShockCost
 from shockpc.evaluation.evaluate import profiles
 from shockpc.evaluation.landings import common_robot, named_scenes
 from shockpc.evaluation.lockstep import in_lockstep
@@ -50,14 +50,17 @@ STALLED = 5
 HELD = 1e-6
 """Share of a range, or of a scale, within which a bound or a constraint holds an optimum, and within which landings are as bad."""
 
+AGREEING = 1e-4
+"""How much greater the measure of a run may be than that of the best one that ends at the same optimum, as a share of it."""
+
 FLAT = 0.05
 """How much worse than the optimum, as a share of it, a value may be that counts as flat."""
 
 SHARES = np.append(0.0, np.geomspace(1e-4, 1.0, 40))
 """Shares of the way to a bound at which a variable is looked at."""
 
-FRONT = 9
-"""Points between the ends of a front."""
+FRONT, NEAR = 9, 1e-5
+"""Points between the ends of a front; and how far from the second number's optimum its end is, as a share of the front."""
 
 
 class Flatness(NamedTuple):
@@ -94,7 +97,7 @@ class Improvement:
     """An optimum.
 
     Attributes:
-        cost: what was improved.
+        costs: what was improved, of each quantity.
         x: (n,) the variables at the optimum.
         before: proven profiles of the landings as they are given, by name.
         after: those at the optimum.
@@ -103,13 +106,13 @@ class Improvement:
         held: the constraints that hold it there, and the landings that are as bad as the worst.
         variables: what each does.
         runs: target of each run, the best first, step by step, in double precision; NaN where the constraints do not hold.
-        agreeing: how many runs end at the optimum, to a millionth of the target.
+        agreeing: how many runs end at the optimum.
         front: of two numbers, the first one least first; empty for one.
         seed: of the random points.
         chosen: what was asked for where nothing was said: a quantity, and what varies.
     """
 
-    cost: ShockCost = field(repr=False)
+    costs: tuple[ShockCost, ...] = field(repr=False)
     x: Array
     before: dict[str, ShockProfile] = field(repr=False)
     after: dict[str, ShockProfile] = field(repr=False)
@@ -122,12 +125,6 @@ class Improvement:
     front: tuple[FrontPoint, ...]
     seed: int
     chosen: tuple[str, ...]
-
-    @property
-    def columns(self) -> tuple[Column, ...]:
-        """The numbers, each at the first of its places."""
-        roles = range(len(self.cost.quantities))
-        return tuple(next(term for term in self.cost.terms if term.role == role).column for role in roles)
 
     @property
     def table(self) -> Table:
@@ -223,35 +220,37 @@ def improve(
     scenes = {
         label.strip(): one for name, scene in scenes.items() for label, one in scene_grid(name, scene, robot, pairs(over)).items()
     }
+    make = functools.partial(ShockCost, scenes, variables=vary, robot=robot, ground=not any_ground)
     with trace.stage("landings"):
-        cost = ShockCost(scenes, quantities, vary, robot, keep=keep, ground=not any_ground)
-    if len(cost.quantities) > 2:
-        raise StudyError(f"improve takes one quantity or two, got {len(cost.quantities)}; --keep bounds others")
-    for term in cost.terms:
-        if term.role >= 0 and term.column.selection.quantity.worse == "neither":
+        costs = tuple(make(text, keep=keep) for text in ([quantities] if isinstance(quantities, str) else quantities))
+    if len(costs) > 2:
+        raise StudyError(f"improve takes one quantity or two, got {len(costs)}; --keep bounds others")
+    for cost in costs:
+        if cost.column.selection.quantity.worse == "neither":
             raise StudyError(
-                f"{term.column.title} is neither better nor worse if it is less; choose another quantity, or --keep it"
+                f"{cost.column.title} is neither better nor worse if it is less; choose another quantity, or --keep it"
             )
+    cost, *others = costs
     with trace.stage("sample"):
         begun = _starts(cost, starts, seed)
     with trace.stage("runs"):
-        runs = sorted(_runs(cost, [_Task(x) for x in begun], COARSE), key=lambda run: run.value)
-        further = _runs(cost, [_Task(run.x) for run in runs[:BEST]])
+        runs = sorted(_runs(cost, begun, COARSE), key=lambda run: run.value)
+        further = _runs(cost, [run.x for run in runs[:BEST]])
         runs[:BEST] = [b._replace(history=np.append(a.history, b.history)) for a, b in zip(runs, further, strict=False)]
         runs.sort(key=lambda run: run.value)
     best = runs[0]
     if not np.isfinite(best.value):
         raise StudyError(_refusal(cost, runs))
-    agreeing = sum(run.value <= best.value + HELD * max(best.value, HELD) for run in runs)
+    agreeing = sum(run.value <= best.value + AGREEING * best.value + HELD**2 for run in runs)
     with trace.stage("front"):
-        front = _front(cost, best, begun) if len(cost.quantities) > 1 else ()
+        front = _front(costs, best.x, begun, lambda limit: make(cost.quantity, keep=[*keep, limit])) if others else ()
     with trace.stage("proof"):
         cases = cost.cases(best.x)
-        before = dict(zip(cost.scenes, profiles({name: (scene, cost.robot) for name, scene in cost.scenes.items()}), strict=True))
+        before = dict(zip(cost.scenes, profiles({name: (scene, robot) for name, scene in cost.scenes.items()}), strict=True))
         after = dict(zip(cases, profiles(cases), strict=True))
-        values = tuple(tuple(_proven(cost, role, one)[0] for one in (before, after)) for role in range(len(cost.quantities)))
+        values = tuple(tuple(_proven(one, found)[0] for found in (before, after)) for one in costs)
     return Improvement(
-        cost, read_only(best.x), before, after, values, _proven(cost, 0, after)[1], _holding(cost, best.x),
+        costs, read_only(best.x), before, after, values, _proven(cost, after)[1], _holding(cost, best.x),
         _variables(cost, best.x), tuple(run.history for run in runs), agreeing, front, seed, tuple(chosen),
     )  # fmt: skip
 
@@ -271,14 +270,6 @@ def _carrying(robot: Robot, scenes: Iterable[Scene]) -> list[str]:
     return [joint.name for joint in robot.independent_joints if carrying[joint.v].all()]
 
 
-class _Task(NamedTuple):
-    """Make a quantity small, from a point (n,), where the other quantity's measure has a bound or none."""
-
-    start: Array
-    role: int = 0
-    bound: float | None = None
-
-
 class _Run(NamedTuple):
     """One run of SLSQP.
 
@@ -293,47 +284,40 @@ class _Run(NamedTuple):
     history: Array
 
 
-def _runs(cost: ShockCost, tasks: Sequence[_Task], how: tuple[int, float] = FINE) -> list[_Run]:
-    """Runs of SLSQP, in shares of the ranges. Args: how, `COARSE` or `FINE`."""
-
-    def compute(X: Array) -> list[tuple[Array, Array]]:
-        measures = cost.measured(cost.numbers(X))[0]
-        return list(zip(measures, cost.slopes(X) * np.ptp(cost.bounds, axis=1), strict=True))
-
-    return in_lockstep([functools.partial(_run, cost, task, how) for task in tasks], compute)
+def _runs(cost: ShockCost, starts: Sequence[Array], how: tuple[int, float] = FINE) -> list[_Run]:
+    """Runs of SLSQP from points (n,), in shares of the ranges. Args: how, `COARSE` or `FINE`."""
+    return in_lockstep(
+        [functools.partial(_run, cost, start, *how) for start in starts], lambda X: list(zip(*cost.linearized(X), strict=True))
+    )
 
 
-def _run(cost: ShockCost, task: _Task, how: tuple[int, float], ask: Callable[[Array], tuple[Array, Array]]) -> _Run:
+def _run(cost: ShockCost, start: Array, most: int, change: float, ask: Callable[[Array], tuple[Array, Array]]) -> _Run:
     from scipy.optimize import Bounds, minimize
 
-    (start, role, bound), low, width = task, cost.bounds[:, 0], np.ptp(cost.bounds, axis=1)
-    n, held, own = len(low), cost.roles < 0, cost.roles == role
-    others = (cost.roles == 1 - role) & (bound is not None)
-    most, steps = abs(bound or 1.0), list[tuple[float, float, Array]]()
+    low, width, n, held = cost.bounds[:, 0], np.ptp(cost.bounds, axis=1), len(start), cost.held
+    steps = list[tuple[float, float, Array]]()
 
     @functools.lru_cache(2)
     def at(shares: bytes) -> tuple[Array, Array]:
-        measures, slopes = ask(low + width * np.frombuffer(shares))
-        return np.nan_to_num(measures, nan=np.inf), slopes
+        return ask(low + width * np.frombuffer(shares))
 
     def constraints(z: Array) -> Array:
         measures = np.minimum(at(z[:n].tobytes())[0], 1e6 * size)
-        return np.concatenate([z[n] - measures[own] / size, measures[held], ((bound or 0.0) - measures[others]) / most])
+        return np.where(held, measures, z[n] - measures / size)
 
     def jacobian(z: Array) -> Array:
-        slopes = at(z[:n].tobytes())[1]
-        rows = np.concatenate([-slopes[own] / size, slopes[held], -slopes[others] / most])
-        return np.column_stack([rows, np.arange(len(rows)) < own.sum()])
+        slopes = at(z[:n].tobytes())[1] * width
+        return np.column_stack([np.where(held[:, None], slopes, -slopes / size), ~held])
 
     def note(z: Array) -> None:
         measures, _ = at(z[:n].tobytes())
-        fits = (measures[held] >= -SLACK).all() and (measures[others] <= (bound or 0.0) + HELD * most).all()
-        steps.append((float(measures[own].max()) if fits else np.inf, float(z[n]), low + width * z[:n]))
-        if len(steps) > STALLED and np.ptp([level for _, level, _ in steps[-STALLED:]]) <= how[1]:
+        value = float(measures[~held].max()) if (measures[held] >= -SLACK).all() else np.inf
+        steps.append((value, float(z[n]), low + width * z[:n]))
+        if len(steps) > STALLED and np.ptp([level for _, level, _ in steps[-STALLED:]]) <= change:
             raise StopIteration
 
     first, unit = np.append((start - low) / width, 1.0), np.append(np.zeros(n), 1.0)
-    worst = float(np.abs(at(first[:n].tobytes())[0][own]).max())
+    worst = float(at(first[:n].tobytes())[0][~held].max())
     size = worst if 0.0 < worst < np.inf else 1.0
     note(first)
     minimize(
@@ -344,17 +328,22 @@ def _run(cost: ShockCost, task: _Task, how: tuple[int, float], ask: Callable[[Ar
         bounds=Bounds(np.append(np.zeros(n), -np.inf), np.append(np.ones(n), np.inf)),
         constraints={"type": "ineq", "fun": constraints, "jac": jacobian},
         callback=note,
-        options={"maxiter": how[0], "ftol": how[1]},
+        options={"maxiter": most, "ftol": change},
     )
     value, _, x = min(reversed(steps), key=lambda step: step[0])
     values = np.array([value for value, _, _ in steps])
-    return _Run(x, value, np.where(np.isfinite(values), _target(cost, role, values), np.nan))
+    return _Run(x, value, np.where(np.isfinite(values), _target(cost, values), np.nan))
 
 
-def _target(cost: ShockCost, role: int, measures: Array) -> Array:
-    """The quantity itself from what an optimiser takes for it, as `ShockCost.measured`."""
+def _worst(cost: ShockCost, X: Array) -> Array:
+    """The worst measure (m,) at points (m, n)."""
+    return np.asarray(cost.measured(X)[:, ~cost.held].max(axis=1))
+
+
+def _target(cost: ShockCost, measures: Array) -> Array:
+    """The quantity itself from its measures."""
     with np.errstate(divide="ignore"):
-        return np.asarray(measures ** (1.0 / next(term for term in cost.terms if term.role == role).power))
+        return np.asarray(measures ** (1.0 / cost.power))
 
 
 def _starts(cost: ShockCost, count: int | None, seed: int) -> list[Array]:
@@ -362,11 +351,10 @@ def _starts(cost: ShockCost, count: int | None, seed: int) -> list[Array]:
     low, width = cost.bounds[:, 0], np.ptp(cost.bounds, axis=1)
     count = (SLOW if cost.slow else PER_VARIABLE * len(low)) if count is None else count
     share = np.random.default_rng(seed).random((FEW if cost.slow else SAMPLE, len(low)))
-    measures = cost.measured(cost.numbers(low + width * share))[0]
-    worst = np.nan_to_num(measures[:, cost.roles == 0].max(axis=1), nan=np.inf)
-    slack = np.minimum(measures[:, cost.roles < 0].min(axis=1, initial=0.0), 0.0)
+    measures = cost.measured(low + width * share)
+    worst, slack = measures[:, ~cost.held].max(axis=1), measures[:, cost.held].min(axis=1, initial=0.0)
     order = np.argsort(worst, kind="stable")[: max(len(share) // 8, 2 * count)]
-    order = order[np.argsort(-np.where(slack < -HELD, slack, 0.0)[order], kind="stable")]
+    order = order[np.argsort(np.maximum(-slack[order], HELD), kind="stable")]
     chosen, candidates = ((cost.x0 - low) / width)[None], share[order[np.isfinite(worst[order])]]
     while len(chosen) <= count and len(candidates := candidates[np.abs(candidates - chosen[-1]).max(axis=1) > APART]):
         chosen = np.concatenate([chosen, candidates[:1]])
@@ -375,12 +363,11 @@ def _starts(cost: ShockCost, count: int | None, seed: int) -> list[Array]:
 
 def _refusal(cost: ShockCost, runs: Sequence[_Run]) -> str:
     """Why no run reached a point that counts."""
-    near = max((run.x for run in runs), key=lambda x: float(cost.slack(x[None]).min(initial=0.0)))
-    unknown = np.isnan(cost.numbers(near[None])[0])
-    without = {term.column.name: 0 for term, gone in zip(cost.terms, unknown, strict=True) if gone and term.role >= 0}
-    if without and not unknown.all():
-        return f"{few(list(without), 4)} has no value at the best point that was found; name other places"
-    missed = dict.fromkeys(term.text for term, left in _left(cost, near) if left < 0.0) or ["there is no landing"]
+    measures = cost.measured(np.array([run.x for run in runs]))
+    nearest = measures[measures[:, cost.held].min(axis=1, initial=0.0).argmax()]
+    if without := dict.fromkeys(cost.terms[k].column.name for k in np.flatnonzero(np.isinf(nearest))):
+        return f"{few(list(without), 4)} has no value at the best point that was found; name other places, or change the ranges"
+    missed = dict.fromkeys(cost.terms[k].text for k in np.flatnonzero(cost.held & (nearest < 0.0)))
     return (
         f"no point meets the constraints; the one that comes nearest misses: {few(list(missed), 4)}. Widen a range, or leave a "
         "constraint out"
@@ -389,60 +376,63 @@ def _refusal(cost: ShockCost, runs: Sequence[_Run]) -> str:
 
 def _holding(cost: ShockCost, x: Array) -> tuple[str, ...]:
     """What holds an optimum besides bounds: constraints without slack, and landings that are as bad as the worst."""
-    held = [f"{term.text} ({term.landing})".removesuffix(" ()") for term, left in _left(cost, x) if left < HELD]
-    measures, values = cost.measures(x[None])[0], [term for term in cost.terms if term.role == 0]
-    worst = [values[k] for k in np.flatnonzero(measures >= measures.max() * (1.0 - HELD)).tolist()]
-    same = [f"{term.column.name} ({term.landing}) is as bad".replace(" ()", "") for term in worst if len(worst) > 1]
-    return tuple(dict.fromkeys((*held, *same)))
-
-
-def _left(cost: ShockCost, x: Array) -> list[tuple[Term, float]]:
-    """The constraints, each with its slack."""
-    return list(zip((term for term in cost.terms if term.role < 0), cost.slack(x[None])[0].tolist(), strict=True))
+    (measures,) = cost.measured(x[None])
+    held = [cost.terms[k] for k in np.flatnonzero(cost.held & (measures < HELD))]
+    worst = [cost.terms[k] for k in np.flatnonzero(~cost.held & (measures >= measures[~cost.held].max() * (1.0 - HELD)))]
+    texts = [(term, "") for term in held] + [(term, " is as bad") for term in worst if len(worst) > 1]
+    return tuple(dict.fromkeys(f"{term.text} ({term.landing}){end}".replace(" ()", "") for term, end in texts))
 
 
 def _variables(cost: ShockCost, x: Array) -> tuple[Flatness, ...]:
     """What each variable does at an optimum."""
-    best, start = (float(cost.measures(point[None]).max()) for point in (x, cost.x0))
-    target, given = _target(cost, 0, np.array([best, start]))
+    best, start = _worst(cost, np.stack([x, cost.x0]))
+    target, given = _target(cost, np.array([best, start]))
     # Where the optimum is zero, or nearly, 5 % are those of the value before.
-    most, found = FLAT * float(target if best > HELD * start else given), list[Flatness]()
-    sign = -1.0 if cost.terms[0].power < 0.0 else 1.0
-    for k, (name, (low, high)) in enumerate(zip(cost.names, cost.bounds, strict=True)):
+    most, sign, found = FLAT * float(target if best > HELD * start else given), np.sign(cost.power), list[Flatness]()
+    for k, (low, high) in enumerate(cost.bounds):
         X = np.repeat(x[None], 2 * len(SHARES) + 1, axis=0)
         X[:-1, k] = x[k] + np.outer((low - x[k], high - x[k]), SHARES).ravel()
         X[-1, k] = cost.x0[k]
-        values = _target(cost, 0, cost.measures(X).max(axis=1))
+        values = _target(cost, _worst(cost, X))
         worse = np.clip(sign * (values[:-1] - target) / most, None, 1e6).reshape(2, -1)
-        beyond = [int(np.argmax(side > 1.0)) for side in worse]  # 0 if it is nowhere that much worse
-        shares = [
-            np.interp(1.0, side[i - 1 : i + 1], SHARES[i - 1 : i + 1]) if i else 1.0 for side, i in zip(worse, beyond, strict=True)
-        ]
-        ends = x[k] + shares * (cost.bounds[k] - x[k])
-        edge = HELD * (high - low)
+        ends, edge = list[float](), HELD * (high - low)
+        for side, bound in zip(worse, (low, high), strict=True):
+            beyond = int(np.argmax(side > 1.0))  # 0 if it is nowhere that much worse
+            near = slice(beyond - 1, beyond + 1)
+            ends.append(float(x[k] + (bound - x[k]) * (np.interp(1.0, side[near], SHARES[near]) if beyond else 1.0)))
         bound = "least" if x[k] - low <= edge else "greatest" if high - x[k] <= edge else None
-        found.append(Flatness(name, float(cost.given[k]), float(x[k]), bound, float(values[-1]), *ends.tolist()))
+        found.append(Flatness(cost.names[k], float(cost.given[k]), float(x[k]), bound, float(values[-1]), *ends))
     return tuple(found)
 
 
-def _proven(cost: ShockCost, role: int, found: Mapping[str, ShockProfile]) -> tuple[float, str]:
-    """The worst proven value of a quantity over landings, and the name of the landing."""
-    terms = [term for term in cost.terms if term.role == role]
+def _proven(cost: ShockCost, found: Mapping[str, ShockProfile]) -> tuple[float, str]:
+    """The worst proven value over landings, and the name of the landing."""
+    terms = [term for term in cost.terms if term.limit is None]
     values = [proven_columns(found[term.landing], [term.column])[term.column.name] for term in terms]
-    k = int(terms[0].column.selection.worse(np.array(values)).argmax())
+    k = int(cost.column.selection.worse(np.array(values)).argmax())
     return values[k], terms[k].landing
 
 
-def _front(cost: ShockCost, first: _Run, points: Sequence[Array]) -> tuple[FrontPoint, ...]:
-    """Points between the optimum of the first quantity and that of the second: the first least for bounds of the second."""
-    other = min(_runs(cost, [_Task(x, role=1) for x in (*points, first.x)]), key=lambda run: run.value)
-    most = float(cost.measures(first.x[None], 1).max())
-    bounds = np.linspace(most, other.value, FRONT + 2)[1:].tolist()
-    tasks = [_Task(x, bound=bound) for bound in bounds for x in (first.x, other.x, (first.x + other.x) / 2.0)]
-    runs = _runs(cost, tasks)
-    best = [min(runs[k : k + 3], key=lambda run: run.value) for k in range(0, len(runs), 3)]
-    found = [first.x, *(run.x for run in best if np.isfinite(run.value))]
-    return tuple(
-        FrontPoint(np.array([float(_target(cost, r, cost.measures(x[None], r).max())) for r in (0, 1)]), read_only(x))
-        for x in found
-    )
+def _front(
+    costs: Sequence[ShockCost], first: Array, points: Sequence[Array], bounded: Callable[[str], ShockCost]
+) -> tuple[FrontPoint, ...]:
+    """Points between the optimum of the first quantity and that of the second: the first least for bounds of the second.
+
+    Args:
+        costs: of both.
+        first: (n,) the optimum of the first.
+        points: where the runs for the second begin.
+        bounded: gives the cost of the first with one constraint more.
+    """
+    (_, other), sense = costs, "<=" if costs[1].power > 0.0 else ">="
+    last = min(_runs(other, [*points, first]), key=lambda run: run.value).x
+    found = [first]
+    most, least = _target(other, _worst(other, np.stack([first, last])))
+    # No constraint holds exactly at the optimum of its own number.
+    for bound in (most + np.linspace(0.0, 1.0 - NEAR, FRONT + 2)[1:] * (least - most)).tolist():
+        best = min(
+            _runs(bounded(f"{other.quantity}{sense}{bound!r}"), [found[-1], last, (first + last) / 2.0]), key=lambda run: run.value
+        )
+        found += [best.x] if np.isfinite(best.value) else []
+    values = np.stack([_target(one, _worst(one, np.array(found))) for one in costs], axis=1)
+    return tuple(FrontPoint(*point) for point in zip(values, map(read_only, found), strict=True))

@@ -4,6 +4,7 @@ import numpy as np
 from matplotlib.figure import Figure
 from matplotlib.ticker import MaxNLocator
 
+from shockpc.evaluation.cost import ShockCost
 from shockpc.show.figure.style import CURVES, INK, new_chart, plain_numbers
 from shockpc.show.wording import at_place
 from shockpc.studies.improve import Improvement
@@ -22,7 +23,7 @@ def draw_runs(study: Improvement) -> Figure:
     if known.size and known.min() > 0.0 and known.max() > 20.0 * known.min():
         axes.set_yscale("log")
         plain_numbers(axes.yaxis)
-    axes.set(xlabel="step", ylabel=_label(study, 0))
+    axes.set(xlabel="step", ylabel=_label(study.costs[0]))
     axes.xaxis.set_major_locator(MaxNLocator(6, integer=True))
     return figure
 
@@ -33,10 +34,10 @@ def draw_front(study: Improvement) -> Figure:
     axes, points = figure.add_subplot(), np.array([point.values for point in study.front])
     axes.plot(*points.T, color=CURVES[0], marker="o", markersize=4.0, linewidth=1.2, label="front")
     axes.plot(study.values[0][0], study.values[1][0], color=INK, marker="s", linestyle="none", label="as given")
-    axes.set(**{f"{axis}label": _label(study, role) for role, axis in enumerate("xy")})
+    axes.set(**{f"{axis}label": _label(cost) for cost, axis in zip(study.costs, "xy", strict=True)})
     axes.legend()
     return figure
 
 
-def _label(study: Improvement, role: int) -> str:
-    return f"{at_place(study.cost.quantities[role])} [{study.columns[role].unit}]"
+def _label(cost: ShockCost) -> str:
+    return f"{at_place(cost.quantity)} [{cost.column.unit}]"

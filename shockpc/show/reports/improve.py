@@ -19,7 +19,8 @@ from shockpc.text.toml import toml_lines
 def improve_report(study: Improvement) -> Report:
     """The optimum."""
     worst = {"as given": study.before[study.worst], "optimum": study.after[study.worst]}
-    further = [text for text in study.cost.quantities if "," not in text and text.partition("@")[0] not in STANDARD]
+    quantities = [cost.quantity for cost in study.costs]
+    further = [text for text in quantities if "," not in text and text.partition("@")[0] not in STANDARD]
     compared = compare_report(compare([Design(label, one.scene, one.robot) for label, one in worst.items()], further))
     sheets: dict[str, Callable[[], Sheet]] = {"variables": lambda: _variables(study)}
     figures = [Picture("runs", "the target over the steps of the runs", "improve:draw_runs", (study,))]
@@ -34,7 +35,7 @@ def improve_report(study: Improvement) -> Report:
 
     return Report(
         name="improve",
-        title=f"The least {few(list(map(at_place, study.cost.quantities)), 2)}",
+        title=f"The least {few(list(map(at_place, quantities)), 2)}",
         body=body,
         lead=1 + 2 * len(figures),
         closing=compared.closing,
@@ -52,13 +53,13 @@ def improve_report(study: Improvement) -> Report:
 def _lines(study: Improvement) -> list[tuple[str, str]]:
     """Before and after, what holds the optimum, and how far it can be trusted."""
     lines, over = list[tuple[str, str]](), f", the worst of {len(study.after)} landings" if len(study.after) > 1 else ""
-    for text, (before, after), column in zip(study.cost.quantities, study.values, study.columns, strict=True):
+    for cost, (before, after) in zip(study.costs, study.values, strict=True):
         gain = f" ({100.0 * (after / before - 1.0):+.3g} %)" if before and math.isfinite(after / before) else ""
-        unit = "" if column.unit == "-" else f" {column.unit}"
-        lines.append((at_place(text), f"{before:.4g}{unit} → {after:.4g}{unit}{gain}{over}"))
+        unit = "" if cost.column.unit == "-" else f" {cost.column.unit}"
+        lines.append((at_place(cost.quantity), f"{before:.4g}{unit} → {after:.4g}{unit}{gain}{over}"))
     (before, after), *_ = study.values
-    if (before < after) == (study.columns[0].selection.quantity.worse == "greater") and before != after:
-        ranges = zip(study.variables, study.cost.bounds, strict=True)
+    if (before < after) == (study.costs[0].column.selection.quantity.worse == "greater") and before != after:
+        ranges = zip(study.variables, study.costs[0].bounds, strict=True)
         outside = [one.name for one, (low, high) in ranges if one.before < low or one.before > high]
         differing = [one.name for one in study.variables if math.isnan(one.before)]
         reason = f"it lies outside the range of {few(outside, 4)}" if outside else "it misses constraints"
@@ -71,7 +72,7 @@ def _lines(study: Improvement) -> list[tuple[str, str]]:
     runs = count(len(study.runs), "run")
     lines.append(("runs", f"{runs}; {study.agreeing} at the optimum; seed {study.seed}; no proof that nothing better exists"))
     profiles = (*study.before.values(), *study.after.values())
-    unproven = any(column.selection.quantity.of_ground(profile.scene) for column in study.columns for profile in profiles)
+    unproven = any(cost.column.selection.quantity.of_ground(profile.scene) for cost in study.costs for profile in profiles)
     proof = proof_text(max(profile.health.error_bound for profile in profiles))
     lines.append(("proven", "not: these values are in double precision" if unproven else f"both values, {proof}"))
     return lines
@@ -82,23 +83,23 @@ def _variables(study: Improvement) -> Sheet:
         "5 %: the range of it alone, up to its bounds, in which the target is at most 5 % worse than at the optimum",
         "set back, and 5 %: the constraints may not hold there",
     ]
-    if changed := [one.subject for one in study.cost.variations if one.kind in (*OF_A_LINK, "place")]:
+    if changed := [one.subject for one in study.costs[0].variations if one.kind in (*OF_A_LINK, "place")]:
         notes.append(f"{few(changed, 4)}: of the robot itself, and so not in the scene; change it in its file")
     return sheet_of(study.table, "what each variable does", notes)
 
 
 def _front(study: Improvement) -> Sheet:
-    numbers = [f"{at_place(text)} [{column.unit}]" for text, column in zip(study.cost.quantities, study.columns, strict=True)]
+    numbers = [f"{at_place(cost.quantity)} [{cost.column.unit}]" for cost in study.costs]
     rows = [(*point.values.tolist(), *point.x.tolist()) for point in study.front]
-    return Sheet("front, in double precision", (*numbers, *study.cost.names), rows, [])
+    return Sheet("front, in double precision", (*numbers, *study.costs[0].names), rows, [])
 
 
 def _document(study: Improvement) -> dict[str, Any]:
     """The document, schema `shockpc.improve/1`; variables in the units of their names."""
     return {
         "quantities": [
-            {"quantity": text, "before": before, "after": after}
-            for text, (before, after) in zip(study.cost.quantities, study.values, strict=True)
+            {"quantity": cost.quantity, "before": before, "after": after}
+            for cost, (before, after) in zip(study.costs, study.values, strict=True)
         ],
         "worst": study.worst or None,
         "held": study.held,
