@@ -186,17 +186,17 @@ FOOT:: --range-g 16 => a sensor's range is given in g, but no pulse; give one
 FOOT:: --drives nosuch.toml => no drives file "HERE/nosuch.toml"
 FOOT:: --stance foot => are at one point of one body, which strikes or stands once
 FOOT:: --lock knee --base fixed => nothing of robot "stick" can move: its base is fixed and no joint is free
-analyze leg:: --contct heel => no such option: --contct; nearest: --contact,
-analyze leg:: --contact => --contact needs a value
-analyze leg:: heel => unexpected argument "heel"
-analyze leg --contact heel:: --format yaml => --format: "yaml" is not one of table, json, csv, markdown
-analyze leg --contact heel:: --base loose => "loose" is not one of free, planar, fixed
-analyze leg --contact heel:: --contact-point deepest => "deepest" is not one of frame, lowest
+analyze leg:: --contct heel => no such option: --contct (Possible options: --contact,
+analyze leg:: --contact => option '--contact' requires an argument
+analyze leg:: heel => unexpected extra argument(s) (heel)
+analyze leg --contact heel:: --format yaml => 'yaml' is not one of 'table', 'json', 'csv', 'markdown'
+analyze leg --contact heel:: --base loose => 'loose' is not one of 'free', 'planar', 'fixed'
+analyze leg --contact heel:: --contact-point deepest => 'deepest' is not one of 'frame', 'lowest'
 analyze dog/dog.urdf.xacro --package dog_description=dog --contact lf_foot:: --xacro paylod:=2 => "paylod"; nearest: "payload"
 robots:: leg --xacro mas:=3 => has no xacro argument "mas"; nearest: "mass"
-analyze => ROBOT is missing. To see what is valid: shockpc analyze --help
+analyze => missing argument 'ROBOT'. To see what is valid: shockpc analyze --help
 :: stick.urdf | anymal_b | fly | analyse stick.urdf => To analyze a robot: shockpc analyze ROBOT --contact NAME. To see
-schema:: landing.toml => "landing.toml" is not one of scene, budgets
+schema:: landing.toml => 'landing.toml' is not one of 'scene', 'budgets'
 robots:: --posture x => no such option: --posture. To see what is valid: shockpc robots --help
 robots:: dgo => no robot "dgo"; nearest: "go2", "go1"
 """
@@ -403,7 +403,7 @@ def test_signals_from_outside(here, number, code):
     assert interrupted(here, number, *LANDING) == Outcome(code, "", STOPPED)
 
 
-@pytest.mark.parametrize("module", ["shockpc.cli.app", "pinocchio", "matplotlib.figure"])
+@pytest.mark.parametrize("module", ["shockpc.cli.app", "typer", "pinocchio", "matplotlib.figure"])
 @pytest.mark.parametrize("swallowed", [False, True])
 def test_interrupted_imports(here, module, swallowed):
     """One message, also where a library turns the interruption into an error of its own."""

@@ -250,7 +250,7 @@ def test_a_scene_lands_as_it_says(capfd, tmp_path):
         ((), "no robot is named"),
         (("--robots", "hexapods"), 'no set of robots "hexapods"'),
         (("bolt", "--figures"), "--out"),
-        (("bolt", "--jobs", "0"), "not a whole number from 1 on"),
+        (("bolt", "--jobs", "0"), "range x>=1"),
         (("bolt", "--robots", "*_knee=3"), "no set of robots"),
     ],
 )

@@ -4,11 +4,12 @@ import sys
 from functools import partial
 from pathlib import Path
 
+import typer
+
 from shockpc.cli.declare import argument, command, group
 from shockpc.cli.options import in_output
 from shockpc.cli.parse import out_folder, path, writable
 from shockpc.cli.process import print_error
-from shockpc.text.errors import StudyError
 
 FORMATS = ("text", "json", "junit", "github", "markdown")
 DOCUMENTS = ("json", "junit", "markdown")
@@ -69,7 +70,7 @@ def report(text: str) -> tuple[str, Path | None]:
     format_, equals, file = text.partition("=")
     if format_ not in FORMATS:
         known = f"valid are {', '.join(FORMATS)}, each also with a file, such as junit=report.xml"
-        raise StudyError(f'"{text}" is not a format; {known}')
+        raise typer.BadParameter(f'"{text}" is not a format; {known}')
     return format_, writable(path(file), "--format") if equals else None
 
 
@@ -99,7 +100,7 @@ def check(
     from shockpc.studies.check.baseline import baseline_text, read_baseline
     from shockpc.studies.check.budgets import budgets_file, read_budgets
     from shockpc.studies.check.study import check_budgets
-    from shockpc.text.errors import OutputError
+    from shockpc.text.errors import OutputError, StudyError
 
     formats = format_ or (("text", None),)
     printed = [name for name, file in formats if file is None]

@@ -8,66 +8,24 @@ An option whose type is a tuple of any length may be repeated. What is not given
 the type allows none of these, or the default is `...`, it has to be given.
 """
 
+import copy
 import functools
 import inspect
 from collections.abc import Callable
-from typing import Any, Literal, NamedTuple, TypeAlias, get_args, get_origin
+from typing import Any, NamedTuple, TypeAlias, get_args
+
+import typer
+from typer.models import OptionInfo
 
 Parser: TypeAlias = Callable[[str], Any]
 Command: TypeAlias = Callable[..., int | None]
 
-ARGUMENTS = "Arguments"
-"""Heading of what is typed without a name."""
-
-
-class Parameter(NamedTuple):
-    """What is typed for a command: an option, or without a name.
-
-    Attributes:
-        heading: under which it stands in the help.
-        help: a sentence.
-        form: of the value, such as "X,Y,Z".
-        parser: reads the text of the value; by default its type does.
-        default: where nothing is typed; `...` where something has to be.
-        name: of the option, if it is not that of the parameter.
-        key: the parameter of the command; it and its type are those of the function that is declared to be one.
-        kind: its type.
-    """
-
-    heading: str
-    help: str
-    form: str | None = None
-    parser: Parser | None = None
-    default: Any = None
-    name: str | None = None
-    key: str = ""
-    kind: Any = str
-
-    @property
-    def flag(self) -> str:
-        """The option as it is typed; empty for what is typed without a name."""
-        return "" if self.heading == ARGUMENTS else f"--{self.name or self.key.rstrip('_').replace('_', '-')}"
-
-    @property
-    def is_switch(self) -> bool:
-        """Whether it has no value."""
-        return bool in (self.kind, *get_args(self.kind))
-
-    @property
-    def repeats(self) -> bool:
-        """Whether it may be repeated."""
-        return get_args(self.kind)[1:] == (...,)
-
-    @property
-    def words(self) -> tuple[str, ...]:
-        """The only values that it may have; none if it may have others."""
-        return next((get_args(part) for part in (self.kind, *get_args(self.kind)) if get_origin(part) is Literal), ())
-
-    @property
-    def needed(self) -> bool:
-        """Whether something has to be typed."""
-        may_lack = self.kind is bool or self.repeats or type(None) in get_args(self.kind) or self.default is not None
-        return self.default is ... or not may_lack
+EXIT_CODES = """\b
+Exit codes: 0 done, 1 a budget is exceeded (check), 2 bad arguments or files,
+3 no verdict (the posture is singular, or the model has no unique solution),
+70 an error in shockpc itself, 130 interrupted by Ctrl-C, 143 terminated by
+SIGTERM.
+"""
 
 
 class Declared(dict[str, tuple[Any, Any]]):
@@ -88,21 +46,37 @@ class Help(NamedTuple):
     after: str
 
     def text(self, summary: str) -> str:
-        """What stands above the options, in paragraphs. Args: summary: what the command does."""
+        """What stands above the options, as Typer takes it. Args: summary, what the command does."""
         return "\n\n".join(filter(None, [summary, self.more, "\n  ".join(["\b\nExamples:", *self.examples])]))
 
 
 def group(heading: str) -> Callable[..., Any]:
-    """A function that declares an option which stands under this heading of the help. Its arguments are those of `Parameter`."""
+    """A function that declares an option which stands under this heading of the help.
 
-    def option(help_: str, form: str | None = None, parser: Parser | None = None, **further: Any) -> Any:
-        return Parameter(heading, help_, form, parser, **further)
+    Its arguments are a sentence for the help, the form of the value, a parser, the default, the least of whole numbers, and its
+    name if that is not the parameter's.
+    """
+
+    def option(
+        help_: str,
+        form: str | None = None,
+        parser: Parser | None = None,
+        *,
+        default: Any = None,
+        least: int | None = None,
+        name: str | None = None,
+    ) -> Any:
+        names = () if name is None else (f"--{name}",)
+        return typer.Option(
+            default, *names, help=help_, metavar=form, parser=parser, min=least, rich_help_panel=heading, show_default=False
+        )
 
     return option
 
 
-argument = group(ARGUMENTS)
-"""Declares what is typed without a name. Its arguments are those of `Parameter`."""
+def argument(help_: str, form: str, parser: Parser | None = None, *, default: Any = None) -> Any:
+    """Declare what is typed without a name. The arguments are those of an option."""
+    return typer.Argument(default, help=help_, metavar=form, parser=parser, show_default=False)
 
 
 def command(
@@ -126,7 +100,7 @@ def _taking_options(command: Command) -> Command:
     parameters = inspect.signature(command).parameters
     records = {name: parameter.annotation for name, parameter in parameters.items() if hasattr(parameter.annotation, "_fields")}
     grouped = {name: parameter.default for name, parameter in parameters.items() if isinstance(parameter.default, Declared)}
-    declared: dict[str, tuple[Any, Parameter]] = {}
+    declared: dict[str, tuple[Any, Any]] = {}
     for name, parameter in parameters.items():
         if name in records:
             kinds = records[name].__annotations__
@@ -138,16 +112,30 @@ def _taking_options(command: Command) -> Command:
 
     @functools.wraps(command)
     def run(**typed: Any) -> int | None:
+        typed = {name: tuple(value) if isinstance(value, list) else value for name, value in typed.items()}
         typed |= {name: {option: typed.pop(option, None) for option in options} for name, options in grouped.items()}
         for name, record in records.items():
             fields = record._field_defaults
             typed[name] = record(**{field: _collected(option, field, typed) for field, option in fields.items()})
         return command(**typed)
 
-    vars(run)["parameters"] = [one._replace(key=key, kind=kind) for key, (kind, one) in declared.items()]
+    # What Typer reads.
+    vars(run)["__signature__"] = inspect.Signature([_for_typer(name, *declaration) for name, declaration in declared.items()])
+    run.__annotations__ = {}
     return run
 
 
 def _collected(option: Any, field: str, typed: dict[str, Any]) -> Any:
     """What was typed for a field of a record, which is taken out."""
     return {name: typed.pop(name, None) for name in option} if isinstance(option, Declared) else typed.pop(field, ())
+
+
+def _for_typer(name: str, kind: Any, declared: Any) -> inspect.Parameter:
+    """A parameter as Typer takes it: an option with its name, lists for tuples, text for what a parser reads."""
+    info, repeated = copy.copy(declared), get_args(kind)[1:] == (...,)
+    if info.default is None and type(None) not in get_args(kind):
+        info.default = () if repeated else False if kind is bool else ...
+    if isinstance(info, OptionInfo) and not info.param_decls:
+        info.param_decls = (f"--{name.rstrip('_').replace('_', '-')}",)
+    annotation = list[str] if repeated else str if info.parser else kind
+    return inspect.Parameter(name, inspect.Parameter.KEYWORD_ONLY, annotation=annotation, default=info)

@@ -16,7 +16,7 @@ from shockpc.text.printed import visible
 DEFECT = 70
 """An error in shockpc itself, as EX_SOFTWARE of sysexits.h: Python's own code would be 1, which means that a budget is exceeded."""
 INTERRUPTED = 130
-"""After Ctrl-C, as shells count."""
+"""Also what Typer returns, without a message, when a command raises KeyboardInterrupt."""
 
 
 def entry() -> None:
@@ -46,18 +46,19 @@ def main(words: Sequence[str]) -> int:
     inputs.clear()
     command[:] = ["shockpc", *words]
     try:
-        from shockpc.cli.app import run_command
+        from shockpc.cli.app import app_for
 
         with contextlib.redirect_stdout(printed):
-            code = run_command(words)
-        write_stdout(printed.getvalue())
-        return code
+            code: int = app_for(words)(list(words) or ["--help"], standalone_mode=False, prog_name="shockpc") or 0
+        if code != INTERRUPTED:
+            write_stdout(printed.getvalue())
+            return code
     except KeyboardInterrupt:
         pass
     except Exception as error:
         # An import that is interrupted may raise another error than KeyboardInterrupt.
         if not received:
-            message, code = _failure(error)
+            message, code = _failure(error, words)
             print_error(message)
             return code
     print_error("interrupted; no incomplete file was left")
@@ -65,8 +66,12 @@ def main(words: Sequence[str]) -> int:
     return 128 + received[0] if received else INTERRUPTED
 
 
-def _failure(error: Exception) -> tuple[str, int]:
+def _failure(error: Exception, words: Sequence[str]) -> tuple[str, int]:
     """The message about an error, and the exit code."""
+    if hasattr(error, "format_message"):  # Typer's errors in how a command was typed
+        form = getattr(getattr(error, "param", None), "metavar", None) or ""
+        hint = f" (it takes {form})" if any(sign in form for sign in "=,:") else ""
+        return _usage(error.format_message() + hint, words), ShockError.exit_code
     if isinstance(error, DefectError):
         sys.stderr.write(visible(error.trace, "\n"))
     if isinstance(error, ShockError):
@@ -79,3 +84,13 @@ def _failure(error: Exception) -> tuple[str, int]:
 
     sys.stderr.write(visible("".join(traceback.format_exception(error)), "\n"))
     return "this is an error in shockpc itself, not in your input; please report the lines above", DEFECT
+
+
+def _usage(text: str, words: Sequence[str]) -> str:
+    """An error in how a command was typed, with the command that lists what is valid."""
+    from shockpc.cli.app import COMMANDS
+
+    stop = "" if text.endswith((".", "?")) else "."
+    robot = " To analyze a robot: shockpc analyze ROBOT --contact NAME." if text.startswith("No such command") else ""
+    command = " ".join(["shockpc", *(word for word in words[:1] if word in COMMANDS)])
+    return f"{text[:1].lower()}{text[1:]}{stop}{robot} To see what is valid: {command} --help"

@@ -10,7 +10,6 @@ from shockpc.cli.parse import (
     Motor,
     Setting,
     Vector,
-    count,
     definition,
     directions,
     drives,
@@ -24,7 +23,6 @@ from shockpc.cli.parse import (
     setting,
     stiffness,
     vector,
-    whole,
 )
 from shockpc.landing.record import options_of
 from shockpc.landing.scene import Contact, Joints, Posture, Scene, Strike
@@ -66,7 +64,6 @@ def target_of(at: str | None, quantity: str | None) -> str:
 
 
 PARSERS: dict[Any, Parser] = {
-    int: whole,
     float: finite,
     Vector: vector,
     "srdf": path,
@@ -178,7 +175,7 @@ RARE_OF_RUN = ("cluster", "wait")
 """Fields of `RunOptions` that --help-all adds."""
 
 PANELS = frozenset(
-    info.heading
+    info.rich_help_panel
     for info in (*SceneOptions._field_defaults.values(), *(info for _, info in OF_RECORDS.values()))
     if not isinstance(info, Declared)
 )
@@ -188,7 +185,7 @@ PANELS = frozenset(
 class RunOptions(NamedTuple):
     """Where the parts of a study are computed."""
 
-    jobs: int = in_run("Number of processes; 1 by default.", "N", count, default=1)
+    jobs: int = in_run("Number of processes; 1 by default.", "N", least=1, default=1)
     cluster: str | None = in_run("Compute on a running Dask cluster; the folder has to be shared with its workers.", "ADDRESS")
     wait: bool = in_run("Wait for workers while the cluster has none.")
     strict: bool = in_run(STRICT)

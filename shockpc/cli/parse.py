@@ -1,11 +1,13 @@
-"""Texts of the command line to values. Every parser raises StudyError with what would be valid."""
+"""Texts of the command line to values. Every parser raises typer.BadParameter with what would be valid."""
 
 import math
 import re
 from pathlib import Path
 from typing import Literal, TypeAlias, get_args
 
-from shockpc.text.errors import OutputError, StudyError
+import typer
+
+from shockpc.text.errors import OutputError
 from shockpc.text.paths import is_path, usable_path
 
 Vector: TypeAlias = tuple[float, float, float]
@@ -26,29 +28,15 @@ def finite(text: str) -> float:
     if not math.isfinite(value):
         with_unit = re.match(r"[-+]?[\d.]+(e[-+]?\d+)? *(?!e[-+]?\d)[a-zA-Z°µ]", text)
         unit = "; leave out the unit, which is that of the help" if with_unit else ""
-        raise StudyError(f'"{text}" is not a finite number{unit}')
+        raise typer.BadParameter(f'"{text}" is not a finite number{unit}')
     return value
-
-
-def whole(text: str) -> int:
-    """A whole number."""
-    if not re.fullmatch("[-+]?[0-9]{1,18}", text):
-        raise StudyError(f'"{text}" is not a whole number')
-    return int(text)
-
-
-def count(text: str) -> int:
-    """A whole number above zero."""
-    if not re.fullmatch("0*[1-9][0-9]{0,8}", text):
-        raise StudyError(f'"{text}" is not a whole number from 1 on')
-    return int(text)
 
 
 def _split(text: str, separator: str, example: str) -> list[str]:
     """The parts of a text, as many as an example has."""
     parts = text.split(separator)
     if len(parts) != (count := example.count(separator) + 1):
-        raise StudyError(f'"{text}" is not {count} values with "{separator}" between them, such as {example}')
+        raise typer.BadParameter(f'"{text}" is not {count} values with "{separator}" between them, such as {example}')
     return parts
 
 
@@ -69,7 +57,7 @@ def directions(text: str) -> tuple[str | Vector, ...]:
     if axes and len(set(axes)) == len(axes) and set(axes) <= set("xyz"):
         return tuple(axes)
     if text.count(",") < 2:
-        raise StudyError(f'"{text}" is neither axes, such as xz, nor vectors, such as "1,0,1;0,1,0"')
+        raise typer.BadParameter(f'"{text}" is neither axes, such as xz, nor vectors, such as "1,0,1;0,1,0"')
     return tuple(vector(part) for part in text.split(";"))
 
 
@@ -77,7 +65,7 @@ def pair_of(text: str) -> tuple[str, str]:
     """A=B."""
     first, other = _split(text, "=", "FL_thigh=lf_upperleg")
     if not (first and other) or first.count("*") != other.count("*") or first.count("*") > 1:
-        raise StudyError(f'"{text}" is not a pair of names, or of names with one * each, such as FL_*=lf_*')
+        raise typer.BadParameter(f'"{text}" is not a pair of names, or of names with one * each, such as FL_*=lf_*')
     return first, other
 
 
@@ -114,7 +102,7 @@ def rotor(text: str) -> Motor:
     name, values = definition(text)
     numbers = values.split(":")
     if len(numbers) > 3:
-        raise StudyError(f'"{text}" is not JOINT=INERTIA[:RATIO[:STIFFNESS]], such as "*_knee=1.1e-4:9"')
+        raise typer.BadParameter(f'"{text}" is not JOINT=INERTIA[:RATIO[:STIFFNESS]], such as "*_knee=1.1e-4:9"')
     inertia, *others = map(finite, numbers)
     ratio, stiffness = (*others, None, None)[:2]
     return name, (inertia, ratio, stiffness)
@@ -130,7 +118,7 @@ def definition(text: str) -> tuple[str, str]:
     name, value = variable(text)
     name = name.removesuffix(":").strip()
     if not name or value is None:
-        raise StudyError(f'"{text}" is not NAME=VALUE: a name, an equals sign and a value')
+        raise typer.BadParameter(f'"{text}" is not NAME=VALUE: a name, an equals sign and a value')
     return name, value
 
 
@@ -138,7 +126,7 @@ def renaming(text: str) -> tuple[str, str]:
     """NAME=NAME, or NAME= with nothing after it."""
     name, equals, new = (part.strip() for part in text.partition("="))
     if not name or not equals or new.count("*") > name.count("*") or name.count("*") > 1:
-        raise StudyError(f'"{text}" is not NAME=NAME, a column of the table and its other name, with at most one * in each')
+        raise typer.BadParameter(f'"{text}" is not NAME=NAME, a column of the table and its other name, with at most one * in each')
     return name, new
 
 
@@ -147,7 +135,7 @@ def joint_models(text: str) -> tuple[JointModelName, ...]:
     known: dict[str, JointModelName] = {name: name for name in get_args(JointModelName)}
     models = [part.strip() for part in text.split(",")]
     if unknown := [model for model in models if model not in known]:
-        raise StudyError(f'"{unknown[0]}" is not a joint model; valid are {", ".join(known)}')
+        raise typer.BadParameter(f'"{unknown[0]}" is not a joint model; valid are {", ".join(known)}')
     return tuple(dict.fromkeys(known[model] for model in models))
 
 
@@ -161,7 +149,7 @@ def variable(text: str) -> Variable:
     """NAME=VALUES, which the sweep interprets; None where only a name is typed."""
     name, equals, values = (part.strip() for part in text.partition("="))
     if not name or (equals and not values):
-        raise StudyError(f'"{text}" is not NAME=VALUE: a name, an equals sign and a value')
+        raise typer.BadParameter(f'"{text}" is not NAME=VALUE: a name, an equals sign and a value')
     return name, values if equals else None
 
 
@@ -170,7 +158,7 @@ def path(text: str) -> Path:
     try:
         return usable_path(text)
     except ValueError as refusal:
-        raise StudyError(str(refusal)) from None
+        raise typer.BadParameter(str(refusal)) from None
 
 
 def robot_name(text: str) -> str:
@@ -191,7 +179,7 @@ def out_folder(text: str) -> Path:
 def scene_file(text: str) -> Path:
     """The file of a scene that can be written."""
     if not text.casefold().endswith(".toml"):
-        raise StudyError(f'"{text}" would not be read as a scene, whose name ends in .toml')
+        raise typer.BadParameter(f'"{text}" would not be read as a scene, whose name ends in .toml')
     return writable(path(text), "--save-scene")
 
 

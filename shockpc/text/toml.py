@@ -5,6 +5,7 @@ checked in the same way.
 """
 
 import dataclasses
+import difflib
 import json
 import os
 import re
@@ -110,8 +111,6 @@ def _words(kind: type) -> str:
 
 def unknown_key(key: str, name: str, known: Iterable[str]) -> str:
     """The message for a key that no record has: its position, and the nearest valid key or all of them."""
-    import difflib
-
     near = difflib.get_close_matches(name, known, n=1, cutoff=0.7)
     hint = f"nearest: {near[0]}" if near else f"valid here: {', '.join(known)}"
     return f"{key}: no such key; {hint}"
