@@ -1,5 +1,8 @@
 """Runs in lockstep: each gets its own answers, what they ask for is computed together, and errors end all of them."""
 
+import subprocess
+import sys
+
 import numpy as np
 import pytest
 
@@ -59,3 +62,33 @@ def test_errors_end_all_runs(error):
 
     with pytest.raises(type(error)):
         in_lockstep([broken, halving(64.0, 3)], lambda X: X)
+
+
+INTERRUPTED = """
+import random, signal
+import numpy as np
+from shockpc.evaluation.lockstep import in_lockstep
+
+def run(ask):
+    x = np.array([1.0])
+    for _ in range(10_000):
+        x = ask(x)
+
+def stop(number, frame):
+    raise KeyboardInterrupt
+
+signal.signal(signal.SIGALRM, stop)
+for k in range(10):
+    signal.setitimer(signal.ITIMER_REAL, random.Random(k).uniform(2e-3, 2e-2))
+    try:
+        in_lockstep([run] * 8, lambda X: X)
+    except KeyboardInterrupt:
+        continue
+    raise AssertionError("it was not interrupted")
+print("ended")
+"""
+
+
+def test_an_interruption_ends_all_runs_whenever_it_comes():
+    done = subprocess.run([sys.executable, "-c", INTERRUPTED], capture_output=True, text=True, timeout=60, check=False)
+    assert done.stdout == "ended\n", done.stderr

@@ -52,7 +52,7 @@ def _pushed(impact: Any, places: Sequence[Place]) -> Array:
     return np.asarray(np.sum(IMPULSE.compute(impact, places) * normals, axis=-1))
 
 
-PUSH = Quantity("push", "contact", "impulse with which the ground pushes", "N s", "neither", _pushed, linear=True)
+PUSH = Quantity("push", "contact", "push of the ground", "N s", "neither", _pushed, linear=True)
 """With `CLEARANCE` and `SPREAD` what `feasible` decides by, as numbers that a constraint can follow: they have either sign."""
 
 
@@ -131,9 +131,10 @@ class Term(NamedTuple):
 
     @property
     def text(self) -> str:
-        """Of a constraint, as it is typed; of a value what it is."""
-        limit = "" if self.limit is None else f" {'<=' if self.sign > 0.0 else '>='} {self.limit:g}"
-        return self.column.name + limit
+        """Of a constraint what it says; of a value what it is."""
+        if self.limit is None:
+            return self.column.name
+        return f"{self.column.title} {'<=' if self.sign > 0.0 else '>='} {self.limit:g} {self.column.unit}".removesuffix(" -")
 
 
 class ShockCost:

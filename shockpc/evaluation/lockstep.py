@@ -5,9 +5,10 @@ thread, which waits for its answer until every other run waits too or has ended;
 thread is the first.
 """
 
-import queue
+import contextlib
+import threading
 from collections.abc import Callable, Sequence
-from concurrent.futures import Future, ThreadPoolExecutor
+from concurrent.futures import CancelledError, Future, ThreadPoolExecutor
 from typing import Any, TypeVar
 
 import numpy as np
@@ -15,6 +16,9 @@ import numpy as np
 from shockpc.core.spatial import Array
 
 T = TypeVar("T")
+
+POLLED = 0.5
+"""Time after which one that waits looks whether the runs have been stopped [s]."""
 
 
 def in_lockstep(runs: Sequence[Callable[[Callable[[Array], Any]], T]], compute: Callable[[Array], Sequence[Any]]) -> list[T]:
@@ -25,41 +29,38 @@ def in_lockstep(runs: Sequence[Callable[[Callable[[Array], Any]], T]], compute: 
         compute: gives for points (m, n) as many answers.
 
     Raises:
-        BaseException: what a run or the computation raised, after all runs have ended.
+        BaseException: what a run or the computation raised, or an interruption, after all runs have ended.
     """
-    asked: queue.SimpleQueue[tuple[int, Array, Future[Any]] | None] = queue.SimpleQueue()
-    waiting, error = dict[int, tuple[Array, Future[Any]]](), None
+    asked, ended, stopped = dict[int, tuple[Array, Future[Any]]](), list[int](), list[bool]()
+    changed = threading.Event()
 
-    def asking(run: int) -> Callable[[Array], Any]:
+    def start(k: int) -> T:
         def ask(point: Array) -> Any:
             answer = Future[Any]()
-            asked.put((run, point, answer))
-            return answer.result()
+            asked[k] = point, answer
+            changed.set()
+            while not stopped:
+                with contextlib.suppress(TimeoutError):
+                    return answer.result(POLLED)
+            raise CancelledError
 
-        return ask
+        try:
+            return runs[k](ask)
+        finally:
+            ended.append(k)
+            changed.set()
 
     with ThreadPoolExecutor(max(len(runs), 1)) as threads:
-        results = [threads.submit(run, asking(k)) for k, run in enumerate(runs)]
-        for result in results:
-            result.add_done_callback(lambda _: asked.put(None))
-        active = len(runs)
-        while active:
-            try:
-                if (one := asked.get()) is None:
-                    active -= 1
-                else:
-                    waiting[one[0]] = one[1:]
-                if error is None and 0 < len(waiting) == active:
-                    points, answers = zip(*(waiting[k] for k in sorted(waiting)), strict=True)
+        try:
+            results = [threads.submit(start, k) for k in range(len(runs))]
+            while len(ended) < len(runs):
+                changed.wait(POLLED)
+                changed.clear()
+                if 0 < len(asked) == len(runs) - len(ended):
+                    points, answers = zip(*(asked[k] for k in sorted(asked)), strict=True)
+                    asked.clear()
                     for answer, found in zip(answers, compute(np.array(points)), strict=True):
                         answer.set_result(found)
-                    waiting.clear()
-            except BaseException as raised:  # an interruption too: no thread may wait for ever
-                error = raised
-            if error is not None:
-                for _, answer in waiting.values():
-                    answer.set_exception(error)
-                waiting.clear()
-    if error is not None:
-        raise error
-    return [result.result() for result in results]
+            return [result.result() for result in results]
+        finally:
+            stopped.append(True)  # after an error, or an interruption, no run waits any longer

@@ -146,7 +146,7 @@ def _clearance(impact: Any, places: Sequence[Place]) -> Array:
 
 CLEARANCE = Quantity("clearance", "body", "height above the lowest contact", "m", "neither", _clearance)
 SPREAD = Quantity(
-    "spread", "robot", "difference in height", "m", "neither",
+    "spread", "robot", "difference in height of the contacts", "m", "neither",
     lambda impact, _: levels_of(impact.landing, impact.state, impact.blocks).spread[:, None, None],
 )  # fmt: skip
 """What `feasible` decides by, as numbers that a constraint can follow: they have either sign."""
