@@ -37,8 +37,8 @@ SAMPLE, FEW = 1024, 128
 APART = 0.1
 """Least distance of starts, as a share of the ranges, in the variable in which they differ most."""
 
-PER_VARIABLE, SLOW = 15, 4
-"""Runs by default for each variable; and in all where each point needs a landing of its own."""
+PER_VARIABLE, ROUGH, SLOW = 15, 3, 4
+"""Runs by default for each variable; where derivatives are differences; and in all where each point needs a landing of its own."""
 
 COARSE, FINE, BEST = (40, 1e-6), (60, 1e-9), 4
 """Steps of a run at most, and the change of the objective relative to its value at the start at which it ends: of all, then of the
@@ -180,7 +180,7 @@ def improve(
         int | None,
         Option(
             f"Runs from points of a sample, besides that from the landing as given; by default {PER_VARIABLE} for each variable, "
-            f"and {SLOW} in all where each point needs a landing of its own.",
+            f"{ROUGH} where derivatives are differences, and {SLOW} in all where each point needs a landing of its own.",
             "Search",
             "N",
             least=0.0,
@@ -349,7 +349,8 @@ def _target(cost: ShockCost, measures: Array) -> Array:
 def _starts(cost: ShockCost, count: int | None, seed: int) -> list[Array]:
     """The landing as given, and the best of random points that are apart, those first that meet the constraints."""
     low, width = cost.bounds[:, 0], np.ptp(cost.bounds, axis=1)
-    count = (SLOW if cost.slow else PER_VARIABLE * len(low)) if count is None else count
+    usual = SLOW if cost.slow else len(low) * (PER_VARIABLE if cost.exact else ROUGH)
+    count = usual if count is None else count
     share = np.random.default_rng(seed).random((FEW if cost.slow else SAMPLE, len(low)))
     measures = cost.measured(low + width * share)
     worst, slack = measures[:, ~cost.held].max(axis=1), measures[:, cost.held].min(axis=1, initial=0.0)
