@@ -6,6 +6,7 @@ small, one is made small for each of several bounds of the other.
 """
 
 import functools
+import math
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Annotated, NamedTuple
@@ -50,8 +51,8 @@ STALLED = 5
 HELD = 1e-6
 """Share of a range, or of a scale, within which a bound or a constraint holds an optimum, and within which landings are as bad."""
 
-AGREEING = 1e-4
-"""How much greater the measure of a run may be than that of the best one that ends at the same optimum, as a share of it."""
+AGREEING = 0.01
+"""How much worse than the optimum, as a share of it, a run may end that counts as one that agrees."""
 
 FLAT = 0.05
 """How much worse than the optimum, as a share of it, a value may be that counts as flat."""
@@ -106,7 +107,7 @@ class Improvement:
         held: the constraints that hold it there, and the landings that are as bad as the worst.
         variables: what each does.
         runs: target of each run, the best first, step by step, in double precision; NaN where the constraints do not hold.
-        agreeing: how many runs end at the optimum.
+        agreeing: how many runs end within 1 % of the optimum.
         front: of two numbers, the first one least first; empty for one.
         seed: of the random points.
         chosen: what was asked for where nothing was said: a quantity, and what varies.
@@ -241,7 +242,7 @@ def improve(
     best = runs[0]
     if not np.isfinite(best.value):
         raise StudyError(_refusal(cost, runs))
-    agreeing = sum(run.value <= best.value + AGREEING * best.value + HELD**2 for run in runs)
+    agreeing = sum(math.sqrt(run.value) <= (1.0 + AGREEING) * math.sqrt(best.value) + HELD for run in runs)
     with trace.stage("front"):
         front = _front(costs, best.x, begun, lambda limit: make(cost.quantity, keep=[*keep, limit])) if others else ()
     with trace.stage("proof"):

@@ -69,8 +69,8 @@ def _lines(study: Improvement) -> list[tuple[str, str]]:
     bounds = [f"{one.name} at its {one.bound} value" for one in study.variables if one.bound]
     lines += [("by default", "; ".join(study.chosen))] if study.chosen else []
     lines.append(("held by", few([*bounds, *study.held], 6) or "nothing: it lies inside all ranges and constraints"))
-    runs = count(len(study.runs), "run")
-    lines.append(("runs", f"{runs}; {study.agreeing} at the optimum; seed {study.seed}; no proof that nothing better exists"))
+    runs = f"{count(len(study.runs), 'run')}; {study.agreeing} end within 1 % of the optimum; seed {study.seed}"
+    lines.append(("runs", f"{runs}; no proof that nothing better exists"))
     profiles = (*study.before.values(), *study.after.values())
     unproven = any(cost.column.selection.quantity.of_ground(profile.scene) for cost in study.costs for profile in profiles)
     proof = proof_text(max(profile.health.error_bound for profile in profiles))
