@@ -208,6 +208,8 @@ def test_what_cannot_be_improved_says_so(capfd):
         ("shock@imu_link", [("contact", "*_FOOT")], "has no range"),
         ("shock@imu_link", [("LF_KFE", "-50,-50")], "has no range"),
         ("error_bound@base", LEGS, "cannot be followed"),
+        ("peak_force@LF_FOOT", LEGS, "peak_force@LF_FOOT has no value"),
+        (["shock@imu_link", "shock@imu_link"], LEGS, "two different ones"),
         ("shock@imu_link", [*LEGS, ("friction", "0.2:0.8")], "would change nothing here"),
     ):
         with pytest.raises(StudyError, match=text):
@@ -216,8 +218,49 @@ def test_what_cannot_be_improved_says_so(capfd):
         improve(anymal(friction=0.5), "shock@imu_link", vary=LEGS, robot=robot)
     with pytest.raises(StudyError, match="name what may change with --vary"):
         improve(Scene(robot="cassie", contact=(Contact(frame="left-foot"),)), robot=known_robot("cassie"))
+    with pytest.raises(StudyError, match="strike-angle is in both"):
+        improve(anymal(), "shock@imu_link", vary={"strike-angle": "0:20"}, over={"strike-angle": "0,10"}, robot=robot)
     with pytest.raises(StudyError, match="is not QUANTITY@PLACES<=LIMIT"):
         improve(anymal(), "shock@imu_link", vary=LEGS, robot=robot, keep=["joint_impulse@LF_KFE=2"])
+
+
+def test_a_number_of_either_sign_is_less_where_its_size_is():
+    robot, vary = known_robot("anymal_b"), [("LF_HFE", "0:70"), ("LF_KFE", "-120:-20")]
+    found = improve(anymal(), ["delta_qd@LF_KFE", "shock@imu_link"], vary=vary, robot=robot, any_ground=True)
+    before, after = found.values[0]
+    assert abs(after) < abs(before)
+    assert "better than the optimum" not in improve_report(found).text("table")
+    assert found.front[0].values[0] == pytest.approx(abs(after), rel=1e-9)
+    order = np.array([point.values for point in found.front])
+    assert (np.diff(order[:, 0]) > 0.0).all()
+    assert (np.diff(order[:, 1]) < 0.0).all()
+
+
+def test_what_changes_nothing_stays_as_given():
+    """A common factor of all masses, and turning the robot about the vertical below a vertical strike."""
+    for vary in ({"mass:*": "0.5x:1.5x"}, {"base-yaw": "-180:180"}):
+        found = improve(anymal(), "shock@imu_link", vary=vary, robot=known_robot("anymal_b"))
+        np.testing.assert_array_equal(found.x, found.costs[0].x0)
+        assert "no point is better" in improve_report(found).text("table")
+
+
+def test_what_each_variable_does():
+    """Set back to its value as given, also outside its range; and up to where the target is 5 % worse, by a dense scan."""
+    robot = known_robot("anymal_b")
+    found = improve(anymal(), "shock@imu_link", vary={"LF_HFE": "45:70", "*_KFE": "-60:-20"}, robot=robot, any_ground=True)
+    (hfe, knees), cost = found.variables, found.costs[0]
+    assert hfe.alone == pytest.approx(cost(np.array([cost.given[0], found.x[1]])), rel=1e-9)
+    assert np.isnan(knees.before)
+    assert np.isnan(knees.alone)
+    for k, one in enumerate(found.variables):
+        X = np.repeat(found.x[None], 4001, axis=0)
+        X[:, k] = np.linspace(*cost.bounds[k], 4001)
+        near = np.sqrt(cost.measured(X)[:, ~cost.held].max(axis=1)) <= 1.05 * cost(found.x)
+        step = np.ptp(cost.bounds[k]) / 4000
+        run = np.flatnonzero(near)
+        assert (near[run.min() : run.max() + 1]).all()
+        assert one.low == pytest.approx(X[run.min(), k], abs=3 * step)
+        assert one.high == pytest.approx(X[run.max(), k], abs=3 * step)
 
 
 def test_friction_counts_where_the_scene_has_it():

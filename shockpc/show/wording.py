@@ -228,6 +228,11 @@ def at_place(text: str) -> str:
     return printable(text.replace("@", " at ", 1), 60)
 
 
+def size_at_place(text: str, column: "Column") -> str:
+    """A quantity as `at_place`, with its unit, as a heading of sizes. Args: column, one of its numbers."""
+    return f"{'size of ' if column.selection.signed else ''}{at_place(text)} [{column.unit}]"
+
+
 def shown_as(value: float, unit: str, digits: int = 3) -> str:
     """A value with its unit; radians in degrees, metres in millimetres."""
     factor, name = UNITS.get(unit, (1.0, unit))

@@ -14,6 +14,7 @@ from typing import Annotated, NamedTuple
 import numpy as np
 
 from shockpc.core.spatial import Array, read_only
+from shockpc.core.threads import one_thread
 from shockpc.evaluation.columns import proven_columns
 from shockpc.evaluation.cost import SLACK, ShockCost
 from shockpc.evaluation.evaluate import profiles
@@ -41,15 +42,18 @@ APART = 0.1
 PER_VARIABLE, ROUGH, SLOW = 15, 3, 4
 """Runs by default for each variable; where derivatives are differences; and in all where each point needs a landing of its own."""
 
-COARSE, FINE, BEST = (40, 1e-6), (60, 1e-9), 4
+COARSE, FINE, BEST, AGAIN = (40, 1e-6), (60, 1e-9), 4, 5
 """Steps of a run at most, and the change of the objective relative to its value at the start at which it ends: of all, then of the
-best ones, which go on from where they are; and how many these are."""
+best ones, which go on from where they are; how many these are; and how often they go on at most, as long as the best one gains."""
 
 STALLED = 5
 """Steps without a change of the objective after which a run ends: where heights have a kink, nothing else ends it."""
 
 HELD = 1e-6
 """Share of a range, or of a scale, within which a bound or a constraint holds an optimum, and within which landings are as bad."""
+
+REACH = 45.0
+"""How far from the landing as given joints are looked at where nothing is said [deg]."""
 
 AGREEING = 0.01
 """How much worse than the optimum, as a share of it, a run may end that counts as one that agrees."""
@@ -58,7 +62,7 @@ FLAT = 0.05
 """How much worse than the optimum, as a share of it, a value may be that counts as flat."""
 
 SHARES = np.append(0.0, np.geomspace(1e-4, 1.0, 40))
-"""Shares of the way to a bound at which a variable is looked at."""
+"""Shares of the way to a bound at which a variable is looked at, and then as many between two of them."""
 
 FRONT, NEAR = 9, 1e-5
 """Points between the ends of a front; and how far from the second number's optimum its end is, as a share of the front."""
@@ -139,8 +143,8 @@ class Improvement:
     "shockpc improve go2 --contact FL_foot --at imu --vary FL_calf_joint=-130:-60 --keep 'joint_impulse@FL_calf_joint<=2'",
     more=(
         "A robot without --contact lands on each of its feet alone. What counts is the worst landing. The numbers as given and at "
-        "the optimum are proven, unless friction or a contact stiffness counts; that no better point exists is not. --out writes "
-        "the scenes of the optimum."
+        "the optimum are proven, unless friction or a contact stiffness counts; that no better point exists is not. Flat ground is "
+        "looked at, but not whether links meet each other. --out writes the scenes of the optimum."
     ),
 )
 def improve(
@@ -162,7 +166,7 @@ def improve(
         Option(
             "What may change, and its range a:b, of masses and places factors ax:bx: joints [deg; m if prismatic], base-pitch, "
             "strike-angle, mass:LINK, place:JOINT and what else a sweep varies. A glob with a range is one value for all of its "
-            "joints; without one, each joint has its limits. By default the joints that carry what strikes.",
+            "joints; without one, each joint has its limits. By default the joints that carry what strikes, near their values.",
             "Search",
             "NAME=LOW:HIGH",
         ),
@@ -172,7 +176,7 @@ def improve(
         Option("Each landing with all of these values, a:b:n or a,b,c, such as strike-angle=-20:20:5.", "Search", "NAME=VALUES"),
     ] = (),
     keep: Annotated[
-        Sequence[str], Option("A constraint, such as 'joint_impulse@*_KFE<=2', or >=.", "Search", "QUANTITY@PLACES<=LIMIT")
+        str | Sequence[str], Option("A constraint, such as 'joint_impulse@*_KFE<=2', or >=.", "Search", "QUANTITY@PLACES<=LIMIT")
     ] = (),
     any_ground: Annotated[
         bool, Option("Allow landings that flat ground does not: it would pull a contact, or meet another link first.", "Search")
@@ -215,44 +219,53 @@ def improve(
         raise StudyError(
             f"loops of {robot.label} move its joints together; name what may change with --vary, such as a motor's joint"
         )
+    texts = (quantities,) if isinstance(quantities, str) else tuple(quantities)
+    if len(texts) > 2 or len(set(texts)) < len(texts):
+        raise StudyError(f"improve takes one quantity or two different ones, got {', '.join(texts)}; --keep bounds others")
     if not vary:
-        vary = dict.fromkeys(_carrying(robot, scenes.values()))
-        chosen.append(f"variables {few(list(vary), 12)}, the joints that carry what strikes, within their limits")
+        vary = _near(ShockCost(scenes, texts[0], dict.fromkeys(_carrying(robot, scenes.values())), robot))
+        within = f"the joints that carry what strikes, within {REACH:g} deg of the landing as given and their limits"
+        chosen.append(f"variables {few(list(vary), 12)}, {within}")
+    if both := {subject for subject, _ in pairs(over)} & {subject for subject, _ in pairs(vary)}:
+        raise StudyError(f"{few(sorted(both), 4)} is in both --over and --vary; leave it out of one")
     scenes = {
         label.strip(): one for name, scene in scenes.items() for label, one in scene_grid(name, scene, robot, pairs(over)).items()
     }
+    keep = (keep,) if isinstance(keep, str) else tuple(keep)
     make = functools.partial(ShockCost, scenes, variables=vary, robot=robot, ground=not any_ground)
     with trace.stage("landings"):
-        costs = tuple(make(text, keep=keep) for text in ([quantities] if isinstance(quantities, str) else quantities))
-    if len(costs) > 2:
-        raise StudyError(f"improve takes one quantity or two, got {len(costs)}; --keep bounds others")
+        costs = tuple(make(text, keep=keep) for text in texts)
     for cost in costs:
         if cost.column.selection.quantity.worse == "neither":
             raise StudyError(
                 f"{cost.column.title} is neither better nor worse if it is less; choose another quantity, or --keep it"
             )
     cost, *others = costs
-    with trace.stage("sample"):
+    with trace.stage("runs"), one_thread(SAMPLE):
         begun = _starts(cost, starts, seed)
-    with trace.stage("runs"):
-        runs = sorted(_runs(cost, begun, COARSE), key=lambda run: run.value)
-        further = _runs(cost, [run.x for run in runs[:BEST]])
-        runs[:BEST] = [b._replace(history=np.append(a.history, b.history)) for a, b in zip(runs, further, strict=False)]
-        runs.sort(key=lambda run: run.value)
-    best = runs[0]
-    if not np.isfinite(best.value):
+        runs = sorted(_runs(cost, begun, COARSE), key=_value)
+        for _ in range(AGAIN):
+            before = runs[0].value
+            further = _runs(cost, [run.x for run in runs[:BEST]])
+            runs[:BEST] = [_best(a, b, np.append(a.history, b.history)) for a, b in zip(runs, further, strict=False)]
+            runs.sort(key=_value)
+            if not runs[0].value < before * (1.0 - HELD):
+                break
+    if not np.isfinite(runs[0].value):
         raise StudyError(_refusal(cost, runs))
-    agreeing = sum(math.sqrt(run.value) <= (1.0 + AGREEING) * math.sqrt(best.value) + HELD for run in runs)
-    with trace.stage("front"):
-        front = _front(costs, best.x, begun, lambda limit: make(cost.quantity, keep=[*keep, limit])) if others else ()
+    agreeing = sum(math.sqrt(run.value) <= (1.0 + AGREEING) * math.sqrt(runs[0].value) + HELD for run in runs)
+    # The landing as given wins where nothing is better.
+    x = cost.x0 if cost.feasible(cost.x0) and _worst(cost, cost.x0[None])[0] <= runs[0].value * (1.0 + HELD) else runs[0].x
+    with trace.stage("front"), one_thread(SAMPLE):
+        front = _front(costs, runs[:BEST], begun, lambda limit: make(cost.quantity, keep=[*keep, limit])) if others else ()
     with trace.stage("proof"):
-        cases = cost.cases(best.x)
-        before = dict(zip(cost.scenes, profiles({name: (scene, robot) for name, scene in cost.scenes.items()}), strict=True))
+        cases = cost.cases(x)
+        given = dict(zip(cost.scenes, profiles({name: (scene, robot) for name, scene in cost.scenes.items()}), strict=True))
         after = dict(zip(cases, profiles(cases), strict=True))
-        values = tuple(tuple(_proven(one, found)[0] for found in (before, after)) for one in costs)
+        values = tuple(tuple(_proven(one, found)[0] for found in (given, after)) for one in costs)
     return Improvement(
-        costs, read_only(best.x), before, after, values, _proven(cost, after)[1], _holding(cost, best.x),
-        _variables(cost, best.x), tuple(run.history for run in runs), agreeing, front, seed, tuple(chosen),
+        costs, read_only(x), given, after, values, _proven(cost, after)[1], _holding(cost, x), _variables(cost, x),
+        tuple(run.history for run in runs), agreeing, front, seed, tuple(chosen),
     )  # fmt: skip
 
 
@@ -271,6 +284,13 @@ def _carrying(robot: Robot, scenes: Iterable[Scene]) -> list[str]:
     return [joint.name for joint in robot.independent_joints if carrying[joint.v].all()]
 
 
+def _near(cost: ShockCost) -> dict[str, str]:
+    """Ranges of joints near the landing as given, and within their limits."""
+    reach = np.array([REACH if name.endswith("[deg]") else np.inf for name in cost.names])
+    ends = zip(*np.clip(cost.bounds.T, cost.given - reach, cost.given + reach).tolist(), strict=True)
+    return {one.subject: f"{low!r}:{high!r}" for one, (low, high) in zip(cost.variations, ends, strict=True)}
+
+
 class _Run(NamedTuple):
     """One run of SLSQP.
 
@@ -283,6 +303,15 @@ class _Run(NamedTuple):
     x: Array
     value: float
     history: Array
+
+
+def _value(run: _Run) -> float:
+    return run.value
+
+
+def _best(run: _Run, further: _Run, history: Array) -> _Run:
+    """The better of a run and what goes on from it, with the history of both."""
+    return min(further, run, key=_value)._replace(history=history)
 
 
 def _runs(cost: ShockCost, starts: Sequence[Array], how: tuple[int, float] = FINE) -> list[_Run]:
@@ -366,12 +395,19 @@ def _starts(cost: ShockCost, count: int | None, seed: int) -> list[Array]:
 def _refusal(cost: ShockCost, runs: Sequence[_Run]) -> str:
     """Why no run reached a point that counts."""
     measures = cost.measured(np.array([run.x for run in runs]))
-    nearest = measures[measures[:, cost.held].min(axis=1, initial=0.0).argmax()]
-    if without := dict.fromkeys(cost.terms[k].column.name for k in np.flatnonzero(np.isinf(nearest))):
-        return f"{few(list(without), 4)} has no value at the best point that was found; name other places, or change the ranges"
-    missed = dict.fromkeys(cost.terms[k].text for k in np.flatnonzero(cost.held & (nearest < 0.0)))
+    missed = np.isinf(measures) | (cost.held & (measures < 0.0))
+    k = int(missed.sum(axis=1).argmin())
+    if np.isinf(measures[k]).any():
+        profiles(cost.cases(runs[k].x))  # which says why there is none, where there is no landing
+        without = {cost.terms[j].column.name: cost.terms[j].column for j in np.flatnonzero(np.isinf(measures[k]))}
+        why = next(iter(without.values())).selection.quantity.missing
+        names = few(list(without), 4)
+        return (
+            f"{names} has no value at the best point that was found{why and f' ({why})'}; name other places, or change the ranges"
+        )
+    texts = dict.fromkeys(cost.terms[j].text for j in np.flatnonzero(missed[k]))
     return (
-        f"no point meets the constraints; the one that comes nearest misses: {few(list(missed), 4)}. Widen a range, or leave a "
+        f"no point meets the constraints; the one that comes nearest misses: {few(list(texts), 4)}. Widen a range, or leave a "
         "constraint out"
     )
 
@@ -387,24 +423,33 @@ def _holding(cost: ShockCost, x: Array) -> tuple[str, ...]:
 
 def _variables(cost: ShockCost, x: Array) -> tuple[Flatness, ...]:
     """What each variable does at an optimum."""
-    best, start = _worst(cost, np.stack([x, cost.x0]))
-    target, given = _target(cost, np.array([best, start]))
+    n, set_back = len(x), np.where(np.eye(len(x), dtype=bool), cost.given, x)
+    known = ~np.isnan(cost.given)
+    alone, (best, start) = np.full(n, np.nan), _worst(cost, np.stack([x, cost.x0]))
+    alone[known] = _target(cost, _worst(cost, set_back[known])) if known.any() else np.nan
     # Where the optimum is zero, or nearly, 5 % are those of the value before.
-    most, sign, found = FLAT * float(target if best > HELD * start else given), np.sign(cost.power), list[Flatness]()
-    for k, (low, high) in enumerate(cost.bounds):
-        X = np.repeat(x[None], 2 * len(SHARES) + 1, axis=0)
-        X[:-1, k] = x[k] + np.outer((low - x[k], high - x[k]), SHARES).ravel()
-        X[-1, k] = cost.x0[k]
-        values = _target(cost, _worst(cost, X))
-        worse = np.clip(sign * (values[:-1] - target) / most, None, 1e6).reshape(2, -1)
-        ends, edge = list[float](), HELD * (high - low)
-        for side, bound in zip(worse, (low, high), strict=True):
-            beyond = int(np.argmax(side > 1.0))  # 0 if it is nowhere that much worse
-            near = slice(beyond - 1, beyond + 1)
-            ends.append(float(x[k] + (bound - x[k]) * (np.interp(1.0, side[near], SHARES[near]) if beyond else 1.0)))
-        bound = "least" if x[k] - low <= edge else "greatest" if high - x[k] <= edge else None
-        found.append(Flatness(cost.names[k], float(cost.given[k]), float(x[k]), bound, float(values[-1]), *ends))
-    return tuple(found)
+    target, size = _target(cost, np.array([best, best if best > HELD * start else start]))
+    way, of, side = cost.bounds.T.ravel() - np.tile(x, 2), np.tile(np.arange(n), 2), np.arange(2 * n)
+    shares, near = np.tile(SHARES, (2 * n, 1)), np.zeros(2 * n)
+    for _ in range(2):
+        X = np.tile(x, (*shares.shape, 1))
+        X[side[:, None], np.arange(len(SHARES)), of[:, None]] += shares * way[:, None]
+        with np.errstate(invalid="ignore"):
+            change = np.sign(cost.power) * (_target(cost, _worst(cost, X.reshape(-1, n))).reshape(shares.shape) - target)
+        worse = ~(change <= FLAT * size)
+        beyond = np.where(worse.any(axis=1), worse.argmax(axis=1), len(SHARES))
+        near = shares[side, np.maximum(beyond - 1, 0)]
+        shares = np.linspace(near, shares[side, np.minimum(beyond, len(SHARES) - 1)], len(SHARES), axis=1)
+    low, high = np.tile(x, 2).reshape(2, n) + (near * way).reshape(2, n)
+    edge = HELD * np.ptp(cost.bounds, axis=1)
+    bounds = np.where(x - cost.bounds[:, 0] <= edge, "least", np.where(cost.bounds[:, 1] - x <= edge, "greatest", ""))
+    columns = (cost.given, x, alone, low, high)
+    return tuple(
+        Flatness(name, given, after, bound or None, alone, low, high)
+        for name, bound, given, after, alone, low, high in zip(
+            cost.names, bounds.tolist(), *(part.tolist() for part in columns), strict=True
+        )
+    )
 
 
 def _proven(cost: ShockCost, found: Mapping[str, ShockProfile]) -> tuple[float, str]:
@@ -416,25 +461,25 @@ def _proven(cost: ShockCost, found: Mapping[str, ShockProfile]) -> tuple[float, 
 
 
 def _front(
-    costs: Sequence[ShockCost], first: Array, points: Sequence[Array], bounded: Callable[[str], ShockCost]
+    costs: Sequence[ShockCost], runs: Sequence[_Run], points: Sequence[Array], bounded: Callable[[str], ShockCost]
 ) -> tuple[FrontPoint, ...]:
     """Points between the optimum of the first quantity and that of the second: the first least for bounds of the second.
 
     Args:
         costs: of both.
-        first: (n,) the optimum of the first.
+        runs: the best ones for the first, the best one first.
         points: where the runs for the second begin.
         bounded: gives the cost of the first with one constraint more.
     """
-    (_, other), sense = costs, "<=" if costs[1].power > 0.0 else ">="
-    last = min(_runs(other, [*points, first]), key=lambda run: run.value).x
-    found = [first]
-    most, least = _target(other, _worst(other, np.stack([first, last])))
+    (_, other), sense, starts = costs, "<=" if costs[1].power > 0.0 else ">=", [run.x for run in runs]
+    last = min(_runs(other, [*points, *starts]), key=_value).x
+    found = starts[:1]
+    most, least = _target(other, _worst(other, np.stack([found[0], last])))
     # No constraint holds exactly at the optimum of its own number.
     for bound in (most + np.linspace(0.0, 1.0 - NEAR, FRONT + 2)[1:] * (least - most)).tolist():
-        best = min(
-            _runs(bounded(f"{other.quantity}{sense}{bound!r}"), [found[-1], last, (first + last) / 2.0]), key=lambda run: run.value
-        )
+        between = [found[-1], last, *((x + last) / 2.0 for x in (found[0], found[-1])), *starts[1:]]
+        best = min(_runs(bounded(f"{other.quantity}{sense}{bound!r}"), between), key=_value)
         found += [best.x] if np.isfinite(best.value) else []
     values = np.stack([_target(one, _worst(one, np.array(found))) for one in costs], axis=1)
-    return tuple(FrontPoint(*point) for point in zip(values, map(read_only, found), strict=True))
+    apart = [0, *(k for k in range(1, len(found)) if np.abs(values[k] / values[k - 1] - 1.0).max() > HELD)]
+    return tuple(FrontPoint(values[k], read_only(found[k])) for k in apart)

@@ -4,16 +4,15 @@ import numpy as np
 from matplotlib.figure import Figure
 from matplotlib.ticker import MaxNLocator
 
-from shockpc.evaluation.cost import ShockCost
 from shockpc.show.figure.style import CURVES, INK, new_chart, plain_numbers
-from shockpc.show.wording import at_place
+from shockpc.show.wording import size_at_place
 from shockpc.studies.improve import Improvement
 
 
 def draw_runs(study: Improvement) -> Figure:
     """Draw the best value so far over the steps of each run; the constraints may not hold at a step between others."""
     figure = new_chart(5.0, 3.6, "The runs; black: to the optimum")
-    axes, lower = figure.add_subplot(), study.values[0][1] <= study.values[0][0]
+    axes, lower = figure.add_subplot(), study.costs[0].power > 0.0
     for k, run in enumerate(study.runs):
         held = np.flatnonzero(np.isfinite(run))
         reached = (np.minimum if lower else np.maximum).accumulate(run[held])
@@ -23,7 +22,9 @@ def draw_runs(study: Improvement) -> Figure:
     if known.size and known.min() > 0.0 and known.max() > 20.0 * known.min():
         axes.set_yscale("log")
         plain_numbers(axes.yaxis)
-    axes.set(xlabel="step", ylabel=_label(study.costs[0]))
+    else:
+        axes.ticklabel_format(useOffset=False)
+    axes.set(xlabel="step", ylabel=size_at_place(study.costs[0].quantity, study.costs[0].column))
     axes.xaxis.set_major_locator(MaxNLocator(6, integer=True))
     return figure
 
@@ -33,11 +34,11 @@ def draw_front(study: Improvement) -> Figure:
     figure = new_chart(5.0, 3.6, "What one number costs in the other")
     axes, points = figure.add_subplot(), np.array([point.values for point in study.front])
     axes.plot(*points.T, color=CURVES[0], marker="o", markersize=4.0, linewidth=1.2, label="front")
-    axes.plot(study.values[0][0], study.values[1][0], color=INK, marker="s", linestyle="none", label="as given")
-    axes.set(**{f"{axis}label": _label(cost) for cost, axis in zip(study.costs, "xy", strict=True)})
+    # The front has magnitudes of numbers of either sign.
+    given = [
+        abs(before) if cost.column.selection.signed else before for cost, (before, _) in zip(study.costs, study.values, strict=True)
+    ]
+    axes.plot(*given, color=INK, marker="s", linestyle="none", label="as given")
+    axes.set(**{f"{axis}label": size_at_place(cost.quantity, cost.column) for cost, axis in zip(study.costs, "xy", strict=True)})
     axes.legend()
     return figure
-
-
-def _label(cost: ShockCost) -> str:
-    return f"{at_place(cost.quantity)} [{cost.column.unit}]"

@@ -4,12 +4,14 @@ import math
 from collections.abc import Callable
 from typing import Any
 
+import numpy as np
+
 from shockpc.evaluation.variation import OF_A_LINK
 from shockpc.landing.scene_file import scene_table
 from shockpc.show.reports.compare import compare_report
 from shockpc.show.reports.report import Picture, Report, Section
 from shockpc.show.tables import Lines, Sheet, sheet_of
-from shockpc.show.wording import at_place, count, proof_text, shared_lines, shared_warnings
+from shockpc.show.wording import at_place, count, proof_text, shared_lines, shared_warnings, size_at_place
 from shockpc.studies.compare import STANDARD, Design, compare
 from shockpc.studies.improve import Improvement
 from shockpc.text.printed import few
@@ -57,8 +59,10 @@ def _lines(study: Improvement) -> list[tuple[str, str]]:
         gain = f" ({100.0 * (after / before - 1.0):+.3g} %)" if before and math.isfinite(after / before) else ""
         unit = "" if cost.column.unit == "-" else f" {cost.column.unit}"
         lines.append((at_place(cost.quantity), f"{before:.4g}{unit} → {after:.4g}{unit}{gain}{over}"))
-    (before, after), *_ = study.values
-    if (before < after) == (study.costs[0].column.selection.quantity.worse == "greater") and before != after:
+    before, after = study.costs[0].column.selection.worse(np.array(study.values[0]))
+    if math.isclose(before, after, rel_tol=1e-6):
+        lines.append(("as given", "no point is better, by more than a millionth"))
+    elif after > before:
         ranges = zip(study.variables, study.costs[0].bounds, strict=True)
         outside = [one.name for one, (low, high) in ranges if one.before < low or one.before > high]
         differing = [one.name for one in study.variables if math.isnan(one.before)]
@@ -80,7 +84,8 @@ def _lines(study: Improvement) -> list[tuple[str, str]]:
 
 def _variables(study: Improvement) -> Sheet:
     notes = [
-        "5 %: the range of it alone, up to its bounds, in which the target is at most 5 % worse than at the optimum",
+        "5 %: the range of it alone, up to its bounds, in which the target is at most 5 % worse than at the optimum; 5 % of the "
+        "value as given where that at the optimum is nearly zero",
         "set back, and 5 %: the constraints may not hold there",
     ]
     if changed := [one.subject for one in study.costs[0].variations if one.kind in (*OF_A_LINK, "place")]:
@@ -89,7 +94,7 @@ def _variables(study: Improvement) -> Sheet:
 
 
 def _front(study: Improvement) -> Sheet:
-    numbers = [f"{at_place(cost.quantity)} [{cost.column.unit}]" for cost in study.costs]
+    numbers = [size_at_place(cost.quantity, cost.column) for cost in study.costs]
     rows = [(*point.values.tolist(), *point.x.tolist()) for point in study.front]
     return Sheet("front, in double precision", (*numbers, *study.costs[0].names), rows, [])
 
