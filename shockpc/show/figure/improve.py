@@ -13,11 +13,11 @@ def draw_runs(study: Improvement) -> Figure:
     """Draw the best value so far over the steps of each run; the constraints may not hold at a step between others."""
     figure = new_chart(5.0, 3.6, "The runs; black: to the optimum")
     axes, lower = figure.add_subplot(), study.costs[0].power > 0.0
-    for k, run in enumerate(study.runs):
+    for k, run in reversed(list(enumerate(study.runs))):
         held = np.flatnonzero(np.isfinite(run))
         reached = (np.minimum if lower else np.maximum).accumulate(run[held])
-        colour, width = (CURVES[k % len(CURVES)], 0.9) if k else (INK, 1.6)
-        axes.step(held, reached, where="post", color=colour, linewidth=width, marker=".", markersize=2.5)
+        colour, width, opacity = (CURVES[0], 0.6, 0.5) if k else (INK, 1.8, 1.0)
+        axes.step(held, reached, where="post", color=colour, linewidth=width, alpha=opacity, marker=".", markersize=2.5)
     known = np.concatenate([run[np.isfinite(run)] for run in study.runs])
     if known.size and known.min() > 0.0 and known.max() > 20.0 * known.min():
         axes.set_yscale("log")
