@@ -142,7 +142,8 @@ def test_the_slopes_of_all_terms_are_those_of_differences(feet):
     assert {term.column.selection.name for term in cost.terms} >= {"shock", "push", "clearance", *(["spread"] if feet[1:] else [])}
     width = np.ptp(cost.bounds, axis=1)
     X = cost.bounds[:, 0] + width * np.random.default_rng(3).random((4, len(vary)))
-    _, found = cost.linearized(X)
+    measures, found = cost.linearized(X)
+    np.testing.assert_allclose(measures, cost.measured(X), rtol=1e-12)
     for k, h in enumerate(1e-5 * width):
         up, down = (cost.measured(X + s * h * np.eye(len(vary))[k]) for s in (1.0, -1.0))
         np.testing.assert_allclose(found[:, :, k], (up - down) / (2.0 * h), rtol=1e-6, atol=1e-7 / width[k])

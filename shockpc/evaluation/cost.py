@@ -250,20 +250,27 @@ class ShockCost:
     def linearized(self, X: Array) -> tuple[Array, Array]:
         """The same (m, K) and its derivatives (m, K, n), of all terms by formulas, or differences; 0 where there are none."""
         (m, n), h = X.shape, 2.0 * STEP * np.ptp(self.bounds, axis=1)
-        measures, factors = self._measured(self._numbers(X))
         beside = (X[:, None] + np.concatenate([np.diag(h / 2.0), np.diag(-h / 2.0)])).reshape(-1, n)
-        if not self.exact:
-            # Of the measures, not of the numbers: a length has a kink where it is zero, its square has none.
-            up, down = self.measured(beside).reshape(m, 2, n, -1).swapaxes(0, 1)
-            with np.errstate(invalid="ignore"):
-                out = np.swapaxes((up - down) / h[:, None], 1, 2)
-        else:
-            out = factors[..., None] * self._slopes(X, beside, h)
-        return measures, np.nan_to_num(out, nan=0.0, posinf=0.0, neginf=0.0)
+        if self.exact:
+            values, slopes = self._with_slopes(X, beside, h)
+            measures, factors = self._measured(values)
+            return measures, np.nan_to_num(factors[..., None] * slopes, nan=0.0, posinf=0.0, neginf=0.0)
+        # Of the measures, not of the numbers: a length has a kink where it is zero, its square has none.
+        up, down = self.measured(beside).reshape(m, 2, n, -1).swapaxes(0, 1)
+        with np.errstate(invalid="ignore"):
+            change = np.swapaxes((up - down) / h[:, None], 1, 2)
+        return self.measured(X), np.nan_to_num(change, nan=0.0, posinf=0.0, neginf=0.0)
 
-    def _slopes(self, X: Array, beside: Array, h: Array) -> Array:
-        """Derivatives (m, K, n) of the values by formulas. Args: points (2mn, n) beside those of X, and their distances (n,)."""
-        (m, n), nq, out = X.shape, self.robot.model.nq, np.empty((len(X), len(self.terms), X.shape[1]))
+    def _with_slopes(self, X: Array, beside: Array, h: Array) -> tuple[Array, Array]:
+        """The values (m, K) of all terms, and their derivatives (m, K, n) by formulas.
+
+        Args:
+            X: (m, n) values of the variables.
+            beside: (2mn, n) the same, each once greater and once less.
+            h: (n,) distances of these.
+        """
+        (m, n), nq, unclear = X.shape, self.robot.model.nq, np.zeros(len(X), dtype=bool)
+        values, out = np.empty((m, len(self.terms))), np.empty((m, len(self.terms), n))
         # How posture and strike change is a difference, of angles an exact one; that of joints is the same everywhere.
         near = beside[: 2 * n] if all(one.kind == "joint" for one in self.variations) else beside
         for g, group in enumerate(self.groups):
@@ -273,10 +280,14 @@ class ShockCost:
             rates = difference(self.robot, down.reshape(-1, nq), up.reshape(-1, nq)).reshape(*up.shape[:2], -1) / h[:, None]
             up, down = turned.reshape(-1, 2, n, *turned.shape[1:]).swapaxes(0, 1)
             rates, turns = (np.broadcast_to(way, (m, *way.shape[1:])) for way in (rates, (up - down) / h[:, None, None]))
-            found = slopes(group.first, Q, strikes, rates, turns, _distinct(own.values()))
+            found, prove = slopes(group.first, Q, strikes, rates, turns, _distinct(own.values()), TRUSTED)
+            unclear |= prove
             for k, term in own.items():
-                out[:, k] = found[term.column.name][:, term.strike]
-        return out
+                numbers, change = found[term.column.name]
+                values[:, k], out[:, k] = numbers[:, min(term.strike, numbers.shape[1] - 1)], change[:, term.strike]
+        if unclear.any():
+            values[unclear] = self._numbers(X[unclear])
+        return values, out
 
     def _measured(self, v: Array) -> tuple[Array, Array]:
         """What an optimiser takes for the values (m, K), and its derivatives by them."""

@@ -13,7 +13,7 @@ from shockpc.impact.derivatives import derivatives
 from shockpc.impact.impact import DoubleImpact
 from shockpc.landing.dynamics import dynamics
 from shockpc.landing.landing import PosedLanding
-from shockpc.profile import ILL_CONDITIONED, impact_jumps, needs_proof
+from shockpc.profile import impact_jumps, needs_proof
 from shockpc.quantities.heights import CLEARANCE, SPREAD, height_rates
 from shockpc.quantities.quantity import evaluate
 
@@ -32,16 +32,16 @@ def has_gradient(landing: PosedLanding, column: Column) -> bool:
     return landing.translates and (entry.linear or lengthened)
 
 
-def clear(landing: PosedLanding) -> bool:
-    """Whether double precision is enough for the posture of a landing."""
-    equation, solution, _ = impact_jumps(landing, landing.state)
-    return float(needs_proof(landing, equation, solution)[0][0]) <= ILL_CONDITIONED
-
-
 def slopes(
-    landing: PosedLanding, Q: Array, strikes: Array, rates: Array, turns: Array, wanted: Sequence[Column]
-) -> dict[str, Array]:
-    """Derivatives (N, S, d) of some numbers in N postures, by name, along d ways in which posture and strike change together.
+    landing: PosedLanding,
+    Q: Array,
+    strikes: Array,
+    rates: Array,
+    turns: Array,
+    wanted: Sequence[Column],
+    trusted: float | None = None,
+) -> tuple[dict[str, tuple[Array, Array]], np.ndarray]:
+    """Some numbers in N postures, with their derivatives along d ways in which posture and strike change together.
 
     Args:
         landing: the landing, before which nothing but the robot as a whole moves.
@@ -50,23 +50,28 @@ def slopes(
         rates: (N, d, nv) at which the postures change, tangent of q.
         turns: (N, d, S, 3) rates at which the strikes change, at constant speed.
         wanted: the numbers, each with `has_gradient`.
+        trusted: as for `needs_proof`.
 
-    Returns: NaN where there is none, because the posture is singular; of a length that is zero, zero.
+    Returns: by name the values (N, S) and the derivatives (N, S, d), NaN where there are none, because the posture is singular, and
+        zero of a length that is zero; and whether (N,) double precision is not enough for a posture.
     """
     robot, along, (n, d) = landing.robot, np.swapaxes(rates, 1, 2), rates.shape[:2]
     with one_thread(robot.model.nv):
-        state, found = dynamics(robot, Q, landing.joint_model.armature), dict[str, Array]()
+        state, found = dynamics(robot, Q, landing.joint_model.armature), dict[str, tuple[Array, Array]]()
         twists = (state.J[:, None] * robot.supports[:, None]) @ along[:, None]
         heights = [column for column in wanted if column.selection.quantity in (CLEARANCE, SPREAD)]
         others = [column for column in wanted if column not in heights]
         bodies = list(dict.fromkeys(max(column.place.body, 0) for column in others)) or [0]
         equation, solution, jumps = impact_jumps(landing, state, with_strike=False, bodies=bodies)
+        _, unclear = needs_proof(landing, equation, solution, trusted)
         if heights:
             bodily = [column for column in heights if column.selection.quantity is CLEARANCE]
-            risen = height_rates(landing, state, equation.blocks, twists, [column.place for column in bodily])
-            found |= {column.name: risen[:, None, bodily.index(column) + 1 if column in bodily else 0] for column in heights}
+            values, risen = height_rates(landing, state, equation.blocks, twists, [column.place for column in bodily])
+            for column in heights:
+                k = bodily.index(column) + 1 if column in bodily else 0
+                found[column.name] = values[:, None, k], risen[:, None, k]
         if not others:
-            return found
+            return found, unclear
         change = derivatives(landing, equation, solution, bodies)
         here = DoubleImpact(landing, equation, solution, in_body_axes(jumps, state.rotation[:, bodies]), bodies, strikes)
         moved, turned = [copy.copy(here) for _ in range(d)], copy.copy(here)
@@ -82,7 +87,7 @@ def slopes(
         for column in others:
             entry, where, axis = column.selection.quantity, [column.place], column.selection.axis
             linear = entry.length_of or entry
-            value = evaluate(linear, here, where)[:, None, :, 0]
+            number, value = evaluate(entry, here, where)[:, :, 0], evaluate(linear, here, where)[:, None, :, 0]
             slope = np.stack([evaluate(linear, one, where)[:, :, 0] for one in moved], axis=1)
             if turns.any():
                 slope = slope + evaluate(linear, turned, where)[:, :, 0].reshape(slope.shape)
@@ -90,8 +95,8 @@ def slopes(
                 length = np.linalg.norm(value, axis=-1)
                 slope = np.sum(slope * value, axis=-1) / np.where(length > 0.0, length, np.inf)
                 if entry.length_of is not None:
-                    slope = slope * evaluate(entry, here, where)[:, None, :, 0] / np.where(length > 0.0, length, np.inf)
+                    slope = slope * number[:, None] / np.where(length > 0.0, length, np.inf)
             elif axis is not None:
                 slope = slope[..., axis]
-            found[column.name] = slope.swapaxes(1, 2)
-    return found
+            found[column.name] = np.asarray(column.selection.scalar(number)), slope.swapaxes(1, 2)
+    return found, unclear

@@ -152,8 +152,12 @@ SPREAD = Quantity(
 """What `feasible` decides by, as numbers that a constraint can follow: they have either sign."""
 
 
-def height_rates(landing: Landing, state: Dynamics, blocks: Sequence[Block], twists: Array, places: Sequence[Place]) -> Array:
-    """How fast (N, 1 + n, d) `SPREAD`, and `CLEARANCE` of bodies, change in N postures: as fast as the lowest points rise.
+def height_rates(
+    landing: Landing, state: Dynamics, blocks: Sequence[Block], twists: Array, places: Sequence[Place]
+) -> tuple[Array, Array]:
+    """`SPREAD`, and `CLEARANCE` of bodies, (N, 1 + n) in N postures, and how fast (N, 1 + n, d) they change.
+
+    They change as fast as the lowest points rise.
 
     Args:
         landing: names the contacts and the standing feet.
@@ -174,8 +178,9 @@ def height_rates(landing: Landing, state: Dynamics, blocks: Sequence[Block], twi
     heights, ends = points @ landing.up, (here.contacts.min(axis=1), here.contacts.max(axis=1))
     # The lowest point of a contact is that of one of its shapes, or its own.
     low, high = (rate(np.abs(heights - end[:, None]).argmin(axis=1)) for end in ends)
-    own = [np.where(here.others & (of_shape == place.body), here.surface, np.inf).argmin(axis=1) for place in places]
-    return np.stack([high - low, *(rate(chosen) - low for chosen in own)], axis=1)
+    surface = [np.where(here.others & (of_shape == place.body), here.surface, np.inf) for place in places]
+    values = np.stack([here.spread, *(own.min(axis=1, initial=np.inf) - ends[0] for own in surface)], axis=1)
+    return values, np.stack([high - low, *(rate(own.argmin(axis=1)) - low for own in surface)], axis=1)
 
 
 def _lowest_points(landing: Landing, state: Dynamics) -> Array:

@@ -15,7 +15,7 @@ import numpy as np
 from shockpc.core.spatial import Array, read_only
 from shockpc.evaluation.columns import Column, column
 from shockpc.evaluation.evaluate import Evaluation, profiles
-from shockpc.evaluation.gradients import clear, has_gradient
+from shockpc.evaluation.gradients import has_gradient
 from shockpc.evaluation.gradients import slopes as exact_slopes
 from shockpc.evaluation.landings import common_robot, named_scenes, refuse_ground
 from shockpc.evaluation.one_by_one import (
@@ -414,11 +414,14 @@ def _formulas(profile: ShockProfile, varied: Mapping[ParameterKey, Parameter], n
     linear = {
         key: one for key, one in varied.items() if one.kind in ("angle", "strike") and one.rates.keys() <= {"joints", "velocity"}
     }
-    if not linear or profile.redundant or not has_gradient(landing, number) or not clear(landing):
+    if not linear or profile.redundant or not has_gradient(landing, number):
         return {}
     rates = np.array([[one.rates.get("joints", np.zeros(landing.robot.model.nv)) for one in linear.values()]])
     turns = np.array([[[one.rates.get("velocity", np.zeros(3))] for one in linear.values()]])
-    ((found,),) = exact_slopes(landing, landing.q[None], landing.before.velocity[None, None], rates, turns, [number])[number.name]
+    numbers, unclear = exact_slopes(landing, landing.q[None], landing.before.velocity[None, None], rates, turns, [number])
+    if unclear[0]:
+        return {}
+    found = numbers[number.name][1][0, 0]
     error = FORMULA * float(np.abs(found).max(initial=0.0))
     values = np.where(np.abs(found) > error, found, 0.0)
     return {key: _Slope(float(value), error, formula=True) for key, value in zip(linear, values, strict=True) if np.isfinite(value)}
