@@ -1,8 +1,6 @@
 """The posture, strike or design with the least worst value of a number over some landings, within ranges and constraints.
 
-The least of the greatest of many smooth functions f_j(x) is the least t with f_j(x) <= t, a smooth program that SLSQP (Kraft 1988)
-solves from the best of many random points; the best of its runs go on to their ends. Where two numbers are to be
-small, one is made small for each of several bounds of the other.
+Where two numbers are to be small, one is made small for each of several bounds of the other.
 """
 
 import functools
@@ -16,10 +14,24 @@ import numpy as np
 from shockpc.core.spatial import Array, read_only
 from shockpc.core.threads import one_thread
 from shockpc.evaluation.columns import proven_columns
-from shockpc.evaluation.cost import SLACK, ShockCost
+from shockpc.evaluation.cost import ShockCost
 from shockpc.evaluation.evaluate import profiles
 from shockpc.evaluation.landings import common_robot, named_scenes
-from shockpc.evaluation.lockstep import in_lockstep
+from shockpc.evaluation.search import (
+    BEST,
+    HELD,
+    PER_VARIABLE,
+    ROUGH,
+    SAMPLE,
+    SLOW,
+    Run,
+    by_value,
+    quantity_of,
+    runs_from,
+    search,
+    starting_points,
+    worst_measure,
+)
 from shockpc.evaluation.table import Table
 from shockpc.evaluation.variation import Vary, pairs
 from shockpc.evaluation.varied_scene import scene_grid
@@ -32,25 +44,6 @@ from shockpc.studies.declare import study
 from shockpc.text.errors import StudyError
 from shockpc.text.printed import few
 from shockpc.text.trace import Trace
-
-SAMPLE, FEW = 1024, 128
-"""Points that are looked at before the best of them are improved; and how many where each needs a landing of its own."""
-
-APART = 0.1
-"""Least distance of starts, as a share of the ranges, in the variable in which they differ most."""
-
-PER_VARIABLE, ROUGH, SLOW = 15, 3, 4
-"""Runs by default for each variable; where derivatives are differences; and in all where each point needs a landing of its own."""
-
-COARSE, FINE, BEST, AGAIN = (40, 1e-6), (60, 1e-9), 4, 5
-"""Steps of a run at most, and the change of the objective relative to its value at the start at which it ends: of all, then of the
-best ones, which go on from where they are; how many these are; and how often they go on at most, as long as the best one gains."""
-
-STALLED = 5
-"""Steps without a change of the objective after which a run ends: where heights have a kink, nothing else ends it."""
-
-HELD = 1e-6
-"""Share of a range, or of a scale, within which a bound or a constraint holds an optimum, and within which landings are as bad."""
 
 REACH = 45.0
 """How far from the landing as given joints are looked at where nothing is said [deg]."""
@@ -222,11 +215,13 @@ def improve(
     texts = (quantities,) if isinstance(quantities, str) else tuple(quantities)
     if len(texts) > 2 or len(set(texts)) < len(texts):
         raise StudyError(f"improve takes one quantity or two different ones, got {', '.join(texts)}; --keep bounds others")
+    subjects = {subject for subject, _ in pairs(over)}
     if not vary:
-        vary = _near(ShockCost(scenes, texts[0], dict.fromkeys(_carrying(robot, scenes.values())), robot))
+        free = [name for name in _carrying(robot, scenes.values()) if name not in subjects]
+        vary = _near(ShockCost(scenes, texts[0], dict.fromkeys(free), robot))
         within = f"the joints that carry what strikes, within {REACH:g} deg of the landing as given and their limits"
         chosen.append(f"variables {few(list(vary), 12)}, {within}")
-    if both := {subject for subject, _ in pairs(over)} & {subject for subject, _ in pairs(vary)}:
+    if both := subjects & {subject for subject, _ in pairs(vary)}:
         raise StudyError(f"{few(sorted(both), 4)} is in both --over and --vary; leave it out of one")
     scenes = {
         label.strip(): one for name, scene in scenes.items() for label, one in scene_grid(name, scene, robot, pairs(over)).items()
@@ -242,20 +237,13 @@ def improve(
             )
     cost, *others = costs
     with trace.stage("runs"), one_thread(SAMPLE):
-        begun = _starts(cost, starts, seed)
-        runs = sorted(_runs(cost, begun, COARSE), key=_value)
-        for _ in range(AGAIN):
-            before = runs[0].value
-            further = _runs(cost, [run.x for run in runs[:BEST]])
-            runs[:BEST] = [_best(a, b, np.append(a.history, b.history)) for a, b in zip(runs, further, strict=False)]
-            runs.sort(key=_value)
-            if not runs[0].value < before * (1.0 - HELD):
-                break
+        begun = starting_points(cost, starts, seed)
+        runs = search(cost, begun)
     if not np.isfinite(runs[0].value):
         raise StudyError(_refusal(cost, runs))
     agreeing = sum(math.sqrt(run.value) <= (1.0 + AGREEING) * math.sqrt(runs[0].value) + HELD for run in runs)
     # The landing as given wins where nothing is better.
-    x = cost.x0 if cost.feasible(cost.x0) and _worst(cost, cost.x0[None])[0] <= runs[0].value * (1.0 + HELD) else runs[0].x
+    x = cost.x0 if cost.feasible(cost.x0) and worst_measure(cost, cost.x0[None])[0] <= runs[0].value * (1.0 + HELD) else runs[0].x
     with trace.stage("front"), one_thread(SAMPLE):
         front = _front(costs, runs[:BEST], begun, lambda limit: make(cost.quantity, keep=[*keep, limit])) if others else ()
     with trace.stage("proof"):
@@ -291,108 +279,7 @@ def _near(cost: ShockCost) -> dict[str, str]:
     return {one.subject: f"{low!r}:{high!r}" for one, (low, high) in zip(cost.variations, ends, strict=True)}
 
 
-class _Run(NamedTuple):
-    """One run of SLSQP.
-
-    Attributes:
-        x: (n,) the best point; the last one where the constraints hold nowhere.
-        value: the measure there; infinite where the constraints do not hold.
-        history: (k,) the target at each step.
-    """
-
-    x: Array
-    value: float
-    history: Array
-
-
-def _value(run: _Run) -> float:
-    return run.value
-
-
-def _best(run: _Run, further: _Run, history: Array) -> _Run:
-    """The better of a run and what goes on from it, with the history of both."""
-    return min(further, run, key=_value)._replace(history=history)
-
-
-def _runs(cost: ShockCost, starts: Sequence[Array], how: tuple[int, float] = FINE) -> list[_Run]:
-    """Runs of SLSQP from points (n,), in shares of the ranges. Args: how, `COARSE` or `FINE`."""
-    return in_lockstep(
-        [functools.partial(_run, cost, start, *how) for start in starts], lambda X: list(zip(*cost.linearized(X), strict=True))
-    )
-
-
-def _run(cost: ShockCost, start: Array, most: int, change: float, ask: Callable[[Array], tuple[Array, Array]]) -> _Run:
-    from scipy.optimize import Bounds, minimize
-
-    low, width, n, held = cost.bounds[:, 0], np.ptp(cost.bounds, axis=1), len(start), cost.held
-    steps = list[tuple[float, float, Array]]()
-
-    @functools.lru_cache(2)
-    def at(shares: bytes) -> tuple[Array, Array]:
-        return ask(low + width * np.frombuffer(shares))
-
-    def constraints(z: Array) -> Array:
-        measures = np.minimum(at(z[:n].tobytes())[0], 1e6 * size)
-        return np.where(held, measures, z[n] - measures / size)
-
-    def jacobian(z: Array) -> Array:
-        slopes = at(z[:n].tobytes())[1] * width
-        return np.column_stack([np.where(held[:, None], slopes, -slopes / size), ~held])
-
-    def note(z: Array) -> None:
-        measures, _ = at(z[:n].tobytes())
-        value = float(measures[~held].max()) if (measures[held] >= -SLACK).all() else np.inf
-        steps.append((value, float(z[n]), low + width * z[:n]))
-        if len(steps) > STALLED and np.ptp([level for _, level, _ in steps[-STALLED:]]) <= change:
-            raise StopIteration
-
-    first, unit = np.append((start - low) / width, 1.0), np.append(np.zeros(n), 1.0)
-    worst = float(at(first[:n].tobytes())[0][~held].max())
-    size = worst if 0.0 < worst < np.inf else 1.0
-    note(first)
-    minimize(
-        lambda z: z[n],
-        first,
-        jac=lambda z: unit,
-        method="SLSQP",
-        bounds=Bounds(np.append(np.zeros(n), -np.inf), np.append(np.ones(n), np.inf)),
-        constraints={"type": "ineq", "fun": constraints, "jac": jacobian},
-        callback=note,
-        options={"maxiter": most, "ftol": change},
-    )
-    value, _, x = min(reversed(steps), key=lambda step: step[0])
-    values = np.array([value for value, _, _ in steps])
-    return _Run(x, value, np.where(np.isfinite(values), _target(cost, values), np.nan))
-
-
-def _worst(cost: ShockCost, X: Array) -> Array:
-    """The worst measure (m,) at points (m, n)."""
-    return np.asarray(cost.measured(X)[:, ~cost.held].max(axis=1))
-
-
-def _target(cost: ShockCost, measures: Array) -> Array:
-    """The quantity itself from its measures."""
-    with np.errstate(divide="ignore"):
-        return np.asarray(measures ** (1.0 / cost.power))
-
-
-def _starts(cost: ShockCost, count: int | None, seed: int) -> list[Array]:
-    """The landing as given, and the best of random points that are apart, those first that meet the constraints."""
-    low, width = cost.bounds[:, 0], np.ptp(cost.bounds, axis=1)
-    usual = SLOW if cost.slow else len(low) * (PER_VARIABLE if cost.exact else ROUGH)
-    count = usual if count is None else count
-    share = np.random.default_rng(seed).random((FEW if cost.slow else SAMPLE, len(low)))
-    measures = cost.measured(low + width * share)
-    worst, slack = measures[:, ~cost.held].max(axis=1), measures[:, cost.held].min(axis=1, initial=0.0)
-    order = np.argsort(worst, kind="stable")[: max(len(share) // 8, 2 * count)]
-    order = order[np.argsort(np.maximum(-slack[order], HELD), kind="stable")]
-    chosen, candidates = ((cost.x0 - low) / width)[None], share[order[np.isfinite(worst[order])]]
-    while len(chosen) <= count and len(candidates := candidates[np.abs(candidates - chosen[-1]).max(axis=1) > APART]):
-        chosen = np.concatenate([chosen, candidates[:1]])
-    return list(low + width * chosen)
-
-
-def _refusal(cost: ShockCost, runs: Sequence[_Run]) -> str:
+def _refusal(cost: ShockCost, runs: Sequence[Run]) -> str:
     """Why no run reached a point that counts."""
     measures = cost.measured(np.array([run.x for run in runs]))
     missed = np.isinf(measures) | (cost.held & (measures < 0.0))
@@ -425,17 +312,17 @@ def _variables(cost: ShockCost, x: Array) -> tuple[Flatness, ...]:
     """What each variable does at an optimum."""
     n, set_back = len(x), np.where(np.eye(len(x), dtype=bool), cost.given, x)
     known = ~np.isnan(cost.given)
-    alone, (best, start) = np.full(n, np.nan), _worst(cost, np.stack([x, cost.x0]))
-    alone[known] = _target(cost, _worst(cost, set_back[known])) if known.any() else np.nan
+    alone, (best, start) = np.full(n, np.nan), worst_measure(cost, np.stack([x, cost.x0]))
+    alone[known] = quantity_of(cost, worst_measure(cost, set_back[known])) if known.any() else np.nan
     # Where the optimum is zero, or nearly, 5 % are those of the value before.
-    target, size = _target(cost, np.array([best, best if best > HELD * start else start]))
+    target, size = quantity_of(cost, np.array([best, best if best > HELD * start else start]))
     way, of, side = cost.bounds.T.ravel() - np.tile(x, 2), np.tile(np.arange(n), 2), np.arange(2 * n)
     shares, near = np.tile(SHARES, (2 * n, 1)), np.zeros(2 * n)
     for _ in range(2):
         X = np.tile(x, (*shares.shape, 1))
         X[side[:, None], np.arange(len(SHARES)), of[:, None]] += shares * way[:, None]
         with np.errstate(invalid="ignore"):
-            change = np.sign(cost.power) * (_target(cost, _worst(cost, X.reshape(-1, n))).reshape(shares.shape) - target)
+            change = np.sign(cost.power) * (quantity_of(cost, worst_measure(cost, X.reshape(-1, n))).reshape(shares.shape) - target)
         worse = ~(change <= FLAT * size)
         beyond = np.where(worse.any(axis=1), worse.argmax(axis=1), len(SHARES))
         near = shares[side, np.maximum(beyond - 1, 0)]
@@ -461,7 +348,7 @@ def _proven(cost: ShockCost, found: Mapping[str, ShockProfile]) -> tuple[float, 
 
 
 def _front(
-    costs: Sequence[ShockCost], runs: Sequence[_Run], points: Sequence[Array], bounded: Callable[[str], ShockCost]
+    costs: Sequence[ShockCost], runs: Sequence[Run], points: Sequence[Array], bounded: Callable[[str], ShockCost]
 ) -> tuple[FrontPoint, ...]:
     """Points between the optimum of the first quantity and that of the second: the first least for bounds of the second.
 
@@ -472,14 +359,14 @@ def _front(
         bounded: gives the cost of the first with one constraint more.
     """
     (_, other), sense, starts = costs, "<=" if costs[1].power > 0.0 else ">=", [run.x for run in runs]
-    last = min(_runs(other, [*points, *starts]), key=_value).x
+    last = min(runs_from(other, [*points, *starts]), key=by_value).x
     found = starts[:1]
-    most, least = _target(other, _worst(other, np.stack([found[0], last])))
+    most, least = quantity_of(other, worst_measure(other, np.stack([found[0], last])))
     # No constraint holds exactly at the optimum of its own number.
     for bound in (most + np.linspace(0.0, 1.0 - NEAR, FRONT + 2)[1:] * (least - most)).tolist():
         between = [found[-1], last, *((x + last) / 2.0 for x in (found[0], found[-1])), *starts[1:]]
-        best = min(_runs(bounded(f"{other.quantity}{sense}{bound!r}"), between), key=_value)
+        best = min(runs_from(bounded(f"{other.quantity}{sense}{bound!r}"), between), key=by_value)
         found += [best.x] if np.isfinite(best.value) else []
-    values = np.stack([_target(one, _worst(one, np.array(found))) for one in costs], axis=1)
+    values = np.stack([quantity_of(one, worst_measure(one, np.array(found))) for one in costs], axis=1)
     apart = [0, *(k for k in range(1, len(found)) if np.abs(values[k] / values[k - 1] - 1.0).max() > HELD)]
     return tuple(FrontPoint(values[k], read_only(found[k])) for k in apart)
