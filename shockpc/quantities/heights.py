@@ -2,7 +2,7 @@
 
 import itertools
 from collections.abc import Sequence
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 
@@ -127,9 +127,14 @@ def levels(landing: Landing, rotation: Array, position: Array, points: Array, ev
     return Levels(core, surface, lowest, struck, others, inside, landing.scene.ground_tolerance)
 
 
-def levels_of(landing: Landing, state: Dynamics, blocks: Sequence[Block]) -> Levels:
-    """Heights of every body in N postures. Args: blocks, the rows of the contacts, then of the standing feet."""
-    return levels(landing, state.rotation, state.position, _grounded_points(landing, state, blocks), every=True)
+def _relative(
+    landing: Landing, state: Dynamics, blocks: Sequence[Block], places: Sequence[Place]
+) -> tuple[Levels, list[Array], Array]:
+    """Heights in N postures: all, those (N, n) of the shapes of each body that are no contact, `SPREAD` and `CLEARANCE`."""
+    here = levels(landing, state.rotation, state.position, _grounded_points(landing, state, blocks), every=True)
+    of_shape, low = _bodies_of_shapes(landing.robot), here.contacts.min(axis=1)
+    surface = [np.where(here.others & (of_shape == place.body), here.surface, np.inf) for place in places]
+    return here, surface, np.stack([here.spread, *(own.min(axis=1, initial=np.inf) - low for own in surface)], axis=1)
 
 
 def _grounded_points(landing: Landing, state: Dynamics, blocks: Sequence[Block]) -> Array:
@@ -137,17 +142,13 @@ def _grounded_points(landing: Landing, state: Dynamics, blocks: Sequence[Block])
     return np.stack([block_point(state, blocks[k]) for k in on_ground(landing)], axis=1)
 
 
-def _clearance(impact: Any, places: Sequence[Place]) -> Array:
-    here = levels_of(impact.landing, impact.state, impact.blocks)
-    own = here.others & (_bodies_of_shapes(impact.landing.robot) == [[place.body] for place in places])
-    lowest = np.where(own, here.surface[:, None], np.inf).min(axis=-1, initial=np.inf)
-    return np.asarray((lowest - here.contacts.min(axis=1, keepdims=True))[:, None])
-
-
-CLEARANCE = Quantity("clearance", "body", "height above the lowest contact", "m", "neither", _clearance)
 SPREAD = Quantity(
     "spread", "robot", "difference in height of the contacts", "m", "neither",
-    lambda impact, _: levels_of(impact.landing, impact.state, impact.blocks).spread[:, None, None],
+    lambda impact, places: _relative(impact.landing, impact.state, impact.blocks, places)[2][:, None, :1],
+)  # fmt: skip
+CLEARANCE = Quantity(
+    "clearance", "body", "height above the lowest contact", "m", "neither",
+    lambda impact, places: _relative(impact.landing, impact.state, impact.blocks, places)[2][:, None, 1:],
 )  # fmt: skip
 """What `feasible` decides by, as numbers that a constraint can follow: they have either sign."""
 
@@ -166,20 +167,18 @@ def height_rates(
         twists: (N, nb, 6, d) of the bodies in d motions, world axes, about the base.
         places: the n bodies.
     """
-    here, rows, of_shape = levels_of(landing, state, blocks), np.arange(len(twists)), _bodies_of_shapes(landing.robot)
+    here, surface, values = _relative(landing, state, blocks, places)
     points = np.concatenate([_lowest_points(landing, state), _grounded_points(landing, state, blocks)], axis=1)
-    bodies = np.append(of_shape, [blocks[k].body for k in on_ground(landing)])
+    bodies, rows = np.append(_bodies_of_shapes(landing.robot), [blocks[k].body for k in on_ground(landing)]), np.arange(len(twists))
 
     def rate(chosen: np.ndarray) -> Array:
         """Of one point (N,) in each posture: ω · (p × n) + v · n."""
         twist, arm = twists[rows, bodies[chosen]], cross(points[rows, chosen], landing.up)
         return np.asarray(np.sum(twist * np.concatenate([arm, np.broadcast_to(landing.up, arm.shape)], axis=1)[..., None], axis=1))
 
-    heights, ends = points @ landing.up, (here.contacts.min(axis=1), here.contacts.max(axis=1))
     # The lowest point of a contact is that of one of its shapes, or its own.
+    heights, ends = points @ landing.up, (here.contacts.min(axis=1), here.contacts.max(axis=1))
     low, high = (rate(np.abs(heights - end[:, None]).argmin(axis=1)) for end in ends)
-    surface = [np.where(here.others & (of_shape == place.body), here.surface, np.inf) for place in places]
-    values = np.stack([here.spread, *(own.min(axis=1, initial=np.inf) - ends[0] for own in surface)], axis=1)
     return values, np.stack([high - low, *(rate(own.argmin(axis=1)) - low for own in surface)], axis=1)
 
 
