@@ -155,7 +155,7 @@ class ShockCost:
         column: the number at the first of its places.
         names: headings of the variables, with their units.
         bounds: (n, 2) least and greatest value of each, in these units.
-        given: (n,) present values; NaN of what has none, or not a single one.
+        given: (n,) present values; NaN of what has none, or not a single one in all landings.
         x0: (n,) the same within the bounds, or the middle of them.
         slow: whether each point needs landings of its own.
         exact: whether there are formulas for all derivatives; else they are differences.
@@ -187,8 +187,12 @@ class ShockCost:
         self.variations = varied.variations
         self.names = tuple(one.column for one in self.variations)
         self.bounds = np.array([_bounds(one) for one in self.variations])
-        self.given = np.array([0.0 if one.kind.startswith("com-") else present_value(first, one) for one in self.variations])
-        self.x0 = np.clip(np.where(np.isnan(self.given), self.bounds.mean(axis=1), self.given), *self.bounds.T)
+        values = [
+            [0.0 if varied.kind.startswith("com-") else present_value(one, varied) for varied in self.variations]
+            for one in landings.values()
+        ]
+        self.given = np.where(np.ptp(values, axis=0) == 0.0, values[0], np.nan)
+        self.x0 = np.clip(np.where(np.isnan(values[0]), self.bounds.mean(axis=1), values[0]), *self.bounds.T)
         freeze(self.bounds, self.given, self.x0)
         self.groups = _groups(varied, landings)
         self.terms = tuple(
@@ -330,6 +334,8 @@ class ShockCost:
             parts = re.fullmatch(rf"(.+?)\s*([<>])=?\s*({NUMBER})", text.strip())
             if not parts or not math.isfinite(limit := float(parts[3])):
                 raise StudyError(f'"{text}" is not QUANTITY@PLACES<=LIMIT or >=LIMIT, such as joint_impulse@*_KFE<=2')
+            if limit < 0.0 and any(column.selection.signed for column in _columns(landing, parts[1])):
+                raise StudyError(f'"{text}": of {parts[1]}, which has either sign, the size counts, which is never below zero')
             how = {"limit": limit, "sign": 1.0 if parts[2] == "<" else -1.0, "scale": abs(limit) or 1.0}
             wanted += [(column, how) for column in _columns(landing, parts[1])]
         tolerance, level = landing.scene.ground_tolerance, len(on_ground(landing))

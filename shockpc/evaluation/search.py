@@ -17,7 +17,7 @@ from shockpc.evaluation.lockstep import in_lockstep
 SAMPLE, FEW = 1024, 128
 """Points that are looked at before the best of them are improved; and how many where each needs a landing of its own."""
 
-APART = 0.1
+APART = 0.02
 """Least distance of starts, as a share of the ranges, in the variable in which they differ most."""
 
 PER_VARIABLE, ROUGH, SLOW = 15, 3, 4
@@ -123,12 +123,14 @@ def starting_points(cost: ShockCost, count: int | None, seed: int) -> list[Array
     share = np.random.default_rng(seed).random((FEW if cost.slow else SAMPLE, len(low)))
     measures = cost.measured(low + width * share)
     worst, slack = measures[:, ~cost.held].max(axis=1), measures[:, cost.held].min(axis=1, initial=0.0)
+    first = np.lexsort((worst, np.maximum(-slack, HELD)))[:1]  # the best one that meets the constraints
     order = np.argsort(worst, kind="stable")[: max(len(share) // 8, 2 * count)]
-    order = order[np.argsort(np.maximum(-slack[order], HELD), kind="stable")]
-    chosen, candidates = ((cost.x0 - low) / width)[None], share[order[np.isfinite(worst[order])]]
-    while len(chosen) <= count and len(candidates := candidates[np.abs(candidates - chosen[-1]).max(axis=1) > APART]):
-        chosen = np.concatenate([chosen, candidates[:1]])
-    return list(low + width * chosen)
+    order = np.concatenate([first, order[np.argsort(np.maximum(-slack[order], HELD), kind="stable")]])
+    chosen, candidates = list[Array](), share[order[np.isfinite(worst[order])]]
+    while len(chosen) < count and len(candidates):
+        chosen.append(candidates[0])
+        candidates = candidates[np.abs(candidates - candidates[0]).max(axis=1) > APART]
+    return [cost.x0, *(low + width * point for point in chosen)]
 
 
 def search(cost: ShockCost, begun: Sequence[Array]) -> list[Run]:

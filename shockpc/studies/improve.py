@@ -3,6 +3,7 @@
 Where two numbers are to be small, one is made small for each of several bounds of the other.
 """
 
+import fnmatch
 import functools
 import math
 from collections.abc import Callable, Iterable, Mapping, Sequence
@@ -33,7 +34,7 @@ from shockpc.evaluation.search import (
     worst_measure,
 )
 from shockpc.evaluation.table import Table
-from shockpc.evaluation.variation import Vary, pairs
+from shockpc.evaluation.variation import Vary, motion_range, pairs
 from shockpc.evaluation.varied_scene import scene_grid
 from shockpc.landing.record import Option
 from shockpc.landing.scene import Scene
@@ -215,13 +216,14 @@ def improve(
     texts = (quantities,) if isinstance(quantities, str) else tuple(quantities)
     if len(texts) > 2 or len(set(texts)) < len(texts):
         raise StudyError(f"improve takes one quantity or two different ones, got {', '.join(texts)}; --keep bounds others")
-    subjects = {subject for subject, _ in pairs(over)}
+    taken = _subjects(robot, over)
     if not vary:
-        free = [name for name in _carrying(robot, scenes.values()) if name not in subjects]
+        if not (free := [name for name in _carrying(robot, scenes.values()) if name not in taken]):
+            raise StudyError("no joint that carries what strikes is free to move; name what may change with --vary")
         vary = _near(ShockCost(scenes, texts[0], dict.fromkeys(free), robot))
         within = f"the joints that carry what strikes, within {REACH:g} deg of the landing as given and their limits"
         chosen.append(f"variables {few(list(vary), 12)}, {within}")
-    if both := subjects & {subject for subject, _ in pairs(vary)}:
+    if both := taken & _subjects(robot, vary):
         raise StudyError(f"{few(sorted(both), 4)} is in both --over and --vary; leave it out of one")
     scenes = {
         label.strip(): one for name, scene in scenes.items() for label, one in scene_grid(name, scene, robot, pairs(over)).items()
@@ -245,7 +247,11 @@ def improve(
     # The landing as given wins where nothing is better.
     x = cost.x0 if cost.feasible(cost.x0) and worst_measure(cost, cost.x0[None])[0] <= runs[0].value * (1.0 + HELD) else runs[0].x
     with trace.stage("front"), one_thread(SAMPLE):
-        front = _front(costs, runs[:BEST], begun, lambda limit: make(cost.quantity, keep=[*keep, limit])) if others else ()
+        front = (
+            _front(costs, [x, *(run.x for run in runs[:BEST])], begun, lambda limit: make(cost.quantity, keep=[*keep, limit]))
+            if others
+            else ()
+        )
     with trace.stage("proof"):
         cases = cost.cases(x)
         given = dict(zip(cost.scenes, profiles({name: (scene, robot) for name, scene in cost.scenes.items()}), strict=True))
@@ -265,18 +271,25 @@ def _usual_quantities(robot: Robot, scenes: Iterable[Scene]) -> tuple[str, ...]:
     return tuple(usual or [f"shock_com{friction}@{robot.bodies[0].name}"])
 
 
+def _subjects(robot: Robot, varied: Vary) -> set[str]:
+    """What is varied; of a pattern the joints that it means."""
+    return {name for subject, _ in pairs(varied) for name in fnmatch.filter(robot.joint_names, subject) or [subject]}
+
+
 def _carrying(robot: Robot, scenes: Iterable[Scene]) -> list[str]:
-    """The joints between the trunk and what strikes."""
+    """The joints between the trunk and what strikes that have a range of motion."""
     struck = [robot.frame(contact.frame).body for scene in scenes for contact in scene.contact]
     carrying: np.ndarray = np.any(robot.supports[struck], axis=0)
-    return [joint.name for joint in robot.independent_joints if carrying[joint.v].all()]
+    ranges = {joint.name: motion_range([joint]) for joint in robot.independent_joints if carrying[joint.v].all()}
+    return [name for name, (low, high) in ranges.items() if low < high]
 
 
 def _near(cost: ShockCost) -> dict[str, str]:
-    """Ranges of joints near the landing as given, and within their limits."""
+    """Ranges of joints near the landing as given, and within their limits; the limits where that is far outside them."""
     reach = np.array([REACH if name.endswith("[deg]") else np.inf for name in cost.names])
-    ends = zip(*np.clip(cost.bounds.T, cost.given - reach, cost.given + reach).tolist(), strict=True)
-    return {one.subject: f"{low!r}:{high!r}" for one, (low, high) in zip(cost.variations, ends, strict=True)}
+    ends = np.clip(cost.bounds.T, cost.given - reach, cost.given + reach)
+    low, high = np.where(ends[0] < ends[1], ends, cost.bounds.T).tolist()
+    return {one.subject: f"{a!r}:{b!r}" for one, a, b in zip(cost.variations, low, high, strict=True)}
 
 
 def _refusal(cost: ShockCost, runs: Sequence[Run]) -> str:
@@ -348,25 +361,32 @@ def _proven(cost: ShockCost, found: Mapping[str, ShockProfile]) -> tuple[float, 
 
 
 def _front(
-    costs: Sequence[ShockCost], runs: Sequence[Run], points: Sequence[Array], bounded: Callable[[str], ShockCost]
+    costs: Sequence[ShockCost], starts: Sequence[Array], points: Sequence[Array], bounded: Callable[[str], ShockCost]
 ) -> tuple[FrontPoint, ...]:
     """Points between the optimum of the first quantity and that of the second: the first least for bounds of the second.
 
     Args:
         costs: of both.
-        runs: the best ones for the first, the best one first.
+        starts: the optimum of the first, and the ends of the best runs for it.
         points: where the runs for the second begin.
         bounded: gives the cost of the first with one constraint more.
+
+    Raises:
+        StudyError: the second quantity has no value at an end.
     """
-    (_, other), sense, starts = costs, "<=" if costs[1].power > 0.0 else ">=", [run.x for run in runs]
+    (_, other), sense = costs, "<=" if costs[1].power > 0.0 else ">="
     last = min(runs_from(other, [*points, *starts]), key=by_value).x
-    found = starts[:1]
+    found = [starts[0]]
     most, least = quantity_of(other, worst_measure(other, np.stack([found[0], last])))
+    if not np.isfinite([most, least]).all():
+        raise StudyError(
+            f"{other.quantity} has no finite value at an end of the front; choose another quantity, or bound it with --keep"
+        )
     # No constraint holds exactly at the optimum of its own number.
     for bound in (most + np.linspace(0.0, 1.0 - NEAR, FRONT + 2)[1:] * (least - most)).tolist():
         between = [found[-1], last, *((x + last) / 2.0 for x in (found[0], found[-1])), *starts[1:]]
         best = min(runs_from(bounded(f"{other.quantity}{sense}{bound!r}"), between), key=by_value)
         found += [best.x] if np.isfinite(best.value) else []
     values = np.stack([quantity_of(one, worst_measure(one, np.array(found))) for one in costs], axis=1)
-    apart = [0, *(k for k in range(1, len(found)) if np.abs(values[k] / values[k - 1] - 1.0).max() > HELD)]
+    apart = [0, *(k for k in range(1, len(found)) if not np.allclose(values[k], values[k - 1], rtol=HELD, atol=0.0))]
     return tuple(FrontPoint(values[k], read_only(found[k])) for k in apart)
