@@ -263,6 +263,14 @@ def test_joints_of_over_are_no_variables():
         improve(anymal(), vary={"LF_KFE": "-100:-50"}, robot=robot, over={"*_KFE": "-70,-60"})
 
 
+def test_variables_by_default_are_those_of_all_landings():
+    found = improve(anymal(), robot=known_robot("anymal_b"), over={"contact": "LF_FOOT,RH_FOOT"}, any_ground=True, starts=1)
+    assert {one.subject[:2] for one in found.costs[0].variations} == {"LF", "RH"}
+    scenes = {f"{a}": anymal(posture=Posture(joints_deg={"LF_KFE": a})) for a in (-74.2, -60.0)}
+    found = improve(scenes, robot=known_robot("anymal_b"), any_ground=True, starts=1)
+    assert found.costs[0].bounds[2] == pytest.approx([-74.2 - 45.0, -74.2 + 45.0])
+
+
 def test_fronts_of_what_has_no_value_say_so():
     for other in ("ropc@base", "stop_impulse@LF_KFE"):
         with pytest.raises(StudyError, match=f"{other} has no finite value"):
@@ -371,6 +379,7 @@ def test_what_is_not_said_is_the_imu_and_the_leg():
     found = improve(anymal(), robot=known_robot("anymal_b"), starts=0)
     assert [cost.quantity for cost in found.costs] == ["shock@imu_link"]
     assert [one.subject for one in found.costs[0].variations] == ["LF_HAA", "LF_HFE", "LF_KFE"]
+    np.testing.assert_allclose(found.costs[0].bounds - found.costs[0].given[:, None], [[-45.0, 45.0]] * 3, rtol=1e-12)
     assert "by default   quantity shock@imu_link; variables LF_HAA, LF_HFE, LF_KFE" in improve_report(found).text("table")
     named = improve(anymal(point=(Point(frame="LF_HIP"),)), vary=LEGS[:1], robot=known_robot("anymal_b"), starts=0)
     assert [cost.quantity for cost in named.costs] == ["shock@LF_HIP"]

@@ -156,7 +156,7 @@ class ShockCost:
         names: headings of the variables, with their units.
         bounds: (n, 2) least and greatest value of each, in these units.
         given: (n,) present values; NaN of what has none, or not a single one in all landings.
-        x0: (n,) the same within the bounds, or the middle of them.
+        x0: (n,) those of the first landing, within the bounds; the middle of the bounds of what has none.
         slow: whether each point needs landings of its own.
         exact: whether there are formulas for all derivatives; else they are differences.
         terms: the K numbers that count, of all landings.
@@ -288,7 +288,7 @@ class ShockCost:
             unclear |= prove
             for k, term in own.items():
                 numbers, change = found[term.column.name]
-                values[:, k], out[:, k] = numbers[:, min(term.strike, numbers.shape[1] - 1)], change[:, term.strike]
+                values[:, k], out[:, k] = numbers[:, term.strike], change[:, term.strike]
         if unclear.any():
             values[unclear] = self._numbers(X[unclear])
         return values, out
@@ -334,10 +334,11 @@ class ShockCost:
             parts = re.fullmatch(rf"(.+?)\s*([<>])=?\s*({NUMBER})", text.strip())
             if not parts or not math.isfinite(limit := float(parts[3])):
                 raise StudyError(f'"{text}" is not QUANTITY@PLACES<=LIMIT or >=LIMIT, such as joint_impulse@*_KFE<=2')
-            if limit < 0.0 and any(column.selection.signed for column in _columns(landing, parts[1])):
+            columns = _columns(landing, parts[1])
+            if limit < 0.0 and columns and columns[0].selection.signed:
                 raise StudyError(f'"{text}": of {parts[1]}, which has either sign, the size counts, which is never below zero')
             how = {"limit": limit, "sign": 1.0 if parts[2] == "<" else -1.0, "scale": abs(limit) or 1.0}
-            wanted += [(column, how) for column in _columns(landing, parts[1])]
+            wanted += [(column, how) for column in columns]
         tolerance, level = landing.scene.ground_tolerance, len(on_ground(landing))
         for entry, applies, limit, sign, scale in (
             (PUSH, landing.scene.friction is None, 0.0, -1.0, self.robot.mass * landing.fastest_approach),

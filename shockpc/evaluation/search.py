@@ -1,7 +1,7 @@
 """The point with the least worst value of a cost: many runs of SLSQP in lockstep, the best of which go on to their ends.
 
 The least of the greatest of many smooth functions f_j(x) is the least t with f_j(x) <= t, a smooth program that SLSQP solves (Kraft
-1988) from each of many random points; another local optimum is where another run ends.
+1988). Its runs end in local optima, which is why they begin at many random points.
 """
 
 import functools

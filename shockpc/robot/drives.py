@@ -5,11 +5,10 @@ The drives of the robots that are known by name stand in robots/drives.toml, wit
 
 import fnmatch
 import functools
-import json
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Any, Literal
+from typing import Literal
 
 import numpy as np
 
@@ -25,7 +24,7 @@ PUBLIC = ("published", "derived")
 """Status of drives that are taken unless the scene says otherwise."""
 
 
-@dataclass(frozen=True, kw_only=True, repr=False)
+@dataclass(frozen=True, kw_only=True)
 class Drive:
     """The drive of some joints.
 
@@ -59,7 +58,7 @@ class Drive:
         return self.rotor_inertia * self.gear_ratio**2
 
 
-@dataclass(kw_only=True, eq=False, repr=False)
+@dataclass(frozen=True, kw_only=True)
 class _DrivesFile:
     """A file of drives."""
 
@@ -98,14 +97,12 @@ def catalogue_drives(name: str | None) -> tuple[Drive, ...]:
     """The drives of robots/drives.toml that are known of a robot of the catalogue, with those of simulation models."""
     tables = read_file(own_robots_folder() / "drives.toml", "drives file", SceneError).decode().split("[[drive]]")[1:]
     # Those of other robots are not parsed: together they would take as long as a robot's file.
-    drives = [checked(_table(text), Drive, "", []) for text in tables if f'"{name}"' in text]
+    if not (mentioning := [table for table in tables if f'"{name}"' in table]):
+        return ()
+    import tomllib
+
+    drives = [checked(table, Drive, "", []) for table in tomllib.loads("[[drive]]".join(["", *mentioning]))["drive"]]
     return tuple(drive for drive in drives if name in drive.robot)
-
-
-def _table(text: str) -> dict[str, Any]:
-    """A table of the project's own file, whose values are JSON too: importing tomllib takes as long as building a robot."""
-    lines = (line.partition(" = ") for line in text.splitlines())
-    return {key: json.loads(value) for key, equals, value in lines if equals}
 
 
 def drives_like(robot: Robot, name: str) -> Drives:

@@ -216,6 +216,9 @@ def improve(
     texts = (quantities,) if isinstance(quantities, str) else tuple(quantities)
     if len(texts) > 2 or len(set(texts)) < len(texts):
         raise StudyError(f"improve takes one quantity or two different ones, got {', '.join(texts)}; --keep bounds others")
+    scenes = {
+        label.strip(): one for name, scene in scenes.items() for label, one in scene_grid(name, scene, robot, pairs(over)).items()
+    }
     taken = _subjects(robot, over)
     if not vary:
         if not (free := [name for name in _carrying(robot, scenes.values()) if name not in taken]):
@@ -225,9 +228,6 @@ def improve(
         chosen.append(f"variables {few(list(vary), 12)}, {within}")
     if both := taken & _subjects(robot, vary):
         raise StudyError(f"{few(sorted(both), 4)} is in both --over and --vary; leave it out of one")
-    scenes = {
-        label.strip(): one for name, scene in scenes.items() for label, one in scene_grid(name, scene, robot, pairs(over)).items()
-    }
     keep = (keep,) if isinstance(keep, str) else tuple(keep)
     make = functools.partial(ShockCost, scenes, variables=vary, robot=robot, ground=not any_ground)
     with trace.stage("landings"):
@@ -247,11 +247,8 @@ def improve(
     # The landing as given wins where nothing is better.
     x = cost.x0 if cost.feasible(cost.x0) and worst_measure(cost, cost.x0[None])[0] <= runs[0].value * (1.0 + HELD) else runs[0].x
     with trace.stage("front"), one_thread(SAMPLE):
-        front = (
-            _front(costs, [x, *(run.x for run in runs[:BEST])], begun, lambda limit: make(cost.quantity, keep=[*keep, limit]))
-            if others
-            else ()
-        )
+        ends = [x, *(run.x for run in runs[:BEST])]
+        front = _front(costs, ends, begun, lambda limit: make(cost.quantity, keep=[*keep, limit])) if others else ()
     with trace.stage("proof"):
         cases = cost.cases(x)
         given = dict(zip(cost.scenes, profiles({name: (scene, robot) for name, scene in cost.scenes.items()}), strict=True))
@@ -285,11 +282,10 @@ def _carrying(robot: Robot, scenes: Iterable[Scene]) -> list[str]:
 
 
 def _near(cost: ShockCost) -> dict[str, str]:
-    """Ranges of joints near the landing as given, and within their limits; the limits where that is far outside them."""
+    """Ranges of joints near the first landing as given, and within their limits."""
     reach = np.array([REACH if name.endswith("[deg]") else np.inf for name in cost.names])
-    ends = np.clip(cost.bounds.T, cost.given - reach, cost.given + reach)
-    low, high = np.where(ends[0] < ends[1], ends, cost.bounds.T).tolist()
-    return {one.subject: f"{a!r}:{b!r}" for one, a, b in zip(cost.variations, low, high, strict=True)}
+    ends = np.clip(np.stack([cost.x0 - reach, cost.x0 + reach]), *cost.bounds.T).tolist()
+    return {one.subject: f"{low!r}:{high!r}" for one, low, high in zip(cost.variations, *ends, strict=True)}
 
 
 def _refusal(cost: ShockCost, runs: Sequence[Run]) -> str:
