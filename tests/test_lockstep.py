@@ -78,17 +78,17 @@ def stop(number, frame):
     raise KeyboardInterrupt
 
 signal.signal(signal.SIGALRM, stop)
-for k in range(10):
-    signal.setitimer(signal.ITIMER_REAL, random.Random(k).uniform(2e-3, 2e-2))
+interrupted = 0
+for k in range(400):
     try:
+        signal.setitimer(signal.ITIMER_REAL, random.Random(k).uniform(2e-5, 4e-3))  # while threads start, and later
         in_lockstep([run] * 8, lambda X: X)
     except KeyboardInterrupt:
-        continue
-    raise AssertionError("it was not interrupted")
-print("ended")
+        interrupted += 1
+print(interrupted)
 """
 
 
 def test_an_interruption_ends_all_runs_whenever_it_comes():
     done = subprocess.run([sys.executable, "-c", INTERRUPTED], capture_output=True, text=True, timeout=60, check=False)
-    assert done.stdout == "ended\n", done.stderr
+    assert done.stdout == "400\n", done.stderr
