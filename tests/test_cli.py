@@ -26,7 +26,7 @@ from shockpc.cli import progress
 from shockpc.cli.app import COMMANDS
 from shockpc.landing.scene import GRAVITY
 from shockpc.show.document import document as document_of
-from shockpc.show.document import json_text
+from shockpc.text.printed import json_text
 
 pytestmark = pytest.mark.usefixtures("no_figures")
 

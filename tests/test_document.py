@@ -13,8 +13,9 @@ import shockpc
 from shockpc import Closure, Contact, Joints, LoopEnd, Part, Point, Posture, Scene, Strike, shock_profile
 from shockpc.landing.dynamics import PINOCCHIO
 from shockpc.quantities.table import QUANTITIES
-from shockpc.show.document import document, json_text
+from shockpc.show.document import document
 from shockpc.text.diagnostic import Diagnostic
+from shockpc.text.printed import json_text
 
 DOG = {"robot": str(ROBOTS / "dog" / "dog.urdf.xacro"), "packages": {"dog_description": str(ROBOTS / "dog")}}
 FEET = tuple(Contact(frame=f"{name}_foot") for name in ("lf", "rf", "lh", "rh"))
@@ -236,7 +237,10 @@ def test_text_of_numbers(profile):
     assert "NaN" not in text
     assert "Infinity" not in text
     assert "-0.0," not in text.replace("\n", ",")
-    assert text == json.dumps(json.loads(text), indent=1, ensure_ascii=False) + "\n"
+    read = json.loads(text)
+    assert json_text(read) == text
+    records = [body for body in read["bodies"] if f"\n  {json.dumps(body, ensure_ascii=False)}" in text]
+    assert records == read["bodies"]  # a record a line
 
 
 def test_health_without_a_number_is_null():

@@ -22,8 +22,8 @@ from shockpc import Closure, Contact, Joints, LoopEnd, Part, Point, Posture, Rot
 from shockpc.landing.record import options_of
 from shockpc.landing.scene_file import check_scene, scene_schema, scene_table, scene_text
 from shockpc.show.document import document as document_of
-from shockpc.show.document import json_text
 from shockpc.text.errors import SceneError, ShockError
+from shockpc.text.printed import json_text
 
 EVERY_KEY = """\
 robot = "dog/dog.urdf.xacro"

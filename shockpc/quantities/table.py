@@ -21,6 +21,8 @@ from shockpc.text.errors import UnknownName
 QUANTITIES: tuple[Quantity, ...] = (*POINTS, *BODIES, *JOINTS, *CONTACTS, *ROBOT, *GROUND, *PARTS)
 """All quantities. Of those that share a key the first is meant unless the kind is named."""
 
+_BY_KEY = {(quantity.of, quantity.key): quantity for quantity in QUANTITIES}
+
 
 class Selection(NamedTuple):
     """A quantity, or a component of one, as a number: a vector counts by its length.
@@ -65,7 +67,7 @@ def quantities_of(kind: PlaceKind) -> tuple[Quantity, ...]:
 
 def quantity(kind: PlaceKind, key: str) -> Quantity:
     """The quantity of a kind of place with a key."""
-    return next(quantity for quantity in QUANTITIES if quantity.of == kind and quantity.key == key)
+    return _BY_KEY[kind, key]
 
 
 def select(text: str) -> Selection:

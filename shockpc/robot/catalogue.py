@@ -5,6 +5,7 @@ better one. Nothing is opened here: names and paths only.
 """
 
 import functools
+import itertools
 import os
 import re
 import sys
@@ -73,20 +74,30 @@ class CatalogueEntry(NamedTuple):
 
 def catalogue() -> tuple[CatalogueEntry, ...]:
     """List every robot known by name: the project's own first, then example-robot-data, each in alphabetical order."""
-    files = sorted(path for kind in ("*.urdf.xacro", "*.xml") for path in own_robots_folder().glob(kind))
-    project = [CatalogueEntry(_normalised(_stem(path)), path) for path in files]
+    own = own_robots_folder()
+    project = [CatalogueEntry(_name_of(file), own / file) for file in _files(own) if file.endswith((".urdf.xacro", ".xml"))]
     taken = {entry.name for entry in project}
     data = []
     share = data_folder()
-    for path in sorted(path for place in ("urdf", "robots") for path in share.glob(f"robots/*/{place}/*")) if share else ():
-        if path.suffix in (".urdf", ".xacro"):
-            package = path.parent.parent.name
-            name, *aliases = _RENAMED.get(f"{package}/{path.parent.name}/{path.name}", (_normalised(_stem(path)),))
-            if name in taken:  # two packages with a file of one name: the package tells them apart
-                name = _normalised(f"{package.removesuffix('_description')}_{_stem(path)}")
-            taken |= {name, *aliases}
-            data.append(CatalogueEntry(name, path, tuple(aliases)))
-    return (*project, *sorted(data, key=lambda entry: entry.name))
+    robots = share / "robots" if share else None
+    for package, place in itertools.product(_files(robots) if robots else (), ("robots", "urdf")):
+        for file in _files(f"{robots}/{package}/{place}"):
+            if file.endswith((".urdf", ".xacro")):
+                relative = f"{package}/{place}/{file}"
+                name, *aliases = _RENAMED.get(relative, (_name_of(file),))
+                if name in taken:  # two packages with a file of one name: the package tells them apart
+                    name = f"{_normalised(package.removesuffix('_description'))}_{_name_of(file)}"
+                taken |= {name, *aliases}
+                data.append((name, relative, tuple(aliases)))
+    return (*project, *(CatalogueEntry(name, Path(f"{robots}/{file}"), aliases) for name, file, aliases in sorted(data)))
+
+
+def _files(folder: Path | str) -> list[str]:
+    """What a folder holds, in alphabetical order; nothing where there is none."""
+    try:
+        return sorted(os.listdir(folder))
+    except OSError:
+        return []
 
 
 def robots_of_set(name: str) -> tuple[str, ...]:
@@ -135,10 +146,10 @@ def find_srdf(robot_path: Path, robot_name_in_file: str) -> Path | None:
 
     Returns: the SRDF file, or None where no name fits.
     """
-    stem = _stem(robot_path).casefold()
+    stem = _stem(robot_path.name).casefold()
     folder = robot_path.parent
     for place in (folder, folder / "srdf", folder.parent / "srdf"):
-        files = {f.stem.casefold(): f for f in sorted(place.glob("*.srdf"))}
+        files = {file.removesuffix(".srdf").casefold(): place / file for file in _files(place) if file.endswith(".srdf")}
         for name in (stem, robot_name_in_file.casefold()):
             prefixes = [s for s in files if s and name.startswith(s)]
             if prefixes:
@@ -180,8 +191,12 @@ def data_folder() -> Path | None:
     return next((place / _SHARE for place in places if (place / _SHARE / "robots").is_dir()), None)
 
 
-def _stem(path: Path) -> str:
-    return path.name.removesuffix(".xacro").removesuffix(".urdf").removesuffix(".xml").removesuffix(".mjcf")
+def _stem(file: str) -> str:
+    return file.removesuffix(".xacro").removesuffix(".urdf").removesuffix(".xml").removesuffix(".mjcf")
+
+
+def _name_of(file: str) -> str:
+    return _normalised(_stem(file))
 
 
 def _normalised(name: str) -> str:

@@ -5,9 +5,7 @@ extremes of a body without geometry, impulses that are not unique; so a number t
 Keys are in the order of the table of quantities. Numbers are the shortest that give the same double.
 """
 
-import json
 import math
-import re
 from collections.abc import Mapping
 from typing import TYPE_CHECKING, Any
 
@@ -178,12 +176,6 @@ def _spectra(profile: ShockProfile, stiffness: "CompliantLanding") -> dict[str, 
     }
 
 
-def json_text(document: Any) -> str:
-    """A document as text, in which JSON's own escapes stand for what a terminal or a CI runner would interpret."""
-    text = json.dumps(document, indent=1, ensure_ascii=False, allow_nan=False).replace("##", "#\\u0023")
-    return re.sub("[^ -~\n]", lambda sign: sign[0] if sign[0].isprintable() else json.dumps(sign[0])[1:-1], text) + "\n"
-
-
 def headed(name: str, content: dict[str, Any]) -> dict[str, Any]:
     """A document: its schema, what computed it, and what was found, as JSON holds it."""
     return {"schema": f"shockpc.{name}/1", "shockpc": shockpc.__version__, "pinocchio": PINOCCHIO, **_plain(content)}
@@ -201,6 +193,8 @@ def _plain(value: Any) -> Any:
             return value
         case float():
             return value + 0.0 if math.isfinite(value) else None
+        case np.ndarray() if value.dtype.kind == "f" and np.isfinite(value).all():
+            return (value + 0.0).tolist()
         case np.ndarray() | np.generic():
             return _plain(value.tolist())
         case Mapping():

@@ -21,11 +21,11 @@ from shockpc.evaluation.evaluate import Evaluation
 from shockpc.evaluation.table import Table
 from shockpc.landing.dynamics import PINOCCHIO
 from shockpc.landing.scene_file import scene_table
-from shockpc.show.document import json_text
 from shockpc.show.files import destination, write_file
 from shockpc.show.tables import csv_text, exact
 from shockpc.text.errors import OutputError
 from shockpc.text.paths import read_file
+from shockpc.text.printed import json_text
 
 Format = Literal["parquet", "csv"]
 

@@ -1,9 +1,10 @@
-"""How names from files are printed: without what controls a terminal, the direction of text or a CI runner, and not too long."""
+"""How names and documents are printed: without what controls a terminal, the direction of text or a CI runner, and not too long."""
 
+import json
 import math
 import re
 from collections.abc import Iterable, Iterator, Sequence
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 UNITS = {"rad": (math.degrees(1.0), "deg"), "m": (1e3, "mm")}
 """Units of small tables and figures by SI unit: what a number is multiplied by, and the name."""
@@ -24,7 +25,7 @@ def visible(text: str, allowed: str = "") -> str:
     r"""A text with control characters, line breaks and invisible marks, except those kept, as escapes such as `\x1b`."""
     if text.isprintable():
         return text
-    return re.sub("[^ -~]", lambda sign: sign[0] if sign[0].isprintable() or sign[0] in allowed else _escape(sign[0]), text)
+    return re.sub(f"[^ -~{allowed}]", lambda sign: sign[0] if sign[0].isprintable() else _escape(sign[0]), text)
 
 
 def _escape(sign: str) -> str:
@@ -52,6 +53,26 @@ def message(text: str) -> str:
     # All quoted names are matched, so that what stands between two of them is not taken for one.
     quoted = re.sub('"([^"]*)"', lambda name: f'"{printable(name[1], 80)}"' if len(name[1]) > 160 else name[0], text)
     return printable(quoted, 2000)
+
+
+def json_text(document: Any) -> str:
+    """A document, or a list of them, as text: each entry, and each object of an entry that has several, on a line of its own.
+
+    JSON's own escapes stand for what a terminal or a CI runner would interpret.
+    """
+    encode = json.JSONEncoder(ensure_ascii=False, allow_nan=False).encode
+
+    def written(value: Any, depth: int, start: str) -> str:
+        if depth and value and isinstance(value, dict):
+            brackets, parts = "{}", [f"{encode(key)}: {written(part, depth - 1, f'{start} ')}" for key, part in value.items()]
+        elif depth and isinstance(value, list) and isinstance(next(iter(value), None), dict):
+            brackets, parts = "[]", [written(part, depth - 1, f"{start} ") for part in value]
+        else:
+            return encode(value)
+        return f",{start} ".join(parts).join((f"{brackets[0]}{start} ", f"{start}{brackets[1]}"))
+
+    text = written(document, 2 if isinstance(document, dict) else 3, "\n").replace("##", "#\\u0023")
+    return re.sub("[^ -~\n]", lambda sign: sign[0] if sign[0].isprintable() else json.dumps(sign[0])[1:-1], text) + "\n"
 
 
 def causes(messages: Iterable[tuple[object, str]]) -> list[Cause]:

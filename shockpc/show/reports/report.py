@@ -5,8 +5,9 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 from shockpc.quantities.profile import ShockProfile
-from shockpc.show.document import headed, json_text
+from shockpc.show.document import headed
 from shockpc.show.tables import Lines, Sheet, as_csv, as_markdown, as_text, escaped
+from shockpc.text.printed import json_text
 
 
 class Picture(NamedTuple):

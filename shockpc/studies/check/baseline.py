@@ -8,7 +8,6 @@ Schema `shockpc.baseline/2`.
 
 import json
 import math
-import re
 from collections.abc import Iterable, Iterator, Mapping
 from pathlib import Path
 from typing import Any, NamedTuple
@@ -22,15 +21,12 @@ from shockpc.quantities.table import select
 from shockpc.studies.check.design_record import design_record, read_design, six_digits
 from shockpc.text.errors import StudyError
 from shockpc.text.paths import read_file
-from shockpc.text.printed import printable
+from shockpc.text.printed import json_text, printable
 
 SCHEMA = "shockpc.baseline/2"
 
 FILES = ("robot", "srdf", "packages")
 """Keys of a scene that say where files are, which differs from computer to computer."""
-
-_ARRAY = re.compile(r'\[\n([^][{}"]*)\]')
-"""An array of numbers; no text in JSON holds a line break."""
 
 READ_OUT = ("point", "part", "range_g", "ground_tolerance")
 """Keys of a scene that change no value of another place, or only which landings are feasible."""
@@ -102,16 +98,16 @@ def baseline_text(cases: Mapping[str, Any], values: Mapping[OutcomeKey, float]) 
         values, key=lambda key: (key.case, -math.inf if key.strike_angle_deg is None else key.strike_angle_deg, key.at, key.metric)
     )
     listed = [{**key._asdict(), "value": "inf" if math.isinf(values[key]) else six_digits(values[key])} for key in order]
-    document = {
-        "schema": SCHEMA,
-        "shockpc": shockpc.__version__,
-        "pinocchio": PINOCCHIO,
-        "cases": {name: {key: cases[name][key] for key in ("robot", "scene")} for name in sorted(cases)},
-        "designs": designs,
-        "values": listed,
-    }
-    text = json.dumps(document, indent=1, ensure_ascii=False, allow_nan=False)
-    return _ARRAY.sub(lambda array: f"[{' '.join(array[1].split())}]", text) + "\n"
+    return json_text(
+        {
+            "schema": SCHEMA,
+            "shockpc": shockpc.__version__,
+            "pinocchio": PINOCCHIO,
+            "cases": {name: {key: cases[name][key] for key in ("robot", "scene")} for name in sorted(cases)},
+            "designs": designs,
+            "values": listed,
+        }
+    )
 
 
 def read_baseline(path: Path) -> Baseline:
