@@ -1,5 +1,6 @@
 """Arguments of studies: another type, or a value beyond its bounds, is one message that says what is valid."""
 
+import functools
 import inspect
 from collections.abc import Sequence
 from typing import get_origin
@@ -53,3 +54,32 @@ def test_numbers_of_numpy_and_other_collections_are_taken():
         shockpc.limits(SCENE, "a", "b", np.float64(0.1), joint_range=np.array([0.0, 1.0]), step=1)
     with pytest.raises(shockpc.UnknownName, match="a"):
         shockpc.sweep(SCENE, {"strike-angle": (0, 1)}, seed=np.int64(1), bodies={"a"})
+
+
+@pytest.mark.parametrize(
+    "values", [[1, "a"], [[1, 2], [3]], b"1:2:3", [b"1"], [None], True, [True, False], 1j, {"a": 1}, np.array(["a"])]
+)
+def test_values_of_another_type_are_refused(values):
+    for study in (shockpc.sweep, shockpc.fall, functools.partial(shockpc.sensitivity, target="shock@imu")):
+        with pytest.raises(shockpc.StudyError, match=r"FL_calf_joint: .* is not a finite number"):
+            study(SCENE, vary={"FL_calf_joint": values})
+
+
+@pytest.mark.parametrize("values", [-70, np.int64(-70), np.array(-70.0), np.array([-70]), ["-70"], iter([-70.0])])
+def test_values_of_numpy_and_other_collections_are_taken(values):
+    assert shockpc.sweep(SCENE, {"FL_calf_joint": values}).landings.axes[0].values == (-70.0,)
+
+
+def test_a_quantity_that_is_given_twice_is_refused_by_every_study():
+    """Also where two patterns match the same joint: a landing would be named by both values and computed with one of them."""
+    target = {"target": "shock@imu"}
+    landings = {"": SCENE}
+    for study, given in (
+        (shockpc.sweep, {"scene": SCENE}),
+        (shockpc.fall, {"postures": SCENE}),
+        (shockpc.sensitivity, {"landings": landings} | target),
+        (shockpc.place, {"landings": landings}),
+    ):
+        for second in ("FL_calf_joint", "F*_calf_joint"):
+            with pytest.raises(shockpc.StudyError, match=r"FL_calf_joint.* is varied twice"):
+                study(**given, vary=[("FL_calf_joint", "-80:-60:3"), (second, "-80:-50:2")])

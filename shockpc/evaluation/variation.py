@@ -237,6 +237,21 @@ def each_of(robot: Robot, varied: Variation) -> tuple[Variation, ...]:
     return (varied,)
 
 
+def refuse_repeated(robot: Robot, variations: Iterable[Variation]) -> None:
+    """Refuse quantities that are varied twice, joints also by patterns that both match them.
+
+    Raises:
+        StudyError: one is.
+    """
+    seen: dict[str, str] = {}
+    for varied in variations:
+        names = [joint.name for joint in varied.joints(robot)] if varied.kind == "joint" else [varied.subject]
+        for name in names:
+            if name in seen:
+                raise StudyError(f'"{name}" is varied twice, by "{seen[name]}" and by "{varied.subject}"; keep one of them')
+            seen[name] = varied.subject
+
+
 def kind_of(robot: Robot, subject: str) -> tuple[str, str]:
     """Kind and target of a `Variation`, from its subject.
 
@@ -275,8 +290,9 @@ def _numbers(subject: str, values: object) -> tuple[tuple[float, ...], tuple[flo
     if values is None:
         return (), None, "uniform", False
     if not isinstance(values, str):
-        given = [values] if isinstance(values, int | float) else list(values) if isinstance(values, Iterable) else []
-        numbers = tuple(_number(subject, str(float(value))) for value in given)
+        values = values.tolist() if isinstance(values, np.ndarray) else values
+        given = list(values) if isinstance(values, Iterable) and not isinstance(values, bytes) else [values]
+        numbers = tuple(_number(subject, value) for value in given)
         if not numbers:
             raise StudyError(f"{subject}: the list of values is empty; give at least one")
         return numbers, None, "uniform", False
@@ -309,13 +325,13 @@ def _numbers(subject: str, values: object) -> tuple[tuple[float, ...], tuple[flo
     return steps, None, "uniform", factor
 
 
-def _number(subject: str, text: str) -> float:
+def _number(subject: str, given: Any) -> float:
     try:
-        value = float(text)
-    except ValueError:
+        value = math.nan if isinstance(given, bool | bytes) else float(given)
+    except (ValueError, TypeError, OverflowError):
         value = math.nan
     if not math.isfinite(value):
-        raise StudyError(f'{subject}: "{text}" is not a finite number; valid are {FORM}')
+        raise StudyError(f'{subject}: "{given}" is not a finite number; valid are {FORM}')
     return value
 
 

@@ -14,7 +14,17 @@ import numpy as np
 
 from shockpc.core.spatial import Array
 from shockpc.evaluation.landings import GROUP, ROWS, Chunk, Group, Refusal
-from shockpc.evaluation.variation import ATTITUDE, INERTIAL, OF_A_LINK, Variation, Vary, each_of, motion_range, pairs
+from shockpc.evaluation.variation import (
+    ATTITUDE,
+    INERTIAL,
+    OF_A_LINK,
+    Variation,
+    Vary,
+    each_of,
+    motion_range,
+    pairs,
+    refuse_repeated,
+)
 from shockpc.evaluation.variation import variation as read_variation
 from shockpc.evaluation.varied_scene import applied, armature_set, robot_changes
 from shockpc.landing.dynamics import Inertias
@@ -366,7 +376,7 @@ def varied_landings(
         raise StudyError("nothing varies; name a joint or another quantity with --vary, or draw random postures with --sample")
     variations = [part for varied in variations for part in ((varied,) if varied.values or varied.span else each_of(robot, varied))]
     variations = [_complete(robot, varied, sample is not None) for varied in variations]
-    _refuse_twice(robot, variations)
+    refuse_repeated(robot, variations)
     if scene.posture.base_quaternion is not None and any(varied.kind.startswith("base-") for varied in variations):
         raise StudyError("the base's attitude is varied, but the scene gives it as a quaternion; give base_rpy_deg instead")
     scene = check_scene(scene)
@@ -402,13 +412,3 @@ def _complete(robot: Robot, varied: Variation, sample: bool) -> Variation:
             f"{varied.span[0]:g}:{varied.span[1]:g}:10"
         )
     return varied
-
-
-def _refuse_twice(robot: Robot, variations: list[Variation]) -> None:
-    seen: dict[str, str] = {}
-    for varied in variations:
-        names = [joint.name for joint in varied.joints(robot)] if varied.kind == "joint" else [varied.subject]
-        for name in names:
-            if name in seen:
-                raise StudyError(f'"{name}" is varied twice, by "{seen[name]}" and by "{varied.subject}"; keep one of them')
-            seen[name] = varied.subject

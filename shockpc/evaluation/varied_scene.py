@@ -15,6 +15,7 @@ from shockpc.evaluation.variation import (
     OF_THE_SCENE,
     OFFSET,
     Variation,
+    refuse_repeated,
     variation,
 )
 from shockpc.landing.joint_model import JointModel, joint_model
@@ -137,11 +138,13 @@ def scene_grid(name: str, scene: Scene, robot: Robot, vary: Iterable[tuple[str, 
         vary: subjects with their values, as in `variation`.
 
     Raises:
-        ShockError: a value is not possible, a quantity is one of the robot, not of the landing, or a range has no number of values.
+        ShockError: a value is not possible, a quantity is one of the robot, not of the landing, or varied twice, or a range has no
+            number of values.
     """
-    scenes = {name: scene}
-    for subject, values in vary:
-        varied = variation(robot, subject, values)
+    scenes, variations = {name: scene}, [variation(robot, subject, values) for subject, values in vary]
+    refuse_repeated(robot, variations)
+    for varied in variations:
+        subject = varied.subject
         if varied.kind in (*OF_A_LINK, "place"):
             raise StudyError(f"{subject}: the robot is the same in all of these landings; compare robots with shockpc compare")
         if not varied.values:

@@ -8,7 +8,7 @@ several landings the number is the worst of them or their mean, and its change i
 import math
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
-from typing import Annotated, Any, NamedTuple, cast
+from typing import Annotated, NamedTuple, cast
 
 import numpy as np
 
@@ -28,7 +28,7 @@ from shockpc.evaluation.one_by_one import (
     swept_parameter,
 )
 from shockpc.evaluation.table import Table
-from shockpc.evaluation.variation import OF_A_LINK, Vary, pairs, variation
+from shockpc.evaluation.variation import OF_A_LINK, Variation, Vary, pairs, refuse_repeated, variation
 from shockpc.landing.record import Option
 from shockpc.landing.scene import Point, Scene
 from shockpc.quantities.profile import ShockProfile
@@ -226,7 +226,8 @@ def sensitivity(
     trace = trace or Trace()
     scenes = named_scenes(landings)
     robot = robot or common_robot(scenes)
-    chosen = pairs(vary)
+    chosen = [variation(robot, subject, values) for subject, values in pairs(vary)]
+    refuse_repeated(robot, chosen)
     solved = profiles({name: (scene, robot) for name, scene in scenes.items()}, trace)
     slides = any(scene.friction is not None for scene in scenes.values())
     text = f"shock@{target.label}" if isinstance(target, Point) else target
@@ -240,7 +241,7 @@ def sensitivity(
     values = np.array([_value(*pair) for pair in zip(solved, numbers, strict=True)])
     by_landing = [{parameter[:3]: parameter for parameter in parameters(profile.landing)} for profile in solved]
     share = percent / 100.0
-    changes = [_varied(robot, solved, by_landing, *pair, share) for pair in chosen] or _changes(robot, by_landing, groups, share)
+    changes = [_varied(robot, solved, by_landing, varied, share) for varied in chosen] or _changes(robot, by_landing, groups, share)
     slopes = []
     for profile, known, its_number in zip(solved, by_landing, numbers, strict=True):
         with trace.stage("derivatives"):
@@ -293,8 +294,7 @@ def _varied(
     robot: Robot,
     solved: Sequence[ShockProfile],
     by_landing: Sequence[dict[ParameterKey, Parameter]],
-    subject: str,
-    values: Any,
+    varied: Variation,
     share: float,
 ) -> ParameterChange:
     """A subject as `sweep` varies it, by a share of its range; what is no parameter yet becomes one of each landing.
@@ -302,13 +302,12 @@ def _varied(
     Raises:
         StudyError: it has no derivative, or no range.
     """
-    varied = variation(robot, subject, values)
     if varied.kind == "contact":
         raise StudyError("contacts have names, by which nothing has a derivative; compute each landing with shockpc sweep")
     span = varied.span or tuple(value for value in varied.values if isinstance(value, float))
     width = max(span, default=0.0) - min(span, default=0.0)
     if not width > 0.0:
-        raise StudyError(f"{subject} has no range; give one, such as {subject}=LOW:HIGH")
+        raise StudyError(f"{varied.subject} has no range; give one, such as {varied.subject}=LOW:HIGH")
     step = share * width * (math.radians(1.0) if varied.unit == "deg" else 1.0)
     kinds = {"joint": "angle", "armature": "armature", "strike-angle": "strike"}
     if varied.kind in kinds:
@@ -318,7 +317,7 @@ def _varied(
         weights = {key: parameter.value if varied.factor else 1.0 for key, parameter in of_joints.items()}
         if not any(weights.values()):
             raise StudyError(
-                f"{subject} changes nothing here: these joints are locked, follow others, or have no value to multiply"
+                f"{varied.subject} changes nothing here: these joints are locked, follow others, or have no value to multiply"
             )
         first = next(iter(of_joints.values()))
         value, unit = first.value if len(of_joints) == 1 else math.nan, "1" if varied.factor else first.unit
