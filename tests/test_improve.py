@@ -149,6 +149,14 @@ def test_the_slopes_of_all_terms_are_those_of_differences(feet):
         np.testing.assert_allclose(found[:, :, k], (up - down) / (2.0 * h), rtol=1e-6, atol=1e-7 / width[k])
 
 
+def test_any_number_of_points_is_linearized_at_once():
+    """More configurations beside the points than the engine computes in one chunk."""
+    cost = ShockCost(anymal(), "shock@imu_link", [*LEGS, ("base-pitch", "-20:20")], known_robot("anymal_b"), ground=False)
+    X = cost.bounds[:, 0] + np.random.default_rng(1).random((2800, 3)) * np.ptp(cost.bounds, axis=1)
+    for part, last in zip(cost.linearized(X), cost.linearized(X[-1:]), strict=True):
+        np.testing.assert_allclose(part[-1:], last, rtol=1e-12)
+
+
 def test_twelve_joints_have_the_same_optimum_from_every_seed():
     """ANYmal B on each of its feet, five strike angles; many local optima lie within 20 % of the least."""
     robot = known_robot("anymal_b")

@@ -102,7 +102,7 @@ class ChosenLandings(VariedLandings):
 
     def resolved(self) -> tuple[Array, Array]:
         """Configurations (m, nq) and strikes (m, S, 3) of all rows, which are of one landing."""
-        values, own = self._values(0), np.arange(len(self.X))
+        values, own = {varied: self.X[:, j, None] for j, varied in enumerate(self.variations)}, np.arange(len(self.X))
         return self._postures(self.first, values, own), self._strikes(self.first, values, own)
 
 
