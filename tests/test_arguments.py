@@ -83,3 +83,39 @@ def test_a_quantity_that_is_given_twice_is_refused_by_every_study():
         for second in ("FL_calf_joint", "F*_calf_joint"):
             with pytest.raises(shockpc.StudyError, match=r"FL_calf_joint.* is varied twice"):
                 study(**given, vary=[("FL_calf_joint", "-80:-60:3"), (second, "-80:-50:2")])
+
+
+@pytest.mark.parametrize(
+    ("study", "given", "wrong"),
+    [
+        (shockpc.batch, ([],), "no robot is given"),
+        (shockpc.place, ({},), "no landing is given"),
+        (shockpc.place, ({}, shockpc.load_robot("go2")), "no landing is given"),
+        (shockpc.sensitivity, ({}, "shock@imu", shockpc.load_robot("go2")), "no landing is given"),
+        (shockpc.fall, ({}, shockpc.load_robot("go2")), "no landing is given"),
+        (functools.partial(shockpc.fall, headings=()), (SCENE,), "no heading is given"),
+        (shockpc.compare, ([],), "cannot be compared"),
+        (shockpc.landings, ({}, SCENE), "no rows"),
+        (shockpc.check_budgets, ("missing.toml",), "missing.toml"),
+    ],
+    ids=str,
+)
+def test_a_study_of_nothing_is_refused(study, given, wrong):
+    with pytest.raises(shockpc.StudyError, match=wrong):
+        study(*given)
+
+
+def test_a_study_of_landings_takes_one_scene_too():
+    """The place of a sensor is the same, whether the only landing has a name or not."""
+    single, named = shockpc.place(SCENE, alternatives=0), shockpc.place({"one": SCENE}, alternatives=0)
+    assert single.places[0].position.tolist() == named.places[0].position.tolist()
+
+
+def test_budgets_are_read_from_a_path(tmp_path):
+    """As the command does; so a program needs no other name of the package."""
+    (tmp_path / "budgets.toml").write_text(
+        '[[case]]\nname = "a"\nrobot = "go2"\ncontact = "FL_foot"\n'
+        '[[budget]]\ncase = "a"\nat = "imu"\nmetric = "shock"\nmax = 0.1\n'
+    )
+    check = shockpc.check_budgets(tmp_path / "budgets.toml")
+    assert [outcome.value for outcome in check.outcomes] == [shockpc.shock_profile(SCENE).points[0].shock]

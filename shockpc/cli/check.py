@@ -97,8 +97,8 @@ def check(
     from shockpc.cli.progress import progress
     from shockpc.show.files import destination, write_file
     from shockpc.show.reports.check import append_summary, check_report
-    from shockpc.studies.check.baseline import baseline_text, read_baseline
-    from shockpc.studies.check.budgets import budgets_file, read_budgets
+    from shockpc.studies.check.baseline import baseline_text
+    from shockpc.studies.check.budgets import budgets_file
     from shockpc.studies.check.study import check_budgets
     from shockpc.text.errors import OutputError, StudyError
 
@@ -111,9 +111,8 @@ def check(
         if baseline is None:
             raise StudyError("--update-baseline needs the file to write; name it with --baseline, such as --baseline base.json")
         writable(baseline, "--baseline")
-    given = read_budgets(budgets or budgets_file(Path.cwd()))
-    earlier = None if baseline is None or update_baseline else read_baseline(baseline)
-    checked = check_budgets(given, earlier, update_baseline, partial(progress, "landings computed"))
+    earlier = None if update_baseline else baseline
+    checked = check_budgets(budgets or budgets_file(Path.cwd()), earlier, update_baseline, partial(progress, "landings computed"))
     targets = [destination(file) for file in (*(file for _, file in formats), baseline if update_baseline else None) if file]
     if twice := [file for k, file in enumerate(targets) if file in targets[:k]]:
         raise OutputError(f'"{twice[0]}" would be written twice; name another file')

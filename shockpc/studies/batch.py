@@ -24,6 +24,7 @@ from shockpc.robot.landmarks import each_foot
 from shockpc.robot.load import load_robot
 from shockpc.robot.robot import Robot
 from shockpc.studies.declare import QuantityOption, study
+from shockpc.text.errors import StudyError
 
 STANDARD = (
     "mass", "ropc", "shock_max", "shock_com", "shock_free", "shock_locked", "mass_sticking", "friction_needed", "feasible",
@@ -158,8 +159,11 @@ def batch(
 
     Raises:
         UnknownName: there is no such quantity.
+        StudyError: no robot is given.
     """
     names = list(robots)
+    if not names:
+        raise StudyError("no robot is given; give at least one name or file")
     texts = {text.removeprefix("robot."): text for text in (*STANDARD, *quantities, rank)}
     for text in texts.values():
         select(text.partition("@")[0])

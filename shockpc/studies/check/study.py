@@ -6,6 +6,7 @@ computed by `shock_profile`, so that each compared number is the midpoint of a p
 
 import itertools
 import math
+import os
 import shlex
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, field
@@ -27,8 +28,8 @@ from shockpc.quantities.profile import ShockProfile
 from shockpc.quantities.quantity import Quantity
 from shockpc.quantities.table import Selection
 from shockpc.robot.robot import Robot
-from shockpc.studies.check.baseline import Baseline, OutcomeKey, case_record, refuse_other_scene
-from shockpc.studies.check.budgets import Budget, Budgets, Case
+from shockpc.studies.check.baseline import Baseline, OutcomeKey, case_record, read_baseline, refuse_other_scene
+from shockpc.studies.check.budgets import Budget, Budgets, Case, read_budgets
 from shockpc.studies.check.design_record import design_changes, six_digits
 from shockpc.text.arguments import checked
 from shockpc.text.errors import DefectError, ShockError, StudyError
@@ -177,23 +178,25 @@ class _Planned(NamedTuple):
 
 @checked
 def check_budgets(
-    given: Budgets,
-    baseline: Baseline | None = None,
+    given: Budgets | str | os.PathLike[str],
+    baseline: Baseline | str | os.PathLike[str] | None = None,
     renewing: bool = False,
     progress: Callable[[int], Callable[[str], None]] | None = None,
 ) -> Check:
     """Compute the landings of a file of budgets, and compare them with their limits.
 
     Args:
-        given: the landings and their limits.
-        baseline: numbers to compare with.
+        given: the landings and their limits, or the path of a file of budgets.
+        baseline: numbers to compare with, or the path of their file.
         renewing: whether the numbers become the new baseline, so that it is no omission that there is none.
         progress: called with the number of landings; what it gives is called with the name of a case after each landing.
 
     Raises:
-        StudyError: a scene, a robot or a name in a budget is not valid, or the baseline is of another scene. A landing that has
-            no solution is no error: its outcomes say why.
+        StudyError: a file cannot be read, a scene, a robot or a name in a budget is not valid, or the baseline is of another
+            scene. A landing that has no solution is no error: its outcomes say why.
     """
+    given = given if isinstance(given, Budgets) else read_budgets(Path(given))
+    baseline = baseline if baseline is None or isinstance(baseline, Baseline) else read_baseline(Path(baseline))
     cases: dict[str, Any] = {}
     planned = list(_plan(given, baseline, renewing, cases))
     notes = [f'case "{printable(case.name)}" has no budget' for case in given.cases if case.name not in cases]

@@ -13,7 +13,7 @@ import numpy as np
 
 from shockpc.evaluation.columns import selected
 from shockpc.evaluation.evaluate import Evaluation
-from shockpc.evaluation.landings import common_robot, landings_by_name
+from shockpc.evaluation.landings import common_robot, landings_by_name, named_scenes
 from shockpc.evaluation.table import Table
 from shockpc.evaluation.variation import Vary, pairs
 from shockpc.evaluation.varied_scene import scene_grid
@@ -175,12 +175,14 @@ def fall(
         ShockError: a posture is not possible, or no strike can be computed.
     """
     trace = trace or Trace()
-    scenes = {"": postures} if isinstance(postures, Scene) else dict(postures)
-    robot = robot if robot is not None and scenes else common_robot(scenes)
+    scenes = named_scenes(postures)
+    robot = robot or common_robot(scenes)
     if drop is None and attitudes is not None:
         raise StudyError("attitudes are those of a drop; give its height too, by drop")
     if drop is not None and push is not None:
         raise StudyError("a push tips the robot, and a drop has none; leave one of them out")
+    if not headings and drop is None:
+        raise StudyError("no heading is given; name one, such as front")
     scenes = {
         name: one for posture, scene in scenes.items() for name, one in scene_grid(posture, scene, robot, pairs(vary)).items()
     }

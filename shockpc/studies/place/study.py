@@ -11,7 +11,7 @@ import numpy as np
 from shockpc.core.pulse import peak_acceleration
 from shockpc.core.spatial import Array
 from shockpc.evaluation.evaluate import proven
-from shockpc.evaluation.landings import common_robot, refuse_ground
+from shockpc.evaluation.landings import common_robot, named_scenes, refuse_ground
 from shockpc.evaluation.table import Table
 from shockpc.evaluation.variation import Vary, pairs
 from shockpc.evaluation.varied_scene import scene_grid
@@ -148,7 +148,7 @@ class PlaceStudy:
     ),
 )
 def place(
-    landings: Mapping[str, Scene],
+    landings: Scene | Mapping[str, Scene],
     robot: Robot | None = None,
     *,
     vary: Annotated[
@@ -211,7 +211,7 @@ def place(
     at the present sensors, is then taken from the enclosures of the exact solutions.
 
     Args:
-        landings: scenes of one robot by name.
+        landings: one landing, or landings of one robot by name.
         robot: is taken for every landing instead of the scenes' own; for a robot that was changed after it was loaded.
         progress: is called with the number of landings; what it returns with the name of each when it is computed.
 
@@ -219,6 +219,7 @@ def place(
         StudyError: there is no landing, no such region, or a number is out of range.
         ShockError: the robot cannot be read, or none of the landings computed.
     """
+    landings = named_scenes(landings)
     robot = robot or common_robot(landings)
     if varied := pairs(vary):
         landings = {
