@@ -68,14 +68,19 @@ class CatalogueEntry(NamedTuple):
     """One robot that can be called by name: the name to type, in lower case, the robot file, and other names it answers to."""
 
     name: str
-    path: Path
+    file: str
     aliases: tuple[str, ...] = ()
+
+    @property
+    def path(self) -> Path:
+        """The robot file."""
+        return Path(self.file)
 
 
 def catalogue() -> tuple[CatalogueEntry, ...]:
     """List every robot known by name: the project's own first, then example-robot-data, each in alphabetical order."""
     own = own_robots_folder()
-    project = [CatalogueEntry(_name_of(file), own / file) for file in _files(own) if file.endswith((".urdf.xacro", ".xml"))]
+    project = [CatalogueEntry(_name_of(file), f"{own}/{file}") for file in _files(own) if file.endswith((".urdf.xacro", ".xml"))]
     taken = {entry.name for entry in project}
     data = []
     share = data_folder()
@@ -89,7 +94,7 @@ def catalogue() -> tuple[CatalogueEntry, ...]:
                     name = f"{_normalised(package.removesuffix('_description'))}_{_name_of(file)}"
                 taken |= {name, *aliases}
                 data.append((name, relative, tuple(aliases)))
-    return (*project, *(CatalogueEntry(name, Path(f"{robots}/{file}"), aliases) for name, file, aliases in sorted(data)))
+    return (*project, *(CatalogueEntry(name, f"{robots}/{file}", aliases) for name, file, aliases in sorted(data)))
 
 
 def _files(folder: Path | str) -> list[str]:
