@@ -9,7 +9,7 @@ from matplotlib.figure import Figure
 from shockpc.landing.ratings import Strength
 from shockpc.quantities.profile import ShockProfile
 from shockpc.quantities.records import PartMargin
-from shockpc.show.figure.style import CURVES, INK, new_chart
+from shockpc.show.figure.style import CURVES, INK, new_chart, plain_numbers
 from shockpc.show.wording import contact_name, robot_name
 from shockpc.text.printed import printable
 
@@ -53,8 +53,7 @@ def draw_damage(profiles: Sequence[ShockProfile]) -> Figure:
                 axes.axvline(dv, color=colour, linewidth=0.8, linestyle=":")
             axes.plot([dv], [low * 1.12 if one.peak_g is None else one.peak_g], color=colour, clip_on=False, zorder=5, **mark)
     for axis in (axes.xaxis, axes.yaxis):
-        axis.set_major_formatter("{x:g}")
-        axis.set_minor_formatter("")
+        plain_numbers(axis)
     figure.legend(loc="outside right upper")
     survived = {bound.both for _, bound in drawn[0]}
     words = ["solid: damage is possible in the shaded area"] * (False in survived)
