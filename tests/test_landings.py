@@ -567,6 +567,18 @@ def test_statistics_of_a_noisy_measurement():
     assert one.statistics["r"][1] < values["r"] < one.statistics["r"][2]
 
 
+def test_equal_measured_jumps_have_no_correlation():
+    """0.1 is no sum of powers of 2, so that means of it deviate from it by rounding."""
+    robot = known_robot("anymal_b")
+    columns = table(3)
+    columns |= {f"after_{name}": columns[f"before_{name}"] * 0.0 + 0.1 for name in JOINTS[:1]}
+    columns |= {f"before_{name}": columns[f"before_{name}"] * 0.0 for name in JOINTS[:1]}
+    one = compare_measured(columns, {"free": SCENE}, robot).agreements[0]
+    assert np.ptp(one.measured) == 0.0
+    assert np.isnan([one.statistics["r"], one.statistics["skill (mean)"]]).all()
+    assert np.isfinite([one.statistics["error"], one.statistics["skill"]]).all()
+
+
 def test_copies_of_a_landing_in_a_draw_do_not_foretell_it():
     """The interval of the skill against the mean of the other landings: drawn again, those without the landing itself by a loop."""
     robot, n = known_robot("anymal_b"), 8

@@ -29,6 +29,9 @@ DRAWS, SEED = 2000, 0
 LARGEST = 10**6
 """Numbers of the samples that are drawn at once."""
 
+EQUAL = 1e-12
+"""Deviation from their mean, relative to their size, below which values are equal up to rounding."""
+
 STATISTICS = ("r", "slope", "error", "error (energy)", "skill", "skill (mean)")
 """Names of the statistics."""
 
@@ -241,13 +244,19 @@ def _of_samples(measured: Array, predicted: Array, energy: Array, draws: np.ndar
     with np.errstate(invalid="ignore", divide="ignore"):
         count = known.sum(axis=(1, 2), keepdims=True)
         x, y = (np.where(known, values - values.sum(axis=(1, 2), keepdims=True) / count, 0.0) for values in (predicted, measured))
-        xx, yy, xy = (np.sum(left * right, axis=(1, 2)) for left, right in ((x, x), (y, y), (x, y)))
+        xx, yy, xy = _squares(x, predicted), _squares(y, measured), np.sum(x * y, axis=(1, 2))
         off, size = np.linalg.norm(predicted - measured, axis=2), np.linalg.norm(measured, axis=2)
         number = known.sum(axis=1, keepdims=True) - copies
         others = (measured.sum(axis=1, keepdims=True) - copies * measured) / np.where(number > 0, number, np.nan)
         apart = np.where(known, measured - others, 0.0)
         squares = np.sum(off**2, axis=1)
-        skill, skill_mean = (1.0 - squares / total for total in (np.sum(size**2, axis=1), np.sum(apart**2, axis=(1, 2))))
+        skill, skill_mean = (1.0 - squares / total for total in (np.sum(size**2, axis=1), _squares(apart, measured)))
         errors = (np.median(ratio, axis=1) for ratio in (off / size, energy[draws]))
         values = np.stack([xy / np.sqrt(xx * yy), xy / xx, *errors, skill, skill_mean])
     return np.where(np.isfinite(values), values, np.nan)
+
+
+def _squares(deviations: Array, values: Array) -> Array:
+    """The sums of squares (m,) of deviations (m, n, k) of values; NaN where these are equal, and rounding alone deviates."""
+    squares = np.sum(deviations**2, axis=(1, 2))
+    return np.where(squares > EQUAL**2 * np.sum(values**2, axis=(1, 2)), squares, np.nan)
