@@ -38,7 +38,7 @@ gallery: paper .venv/.dev
 	@$(SCREENSHOT)=robots/gallery/check.png --window-size=1300,760 "file://$(CURDIR)/out/check/report.html"
 	@awk -F, 'NR == 1 || $$3 > 0.006' robots/measured/elbow/elbow_landings.csv > out/elbow.csv
 	@"$(BIN)/shockpc" identify out/elbow.csv $(UNKNOWN) --out out/identify > /dev/null
-	@cp out/fall/fall.svg out/part/damage.svg out/identify/identify.svg out/sweep/sweep.svg out/compare/compare.svg out/limits/limits.svg out/sensitivity/sensitivity.svg out/place/place.svg robots/gallery/
+	@cp out/fall/fall.svg out/part/damage_boundary.svg out/identify/identify.svg out/sweep/sweep.svg out/compare/compare.svg out/limits/limits.svg out/sensitivity/sensitivity.svg out/place/place.svg robots/gallery/
 
 test: .venv/.dev
 	@"$(BIN)/python" -m pytest -n auto --dist worksteal

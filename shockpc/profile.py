@@ -102,8 +102,8 @@ def shock_maps(landing: Landing | Scene, Q: Array, derivatives: bool = False) ->
         derivatives: whether those of the maps by the tangent of q are computed too, which takes some seven times as long.
 
     Raises:
-        SceneError: Q has another shape, no row, or a rotation that is none; or the landing counts end stops, with which the jumps
-            are not linear in the strike.
+        SceneError: Q has another shape, no row, or a rotation whose length is not 1; or the landing counts end stops, with which
+            the jumps are not linear in the strike.
     """
     from shockpc.quantities.maps import CHUNK, ShockMaps, doubles
 

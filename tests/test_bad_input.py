@@ -184,7 +184,7 @@ FOOT:: --pulse half-sine:0ms => a pulse of length "0ms" is not above zero
 FOOT:: --pulse half-sine => "" is not the length of a pulse
 FOOT:: --range-g 16 => a sensor's range is given in g, but no pulse; give one
 FOOT:: --drives nosuch.toml => no drives file "HERE/nosuch.toml"
-FOOT:: --stance foot => are at one point of one body, which strikes or stands once
+FOOT:: --stance foot => coincide: they are at one point of one body; remove one
 FOOT:: --lock knee --base fixed => nothing of robot "stick" can move: its base is fixed and no joint is free
 analyze leg:: --contct heel => no such option: --contct (Possible options: --contact,
 analyze leg:: --contact => option '--contact' requires an argument
@@ -219,8 +219,8 @@ SCENES = {
     "[[contact]]\nframe = 'foot'\ndirections = []": 'contact "foot" keeps no direction',
     "[[contact]]\nframe = 'foot'\ndirections = ['x']": "keeps only directions along the ground",
     "[[contact]]\nframe = 'foot'\ndirections = ['z', [0, 0, 0]]": "has a direction without a length",
-    'stance = ["body", "body"]': 'stance "body" and stance "body" are at one point of one body',
-    'stance = ["ankle"]': 'contact "foot" and stance "ankle" are at one point of one body',
+    'stance = ["body", "body"]': 'stance "body" and stance "body" coincide',
+    'stance = ["ankle"]': 'contact "foot" and stance "ankle" coincide',
     'srdf = "~nobody-of-that-name/r.srdf"': "begins with the home of a user whom this computer does not have",
     'srdf = "r\\u0000.srdf"': "it holds a NUL character",
     **dict.fromkeys(

@@ -299,6 +299,7 @@ def test_designs_may_be_scenes(capfd, tmp_path):
     [
         (("go2", "--contact", "FL_foot"), "one design cannot be compared"),
         (("go2", "hyq", "--contact", "*_foot"), "4 landings"),
+        (("go2", "hyq", "--contact", "*"), "31 landings: base, FL_hip, FL_thigh, FL_calf, FL_foot, FL_calf_rotor and 25 more"),
         (("go2", "a1", "--contact", "FL_foot", "--change", "mass:base=2"), "several are given"),
         (("go2", "--contact", "FL_foot", "--change", "weight"), "is not a change"),
         (("go2", "--contact", "FL_foot", "--change", "mass:FL_cal=2x"), 'nearest: "FL_calf"'),

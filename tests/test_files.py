@@ -154,7 +154,7 @@ def test_names_of_a_command_are_replaced_or_removed_and_no_others(tmp_path):
     out = tmp_path / "out"
     write_folder(out, {"shock.svg": "1", "joints.csv": "2", "lf/joints.csv": "3", "batch.csv": "4"})
     (out / "mine.txt").write_text("mine")
-    write_folder(out, {"shock.svg": "5", "check.csv": "6"}, ("shock.svg", "joints.csv", "lf/joints.csv", "damage.svg"))
+    write_folder(out, {"shock.svg": "5", "check.csv": "6"}, ("shock.svg", "joints.csv", "lf/joints.csv", "damage_boundary.svg"))
     assert {name: (out / name).read_text() for name in listing(out)} == {
         "shock.svg": "5", "check.csv": "6", "mine.txt": "mine", "batch.csv": "4",
     }  # fmt: skip
@@ -231,7 +231,7 @@ def test_several_landings_and_then_one(tmp_path, profile):
     several = {f"{name}/{file}" for name in "ab" for file in own} | shared
     assert listing(tmp_path) == several
     page, summary = ((tmp_path / name).read_bytes() for name in ("report.html", "summary.csv"))
-    for name in ("parts.csv", "damage.svg", "a/time.png"):  # of parts and a contact stiffness, which this landing has not
+    for name in ("parts.csv", "damage_boundary.svg", "a/time.png"):  # of parts and a contact stiffness, which this landing has not
         (tmp_path / name).write_text("of an earlier run")
     write_report_folder(tmp_path, analyze_report([profile], ["lf_foot"]))
     assert listing(tmp_path) == several | FILES | {"a/time.png"}

@@ -417,10 +417,10 @@ def test_files_of_a_landing_with_parts(capfd, here):
     profile = shock_profile(Scene(robot="stick.urdf", contact="foot", pulse="half-sine:5ms"))
     assert float(row["joint_torque_share [-]"]) == profile.value("joint_torque_share", "joint")[0]
     assert (here / "out" / "parts.csv").read_text().startswith("part,|Δv| [m/s],critical [m/s],margin [-],peak [g]")
-    figure = (here / "out" / "damage.svg").read_text()
+    figure = (here / "out" / "damage_boundary.svg").read_text()
     assert all(text in figure for text in ("Damage boundary", "imu_link", "landing on foot", "peak acceleration [g]"))
     good(capfd, "analyze", *words[:3], "--out", "out")
-    assert not {"damage.svg", "damage.png", "parts.csv"} & {path.name for path in (here / "out").iterdir()}
+    assert not {"damage_boundary.svg", "damage_boundary.png", "parts.csv"} & {path.name for path in (here / "out").iterdir()}
 
 
 def test_budgets_of_parts(capfd, here):

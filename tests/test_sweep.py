@@ -23,6 +23,7 @@ from shockpc.evaluation.table import Table
 from shockpc.landing.places import Place
 from shockpc.quantities.table import select
 from shockpc.robot.changes import changed, links_with_mass, read_changes
+from shockpc.show.wording import proof_lines
 from shockpc.studies.sweep import sweep
 from shockpc.text.errors import StudyError, UnknownName
 
@@ -627,3 +628,8 @@ def test_an_option_that_says_that_it_varies_is_one_of_a_sweep(anymal):
     expected = [float(profile.value("restitution", "contact")[0]) for profile in alone]
     assert table.values("contact.restitution@LF_FOOT") == pytest.approx(expected, rel=1e-12)
     assert expected[0] != pytest.approx(expected[1], rel=1e-3)
+
+
+def test_landings_that_are_compared_with_a_proof_are_others_only_beside_proven_ones():
+    assert " in 3 landings: " in next(proof_lines(0, 3, 1e-16, ()))
+    assert " in 1 other landing: " in [*proof_lines(2, 1, 1e-16, ())][1]

@@ -16,6 +16,7 @@ from shockpc.landing.scene_file import check_scene, plane_of, points_at, read_sc
 from shockpc.robot.landmarks import each_foot, feet
 from shockpc.robot.robot import Robot
 from shockpc.text.errors import SceneError, ShockError, UnknownName
+from shockpc.text.printed import few
 from shockpc.text.trace import Trace
 
 T = TypeVar("T")
@@ -167,7 +168,7 @@ def one_scene(robot: str, options: SceneOptions, trace: Trace | None = None) -> 
     """
     loaded, scenes = scenes_from(robot, options, trace)
     if len(scenes) > 1:
-        names = ", ".join(map(contact_name, scenes[:6]))
+        names = few([contact_name(scene) for scene in scenes], 6)
         raise SceneError(
             f'this command takes one landing, but "{robot}" is given {len(scenes)} landings: {names}; name one --contact'
         )

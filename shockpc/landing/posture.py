@@ -144,8 +144,8 @@ def check_rotations(robot: Robot, Q: Array) -> None:
     for i, q in enumerate(Q):
         if not (pin.isNormalized(robot.model, q, 1e-6) and math.isfinite(q.sum())):
             raise SceneError(
-                f"row {i} of Q holds a number that is not finite, or a rotation that is none: a quaternion (x, y, z, w), or a "
-                "cosine and sine, has length 1; start from the configuration of a profile, profile.q"
+                f"row {i} of Q holds a number that is not finite, or a rotation, a quaternion (x, y, z, w) or a cosine and sine, "
+                "whose length is not 1; start from the configuration of a profile, profile.q"
             )
 
 

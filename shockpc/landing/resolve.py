@@ -195,7 +195,7 @@ def _refuse_twice(blocks: tuple[Block, ...]) -> None:
     for one, other in itertools.combinations([block for block in blocks if block.kind != "closure"], 2):
         if one.body == other.body and np.linalg.norm(one.point - other.point) <= 1e-9:
             raise SceneError(
-                f"{one.name} and {other.name} are at one point of one body, which strikes or stands once; leave one of them out"
+                f"{one.name} and {other.name} coincide: they are at one point of one body; remove one"
                 + (", or move it by an offset" if "contact" in (one.kind, other.kind) else ""),
                 blocks=[one.frame, other.frame],
             )

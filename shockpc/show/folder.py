@@ -19,7 +19,8 @@ def report_files(
     Args:
         report: the result.
         command: the command line that made it.
-        warn: is told why the page cannot be made, for which the other files are still made; without it the error is raised.
+        warn: is called with the reason why the page cannot be made, and the other files are still made; without it the error
+            is raised.
         folder: in which they are written.
     """
     files, library = report.files(folder), plotly() if report.landings else None
@@ -42,7 +43,7 @@ def write_report_folder(folder: Path, report: Report, command: str = "", warn: C
         folder: is made if it does not exist.
         report: the result.
         command: the command line that made it.
-        warn: is told why the page cannot be made.
+        warn: is called with the reason why the page cannot be made.
 
     Raises:
         OutputError: as `write_folder`.

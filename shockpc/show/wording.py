@@ -261,10 +261,8 @@ def proof_lines(proven: int, compared: int, largest: float, columns: "Iterable[C
     if proven:
         yield f"proven (ill-conditioned, redundant, or with a quantity that needs it): {count(proven, 'landing')}"
     if compared:
-        yield (
-            f"double precision, compared with a proof in {count(compared, 'other landing')}: off by at most {largest:.0e} of the "
-            "point's most severe shock"
-        )
+        rows = count(compared, "other landing" if proven else "landing")
+        yield (f"double precision, compared with a proof in {rows}: off by at most {largest:.0e} of the point's most severe shock")
     if unproven := [column.name for column in columns if (entry := column.selection.quantity).unproven or entry.with_stiffness]:
         yield f"in double precision, not proven: {few(unproven, 4)}"
 

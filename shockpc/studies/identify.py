@@ -38,8 +38,8 @@ from shockpc.text.printed import few, listed
 SEED = 0
 """Of the bootstrap and of the parts that are left out."""
 
-MOST, STARTS = 8, 2
-"""Points 2^n of the Sobol sequence that is searched first, at most; and those from which the search goes on."""
+SOBOL_BITS, STARTS = 8, 2
+"""Binary logarithm of the most points of the Sobol sequence that is searched first; and those from which the search goes on."""
 
 DRAWS, FOLDS = 1000, 5
 """Of the bootstrap; and parts in which landings are left out."""
@@ -322,7 +322,7 @@ class _Fit:
         from scipy.optimize import least_squares
         from scipy.stats import qmc
 
-        points = qmc.Sobol(self.p, rng=SEED).random_base2(min(3 + 2 * self.p, MOST))
+        points = qmc.Sobol(self.p, rng=SEED).random_base2(min(3 + 2 * self.p, SOBOL_BITS))
         sizes = np.array([np.linalg.norm(self.residuals(u), axis=1) for u in points])
         self.scale = max(float(np.median(sizes, axis=1).min()), 1e-9)
         order = np.argsort([np.sum(np.sqrt(1.0 + size**2 / self.scale**2)) for size in sizes])

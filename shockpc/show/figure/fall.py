@@ -15,7 +15,7 @@ from shockpc.show.wording import joint_model_text, robot_name
 from shockpc.studies.fall.study import Falls
 from shockpc.text.printed import printable
 
-MOST, COLUMNS = 12, 6
+PICTURES, COLUMNS = 12, 6
 """Most pictures, and most in a line."""
 
 WIDTH, CAPTION, GAP = 1.7, 0.56, 0.14
@@ -27,7 +27,7 @@ STRUCK, STANDS, BODY = BANDS[6], BANDS[4], faded(INK, 0.86)
 
 def draw_falls(falls: Falls) -> Figure:
     """Draw the worst strikes in the order of the table, on one scale; each falls towards the right."""
-    results = falls.results[:MOST]
+    results = falls.results[:PICTURES]
     views = [view_of(result.profile) for result in results]
     sizes = np.array([view.high - view.low for view in views])
     inch = float(sizes[:, 0].max()) / (WIDTH - 0.1)

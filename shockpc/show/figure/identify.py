@@ -12,8 +12,8 @@ from shockpc.text.printed import printable
 CLEAR_MINIMUM = 0.2
 """Least error, in errors before, up to which errors are drawn in logarithms."""
 
-ACROSS, REACH, MANY = 3, 1.1, 200
-"""Panels beside one another; half the width of the frame of jumps, in greatest measured ones; landings with smaller marks."""
+ACROSS, REACH, LARGE_MARKS = 3, 1.1, 200
+"""Panels beside one another; half the width of the frame of jumps, in greatest measured ones; landings that have large marks."""
 
 
 def draw(found: Identification) -> Figure:
@@ -58,7 +58,8 @@ def draw(found: Identification) -> Figure:
     for panel, key, predicted in zip(pairs, ("before", "after"), (found.before, found.after), strict=True):
         panel.plot([-reach, reach], [-reach, reach], color=INK, linewidth=0.6)
         for k, column in enumerate(own):
-            marks = {"color": CURVES[k % len(CURVES)], "markersize": 2.5 if len(found.used) < MANY else 1.5, "clip_on": False}
+            size = 2.5 if len(found.used) < LARGE_MARKS else 1.5
+            marks = {"color": CURVES[k % len(CURVES)], "markersize": size, "clip_on": False}
             panel.plot(
                 np.clip(predicted.jumps[found.used, column], -reach, reach),
                 predicted.measured[found.used, column],

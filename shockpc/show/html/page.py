@@ -41,7 +41,7 @@ from shockpc.text.printed import printable
 MOST_TRIANGLES, MOST_BODIES, SAMPLES = 90_000, 500, 400
 """Limits of a page, which keep it below 8 MB; times at which a history is drawn."""
 
-ON_SCREEN = ("damage", "spectrum")
+ON_SCREEN = ("damage_boundary", "spectrum")
 """Figures of a landing that the page has in no other form."""
 
 POLICY = "default-src 'none'; script-src 'unsafe-inline' 'unsafe-eval'; style-src 'unsafe-inline'; img-src data: blob:"

@@ -18,7 +18,7 @@ PAGE, ROWS = 12, 16
 """Strikes that the page shows in three dimensions; rows of a table on a terminal."""
 
 SHORT = math.radians(1.0)
-"""Rotation below which a part of the motion is not told by itself [rad]."""
+"""Rotation below which a part of the motion is not reported separately [rad]."""
 
 LIMITS = ("height", "contact", "limits")
 """Kinds of warnings that every strike of a fall may have: of flat ground, on which its strikes are chosen, and of the posture."""

@@ -73,8 +73,8 @@ def landing_report(
     """Everything of one landing; of the bodies only those that are given by their indices, save in the document.
 
     The files are profile.json, bodies.csv, points.csv, contacts.csv, joints.csv, report.md, shock.svg and shock.png; with parts
-    also parts.csv and damage.svg, with a contact stiffness time.svg, and on request spectrum.svg, the shock response spectrum,
-    which then is in profile.json too. On a terminal the answer alone is shown, or with `whole` all tables.
+    also parts.csv and damage_boundary.svg, with a contact stiffness time.svg, and on request spectrum.svg, the shock response
+    spectrum, which then is in profile.json too. On a terminal the answer alone is shown, or with `whole` all tables.
     """
     return Report(
         name="profile",
@@ -105,7 +105,7 @@ def landing_report(
             **({"parts": lambda: parts_sheet(profile)} if profile.parts else {}),
         },
         document=lambda: content(profile, spectrum),
-        others=("joints.csv", "parts.csv", *picture_files("damage", "time", "spectrum")),
+        others=("joints.csv", "parts.csv", *picture_files("damage_boundary", "time", "spectrum")),
         landings={contact_name(profile): profile},
     )
 
@@ -145,7 +145,7 @@ def analyze_report(
         body=lambda _: [sheet(), *_damage_picture(profiles)],
         sheets={"summary": sheet},
         document=dict,
-        others=picture_files("damage"),
+        others=picture_files("damage_boundary"),
         landings=landings,
         parts=parts,
     )
@@ -262,7 +262,11 @@ def _damage_picture(profiles: Sequence[ShockProfile]) -> list[Picture]:
     """The damage boundaries of the parts with the landings on them; nothing without parts."""
     if not any(isinstance(one.strength, Strength) for profile in profiles for one in profile.parts):
         return []
-    return [Picture("damage", f"damage boundary of parts of {robot_name(profiles[0].robot)}", "damage:draw_damage", (profiles,))]
+    return [
+        Picture(
+            "damage_boundary", f"damage boundary of parts of {robot_name(profiles[0].robot)}", "damage:draw_damage", (profiles,)
+        )
+    ]
 
 
 def _time_pictures(profile: ShockProfile, spectrum: bool) -> list[Picture]:

@@ -22,7 +22,7 @@ PARAMETERS = {
 }
 
 
-MOST = 16
+ROWS = 16
 """Rows of the table on a terminal."""
 
 
@@ -39,7 +39,7 @@ def sensitivity_report(study: Sensitivity) -> Report:
         body=lambda full: [
             Lines([*shared_lines(landings), ("target", now)]),
             *([picture] if study.ranked else []),
-            _table(study, None if full else MOST),
+            _table(study, None if full else ROWS),
         ],
         warnings=shared_warnings(landings),
         sheets={"sensitivity": lambda: sheet_of(study.table)},
