@@ -758,7 +758,7 @@ def test_a_changed_gate_names_what_changed(capfd, here):
     base = json.loads(text)
     base["values"][0]["value"] *= 0.9
     (here / "base.json").write_text(json.dumps(base))
-    assert "since the baseline: land: nothing of the bodies" in run(capfd, "check", "--baseline", "base.json").out
+    assert "since the baseline: land: no change of the bodies" in run(capfd, "check", "--baseline", "base.json").out
 
 
 def test_a_baseline_does_not_depend_on_the_folder_of_the_drives(capfd, here):

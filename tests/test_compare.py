@@ -294,6 +294,13 @@ def test_designs_may_be_scenes(capfd, tmp_path):
     assert any(abs(row["changes"][0] or 0.0) > 1e-6 for row in document["quantities"][0]["rows"])
 
 
+def test_different_joint_models_are_said_to_be_part_of_the_changes(capfd):
+    """The drives of Go2 are known and those of A1 are not: nearly all of the change is an effect of that."""
+    words = ("compare", "go2", "a1", "--contact", "FL_foot")
+    assert "the joint models differ (A geared, B free), which is part of the changes" in run(capfd, *words).out
+    assert "joint models" not in run(capfd, *words, "--joints", "free").out
+
+
 @pytest.mark.parametrize(
     ("words", "told"),
     [

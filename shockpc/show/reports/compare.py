@@ -31,7 +31,7 @@ def compare_report(comparison: Comparison) -> Report:
             *(_sheet(comparison, differences, letters, None if full else 8) for differences in comparison.quantities),
         ],
         lead=2,
-        closing=[*_paired(comparison, letters), *_unmatched(comparison, letters)],
+        closing=[*_joint_models(comparison, letters), *_paired(comparison, letters), *_unmatched(comparison, letters)],
         warnings=_warnings(comparison, letters),
         sheets={"compare": lambda: sheet_of(comparison.table)},
         document=lambda: _document(comparison),
@@ -77,6 +77,15 @@ def _paired(comparison: Comparison, letters: list[str]) -> list[str]:
         bodies = [f"{a} / {b}" for a, b in matched["body"].items() if a != b]
         lines += [f"partners by --pair in {letters[0]} / {letter}: {', '.join(bodies)}"] if bodies else []
     return lines
+
+
+def _joint_models(comparison: Comparison, letters: list[str]) -> list[str]:
+    """That the designs have different joint models, of which the changes are an effect too."""
+    models = [profile.joint_model for profile in comparison.profiles]
+    if len(set(models)) == 1:
+        return []
+    each = ", ".join(f"{letter} {model}" for letter, model in zip(letters, models, strict=True))
+    return [f"the joint models differ ({each}), which is part of the changes; --joints free compares the designs without drives"]
 
 
 def _unmatched(comparison: Comparison, letters: list[str]) -> list[str]:

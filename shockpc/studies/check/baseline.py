@@ -183,7 +183,7 @@ def refuse_other_scene(baseline: Baseline, case: str, record: Mapping[str, Any])
         listed = "; ".join(f"{key} is {_shown(here.get(key))} here and {_shown(there.get(key))} there" for key in differing[:3])
         more = f"; and {len(differing) - 3} more" if len(differing) > 3 else ""
         raise StudyError(
-            f'baseline "{baseline.path}" is of another scene for case "{printable(case)}": {listed}{more}; '
+            f'baseline "{baseline.path}" is of another scene: {listed}{more}; '
             "restore the scene, or write the baseline anew with --update-baseline"
         )
 

@@ -368,7 +368,7 @@ def _command(path: Path, planned: _Planned, budget: Budget, place: Place) -> lis
 def _change_notes(changes: dict[str, tuple[str, ...]], outcomes: Sequence[Outcome]) -> Iterator[str]:
     """What changed since the baseline, once for all cases in which it is the same."""
     moved = {outcome.case for outcome in outcomes if outcome.change or outcome.fails}
-    known = "nothing of the bodies, joints and points that the baseline holds"
+    known = "no change of the bodies, joints and points that the baseline holds"
     texts = {name: few(lines, MOST_CHANGES, "; ", " changes") or known * (name in moved) for name, lines in changes.items()}
     for text in dict.fromkeys(filter(None, texts.values())):
         cases = few([printable(name) for name in texts if texts[name] == text], 4)
