@@ -388,6 +388,19 @@ def test_options_of_a_command_come_before_the_shared_ones(capfd):
     )
 
 
+def test_an_option_has_one_unit_in_all_commands(capfd):
+    """Each takes a value in every command that has it, or in none, and of the same unit."""
+    meanings: dict[str, set[tuple[bool, str]]] = {}
+    for command in COMMANDS:
+        text = good(capfd, command, *(["--help-all"] if "--help-all" in good(capfd, command, "--help") else ["--help"]))
+        lines = re.sub(r"\n {4,}", "   ", text)
+        for name, value, sentence in re.findall(r"^  (--[\w-]+)(?: (\S.*?))?   *(\S.*)$", lines, re.MULTILINE):
+            units = re.findall(r"\[([^\[\]]*)\]\.", re.sub(r" +", " ", sentence))
+            meanings.setdefault(name, set()).add((bool(value), units[-1] if units else ""))
+    assert len(meanings) > 100
+    assert {name: of for name, of in meanings.items() if len(of) > 1} == {}
+
+
 def without_folder(words):
     """The words of a command but for where it writes."""
     return words[: words.index("--out")] if "--out" in words else words

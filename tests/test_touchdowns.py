@@ -176,7 +176,7 @@ def test_the_table_is_one_that_landings_takes(here, trotting, dog_scene, capfd):
 @pytest.mark.parametrize(("together", "rows"), [(5.0, ["left_foot+right_foot"]), (2.0, ["left_foot", "right_foot"])])
 def test_feet_that_touch_together(here, together, rows):
     """Within the time they are one landing, from the first foot's touchdown to the last one's; else the first stands."""
-    found = stepped(here, stepping(), together=together)
+    found = stepped(here, stepping(), within_time=together)
     assert found.table.columns["contact"].tolist() == rows
     assert (found.landings[0].first, found.landings[-1].last) == (200, 203)
     assert found.table.columns.get("stance", np.array([""])).tolist()[-1] == ("" if len(rows) == 1 else "left_foot")
@@ -211,7 +211,7 @@ def test_flags_and_forces(here):
     assert found.flagged == {"left_foot": "left_foot_force", "right_foot": "sensor"}
     assert found.landings[1].stance == ("left_foot",)
     assert "exceeds 1.86 N" in " ".join(found.warnings)
-    assert len(stepped(here, columns, flags={"right_foot": "sensor"}, force=50.0).landings) == 1
+    assert len(stepped(here, columns, flags={"right_foot": "sensor"}, contact_force=50.0).landings) == 1
     bounces = stepped(here, columns | {"left_foot_force": 400.0 * (np.abs(t - 0.1) < 0.003)}, flags={"right_foot": "sensor"})
     assert [landing.first for landing in bounces.landings] == [97, 400]
     with pytest.raises(UnknownName, match='no column "sensr"'):

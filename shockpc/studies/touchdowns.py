@@ -144,13 +144,13 @@ def touchdowns(
             "flag",
         ),
     ] = None,
-    force: Annotated[
+    contact_force: Annotated[
         float | None,
         Option(
             "Force above which a contact touches; by default 5 % of the robot's weight, at least 1 N.", "Touchdowns", "F", unit="N"
         ),
     ] = None,
-    together: Annotated[
+    within_time: Annotated[
         float, Option("Feet that touch within this time are one landing.", "Touchdowns", "T", unit="ms", least=0.0)
     ] = 5.0,
     after: Annotated[
@@ -182,8 +182,8 @@ def touchdowns(
     landing = landing_of(scene, robot)
     source = Path(log) if isinstance(log, str | os.PathLike) else log
     series = read_log(source, robot, rename or {}, topics)
-    finder = _Finder(LoggedMotion(series, landing), series, flags or {}, force)
-    return finder.found(together / 1e3, tuple(time / 1e3 for time in after), None if window is None else window / 1e3)
+    finder = _Finder(LoggedMotion(series, landing), series, flags or {}, contact_force)
+    return finder.found(within_time / 1e3, tuple(time / 1e3 for time in after), None if window is None else window / 1e3)
 
 
 class _Finder:

@@ -140,7 +140,7 @@ def fall(
     attitudes: Annotated[
         int | None, Option("Drop it in so many attitudes that are spread over all instead.", "Fall", "N", least=1.0)
     ] = None,
-    together: Annotated[float, Option("Height within which parts strike together.", "Fall", "H", unit="m", above=0.0)] = 1e-3,
+    within_height: Annotated[float, Option("Height within which parts strike together.", "Fall", "H", unit="m", above=0.0)] = 1e-3,
     least: Annotated[float, Option("List strikes of at least this speed.", "Fall", "V", unit="m/s", above=0.0)] = 0.1,
     vary: Annotated[
         Vary,
@@ -198,14 +198,14 @@ def fall(
             rigid = Rigid.of(scene, robot)
         notes += _notes(rigid)
         if drop is not None:
-            strikes += drops(rigid, posture, drop, attitudes, together)
+            strikes += drops(rigid, posture, drop, attitudes, within_height)
             continue
         for name, angle in map(_heading, headings):
             name = f"{posture} {name}".strip()
             try:
                 with trace.stage("falls"):
-                    tip = tip_over(rigid, name, angle, push, together, least)
-                    strikes += strikes_of(rigid, tip, together, least)
+                    tip = tip_over(rigid, name, angle, push, within_height, least)
+                    strikes += strikes_of(rigid, tip, within_height, least)
                 tips.append(tip)
             except StudyError as refusal:
                 failures[name] = refusal
