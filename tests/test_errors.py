@@ -10,7 +10,7 @@ import pytest
 import shockpc
 from shockpc import Closure, Contact, Joints, LoopEnd, Posture, Rotor, Scene, Strike, shock_profile
 from shockpc.text import errors
-from shockpc.text.errors import OutputError, RobotError, SceneError, ShockError, SolveError, StudyError, UnknownName
+from shockpc.text.errors import DefectError, OutputError, RobotError, SceneError, ShockError, SolveError, StudyError, UnknownName
 
 CLASSES = {name: kind for name, kind in vars(errors).items() if inspect.isclass(kind) and issubclass(kind, Exception)}
 
@@ -104,3 +104,42 @@ def test_names_in_messages_are_printable_and_not_longer_than_a_line():
     assert f'"{"a" * 40}…{"b" * 39}"' in str(error)
     assert r'"x\x1b[2Jy", "c\nd"' in str(error)
     assert error.name == "a" * 60 + "b" * 60
+
+
+LANDING = Scene(robot="go2", contact="FL_foot")
+MEASURED = {"FL_calf_joint": [-1.4, -1.5], "before_FL_calf_joint": [0.0, 0.0], "after_FL_calf_joint": [0.1, 0.2]}
+
+
+@pytest.mark.parametrize(
+    "study",
+    [
+        lambda: shockpc.limits(LANDING, "FL_calf_joint", "shock@imu", 0.1),
+        lambda: shockpc.sensitivity(LANDING, "shock@imu"),
+        lambda: shockpc.identify(MEASURED, LANDING, {"armature:*": "1e-3:1e-1"}),
+    ],
+    ids=["limits", "sensitivity", "identify"],
+)
+def test_an_unexpected_exception_in_a_row_ends_a_study_without_rows(monkeypatch, study):
+    """It is an error of shockpc itself, neither a landing that has no result nor one that does not count."""
+
+    def broken(*_):
+        raise ZeroDivisionError("on purpose")
+
+    monkeypatch.setattr("shockpc.evaluation.evaluate.columns", broken)
+    with pytest.raises(DefectError, match="on purpose"):
+        study()
+
+
+def test_an_unexpected_exception_among_random_designs_is_a_defect_of_the_check(monkeypatch, tmp_path):
+    (tmp_path / "budgets.toml").write_text(
+        '[[case]]\nname = "a"\nrobot = "go2"\ncontact = "FL_foot"\ndesigns = 20\n'
+        '[[case.vary]]\nquantity = "mass:base"\nvalues = "±5%"\n'
+        '[[budget]]\nat = "imu"\nmetric = "shock"\nmax = 0.1\npercentile = 95\n'
+    )
+
+    def broken(*_):
+        raise ZeroDivisionError("on purpose")
+
+    monkeypatch.setattr("shockpc.evaluation.evaluate.columns", broken)
+    check = shockpc.check_budgets(tmp_path / "budgets.toml")
+    assert "ZeroDivisionError: on purpose" in check.defects[0]

@@ -25,7 +25,7 @@ from shockpc.landing.rows import Equation
 from shockpc.landing.scene import Scene
 from shockpc.quantities.table import select, selections
 from shockpc.robot.robot import Robot
-from shockpc.text.errors import ShockError, StudyError
+from shockpc.text.errors import DefectError, ShockError, StudyError
 
 COMPONENTS = ("vx", "vy", "vz", "wx", "wy", "wz")
 """Those of the base's velocity, as coordinates."""
@@ -96,7 +96,7 @@ def predicted_later(
         for time in sorted({measured.time for measured in timed if measured.time})
     }
     wanted = {column.name: column for columns in at_times.values() for column in columns.values()}
-    results = Evaluation(study, tuple(wanted.values()), prove=0).table()
+    results = Evaluation(study, tuple(wanted.values()), prove=0).table().without_defects()
     messages, jumps = dict(results.messages), {time: base_in_world(study, one, results.columns) for time, one in at_times.items()}
     later = [jumps[measured.time][measured.key] for measured in timed if measured.time]
     for measured, values in zip(timed, later, strict=True):
@@ -245,6 +245,8 @@ class Predictor:
         measured = np.stack([column.jump for column in self.measured], axis=1) + (1.0 - scale) * self._before
         try:
             jumps, messages = self._jumps(self.study(values), values)
+        except DefectError:
+            raise
         except ShockError as error:
             jumps, messages = np.full(measured.shape, np.nan), dict.fromkeys(range(len(measured)), str(error))
         jumps[list(messages)] = np.nan
@@ -263,7 +265,7 @@ class Predictor:
             jumps, messages = predicted_later(study, keys, self.measured)
             return np.stack(jumps, axis=1), messages
         computed = tuple({column.name: column for column in keys.values()}.values())
-        table = Evaluation(study, computed, prove=0, trusted=TRUSTED).table()
+        table = Evaluation(study, computed, prove=0, trusted=TRUSTED).table().without_defects()
         by_key = base_in_world(study, keys, table.columns)
         return np.stack([by_key[column.key] for column in self.measured], axis=1), dict(table.messages)
 
@@ -337,7 +339,8 @@ class Predictor:
         scenes = tuple(_sticking(scene) for scene in self.rows.scenes)
         rows = self.rows._replace(scenes=scenes, friction=np.full(len(self.rows.Q), np.nan))
         lost = Column(select("energy_lost"), Place(self.robot.name))
-        return np.asarray(Evaluation(RecordedLandings(self.robot, rows), (lost,), prove=0).table().columns[lost.name])
+        table = Evaluation(RecordedLandings(self.robot, rows), (lost,), prove=0).table().without_defects()
+        return np.asarray(table.columns[lost.name])
 
 
 def _sticking(scene: Scene) -> Scene:

@@ -11,7 +11,7 @@ import numpy as np
 from shockpc.core.spatial import Array
 from shockpc.evaluation.columns import Column, percentile
 from shockpc.quantities.table import selections
-from shockpc.text.errors import ShockError, StudyError
+from shockpc.text.errors import DefectError, ShockError, StudyError
 from shockpc.text.printed import listed
 
 
@@ -82,6 +82,16 @@ class Table:
             shifted("refusals"),
             parts[0].first,
         )
+
+    def without_defects(self) -> "Table":
+        """The table itself, for a study that does not give its rows on.
+
+        Raises:
+            DefectError: in a row an unexpected exception arose.
+        """
+        if self.defects:
+            raise DefectError(f"an error in shockpc itself, please report it: {self.defects[0].splitlines()[-1]}", self.defects[0])
+        return self
 
     def column(self, text: str) -> Column:
         """The computed column that a text names, KEY or KEY@PLACE.

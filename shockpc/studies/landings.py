@@ -154,7 +154,11 @@ def compare_measured(
             raise StudyError("the table has no column of what was measured after the impact, such as after_JOINT or after_vz")
         study = RecordedLandings(robot, rows, by_friction=True)
         by_key = predicting(study, friction=not np.isnan(rows.friction).all())
-        results = Evaluation(study, tuple({column.name: column for column in by_key.values()}.values()), prove=0).table()
+        results = (
+            Evaluation(study, tuple({column.name: column for column in by_key.values()}.values()), prove=0)
+            .table()
+            .without_defects()
+        )
         jumps = base_in_world(study, by_key, results.columns)
         predictions = [(model, rows.measured, [jumps[column.key] for column in rows.measured], results.messages)]
         timed = tuple(column for column in rows.measured if column.time)

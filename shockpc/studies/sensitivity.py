@@ -389,7 +389,8 @@ def _slopes(profile: ShockProfile, wanted: Mapping[ParameterKey, Parameter], num
     if not varied:
         return slopes
     source = VariedOneByOne(profile.landing, tuple(varied.values()))
-    table, here = Evaluation(source, (number,), prove=0, trusted=TRUSTED).table(), _number(profile, number)
+    table = Evaluation(source, (number,), prove=0, trusted=TRUSTED).table().without_defects()
+    here = _number(profile, number)
     after, before = np.moveaxis(table.values(number).reshape(-1, 2, len(STEPS) // 2), 1, 0)
     steps = source.steps[:, None] * STEPS[: len(STEPS) // 2]
     (whole, half), (bend, kink) = ((after - before) / (2.0 * steps)).T, ((after - 2.0 * here + before) / steps).T

@@ -211,8 +211,11 @@ def check_budgets(
     results = proven(
         {str(k): (plan.scene, plan.robot) for k, plan in enumerate(planned)}, done=lambda k: done(planned[int(k)].case.name)
     )
+    defects = [result.trace for result in results.values() if isinstance(result, DefectError)]
     for plan, result in zip(planned, results.values(), strict=True):
-        outcomes += _outcomes(given, baseline, plan, result)
+        designs = plan.designs.table() if plan.designs is not None and isinstance(result, ShockProfile) else None
+        outcomes += _outcomes(given, baseline, plan, result, designs)
+        defects += designs.defects if designs is not None else ()
         if isinstance(result, ShockProfile):
             bound = max(bound, float(result.proof.bounds.max()))
             profiles.setdefault(plan.case.name, result)
@@ -230,7 +233,7 @@ def check_budgets(
         error_bound=bound,
         notes=tuple(dict.fromkeys(notes)),
         profiles=profiles,
-        defects=tuple(result.trace for result in results.values() if isinstance(result, DefectError)),
+        defects=tuple(defects),
     )
 
 
@@ -293,11 +296,8 @@ def _designs(
     return Evaluation(source, tuple({column.name: column for column in wanted}.values()), prove=0)
 
 
-def _percentiles(planned: _Planned, budgets: Sequence[Budget]) -> tuple[dict[int, list[float]], str]:
+def _percentiles(planned: _Planned, budgets: Sequence[Budget], table: Table) -> tuple[dict[int, list[float]], str]:
     """The numbers of budgets with a percentile by the number of the budget, and why they are missing where designs are."""
-    if planned.designs is None:
-        return {}, ""
-    table = planned.designs.table()
     messages = list(table.messages.values())
     numbers = {}
     for k, places in planned.places.items():
@@ -308,12 +308,14 @@ def _percentiles(planned: _Planned, budgets: Sequence[Budget]) -> tuple[dict[int
     return numbers, f"{len(messages)} of {len(table)} designs: {messages[0]}" if messages else ""
 
 
-def _outcomes(given: Budgets, baseline: Baseline | None, planned: _Planned, result: ShockProfile | ShockError) -> list[Outcome]:
-    """The outcomes of one landing. Args: result, its profile, or why there is none."""
+def _outcomes(
+    given: Budgets, baseline: Baseline | None, planned: _Planned, result: ShockProfile | ShockError, designs: Table | None
+) -> list[Outcome]:
+    """The outcomes of one landing. Args: result, its profile, or why there is none; designs, the landings of random designs."""
     numbers: dict[int, Any] = {k: [math.nan] * len(places) for k, places in planned.places.items()}
     refused, undone = "", ""
     if isinstance(result, ShockProfile):
-        percentiles, undone = _percentiles(planned, given.budgets)
+        percentiles, undone = ({}, "") if designs is None else _percentiles(planned, given.budgets, designs)
         numbers = {
             k: percentiles[k] if k in percentiles else result.numbers(given.budgets[k].selection, places)
             for k, places in planned.places.items()

@@ -298,7 +298,7 @@ def _evaluated(strikes: Sequence[FallStrike], robot: Robot, texts: Sequence[str]
 def _trunks_with(strikes: Sequence[FallStrike], robot: Robot, model: Literal["free", "locked"], trace: Trace) -> dict[int, float]:
     """The same with other joints, by the number of each strike of which there is a verdict."""
     cases = {strike.name: (replace(strike.scene, joints=Joints(model=model)), robot) for strike in strikes}
-    return dict(Evaluation(landings_by_name(cases, trace), prove=None, look=_trunk).table().looks)
+    return dict(Evaluation(landings_by_name(cases, trace), prove=None, look=_trunk).table().without_defects().looks)
 
 
 def _trunk(profile: ShockProfile) -> float:
