@@ -123,7 +123,7 @@ def shock_maps(landing: Landing | Scene, Q: Array, derivatives: bool = False) ->
         from shockpc.impact.derivatives import derivatives as map_derivatives
 
         changes = np.empty((len(Q), len(landing.robot.bodies), 6, 3, nv))
-    with one_thread(nv):
+    with one_thread(3 * nv if derivatives else nv):
         for k in range(0, len(Q), CHUNK):
             state = dynamics(landing.robot, Q[k : k + CHUNK], landing.joint_model.armature)
             equation, solution, maps = impact_jumps(landing, state, with_strike=False)

@@ -58,6 +58,15 @@ class Solution(NamedTuple):
     choices: "dict[int, RowChoice]"
     independent: dict[int, Array]
 
+    @property
+    def independent_impulse(self) -> Array:
+        """(N, nc, k) impulses along the independent rows alone, zero along all others [N s]."""
+        out = self.impulse.copy() if self.independent else self.impulse
+        for k, part in self.independent.items():
+            out[k] = 0.0
+            out[k, self.choices[k].rows] = part
+        return out
+
 
 class RowChoice(NamedTuple):
     """Which rows of one posture are independent.

@@ -78,6 +78,17 @@ def cross(a: Any, b: Any) -> Any:
     return out
 
 
+def motion_cross(V: Array) -> Array:
+    """The matrix (..., 6, 6) of the product V × W, by which a rigid motion V (..., 6) changes a twist W that it carries.
+
+    A wrench or a momentum that it carries changes by minus the transpose (Featherstone 2008, section 2.9).
+    """
+    out = np.zeros((*V.shape[:-1], 6, 6))
+    out[..., :3, :3] = out[..., 3:, 3:] = cross_matrix(V[..., :3])
+    out[..., 3:, :3] = cross_matrix(V[..., 3:])
+    return out
+
+
 def corners_of_box(points: Array) -> Array:
     """The least and the greatest coordinates (2, k) of points (n, k). NumPy's minima along the first axis take 70 times as long."""
     return np.array([(x.min(), x.max()) for x in points.T]).T

@@ -17,11 +17,11 @@ import numpy as np
 from shockpc.core.impulse import Solution
 from shockpc.core.inertia import solve_inertia
 from shockpc.core.memo import memoized
-from shockpc.core.spatial import Array, cross, cross_matrix
+from shockpc.core.spatial import Array, cross, cross_matrix, motion_cross
 from shockpc.landing.contact import lowest_point_turned
-from shockpc.landing.dynamics import Dynamics
+from shockpc.landing.dynamics import Dynamics, Inertias, spatial_inertias
 from shockpc.landing.landing import Landing
-from shockpc.landing.rows import Block, Equation, block_axes, block_point, block_wrenches, slices_of
+from shockpc.landing.rows import Block, Equation, block_axes, block_point, block_wrenches, moved_by, row_signs, slices_of, wrenches
 from shockpc.robot.robot import Robot
 
 BLOCK = 16
@@ -42,29 +42,6 @@ class Derivatives(NamedTuple):
     impulse: Array
 
 
-class _Tree(NamedTuple):
-    """Which joint velocities move what.
-
-    Attributes:
-        moves: (nv, nb) 1 where one moves a body.
-        turned: (nv, nv) 1 where the first moves the second's column: that of a joint behind it, or of its own joint.
-        ahead: (nv, nv) 1 where the second's joint carries the first's.
-    """
-
-    moves: Array
-    turned: Array
-    ahead: Array
-
-
-@memoized()
-def _tree(robot: Robot) -> _Tree:
-    carried = np.array([i for i, joint in enumerate(robot.joints) for _ in range(joint.v.start, joint.v.stop)])
-    first = np.array([joint.v.start for joint in robot.single_joints for _ in range(joint.v.start, joint.v.stop)])
-    ahead = robot.supports[carried] & (np.arange(len(first)) < first[:, None])
-    masks = robot.supports.T, ahead.T | (first == first[:, None]), ahead
-    return _Tree(*(mask.astype(float) for mask in masks))
-
-
 def derivatives(
     landing: Landing, equation: Equation, solution: Solution, bodies: Sequence[int] | None = None, out: Array | None = None
 ) -> Derivatives:
@@ -81,184 +58,127 @@ def derivatives(
         bodies: indices of those whose jumps are wanted; all by default.
         out: (N, n, 6, 3, nv) into which the derivatives of the maps are written; a new array by default.
     """
-    state, robot, tree = equation.state, landing.robot, _tree(landing.robot)
-    n, nv, y = len(state.J), robot.model.nv, solution.delta_qd[..., :3]
-    delta_qd, impulse = equation.full(y), solution.impulse[..., :3].copy()
-    for k, part in solution.independent.items():
-        impulse[k] = 0.0
-        impulse[k, solution.choices[k].rows] = part[:, :3]
-    # Components come first here, then strikes, so that every operation runs over contiguous numbers: (6, 3, N, nv).
-    J = np.ascontiguousarray(state.J.swapaxes(0, 1))
-    parts = J[:, None] * np.ascontiguousarray(np.moveaxis(delta_qd, 2, 0))
-    # Of the twist that the jump gives to each body, what carries joint k has a share U_k, which joint k does not turn.
-    U, twists = parts @ tree.ahead.T, parts @ tree.moves
-    B = -_carried(J[:, None], U)
-    inertia = _inertias(robot, state)
-    momenta = _momenta(tuple(part[..., None, :, :] for part in inertia), twists) @ tree.moves.T
-    composite = tuple(part @ tree.moves.T for part in inertia)
-    A = _carried_wrench(J[:, None], momenta) + _momenta(tuple(part[..., None, :, :] for part in composite), B)
-    F, columns = np.ascontiguousarray(_momenta(composite, J).transpose(1, 2, 0)), state.J.swapaxes(1, 2)
-    ahead, turned = (np.ascontiguousarray(part.transpose(2, 0, 1, 3)).reshape(n, 6, -1) for part in (A, B))
-    right = (-(columns @ ahead) * np.tile(tree.ahead.T, 3) - (F @ turned) * np.tile(tree.turned.T, 3)).reshape(n, nv, 3, nv)
-    rows, dJ = _rows(state, equation.blocks, tree, np.ascontiguousarray(columns))
-    right += np.swapaxes(impulse, 1, 2)[:, None] @ dJ.swapaxes(1, 2)
-    left = np.swapaxes(delta_qd, 1, 2)[:, None] @ dJ
-    if (base := _turned_columns(landing, delta_qd)) is not None:  # G changes with the posture, and q̇ = G ẏ with it
-        H = state.H
-        residual = H @ delta_qd - np.swapaxes(rows, -1, -2) @ impulse
-        right -= (H @ base.reshape(n, nv, -1)).reshape(right.shape)
-        left += (rows @ base.reshape(n, nv, -1)).reshape(left.shape)
+    state, robot = equation.state, landing.robot
+    J = np.ascontiguousarray(state.J.swapaxes(1, 2))
+    (n, nv), J_cross = J.shape[:2], motion_cross(J)
+    delta_qd, impulse = equation.full(solution.delta_qd[..., :3]), solution.independent_impulse[..., :3]
+    right, twists, fixed = _momentum_rates(robot, state, J, J_cross, delta_qd)
+    dJ = _row_rates(robot, state, equation.blocks, J, J_cross)
+    right += impulse.swapaxes(1, 2)[:, None] @ dJ.swapaxes(1, 2)
+    left = delta_qd.swapaxes(1, 2)[:, None] @ dJ
     if equation.G is not None:
-        right = (np.swapaxes(equation.G, -1, -2) @ right.reshape(n, nv, -1)).reshape(n, -1, 3, nv)
-        if base is not None:
-            right[:, :3] -= _turned_residual(landing, state, residual)
-    d_y, d_impulse = _solved(landing, equation, solution, right.reshape(*right.shape[:2], -1), left.reshape(*left.shape[:2], -1))
+        right = equation.G.swapaxes(1, 2) @ right.reshape(n, nv, -1)
+    d_y, d_impulse = _solved(landing, equation, solution, right.reshape(n, -1, 3 * nv), left.reshape(n, -1, 3 * nv))
     d_qd = equation.full(d_y).reshape(n, nv, 3, nv)
-    if base is not None:
-        d_qd += base
     chosen = slice(None) if bodies is None else list(bodies)
-    position, moves, twists = state.position[:, chosen], tree.moves.T[chosen], twists[..., chosen]
+    position, moves, twists = state.position[:, chosen], robot.supports[chosen].astype(float), twists[:, chosen]
     maps = np.empty((n, len(moves), 6, 3, nv)) if out is None else out
     for k in range(0, n, BLOCK):
         own = slice(k, k + BLOCK)
-        _jumps(position[own], state.J[own], moves, twists[:, :, own], turned[own], d_qd[own], maps[own])
-    return Derivatives(maps, d_qd, d_impulse.reshape(*d_impulse.shape[:2], 3, nv))
+        _jump_rates(position[own], state.J[own], moves, twists[own], fixed[own], d_qd[own], maps[own])
+    if robot.free_base:  # its velocity is written in its own axes, which move with it
+        linear, angular = (cross_matrix(delta_qd[:, k : k + 3].swapaxes(1, 2)).swapaxes(1, 2) for k in (0, 3))
+        d_qd[:, :3, :, :3] += angular
+        d_qd[:, :3, :, 3:6] += linear
+        d_qd[:, 3:6, :, 3:6] += angular
+    return Derivatives(maps, d_qd, d_impulse.reshape(n, -1, 3, nv))
 
 
-def _carried(x: Array, y: Array) -> Array:
-    """How the rigid motion x changes a twist y (6, ...) that it carries: (ω × ω', v × ω' + ω × v')."""
-    return np.concatenate([_cross(x[:3], y[:3]), _cross(x[3:], y[:3]) + _cross(x[:3], y[3:])])
+@memoized()
+def _masks(robot: Robot) -> tuple[Array, Array]:
+    """Masks (nv, nv) of 1 and 0 over pairs of joint velocities, of which the first one changes.
+
+    Returns: where it turns the column of the second, a joint behind it or its own; and where it does not, but moves bodies that the
+        second moves too, a joint ahead of it. Columns of a free base stay in the world: its velocity is converted afterwards.
+    """
+    first = np.array([joint.v.start for joint in robot.single_joints for _ in range(joint.v.start, joint.v.stop)])
+    if robot.free_base:
+        first[:6] = 6
+    carriers = robot.supports[np.argmax(robot.supports, axis=0)]
+    ahead = carriers & (np.arange(len(first)) < first[:, None])
+    return (carriers.T & ~ahead).astype(float), ahead.astype(float)
 
 
-def _carried_wrench(x: Array, f: Array) -> Array:
-    """How the rigid motion x changes a wrench or a momentum f (6, ...) that it carries: (ω × n + v × f, ω × f)."""
-    return np.concatenate([_cross(x[:3], f[:3]) + _cross(x[3:], f[3:]), _cross(x[:3], f[3:])])
+def _momentum_rates(robot: Robot, state: Dynamics, J: Array, J_cross: Array, delta_qd: Array) -> tuple[Array, Array, Array]:
+    """How the momenta that the jump gives to the bodies change with the posture.
+
+    Args:
+        robot: the robot.
+        state: the same in N postures.
+        J: (N, nv, 6) twists of unit joint velocities.
+        J_cross: (N, nv, 6, 6) their matrices, as `motion_cross`.
+        delta_qd: (N, nv, 3) the jump.
+
+    Returns: −dH Δq̇ (N, nv, 3, nv); the twists (N, nb, 6, 3) of the bodies; and J_k × U_k (N, 6, 3 nv), where U_k is the part of a
+        twist that joints ahead of joint k cause, and that does not turn with it.
+    """
+    (n, nv), nb, (turned, ahead), moves = J.shape[:2], len(robot.bodies), _masks(robot), robot.supports.T.astype(float)
+    parts = (J[..., None] * delta_qd[:, :, None]).reshape(n, nv, 18)
+    twists, fixed = (moves.T @ parts).reshape(n, nb, 6, 3), J_cross @ (ahead @ parts).reshape(n, nv, 6, 3)
+    inertia = spatial_inertias(state, Inertias.of(robot, np.zeros(nv)))
+    momenta = (moves @ (inertia @ twists).reshape(n, nb, 18)).reshape(n, nv, 6, 3)
+    composite = (moves @ inertia.reshape(n, nb, 36)).reshape(n, nv, 6, 6)
+    change, F = np.split(composite @ np.concatenate([fixed, J[..., None]], axis=3), [3], axis=3)
+    change += J_cross.swapaxes(-1, -2) @ momenta
+    change, fixed = (part.transpose(0, 2, 3, 1).reshape(n, 6, 3 * nv) for part in (change, fixed))
+    right = (J @ change) * np.tile(ahead.T, 3)
+    right += (F[..., 0] @ fixed) * np.tile(turned.T, 3)
+    return right.reshape(n, nv, 3, nv), twists, fixed
 
 
-def _cross(a: Array, b: Array) -> Array:
-    """A × b of vectors (3, ...)."""
-    (x, y, z), (u, v, w) = a, b
-    first = y * w
-    out = np.empty((3, *first.shape))
-    np.subtract(first, z * v, out=out[0])
-    np.subtract(z * u, x * w, out=out[1])
-    np.subtract(x * v, y * u, out=out[2])
-    return out
-
-
-def _inertias(robot: Robot, state: Dynamics) -> tuple[Array, Array, Array]:
-    """Mass (N, nb), its first moment (3, N, nb), and the second (3, 3, N, nb) of the bodies about the common origin."""
-    R, m = state.rotation, robot.masses[:, None, None]
-    c = state.position + (R @ robot.coms[..., None])[..., 0]
-    C = cross_matrix(c)
-    second = R @ robot.inertias @ np.swapaxes(R, -1, -2) - m * (C @ C)
-    mass = np.broadcast_to(robot.masses, c.shape[:2])
-    return mass, np.ascontiguousarray(np.moveaxis(mass[..., None] * c, -1, 0)), np.ascontiguousarray(second.transpose(2, 3, 0, 1))
-
-
-def _momenta(inertia: tuple[Array, ...], twist: Array) -> Array:
-    """Momenta (6, ...) of bodies that move with twists (6, ...): (Ī ω + m c × v, m v − m c × ω)."""
-    mass, first, second = inertia
-    omega, v = twist[:3], twist[3:]
-    angular = _cross(first, v)
-    for i, row in enumerate(second):
-        for j, entry in enumerate(row):
-            angular[i] += entry * omega[j]
-    return np.concatenate([angular, mass * v - _cross(first, omega)])
-
-
-def _rows(state: Dynamics, blocks: Sequence[Block], tree: _Tree, J: Array) -> tuple[Array, Array]:
-    """The rows J_c (N, nc, nv) before any reduction, and their derivatives (N, nc, nv, nv), the last axis that of the tangent."""
-    n, nv, nc = len(J), J.shape[1], sum(block.size for block in blocks)
-    w, change, moved = np.zeros((n, nc, 6)), np.zeros((n, nc, 6, nv)), np.zeros((nc, nv))
-    omega, v = J[..., :3], J[..., 3:]
+def _row_rates(robot: Robot, state: Dynamics, blocks: Sequence[Block], J: Array, J_cross: Array) -> Array:
+    """Derivatives (N, nc, nv, nv) of the rows J_c before any reduction, the last axis that of the tangent; arguments as above."""
+    (n, nv), (turned, _), (omega, v) = J.shape[:2], _masks(robot), np.split(J, 2, axis=-1)
+    out = np.empty((n, sum(block.size for block in blocks), nv, nv))
     for block, rows in zip(blocks, slices_of(blocks), strict=True):
-        forces = slice(rows.start, rows.start + len(block.forces))
-        w[:, rows] = block_wrenches(state, block)
-        carriers = [np.zeros(nv) if end < 0 else state.supports[end].astype(float) for end in (block.body, block.other)]
-        moved[rows] = carriers[0] - carriers[1]
-        point, axes = block_point(state, block), block_axes(state, block)
-        d_point = (v + cross(omega, point[:, None])) * carriers[0][:, None]
+        forces, moves = len(block.forces), moved_by(state, block.body)[:, None]
+        point, axes = block_point(state, block)[:, None], block_axes(state, block)[:, None]
+        d_point = (v + cross(omega, point)) * moves
         if block.lowest:
-            d_point += (omega * carriers[0][:, None]) @ lowest_point_turned(block, state.rotation[:, block.body]).swapaxes(1, 2)
-        pushed = cross(d_point[:, None], axes[:, : len(block.forces), None])
-        change[:, forces, :3] = pushed.swapaxes(-1, -2)
-        if block.axes_body >= 0:
-            turned = cross((omega * state.supports[block.axes_body][:, None])[:, None], axes[:, :, None])
-            change[:, forces, 3:] = turned[:, : len(block.forces)].swapaxes(-1, -2)
-            change[:, forces, :3] += cross(point[:, None, None], turned[:, : len(block.forces)]).swapaxes(-1, -2)
-            change[:, forces.stop : rows.stop, :3] = turned[:, len(block.forces) :].swapaxes(-1, -2)
-    own = J[:, None] @ change
-    # A column behind joint k changes by J_k × J_a, of which w · (J_k × J_a) = −(J_k ×* w) · J_a.
-    x, f = J.transpose(2, 0, 1)[:, :, None], w.transpose(2, 0, 1)[..., None]
-    own -= (J[:, None] @ np.ascontiguousarray(_carried_wrench(x, f).transpose(1, 2, 0, 3))) * tree.turned.T
-    return (w @ np.swapaxes(J, 1, 2)) * moved, own * np.repeat(moved[..., None], nv, axis=-1)
-
-
-def _turned_columns(landing: Landing, delta_qd: Array) -> Array | None:
-    """DG ẏ (N, nv, 3, nv) where the base moves in the plane alone, whose columns are written in its axes; None where G is fixed."""
-    if landing.base != "planar" or not landing.robot.free_base:
-        return None
-    out = np.zeros((*delta_qd.shape, delta_qd.shape[1]))
-    for part in (slice(0, 3), slice(3, 6)):
-        # What stays in the world turns the other way round in the base.
-        out[:, part, :, 3:6] = np.swapaxes(cross(delta_qd[:, part].swapaxes(1, 2)[:, :, None], np.eye(3)), -1, -2).swapaxes(1, 2)
-    return out
-
-
-def _turned_residual(landing: Landing, state: Dynamics, residual: Array) -> Array:
-    """dGᵀ r (N, 3, 3, nv) of what holds the base in the plane. Args: residual r (N, nv, 3), H Δq̇ − J_cᵀ λ."""
-    plane, to_base = landing.plane, np.swapaxes(state.rotation[:, 0], -1, -2)
-    out = np.zeros((len(residual), 3, 3, residual.shape[1]))
-    for row, (axis, part) in enumerate(((plane.e1, slice(0, 3)), (plane.e2, slice(0, 3)), (plane.normal, slice(3, 6)))):
-        turned = cross((to_base @ axis)[:, None], np.eye(3))
-        out[:, row, :, 3:6] = np.einsum("nki,nis->nsk", turned, residual[:, part])
+            d_point += (omega * moves) @ lowest_point_turned(block, state.rotation[:, block.body]).swapaxes(1, 2)
+        d_axes = cross((omega * moved_by(state, block.axes_body)[:, None])[:, :, None], axes)
+        change = wrenches(point, d_axes, forces)
+        change[:, :, :forces, :3] += cross(d_point[:, :, None], axes[:, :, :forces])
+        # A column behind joint k changes by J_k × J_a.
+        carried = block_wrenches(state, block)[:, None] @ J_cross
+        change, carried = (np.ascontiguousarray(part.transpose(0, 2, 3, 1)) for part in (change, carried))
+        own, dJ = (J * row_signs(state, block)[:, None])[:, None], out[:, rows]
+        np.matmul(own, carried, out=dJ)
+        dJ *= turned.T
+        dJ += own @ change
     return out
 
 
 def _solved(landing: Landing, equation: Equation, solution: Solution, right: Array, left: Array) -> tuple[Array, Array]:
     """Derivatives of ẏ (N, ny, m) and λ (N, nc, m). Args: right (N, ny, m) and left (N, nc, m), as in the module's text."""
-    J_c, scale, nc = equation.J_c, solution.scale, equation.J_c.shape[1]
-    with np.errstate(all="ignore"):
-        inverse = solve_inertia(equation.inertia, np.broadcast_to(np.eye(right.shape[1]), (len(right), *2 * right.shape[1:2])))
-        X, Z = inverse @ np.swapaxes(J_c, -1, -2), inverse @ right
-        A, c = J_c @ X, left + J_c @ Z
-        if unclear := list(solution.choices):
-            A[unclear] = np.eye(nc)
-        scaled = A * (scale[:, :, None] * scale[:, None, :])
-        scaled[unclear] = np.eye(nc)
-        d_impulse = -scale[:, :, None] * np.linalg.solve(scaled, scale[:, :, None] * c)
-        d_y = Z + X @ d_impulse
-    most = landing.most_independent(equation.state, equation.blocks) if unclear else None
+    (n, nc), ny, most = left.shape[:2], right.shape[1], landing.most_independent(equation.state, equation.blocks)
+    # Rows that depend on others are replaced by zeros, and so are their impulses.
+    chosen = np.ones((n, nc))
     for k, choice in solution.choices.items():
-        r = choice.rows
-        d_impulse[k], limit = np.nan, nc if most is None else most(k)[0]
-        if choice.uncertain or len(r) < limit:
-            d_y[k] = np.nan
-            continue
-        part = -np.linalg.solve(J_c[k][r] @ X[k][:, r], c[k][r])
-        d_y[k] = Z[k] + X[k][:, r] @ part
-        if len(r) == nc:
-            d_impulse[k][r] = part
-    return d_y, d_impulse
+        regular = not choice.uncertain and len(choice.rows) >= most(k)[0]
+        chosen[k] = np.isin(np.arange(nc), choice.rows) if regular else np.nan
+    J_c = equation.J_c * chosen[..., None]
+    with np.errstate(all="ignore"):
+        inverse = solve_inertia(equation.inertia, np.broadcast_to(np.eye(ny), (n, ny, ny)))
+        X, Z = inverse @ J_c.swapaxes(1, 2), inverse @ right
+        A = J_c @ X + (1.0 - chosen)[..., None] * np.eye(nc)
+        d_impulse = -np.linalg.solve(A, left * chosen[..., None] + J_c @ Z)
+    return Z + X @ d_impulse, np.where((chosen != 0.0).all(axis=1)[:, None, None], d_impulse, np.nan)
 
 
-def _jumps(p: Array, J: Array, moves: Array, twists: Array, B: Array, d_qd: Array, out: Array) -> None:
+def _jump_rates(p: Array, J: Array, moves: Array, twists: Array, fixed: Array, d_qd: Array, out: Array) -> None:
     """Derivatives (N, n, 6, 3, nv) of the jumps of bodies at their frames' origins: by their joint velocities, and as they turn.
 
-    A body behind joint k turns with it, ω_k × (Δω, Δv), but for the share of what carries joint k, which is in B.
+    A body behind joint k turns with it, ω_k × (Δω, Δv), but for the part that joints ahead of it cause.
     """
     (n, nb), nv = p.shape[:2], d_qd.shape[1]
     at = np.zeros((n, nb, 6, 6))  # to the frame's origin: v + ω × p
     at[..., range(6), range(6)], at[..., 3:, :3] = 1.0, -cross_matrix(p)
-    at_origin = np.concatenate([twists[:3], twists[3:] + _cross(twists[:3], np.moveaxis(p, 2, 0)[:, None])])
-    turning = np.zeros((n, nb, 2, 3, 3, 3))
-    for row, column, other in ((0, 1, 2), (1, 2, 0), (2, 0, 1)):  # ω × u = −[u]× ω
-        turning[..., row, :, column] = at_origin[other::3].transpose(2, 3, 0, 1)
-        turning[..., column, :, row] = -turning[..., row, :, column]
-    shared = at.reshape(n, 6 * nb, 6) @ B
-    shared += (turning.reshape(n, 18 * nb, 3) @ np.ascontiguousarray(J[:, :3])).reshape(shared.shape)
-    shared *= np.repeat(np.tile(moves, 3), 6, axis=0)
-    own = (at.reshape(n, 6 * nb, 6) @ J) * np.repeat(moves, 6, axis=0)
-    np.matmul(own, d_qd.reshape(n, nv, 3 * nv), out=out.reshape(shared.shape))
-    out += shared.reshape(out.shape)
+    jumps = (at @ twists).reshape(n, nb, 2, 3, 3).swapaxes(-1, -2)
+    turning = cross_matrix(jumps).swapaxes(-2, -3).reshape(n, 18 * nb, 3)  # ω × u = −[u]× ω
+    at = at.reshape(n, 6 * nb, 6)
+    less = (at @ fixed).reshape(n, 18 * nb, nv)
+    less += turning @ J[:, :3]
+    less *= np.repeat(moves, 18, axis=0)
+    np.matmul((at @ J) * np.repeat(moves, 6, axis=0), d_qd.reshape(n, nv, 3 * nv), out=out.reshape(n, 6 * nb, 3 * nv))
+    out -= less.reshape(out.shape)

@@ -13,8 +13,8 @@ import numpy as np
 from shockpc.core.impulse import Solution
 from shockpc.core.inertia import solve_inertia
 from shockpc.core.percussion import larger, norm
-from shockpc.core.spatial import Array, cross, cross_matrix, velocity_at
-from shockpc.landing.dynamics import Dynamics, Inertias
+from shockpc.core.spatial import Array, cross, velocity_at
+from shockpc.landing.dynamics import Dynamics, Inertias, spatial_inertias
 from shockpc.landing.landing import PosedLanding
 from shockpc.landing.motion import twist_before
 from shockpc.landing.rows import Block, Equation, block_axes, block_point, block_wrenches, row_jacobian, slices_of
@@ -181,14 +181,7 @@ class Impact:
     @property
     def spatial_inertias(self) -> Any:
         """Inertias (N, nb, 6, 6) of the bodies about the base's origin, world axes (Featherstone 2008, Eq. 2.63)."""
-        bodies, inertias = range(len(self.landing.robot.bodies)), self.inertias
-        R = self.orientations(bodies)
-        C = cross_matrix(self.points(bodies, inertias.com))
-        mass = inertias.mass[..., None, None]
-        out = np.zeros((*C.shape[:2], 6, 6))
-        out[..., :3, :3] = R @ inertias.inertia @ np.swapaxes(R, -1, -2) - mass * C @ C
-        out[..., :3, 3:], out[..., 3:, :3], out[..., 3:, 3:] = mass * C, -mass * C, mass * np.eye(3)
-        return out
+        return spatial_inertias(self.state, self.inertias)
 
     @functools.cached_property
     def joint_loads(self) -> Any:
@@ -272,17 +265,13 @@ class DoubleImpact(Impact):
         self.landing, self.equation, self.bodies, self.strikes = landing, equation, bodies, strikes
         self.state, self.blocks, self.speeds = equation.state, equation.blocks, equation.b
         self.delta_qd, self.impulse, self.jumps = equation.full(solution.delta_qd), solution.impulse, jumps
-        self.unique, self.independent_impulse = np.ones(solution.impulse.shape[:2], dtype=bool), solution.impulse
+        self.unique, self.independent_impulse = np.ones(solution.impulse.shape[:2], dtype=bool), solution.independent_impulse
         if bodies is not None:
             self._columns = {body: k for k, body in enumerate(bodies)}
-        if solution.choices:
-            self.independent_impulse = solution.impulse.copy()
         self.clear = np.ones(len(self.unique), dtype=bool)
         """In which postures (N,) all rows are independent, clearly."""
         for k, choice in solution.choices.items():
             self.clear[k], self.unique[k] = False, choice.unique
-            self.independent_impulse[k] = 0.0
-            self.independent_impulse[k, choice.rows] = solution.independent[k]
         if inertias is not None:
             self.inertias = inertias
 
@@ -296,3 +285,11 @@ class DoubleImpact(Impact):
         """The same (N, n, n) of the whole robot as one rigid body, which is free."""
         wrenches = block_wrenches(self.state, block)
         return np.asarray(wrenches @ np.linalg.solve(self.spatial_inertias.sum(axis=1), np.swapaxes(wrenches, -1, -2)))
+
+
+class ColumnImpact(DoubleImpact):
+    """Jumps and impulses in a column each; a quantity has k values, one of each column."""
+
+    def along(self, columns: Any) -> Any:
+        """Columns (N, ..., k) as (N, k, ...)."""
+        return np.moveaxis(columns, -1, 1)

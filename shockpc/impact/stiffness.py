@@ -22,7 +22,7 @@ from shockpc.core.stiff_motion import Elements, History
 from shockpc.core.stiffness import attach_rotors, simulate_landing
 from shockpc.impact.exact.proof import motion as size_of
 from shockpc.impact.friction import contact_rows, jumps_of
-from shockpc.impact.impact import DoubleImpact, Impact
+from shockpc.impact.impact import ColumnImpact, DoubleImpact, Impact
 from shockpc.impact.loads import free_fall, motor_torques, spring_loads
 from shockpc.impact.stops import stop_rows, with_stops
 from shockpc.landing.landing import PosedLanding
@@ -60,14 +60,6 @@ which on the model without gravity, or with frozen geometry, is doubtful."""
 
 DAMPED_SHARE = 0.01
 """Share of the change of velocities from which on the damping of joints counts."""
-
-
-class _Columns(DoubleImpact):
-    """Jumps and impulses in a column each; a quantity has S values, one of each column."""
-
-    def along(self, columns: Any) -> Any:
-        """Columns (N, ..., S) as (N, S, ...)."""
-        return columns.transpose(0, columns.ndim - 1, *range(1, columns.ndim - 1))
 
 
 class CompliantLanding:
@@ -182,7 +174,7 @@ class CompliantLanding:
             )
         return np.asarray(velocity)
 
-    def _impact(self, jumps: Array, impulse: Array | None = None) -> _Columns:
+    def _impact(self, jumps: Array, impulse: Array | None = None) -> ColumnImpact:
         """An impact with jumps (n, S) of the coordinates, and impulses (nc, at most S) along all rows; of the others none."""
         equation, rows = self._rows.equation, self._rows
         delta = (rows.basis @ jumps[: self._free.shape[1]])[None]
@@ -192,10 +184,10 @@ class CompliantLanding:
         # Of the solution of Eq. 4 only these are read.
         solution = Solution(delta, impulses, np.ones(impulses.shape[:2]), np.array([0]), np.ones(1), {}, {})
         jumps = jumps_of(self.landing, equation.full(delta), self.landing.state)
-        return _Columns(replace(self.landing, acting=self._stops), equation, solution, jumps)
+        return ColumnImpact(replace(self.landing, acting=self._stops), equation, solution, jumps)
 
     @functools.cached_property
-    def _linear(self) -> _Columns:
+    def _linear(self) -> ColumnImpact:
         """Of each element the accelerations for its unit force as jumps, with what holds the loops; then the jumps of `ends`.
 
         These jumps are those beyond free fall, as an accelerometer gives them.

@@ -142,6 +142,16 @@ def dynamics(robot: Robot, Q: Array, armature: Array | None = None, inertias: In
     return Dynamics(inertia, J, rotation, position, origin, robot.supports, Q)
 
 
+def spatial_inertias(state: Dynamics, inertias: Inertias) -> Array:
+    """Inertias (N, nb, 6, 6) of the bodies about the base's origin, world axes (Featherstone 2008, Eq. 2.63)."""
+    R, mass = state.rotation, inertias.mass[..., None, None]
+    C = cross_matrix(state.position + (R @ inertias.com[..., None])[..., 0])
+    out = np.zeros((*C.shape[:2], 6, 6))
+    out[..., :3, :3] = R @ inertias.inertia @ np.swapaxes(R, -1, -2) - mass * C @ C
+    out[..., :3, 3:], out[..., 3:, :3], out[..., 3:, 3:] = mass * C, -mass * C, mass * np.eye(3)
+    return out
+
+
 def _momenta(robot: Robot, J: Array, rotation: Array, position: Array, inertias: Inertias) -> Array:
     """Momenta F (N, 6, nv) of unit joint velocities, as in `Momenta`: the composite inertia of what each joint carries times J.
 

@@ -12,7 +12,7 @@ import numpy as np
 
 from shockpc.core.impulse import DATA_TOLERANCE, TOLERANCE
 from shockpc.core.inertia import Inertia, diagonal_of, matrix_of
-from shockpc.core.spatial import Array
+from shockpc.core.spatial import Array, cross
 from shockpc.landing.dynamics import Dynamics
 from shockpc.robot.geometry import Shape
 
@@ -93,18 +93,23 @@ def block_axes(state: Dynamics, block: Block) -> Array:
 
 def block_wrenches(state: Dynamics, block: Block) -> Array:
     """Wrenches (N, n + m, 6) of the unit forces, then of the unit moments: moment about the origin [m], and force; world axes."""
-    n, axes = len(block.forces), block_axes(state, block)
-    point = block_point(state, block)
-    out = np.zeros((*axes.shape[:2], 6), dtype=point.dtype)
-    out[:, :n, 3:], out[:, n:, :3] = axes[:, :n], axes[:, n:]
-    (x, y, z), (a, b, c) = point.T[..., None], axes[:, :n].transpose(2, 0, 1)
-    out[:, :n, 0], out[:, :n, 1], out[:, :n, 2] = y * c - z * b, z * a - x * c, x * b - y * a
+    return wrenches(block_point(state, block), block_axes(state, block), len(block.forces))
+
+
+def wrenches(point: Array, axes: Array, n: int) -> Array:
+    """Wrenches (..., n + m, 6) of n unit forces at a point (..., 3), then m unit moments, as `block_wrenches`.
+
+    Args: axes (..., n + m, 3) of the forces, then of the moments.
+    """
+    out = np.zeros((*axes.shape[:-1], 6), dtype=axes.dtype)
+    out[..., :n, 3:], out[..., n:, :3] = axes[..., :n, :], axes[..., n:, :]
+    out[..., :n, :3] = cross(point[..., None, :], axes[..., :n, :])
     return out
 
 
 def row_jacobian(state: Dynamics, blocks: Sequence[Block]) -> Array:
     """J_c (N, nc, nv): the speed along each row for unit joint velocities (shock paper, Eq. 4), the power of its wrench."""
-    return np.concatenate([block_wrenches(state, block) @ state.J * _moved(state, block) for block in blocks], axis=1)
+    return np.concatenate([block_wrenches(state, block) @ state.J * row_signs(state, block) for block in blocks], axis=1)
 
 
 def row_terms(state: Dynamics, blocks: Sequence[Block]) -> Array:
@@ -120,7 +125,7 @@ def row_terms(state: Dynamics, blocks: Sequence[Block]) -> Array:
     terms = []
     for block in blocks:
         r = np.linalg.norm(block_point(state, block), axis=-1)[:, None]
-        moved = _moved(state, block) != 0.0
+        moved = row_signs(state, block) != 0.0
         of_forces, of_moments = (r * angular + linear) * moved, angular * moved
         terms += [of_forces] * len(block.forces) + [of_moments] * len(block.moments)
     return np.stack(terms, axis=1)
@@ -131,10 +136,14 @@ def row_tolerance(blocks: Sequence[Block]) -> float:
     return DATA_TOLERANCE if any(block.kind == "closure" for block in blocks) else TOLERANCE
 
 
-def _moved(state: Dynamics, block: Block) -> Array:
+def row_signs(state: Dynamics, block: Block) -> Array:
     """How (nv,) each joint velocity moves one end of a block against the other: 1, −1, or 0 where it moves neither or both."""
-    body, other = (np.where(end < 0, 0.0, state.supports[end].astype(float)) for end in (block.body, block.other))
-    return np.asarray(body - other)
+    return moved_by(state, block.body) - moved_by(state, block.other)
+
+
+def moved_by(state: Dynamics, body: int) -> Array:
+    """Which joint velocities (nv,) move a body, 1, and which do not, 0; none moves the world, −1."""
+    return np.asarray(np.where(body < 0, 0.0, state.supports[body].astype(float)))
 
 
 class Equation(NamedTuple):
