@@ -7,11 +7,11 @@ from typing import NamedTuple
 import numpy as np
 
 from shockpc.core.memo import memoized
-from shockpc.core.spatial import Array, cross
+from shockpc.core.spatial import Array
 from shockpc.landing.dynamics import Dynamics
 from shockpc.landing.landing import Landing
 from shockpc.landing.places import Place
-from shockpc.landing.rows import Block, block_point
+from shockpc.landing.rows import Block, block_point, wrenches
 from shockpc.quantities.quantity import Quantity
 from shockpc.robot.geometry import body_outline, robot_size
 from shockpc.robot.robot import Robot
@@ -169,17 +169,14 @@ def height_rates(
     """
     here, surface, values = _relative(landing, state, blocks, places)
     points = np.concatenate([_lowest_points(landing, state), _grounded_points(landing, state, blocks)], axis=1)
-    bodies, rows = np.append(_bodies_of_shapes(landing.robot), [blocks[k].body for k in on_ground(landing)]), np.arange(len(twists))
-
-    def rate(chosen: np.ndarray) -> Array:
-        """Of one point (N,) in each posture: ω · (p × n) + v · n."""
-        twist, arm = twists[rows, bodies[chosen]], cross(points[rows, chosen], landing.up)
-        return np.asarray(np.sum(twist * np.concatenate([arm, np.broadcast_to(landing.up, arm.shape)], axis=1)[..., None], axis=1))
-
+    bodies = np.append(_bodies_of_shapes(landing.robot), [blocks[k].body for k in on_ground(landing)])
     # The lowest point of a contact is that of one of its shapes, or its own.
-    heights, ends = points @ landing.up, (here.contacts.min(axis=1), here.contacts.max(axis=1))
-    low, high = (rate(np.abs(heights - end[:, None]).argmin(axis=1)) for end in ends)
-    return values, np.stack([high - low, *(rate(own.argmin(axis=1)) - low for own in surface)], axis=1)
+    ends = np.stack([here.contacts.min(axis=1), here.contacts.max(axis=1)])
+    low, high = np.abs(points @ landing.up - ends[..., None]).argmin(axis=2)
+    chosen = np.stack([low, high, *(own.argmin(axis=1) for own in surface)], axis=1)
+    pushes = wrenches(np.take_along_axis(points, chosen[..., None], axis=1), np.broadcast_to(landing.up, (*chosen.shape, 1, 3)), 1)
+    rates = (pushes @ twists[np.arange(len(twists))[:, None], bodies[chosen]])[:, :, 0]
+    return values, rates[:, 1:] - rates[:, :1]
 
 
 def _lowest_points(landing: Landing, state: Dynamics) -> Array:
