@@ -5,6 +5,7 @@ import io
 import itertools
 import math
 import re
+from dataclasses import replace
 from types import SimpleNamespace
 
 import numpy as np
@@ -19,6 +20,7 @@ from trees import robot_from
 from shockpc import Contact, ContactImpulse, Joints, Point, Posture, Rotor, Scene, Strike, shock_profile
 from shockpc.core.directions import ExtremeDirections
 from shockpc.quantities.records import StanceImpulse
+from shockpc.quantities.table import select
 from shockpc.show.reports.landing import accuracy_line, analyze_report, landing_report
 from shockpc.show.reports.landing_tables import contacts_sheet, directions_sheet
 from shockpc.show.tables import Lines, Sheet, as_csv, as_markdown, as_text, escaped, rounded
@@ -98,6 +100,33 @@ def test_the_result_comes_first():
     beam = text_of([shock_profile(Scene(robot="beam", contact="pivot"))], "table").splitlines()
     assert beam[0] == "shock        CoM of beam 0.2500 (joints free 0.2500 … locked 0.2500)"
     assert beam[1:3] == ["joint        largest impulse: none, because the robot has no joints", "warnings     no warnings"]
+
+
+def test_the_result_of_a_contact_that_slides_is_that_with_friction():
+    """Of all contacts that stick, the same lines as without friction; feet that stand are in the header."""
+
+    def answer(profile):
+        return landing_report(profile).text("table")
+
+    scene = Scene(robot="anymal_b", contact="LF_FOOT", pulse="half-sine:5ms", strike=Strike(strike_angle_deg=60.0))
+    sliding, sticking = (shock_profile(replace(scene, friction=mu)) for mu in (0.05, 5.0))
+    lines = dict(line.split(maxsplit=1) for line in answer(sliding).splitlines()[:6])
+    shock, peak = (sliding.value(f"{key}_friction", "point")[0] for key in ("shock", "peak_g"))
+    sizes = sliding.numbers(select("joint_impulse_friction"), sliding.places("joint"))
+    size = np.linalg.norm(sliding.value("impulse_friction", "contact")[0])
+    assert sliding.friction.state == ("slides",)
+    assert lines["shock"].startswith(
+        f"imu_link {shock:.4f} with friction 0.05 (sticking {sliding.points[0].shock:.4f}; joints free "
+    )
+    assert lines["peak"] == f"imu_link {rounded(peak)} g for a pulse half-sine:5ms with friction 0.05"
+    assert lines["joint"].startswith(
+        f"largest impulse with friction 0.05: {sliding.loads[int(sizes.argmax())].joint} {sizes.max():.4f} N s"
+    )
+    assert lines["ground"] == f"LF_FOOT: slides with friction 0.05, impulse {size:.4f} N s"
+    plain = answer(shock_profile(scene)).splitlines()[:5]
+    assert answer(sticking).splitlines()[:5] == plain
+    standing = answer(shock_profile(replace(scene, stance=("RH_FOOT",))))
+    assert "\nstance       RH_FOOT, which stands\n" in standing
 
 
 def test_report_of_a_robot_with_joints():

@@ -59,6 +59,7 @@ def header_lines(profile: ShockProfile, among: Collection[ShockProfile] = ()) ->
         "posture": posture_text(profile),
         "base": base_text(robot, scene.base or "free"),
         "contact": "; ".join(_contact_text(profile, i) for i in range(len(profile.contacts))),
+        **({"stance": "; ".join(f"{foot.frame}, which stands" for foot in profile.stance)} if profile.stance else {}),
         "strike": f"{strike_text(profile)}: velocity ({vector_text(profile.strike)}) m/s{normalised}",
         "joint model": "; ".join([joint_model_text(profile), *_drive_texts(profile, among or (profile,))]),
         "plane": plane_text(profile),
@@ -297,7 +298,11 @@ def _contact_text(profile: ShockProfile, i: int) -> str:
     where = ", ".join(f"{x:.3f}" for x in contact.point.round(3) + 0.0)
     parts = [f"{asked.frame}{', its lowest point' if asked.at == 'lowest' else ''} at ({where}) m"]
     kept = [d if isinstance(d, str) else "({:g} {:g} {:g})".format(*d) for d in asked.directions]
-    parts.append("sticks" if asked.sticks else f"slides, constrained along {' '.join(kept)}")
+    friction = profile.friction
+    slides = (
+        "" if friction is None or friction.impact is None else f" ({friction.state[i]} with friction {profile.scene.friction:g})"
+    )
+    parts.append(f"sticks{slides}" if asked.sticks else f"slides, constrained along {' '.join(kept)}")
     parts += ["flat"] * (asked.kind == "flat") + [f"restitution {asked.restitution:g}"] * bool(asked.restitution)
     parts += [f"normal ({vector_text(asked.normal)})"] if asked.normal else []
     parts += [f"not along ({axis}), where rounding of the file alone moves it" for axis in _left_out(profile, i)]

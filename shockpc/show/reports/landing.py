@@ -14,6 +14,7 @@ from shockpc.landing.stops import side_of
 from shockpc.quantities.parts import SOFTEST, STIFFEST
 from shockpc.quantities.profile import ShockProfile
 from shockpc.quantities.records import ContactImpulse
+from shockpc.quantities.table import quantity
 from shockpc.robot.robot import STOP
 from shockpc.show.document import content
 from shockpc.show.reports.answer import WORST, landing_lines, moving_bodies, shocks_sheet, worst_first
@@ -153,21 +154,16 @@ def analyze_report(
 
 def _summary(profile: ShockProfile) -> list[tuple[str, str]]:
     """What matters most: the shock at the sensors, the largest impulse through a joint, and the warnings."""
-    sensors = [row for row in profile.bracket if row.place in {place.name for place in profile.landing.points}]
-    shown = [(row.place, row) for row in sensors] or [(f"CoM of {row.place}", row) for row in profile.bracket]
-    ends = [(_or_none(row.free), _or_none(row.locked)) for _, row in shown]
-    texts = [
-        f"{name} {rounded(row.as_modelled)} (joints free {free} … locked {locked})"
-        for (name, row), (free, locked) in zip(shown, ends, strict=True)
-    ]
-    loads, warnings = profile.loads, profile.health.warnings
+    shocks = _shock_texts(profile)
+    texts = [shocks[place.name] for place in profile.landing.points if place.name in shocks]
+    texts = texts or [f"CoM of {text}" for text in shocks.values()]
+    loads, warnings, mu = profile.loads, profile.health.warnings, _sliding_friction(profile)
     force = "none, because the robot has no joints"
     if loads:
-        sizes = profile.value("joint_impulse", "joint")
-        load, joint = loads[int(np.argmax(sizes))], profile.robot.joint(loads[int(np.argmax(sizes))].joint)
-        along = (
-            "" if load.along is None else f", {rounded(abs(load.along))} {'N s' if joint.unit == 'm' else 'N m s'} along its axis"
-        )
+        sizes, moments = (profile.value(key if mu is None else f"{key}_friction", "joint") for key in ("joint_impulse", "along"))
+        load, moment = loads[int(np.argmax(sizes))], abs(float(moments[np.argmax(sizes)]))
+        unit = "N s" if profile.robot.joint(load.joint).unit == "m" else "N m s"
+        along = "" if math.isnan(moment) else f", {rounded(moment)} {unit} along its axis"
         force = f"{load.joint} {rounded(sizes.max())} N s{along}"
         if not profile.choice.unique.all():
             force = "not determined, because rows are redundant"
@@ -176,10 +172,32 @@ def _summary(profile: ShockProfile) -> list[tuple[str, str]]:
     first = CLEAN
     if warnings:
         first = "warnings", f"{count(len(warnings), 'warning')}: {textwrap.shorten(str(warnings[0]), WARNING, placeholder=' …')}"
-    lines = [("shock", few(texts, 4, "; ")), ("joint", f"largest impulse: {force}"), first]
-    if peaks := [f"{point.frame} {rounded(point.peak_g)} g" for point in profile.points if point.peak_g is not None]:
-        lines.insert(1, ("peak", f"{few(peaks, 4)} for a pulse {profile.scene.pulse}"))
+    with_friction = "" if mu is None else f" with friction {mu:g}"
+    lines = [("shock", few(texts, 4, "; ")), ("joint", f"largest impulse{with_friction}: {force}"), first]
+    peaks = profile.value("peak_g" if mu is None else "peak_g_friction", "point").tolist()
+    known = [f"{point.frame} {rounded(g)} g" for point, g in zip(profile.points, peaks, strict=True) if not math.isnan(g)]
+    if known:
+        lines.insert(1, ("peak", f"{few(known, 4)} for a pulse {profile.scene.pulse}{with_friction}"))
     return lines
+
+
+def _shock_texts(profile: ShockProfile) -> dict[str, str]:
+    """The shock at each place of the bracket by its name, with friction where a contact slides, and with other joints."""
+    mu = _sliding_friction(profile)
+    sliding = None if mu is None else profile.values(quantity("point", "shock_friction"), profile.bracketed)
+    texts = {}
+    for k, row in enumerate(profile.bracket):
+        others = f"joints free {_or_none(row.free)} … locked {_or_none(row.locked)}"
+        modelled = f"{row.place} {rounded(row.as_modelled)} ("
+        if sliding is not None:
+            modelled = f"{row.place} {rounded(sliding[k])} with friction {mu:g} (sticking {rounded(row.as_modelled)}; "
+        texts[row.place] = f"{modelled}{others})"
+    return texts
+
+
+def _sliding_friction(profile: ShockProfile) -> float | None:
+    """The friction of a landing in which not all contacts stick as in Eq. 4; None where they do, or none is given."""
+    return None if profile.friction is None or profile.friction.impact is None else profile.scene.friction
 
 
 def _or_none(shock: float | None) -> str:
@@ -189,10 +207,14 @@ def _or_none(shock: float | None) -> str:
 
 def _summary_with_ground(profile: ShockProfile) -> list[tuple[str, str]]:
     """The summary, and impulse, friction and effective mass at the contacts."""
-    texts = []
-    for contact, block in zip(profile.contacts, profile.landing.contacts, strict=True):
+    texts, mu = [], _sliding_friction(profile)
+    for k, (contact, block) in enumerate(zip(profile.contacts, profile.landing.contacts, strict=True)):
         if block.kind == "stop":
             texts.append(_stop_text(contact, block))
+            continue
+        if mu is not None and profile.friction is not None:
+            size = rounded(math.hypot(*profile.value("impulse_friction", "contact")[k]))
+            texts.append(f"{contact.frame}: {profile.friction.state[k]} with friction {mu:g}, impulse {size} N s")
             continue
         if contact.impulse is None:
             texts.append(f"{contact.frame}: impulse not determined, because rows are redundant")
