@@ -137,6 +137,15 @@ def test_springs_that_count_nowhere_are_said(capfd, stick, tmp_path):
     assert re.search(r"most severe for peak_torque@knee: --joint-stiffness knee=[12]0\.0$", text, re.MULTILINE)
 
 
+@pytest.mark.parametrize("given", [("--friction", 0.1), ("--vary", "friction=0:0.5:3")])
+def test_a_friction_on_which_no_column_depends_is_said(capfd, stick, given):
+    words = ("--contact", "foot", "--vary", "strike-angle=0:40:2", *given)
+    said = "warning: these numbers are of contacts that stick; the friction counts alone in whether flat ground allows"
+    assert said in good(capfd, "sweep", stick, *words)
+    assert said not in good(capfd, "sweep", stick, *words, "--at", "body", "--quantity", "shock_friction@body")
+    assert said not in good(capfd, "sweep", stick, *words[:4])
+
+
 def test_most_severe_row_is_pasted_into_analyze(capfd, stick, tmp_path):
     """The options in the summary reproduce the greatest shock in the table."""
     text = good(capfd, "sweep", stick, *SMALL, "--out", tmp_path / "out")

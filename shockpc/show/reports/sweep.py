@@ -131,6 +131,12 @@ def _lines(summary: Summary[VariedLandings]) -> Iterator[str]:
         for varied in (varied for varied in sweep.variations if varied.kind.endswith("-stiffness")):
             asked = "--quantity peak_acceleration or peak_force" + ("" if stiff else ", with --contact-stiffness,")
             yield f"warning: nothing computed here depends on {varied.subject}; {asked} does"
+    slides = sweep.scene.friction is not None or any(varied.kind == "friction" for varied in sweep.variations)
+    if slides and not any(one.column.selection.quantity.of_ground(sweep.scene) for one in summary.extents):
+        yield (
+            "warning: these numbers are of contacts that stick; the friction counts alone in whether flat ground allows a landing; "
+            "--quantity shock_friction depends on it"
+        )
     if stiff:
         yield LEFT_OUT
     if summary.failed:
