@@ -1,4 +1,4 @@
-"""`shockpc batch`: many robots, each landing on each of its feet."""
+"""`shockpc batch`: single-foot landings of many robots."""
 
 import functools
 from typing import Any

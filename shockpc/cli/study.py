@@ -3,7 +3,7 @@
 What the command passes for a parameter that is no option follows from the parameter's name:
 
     scene        one landing, of ROBOT and the options of a scene
-    landings     landings by name: SCENE..., or a robot's on each of its feet alone
+    landings     landings by name: SCENE..., or a robot's single-foot landings
     postures     postures of one robot by name: SCENE..., or a robot's own
     designs      one landing of each DESIGN...
     log          the path LOG; its `scene` is one landing on all contacts of ROBOT and the options
@@ -43,7 +43,7 @@ from shockpc.text.errors import DefectError
 INPUTS = {
     "landings": (
         tuple[str, ...],
-        argument("Scenes (TOML), or a robot, which lands on each foot alone.", "SCENE...", robot_name, default=...),
+        argument("Scenes (TOML), or a robot: its single-foot landings.", "SCENE...", robot_name, default=...),
     ),
     "postures": (
         tuple[str, ...],

@@ -1,4 +1,4 @@
-"""Many robots at once: each lands on each of its feet alone, in its standing posture."""
+"""Single-foot landings of many robots, in their standing postures."""
 
 import functools
 import math
@@ -114,7 +114,7 @@ class Batch(NamedTuple):
 
 
 def landings_on_each_foot(name: str) -> tuple[Robot, list[Scene]]:
-    """A robot, and its landings on each foot alone, 1 m/s straight down in its standing posture.
+    """A robot, and its single-foot landings, 1 m/s straight down in its standing posture.
 
     Raises:
         ShockError: the robot cannot be loaded.

@@ -142,7 +142,7 @@ class PlaceStudy:
 @study(
     "shockpc place anymal_b --vary strike-angle=-30:75:4",
     more=(
-        "A robot without --contact lands on each of its feet alone. What counts is the greatest shock over all "
+        "Without --contact the landings are those on each single foot. What counts is the greatest shock over all "
         "landings. The optimum over the body is exact, with its gap stated; the shock at the places is proven. With "
         "--pulse and --range-g, also how much of a sensor's range is left along each axis."
     ),
