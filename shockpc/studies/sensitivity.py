@@ -265,7 +265,7 @@ def _in_any(by_landing: Sequence[Mapping[ParameterKey, Parameter]]) -> dict[Para
 
 def _worst(target: Column, values: Array) -> int:
     """The landing with the worst value; of a quantity that is not worse in either direction that with the greatest."""
-    return int(values.argmin() if target.selection.quantity.worse == "less" else values.argmax())
+    return int(target.selection.worse(values).argmax())
 
 
 def _changes(

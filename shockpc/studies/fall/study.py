@@ -190,7 +190,7 @@ def fall(
     slides = any(scene.friction is not None for scene in scenes.values())
     rank = rank or ("part_margin" if parts else "body.delta_v_friction" if slides else "delta_v_max")
     texts = tuple(dict.fromkeys([rank, *(WITH_FRICTION if slides else STANDARD), *quantities]))
-    worse, *_ = (select(text.partition("@")[0]).quantity.worse for text in texts)
+    ranked, *_ = [select(text.partition("@")[0]) for text in texts]
     tips, strikes, failures, notes = list[Tip](), list[FallStrike](), dict[str, ShockError](), list[str]()
     for posture, scene in scenes.items():
         _refuse_options(scene)
@@ -215,10 +215,7 @@ def fall(
             or f"nothing strikes at {least:g} m/s or more: the robot rolls or comes to rest; a smaller --least lists slower ones"
         )
     table = _evaluated(strikes, robot, texts, trace)
-    results = sorted(
-        table.looks.values(),
-        key=lambda one: np.nan_to_num(one.values[rank] if worse == "less" else -abs(one.values[rank]), nan=math.inf),
-    )
+    results = sorted(table.looks.values(), key=lambda one: -float(ranked.worse(one.values[rank])))
     if not results:
         raise next(iter(table.refusals.values()))
     failures |= {strikes[i].name: refusal for i, refusal in table.refusals.items()}
