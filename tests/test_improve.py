@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 from commands import run
 from identify_draws import LEG
+from robot_texts import LIMIT, joint, link, urdf
 from scipy.optimize import minimize
 from trees import known_robot, robot_from
 
@@ -155,6 +156,18 @@ def test_any_number_of_points_is_linearized_at_once():
     X = cost.bounds[:, 0] + np.random.default_rng(1).random((2800, 3)) * np.ptp(cost.bounds, axis=1)
     for part, last in zip(cost.linearized(X), cost.linearized(X[-1:]), strict=True):
         np.testing.assert_allclose(part[-1:], last, rtol=1e-12)
+
+
+def test_slopes_of_a_robot_without_geometry():
+    """Relative to the velocity of the centre of mass, which is that of the strike."""
+    robot = robot_from(urdf(link("a"), link("b"), joint("j", "a", "b", axis="0 1 0", more='<origin xyz="0.1 0 -.2"/>' + LIMIT)))
+    scene = Scene(
+        robot=robot.label, contact=(Contact(frame="b", offset=(0.1, 0.0, -0.2)),), v_in="com", strike=Strike(strike_angle_deg=10.0)
+    )
+    cost = ShockCost(scene, "shock_com@a", {"j": "-60:60"}, robot)
+    assert cost.exact
+    slope = (cost([20.0 + 1e-3]) - cost([20.0 - 1e-3])) / 2e-3
+    np.testing.assert_allclose(cost.gradient([20.0]), slope, rtol=1e-7)
 
 
 def test_twelve_joints_have_the_same_optimum_from_every_seed():

@@ -1,6 +1,5 @@
 """Heights of a robot's geometry over flat ground: what of it the ground meets first, and which contacts it touches together."""
 
-import itertools
 from collections.abc import Sequence
 from typing import NamedTuple
 
@@ -127,14 +126,12 @@ def levels(landing: Landing, rotation: Array, position: Array, points: Array, ev
     return Levels(core, surface, lowest, struck, others, inside, landing.scene.ground_tolerance)
 
 
-def _relative(
-    landing: Landing, state: Dynamics, blocks: Sequence[Block], places: Sequence[Place]
-) -> tuple[Levels, list[Array], Array]:
-    """Heights in N postures: all, those (N, n) of the shapes of each body that are no contact, `SPREAD` and `CLEARANCE`."""
+def _relative(landing: Landing, state: Dynamics, blocks: Sequence[Block], places: Sequence[Place]) -> tuple[Levels, Array]:
+    """Heights in N postures: all; and (N, 1 + n) `SPREAD`, and `CLEARANCE` of n bodies, inf of one without other shapes."""
     here = levels(landing, state.rotation, state.position, _grounded_points(landing, state, blocks), every=True)
-    of_shape, low = _bodies_of_shapes(landing.robot), here.contacts.min(axis=1)
-    surface = [np.where(here.others & (of_shape == place.body), here.surface, np.inf) for place in places]
-    return here, surface, np.stack([here.spread, *(own.min(axis=1, initial=np.inf) - low for own in surface)], axis=1)
+    bodies, low = body_outline(landing.robot).pieces.body, here.contacts.min(axis=1)
+    shapes = (here.surface[:, here.others & (bodies == place.body)] for place in places)
+    return here, np.stack([here.spread, *(heights.min(axis=1, initial=np.inf) - low for heights in shapes)], axis=1)
 
 
 def _grounded_points(landing: Landing, state: Dynamics, blocks: Sequence[Block]) -> Array:
@@ -144,11 +141,11 @@ def _grounded_points(landing: Landing, state: Dynamics, blocks: Sequence[Block])
 
 SPREAD = Quantity(
     "spread", "robot", "difference in height of the contacts", "m", "neither",
-    lambda impact, places: _relative(impact.landing, impact.state, impact.blocks, places)[2][:, None, :1],
+    lambda impact, places: _relative(impact.landing, impact.state, impact.blocks, places)[1][:, None, :1],
 )  # fmt: skip
 CLEARANCE = Quantity(
     "clearance", "body", "height above the lowest contact", "m", "neither",
-    lambda impact, places: _relative(impact.landing, impact.state, impact.blocks, places)[2][:, None, 1:],
+    lambda impact, places: _relative(impact.landing, impact.state, impact.blocks, places)[1][:, None, 1:],
 )  # fmt: skip
 """What `feasible` decides by, as numbers that a constraint can follow: they have either sign."""
 
@@ -167,13 +164,15 @@ def height_rates(
         twists: (N, nb, 6, d) of the bodies in d motions, world axes, about the base.
         places: the n bodies.
     """
-    here, surface, values = _relative(landing, state, blocks, places)
+    here, values = _relative(landing, state, blocks, places)
+    grounded = [blocks[k].body for k in on_ground(landing)]
     points = np.concatenate([_lowest_points(landing, state), _grounded_points(landing, state, blocks)], axis=1)
-    bodies = np.append(_bodies_of_shapes(landing.robot), [blocks[k].body for k in on_ground(landing)])
+    heights, bodies = points @ landing.up, np.append(body_outline(landing.robot).pieces.body, grounded)
     # The lowest point of a contact is that of one of its shapes, or its own.
     ends = np.stack([here.contacts.min(axis=1), here.contacts.max(axis=1)])
-    low, high = np.abs(points @ landing.up - ends[..., None]).argmin(axis=2)
-    chosen = np.stack([low, high, *(own.argmin(axis=1) for own in surface)], axis=1)
+    others = np.append(here.others, np.zeros(len(grounded), dtype=bool))
+    of_bodies = (np.where(others & (bodies == place.body), heights, np.inf) for place in places)
+    chosen = np.stack([*np.abs(heights - ends[..., None]).argmin(axis=2), *(own.argmin(axis=1) for own in of_bodies)], axis=1)
     pushes = wrenches(np.take_along_axis(points, chosen[..., None], axis=1), np.broadcast_to(landing.up, (*chosen.shape, 1, 3)), 1)
     rates = (pushes @ twists[np.arange(len(twists))[:, None], bodies[chosen]])[:, :, 0]
     return values, rates[:, 1:] - rates[:, :1]
@@ -181,24 +180,14 @@ def height_rates(
 
 def _lowest_points(landing: Landing, state: Dynamics) -> Array:
     """The lowest points (N, n, 3) of the shapes, world axes, from the base [m]."""
-    start, found = body_outline(landing.robot).pieces.start, np.empty((len(state.Q), len(_bodies_of_shapes(landing.robot)), 3))
-    for body, n, corners, axes in _by_body(landing.robot)[0]:
-        R = state.rotation[:, body]
-        up = landing.up @ R
-        height, ends = corners @ up.T, [*(start[n] - start[n[0]]), len(corners)]
-        low = corners[[height[a:b].argmin(axis=0) + a for a, b in itertools.pairwise(ends)]]
-        if axes.size:
-            towards = (axes @ up.T).reshape(3, len(n), -1)
-            length = np.sqrt(np.sum(towards**2, axis=0))
-            low -= np.einsum("jnk,jni->nki", towards / np.where(length > 0.0, length, 1.0), axes.reshape(3, len(n), 3))
-        found[:, n] = state.position[:, body, None] + np.swapaxes(low, 0, 1) @ np.swapaxes(R, -1, -2)
-    return found
-
-
-@memoized()
-def _bodies_of_shapes(robot: Robot) -> np.ndarray:
-    """The body (n,) of each shape."""
-    return np.array([i for i, shapes in enumerate(body_outline(robot).shapes) for _ in shapes], dtype=int)
+    pieces = body_outline(landing.robot).pieces
+    up, low = landing.up @ state.rotation, np.empty((len(state.Q), len(pieces.body), 3))
+    for k, corners in enumerate(np.split(pieces.points, pieces.start)[1:]):
+        low[:, k] = corners[(corners @ up[:, pieces.body[k]].T).argmin(axis=0)]
+    towards = up[:, pieces.body, None] @ pieces.rounding
+    length = np.linalg.norm(towards, axis=3, keepdims=True)
+    low -= (towards / np.where(length > 0.0, length, 1.0) @ pieces.rounding.swapaxes(1, 2))[:, :, 0]
+    return np.asarray(state.position[:, pieces.body] + (state.rotation[:, pieces.body] @ low[..., None])[..., 0])
 
 
 @memoized()

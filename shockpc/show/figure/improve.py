@@ -39,6 +39,7 @@ def draw_front(study: Improvement) -> Figure:
         abs(before) if cost.column.selection.signed else before for cost, (before, _) in zip(study.costs, study.values, strict=True)
     ]
     axes.plot(*given, color=INK, marker="s", linestyle="none", label="as given")
-    axes.set(**{f"{axis}label": size_at_place(cost.quantity, cost.column) for cost, axis in zip(study.costs, "xy", strict=True)})
+    x, y = (size_at_place(cost.quantity, cost.column) for cost in study.costs)
+    axes.set(xlabel=x, ylabel=y)
     axes.legend()
     return figure

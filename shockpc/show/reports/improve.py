@@ -1,13 +1,15 @@
 """An optimum: what it gains, what holds it there, what each variable does, and how the worst landing changes."""
 
+import itertools
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from typing import Any
 
 import numpy as np
 
 from shockpc.evaluation.variation import OF_A_LINK
-from shockpc.landing.scene_file import scene_table
+from shockpc.landing.scene_file import scene_text
+from shockpc.show.document import record
 from shockpc.show.reports.compare import compare_report
 from shockpc.show.reports.report import Picture, Report, Section
 from shockpc.show.tables import Lines, Sheet, sheet_of
@@ -15,7 +17,6 @@ from shockpc.show.wording import at_place, count, proof_text, shared_lines, shar
 from shockpc.studies.compare import STANDARD, Design, compare
 from shockpc.studies.improve import Improvement
 from shockpc.text.printed import few
-from shockpc.text.toml import toml_lines
 
 
 def improve_report(study: Improvement) -> Report:
@@ -30,10 +31,13 @@ def improve_report(study: Improvement) -> Report:
         sheets["front"] = lambda: _front(study)
         figures.append(Picture("front", "the front of two numbers", "improve:draw_front", (study,)))
 
-    def body(full: bool) -> list[Section]:
-        own: list[Section] = [Lines([*shared_lines(study.after), *_lines(study)]), *(make() for make in sheets.values()), *figures]
-        more = [] if full else [Lines(["--out writes how the other numbers change"])]
-        return [*own, *list(compared.body(full))[: None if full else 4], *more]
+    def body(full: bool) -> Iterator[Section]:
+        yield Lines([*shared_lines(study.after), *_lines(study)])
+        yield from (make() for make in sheets.values())
+        yield from figures
+        yield from itertools.islice(compared.body(full), None if full else 4)
+        if not full:
+            yield Lines(["--out writes how the other numbers change"])
 
     return Report(
         name="improve",
@@ -44,9 +48,8 @@ def improve_report(study: Improvement) -> Report:
         warnings=shared_warnings(study.after),
         sheets=sheets,
         document=lambda: _document(study),
-        more=lambda _: {
-            f"optimum-{k}.toml": "\n".join(toml_lines(scene_table(profile.scene))) + "\n"
-            for k, profile in enumerate(study.after.values(), start=1)
+        more=lambda folder: {
+            f"optimum-{k}.toml": scene_text(profile.scene, folder) for k, profile in enumerate(study.after.values(), start=1)
         },
         landings={f"{label}: {study.worst}": one for label, one in worst.items()},
     )
@@ -57,15 +60,15 @@ def _lines(study: Improvement) -> list[tuple[str, str]]:
     lines, over = list[tuple[str, str]](), f", the worst of {len(study.after)} landings" if len(study.after) > 1 else ""
     for cost, (before, after) in zip(study.costs, study.values, strict=True):
         gain = f" ({100.0 * (after / before - 1.0):+.3g} %)" if before and math.isfinite(after / before) else ""
-        unit = "" if cost.column.unit == "-" else f" {cost.column.unit}"
+        unit = f" {cost.column.unit}".removesuffix(" -")
         lines.append((at_place(cost.quantity), f"{before:.4g}{unit} → {after:.4g}{unit}{gain}{over}"))
-    before, after = study.costs[0].column.selection.worse(np.array(study.values[0]))
+    cost = study.costs[0]
+    before, after = cost.column.selection.worse(np.array(study.values[0]))
     if math.isclose(before, after, rel_tol=1e-6):
         lines.append(("as given", "no point is better, by more than a millionth"))
     elif after > before:
-        ranges = zip(study.variables, study.costs[0].bounds, strict=True)
-        outside = [one.name for one, (low, high) in ranges if one.before < low or one.before > high]
         differing = [one.name for one in study.variables if math.isnan(one.before)]
+        outside = [one.name for one, (low, high) in zip(study.variables, cost.bounds, strict=True) if not low <= one.before <= high]
         reason = f"it lies outside the range of {few(outside, 4)}" if outside else "it misses constraints"
         if differing:
             reason = f"there the joints of {few(differing, 4)} differ, which have one value here"
@@ -107,12 +110,7 @@ def _document(study: Improvement) -> dict[str, Any]:
             for cost, (before, after) in zip(study.costs, study.values, strict=True)
         ],
         "worst": study.worst or None,
-        "held": study.held,
-        "variables": study.variables,
-        "runs": study.runs,
-        "agreeing": study.agreeing,
-        "seed": study.seed,
-        "front": study.front,
+        **record(study, "held", "variables", "runs", "agreeing", "seed", "front"),
         "landings": [
             {"landing": name or None, "before": study.before[name].scene, "after": profile.scene}
             for name, profile in study.after.items()
