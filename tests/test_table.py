@@ -181,3 +181,38 @@ def test_every_study_has_a_table_with_units(name, tmp_path):
         missing = pandas.isna(frame[heading]).to_numpy()
         np.testing.assert_array_equal(missing, [cell is None or cell != cell for cell in values.tolist()])
         assert frame[heading].to_numpy()[~missing].tolist() == values[~missing].tolist()
+
+
+def test_tables_of_batches_and_falls_are_ranked_by_their_quantities():
+    """Their columns are of the worst place of each row, so that a heading is a quantity without a place."""
+    batch = shockpc.batch(["anymal_b", "nosuch"])
+    table = batch.table
+    assert [table.columns["contact"][i] for i in table.worst(9, "shock_max")] == [row.contact for row in batch.rows]
+    assert table.ranked("shock_max")[-1] == 4  # the robot that is none
+    assert (np.diff(table.values("mass_sticking")[table.worst(4, "mass_sticking")]) <= 0.0).all()
+    falls = shockpc.fall(Scene(robot=str(BLOCKS)), drop=0.5, attitudes=4)
+    assert falls.table.values("delta_v_max")[falls.table.worst(4, "delta_v_max")].tolist() == [
+        one.values["delta_v_max"] for one in falls.results
+    ]
+
+
+@pytest.mark.parametrize(
+    "call",
+    [
+        lambda table: table.worst("a"),
+        lambda table: table.worst(2.5),
+        lambda table: table.ranked(3),
+        lambda table: table.ranked("name"),
+        lambda table: table.column(None),
+        lambda table: table.values("nosuch"),
+        lambda table: table.percentile("shock@imu_link", 200.0),
+        lambda table: table.percentile("shock@imu_link", np.nan),
+        lambda table: table.percentile("shock@imu_link", "a"),
+        lambda table: table.percentile("name", 50.0),
+    ],
+)
+def test_what_a_table_does_not_have_is_refused(call):
+    table = shockpc.landings({"q_LF_KFE": [-1.0, -1.2], "name": ["a", "b"]}, FOOT, ["shock@imu_link"]).table()
+    assert table.worst(-1, "shock@imu_link") == []
+    with pytest.raises(shockpc.StudyError):
+        call(Table(table.computed, {**table.columns, "name": np.array(["a", "b"])}, {}))

@@ -11,6 +11,7 @@ import numpy as np
 from shockpc.core.spatial import Array
 from shockpc.evaluation.columns import Column, percentile
 from shockpc.quantities.table import selections
+from shockpc.text.arguments import checked
 from shockpc.text.errors import DefectError, ShockError, StudyError
 from shockpc.text.printed import listed
 
@@ -93,6 +94,7 @@ class Table:
             raise DefectError(f"an error in shockpc itself, please report it: {self.defects[0].splitlines()[-1]}", self.defects[0])
         return self
 
+    @checked
     def column(self, text: str) -> Column:
         """The computed column that a text names, KEY or KEY@PLACE.
 
@@ -106,6 +108,7 @@ class Table:
             raise StudyError(f'"{text}" means {valid}; name one of them' if named else f'no column is "{text}"; there are {valid}')
         return named[0]
 
+    @checked
     def values(self, column: Column | str) -> Array:
         """The values (n,) of a column, of a computed one also by what `column` takes."""
         if isinstance(column, str) and column in self.columns:
@@ -126,21 +129,50 @@ class Table:
         name = next((column.name for column in self.computed if column.selection.quantity.role == "feasible"), "")
         return self.columns[name] == 1.0 if name else np.ones(len(self), dtype=bool)
 
+    @checked
     def ranked(self, column: Column | str) -> np.ndarray:
-        """The rows (n,), the worst value of a column first, as `worse`; those without one last."""
-        column = self.column(column) if isinstance(column, str) else column
-        return np.argsort(-column.selection.worse(self.columns[column.name]), kind="stable")
+        """The rows (n,), the worst value of a column first, as `worse`; those without one last.
 
+        Args:
+            column: a computed one, what `column` takes, or a heading that is a quantity, with its place or without.
+
+        Raises:
+            StudyError: there is no such column.
+        """
+        selection = selections().get(column.partition("@")[0]) if isinstance(column, str) and column in self.columns else None
+        if selection is None:
+            selection = (self.column(column) if isinstance(column, str) else column).selection
+        return np.argsort(-selection.worse(self.values(column)), kind="stable")
+
+    @checked
     def worst(self, count: int, column: Column | str | None = None) -> list[int]:
-        """The rows with the worst values of a column, at most so many; without a column, the worst of every column in turn."""
+        """The rows with the worst values of a column, at most so many; without a column, the worst of every computed one in turn.
+
+        Args:
+            count: number of rows.
+            column: as in `ranked`.
+
+        Raises:
+            StudyError: there is no such column.
+        """
+        count = max(count, 0)
         columns: Sequence[Column | str] = self.computed if column is None else (column,)
         orders = ([i for i in self.ranked(each)[:count].tolist() if np.isfinite(self.values(each)[i])] for each in columns)
         rows = dict.fromkeys(i for places in itertools.zip_longest(*orders) for i in places if i is not None)
         return list(rows)[:count]
 
+    @checked
     def percentile(self, column: Column | str, share: float) -> float:
-        """The least value of a column that at least a share of its values [%] do not exceed; NaN without any value."""
+        """The least value of a column that at least a share of its values [%] do not exceed; NaN without any value.
+
+        Raises:
+            StudyError: there is no such column, it holds texts, or the share is not one of 0 to 100.
+        """
         values = self.values(column)
+        if values.dtype.kind in "UO":
+            raise StudyError(f'column "{column}" holds texts, which have no percentiles')
+        if not 0.0 <= share <= 100.0:
+            raise StudyError(f"a share of {share:g} is not valid; give one from 0 to 100 [%]")
         known = values[~np.isnan(values)]
         return float(percentile(known, share)) if known.size else np.nan
 
