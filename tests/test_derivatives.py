@@ -20,6 +20,11 @@ def on(robot, *feet, **options):
     return Scene(robot=robot, contact=tuple(Contact(frame=foot, **contact) for foot in feet), **options)
 
 
+IN_SERIES = """<mujoco><worldbody><body name="trunk" pos="0 0 1"><freejoint/><geom size=".2" mass="3" pos=".05 .1 0"/>
+<body name="thigh" pos=".2 0 0"><joint name="pitch" axis="0 1 0"/><joint name="roll" axis="1 0 0" pos=".02 0 .01"/>
+<joint name="rail" type="slide" axis="0 0 1"/><geom size=".1" mass="1" pos="0 .03 -.2"/><body name="shank" pos=".05 0 -.4">
+<joint name="ball" type="ball"/><geom size=".1" mass=".7" pos=".1 .2 0"/></body></body></body></worldbody></mujoco>"""
+
 LANDINGS = {
     "one foot": on("anymal_b", "LF_FOOT"),
     "two feet, geared": on("anymal_b", "LF_FOOT", "RH_FOOT", joints=Joints(armature={"*_KFE": 0.05})),
@@ -34,6 +39,7 @@ LANDINGS = {
     "followers": on("panda", "panda_leftfinger"),
     "loop": on("five_bar", "toe"),
     "two loops and ball joints": on("cassie", "left-foot"),
+    "several joints of one body": on(IN_SERIES, "shank", at="lowest", base="planar"),
 }
 
 
@@ -50,7 +56,8 @@ def beside(landing, Q, k, steps):
 
 @pytest.mark.parametrize("name", LANDINGS)
 def test_derivatives_are_those_of_central_differences(name):
-    landing = resolve(LANDINGS[name], known_robot(LANDINGS[name].robot))
+    scene = LANDINGS[name]
+    landing = resolve(scene, robot_from(IN_SERIES, ".xml") if scene.robot == IN_SERIES else known_robot(scene.robot))
     robot, rng = landing.robot, np.random.default_rng(0)
     nv = robot.model.nv
     Q = np.array([pin.integrate(robot.model, landing.q, 0.05 * rng.standard_normal(nv)) for _ in range(2)])
@@ -94,6 +101,17 @@ def test_derivatives_in_balls(name, columns):
         np.testing.assert_allclose(found[..., k], exact, rtol=0, atol=1e-9 * np.abs(found).max())
 
 
+def pinocchio_contact(model, name):
+    """A contact that sticks, as Pinocchio's impulse dynamics takes it: data of the robot, models, their data, and settings."""
+    frame = model.frames[model.getFrameId(name)]
+    contact = pin.RigidConstraintModel(
+        pin.ContactType.CONTACT_3D, model, frame.parentJoint, frame.placement, pin.ReferenceFrame.LOCAL_WORLD_ALIGNED
+    )
+    data, models, datas = model.createData(), [contact], [contact.createData()]
+    pin.initConstraintDynamics(model, data, models, datas)
+    return data, models, datas, pin.ProximalSettings(1e-14, 0.0, 1)
+
+
 def test_derivatives_of_a_long_chain_are_those_of_pinocchio():
     axes = ("0 1 0", "1 0 0", "0 0.6 0.8")
     joints = (joint(f"j{k}", f"l{k}", f"l{k + 1}", axis=axes[k % 3], more='<origin xyz="0.1 0 0.02"/>' + LIMIT) for k in range(39))
@@ -103,13 +121,7 @@ def test_derivatives_of_a_long_chain_are_those_of_pinocchio():
     landing = resolve(Scene(robot=robot.label, contact=(Contact(frame=robot.links[-1]),)), robot)
     equation, solution, _ = impact_jumps(landing, dynamics(robot, q[None]), with_strike=False)
     found = derivatives(landing, equation, solution)
-    frame = model.frames[model.getFrameId(robot.links[-1])]
-    contact = pin.RigidConstraintModel(
-        pin.ContactType.CONTACT_3D, model, frame.parentJoint, frame.placement, pin.ReferenceFrame.LOCAL_WORLD_ALIGNED
-    )
-    data, models, datas = model.createData(), [contact], [contact.createData()]
-    pin.initConstraintDynamics(model, data, models, datas)
-    settings = pin.ProximalSettings(1e-14, 0.0, 1)
+    data, models, datas, settings = pinocchio_contact(model, robot.links[-1])
     for s in range(3):
         v = np.zeros(model.nv)
         v[:3] = np.eye(3)[s]  # the base is not turned
@@ -155,13 +167,8 @@ def test_joint_jumps_and_impulses_are_those_of_pinocchio(e):
     scene = Scene(robot="anymal_b", contact=(Contact(frame="LF_FOOT", restitution=e, restitution_along="directions"),))
     maps = shock_maps(resolve(scene, robot), robot.start[None])
     model, q, v = robot.model, robot.start, np.random.default_rng(1).standard_normal(18)
-    frame = model.frames[model.getFrameId("LF_FOOT")]
-    contact = pin.RigidConstraintModel(
-        pin.ContactType.CONTACT_3D, model, frame.parentJoint, frame.placement, pin.ReferenceFrame.LOCAL_WORLD_ALIGNED
-    )
-    data, datas = model.createData(), [contact.createData()]
-    pin.initConstraintDynamics(model, data, [contact], datas)
-    after = pin.impulseDynamics(model, data, q, v, [contact], datas, e, pin.ProximalSettings(1e-14, 0.0, 1)).copy()
+    data, models, datas, settings = pinocchio_contact(model, "LF_FOOT")
+    after = pin.impulseDynamics(model, data, q, v, models, datas, e, settings).copy()
     np.testing.assert_allclose(maps.joint_jumps(v)[0], after - v, atol=1e-11)
     np.testing.assert_allclose(maps.impulse(v)[0, 0], data.impulse_c, atol=1e-11)
     np.testing.assert_array_equal(maps.joint_jumps([v])[0], maps.joint_jumps(v)[0])

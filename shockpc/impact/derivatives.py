@@ -4,9 +4,10 @@ With H Δq̇ = J_cᵀ λ and J_c Δq̇ = −b, the derivative along a joint velo
 
     H dΔq̇ − J_cᵀ dλ = dJ_cᵀ λ − dH Δq̇,    J_c dΔq̇ = −dJ_c Δq̇,
 
-since b does not change for strikes of the whole robot along fixed axes. Joint k moves all that is behind it as one rigid body, with
-the twist J_k. So a column behind it changes by J_k × J_a, an inertia behind it by what the rigid motion makes of it, and dH Δq̇ is
-one product of matrices (Featherstone 2008, section 5.3, of the momenta that the jump gives; Carpentier and Mansard, RSS 2018).
+since b does not change for strikes of the whole robot along fixed axes. Joint k moves all bodies behind it as one rigid body, with
+the twist J_k. So the column J_a of a joint behind it changes by J_k × J_a, and the twist V of a body behind it by J_k × (V − U_k),
+where U_k is the part that joints ahead of joint k cause. The body's momentum h = I V changes by −(J_k ×)ᵀ h − I (J_k × U_k), and
+sums of this over bodies give dH Δq̇ (Carpentier and Mansard, RSS 2018, of jumps in place of accelerations).
 """
 
 from collections.abc import Sequence
@@ -76,7 +77,7 @@ def derivatives(
     for k in range(0, n, BLOCK):
         own = slice(k, k + BLOCK)
         _jump_rates(position[own], state.J[own], moves, twists[own], fixed[own], d_qd[own], maps[own])
-    if robot.free_base:  # its velocity is written in its own axes, which move with it
+    if robot.free_base:  # its velocity is written in its own axes, at its own origin, which move with it
         linear, angular = (cross_matrix(delta_qd[:, k : k + 3].swapaxes(1, 2)).swapaxes(1, 2) for k in (0, 3))
         d_qd[:, :3, :, :3] += angular
         d_qd[:, :3, :, 3:6] += linear
@@ -86,10 +87,10 @@ def derivatives(
 
 @memoized()
 def _masks(robot: Robot) -> tuple[Array, Array]:
-    """Masks (nv, nv) of 1 and 0 over pairs of joint velocities, of which the first one changes.
+    """Which columns a joint velocity turns: masks (nv, nv) of 1 and 0, the first index that velocity, the second the column.
 
-    Returns: where it turns the column of the second, a joint behind it or its own; and where it does not, but moves bodies that the
-        second moves too, a joint ahead of it. Columns of a free base stay in the world: its velocity is converted afterwards.
+    Returns: turned, the columns of joints behind the velocity's joint, and its own; and ahead, those of joints that carry it, which
+        stay. The columns of a free base stay in the world; its velocity is converted to its own axes in the end.
     """
     first = np.array([joint.v.start for joint in robot.single_joints for _ in range(joint.v.start, joint.v.stop)])
     if robot.free_base:
@@ -100,7 +101,7 @@ def _masks(robot: Robot) -> tuple[Array, Array]:
 
 
 def _momentum_rates(robot: Robot, state: Dynamics, J: Array, J_cross: Array, delta_qd: Array) -> tuple[Array, Array, Array]:
-    """How the momenta that the jump gives to the bodies change with the posture.
+    """How the momenta that a jump gives to the bodies change with the posture.
 
     Args:
         robot: the robot.
@@ -109,8 +110,7 @@ def _momentum_rates(robot: Robot, state: Dynamics, J: Array, J_cross: Array, del
         J_cross: (N, nv, 6, 6) their matrices, as `motion_cross`.
         delta_qd: (N, nv, 3) the jump.
 
-    Returns: −dH Δq̇ (N, nv, 3, nv); the twists (N, nb, 6, 3) of the bodies; and J_k × U_k (N, 6, 3 nv), where U_k is the part of a
-        twist that joints ahead of joint k cause, and that does not turn with it.
+    Returns: −dH Δq̇ (N, nv, 3, nv); the twists V (N, nb, 6, 3) of the bodies; and J_k × U_k (N, 6, 3 nv), as in the module's text.
     """
     (n, nv), nb, (turned, ahead), moves = J.shape[:2], len(robot.bodies), _masks(robot), robot.supports.T.astype(float)
     parts = (J[..., None] * delta_qd[:, :, None]).reshape(n, nv, 18)

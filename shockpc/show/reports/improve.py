@@ -99,7 +99,7 @@ def _variables(study: Improvement) -> Sheet:
 def _front(study: Improvement) -> Sheet:
     numbers = [size_at_place(cost.quantity, cost.column) for cost in study.costs]
     rows = [(*point.values.tolist(), *point.x.tolist()) for point in study.front]
-    return Sheet("front, in double precision", (*numbers, *study.costs[0].names), rows, [])
+    return Sheet("front, in double precision", (*numbers, *study.costs[0].names), rows)
 
 
 def _document(study: Improvement) -> dict[str, Any]:
