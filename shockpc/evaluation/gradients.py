@@ -19,9 +19,10 @@ from shockpc.quantities.quantity import evaluate
 
 
 def has_gradient(landing: PosedLanding, column: Column) -> bool:
-    """Whether `slopes` gives the derivatives of a number; of the others differences do.
+    """Whether `slopes` gives the derivatives of a number; those of others are differences.
 
-    They tell too where a contact at a lowest point jumps, or a joint leaves an end stop.
+    So are those of all numbers with end stops, or with a contact at a lowest point: a difference also shows where a joint leaves a
+    stop, or another point is the lowest.
     """
     entry = column.selection.quantity
     if landing.scene.stops or any(contact.lowest or contact.kind == "stop" for contact in landing.contacts):
@@ -83,7 +84,7 @@ def slopes(
             numbers = column.selection.scalar(evaluate(entry, here, where)[:, :, 0])
             by_strike, change = (evaluate(linear, impact, where).reshape(n, 3, -1) for impact in (unit, moved))
             slope = (strikes @ change).reshape(n, numbers.shape[1], d, -1) + (turns @ by_strike[:, None]).swapaxes(1, 2)
-            if linear.vector and axis is None:
+            if linear.vector and axis is None:  # a length |v| changes by v · dv / |v|, and a multiple of it in proportion
                 value = strikes @ by_strike
                 square = np.sum(value**2, axis=-1)
                 slope = (slope @ value[..., None]) * (numbers / np.where(square > 0.0, square, np.inf))[..., None, None]

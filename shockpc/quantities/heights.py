@@ -95,7 +95,7 @@ def levels(landing: Landing, rotation: Array, position: Array, points: Array, ev
     grounded = (*landing.contacts, *landing.stance)
     frames = [robot.frame(grounded[k].frame) for k in on_ground(landing)]
     carriers = {frame.body for frame in frames}
-    # A fifth of the time of np.einsum, which does not see that the three numbers of a row lie side by side.
+    # np.einsum takes five times as long for this product.
     rising, height = np.tensordot(rotation, up, axes=(2, 0)).transpose(1, 0, 2), (position @ up).T
     low = height + (rising @ centre[..., None])[..., 0] - (np.abs(rising) @ half[..., None])[..., 0]
     least = ground + SAME
@@ -155,14 +155,15 @@ def height_rates(
 ) -> tuple[Array, Array]:
     """`SPREAD`, and `CLEARANCE` of bodies, (N, 1 + n) in N postures, and how fast (N, 1 + n, d) they change.
 
-    They change as fast as the lowest points rise.
+    Spread and clearance change as the lowest points rise: each at ω · (p × n) + v · n, with the ground's normal n. Which points are
+    the lowest changes at kinks.
 
     Args:
         landing: names the contacts and the standing feet.
         state: the robot in the postures.
         blocks: the rows of the contacts, then of the standing feet.
         twists: (N, nb, 6, d) of the bodies in d motions, world axes, about the base.
-        places: the n bodies.
+        places: the n bodies; the clearance of a place that is none is infinite.
     """
     here, values = _relative(landing, state, blocks, places)
     grounded = [blocks[k].body for k in on_ground(landing)]
