@@ -9,9 +9,11 @@ from shockpc.show.reports.check import check_sheet, place_text
 from shockpc.show.tables import as_text
 from shockpc.studies.check.budgets import Budget, Budgets, Case
 from shockpc.studies.check.study import check_budgets
+from shockpc.text.arguments import checked
 from shockpc.text.errors import StudyError
 
 
+@checked
 def assert_shock(
     scene: Scene | str | os.PathLike[str],
     *,

@@ -119,3 +119,30 @@ def test_budgets_are_read_from_a_path(tmp_path):
     )
     check = shockpc.check_budgets(tmp_path / "budgets.toml")
     assert [outcome.value for outcome in check.outcomes] == [shockpc.shock_profile(SCENE).points[0].shock]
+
+
+@pytest.mark.parametrize(
+    "call",
+    [
+        lambda robot: shockpc.read_scene(5),
+        lambda robot: shockpc.resolve(robot, SCENE),
+        lambda robot: shockpc.assert_shock(SCENE, at="imu", max="a"),
+        lambda robot: shockpc.select(5),
+    ],
+)
+def test_arguments_of_other_functions_are_checked_too(call):
+    with pytest.raises(shockpc.StudyError, match="has to be"):
+        call(shockpc.load_robot("go2"))
+
+
+def test_cells_without_a_number_are_named():
+    """None is an empty cell; any other object is shown."""
+    columns = {"FL_calf_joint": [-1.4, None, object()], "vz": [-1.0, -1.0, -1.0]}
+    messages = shockpc.landings(columns, SCENE).table().messages
+    assert messages[1] == "column FL_calf_joint is empty"
+    assert "is not a finite number" in messages[2]
+
+
+def test_quantities_of_a_profile_that_do_not_exist_are_named():
+    with pytest.raises(shockpc.UnknownName, match=r'no quantity "point.shok"'):
+        shockpc.shock_profile(SCENE).value("shok", "point")

@@ -194,7 +194,10 @@ class _Reader:
             cell = cells[i, int(np.argmin(known[i]))]
             if isinstance(cell, str):
                 return f'column {name}: "{cell}" is not a number' if cell else f"column {name} is empty"
-            return f"column {name}: {cell} is not a finite number" + EMPTY * bool(np.isnan(cell))
+            if cell is None:
+                return f"column {name} is empty"
+            no_number = (cells.dtype.kind != "O" or isinstance(cell, float)) and bool(np.isnan(cell))
+            return f"column {name}: {cell} is not a finite number{EMPTY * no_number}"
 
         self._refuse(~known.all(axis=1), reason)
         far = np.abs(numbers) > LARGEST

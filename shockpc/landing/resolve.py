@@ -22,6 +22,7 @@ from shockpc.landing.scene_file import check_scene, plane_of, point_at, with_pat
 from shockpc.landing.stops import is_stop, striking_stop
 from shockpc.robot.catalogue import closing_scene
 from shockpc.robot.robot import Robot
+from shockpc.text.arguments import checked
 from shockpc.text.diagnostic import Diagnostic
 from shockpc.text.errors import SceneError
 from shockpc.text.printed import listed
@@ -108,6 +109,7 @@ def _check_ground(scene: Scene, blocks: tuple[Block, ...]) -> None:
         raise SceneError("contacts of finite stiffness are given, and rigid end stops; give the stops a stop_stiffness too")
 
 
+@checked
 def resolve(scene: Scene, robot: Robot) -> PosedLanding:
     """Resolve a scene on its robot.
 

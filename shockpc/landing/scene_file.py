@@ -19,10 +19,11 @@ from shockpc.core.spatial import Plane, freeze, plane_from
 from shockpc.landing.scene import Point, Scene, Strike
 from shockpc.robot.load import shared_robot
 from shockpc.robot.robot import Robot
+from shockpc.text.arguments import checked
 from shockpc.text.errors import SceneError
 from shockpc.text.paths import is_path, usable_path
 from shockpc.text.printed import printable
-from shockpc.text.toml import checked, reading, toml_lines
+from shockpc.text.toml import converted, reading, toml_lines
 
 PLANES = {"xz": (0.0, -1.0, 0.0), "yz": (1.0, 0.0, 0.0), "xy": (0.0, 0.0, 1.0)}
 """The named planes by their normals."""
@@ -124,7 +125,7 @@ def check_scene(scene: Scene) -> Scene:
             f"{printable(repr(scene), 60)} is not a Scene; make one with Scene(robot=..., contact=...), or by read_scene"
         )
     faults: list[str] = []
-    found: Scene | None = checked(scene, Scene, "", faults)
+    found: Scene | None = converted(scene, Scene, "", faults)
     if found is None:
         raise SceneError("; ".join(faults))
     return found
@@ -147,6 +148,7 @@ def robot_of(scene: Scene, frames: Sequence[str] = ()) -> Robot:
     return shared_robot(scene.robot, scene.xacro, scene.packages, scene.srdf, frames, scene.base in ("free", "planar"))
 
 
+@checked
 def read_scene(path: Path | str) -> Scene:
     """Read a scene file. Paths in it are relative to the file's folder and are returned as absolute paths.
 
@@ -175,7 +177,7 @@ def scene_from(kind: type[S], table: Mapping[str, Any], folder: Path, key: str =
     named = [contact] if isinstance(contact, str) else contact
     if isinstance(named, list):
         table = {**table, "contact": [{"frame": one} if isinstance(one, str) else one for one in named]}
-    scene: S | None = checked(table, kind, key, faults)
+    scene: S | None = converted(table, kind, key, faults)
     if scene is None or faults:
         raise SceneError("; ".join(faults))
     try:

@@ -16,6 +16,7 @@ from shockpc.quantities.parts import PARTS
 from shockpc.quantities.points import POINTS
 from shockpc.quantities.quantity import Quantity
 from shockpc.quantities.robot import ROBOT
+from shockpc.text.arguments import checked
 from shockpc.text.errors import UnknownName
 
 QUANTITIES: tuple[Quantity, ...] = (*POINTS, *BODIES, *JOINTS, *CONTACTS, *ROBOT, *GROUND, *PARTS)
@@ -66,10 +67,18 @@ def quantities_of(kind: PlaceKind) -> tuple[Quantity, ...]:
 
 
 def quantity(kind: PlaceKind, key: str) -> Quantity:
-    """The quantity of a kind of place with a key."""
+    """The quantity of a kind of place with a key.
+
+    Raises:
+        UnknownName: there is none.
+    """
+    if (kind, key) not in _BY_KEY:
+        known = [f"{of}.{name}" for of, name in _BY_KEY]
+        raise UnknownName("quantity", f"{kind}.{key}", known, "the table of quantities", "shockpc quantities")
     return _BY_KEY[kind, key]
 
 
+@checked
 def select(text: str) -> Selection:
     """The selection that a text means: KEY, or KIND.KEY where several kinds have it; .x, .y or .z after it for a component.
 

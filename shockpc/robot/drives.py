@@ -18,7 +18,7 @@ from shockpc.robot.robot import Drives, Robot
 from shockpc.text.errors import SceneError, UnknownName
 from shockpc.text.paths import read_file
 from shockpc.text.printed import listed
-from shockpc.text.toml import LARGEST, checked, reading
+from shockpc.text.toml import LARGEST, converted, reading
 
 PUBLIC = ("published", "derived")
 """Status of drives that are taken unless the scene says otherwise."""
@@ -73,7 +73,7 @@ def read_drives(path: Path) -> tuple[Drive, ...]:
     """
     faults: list[str] = []
     with reading(path, "drives", SceneError) as table:
-        file: _DrivesFile | None = checked(table, _DrivesFile, "", faults)
+        file: _DrivesFile | None = converted(table, _DrivesFile, "", faults)
         for number, drive in enumerate(file.drive if file else (), start=1):
             where = f"drive {number} ({', '.join(drive.joint)})"
             for key in ("armature", "rotor_inertia", "drive_stiffness", "stiffness"):
@@ -101,7 +101,7 @@ def catalogue_drives(name: str | None) -> tuple[Drive, ...]:
         return ()
     import tomllib
 
-    drives = [checked(table, Drive, "", []) for table in tomllib.loads("[[drive]]".join(["", *mentioning]))["drive"]]
+    drives = [converted(table, Drive, "", []) for table in tomllib.loads("[[drive]]".join(["", *mentioning]))["drive"]]
     return tuple(drive for drive in drives if name in drive.robot)
 
 

@@ -209,7 +209,11 @@ def identify(
         )
     times = list(dict.fromkeys(column.time for column in velocities))
     if after is not None and after not in times:
-        raise StudyError(f"nothing was measured after {after:g} ms; valid are {listed(f'{t:g}' for t in times if t is not None)}")
+        known = listed(f"{t:g}" for t in times if t is not None)
+        raise StudyError(
+            f"nothing was measured after {after:g} ms; "
+            + (f"valid are {known}" if known else "no column names a time, such as after6ms_JOINT")
+        )
     chosen = tuple(column for column in velocities if column.time == (times[0] if after is None else after))
     deviations = np.array([_noise(column.name, noise) for column in chosen])
     chosen = tuple(column for column, sigma in zip(chosen, deviations, strict=True) if sigma > 0.0)

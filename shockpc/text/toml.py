@@ -55,7 +55,7 @@ def reading(path: Path, what: str, error: type[ShockError]) -> Iterator[dict[str
         raise error(f"{path} holds an integer of thousands of digits, or tables or keys nested too deep; shorten it") from None
 
 
-def checked(value: Any, kind: Any, key: str, faults: list[str]) -> Any:
+def converted(value: Any, kind: Any, key: str, faults: list[str]) -> Any:
     """A value from TOML or from Python, converted to the type of its field.
 
     Args:
@@ -66,16 +66,16 @@ def checked(value: Any, kind: Any, key: str, faults: list[str]) -> Any:
     """
     origin, parts = get_origin(kind), get_args(kind)
     if type(None) in parts:
-        return None if value is None else checked(value, parts[0], key, faults)
+        return None if value is None else converted(value, parts[0], key, faults)
     if isinstance(kind, type) and is_dataclass(kind):
         if isinstance(value, kind | Mapping):
             return _record(vars(value) if is_dataclass(value) else value, kind, f"{key}." if key else "", faults)
     elif origin is Mapping:
         if isinstance(value, Mapping):
-            return {name: checked(part, parts[1], f"{key}.{_toml_key(str(name))}", faults) for name, part in value.items()}
+            return {name: converted(part, parts[1], f"{key}.{_toml_key(str(name))}", faults) for name, part in value.items()}
     elif parts[1:] == (...,):
         if isinstance(value, tuple | list):
-            return tuple(checked(part, parts[0], f"{key}[{k}]", faults) for k, part in enumerate(value))
+            return tuple(converted(part, parts[0], f"{key}[{k}]", faults) for k, part in enumerate(value))
     else:
         options = (kind,) if origin in (None, Literal, tuple) else parts
         found = next((leaf for option in options if (leaf := _leaf(value, option)) is not None), None)
@@ -94,7 +94,7 @@ def _record(table: Mapping[str, Any], kind: type, key: str, faults: list[str]) -
                 values[item.name] = item.default
                 continue
             before = len(faults)
-            values[item.name] = value = checked(table[item.name], item.type, f"{key}{item.name}", faults)
+            values[item.name] = value = converted(table[item.name], item.type, f"{key}{item.name}", faults)
             if "option" in item.metadata and len(faults) == before and (fault := item.metadata["option"].fault(value)):
                 faults.append(f"{key}{item.name} {fault}")
         elif item.default is item.default_factory is dataclasses.MISSING:

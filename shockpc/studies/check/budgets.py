@@ -17,7 +17,7 @@ from shockpc.quantities.table import Selection, select, selections
 from shockpc.text.errors import SceneError, ShockError, StudyError
 from shockpc.text.paths import read_file, usable_path
 from shockpc.text.printed import printable
-from shockpc.text.toml import checked, reading, unknown_key
+from shockpc.text.toml import converted, reading, unknown_key
 
 STANDARD = ("budgets.toml", "pyproject.toml")
 """Files that are looked for in the current folder."""
@@ -266,7 +266,7 @@ def read_budgets(path: Path) -> Budgets:
             prefix = "tool.shockpc."
         keys = ("case", "budget", "part")
         faults = [unknown_key(f"{prefix}{key}", key, keys) for key in table if key not in keys]
-        parts = checked(table.get("part", []), tuple[Part, ...], f"{prefix}part", faults)
+        parts = converted(table.get("part", []), tuple[Part, ...], f"{prefix}part", faults)
         parts = () if faults else parts
         entries = {key: _entries(table.get(key, []), f"{prefix}{key}", faults) for key in ("case", "budget")}
         folder = path.resolve().parent
@@ -316,7 +316,7 @@ def _replaced(table: Mapping[str, Any], by: Mapping[str, Any]) -> dict[str, Any]
 def _budget(entry: Mapping[str, Any], key: str, faults: list[str]) -> Budget | None:
     found: list[str] = []
     try:
-        budget: Budget | None = checked(entry, Budget, key, found)
+        budget: Budget | None = converted(entry, Budget, key, found)
     except ShockError as refusal:
         found.append(f"{key}: {refusal}")
         budget = None
