@@ -20,6 +20,9 @@ from shockpc.robot.robot import Robot
 from shockpc.text.errors import DefectError, ShockError, refusal
 from shockpc.text.trace import Trace
 
+TRUSTED = 1e10
+"""Condition up to which double precision suffices for what is compared with measurements, or proven or compared afterwards."""
+
 AHEAD = 8
 """Chunks that other processes may compute before the first one has been read, which limits the memory."""
 

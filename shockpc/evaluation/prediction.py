@@ -10,7 +10,7 @@ import numpy as np
 from shockpc.core.memo import memoized
 from shockpc.core.spatial import Array
 from shockpc.evaluation.columns import Column, postures, selected
-from shockpc.evaluation.evaluate import Evaluation
+from shockpc.evaluation.evaluate import TRUSTED, Evaluation
 from shockpc.evaluation.landings import Refusal
 from shockpc.evaluation.recorded import RecordedLandings
 from shockpc.evaluation.recorded_rows import Measured, RecordedRows
@@ -169,9 +169,6 @@ def energy_norms(W: Array, coordinates: Array, jumps: Array) -> Array:
 
 SCALE = "scale:before"
 """An unknown: the factor by which the velocities before the impact were measured too small."""
-
-TRUSTED = 1e10
-"""Condition up to which double precision is enough: what is measured has a few digits."""
 
 MOST_PROBLEMS = 16
 """Values of all but friction, restitution and scale of which what does not depend on these is kept."""

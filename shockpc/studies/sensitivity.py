@@ -14,7 +14,7 @@ import numpy as np
 
 from shockpc.core.spatial import Array, read_only
 from shockpc.evaluation.columns import Column, column
-from shockpc.evaluation.evaluate import Evaluation, profiles
+from shockpc.evaluation.evaluate import TRUSTED, Evaluation, profiles
 from shockpc.evaluation.gradients import has_gradient
 from shockpc.evaluation.gradients import slopes as exact_slopes
 from shockpc.evaluation.landings import common_robot, named_scenes, refuse_ground
@@ -43,9 +43,6 @@ ZERO = 1e-12
 
 SETTLED, SMALL = 1e-3, 1e-4
 """Largest error of a difference with which it is a derivative, as a share of it, or of the number for a change by the size."""
-
-TRUSTED = 1e10
-"""Condition up to which rows are left in double precision: differences that do not agree show where it is not enough."""
 
 ROUNDING = 4.0
 """Rounding of a derivative, at most, relative to the median of what rounding leaves of second differences."""
