@@ -98,7 +98,6 @@ def test_a_quantity_that_is_given_twice_is_refused_by_every_study():
         (shockpc.landings, ({}, SCENE), "no rows"),
         (shockpc.check_budgets, ("missing.toml",), "missing.toml"),
     ],
-    ids=str,
 )
 def test_a_study_of_nothing_is_refused(study, given, wrong):
     with pytest.raises(shockpc.StudyError, match=wrong):
