@@ -1,6 +1,5 @@
 """Derivatives by the posture and by the strike of quantities that are linear in the jumps, of lengths of such, and of heights."""
 
-import copy
 from collections.abc import Sequence
 
 import numpy as np
@@ -69,21 +68,21 @@ def slopes(
                 found[column.name] = values[:, None, number], risen[:, None, number]
         rotation = state.rotation[:, bodies]
         here = DoubleImpact(landing, equation, solution, in_body_axes(jumps, rotation), bodies, strikes)
-        unit = ColumnImpact(landing, equation, solution, here.jumps, bodies)
-        moved = copy.copy(unit)
-        change, moved.delta_qd, moved.impulse = (
+        change, *changes = (
             (part.reshape(n, -1, nv) @ along).reshape(*part.shape[:-2], 3 * d)
             for part in derivatives(landing, equation, solution, bodies)
         )
         # In the axes of a body that turns at ω, its jump changes by ω × itself less.
         turned = cross_matrix(jumps.reshape(n, -1, 2, 3, 3).swapaxes(3, 4)) @ twists[:, bodies, None, None, :3]
-        moved.jumps = in_body_axes(change + turned.swapaxes(3, 4).reshape(change.shape), rotation)
+        change = in_body_axes(change + turned.swapaxes(3, 4).reshape(change.shape), rotation)
+        unit, moved = (ColumnImpact(landing, equation, solution, values, bodies) for values in (here.jumps, change))
+        moved.delta_qd, moved.impulse = changes
         for column in others:
             entry, where, axis = column.selection.quantity, [column.place], column.selection.axis
             linear = entry.length_of or entry
             numbers = column.selection.scalar(evaluate(entry, here, where)[:, :, 0])
-            by_strike, change = (evaluate(linear, impact, where).reshape(n, 3, -1) for impact in (unit, moved))
-            slope = (strikes @ change).reshape(n, numbers.shape[1], d, -1) + (turns @ by_strike[:, None]).swapaxes(1, 2)
+            by_strike, d_by_strike = (evaluate(linear, impact, where).reshape(n, 3, -1) for impact in (unit, moved))
+            slope = (strikes @ d_by_strike).reshape(n, numbers.shape[1], d, -1) + (turns @ by_strike[:, None]).swapaxes(1, 2)
             if linear.vector and axis is None:  # a length |v| changes by v · dv / |v|, and a multiple of it in proportion
                 value = strikes @ by_strike
                 square = np.sum(value**2, axis=-1)
