@@ -117,7 +117,6 @@ class Term(NamedTuple):
         limit: of a constraint; None of a value.
         sign: 1 of an upper limit, −1 of a lower one.
         scale: of a constraint [its unit].
-        unknown: slack of a constraint whose number does not exist.
     """
 
     column: Column
@@ -127,7 +126,6 @@ class Term(NamedTuple):
     limit: float | None = None
     sign: float = 1.0
     scale: float = 1.0
-    unknown: float = -1.0
 
     @property
     def text(self) -> str:
@@ -161,7 +159,7 @@ class ShockCost:
         exact: whether there are formulas for all derivatives; else they are differences.
         terms: the K numbers that count, of all landings.
         held: (K,) which of them are constraints.
-        power: what an optimiser takes for a value, as a power of it: of a length the square is smooth at zero; less is better.
+        power: 1; −1 where more of the number is better, so that its reciprocal counts.
 
     Raises:
         ShockError: a name is not known, a range does not fit or is missing, or a landing cannot be resolved.
@@ -208,17 +206,15 @@ class ShockCost:
         if self.held.all():
             raise StudyError(f'"{quantity}" has no place in these landings; name one')
         self.column = self.terms[0].column
-        self.power = -2.0 if self.column.selection.quantity.worse == "less" else 2.0
-        self._how = np.array(
-            [(one.limit or 0.0, one.sign, one.scale, one.unknown, one.column.selection.signed) for one in self.terms]
-        ).T
+        self.power = -1.0 if self.column.selection.quantity.worse == "less" else 1.0
+        self._how = np.array([(one.limit or 0.0, one.sign, one.scale, one.column.selection.signed) for one in self.terms]).T
         entries = {term.column.selection.quantity for term in self.terms}
         separate = any(group.separate for group in self.groups) or not all(one.stage for one in self.variations)
         self.slow = separate or any(entry.per_landing(first.scene) and not entry.in_doubles for entry in entries)
 
     def __call__(self, x: Array) -> float:
         """The worst value over the landings at (n,) values; of what is better the greater it is, the reciprocal."""
-        return math.sqrt(float(self.measured(self._point(x))[0, ~self.held].max()))
+        return float(self.measured(self._point(x))[0, ~self.held].max())
 
     def gradient(self, x: Array) -> Array:
         """The derivatives (n,) of the worst value: where two landings are the worst, those of one; NaN where there is no value."""
@@ -226,7 +222,7 @@ class ShockCost:
         k = int(measures.argmax())
         if not 0.0 < measures[k] < np.inf:
             return np.full(slopes.shape[1], np.nan if measures[k] else 0.0)
-        return np.asarray(slopes[k] / (2.0 * math.sqrt(measures[k])))
+        return np.asarray(slopes[k])
 
     def feasible(self, x: Array) -> bool:
         """Whether the landings at (n,) values exist, flat ground allows them, and all constraints hold."""
@@ -246,8 +242,8 @@ class ShockCost:
     def measured(self, X: Array) -> Array:
         """What an optimiser takes for all terms (m, K), at (m, n) values.
 
-        A value is squared, and the reciprocal where more of it is better; inf without one. A constraint is at least zero where it
-        holds, as a share of its scale. One of the ground that is not determined holds, another does not.
+        Of a value its size, or the reciprocal where more of it is better; inf without one. A constraint is at least zero where it
+        holds, as a share of its scale; one whose number does not exist is missed.
         """
         return self._measured(self._numbers(X))[0]
 
@@ -257,13 +253,12 @@ class ShockCost:
         beside = (X[:, None] + np.concatenate([np.diag(h / 2.0), np.diag(-h / 2.0)])).reshape(-1, n)
         if self.exact:
             values, slopes = self._with_slopes(X, beside, h)
-            measures, factors = self._measured(values)
-            return measures, np.nan_to_num(factors[..., None] * slopes, nan=0.0, posinf=0.0, neginf=0.0)
-        # Of the measures, not of the numbers: a length has a kink where it is zero, its square has none.
-        up, down = self.measured(beside).reshape(m, 2, n, -1).swapaxes(0, 1)
-        with np.errstate(invalid="ignore"):
-            change = np.swapaxes((up - down) / h[:, None], 1, 2)
-        return self.measured(X), np.nan_to_num(change, nan=0.0, posinf=0.0, neginf=0.0)
+        else:
+            up, down = self._numbers(beside).reshape(m, 2, n, -1).swapaxes(0, 1)
+            with np.errstate(invalid="ignore"):
+                values, slopes = self._numbers(X), np.swapaxes((up - down) / h[:, None], 1, 2)
+        measures, factors = self._measured(values)
+        return measures, np.nan_to_num(factors[..., None] * slopes, nan=0.0, posinf=0.0, neginf=0.0)
 
     def _with_slopes(self, X: Array, beside: Array, h: Array) -> tuple[Array, Array]:
         """The values (m, K) of all terms, and their derivatives (m, K, n) by formulas.
@@ -295,11 +290,11 @@ class ShockCost:
 
     def _measured(self, v: Array) -> tuple[Array, Array]:
         """What an optimiser takes for the values (m, K), and its derivatives by them."""
-        held, power, (limit, sign, scale, unknown, signed) = self.held, self.power, self._how
+        held, power, (limit, sign, scale, signed) = self.held, self.power, self._how
         with np.errstate(divide="ignore", invalid="ignore"):
             turn = np.where(signed, np.sign(v), 1.0)
             slack = np.clip((limit - turn * v) * sign / scale - 2.0 * SLACK, -1e3, 1e3)  # so that it holds for sure
-            measures = np.where(np.isnan(v), np.where(held, unknown, np.inf), np.where(held, slack, np.abs(v) ** power))
+            measures = np.where(np.isnan(v), np.where(held, -1.0, np.inf), np.where(held, slack, np.abs(v) ** power))
             return measures, np.where(held, -turn * sign / scale, power * measures / v)
 
     def _numbers(self, X: Array) -> Array:
@@ -345,7 +340,7 @@ class ShockCost:
             (CLEARANCE, level and landing.base != "fixed", -tolerance, -1.0, landing.length),
             (SPREAD, level > 1, tolerance, 1.0, landing.length),
         ):
-            how = {"limit": limit, "sign": sign, "scale": scale, "unknown": 1.0}
+            how = {"limit": limit, "sign": sign, "scale": scale}
             wanted += [(Column(Selection(entry.key, entry), p), how) for p in landing.places(entry.of) if ground and applies]
         # Heights do not depend on the strike.
         return [

@@ -5,7 +5,6 @@ Where two numbers are to be small, one is made small for each of several bounds 
 
 import fnmatch
 import functools
-import math
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Annotated, NamedTuple
@@ -13,26 +12,11 @@ from typing import Annotated, NamedTuple
 import numpy as np
 
 from shockpc.core.spatial import Array, read_only
-from shockpc.core.threads import one_thread
 from shockpc.evaluation.columns import proven_columns
 from shockpc.evaluation.cost import ShockCost
 from shockpc.evaluation.evaluate import profiles
 from shockpc.evaluation.landings import common_robot, named_scenes
-from shockpc.evaluation.search import (
-    BEST,
-    HELD,
-    PER_VARIABLE,
-    ROUGH,
-    SAMPLE,
-    SLOW,
-    Run,
-    by_value,
-    quantity_of,
-    runs_from,
-    search,
-    starting_points,
-    worst_measure,
-)
+from shockpc.evaluation.search import HELD, ROUGH, RUNS, SLOW, Run, quantity_of, search, starting_points, worst_measure
 from shockpc.evaluation.table import Table
 from shockpc.evaluation.variation import Vary, motion_range, pairs
 from shockpc.evaluation.varied_scene import scene_grid
@@ -58,8 +42,9 @@ FLAT = 0.05
 SHARES = np.append(0.0, np.geomspace(1e-4, 1.0, 40))
 """Shares of the way to a bound at which a variable is looked at, and then as many between two of them."""
 
-FRONT, NEAR = 9, 1e-5
-"""Points between the ends of a front; and how far from the second number's optimum its end is, as a share of the front."""
+FRONT, NEAR, BEGUN = 9, 1e-5, 8
+"""Points between the ends of a front; how far from the second number's optimum its end is, as a share of the front; and how many
+runs of each point begin where runs of the first number do."""
 
 
 class Flatness(NamedTuple):
@@ -178,8 +163,8 @@ def improve(
     starts: Annotated[
         int | None,
         Option(
-            f"Runs from points of a sample, besides that from the landing as given; by default {PER_VARIABLE} for each variable, "
-            f"{ROUGH} where derivatives are differences, and {SLOW} in all where each point needs a landing of its own.",
+            f"Runs from random points, besides that from the landing as given; by default {RUNS}, {ROUGH} where derivatives are "
+            f"differences, and {SLOW} where each point needs a landing of its own.",
             "Search",
             "N",
             least=0.0,
@@ -238,17 +223,16 @@ def improve(
                 f"{cost.column.title} is neither better nor worse if it is less; choose another quantity, or --keep it"
             )
     cost, *others = costs
-    with trace.stage("runs"), one_thread(SAMPLE):
+    with trace.stage("runs"):
         begun = starting_points(cost, starts, seed)
         runs = search(cost, begun)
     if not np.isfinite(runs[0].value):
         raise StudyError(_refusal(cost, runs))
-    agreeing = sum(math.sqrt(run.value) <= (1.0 + AGREEING) * math.sqrt(runs[0].value) + HELD for run in runs)
+    agreeing = sum(run.value <= (1.0 + AGREEING) * runs[0].value + HELD for run in runs)
     # The landing as given wins where nothing is better.
     x = cost.x0 if cost.feasible(cost.x0) and worst_measure(cost, cost.x0[None])[0] <= runs[0].value * (1.0 + HELD) else runs[0].x
-    with trace.stage("front"), one_thread(SAMPLE):
-        ends = [x, *(run.x for run in runs[:BEST])]
-        front = _front(costs, ends, begun, lambda limit: make(cost.quantity, keep=[*keep, limit])) if others else ()
+    with trace.stage("front"):
+        front = _front(costs, x, begun, lambda limit: make(cost.quantity, keep=[*keep, limit])) if others else ()
     with trace.stage("proof"):
         cases = cost.cases(x)
         given = dict(zip(cost.scenes, profiles({name: (scene, robot) for name, scene in cost.scenes.items()}), strict=True))
@@ -331,7 +315,7 @@ def _variables(cost: ShockCost, x: Array) -> tuple[Flatness, ...]:
         X = np.tile(x, (*shares.shape, 1))
         X[side[:, None], np.arange(len(SHARES)), of[:, None]] += shares * way[:, None]
         with np.errstate(invalid="ignore"):
-            change = np.sign(cost.power) * (quantity_of(cost, worst_measure(cost, X.reshape(-1, n))).reshape(shares.shape) - target)
+            change = cost.power * (quantity_of(cost, worst_measure(cost, X.reshape(-1, n))).reshape(shares.shape) - target)
         worse = ~(change <= FLAT * size)
         beyond = np.where(worse.any(axis=1), worse.argmax(axis=1), len(SHARES))
         near = shares[side, np.maximum(beyond - 1, 0)]
@@ -357,22 +341,22 @@ def _proven(cost: ShockCost, found: Mapping[str, ShockProfile]) -> tuple[float, 
 
 
 def _front(
-    costs: Sequence[ShockCost], starts: Sequence[Array], points: Sequence[Array], bounded: Callable[[str], ShockCost]
+    costs: Sequence[ShockCost], x: Array, begun: Sequence[Array], bounded: Callable[[str], ShockCost]
 ) -> tuple[FrontPoint, ...]:
     """Points between the optimum of the first quantity and that of the second: the first least for bounds of the second.
 
     Args:
         costs: of both.
-        starts: the optimum of the first, and the ends of the best runs for it.
-        points: where the runs for the second begin.
+        x: the optimum of the first.
+        begun: where runs for it began.
         bounded: gives the cost of the first with one constraint more.
 
     Raises:
         StudyError: the second quantity has no value at an end.
     """
     (_, other), sense = costs, "<=" if costs[1].power > 0.0 else ">="
-    last = min(runs_from(other, [*points, *starts]), key=by_value).x
-    found = [starts[0]]
+    last = search(other, [*begun, x])[0].x
+    found = [x]
     most, least = quantity_of(other, worst_measure(other, np.stack([found[0], last])))
     if not np.isfinite([most, least]).all():
         raise StudyError(
@@ -380,8 +364,8 @@ def _front(
         )
     # No constraint holds exactly at the optimum of its own number.
     for bound in (most + np.linspace(0.0, 1.0 - NEAR, FRONT + 2)[1:] * (least - most)).tolist():
-        between = [found[-1], last, *((x + last) / 2.0 for x in (found[0], found[-1])), *starts[1:]]
-        best = min(runs_from(bounded(f"{other.quantity}{sense}{bound!r}"), between), key=by_value)
+        between = [found[-1], last, *((x + last) / 2.0 for x in (found[0], found[-1])), *begun[:BEGUN]]
+        best = search(bounded(f"{other.quantity}{sense}{bound!r}"), between)[0]
         found += [best.x] if np.isfinite(best.value) else []
     values = np.stack([quantity_of(one, worst_measure(one, np.array(found))) for one in costs], axis=1)
     apart = [0, *(k for k in range(1, len(found)) if not np.allclose(values[k], values[k - 1], rtol=HELD, atol=0.0))]
