@@ -184,7 +184,7 @@ def test_a_point_that_is_named_twice_is_refused(changes):
     scene = Scene(**({"robot": "anymal_b", "contact": DIAGONAL[1:]} | changes))
     refused(
         SceneError,
-        ('"LF_FOOT"' if "contact" in changes else '"RF_FOOT"', "leave one of them out"),
+        ('"LF_FOOT"' if "contact" in changes else '"RF_FOOT"', "remove one"),
         resolve,
         scene,
         known_robot("anymal_b"),
