@@ -896,6 +896,11 @@ def test_rows_in_parts_are_continued(here, capfd):
     outcome = run(capfd, "landings", here / "log.csv", *words, "--resume")
     assert outcome.code == 2
     assert "differs in: table" in outcome.err
+    before = {path: path.read_bytes() for path in (here / "out").rglob("*") if path.is_file()}
+    outcome = run(capfd, "landings", here / "log.csv", *words[:-2])
+    assert outcome.code == 2
+    assert "holds the rows of another run" in outcome.err
+    assert {path: path.read_bytes() for path in (here / "out").rglob("*") if path.is_file()} == before
 
 
 def test_a_joint_model_that_is_refused_leaves_no_files(here, capfd):

@@ -30,12 +30,15 @@ def computed(
 
     Raises:
         StudyError: parts are to be continued, but none are written.
+        OutputError: the folder holds rows of another run; as `RowFiles`.
     """
     done, rows = 0, evaluation.landings.rows
     workers = executor(run.jobs, run.cluster, print_error if run.wait else None)
     if folder is None or format_ is None:
         if run.resume:
             raise StudyError("rows in parts need a folder and a format: --out DIR --rows parquet")
+        if folder is not None:
+            RowFiles(evaluation, folder, "parquet").refuse_present()
         with workers as pool:
             table = evaluation.table(pool, progress(f"{noun} computed", rows))
         yield table

@@ -79,6 +79,18 @@ class RowFiles:
                 )
         write_file(path, json_text(description))
 
+    def refuse_present(self) -> None:
+        """Refuse a folder that holds rows of another run, for one that writes none: its other files would be beside those.
+
+        Raises:
+            OutputError: the folder holds rows.
+        """
+        if self._rows.exists():
+            raise OutputError(
+                f'"{self.folder}" holds the rows of another run; name another folder with --out, or continue them with --rows and '
+                "--resume"
+            )
+
     def _refuse_links(self, described: Path) -> None:
         """Refuse what is no file or folder of a study: links, which would be followed, and pipes, which would be waited for."""
         folders = self._rows, _checksum(self._rows / "part").parent
