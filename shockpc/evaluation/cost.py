@@ -184,7 +184,7 @@ class ShockCost:
         varied = varied_landings(first.scene, pairs(variables), robot=self.robot, sample=1, keep_joints=True)
         self.variations = varied.variations
         self.names = tuple(one.column for one in self.variations)
-        self.bounds = np.array([_bounds(one) for one in self.variations])
+        self.bounds = np.array([one.ends for one in self.variations])
         values = [
             [0.0 if varied.kind.startswith("com-") else present_value(one, varied) for varied in self.variations]
             for one in landings.values()
@@ -198,6 +198,9 @@ class ShockCost:
             for g, group in enumerate(self.groups)
             for term in self._terms(g, group, (keep,) if isinstance(keep, str) else keep, ground)
         )
+        self._columns = [
+            tuple({one.column.name: one.column for one in self.terms if one.group == g}.values()) for g in range(len(self.groups))
+        ]
         # Formulas are of a strike at constant speed, which that of a drop at another angle is not.
         dropped = any(scene.strike.drop_height is not None for scene in self.scenes.values())
         moved = all(one.moves or (one.kind == "strike-angle" and not dropped) for one in self.variations)
@@ -208,8 +211,8 @@ class ShockCost:
         self.column = self.terms[0].column
         self.power = -1.0 if self.column.selection.quantity.worse == "less" else 1.0
         self._how = np.array([(one.limit or 0.0, one.sign, one.scale, one.column.selection.signed) for one in self.terms]).T
+        separate = bool(first.loops) or not all(one.stage for one in self.variations)
         entries = {term.column.selection.quantity for term in self.terms}
-        separate = any(group.separate for group in self.groups) or not all(one.stage for one in self.variations)
         self.slow = separate or any(entry.per_landing(first.scene) and not entry.in_doubles for entry in entries)
 
     def __call__(self, x: Array) -> float:
@@ -220,9 +223,7 @@ class ShockCost:
         """The derivatives (n,) of the worst value: where two landings are the worst, those of one; NaN where there is no value."""
         (measures,), (slopes,) = (part[:, ~self.held] for part in self.linearized(self._point(x)))
         k = int(measures.argmax())
-        if not 0.0 < measures[k] < np.inf:
-            return np.full(slopes.shape[1], np.nan if measures[k] else 0.0)
-        return np.asarray(slopes[k])
+        return np.where(np.isfinite(measures[k]), slopes[k], np.nan)
 
     def feasible(self, x: Array) -> bool:
         """Whether the landings at (n,) values exist, flat ground allows them, and all constraints hold."""
@@ -252,41 +253,26 @@ class ShockCost:
         (m, n), h = X.shape, 2.0 * STEP * np.ptp(self.bounds, axis=1)
         beside = (X[:, None] + np.concatenate([np.diag(h / 2.0), np.diag(-h / 2.0)])).reshape(-1, n)
         if self.exact:
-            values, slopes = self._with_slopes(X, beside, h)
+            found, unclear = [], np.zeros(m, dtype=bool)
+            for group, columns in zip(self.groups, self._columns, strict=True):
+                # How posture and strike change is a difference, of angles an exact one.
+                moved, turned = (part.reshape(m, 2, n, *part.shape[1:]).swapaxes(0, 1) for part in group.at(beside).resolved())
+                up, down = moved.reshape(2, m * n, -1)
+                rates = difference(self.robot, down, up).reshape(m, n, -1) / h[:, None]
+                turns = (turned[0] - turned[1]) / h[:, None, None]
+                numbers, prove = slopes(group.first, *group.at(X).resolved(), rates, turns, columns, TRUSTED)
+                found.append(numbers)
+                unclear |= prove
+            pairs = [[part[:, one.strike] for part in found[one.group][one.column.name]] for one in self.terms]
+            values, change = (np.stack(parts, axis=1) for parts in zip(*pairs, strict=True))
+            if unclear.any():
+                values[unclear] = self._numbers(X[unclear])
         else:
             up, down = self._numbers(beside).reshape(m, 2, n, -1).swapaxes(0, 1)
             with np.errstate(invalid="ignore"):
-                values, slopes = self._numbers(X), np.swapaxes((up - down) / h[:, None], 1, 2)
+                values, change = self._numbers(X), np.swapaxes((up - down) / h[:, None], 1, 2)
         measures, factors = self._measured(values)
-        return measures, np.nan_to_num(factors[..., None] * slopes, nan=0.0, posinf=0.0, neginf=0.0)
-
-    def _with_slopes(self, X: Array, beside: Array, h: Array) -> tuple[Array, Array]:
-        """The values (m, K) of all terms, and their derivatives (m, K, n) by formulas.
-
-        Args:
-            X: (m, n) values of the variables.
-            beside: (2mn, n) the same, each once greater and once less.
-            h: (n,) distances of these.
-        """
-        (m, n), nq, unclear = X.shape, self.robot.model.nq, np.zeros(len(X), dtype=bool)
-        values, out = np.empty((m, len(self.terms))), np.empty((m, len(self.terms), n))
-        # How posture and strike change is a difference, of angles an exact one; that of joints is the same everywhere.
-        near = beside[: 2 * n] if all(one.kind == "joint" for one in self.variations) else beside
-        for g, group in enumerate(self.groups):
-            own = {k: term for k, term in enumerate(self.terms) if term.group == g}
-            (Q, strikes), (moved, turned) = group.at(X).resolved(), group.at(near).resolved()
-            up, down = moved.reshape(-1, 2, n, nq).swapaxes(0, 1)
-            rates = difference(self.robot, down.reshape(-1, nq), up.reshape(-1, nq)).reshape(*up.shape[:2], -1) / h[:, None]
-            up, down = turned.reshape(-1, 2, n, *turned.shape[1:]).swapaxes(0, 1)
-            rates, turns = (np.broadcast_to(way, (m, *way.shape[1:])) for way in (rates, (up - down) / h[:, None, None]))
-            found, prove = slopes(group.first, Q, strikes, rates, turns, _distinct(own.values()), TRUSTED)
-            unclear |= prove
-            for k, term in own.items():
-                numbers, change = found[term.column.name]
-                values[:, k], out[:, k] = numbers[:, term.strike], change[:, term.strike]
-        if unclear.any():
-            values[unclear] = self._numbers(X[unclear])
-        return values, out
+        return measures, np.nan_to_num(factors[..., None] * change, nan=0.0, posinf=0.0, neginf=0.0)
 
     def _measured(self, v: Array) -> tuple[Array, Array]:
         """What an optimiser takes for the values (m, K), and its derivatives by them."""
@@ -299,13 +285,11 @@ class ShockCost:
 
     def _numbers(self, X: Array) -> Array:
         """The values (m, K) of all terms, at (m, n) values; NaN where there is none."""
-        out = np.full((len(X), len(self.terms)), np.nan)
-        for g, group in enumerate(self.groups):
-            own = {k: term for k, term in enumerate(self.terms) if term.group == g}
-            table = Evaluation(group.at(X), _distinct(own.values()), prove=0, trusted=TRUSTED).table()
-            for k, term in own.items():
-                out[:, k] = table.columns[term.column.name].reshape(len(X), -1)[:, term.strike]
-        return out
+        tables = [
+            Evaluation(group.at(X), columns, prove=0, trusted=TRUSTED).table().columns
+            for group, columns in zip(self.groups, self._columns, strict=True)
+        ]
+        return np.stack([tables[one.group][one.column.name].reshape(len(X), -1)[:, one.strike] for one in self.terms], axis=1)
 
     def _point(self, x: Array) -> Array:
         """A point as a row (1, n).
@@ -324,7 +308,7 @@ class ShockCost:
 
     def _terms(self, g: int, group: ChosenLandings, keep: Sequence[str], ground: bool) -> Iterable[Term]:
         landing = group.first
-        wanted: list[tuple[Column, dict[str, Any]]] = [(column, {}) for column in _columns(landing, self.quantity)]
+        wanted: list[tuple[Any, ...]] = [(_columns(landing, self.quantity),)]
         for text in keep:
             parts = re.fullmatch(rf"(.+?)\s*([<>])=?\s*({NUMBER})", text.strip())
             if not parts or not math.isfinite(limit := float(parts[3])):
@@ -332,20 +316,20 @@ class ShockCost:
             columns = _columns(landing, parts[1])
             if limit < 0.0 and columns and columns[0].selection.signed:
                 raise StudyError(f'"{text}": of {parts[1]}, which has either sign, the size counts, which is never below zero')
-            how = {"limit": limit, "sign": 1.0 if parts[2] == "<" else -1.0, "scale": abs(limit) or 1.0}
-            wanted += [(column, how) for column in columns]
+            wanted.append((columns, limit, 1.0 if parts[2] == "<" else -1.0, abs(limit) or 1.0))
         tolerance, level = landing.scene.ground_tolerance, len(on_ground(landing))
-        for entry, applies, limit, sign, scale in (
+        for entry, applies, *how in (
             (PUSH, landing.scene.friction is None, 0.0, -1.0, self.robot.mass * landing.fastest_approach),
             (CLEARANCE, level and landing.base != "fixed", -tolerance, -1.0, landing.length),
             (SPREAD, level > 1, tolerance, 1.0, landing.length),
         ):
-            how = {"limit": limit, "sign": sign, "scale": scale}
-            wanted += [(Column(Selection(entry.key, entry), p), how) for p in landing.places(entry.of) if ground and applies]
+            if ground and applies:
+                wanted.append(([Column(Selection(entry.key, entry), place) for place in landing.places(entry.of)], *how))
         # Heights do not depend on the strike.
         return [
-            Term(column, name, g, s, **how)
-            for column, how in wanted
+            Term(column, name, g, s, *how)
+            for columns, *how in wanted
+            for column in columns
             for s, name in enumerate(group.scenes)
             if s == 0 or column.selection.quantity not in (CLEARANCE, SPREAD)
         ]
@@ -357,16 +341,9 @@ def _groups(varied: VariedLandings, landings: Mapping[str, PosedLanding]) -> tup
     for name, landing in landings.items():
         apart = name if strikes_vary or not landing.translates else ""
         together.setdefault((apart, repr(replace(landing.scene, strike=Strike()))), {})[name] = landing.scene
-    none = np.zeros((1, len(varied.variations)))
     return tuple(
-        ChosenLandings(next(iter(own.values())), varied.robot, varied.variations, 1, X=none, scenes=own)
-        for own in together.values()
+        ChosenLandings(next(iter(own.values())), varied.robot, varied.variations, 1, scenes=own) for own in together.values()
     )
-
-
-def _distinct(terms: Iterable[Term]) -> tuple[Column, ...]:
-    """Their columns, each once."""
-    return tuple({term.column.name: term.column for term in terms}.values())
 
 
 def _columns(landing: PosedLanding, text: str) -> list[Column]:
@@ -382,15 +359,3 @@ def _columns(landing: PosedLanding, text: str) -> list[Column]:
     if not entry.of_ground(landing.scene):
         refuse_ground(landing.scene, others="name a quantity that depends on it, such as shock_friction or peak_force")
     return [Column(selection, place) for place in places]
-
-
-def _bounds(varied: Variation) -> tuple[float, float]:
-    """Least and greatest value of what varies.
-
-    Raises:
-        StudyError: there is no range between them.
-    """
-    values = varied.span or tuple(value for value in varied.values if isinstance(value, float))
-    if not values or not min(values) < max(values):
-        raise StudyError(f"{varied.subject} has no range; give one, such as {varied.subject}=LOW:HIGH")
-    return min(values), max(values)

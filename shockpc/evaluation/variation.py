@@ -110,6 +110,18 @@ class Variation:
         return np.asarray(low + (high - low) * u)
 
     @property
+    def ends(self) -> tuple[float, float]:
+        """Least and greatest value.
+
+        Raises:
+            StudyError: there is no range between them.
+        """
+        values = self.span or tuple(value for value in self.values if isinstance(value, float))
+        if not values or not min(values) < max(values):
+            raise StudyError(f"{self.subject} has no range; give one, such as {self.subject}=LOW:HIGH")
+        return min(values), max(values)
+
+    @property
     def column(self) -> str:
         """Heading of its column in tables, with the unit."""
         return self.subject if self.kind == "contact" else f"{self.subject} [{self.unit}]"

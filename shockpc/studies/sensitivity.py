@@ -301,11 +301,8 @@ def _varied(
     """
     if varied.kind == "contact":
         raise StudyError("contacts have names, by which nothing has a derivative; compute each landing with shockpc sweep")
-    span = varied.span or tuple(value for value in varied.values if isinstance(value, float))
-    width = max(span, default=0.0) - min(span, default=0.0)
-    if not width > 0.0:
-        raise StudyError(f"{varied.subject} has no range; give one, such as {varied.subject}=LOW:HIGH")
-    step = share * width * (math.radians(1.0) if varied.unit == "deg" else 1.0)
+    low, high = varied.ends
+    step = share * (high - low) * (math.radians(1.0) if varied.unit == "deg" else 1.0)
     kinds = {"joint": "angle", "armature": "armature", "strike-angle": "strike"}
     if varied.kind in kinds:
         kind = kinds[varied.kind]
