@@ -248,6 +248,11 @@ class ShockCost:
         """
         return self._measured(self._numbers(X))[0]
 
+    def worst(self, X: Array) -> Array:
+        """The worst of the number itself (m,), at (m, n) values; of one that may be negative its size."""
+        with np.errstate(divide="ignore"):
+            return np.asarray(self.measured(X)[:, ~self.held].max(axis=1) ** self.power)
+
     def linearized(self, X: Array) -> tuple[Array, Array]:
         """The same (m, K) and its derivatives (m, K, n), of all terms by formulas, or differences; 0 where there are none."""
         (m, n), h = X.shape, 2.0 * STEP * np.ptp(self.bounds, axis=1)

@@ -92,18 +92,8 @@ def _run(cost: ShockCost, start: Array, minimize: Callable[..., Any], ask: Calla
     )
     value, _, x = min(reversed(steps), key=lambda step: step[0])
     values = np.array([value for value, _, _ in steps])
-    return Run(x, value, np.where(np.isfinite(values), quantity_of(cost, values), np.nan))
-
-
-def worst_measure(cost: ShockCost, X: Array) -> Array:
-    """The worst measure (m,) at points (m, n)."""
-    return np.asarray(cost.measured(X)[:, ~cost.held].max(axis=1))
-
-
-def quantity_of(cost: ShockCost, measures: Array) -> Array:
-    """The quantity itself from its measures."""
     with np.errstate(divide="ignore"):
-        return np.asarray(measures**cost.power)
+        return Run(x, value, np.where(np.isfinite(values), values, np.nan) ** cost.power)
 
 
 def starting_points(cost: ShockCost, count: int | None, seed: int) -> list[Array]:

@@ -16,7 +16,7 @@ from shockpc.evaluation.columns import proven_columns
 from shockpc.evaluation.cost import ShockCost
 from shockpc.evaluation.evaluate import profiles
 from shockpc.evaluation.landings import common_robot, named_scenes
-from shockpc.evaluation.search import HELD, ROUGH, RUNS, SLOW, Run, quantity_of, search, starting_points, worst_measure
+from shockpc.evaluation.search import HELD, ROUGH, RUNS, SLOW, Run, search, starting_points
 from shockpc.evaluation.table import Table
 from shockpc.evaluation.variation import Vary, motion_range, pairs
 from shockpc.evaluation.varied_scene import scene_grid
@@ -230,7 +230,7 @@ def improve(
         raise StudyError(_refusal(cost, runs))
     agreeing = sum(run.value <= (1.0 + AGREEING) * runs[0].value + HELD for run in runs)
     # The landing as given wins where nothing is better.
-    x = cost.x0 if cost.feasible(cost.x0) and worst_measure(cost, cost.x0[None])[0] <= runs[0].value * (1.0 + HELD) else runs[0].x
+    x = cost.x0 if cost.feasible(cost.x0) and cost(cost.x0) <= runs[0].value * (1.0 + HELD) else runs[0].x
     with trace.stage("front"):
         front = _front(costs, x, begun, lambda limit: make(cost.quantity, keep=[*keep, limit])) if others else ()
     with trace.stage("proof"):
@@ -303,33 +303,23 @@ def _holding(cost: ShockCost, x: Array) -> tuple[str, ...]:
 
 def _variables(cost: ShockCost, x: Array) -> tuple[Flatness, ...]:
     """What each variable does at an optimum."""
-    n, set_back = len(x), np.where(np.eye(len(x), dtype=bool), cost.given, x)
-    known = ~np.isnan(cost.given)
-    alone, (best, start) = np.full(n, np.nan), worst_measure(cost, np.stack([x, cost.x0]))
-    alone[known] = quantity_of(cost, worst_measure(cost, set_back[known])) if known.any() else np.nan
+    n, (low, high), each = len(x), cost.bounds.T, np.eye(len(x), dtype=bool)
+    alone = np.where(np.isnan(cost.given), np.nan, cost.worst(np.where(each, cost.given, x)))
+    target, before = cost.worst(np.stack([x, cost.x0]))
     # Where the optimum is zero, or nearly, 5 % are those of the value before.
-    target, size = quantity_of(cost, np.array([best, best if best > HELD * start else start]))
-    way, of, side = cost.bounds.T.ravel() - np.tile(x, 2), np.tile(np.arange(n), 2), np.arange(2 * n)
-    shares, near = np.tile(SHARES, (2 * n, 1)), np.zeros(2 * n)
+    most = FLAT * (target if target > HELD * before else before)
+    way, shares = cost.bounds.T - x, np.tile(SHARES, (2, n, 1))
     for _ in range(2):
-        X = np.tile(x, (*shares.shape, 1))
-        X[side[:, None], np.arange(len(SHARES)), of[:, None]] += shares * way[:, None]
+        X = x + (shares * way[..., None])[..., None] * each[:, None]
         with np.errstate(invalid="ignore"):
-            change = cost.power * (quantity_of(cost, worst_measure(cost, X.reshape(-1, n))).reshape(shares.shape) - target)
-        worse = ~(change <= FLAT * size)
-        beyond = np.where(worse.any(axis=1), worse.argmax(axis=1), len(SHARES))
-        near = shares[side, np.maximum(beyond - 1, 0)]
-        shares = np.linspace(near, shares[side, np.minimum(beyond, len(SHARES) - 1)], len(SHARES), axis=1)
-    low, high = np.tile(x, 2).reshape(2, n) + (near * way).reshape(2, n)
-    edge = HELD * np.ptp(cost.bounds, axis=1)
-    bounds = np.where(x - cost.bounds[:, 0] <= edge, "least", np.where(cost.bounds[:, 1] - x <= edge, "greatest", ""))
-    columns = (cost.given, x, alone, low, high)
-    return tuple(
-        Flatness(name, given, after, bound or None, alone, low, high)
-        for name, bound, given, after, alone, low, high in zip(
-            cost.names, bounds.tolist(), *(part.tolist() for part in columns), strict=True
-        )
-    )
+            worse = ~(cost.power * (cost.worst(X.reshape(-1, n)).reshape(shares.shape) - target) <= most)
+        beyond = np.logical_or.accumulate(worse, axis=2)
+        near, far = np.where(beyond, 0.0, shares).max(axis=2), np.where(beyond, shares, shares[..., -1:]).min(axis=2)
+        shares = np.linspace(near, far, len(SHARES), axis=2)
+    edge = HELD * (high - low)
+    held = np.select([x - low <= edge, high - x <= edge], ["least", "greatest"], "").tolist()
+    given, after, *others = (part.tolist() for part in (cost.given, x, alone, *(x + near * way)))
+    return tuple(map(Flatness, cost.names, given, after, [bound or None for bound in held], *others))
 
 
 def _proven(cost: ShockCost, found: Mapping[str, ShockProfile]) -> tuple[float, str]:
@@ -357,7 +347,7 @@ def _front(
     (_, other), sense = costs, "<=" if costs[1].power > 0.0 else ">="
     last = search(other, [*begun, x])[0].x
     found = [x]
-    most, least = quantity_of(other, worst_measure(other, np.stack([found[0], last])))
+    most, least = other.worst(np.stack([x, last]))
     if not np.isfinite([most, least]).all():
         raise StudyError(
             f"{other.quantity} has no finite value at an end of the front; choose another quantity, or bound it with --keep"
@@ -367,6 +357,6 @@ def _front(
         between = [found[-1], last, *((x + last) / 2.0 for x in (found[0], found[-1])), *begun[:BEGUN]]
         best = search(bounded(f"{other.quantity}{sense}{bound!r}"), between)[0]
         found += [best.x] if np.isfinite(best.value) else []
-    values = np.stack([quantity_of(one, worst_measure(one, np.array(found))) for one in costs], axis=1)
+    values = np.stack([one.worst(np.array(found)) for one in costs], axis=1)
     apart = [0, *(k for k in range(1, len(found)) if not np.allclose(values[k], values[k - 1], rtol=HELD, atol=0.0))]
     return tuple(FrontPoint(values[k], read_only(found[k])) for k in apart)
