@@ -5,6 +5,7 @@ Where two numbers are to be small, one is made small for each of several bounds 
 
 import fnmatch
 import functools
+import math
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Annotated, NamedTuple
@@ -21,6 +22,7 @@ from shockpc.evaluation.table import Table
 from shockpc.evaluation.variation import Vary, motion_range, pairs
 from shockpc.evaluation.varied_scene import scene_grid
 from shockpc.landing.record import Option
+from shockpc.landing.resolve import resolve
 from shockpc.landing.scene import Scene
 from shockpc.quantities.profile import ShockProfile
 from shockpc.robot.landmarks import is_imu, sensors
@@ -206,9 +208,8 @@ def improve(
     }
     taken = _subjects(robot, over)
     if not vary:
-        if not (free := [name for name in _carrying(robot, scenes.values()) if name not in taken]):
+        if not (vary := {name: values for name, values in _near_joints(robot, scenes).items() if name not in taken}):
             raise StudyError("no joint that carries what strikes is free to move; name what may change with --vary")
-        vary = _near(ShockCost(scenes, texts[0], dict.fromkeys(free), robot))
         within = f"the joints that carry what strikes, within {REACH:g} deg of the landing as given and their limits"
         chosen.append(f"variables {few(list(vary), 12)}, {within}")
     if both := taken & _subjects(robot, vary):
@@ -228,15 +229,15 @@ def improve(
         runs = search(cost, begun)
     if not np.isfinite(runs[0].value):
         raise StudyError(_refusal(cost, runs))
-    agreeing = sum(run.value <= (1.0 + AGREEING) * runs[0].value + HELD for run in runs)
+    start, best = cost(cost.x0), runs[0].value
+    agreeing = sum(run.value <= (1.0 + AGREEING) * best + HELD * min(start, 1.0) for run in runs)
     # The landing as given wins where nothing is better.
-    x = cost.x0 if cost.feasible(cost.x0) and cost(cost.x0) <= runs[0].value * (1.0 + HELD) else runs[0].x
+    x = cost.x0 if cost.feasible(cost.x0) and start <= best * (1.0 + HELD) else runs[0].x
     with trace.stage("front"):
         front = _front(costs, x, begun, lambda limit: make(cost.quantity, keep=[*keep, limit])) if others else ()
     with trace.stage("proof"):
-        cases = cost.cases(x)
-        given = dict(zip(cost.scenes, profiles({name: (scene, robot) for name, scene in cost.scenes.items()}), strict=True))
-        after = dict(zip(cases, profiles(cases), strict=True))
+        landed = ({name: (scene, robot) for name, scene in cost.scenes.items()}, cost.cases(x))
+        given, after = (dict(zip(cases, profiles(cases), strict=True)) for cases in landed)
         values = tuple(tuple(_proven(one, found)[0] for found in (given, after)) for one in costs)
     return Improvement(
         costs, read_only(x), given, after, values, _proven(cost, after)[1], _holding(cost, x), _variables(cost, x),
@@ -257,19 +258,18 @@ def _subjects(robot: Robot, varied: Vary) -> set[str]:
     return {name for subject, _ in pairs(varied) for name in fnmatch.filter(robot.joint_names, subject) or [subject]}
 
 
-def _carrying(robot: Robot, scenes: Iterable[Scene]) -> list[str]:
-    """The joints between the trunk and what strikes that have a range of motion."""
-    struck = [robot.frame(contact.frame).body for scene in scenes for contact in scene.contact]
-    carrying: np.ndarray = np.any(robot.supports[struck], axis=0)
-    ranges = {joint.name: motion_range([joint]) for joint in robot.independent_joints if carrying[joint.v].all()}
-    return [name for name, (low, high) in ranges.items() if low < high]
-
-
-def _near(cost: ShockCost) -> dict[str, str]:
-    """Ranges of joints near the first landing as given, and within their limits."""
-    reach = np.array([REACH if name.endswith("[deg]") else np.inf for name in cost.names])
-    ends = np.clip(np.stack([cost.x0 - reach, cost.x0 + reach]), *cost.bounds.T).tolist()
-    return {one.subject: f"{low!r}:{high!r}" for one, low, high in zip(cost.variations, *ends, strict=True)}
+def _near_joints(robot: Robot, scenes: Mapping[str, Scene]) -> dict[str, str]:
+    """Ranges of the joints between the trunk and what strikes, near the first landing as given and within their limits."""
+    struck = [robot.frame(contact.frame).body for scene in scenes.values() for contact in scene.contact]
+    carrying, q = np.any(robot.supports[struck], axis=0), resolve(next(iter(scenes.values())), robot).q
+    ranges = dict[str, str]()
+    for joint in robot.independent_joints:
+        low, high = motion_range([joint])
+        if carrying[joint.v].all() and 0.0 < high - low < math.inf:
+            reach, unit = (math.inf, 1.0) if joint.unit == "m" else (math.radians(REACH), math.degrees(1.0))
+            value = min(max(joint.value(q), low), high)
+            ranges[joint.name] = f"{unit * max(low, value - reach)!r}:{unit * min(high, value + reach)!r}"
+    return ranges
 
 
 def _refusal(cost: ShockCost, runs: Sequence[Run]) -> str:
@@ -277,19 +277,16 @@ def _refusal(cost: ShockCost, runs: Sequence[Run]) -> str:
     measures = cost.measured(np.array([run.x for run in runs]))
     missed = np.isinf(measures) | (cost.held & (measures < 0.0))
     k = int(missed.sum(axis=1).argmin())
-    if np.isinf(measures[k]).any():
+    terms = [cost.terms[j] for j in np.flatnonzero(missed[k])]
+    without = [term for term in terms if term.limit is None]
+    names = few(list(dict.fromkeys(term.text for term in without or terms)), 4)
+    if without:
         profiles(cost.cases(runs[k].x))  # which says why there is none, where there is no landing
-        without = {cost.terms[j].column.name: cost.terms[j].column for j in np.flatnonzero(np.isinf(measures[k]))}
-        why = next(iter(without.values())).selection.quantity.missing
-        names = few(list(without), 4)
+        why = without[0].column.selection.quantity.missing
         return (
             f"{names} has no value at the best point that was found{why and f' ({why})'}; name other places, or change the ranges"
         )
-    texts = dict.fromkeys(cost.terms[j].text for j in np.flatnonzero(missed[k]))
-    return (
-        f"no point meets the constraints; the one that comes nearest misses: {few(list(texts), 4)}. Widen a range, or leave a "
-        "constraint out"
-    )
+    return f"no point meets the constraints; the one that comes nearest misses: {names}. Widen a range, or leave a constraint out"
 
 
 def _holding(cost: ShockCost, x: Array) -> tuple[str, ...]:
