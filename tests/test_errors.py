@@ -116,8 +116,9 @@ MEASURED = {"FL_calf_joint": [-1.4, -1.5], "before_FL_calf_joint": [0.0, 0.0], "
         lambda: shockpc.limits(LANDING, "FL_calf_joint", "shock@imu", 0.1),
         lambda: shockpc.sensitivity(LANDING, "shock@imu"),
         lambda: shockpc.identify(MEASURED, LANDING, {"armature:*": "1e-3:1e-1"}),
+        lambda: shockpc.improve(LANDING, "joint_impulse@FL_calf_joint", vary={"FL_calf_joint": "-120:-60"}),
     ],
-    ids=["limits", "sensitivity", "identify"],
+    ids=["limits", "sensitivity", "identify", "improve"],
 )
 def test_an_unexpected_exception_in_a_row_ends_a_study_without_rows(monkeypatch, study):
     """It is an error of shockpc itself, neither a landing that has no result nor one that does not count."""

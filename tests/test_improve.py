@@ -208,11 +208,14 @@ def test_a_front_of_two_numbers():
 
 
 def test_the_command_writes_the_optimum(tmp_path, capfd):
-    outcome = run(
-        capfd, "improve", "anymal_b", "--contact", "LF_FOOT", "--at", "imu_link", "--vary", "LF_HFE=0:70", "--vary",
-        "LF_KFE=-120:-20", "--over", "strike-angle=-10,10", "--starts", "1", "--out", tmp_path / "out",
+    words = (
+        "improve", "anymal_b", "--contact", "LF_FOOT", "--at", "imu_link", "--vary", "LF_HFE=0:70", "--vary", "LF_KFE=-120:-20",
+        "--starts", "1", "--out", tmp_path / "out",
     )  # fmt: skip
-    assert outcome.code == 0
+    (tmp_path / "out").mkdir()
+    (tmp_path / "out/front.csv").touch()
+    assert run(capfd, *words, "--over", "strike-angle=-10,10").code == 0
+    assert not (tmp_path / "out/front.csv").exists()  # of another run
     document = json.loads((tmp_path / "out" / "improve.json").read_text())
     files = sorted((tmp_path / "out").glob("optimum-*.toml"))
     assert len(files) == 2
@@ -221,6 +224,8 @@ def test_the_command_writes_the_optimum(tmp_path, capfd):
     assert max(shocks) == pytest.approx(number["after"], rel=1e-12)
     assert number["after"] < number["before"]
     assert all((tmp_path / "out" / f"{name}.svg").stat().st_size > 1e4 for name in ("compare", "runs"))
+    assert run(capfd, *words).code == 0
+    assert [file.name for file in (tmp_path / "out").glob("optimum-*.toml")] == ["optimum-1.toml"]
 
 
 def test_what_cannot_be_improved_says_so(capfd):

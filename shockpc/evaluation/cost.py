@@ -291,7 +291,7 @@ class ShockCost:
     def _numbers(self, X: Array) -> Array:
         """The values (m, K) of all terms, at (m, n) values; NaN where there is none."""
         tables = [
-            Evaluation(group.at(X), columns, prove=0, trusted=TRUSTED).table().columns
+            Evaluation(group.at(X), columns, prove=0, trusted=TRUSTED).table().without_defects().columns
             for group, columns in zip(self.groups, self._columns, strict=True)
         ]
         return np.stack([tables[one.group][one.column.name].reshape(len(X), -1)[:, one.strike] for one in self.terms], axis=1)
