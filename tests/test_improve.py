@@ -207,6 +207,26 @@ def test_a_front_of_two_numbers():
     assert values[:, 0].min() == pytest.approx(found.values[0][1], rel=1e-6)
 
 
+def test_points_of_a_front_are_optima_with_a_bound():
+    """Each is as good as what the search finds with the second number bounded by the point's."""
+    scenes = {f"{angle} deg": anymal(strike=Strike(strike_angle_deg=angle)) for angle in (-15.0, 20.0)}
+    how = {"vary": LEGS, "robot": known_robot("anymal_b"), "any_ground": True}
+    front = improve(scenes, ["shock@imu_link", "delta_qd@LF_KFE"], **how).front
+    for shock, jump in (point.values for point in front[1:4]):
+        alone = improve(scenes, "shock@imu_link", keep=f"delta_qd@LF_KFE<={float(jump) * (1.0 + 1e-6)!r}", **how)
+        assert shock == pytest.approx(alone.values[0][1], rel=1e-4)
+
+
+def test_no_point_of_a_front_is_beaten_by_another():
+    """Also where the first number is best without bound at many points."""
+    how = {"vary": LEGS, "robot": known_robot("anymal_b"), "any_ground": True, "starts": 1}
+    front = improve(anymal(), ["ropc@base", "shock@imu_link"], **how).front
+    assert len(front) > 1
+    radius, shock = np.array([point.values for point in front]).T
+    assert (np.diff(shock) < 0.0).all()
+    assert (np.diff(radius) < 0.0).all()
+
+
 def test_the_command_writes_the_optimum(tmp_path, capfd):
     words = (
         "improve", "anymal_b", "--contact", "LF_FOOT", "--at", "imu_link", "--vary", "LF_HFE=0:70", "--vary", "LF_KFE=-120:-20",

@@ -273,11 +273,12 @@ class ShockCost:
             if unclear.any():
                 values[unclear] = self._numbers(X[unclear])
         else:
-            up, down = self._numbers(beside).reshape(m, 2, n, -1).swapaxes(0, 1)
+            up, down = np.moveaxis(self._numbers(beside).reshape(m, 2, n, -1), 3, 2).swapaxes(0, 1)
             with np.errstate(invalid="ignore"):
-                values, change = self._numbers(X), np.swapaxes((up - down) / h[:, None], 1, 2)
+                values, change = self._numbers(X), (up - down) / h
         measures, factors = self._measured(values)
-        return measures, np.nan_to_num(factors[..., None] * change, nan=0.0, posinf=0.0, neginf=0.0)
+        with np.errstate(invalid="ignore"):
+            return measures, np.nan_to_num(factors[..., None] * change, nan=0.0, posinf=0.0, neginf=0.0)
 
     def _measured(self, v: Array) -> tuple[Array, Array]:
         """What an optimiser takes for the values (m, K), and its derivatives by them."""

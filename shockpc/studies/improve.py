@@ -355,5 +355,8 @@ def _front(
         best = search(bounded(f"{other.quantity}{sense}{bound!r}"), between)[0]
         found += [best.x] if np.isfinite(best.value) else []
     values = np.stack([one.worst(np.array(found)) for one in costs], axis=1)
-    apart = [0, *(k for k in range(1, len(found)) if not np.allclose(values[k], values[k - 1], rtol=HELD, atol=0.0))]
-    return tuple(FrontPoint(values[k], read_only(found[k])) for k in apart)
+    measures = values ** [one.power for one in costs]
+    as_good = (measures[:, None] <= measures * (1.0 + HELD)).all(axis=2)
+    # Where one is as good in both, the other is no point of the front; of two alike the first one is.
+    beaten = (as_good & ~(as_good.T & np.tri(len(found), dtype=bool))).any(axis=0)
+    return tuple(FrontPoint(values[k], read_only(found[k])) for k in np.flatnonzero(~beaten))
