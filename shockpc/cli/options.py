@@ -25,7 +25,9 @@ from shockpc.cli.parse import (
     vector,
 )
 from shockpc.landing.record import options_of
-from shockpc.landing.scene import Contact, Joints, Posture, Scene, Strike
+from shockpc.landing.scene import Contact, Joints, Point, Posture, Scene, Strike
+from shockpc.landing.scene_file import point_at
+from shockpc.robot.robot import Robot
 from shockpc.text.errors import StudyError
 
 _in_files, _in_contact, _in_posture = group("Robot files"), group("Contact"), group("Posture")
@@ -39,7 +41,7 @@ PACKAGE = _in_files("Folder of a package, besides those in ROS_PACKAGE_PATH.", "
 FRAME = "FRAME[:X,Y,Z]"
 EXPLAIN = in_output("Report on standard error what ran, how long it took, and what was not needed.")
 STRICT = "Exit code 3 if any landing could not be computed, not only if none could."
-AT = group("Question")("The shock at this point, offset in the frame [m].", FRAME)
+AT = group("Question")("The shock at this point (with friction, if that is given), offset in the frame [m].", FRAME)
 TARGET = group("Question")(
     "Another number: a quantity (shockpc quantities lists them) of a point, body, joint or contact.", "QUANTITY@PLACE"
 )
@@ -50,14 +52,15 @@ def packages_of(package: tuple[tuple[str, str], ...], meshes: str | None) -> dic
     return dict(package) | ({} if meshes is None else {"*": meshes})
 
 
-def target_of(at: str | None, quantity: str | None) -> str:
-    """The number that a command is about: the shock at a point, or a quantity.
+def target_of(robot: Robot, at: str | None, quantity: str | None) -> str | Point:
+    """The number that a command is about: that of a point, or a quantity.
 
     Raises:
         StudyError: not one of the two is given.
+        ShockError: the point is not one of the robot's.
     """
     if at is not None and quantity is None:
-        return f"shock@{at}"
+        return point_at(robot, at)
     if quantity is None or at is not None:
         raise StudyError("one number is needed: give a point with --at, or a quantity with --quantity, such as shock@imu_link")
     return quantity

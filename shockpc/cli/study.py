@@ -111,7 +111,7 @@ def study_command(name: str) -> Command:
         if kind not in ("landings", "designs"):
             arguments["robot"] = robot
         if "target" in needs:
-            arguments["target"] = target_of(typed["at_"], typed["quantity"])
+            arguments["target"] = target_of(robot, typed["at_"], typed["quantity"])
         used = {key: value for key, value in arguments.items() if key in needs}
         result = study(**used, **given(study, typed["typed"], robot))
         with trace.stage("output"):

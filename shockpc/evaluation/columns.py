@@ -1,6 +1,6 @@
 """Quantities at places, QUANTITY@PLACE: named by a text, computed of many landings in double precision, or of one with a proof."""
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from typing import Any, NamedTuple, cast
 
 import numpy as np
@@ -14,7 +14,7 @@ from shockpc.landing.landing import PosedLanding
 from shockpc.landing.motion import separating
 from shockpc.landing.places import Place, moving_point
 from shockpc.landing.rows import Equation
-from shockpc.landing.scene import Scene
+from shockpc.landing.scene import Point, Scene
 from shockpc.landing.scene_file import points_at
 from shockpc.landing.stops import at_stops, driven_beyond, missed_stops
 from shockpc.profile import impact_jumps, needs_proof
@@ -122,6 +122,12 @@ def places_at(landing: PosedLanding, quantity: Quantity, pattern: str | None = N
         return tuple(places[i] for i in robot.match_bodies(pattern))
     named = {place.name: place for place in places}
     return tuple(named[name] for name in robot.match(kind, pattern, named))
+
+
+def target_text(target: str | Point, scenes: Iterable[Scene]) -> str:
+    """The number that a study is about, as a text names it: of a point the shock, with friction if one of the scenes has it."""
+    friction = "_friction" if any(scene.friction is not None for scene in scenes) else ""
+    return f"shock{friction}@{target.label}" if isinstance(target, Point) else target
 
 
 def column(profile: ShockProfile, text: str) -> Column:

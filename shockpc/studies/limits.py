@@ -14,7 +14,7 @@ from typing import Annotated, Any, Literal, NamedTuple
 import numpy as np
 
 from shockpc.core.spatial import Array, Plane
-from shockpc.evaluation.columns import Column, column, columns
+from shockpc.evaluation.columns import Column, column, columns, target_text
 from shockpc.evaluation.crossings import crossings, kinks, vertices
 from shockpc.evaluation.evaluate import profiles
 from shockpc.evaluation.landings import refuse_ground
@@ -265,7 +265,8 @@ def limits(
 
     Args:
         scene: the landing; the joint's own value is not used, except that loops are followed from it.
-        target: QUANTITY@PLACE, or QUANTITY of the robot as a whole; a point means the shock there.
+        target: QUANTITY@PLACE, or QUANTITY of the robot as a whole; a point means the shock there, with
+            friction if the scene has it.
         robot: the scene's robot, if it is loaded already.
 
     Raises:
@@ -283,7 +284,7 @@ def limits(
     robot = robot or robot_of(scene)
     (profile,) = profiles({"": (scene, robot)})
     landing, plane = profile.landing, profile.landing.plane
-    number = column(profile, f"shock@{target.label}" if isinstance(target, Point) else target)
+    number = column(profile, target_text(target, [scene]))
     entry = number.selection.quantity
     if entry.worse == ("greater" if bound.below else "less"):
         raise StudyError(

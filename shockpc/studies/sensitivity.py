@@ -13,7 +13,7 @@ from typing import Annotated, NamedTuple, cast
 import numpy as np
 
 from shockpc.core.spatial import Array, read_only
-from shockpc.evaluation.columns import Column, column
+from shockpc.evaluation.columns import Column, column, target_text
 from shockpc.evaluation.evaluate import TRUSTED, Evaluation, profiles
 from shockpc.evaluation.gradients import has_gradient
 from shockpc.evaluation.gradients import slopes as exact_slopes
@@ -210,8 +210,8 @@ def sensitivity(
 
     Args:
         landings: one landing, or landings of one robot by name.
-        target: QUANTITY@PLACE, or QUANTITY of the robot as a whole; a point means the shock there. Shock is that with friction if
-            a scene has it.
+        target: QUANTITY@PLACE, or QUANTITY of the robot as a whole; a point means the shock there, with
+            friction if a scene has it.
         robot: the scenes' robot, if it is loaded already.
         trace: collects what each stage cost.
 
@@ -226,10 +226,7 @@ def sensitivity(
     chosen = [variation(robot, subject, values) for subject, values in pairs(vary)]
     refuse_repeated(robot, chosen)
     solved = profiles({name: (scene, robot) for name, scene in scenes.items()}, trace)
-    slides = any(scene.friction is not None for scene in scenes.values())
-    text = f"shock@{target.label}" if isinstance(target, Point) else target
-    if slides and text.startswith("shock@"):
-        text = text.replace("shock@", "shock_friction@", 1)
+    text = target_text(target, scenes.values())
     numbers = [column(profile, text) for profile in solved]
     number = numbers[0]
     for scene in scenes.values():
