@@ -388,6 +388,24 @@ def test_options_of_a_command_come_before_the_shared_ones(capfd):
     )
 
 
+@pytest.mark.parametrize(
+    ("command", "refused"),
+    [
+        ("fall", ["--contact", "--stance", "--normal", "--speed", "--strike-angle", "--drop-height", "--joint-velocity"]),
+        ("place", ["--contact-stiffness", "--contact-damping", "--stop-stiffness", "--motors", "--torque"]),
+    ],
+)
+def test_an_option_that_a_command_always_refuses_is_not_its_option(capfd, command, refused):
+    """Others of a landing are. What a scene file gives is refused in words, which tests of the studies see to."""
+    offered = set(re.findall(r"^  (--[\w-]+)", good(capfd, command, "--help-all"), re.MULTILINE))
+    assert not offered & set(refused)
+    assert {"--set", "--friction", "--lock", "--pulse"} <= offered
+    for option in refused:
+        outcome = run(capfd, command, "go2", option, "1")
+        assert (outcome.code, outcome.out) == (2, "")
+        assert f"no such option: {option}" in outcome.err
+
+
 def test_an_option_has_one_unit_in_all_commands(capfd):
     """Each takes a value in every command that has it, or in none, and of the same unit."""
     meanings: dict[str, set[tuple[bool, str]]] = {}

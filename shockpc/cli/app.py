@@ -67,9 +67,9 @@ class GroupedCommand(TyperCommand):
     def get_params(self, ctx: Any) -> list[Any]:
         """The parameters, with --help-all where a scene has options."""
         every: list[Any] = super().get_params(ctx)
-        names = [parameter.name for parameter in every]
-        if set(names) >= RARE and "help_all" not in names:
-            others = len(RARE) + len(set(names).intersection(RARE_OF_RUN))
+        names = {parameter.name for parameter in every}
+        if "posture" in names and "help_all" not in names:
+            others = len(names.intersection(RARE) | names.intersection(RARE_OF_RUN))
             text = f"Show these options and {others} others, each with all of its text, and exit."
             every.append(
                 TyperOption(

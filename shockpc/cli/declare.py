@@ -11,7 +11,7 @@ the type allows none of these, or the default is `...`, it has to be given.
 import copy
 import functools
 import inspect
-from collections.abc import Callable
+from collections.abc import Callable, Collection
 from typing import Any, NamedTuple, TypeAlias, get_args
 
 import typer
@@ -80,23 +80,33 @@ def argument(help_: str, form: str, parser: Parser | None = None, *, default: An
 
 
 def command(
-    *, examples: tuple[str, ...], more: str = "", after: str = "Exit codes: shockpc --help lists them."
+    *,
+    examples: tuple[str, ...],
+    more: str = "",
+    after: str = "Exit codes: shockpc --help lists them.",
+    without: Collection[str] = (),
 ) -> Callable[[Command], Command]:
-    """Make a function a command, which takes the options of records among its parameters after its own; arguments as in `Help`.
+    """Make a function a command, which takes the options of records among its parameters after its own.
 
     The text is no docstring, because Python can be told to leave those out.
+
+    Args:
+        examples: as in `Help`.
+        more: as in `Help`.
+        after: as in `Help`.
+        without: options of records that it does not take, by their names with underscores, or by their headings.
     """
 
     def declare(function: Command) -> Command:
-        run = _taking_options(function)
+        run = _taking_options(function, without)
         vars(run)["help"] = Help(examples, more, after)
         return run
 
     return declare
 
 
-def _taking_options(command: Command) -> Command:
-    """Replace each parameter of a command that is a record of options, or `Declared`, by the options."""
+def _taking_options(command: Command, without: Collection[str]) -> Command:
+    """Replace each parameter of a command that is a record of options, or `Declared`, by the options. Args: as for `command`."""
     parameters = inspect.signature(command).parameters
     records = {name: parameter.annotation for name, parameter in parameters.items() if hasattr(parameter.annotation, "_fields")}
     grouped = {name: parameter.default for name, parameter in parameters.items() if isinstance(parameter.default, Declared)}
@@ -106,7 +116,11 @@ def _taking_options(command: Command) -> Command:
             kinds = records[name].__annotations__
             for field, option in records[name]._field_defaults.items():
                 collected = option if isinstance(option, Declared) else {field: (kinds[field], option)}
-                declared |= {key: one for key, one in collected.items() if f"{key}_" not in parameters and key not in declared}
+                declared |= {
+                    key: one
+                    for key, one in collected.items()
+                    if f"{key}_" not in parameters and key not in declared and not {key, one[1].rich_help_panel} & set(without)
+                }
         else:
             declared |= grouped.get(name, {name: (parameter.annotation, parameter.default)})
 
@@ -115,8 +129,8 @@ def _taking_options(command: Command) -> Command:
         typed = {name: tuple(value) if isinstance(value, list) else value for name, value in typed.items()}
         typed |= {name: {option: typed.pop(option, None) for option in options} for name, options in grouped.items()}
         for name, record in records.items():
-            fields = record._field_defaults
-            typed[name] = record(**{field: _collected(option, field, typed) for field, option in fields.items()})
+            fields, kinds = record._field_defaults, record.__annotations__
+            typed[name] = record(**{field: _collected(option, field, kinds[field], typed) for field, option in fields.items()})
         return command(**typed)
 
     # What Typer reads.
@@ -125,9 +139,11 @@ def _taking_options(command: Command) -> Command:
     return run
 
 
-def _collected(option: Any, field: str, typed: dict[str, Any]) -> Any:
-    """What was typed for a field of a record, which is taken out."""
-    return {name: typed.pop(name, None) for name in option} if isinstance(option, Declared) else typed.pop(field, ())
+def _collected(option: Any, field: str, kind: Any, typed: dict[str, Any]) -> Any:
+    """What was typed for a field of a record, which is taken out; as if nothing was typed where the command does not take it."""
+    if isinstance(option, Declared):
+        return {name: typed.pop(name, None) for name in option}
+    return typed.pop(field, () if get_args(kind)[1:] == (...,) else None)
 
 
 def _for_typer(name: str, kind: Any, declared: Any) -> inspect.Parameter:

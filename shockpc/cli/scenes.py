@@ -85,10 +85,8 @@ def postures_from(names: Iterable[str], options: SceneOptions, trace: Trace | No
     """A robot, and postures of it by the names of their scenes; of a single one the name is empty.
 
     Raises:
-        ShockError: as for `scenes_from`; contacts are given; or the scenes are of different robots.
+        ShockError: as for `scenes_from`; or the scenes are of different robots.
     """
-    if options.contact or options.stance or options.together:
-        raise SceneError("what strikes, and what stands, follows from the posture; leave out --contact, --stance and --together")
     names = list(dict.fromkeys(names))
     read = {name: scenes_from(name, with_contact(name, options, ["*"])[0], trace) for name in names}
     robot = read[names[0]][0]

@@ -78,7 +78,7 @@ SINGLE: dict[Any, Parser] = {**PARSERS, Span: span, tuple[float, ...]: numbers, 
 def help_of(study: Callable[..., Any]) -> dict[str, Any]:
     """The help of the command of a study, as arguments of `command`."""
     declared = declaration(study)
-    return {"examples": declared.examples, "more": declared.more}
+    return {"examples": declared.examples, "more": declared.more, "without": declared.without}
 
 
 def study_options(study: Callable[..., Any]) -> Declared:

@@ -24,7 +24,7 @@ GRAVITY = 9.80665
 SLOWEST, FASTEST = 1e-9, 1e9
 """Range of speeds [m/s]; outside it squares overflow or underflow."""
 
-STRIKE, RESULTS, POSTURE = "Velocity before the impact", "What is computed", "Posture"
+CONTACT, STRIKE, RESULTS, POSTURE = "Contact", "Velocity before the impact", "What is computed", "Posture"
 """Headings of options."""
 
 CONTACTS = "foam 1e4, a rubber foot 1e5, running surfaces 7.5e4 to 9.5e5 (Kerdok et al. 2002), hard ground 1e6 N/m or more"
@@ -49,28 +49,28 @@ class Contact(Record):
 
     frame: str
     offset: tuple[float, float, float] = option(
-        (0.0, 0.0, 0.0), "Contact point from the frame's origin, in its axes.", "Contact", "X,Y,Z", unit="m"
+        (0.0, 0.0, 0.0), "Contact point from the frame's origin, in its axes.", CONTACT, "X,Y,Z", unit="m"
     )
     at: Literal["frame", "lowest"] = option(
         "frame",
         "Contact point at the frame's origin, or at the lowest point of the link's own collision geometry (visual, if the file has "
         "no other), or of the geom, in this posture (the middle of all that are equally low); the offset is added.",
-        "Contact",
+        CONTACT,
         name="contact-point",
     )
     directions: tuple[Literal["x", "y", "z"] | tuple[float, float, float], ...] = ("x", "y", "z")
     kind: Literal["point", "flat"] = "point"
     restitution: float = option(
-        0.0, "Coefficient of restitution, 0 (default) to 1.", "Contact", "E", unit="1", least=0.0, greatest=1.0, varies=True
+        0.0, "Coefficient of restitution, 0 (default) to 1.", CONTACT, "E", unit="1", least=0.0, greatest=1.0, varies=True
     )
     restitution_along: Literal["normal", "directions"] = option(
         "normal",
         "What restitution reverses: the velocity along the normal alone (default; Newton's law), or along every direction in which "
         "the contact stops (Eq. 4 of the paper), so that a sticking contact rebounds along the ground too.",
-        "Contact",
+        CONTACT,
     )
     normal: tuple[float, float, float] | None = option(
-        None, "Normal of the ground at the contact: a slope, or a wall; vertical by default.", "Contact", "X,Y,Z"
+        None, "Normal of the ground at the contact: a slope, or a wall; vertical by default.", CONTACT, "X,Y,Z"
     )
     velocity: tuple[float, float, float] | None = None
 

@@ -64,16 +64,22 @@ class Study(NamedTuple):
         examples: command lines.
         more: a paragraph for the help of its command, or nothing.
         typed: makes arguments in SI units of what was typed, where a robot's joints decide on the units.
+        without: options of a landing that the study refuses, which its command does not take: by their names with underscores, or
+            by their headings.
     """
 
     parameters: dict[str, StudyParameter]
     examples: tuple[str, ...]
     more: str
     typed: Callable[[Any, dict[str, Any]], dict[str, Any]]
+    without: tuple[str, ...]
 
 
 def study(
-    *examples: str, more: str = "", typed: Callable[[Any, dict[str, Any]], dict[str, Any]] = lambda robot, given: given
+    *examples: str,
+    more: str = "",
+    typed: Callable[[Any, dict[str, Any]], dict[str, Any]] = lambda robot, given: given,
+    without: tuple[str, ...] = (),
 ) -> Callable[[F], F]:
     """Declare a function as a study, and list its options in its docstring; arguments as in `Study`.
 
@@ -95,7 +101,7 @@ def study(
         )
         # Without the options, because Python's help prints annotations whole.
         call = checked(function, signature.replace(parameters=plain), {name: one.option.fault for name, one in parameters.items()})
-        vars(call)["study"] = Study(parameters, examples, more, typed)
+        vars(call)["study"] = Study(parameters, examples, more, typed, without)
         return call
 
     return declare

@@ -18,7 +18,7 @@ from shockpc.evaluation.table import Table
 from shockpc.evaluation.variation import Vary, pairs
 from shockpc.evaluation.varied_scene import scene_grid
 from shockpc.landing.record import Option
-from shockpc.landing.scene import Contact, Joints, Scene
+from shockpc.landing.scene import CONTACT, STRIKE, Contact, Joints, Scene
 from shockpc.quantities.profile import ShockProfile
 from shockpc.quantities.table import select
 from shockpc.robot.geometry import drawn_outline, outline
@@ -102,6 +102,7 @@ class Falls:
         "The robot tips as one rigid body, its joints held, over an edge of its support until it rests: on an edge that sticks,"
         " slides or leaves the ground, strike after strike. Each strike is a landing with the joints as modelled."
     ),
+    without=(CONTACT, STRIKE),  # which a fall computes
 )
 def fall(
     postures: Scene | Mapping[str, Scene],
