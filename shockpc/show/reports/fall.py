@@ -225,6 +225,6 @@ def _document(falls: Falls) -> dict[str, Any]:
             }
             for result in falls.results
         ],
-        "failures": {name: str(failure) for name, failure in falls.failures},
+        "failures": [{"fall": name, "reason": str(reason)} for name, reason in falls.failures],
         "notes": falls.notes,
     }  # fmt: skip
