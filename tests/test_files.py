@@ -208,7 +208,7 @@ FILES = {
 def test_folder_of_a_landing(tmp_path, profile):
     """Every file, each with the numbers of the profile; CSV holds all bodies, also those that do not move."""
     folder = tmp_path / "new" / "out"
-    write_report_folder(folder, analyze_report([profile], ["lf_foot"]))
+    write_report_folder(folder, analyze_report({"lf_foot": profile}))
     assert listing(folder) == FILES
     assert (folder / "profile.json").read_text(encoding="utf-8") == json_text(document_of(profile))
     assert (folder / "report.md").read_text(encoding="utf-8") == landing_report(profile).files()["report.md"]
@@ -226,16 +226,16 @@ def test_folder_of_a_landing(tmp_path, profile):
 
 def test_several_landings_and_then_one(tmp_path, profile):
     """A folder for each and a summary; one landing later, the files of its names are new and the others as they were."""
-    write_report_folder(tmp_path, analyze_report([profile, profile], ["a", "b"]))
+    write_report_folder(tmp_path, analyze_report({"a": profile, "b": profile}))
     own, shared = FILES - {"report.html"}, {"report.html", "summary.csv", "summary.md"}
     several = {f"{name}/{file}" for name in "ab" for file in own} | shared
     assert listing(tmp_path) == several
     page, summary = ((tmp_path / name).read_bytes() for name in ("report.html", "summary.csv"))
     for name in ("parts.csv", "damage_boundary.svg", "a/time.png"):  # of parts and a contact stiffness, which this landing has not
         (tmp_path / name).write_text("of an earlier run")
-    write_report_folder(tmp_path, analyze_report([profile], ["lf_foot"]))
+    write_report_folder(tmp_path, analyze_report({"lf_foot": profile}))
     assert listing(tmp_path) == several | FILES | {"a/time.png"}
     assert (tmp_path / "report.html").read_bytes() != page
     assert (tmp_path / "summary.csv").read_bytes() == summary
-    write_report_folder(tmp_path, analyze_report([profile, profile], ["a", "b"]))
+    write_report_folder(tmp_path, analyze_report({"a": profile, "b": profile}))
     assert listing(tmp_path) == several | FILES

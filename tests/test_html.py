@@ -192,7 +192,7 @@ def test_a_page_that_cannot_be_made_is_a_warning(capfd, here, monkeypatch, failu
 def test_page_of_several_landings(moving):
     """One page for all, the geometry of their robot once, the report of each landing apart."""
     other = shock_profile(replace(MOVING, strike=Strike()), moving.robot)
-    text = html_of(analyze_report([moving, other], ["one", "two"]))
+    text = html_of(analyze_report({"one": moving, "two": other}))
     data = data_of(text)
     assert [one["layout"]["uirevision"] for one in data["landings"]] == ["one", "two"]
     assert len(data["geometries"]) == 1

@@ -51,7 +51,7 @@ def landings():
 
 def text_of(profiles, format_):
     """The landings in a format."""
-    return analyze_report(profiles, [str(k) for k in range(len(profiles))], whole=True).text(format_)
+    return analyze_report({str(k): profile for k, profile in enumerate(profiles)}, whole=True).text(format_)
 
 
 def header(**scene):

@@ -4,7 +4,7 @@ import sys
 from pathlib import Path
 
 from shockpc.cli.declare import command
-from shockpc.cli.options import EXPLAIN, ROBOT, OutputOptions, SceneOptions, in_output
+from shockpc.cli.options import EXPLAIN, ROBOT, STRICT, OutputOptions, SceneOptions, in_output
 from shockpc.cli.parse import scene_file
 
 
@@ -29,18 +29,20 @@ def analyze(
         "With a contact stiffness and --out, draw the shock response spectrum of sensors and points too; in JSON, give it."
     ),
     all_: bool = in_output("Print all tables."),
+    strict: bool = in_output(STRICT),
     explain: bool = EXPLAIN,
-) -> None:
+) -> int:
     from shockpc.cli.progress import ShownTrace
 
     trace = ShownTrace()
     with trace.stage("imports"):
-        from shockpc.cli.output import emit, scene_files
+        from shockpc.cli.output import emit, exit_code, scene_files
         from shockpc.cli.scenes import file_names, scenes_from
         from shockpc.landing.scene_file import scene_text
         from shockpc.profile import shock_profile
+        from shockpc.quantities.profile import ShockProfile
         from shockpc.show.reports.landing import accuracy_line, analyze_report
-        from shockpc.text.errors import StudyError
+        from shockpc.text.errors import ShockError, StudyError
     loaded, scenes = scenes_from(robot, options, trace)
     shown = output.out is not None or output.format == "json"
     if spectrum and not (shown and all(scene.contact_stiffness is not None for scene in scenes)):
@@ -48,12 +50,21 @@ def analyze(
         raise StudyError(f"--spectrum is in the files of a landing on contacts of finite stiffness; give {missing} too")
     bodies = sorted({i for pattern in body for i in loaded.match_bodies(pattern)}) or None
     files = [] if save_scene is None else scene_files(scenes, save_scene, force)
-    profiles = [shock_profile(scene, loaded, trace) for scene in scenes]
+    profiles, failures, saved = dict[str, ShockProfile](), dict[str, ShockError](), dict[Path, str]()
+    for k, name in enumerate(file_names(scenes)):
+        try:
+            profiles[name] = shock_profile(scenes[k], loaded, trace)
+        except ShockError as refusal:
+            failures[name] = refusal
+            continue
+        if files:
+            saved[files[k]] = scene_text(profiles[name].scene, files[k].parent)
+    if not profiles:
+        raise next(iter(failures.values()))
     with trace.stage("output"):
         if output.out is None:
             trace.skip("figure, and matplotlib with it", "no --out")
-        # no files without --save-scene
-        saved = {file: scene_text(profile.scene, file.parent) for profile, file in zip(profiles, files, strict=False)}
-        emit(analyze_report(profiles, file_names(scenes), bodies, spectrum, all_), output, saved)
+        emit(analyze_report(profiles, bodies, spectrum, all_, failures), output, saved)
     if explain:
-        sys.stderr.write(trace.text() + "".join(f"{accuracy_line(profile)}\n" for profile in profiles))
+        sys.stderr.write(trace.text() + "".join(f"{accuracy_line(profile)}\n" for profile in profiles.values()))
+    return exit_code(len(failures), len(scenes), strict)

@@ -3,7 +3,8 @@
 import functools
 import math
 import textwrap
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
+from types import MappingProxyType
 
 import numpy as np
 
@@ -45,7 +46,8 @@ from shockpc.show.wording import (
     shown_as,
     warning_lines,
 )
-from shockpc.text.printed import few
+from shockpc.text.errors import ShockError
+from shockpc.text.printed import cause_lines, causes, few
 
 DETAILS = ("velocity jumps on these contacts", "modes, and the normal force that they carry")
 """Tables of a landing on contacts of finite stiffness that the answer leaves out."""
@@ -112,26 +114,26 @@ def landing_report(
 
 
 def analyze_report(
-    profiles: Sequence[ShockProfile],
-    names: Sequence[str],
+    landings: Mapping[str, ShockProfile],
     bodies: Sequence[int] | None = None,
     spectrum: bool = False,
     whole: bool = False,
+    failures: Mapping[str, ShockError] = MappingProxyType({}),
 ) -> Report:
     """The report of one landing, or of several with their shocks side by side.
 
     Args:
-        profiles: the landings.
-        names: of their folders.
+        landings: by the names of their folders.
         bodies: indices of the only bodies that are shown.
         spectrum: whether to draw the shock response spectrum of the points.
         whole: whether a terminal shows all tables of each.
+        failures: why others could not be computed, by name.
     """
-    parts = {name: landing_report(profile, bodies, spectrum, whole) for name, profile in zip(names, profiles, strict=True)}
-    if len(parts) == 1:
+    parts = {name: landing_report(profile, bodies, spectrum, whole) for name, profile in landings.items()}
+    if len(parts) == 1 and not failures:
         return next(iter(parts.values()))
+    profiles, reasons = list(landings.values()), [(name, str(reason)) for name, reason in failures.items()]
     sheet = functools.partial(_side_by_side, profiles, bodies, None)
-    landings = dict(zip(names, profiles, strict=True))
 
     def answers() -> list[Section]:
         each = [Lines([one for one in _summary_with_ground(profile) if one != CLEAN], name) for name, profile in landings.items()]
@@ -145,7 +147,8 @@ def analyze_report(
         page="summary",
         body=lambda _: [sheet(), *_damage_picture(profiles)],
         sheets={"summary": sheet},
-        document=dict,
+        warnings=[f"not computed: {line}" for line in cause_lines(causes(reasons), "landings", len(reasons))],
+        document=lambda: {"failures": [{"landing": name, "reason": reason} for name, reason in reasons]} if reasons else {},
         others=picture_files("damage_boundary"),
         landings=landings,
         parts=parts,

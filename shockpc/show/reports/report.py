@@ -67,7 +67,7 @@ class Report(NamedTuple):
         others: names of the files that only some reports of the command have, this one perhaps not.
         landings: those that report.html shows in three dimensions, by name.
         parts: the reports of several results by the names of their folders. Their texts and documents are put together, and the
-            body of this report, which then has no document of its own, follows.
+            body of this report follows, and its document if that has an entry.
     """
 
     name: str
@@ -100,7 +100,9 @@ class Report(NamedTuple):
 
     def json(self) -> Any:
         """The document with its head, or a list of those of several results."""
-        return [part.json() for part in self.parts.values()] if self.parts else headed(self.name, self.document())
+        own = self.document()
+        parts = [part.json() for part in self.parts.values()]
+        return [*parts, *([headed(self.name, own)] if own else [])] if parts else headed(self.name, own)
 
     def files(self, folder: Path = Path()) -> dict[str, str | bytes]:
         """The files of a folder by name, save the page: figures, CSV, Markdown and JSON; several results have a folder each."""
