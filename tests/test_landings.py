@@ -833,6 +833,44 @@ def test_the_command_ranks_and_prints_a_row_as_a_scene(here, capfd):
     assert np.linalg.norm(imu["delta_v"]) == pytest.approx(values[0], rel=1e-12)
 
 
+@pytest.mark.parametrize(
+    ("option", "value", "column", "kept"),
+    [
+        ("--speed", "2", "vz", None),
+        ("--drop-height", "0.3", "vz", None),
+        ("--strike-angle", "20", "vx", None),
+        ("--velocity", "0.3,0.2,-1", "vx", "0,0.2,0"),
+        ("--angular-velocity", "0,1,0", "wy", None),
+        ("--base-rpy", "0,5,0", "pitch_deg", "3,0,0"),
+        ("--set", "LF_KFE=-50", "q_LF_KFE", "*_KFE=-50"),
+        ("--joint-velocity", "LF_KFE=1", "before_LF_KFE", "*_KFE=1"),
+        ("--friction", "0.4", "mu", None),
+    ],
+)
+def test_an_option_that_a_column_overrides_is_refused(here, capfd, option, value, column, kept):
+    """Without the column it changes the landings, and what the table lacks may be given."""
+    columns = table() | {"pitch_deg": np.linspace(-3.0, 3.0, 6), "mu": np.full(6, 0.6)}
+    columns = {name: values for name, values in columns.items() if name not in ("qw", "qx", "qy", "qz")}
+    words = ("landings", written(here / "log.csv", columns), "anymal_b", "--contact", "LF_FOOT", "--prove", 0, "--format", "csv")
+    words += ("--quantity", "shock_friction@imu_link") if option == "--friction" else ()
+    refused = run(capfd, *words, option, value)
+    assert (refused.code, refused.out) == (2, "")
+    assert f'{option}{" " + value.partition("=")[0] if "=" in value else ""} (column "{column}")' in refused.err
+    rest = [] if option != "--velocity" else ["--map", "vz="]
+    changed = run(capfd, *words, option, value, "--map", f"{column}=", *rest)
+    assert changed.code == 0
+    assert changed.out != good(capfd, *words)
+    if kept is not None:
+        good(capfd, *words, option, kept)
+
+
+def test_all_of_the_robot_in_one_column_overrides_options_too(here, capfd):
+    np.savez(here / "log.npz", qpos=np.zeros((2, 19)), qvel=np.zeros((2, 18)))
+    words = ("landings", here / "log.npz", "anymal_b", "--contact", "LF_FOOT", "--prove", 0)
+    for option, column in (("--set=LF_KFE=-50", "qpos"), ("--base-rpy=0,5,0", "qpos"), ("--speed=2", "qvel")):
+        assert f'(column "{column}")' in run(capfd, *words, option).err
+
+
 def test_a_folder_of_scenes_is_a_table(here, capfd):
     """Rows are named by their files, a file that is no scene has a message, and --command prints the scene of a row."""
     (here / "scenes").mkdir()

@@ -11,8 +11,9 @@ from shockpc.cli.output import emit, exit_code
 from shockpc.cli.parse import JointModelName, joint_models, path
 from shockpc.cli.process import print_error
 from shockpc.cli.rows import computed
-from shockpc.cli.scenes import scenes_in, table_and_scene
+from shockpc.cli.scenes import scenes_in
 from shockpc.cli.study import given, help_of, study_options
+from shockpc.cli.tables import table_and_scene
 from shockpc.evaluation.recorded import recorded_landings
 from shockpc.evaluation.recorded_rows import rows_of_scenes
 from shockpc.evaluation.recorded_table import rows_of
@@ -65,7 +66,7 @@ def landings(
     else:
         if robot is None:
             raise StudyError(f"a table needs a robot: shockpc landings {table} ROBOT --contact …")
-        columns, loaded, scene = table_and_scene(table, robot, options)
+        columns, loaded, scene = table_and_scene(table, robot, options, renames)
         if (
             models[1:]
             and "rigid" in models

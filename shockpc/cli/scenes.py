@@ -6,8 +6,6 @@ from contextlib import suppress
 from pathlib import Path
 from typing import Any, TypeVar
 
-import numpy as np
-
 from shockpc.cli.options import SceneOptions
 from shockpc.landing.contact import contact_name, foot_contact, landing_frames, match_contacts
 from shockpc.landing.ratings import part_from
@@ -129,21 +127,6 @@ def with_contact(robot: str, options: SceneOptions, contacts: list[str]) -> tupl
                 chosen = [text]
                 break
     return options._replace(contact=tuple(chosen)), [text or " " for text in contacts]
-
-
-def table_and_scene(file: Path, robot: str, options: SceneOptions) -> tuple[dict[str, np.ndarray], Robot, Scene]:
-    """The columns of a table of landings; and the robot and the landing that give what it lacks.
-
-    Raises:
-        ShockError: the table, the scene or the robot cannot be read.
-    """
-    from shockpc.evaluation.table_files import read_table
-
-    columns = read_table(file)
-    if "contact" in columns:
-        options, contacts = with_contact(robot, options, columns["contact"].astype(str).ravel().tolist())
-        columns["contact"] = np.reshape(contacts, columns["contact"].shape)
-    return columns, *one_scene(robot, options)
 
 
 def file_names(scenes: list[Scene]) -> list[str]:

@@ -33,7 +33,7 @@ from shockpc.cli.options import AT, EXPLAIN, PARSERS, ROBOT, STRICT, TARGET, Out
 from shockpc.cli.output import emit, exit_code
 from shockpc.cli.parse import Span, Vector, box, numbers, pair_of, path, renaming, robot_name, setting, span, variable
 from shockpc.cli.progress import ShownTrace, progress
-from shockpc.cli.scenes import landings_from, one_scene, postures_from, scenes_from, table_and_scene
+from shockpc.cli.scenes import landings_from, one_scene, postures_from, scenes_from
 from shockpc.evaluation.variation import Vary
 from shockpc.robot.robot import Robot
 from shockpc.studies.compare import Design
@@ -106,7 +106,9 @@ def study_command(name: str) -> Command:
 
     def run(**typed: Any) -> int:
         trace = ShownTrace()
-        robot, read = _read(kind, [typed[name] for name in inputs], typed["options"], trace)
+        robot, read = _read(
+            kind, [typed[name] for name in inputs], typed["options"], dict(typed["typed"].get("rename") or ()), trace
+        )
         arguments = {**read, "trace": trace, "progress": partial(progress, "landings computed")}
         if kind not in ("landings", "designs"):
             arguments["robot"] = robot
@@ -140,7 +142,9 @@ def study_command(name: str) -> Command:
     return command(**help_of(study))(run)
 
 
-def _read(kind: str, typed: Sequence[Any], options: SceneOptions, trace: ShownTrace) -> tuple[Robot, dict[str, Any]]:
+def _read(
+    kind: str, typed: Sequence[Any], options: SceneOptions, rename: Mapping[str, str], trace: ShownTrace
+) -> tuple[Robot, dict[str, Any]]:
     """The first robot, and what the parameters of a study take that are of this kind. Args: typed, as `INPUTS` says."""
     names = typed[0]
     if kind == "log":
@@ -148,7 +152,9 @@ def _read(kind: str, typed: Sequence[Any], options: SceneOptions, trace: ShownTr
         contacts = {contact.frame: contact for scene in scenes for contact in scene.contact}
         return robot, {"log": names, "scene": dataclasses.replace(scenes[0], contact=tuple(contacts.values()))}
     if kind == "table":
-        columns, robot, scene = table_and_scene(names, typed[1], options)
+        from shockpc.cli.tables import table_and_scene
+
+        columns, robot, scene = table_and_scene(names, typed[1], options, rename)
         return robot, {"table": columns, "scene": scene}
     if kind == "designs":
         designs = _designs(names, options)
