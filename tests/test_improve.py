@@ -434,3 +434,15 @@ def test_what_is_not_said_is_the_imu_and_the_leg():
     found = improve(Scene(robot="leg", contact=(Contact(frame=leg.links[-1]),)), robot=leg, starts=0, any_ground=True)
     assert [cost.quantity for cost in found.costs] == [f"shock_com@{leg.bodies[0].name}"]
     assert found.values[0][1] <= found.values[0][0]
+
+
+def test_a_landing_as_given_without_a_value_is_no_measure():
+    """A contact that would have to be pulled needs no friction that is a number: 5 % are then those of the optimum."""
+    posture = Posture(joints_deg={"LF_HAA": -60.0, "LF_HFE": 80.0, "LF_KFE": -30.0})
+    found = improve(
+        anymal(posture=posture, strike=Strike(strike_angle_deg=80.0)), "friction_needed@LF_FOOT", robot=known_robot("anymal_b"),
+        vary={"strike-angle": "-80:80", "LF_HFE": "0:90"}, any_ground=True,
+    )  # fmt: skip
+    assert np.isnan(found.values[0][0])
+    assert all(one.high - one.low < 1.0 for one in found.variables)
+    assert "as given     the number has no value" in improve_report(found).text("table")

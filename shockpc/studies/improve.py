@@ -303,8 +303,8 @@ def _variables(cost: ShockCost, x: Array) -> tuple[Flatness, ...]:
     n, (low, high), each = len(x), cost.bounds.T, np.eye(len(x), dtype=bool)
     alone = np.where(np.isnan(cost.given), np.nan, cost.worst(np.where(each, cost.given, x)))
     target, before = cost.worst(np.stack([x, cost.x0]))
-    # Where the optimum is zero, or nearly, 5 % are those of the value before.
-    most = FLAT * (target if target > HELD * before else before)
+    # Where the optimum is zero, or nearly, 5 % are those of the value before, if there was one.
+    most = FLAT * (before if target <= HELD * before < np.inf else target)
     way, shares = cost.bounds.T - x, np.tile(SHARES, (2, n, 1))
     for _ in range(2):
         X = x + (shares * way[..., None])[..., None] * each[:, None]

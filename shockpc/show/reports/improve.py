@@ -65,7 +65,9 @@ def _lines(study: Improvement) -> list[tuple[str, str]]:
         lines.append((at_place(cost.quantity), f"{before:.4g}{unit} → {after:.4g}{unit}{gain}{over}"))
     cost = study.costs[0]
     before, after = cost.column.selection.worse(np.array(study.values[0]))
-    if math.isclose(before, after, rel_tol=1e-6):
+    if math.isnan(study.values[0][0]):
+        lines.append(("as given", "the number has no value"))
+    elif math.isclose(before, after, rel_tol=1e-6):
         lines.append(("as given", "no point is better, by more than a millionth"))
     elif after > before:
         differing = [one.name for one in study.variables if math.isnan(one.before)]
