@@ -25,10 +25,7 @@ from shockpc.cli.parse import (
     vector,
 )
 from shockpc.landing.record import options_of
-from shockpc.landing.scene import Contact, Joints, Point, Posture, Scene, Strike
-from shockpc.landing.scene_file import point_at
-from shockpc.robot.robot import Robot
-from shockpc.text.errors import StudyError
+from shockpc.landing.scene import Contact, Joints, Posture, Scene, Strike
 
 _in_files, _in_contact, _in_posture = group("Robot files"), group("Contact"), group("Posture")
 _in_impact, _in_joints, _in_results = group("Velocity before the impact"), group("Joint model"), group("What is computed")
@@ -50,20 +47,6 @@ TARGET = group("Question")(
 def packages_of(package: tuple[tuple[str, str], ...], meshes: str | None) -> dict[str, str]:
     """Folders by the names of packages, that of meshes for every other package."""
     return dict(package) | ({} if meshes is None else {"*": meshes})
-
-
-def target_of(robot: Robot, at: str | None, quantity: str | None) -> str | Point:
-    """The number that a command is about: that of a point, or a quantity.
-
-    Raises:
-        StudyError: not one of the two is given.
-        ShockError: the point is not one of the robot's.
-    """
-    if at is not None and quantity is None:
-        return point_at(robot, at)
-    if quantity is None or at is not None:
-        raise StudyError("one number is needed: give a point with --at, or a quantity with --quantity, such as shock@imu_link")
-    return quantity
 
 
 PARSERS: dict[Any, Parser] = {

@@ -29,16 +29,18 @@ import numpy as np
 
 import shockpc
 from shockpc.cli.declare import Command, Declared, Parser, argument, command, group
-from shockpc.cli.options import AT, EXPLAIN, PARSERS, ROBOT, STRICT, TARGET, OutputOptions, SceneOptions, in_output, target_of
+from shockpc.cli.options import AT, EXPLAIN, PARSERS, ROBOT, STRICT, TARGET, OutputOptions, SceneOptions, in_output
 from shockpc.cli.output import emit, exit_code
 from shockpc.cli.parse import Span, Vector, box, numbers, pair_of, path, renaming, robot_name, setting, span, variable
 from shockpc.cli.progress import ShownTrace, progress
 from shockpc.cli.scenes import landings_from, one_scene, postures_from, scenes_from
 from shockpc.evaluation.variation import Vary
+from shockpc.landing.scene import Point
+from shockpc.landing.scene_file import point_at
 from shockpc.robot.robot import Robot
 from shockpc.studies.compare import Design
 from shockpc.studies.declare import StudyParameter, declaration
-from shockpc.text.errors import DefectError
+from shockpc.text.errors import DefectError, StudyError
 
 INPUTS = {
     "landings": (
@@ -113,7 +115,7 @@ def study_command(name: str) -> Command:
         if kind not in ("landings", "designs"):
             arguments["robot"] = robot
         if "target" in needs:
-            arguments["target"] = target_of(robot, typed["at_"], typed["quantity"])
+            arguments["target"] = _target(robot, typed["at_"], typed["quantity"])
         used = {key: value for key, value in arguments.items() if key in needs}
         result = study(**used, **given(study, typed["typed"], robot))
         with trace.stage("output"):
@@ -164,6 +166,20 @@ def _read(
         return next(iter(landings.values()))[0], {kind: {name: scene for name, (_, scene) in landings.items()}}
     robot, read = one_scene(names, options, trace) if kind == "scene" else postures_from(names, options, trace)
     return robot, {kind: read}
+
+
+def _target(robot: Robot, at: str | None, quantity: str | None) -> str | Point:
+    """The number that a command is about: that of a point, or a quantity.
+
+    Raises:
+        StudyError: not one of the two is given.
+        ShockError: the point is not one of the robot's.
+    """
+    if at is not None and quantity is None:
+        return point_at(robot, at)
+    if quantity is None or at is not None:
+        raise StudyError("one number is needed: give a point with --at, or a quantity with --quantity, such as shock@imu_link")
+    return quantity
 
 
 def _designs(names: tuple[str, ...], options: SceneOptions) -> list[Design]:
