@@ -93,7 +93,8 @@ def profile_of(landing: PosedLanding, trace: Trace | None = None) -> ShockProfil
     return profile
 
 
-def shock_maps(landing: Landing | Scene, Q: Array, derivatives: bool = False) -> "ShockMaps":
+@checked
+def shock_maps(landing: Landing | Scene, Q: Array | Sequence[Sequence[float]], derivatives: bool = False) -> "ShockMaps":
     """Steps 1 and 2 in many postures, in double precision.
 
     Args:
@@ -104,6 +105,7 @@ def shock_maps(landing: Landing | Scene, Q: Array, derivatives: bool = False) ->
     Raises:
         SceneError: Q has another shape, no row, or a rotation whose length is not 1; or the landing counts end stops, with which
             the jumps are not linear in the strike.
+        StudyError: an argument is of another type.
     """
     from shockpc.quantities.maps import CHUNK, ShockMaps, doubles
 

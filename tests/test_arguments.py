@@ -127,11 +127,40 @@ def test_budgets_are_read_from_a_path(tmp_path):
         lambda robot: shockpc.resolve(robot, SCENE),
         lambda robot: shockpc.assert_shock(SCENE, at="imu", max="a"),
         lambda robot: shockpc.select(5),
+        lambda robot: shockpc.load_robot("go2", srdf=5),
+        lambda robot: shockpc.load_robot("go2", packages="a"),
+        lambda robot: shockpc.load_robot("go2", xacro=5),
+        lambda robot: shockpc.load_robot("go2", frames="FL_foot"),
+        lambda robot: shockpc.load_robot(robot.model, geometry=5),
+        lambda robot: shockpc.shock_maps(5, robot.start[None]),
+        lambda robot: shockpc.shock_maps(SCENE, "a"),
+        lambda robot: shockpc.configuration(5),
+        lambda robot: shockpc.configuration(robot, 5),
+        lambda robot: shockpc.configuration(robot, joints=[1]),
+        lambda robot: shockpc.configuration(robot, joints={5: 1.0}),
+        lambda robot: shockpc.configuration_from_mujoco(5, [0.0]),
+        lambda robot: shockpc.limits(SCENE, "FL_calf_joint", "shock@imu", 0.1, joint_range=np.array(1.0)),
     ],
 )
 def test_arguments_of_other_functions_are_checked_too(call):
     with pytest.raises(shockpc.StudyError, match="has to be"):
         call(shockpc.load_robot("go2"))
+
+
+def test_a_range_is_refused_by_its_own_numbers():
+    with pytest.raises(shockpc.StudyError, match=r"from nan° to 57\.3°"):
+        shockpc.limits(SCENE, "FL_calf_joint", "shock@imu", 0.1, joint_range=(np.nan, 1.0))
+
+
+def test_arrays_and_paths_are_arguments_too(tmp_path):
+    """As texts and sequences are: arrays of two numbers, or without an axis."""
+    robot = shockpc.load_robot("go2", packages={"a": tmp_path})
+    q = shockpc.configuration(robot, joints={"FL_calf_joint": np.array(-1.4)}, base=np.zeros(3))
+    assert robot.joint("FL_calf_joint").value(q) == -1.4
+    ends = np.array([-1.5, -1.4])
+    limits = shockpc.limits(SCENE, "FL_calf_joint", "shock@imu", 0.1, joint_range=ends, strikes=np.zeros(2), step=0.05)
+    assert limits.range == (-1.5, -1.4)
+    assert limits.strikes == (0.0, 0.0)
 
 
 def test_cells_without_a_number_are_named():

@@ -222,7 +222,6 @@ def test_maps_without_derivatives_or_of_other_quantities_say_what_to_do():
         (lambda maps: maps.shock(13), "no body 13"),
         (lambda maps: maps.at(0, [1.0]), "point has shape"),
         (lambda maps: maps.joint_jumps([None] * 18), "give finite numbers"),
-        (lambda maps: shock_maps(maps.landing, "Q"), "give finite numbers"),
     ],
 )
 def test_arguments_that_are_none_say_so(call, text):

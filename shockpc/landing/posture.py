@@ -13,6 +13,7 @@ from shockpc.landing.scene import Posture
 from shockpc.robot.landmarks import standing_posture
 from shockpc.robot.robot import Joint, Robot
 from shockpc.robot.slack import LIMIT_SLACK
+from shockpc.text.arguments import checked
 from shockpc.text.diagnostic import Diagnostic
 from shockpc.text.errors import SceneError, ShockError
 from shockpc.text.printed import listed, printable
@@ -35,6 +36,7 @@ def reference_name(robot: Robot, wanted: str | None) -> str:
     return wanted
 
 
+@checked
 def configuration(
     robot: Robot,
     posture: Posture | None = None,
@@ -57,6 +59,7 @@ def configuration(
     Raises:
         UnknownName: no such posture or joint.
         SceneError: a joint or a base that cannot be set that way.
+        StudyError: an argument is of another type.
     """
     posture = posture or Posture()
     if base is not None:
@@ -91,6 +94,7 @@ def configuration(
     return q
 
 
+@checked
 def configuration_from_mujoco(robot: Robot, qpos: Sequence[float]) -> Array:
     """The configuration (nq,) of a robot of an MJCF in Pinocchio's layout.
 
@@ -102,6 +106,7 @@ def configuration_from_mujoco(robot: Robot, qpos: Sequence[float]) -> Array:
     Raises:
         RobotError: the robot is not of an MJCF.
         SceneError: another number of coordinates, one that is not finite, or a quaternion of length zero.
+        StudyError: an argument is of another type.
     """
     from shockpc.robot.mjcf import qpos_order
 

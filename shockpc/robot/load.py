@@ -17,6 +17,7 @@ from shockpc.robot.robot import Mimic, Robot, RobotSource
 from shockpc.robot.slack import LIMIT_SLACK, refuse_number
 from shockpc.robot.source import YourdfpyRobot, format_of, read_source, source_of_yourdfpy
 from shockpc.robot.srdf import read_srdf
+from shockpc.text.arguments import checked
 from shockpc.text.errors import RobotError
 from shockpc.text.printed import listed
 
@@ -26,13 +27,14 @@ _SHARED: dict[Hashable, tuple[RobotSource, dict[Hashable, Robot]]] = {}
 """The sources that were read last for `shared_robot`, the latest at the end, and the robots that were built of each."""
 
 
+@checked
 def load_robot(
     robot: "str | os.PathLike[str] | pin.Model | pin.RobotWrapper | YourdfpyRobot",
     *,
     geometry: pin.GeometryModel | None = None,
     xacro: Mapping[str, str] | None = None,
-    packages: Mapping[str, str] | None = None,
-    srdf: str | None = None,
+    packages: Mapping[str, str | os.PathLike[str]] | None = None,
+    srdf: str | os.PathLike[str] | None = None,
     frames: Sequence[str] = (),
     free: bool = False,
 ) -> Robot:
@@ -52,6 +54,7 @@ def load_robot(
     Raises:
         UnknownName: no robot has that name.
         RobotError: the file is missing, not a robot, not physical, or reads outside its own folders; an argument has no effect.
+        StudyError: an argument is of another type.
     """
     if isinstance(robot, pin.RobotWrapper):
         robot, geometry = robot.model, robot.collision_model if geometry is None else geometry
@@ -65,14 +68,15 @@ def load_robot(
             return _finished(build_pinocchio(robot, label, geometry), None if srdf is None else Path(srdf).expanduser())
     if geometry is not None:
         raise RobotError("geometry belongs to a pinocchio.Model; files name their shapes themselves, so leave it out")
+    folders = {name: os.fspath(folder) for name, folder in (packages or {}).items()}
     if isinstance(robot, str | os.PathLike):
-        return _robot_of(read_source(os.fspath(robot), xacro=xacro, packages=packages, srdf=srdf, freed=free), frames, {})
+        return _robot_of(read_source(os.fspath(robot), xacro=xacro, packages=folders, srdf=srdf, freed=free), frames, {})
     if type(robot).__module__.partition(".")[0] != "yourdfpy":
         given = f"{type(robot).__module__}.{type(robot).__qualname__}"
         raise RobotError(f"a {given} is not a robot; give a name, a path, a pinocchio.Model or a yourdfpy.URDF")
     if xacro or frames:
         raise RobotError("xacro and frames have no effect on a yourdfpy.URDF; leave them out")
-    return _robot_of(source_of_yourdfpy(robot, packages or {}, srdf), (), {})
+    return _robot_of(source_of_yourdfpy(robot, folders, srdf), (), {})
 
 
 def shared_robot(

@@ -34,7 +34,7 @@ def read_source(
     *,
     xacro: Mapping[str, str] | None = None,
     packages: Mapping[str, str] | None = None,
-    srdf: str | None = None,
+    srdf: str | os.PathLike[str] | None = None,
     freed: bool = False,
 ) -> RobotSource:
     """Read a robot's file. The arguments are those of `load_robot`, where `freed` is called `free`.
@@ -70,7 +70,7 @@ class YourdfpyRobot(Protocol):
         """The URDF as it was read."""
 
 
-def source_of_yourdfpy(given: YourdfpyRobot, packages: Mapping[str, str], srdf: str | None) -> RobotSource:
+def source_of_yourdfpy(given: YourdfpyRobot, packages: Mapping[str, str], srdf: str | os.PathLike[str] | None) -> RobotSource:
     """The text of a `yourdfpy.URDF`, as if it had been read from the folder of its meshes, by default that of its file.
 
     The name of the file is not known, so no SRDF is searched for beside it.

@@ -297,7 +297,7 @@ def limits(
     if joints and landing.loops and landing.before.joint_rates.any():
         raise StudyError("how fast joints of a loop move depends on the posture; leave the joint velocities out")
     finest = STEP[unit] if joints else (high - low) / 200.0
-    scanned = (high - low) / finest * (1 if strikes and strikes[0] == strikes[1] else ANGLES)
+    scanned = (high - low) / finest * (1 if strikes is not None and strikes[0] == strikes[1] else ANGLES)
     needed = _share_to_prove(landing, number, joints, np.linspace(low, high, PROBES))
     proven = per_landing or scanned * needed > MOST_PROOFS
     angle = landing.strike_angle
@@ -361,11 +361,12 @@ def _varied(
     if kind in NOT_LIMITED:
         raise StudyError(f"{subject} has no limits here: {NOT_LIMITED[kind]}")
     joints = settable_joints(robot, pattern, StudyError) if kind == "joint" else ()
-    low, high = given or (motion_range(joints) if joints else (math.nan, math.nan))
+    low, high = given if given is not None else motion_range(joints) if joints else (math.nan, math.nan)
     unit = joints[0].unit if joints else ""
     if not (math.isfinite(low) and math.isfinite(high) and low < high):
-        what = f"from {_value(low, unit)} to {_value(high, unit)}" if math.isfinite(low + high) else "without limits in the file"
-        what = what if given or joints else "not given"
+        what = "without limits in the file" if joints else "not given"
+        if given is not None or math.isfinite(low + high):
+            what = f"from {_value(low, unit)} to {_value(high, unit)}"
         subject_text = f'joint "{subject}"' if joints else subject
         raise StudyError(f"the range of {subject_text} is {what}; give its least and greatest value with --range LOW:HIGH")
     scale = math.degrees(1.0) if unit == "rad" or kind in ATTITUDE else 1.0
@@ -446,7 +447,7 @@ def _strike_range(plane: Plane, given: tuple[float, float] | None) -> tuple[floa
     """The range of strike angles [rad], all of which approach the ground."""
     if plane.level:
         raise StudyError("no strike angle is defined in a horizontal plane; choose another plane")
-    low, high = given or (math.radians(STRIKES[0]), math.radians(STRIKES[1]))
+    low, high = (math.radians(STRIKES[0]), math.radians(STRIKES[1])) if given is None else given
     most = math.radians(STEEPEST) * (1.0 + 1e-12)
     if not -most <= low <= high <= most:
         raise StudyError(

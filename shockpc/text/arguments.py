@@ -44,7 +44,11 @@ def checked(
 
 
 def _fits(value: Any, kind: Any) -> bool:
-    """Whether a value is of a type as annotations write it. A text is no sequence, any other collection is one; int is a float."""
+    """Whether a value is of a type as annotations write it. A text is no sequence, any other collection is one; int is a float.
+
+    An array without an axis is the number in it. An annotation that is a text is not looked up, so any value is.
+    """
+    value = value.item() if getattr(value, "ndim", None) == 0 else value
     origin, parts = get_origin(kind) or kind, get_args(kind)
     if origin in (Union, UnionType):
         return any(_fits(value, part) for part in parts)
@@ -63,4 +67,4 @@ def _fits(value: Any, kind: Any) -> bool:
         if origin is tuple and parts[-1] is not ...:
             return len(ones) == len(parts) and all(map(_fits, ones, parts))
         return all(_fits(one, parts[0]) for one in ones)
-    return origin in (Any, inspect.Parameter.empty) or isinstance(value, origin)
+    return origin in (Any, inspect.Parameter.empty) or isinstance(origin, str) or isinstance(value, origin)
