@@ -225,6 +225,20 @@ def study():
     return shockpc.place(landings(pulse="half-sine:5ms", range_g=2.0))
 
 
+def test_contacts_that_vary_are_those_of_one_landing_each():
+    """Whatever the contacts were that they replace, each is computed once and named once."""
+    feet = {foot: shockpc.Scene(robot="anymal_b", contact=foot) for foot in ("LF_FOOT", "RH_FOOT")}
+    vary = {"contact": "LF_FOOT,RF_FOOT", "strike-angle": (0.0, 30.0)}
+    names = [f"contact={foot} strike-angle={angle}" for foot in ("LF_FOOT", "RF_FOOT") for angle in (0, 30)]
+    study = shockpc.place(feet, vary=vary, alternatives=0)
+    assert list(study.landings) == names
+    single = {"contact=LF_FOOT": feet["LF_FOOT"], "contact=RF_FOOT": shockpc.Scene(robot="anymal_b", contact="RF_FOOT")}
+    again = shockpc.place(single, vary={"strike-angle": (0.0, 30.0)}, alternatives=0)
+    assert (list(again.landings), again.places[0].shocks.tolist()) == (names, study.places[0].shocks.tolist())
+    posture = shockpc.place({"crouched": feet["LF_FOOT"]}, vary={"contact": "RF_FOOT"}, alternatives=0)
+    assert list(posture.landings) == ["crouched contact=RF_FOOT"]
+
+
 def test_the_numbers_of_a_place_are_those_of_single_analyses(study):
     """Each shock is the proven one of an analysis with that point, to the last digit."""
     for one in (*study.today, *study.places):

@@ -18,6 +18,7 @@ from shockpc.evaluation.variation import (
     refuse_repeated,
     variation,
 )
+from shockpc.landing.contact import contact_name
 from shockpc.landing.joint_model import JointModel, joint_model
 from shockpc.landing.landing import PosedLanding
 from shockpc.landing.scene import Contact, Joints, Rotor, Scene
@@ -132,7 +133,7 @@ def scene_grid(name: str, scene: Scene, robot: Robot, vary: Iterable[tuple[str, 
     """All combinations of the values of several quantities, by a name that states them.
 
     Args:
-        name: of the landing that is varied, with which the names begin.
+        name: of the landing that is varied, with which the names begin, unless it is the contact and another one replaces that.
         scene: that landing.
         robot: its robot.
         vary: subjects with their values, as in `variation`.
@@ -141,8 +142,10 @@ def scene_grid(name: str, scene: Scene, robot: Robot, vary: Iterable[tuple[str, 
         ShockError: a value is not possible, a quantity is one of the robot, not of the landing, or varied twice, or a range has no
             number of values.
     """
-    scenes, variations = {name: scene}, [variation(robot, subject, values) for subject, values in vary]
+    variations = [variation(robot, subject, values) for subject, values in vary]
     refuse_repeated(robot, variations)
+    replaced = name == contact_name(scene) and any(varied.kind == "contact" for varied in variations)
+    scenes = {"" if replaced else name: scene}
     for varied in variations:
         subject = varied.subject
         if varied.kind in (*OF_A_LINK, "place"):
@@ -150,7 +153,9 @@ def scene_grid(name: str, scene: Scene, robot: Robot, vary: Iterable[tuple[str, 
         if not varied.values:
             raise StudyError(f"{subject} needs values: a:b:n (n values from a to b) or a,b,c")
         scenes = {
-            f"{label} {subject}={value if isinstance(value, str) else f'{value:g}'}": applied(known, robot, varied, value)[0]
+            f"{label} {subject}={value if isinstance(value, str) else f'{value:g}'}".strip(): applied(known, robot, varied, value)[
+                0
+            ]
             for label, known in scenes.items()
             for value in varied.values
         }
