@@ -199,7 +199,7 @@ def test_a_csv_file_is_parsed_once_for_as_many_columns_as_memory_allows(monkeypa
     files.prepare(resume=False)
     assert list(files.write(None)) == [0, 3]
     if limit is not None:
-        monkeypatch.setattr(row_files, "READ_TOGETHER", limit)
+        monkeypatch.setattr(row_files, "BYTES_READ_TOGETHER", limit)
     reader = csv.reader
     monkeypatch.setattr(csv, "reader", lambda file: parsed.append(file) or reader(file))
     read = files.table()

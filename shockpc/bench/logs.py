@@ -18,7 +18,7 @@ FEET = ("LF", "RF", "LH", "RH")
 STEP = 5e-4
 """Of the simulation, whose samples are the log at 2 kHz [s]."""
 
-APART = 40
+SAMPLES_APART = 40
 """Samples without contact before one that counts as a touchdown: a contact of the simulation chatters."""
 
 MATCH = 6e-3
@@ -124,7 +124,10 @@ def _simulated(base: Array, velocity: Array, period: float | None, seconds: floa
     on: np.ndarray = force > 0.0
     begins = [np.flatnonzero(on[1:, i] & ~on[:-1, i]).tolist() for i in range(4)]
     return Simulated(
-        np.asarray(time), qpos, qvel, [[k for k in ks if not on[max(k - APART, 0) : k + 1, i].any()] for i, ks in enumerate(begins)]
+        np.asarray(time),
+        qpos,
+        qvel,
+        [[k for k in ks if not on[max(k - SAMPLES_APART, 0) : k + 1, i].any()] for i, ks in enumerate(begins)],
     )
 
 

@@ -19,7 +19,7 @@ from shockpc.text.trace import Trace
 
 T = TypeVar("T")
 
-LONGEST = 200
+LONGEST_NAME = 200
 """Bytes of a contact's name that become a part of a file's name."""
 
 AnyRecord = TypeVar("AnyRecord", Contact, Posture, Joints, Scene, Strike)
@@ -135,7 +135,7 @@ def file_names(scenes: list[Scene]) -> list[str]:
     for scene in scenes:
         name = "".join(sign if sign.isalnum() or sign in "_-+." else "_" for sign in contact_name(scene))
         name = f"_{name[1:]}" if name.startswith(".") else name
-        name = name.encode()[:LONGEST].decode(errors="ignore")
+        name = name.encode()[:LONGEST_NAME].decode(errors="ignore")
         taken = {known.casefold() for known in names}
         names.append(next(n for n in (name, *(f"{name}-{k}" for k in range(2, len(scenes) + 2))) if n.casefold() not in taken))
     return names

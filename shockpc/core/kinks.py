@@ -18,7 +18,7 @@ WINDOW, FEWEST = 6e-3, 3
 WIDEST = 25e-3
 """The same at most, where the heights are so noisy that the least jump would not be significant [s]."""
 
-LEAST, SIGNIFICANT = 0.15, 5.0
+LEAST_JUMP, SIGNIFICANT = 0.15, 5.0
 """Least jump of a slope that is a kink [m/s]; and in standard deviations, by the noise of the heights."""
 
 STILL_FALLING = 0.5
@@ -139,9 +139,9 @@ def _stops(t: Array, height: Array) -> Iterator[_Stop]:
     for n in range(intervals(t, WINDOW), intervals(t, WIDEST) + 1):
         deviation = max(slope_noise(sigma, period, n), _scatter(line_slopes(t, height, n)[0], n))
         best = min(best, (SIGNIFICANT * math.sqrt(2.0) * deviation, n))
-        if best[0] <= LEAST:
+        if best[0] <= LEAST_JUMP:
             break
-    threshold, n = max(LEAST, best[0]), best[1]
+    threshold, n = max(LEAST_JUMP, best[0]), best[1]
     behind, ahead = line_slopes(t, height, n)
     kink = np.nan_to_num(ahead - behind, nan=-np.inf)
     stops = (kink >= threshold) & (behind <= -0.5 * np.maximum(kink, threshold)) & (ahead >= STILL_FALLING * behind)

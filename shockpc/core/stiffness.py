@@ -70,7 +70,7 @@ the whole one is without them."""
 STAYS_OPEN = 10.0
 """Times the motion so far for which all contacts have to stay open, so that it has ended: what closes later is another impact."""
 
-AT_ONCE = 1e-3
+UNDONE_ANGLE = 1e-3
 """Angle of the fastest element [rad] within which a reversal that is undone is no event: a tiny oscillation of a row at a turn."""
 
 
@@ -175,7 +175,7 @@ def _follow(state: "_State", until: float | None, settle: bool = False) -> Stiff
             raise ArithmeticError(text + ", or ".join(remedies))
         event = Event(time, hit[0], EVENTS[state.switch(*hit)])
         previous = next((one for one in reversed(events) if one.element == event.element), event)
-        if {event.kind, previous.kind} == {"unloads", "reloads"} and time - previous.time < AT_ONCE / state.fastest:
+        if {event.kind, previous.kind} == {"unloads", "reloads"} and time - previous.time < UNDONE_ANGLE / state.fastest:
             events.remove(previous)
         else:
             events.append(event)

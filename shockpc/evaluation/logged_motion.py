@@ -31,7 +31,7 @@ CHUNK = 4096
 LAG, LEAST_LAG, ALIKE = 20e-3, 1e-3, 0.9
 """Longest lag of a rate that is looked for, and the least that is one [s]; and the least correlation at it."""
 
-LONGEST = 20_000
+MOST_SAMPLES = 20_000
 """Samples in which lags and noise are looked for."""
 
 
@@ -141,7 +141,7 @@ class LoggedMotion:
     def uncertainty(self, part: StatePart, window: float) -> float:
         """Standard deviation of such a slope by the noise of positions, of the noisiest of a part [m/s, rad/s]."""
         first, last = max(self.runs, key=lambda run: run[1] - run[0])
-        columns = self.positions[part][first : min(last + 1, first + LONGEST), : None if part == "joints" else 3].T
+        columns = self.positions[part][first : min(last + 1, first + MOST_SAMPLES), : None if part == "joints" else 3].T
         n = max(1, round(window / self.interval))
         return max((slope_noise(noise(column), self.interval, n) for column in columns), default=0.0)
 
@@ -184,7 +184,7 @@ class LoggedMotion:
     def lags(self) -> Iterator[str]:
         """Warnings of rates that lag behind the slopes of their positions, by the lag at which both correlate best."""
         first, last = max(self.runs, key=lambda run: run[1] - run[0])
-        last, lags = min(last, first + LONGEST), dict[str, float]()
+        last, lags = min(last, first + MOST_SAMPLES), dict[str, float]()
         most = min(round(LAG / self.interval), (last - first) // 4)
         inner = slice(most, last + 1 - first - most)
         for name in self._rows.rates if most else ():

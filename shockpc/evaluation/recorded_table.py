@@ -27,7 +27,7 @@ from shockpc.landing.scene import Contact, Scene
 from shockpc.robot.mjcf import qpos_order, qvel_order
 from shockpc.text.errors import ShockError, StudyError
 from shockpc.text.printed import listed
-from shockpc.text.toml import LARGEST
+from shockpc.text.toml import LARGEST_NUMBER
 
 DEG = np.pi / 180.0
 
@@ -200,10 +200,10 @@ class _Reader:
             return f"column {name}: {cell} is not a finite number{EMPTY * no_number}"
 
         self._refuse(~known.all(axis=1), reason)
-        far = np.abs(numbers) > LARGEST
+        far = np.abs(numbers) > LARGEST_NUMBER
         self._refuse(
             (known & far).any(axis=1),
-            lambda i: f"column {name}: {np.abs(numbers[i]).max():g} is beyond {LARGEST:g}, whatever the unit",
+            lambda i: f"column {name}: {np.abs(numbers[i]).max():g} is beyond {LARGEST_NUMBER:g}, whatever the unit",
         )
         return np.asarray(np.where(known & ~far, numbers, 0.0).reshape(values.shape))
 

@@ -26,7 +26,7 @@ from shockpc.robot.changes import Change, Property, changed, links_with_mass
 from shockpc.robot.robot import Robot
 from shockpc.text.errors import StudyError
 
-LEAST = np.finfo(float).tiny
+LEAST_INERTIA = np.finfo(float).tiny
 """A reflected inertia that acts as none [kg m², kg]."""
 
 T = TypeVar("T")
@@ -207,12 +207,12 @@ def _set_last(values: Mapping[str, T], given: Mapping[str, T]) -> dict[str, T]:
 def _with_armature(scene: Scene, robot: Robot, varied: Variation, value: float) -> Joints:
     """The joint model with the reflected inertia of some joints, before a spring or not, replaced or multiplied."""
     if not varied.factor:
-        return _armature_given(scene, varied.target, max(value, LEAST))
+        return _armature_given(scene, varied.target, max(value, LEAST_INERTIA))
     joints, model, chosen = scene.joints, _given_drives(scene, robot), armature_set(scene, robot, varied)
     with_rotor = {name for pattern in joints.rotor for name in robot.match_joints(pattern)}
     armature, rotor = dict[str, float](), dict[str, Rotor]()
     for name, v in _first_velocities(robot, chosen):
-        inertia, k = max(value * float(model.armature[v] + model.rotor[v]), LEAST), float(model.drive_stiffness[v])
+        inertia, k = max(value * float(model.armature[v] + model.rotor[v]), LEAST_INERTIA), float(model.drive_stiffness[v])
         if np.isfinite(k) or name in with_rotor:
             rotor[name] = Rotor(inertia=inertia, gear_ratio=1.0, stiffness=k if np.isfinite(k) else None)
         else:

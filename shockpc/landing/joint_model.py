@@ -19,7 +19,7 @@ from shockpc.robot.robot import Drives, Robot
 from shockpc.text.errors import SceneError
 from shockpc.text.paths import inputs, is_path
 from shockpc.text.printed import listed
-from shockpc.text.toml import LARGEST
+from shockpc.text.toml import LARGEST_NUMBER
 
 
 class JointModel(NamedTuple):
@@ -107,9 +107,9 @@ def joint_model(robot: Robot, joints: Joints) -> JointModel:
                 raise SceneError(message, joints=[name])
             given.append((name, ratio**2 * motor.inertia, k))
     for pattern, inertia, k in given:
-        if not 0.0 < inertia <= LARGEST:
+        if not 0.0 < inertia <= LARGEST_NUMBER:
             raise SceneError(
-                f'the reflected inertia of "{pattern}" is {inertia:g}; it has to be above zero and at most {LARGEST:g}; '
+                f'the reflected inertia of "{pattern}" is {inertia:g}; it has to be above zero and at most {LARGEST_NUMBER:g}; '
                 'for none use model = "free" (--joints free), and for a joint that holds model = "locked"',
                 joints=[pattern],
             )
@@ -196,8 +196,10 @@ def _drives_file(path: Path, stamp: int) -> tuple[Drive, ...]:
 
 
 def _positive(what: str, pattern: str, value: float) -> float:
-    if not 0.0 < value <= LARGEST:
-        raise SceneError(f'{what} "{pattern}" is {value:g}; it has to be above zero and at most {LARGEST:g}', joints=[pattern])
+    if not 0.0 < value <= LARGEST_NUMBER:
+        raise SceneError(
+            f'{what} "{pattern}" is {value:g}; it has to be above zero and at most {LARGEST_NUMBER:g}', joints=[pattern]
+        )
     return value
 
 

@@ -26,7 +26,7 @@ JOINT_STEP, LOOP_STEP = 0.5, 0.05
 BESIDE = LOOP_STEP / 10.0
 """Distance from a posture up to which others have nearby what it has [rad, m]."""
 
-LEAST = 1e-15
+LEAST_ROUNDING = 1e-15
 """Rounding of angles [rad] and lengths [m] below which they are exact in double precision."""
 
 STEP = 1e-4
@@ -76,7 +76,7 @@ class Mechanism(NamedTuple):
         """
         count = sum(block.size for block in blocks)
         single = self.base == "free" and len(blocks) == 1 and not self.loops
-        if not blocks or single or not np.any(rounding_of(self.robot) > LEAST):
+        if not blocks or single or not np.any(rounding_of(self.robot) > LEAST_ROUNDING):
             return lambda _: (count, 0.0)
         known, attitude = _known(self.robot), self._attitude(blocks, state)
         structure = tuple((b.kind, b.body, b.other, b.axes_body, b.forces.tobytes(), b.moments.tobytes()) for b in blocks)

@@ -26,7 +26,7 @@ from shockpc.landing.scene import GRAVITY, Part
 from shockpc.robot.robot import Robot
 from shockpc.text.errors import SceneError
 from shockpc.text.printed import printable
-from shockpc.text.toml import LARGEST
+from shockpc.text.toml import LARGEST_NUMBER
 
 IMPULSIVE = 0.3
 """Length of a pulse in periods of a part, below which only its velocity change counts."""
@@ -136,7 +136,7 @@ def part_from(robot: Robot, at: str, rating: str) -> Part:
     torque, unit, length, of_time = found.groups()
     try:
         values = float(torque), None if length is None else float(length) * UNITS[of_time]
-        valid = all(1.0 / LARGEST <= value <= LARGEST for value in values if value is not None)
+        valid = all(1.0 / LARGEST_NUMBER <= value <= LARGEST_NUMBER for value in values if value is not None)
     except ValueError:
         valid = False
     if not valid:
@@ -212,7 +212,7 @@ def _rating(part: Part) -> tuple[Pulse, float]:
         pulse, size = pulse_from(f"{shape}:{length}{unit}"), float(peak)
     except ValueError:
         raise refusal from None
-    if not (1.0 / LARGEST <= size <= LARGEST and 1.0 / LARGEST <= pulse.length <= LARGEST):
+    if not (1.0 / LARGEST_NUMBER <= size <= LARGEST_NUMBER and 1.0 / LARGEST_NUMBER <= pulse.length <= LARGEST_NUMBER):
         raise refusal
     return pulse, size
 
@@ -221,5 +221,5 @@ def _check(part: Part, *keys: str) -> None:
     """Refuse numbers that are not above zero."""
     for key in keys:
         value = getattr(part, key)
-        if value is not None and not value >= 1.0 / LARGEST:
+        if value is not None and not value >= 1.0 / LARGEST_NUMBER:
             raise SceneError(f'part "{printable(part.name)}": {key} is {value:g}, and it has to be above zero')

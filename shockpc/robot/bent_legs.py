@@ -27,7 +27,7 @@ PARALLEL = math.radians(5.0)
 LEG = rf"{LEG_END}|leg(?!ro)|thigh|knee|calf|shank"
 """Names of parts of a leg; no finger of an "allegro" hand."""
 
-SHORT = 0.25
+SHORT_SHARE = 0.25
 """Share of the distance from a leg's first joint to its foot up to which a part of it is neither thigh nor shank."""
 
 
@@ -80,7 +80,7 @@ def _turns(robot: Robot, placed: list[pin.SE3], foot: str) -> Iterator[tuple[Joi
         hip, hip_sign, hip_place = above[-1]
         plane = np.eye(3) - np.outer(axis, axis)
         thigh, shank = plane @ (at - hip_place), plane @ ((below[0][2] if below else end) - at)
-        if min(np.linalg.norm(thigh), np.linalg.norm(shank)) <= SHORT * np.linalg.norm(end - leg[0][2]):
+        if min(np.linalg.norm(thigh), np.linalg.norm(shank)) <= SHORT_SHARE * np.linalg.norm(end - leg[0][2]):
             continue
         room = _room(knee, robot.start)
         if abs(_angle(thigh, shank, axis)) > STRAIGHT or max(room) <= PARALLEL:

@@ -18,7 +18,7 @@ from shockpc.robot.robot import Drives, Robot
 from shockpc.text.errors import SceneError, UnknownName
 from shockpc.text.paths import read_file
 from shockpc.text.printed import listed
-from shockpc.text.toml import LARGEST, converted, reading
+from shockpc.text.toml import LARGEST_NUMBER, converted, reading
 
 PUBLIC = ("published", "derived")
 """Status of drives that are taken unless the scene says otherwise."""
@@ -79,12 +79,12 @@ def read_drives(path: Path) -> tuple[Drive, ...]:
             for key in ("armature", "rotor_inertia", "drive_stiffness", "stiffness"):
                 value = getattr(drive, key)
                 least = "above zero" if key.endswith("stiffness") else "zero or above"
-                if value is not None and not (0.0 < value <= LARGEST or (value == 0.0 and not key.endswith("stiffness"))):
-                    faults.append(f"{where}: {key} is {value:g}; it has to be {least}, and at most {LARGEST:g}")
+                if value is not None and not (0.0 < value <= LARGEST_NUMBER or (value == 0.0 and not key.endswith("stiffness"))):
+                    faults.append(f"{where}: {key} is {value:g}; it has to be {least}, and at most {LARGEST_NUMBER:g}")
             if drive.rotor_inertia is not None and (drive.gear_ratio is None or drive.armature is not None):
                 faults.append(f"{where} needs rotor_inertia and gear_ratio, or armature alone")
-            elif (reflected := drive.reflected) is not None and not reflected <= LARGEST:
-                faults.append(f"{where} has a reflected inertia of {reflected:g}; at most {LARGEST:g} is computed")
+            elif (reflected := drive.reflected) is not None and not reflected <= LARGEST_NUMBER:
+                faults.append(f"{where} has a reflected inertia of {reflected:g}; at most {LARGEST_NUMBER:g} is computed")
             elif reflected is drive.drive_stiffness is drive.stiffness is None:
                 faults.append(f"{where} gives neither an inertia nor a stiffness")
         if file is None or faults:

@@ -50,7 +50,7 @@ _BOX = np.array([side[:1] + side[k : k + 2] for side in _SIDES for k in (1, 2)])
 
 _Y_TO_Z = np.array([[1.0, 0.0, 0.0], [0.0, 0.0, -1.0], [0.0, 1.0, 0.0]])
 
-LARGEST = 1e6
+LARGEST_COORDINATE = 1e6
 """Largest coordinate or radius of a shape [m]; more is an error in the file."""
 
 UNKNOWN, SMALL, NEGLIGIBLE = 10.0, 0.3, 0.01
@@ -331,8 +331,8 @@ def _mjcf_shapes(source: RobotSource, kind: GeometryKind, load: Loader) -> Itera
 
 
 def _checked(shape: Shape) -> Shape:
-    if not max(np.abs(shape.points).max(), np.abs(shape.rounding).max()) <= LARGEST:
-        raise ValueError(f"it extends beyond {LARGEST:.0e} m, or has coordinates that are not finite")
+    if not max(np.abs(shape.points).max(), np.abs(shape.rounding).max()) <= LARGEST_COORDINATE:
+        raise ValueError(f"it extends beyond {LARGEST_COORDINATE:.0e} m, or has coordinates that are not finite")
     return shape
 
 

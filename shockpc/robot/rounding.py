@@ -25,7 +25,7 @@ COARSE = 1e-4
 MEANT = 4
 """Decimals from which a number is rounded; one with fewer, and near no multiple of 15 degrees, is meant as it is written."""
 
-LEAST = 1e-12
+LEAST_DIFFERENCE = 1e-12
 """Difference of the length of a unit vector from 1 that is no rounding of double precision [1]."""
 
 COSINES, HALF_COSINES = (np.cos(np.arange(n) * np.pi / (n - 1)) for n in (13, 25))
@@ -130,7 +130,7 @@ def _of_direction(texts: list[str], cosines: Array = COSINES, meant: int = MEANT
     if decimals > 1 and near < max(unit, RESIDUE):
         return near
     # Of a unit vector with few decimals the length tells whether they are all of it: (0.6, 0.8, 0) is, (0.433, 0.75, 0.5) is not.
-    rounded = decimals >= meant or (decimals > 1 and LEAST < abs(length - 1.0) < 2.0 * 10.0**-decimals)
+    rounded = decimals >= meant or (decimals > 1 and LEAST_DIFFERENCE < abs(length - 1.0) < 2.0 * 10.0**-decimals)
     return unit / 2.0 if rounded else 0.0
 
 

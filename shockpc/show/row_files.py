@@ -32,7 +32,7 @@ Format = Literal["parquet", "csv"]
 LARGEST_PART = 2**30
 """Bytes above which a file is no part that was written here."""
 
-READ_TOGETHER = 2**27
+BYTES_READ_TOGETHER = 2**27
 """Bytes of columns, at most but for one column, that are read together: each file is opened, or parsed, for any of them."""
 
 
@@ -314,7 +314,7 @@ class _Columns(Mapping[str, np.ndarray]):
         if name not in headings:
             raise KeyError(name)
         if name not in self._kept:
-            count = max(1, READ_TOGETHER // (8 * files.evaluation.landings.rows))
+            count = max(1, BYTES_READ_TOGETHER // (8 * files.evaluation.landings.rows))
             names = (headings[headings.index(name) :] + headings)[: min(count, len(headings))]
             self._kept = {}
             self._kept = {key: np.concatenate(x) for key, x in zip(names, zip(*files.read(names), strict=True), strict=True)}

@@ -26,7 +26,7 @@ from shockpc.text.errors import StudyError
 DRAWS, SEED = 2000, 0
 """Of the bootstrap."""
 
-LARGEST = 10**6
+DRAWN_TOGETHER = 10**6
 """Numbers of the samples that are drawn at once."""
 
 EQUAL = 1e-12
@@ -222,8 +222,8 @@ def _statistics(measured: Array, predicted: Array, energy: Array) -> dict[str, t
     n = len(measured)
     if not n:
         return dict.fromkeys(STATISTICS, (np.nan, np.nan, np.nan))
-    rng, together = np.random.default_rng(SEED), max(1, LARGEST // measured.size)
-    count = int(np.clip(LARGEST * 20 // measured.size, 200, DRAWS)) if n > 2 else 0
+    rng, together = np.random.default_rng(SEED), max(1, DRAWN_TOGETHER // measured.size)
+    count = int(np.clip(DRAWN_TOGETHER * 20 // measured.size, 200, DRAWS)) if n > 2 else 0
     samples = [_of_samples(measured, predicted, energy, np.arange(n)[None])]
     for k in range(0, count, together):
         draws = rng.integers(n, size=(min(together, count - k), n))

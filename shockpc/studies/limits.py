@@ -33,7 +33,7 @@ from shockpc.robot.robot import Joint, Robot
 from shockpc.studies.declare import study
 from shockpc.text.errors import SolveError, StudyError
 from shockpc.text.printed import UNITS
-from shockpc.text.toml import LARGEST
+from shockpc.text.toml import LARGEST_NUMBER
 
 STRIKES = (-30.0, 75.0)
 """Strike angles of landings that are looked at if none are given [deg]."""
@@ -279,8 +279,10 @@ def limits(
     if len(bounds) != 1:
         raise StudyError("one bound is needed: max for the greatest value that is allowed, or min for the least")
     bound = bounds[0]
-    if not 0.0 < bound.value <= LARGEST:
-        raise StudyError(f"a bound of {bound.value:g} is not valid; give one above zero, such as 0.1, and at most {LARGEST:g}")
+    if not 0.0 < bound.value <= LARGEST_NUMBER:
+        raise StudyError(
+            f"a bound of {bound.value:g} is not valid; give one above zero, such as 0.1, and at most {LARGEST_NUMBER:g}"
+        )
     robot = robot or robot_of(scene)
     (profile,) = profiles({"": (scene, robot)})
     landing, plane = profile.landing, profile.landing.plane

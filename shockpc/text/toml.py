@@ -21,7 +21,7 @@ import numpy as np
 from shockpc.text.errors import ShockError
 from shockpc.text.paths import read_file
 
-LARGEST = 1e12
+LARGEST_NUMBER = 1e12
 """Largest number of a record, in whatever unit: beyond it squares run out of range."""
 
 
@@ -120,7 +120,7 @@ def _leaf(value: Any, kind: Any) -> Any:
     """A text, a number, a word or a vector; None if it does not fit."""
     if kind is float:
         fits = isinstance(value, Real) and not isinstance(value, bool)
-        return float(value) if fits and abs(value) <= LARGEST else None
+        return float(value) if fits and abs(value) <= LARGEST_NUMBER else None
     if kind is bool:
         return value if isinstance(value, bool) else None
     if kind is str:
@@ -147,10 +147,10 @@ def _wanted(kind: Any) -> str:
             return f"a list of tables, each begun with [[{parts[0].__name__.lower()}]]"
         return f"a list, each of its entries {_wanted(parts[0])}"
     if origin is tuple:
-        return f"a list of {len(parts)} numbers up to {LARGEST:g}"
+        return f"a list of {len(parts)} numbers up to {LARGEST_NUMBER:g}"
     if parts:
         return " or ".join(_wanted(part) for part in parts)
-    return {float: f"a number up to {LARGEST:g}", bool: "true or false"}.get(kind, "text in quotes")
+    return {float: f"a number up to {LARGEST_NUMBER:g}", bool: "true or false"}.get(kind, "text in quotes")
 
 
 def _shown(value: Any) -> str:

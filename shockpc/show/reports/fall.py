@@ -17,7 +17,7 @@ from shockpc.text.printed import cause_lines, causes, few, listed
 PAGE, ROWS = 12, 16
 """Strikes that the page shows in three dimensions; rows of a table on a terminal."""
 
-SHORT = math.radians(1.0)
+LEAST_ROTATION = math.radians(1.0)
 """Rotation below which a part of the motion is not reported separately [rad]."""
 
 LIMITS = ("height", "contact", "limits")
@@ -89,13 +89,13 @@ def _warnings(falls: Falls) -> list[str]:
 def moves(tip: Tip, until: float) -> str:
     """How a robot moves, and to which rotations [deg], up to one [rad].
 
-    What alternates within `SHORT`, as on a round foot, is one motion.
+    What alternates within `LEAST_ROTATION`, as on a round foot, is one motion.
     """
     parts: list[tuple[bool, set[str], float]] = []
     for kind, phases in itertools.groupby((p for p in tip.fall.phases if p.start.theta < until), lambda phase: phase.kind):
         own = list(phases)
         end = min(own[-1].end.theta, until)
-        short = end - own[0].start.theta < SHORT
+        short = end - own[0].start.theta < LEAST_ROTATION
         alternates = parts and short and parts[-1][0]
         kinds = {kind} | (parts.pop()[1] if alternates else set())
         parts.append((short, kinds, end))

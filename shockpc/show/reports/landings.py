@@ -16,7 +16,7 @@ from shockpc.show.wording import JOINT_MODELS, LEFT_OUT, count, proof_lines, rob
 from shockpc.studies.landings import STATISTICS, Agreement, Validation
 from shockpc.text.printed import cause_lines, causes, few
 
-SHORT = 10
+ROWS = 10
 """Landings that are shown on a terminal."""
 
 MESSAGES = 5
@@ -60,7 +60,7 @@ def landings_report(
             yield agreement_sheet(validation, full)
         yield _extents(landings, results)
         yield Picture("landings", "distributions of the results", "landings:draw_landings", (landings, results))
-        yield _rows(landings, results, order, rank, None if full else SHORT)
+        yield _rows(landings, results, order, rank, None if full else ROWS)
 
     sheets = {"landings": lambda: _rows(landings, results, order, rank, None, exact=True)}
     if validation is not None:

@@ -12,7 +12,7 @@ from shockpc.show.wording import count, robot_line
 from shockpc.studies.touchdowns import Touchdowns
 from shockpc.text.printed import few
 
-SHORT = 12
+ROWS = 12
 """Landings that are shown on a terminal."""
 
 NOTE = "fall: speed at which the contacts came down, by their heights"
@@ -23,7 +23,7 @@ def touchdowns_report(log: Path, found: Touchdowns) -> Report:
 
     def body(full: bool) -> Iterator[Lines | Sheet | Picture]:
         yield Lines(list(_header(log, found)))
-        yield _landings(found, None if full else SHORT)
+        yield _landings(found, None if full else ROWS)
         yield Picture("touchdowns", "heights of the feet, touchdowns and windows", "touchdowns:draw_touchdowns", (found,))
 
     return Report(

@@ -10,7 +10,7 @@ from shockpc.core.spatial import Array
 from shockpc.landing.landing import PosedLanding
 from shockpc.text.names import glob_of
 from shockpc.text.printed import few, printable
-from shockpc.text.toml import LARGEST
+from shockpc.text.toml import LARGEST_NUMBER
 
 MODEL = {"joint_model": "joint model", "drives": "drives"}
 """What a design has once, with its name in texts."""
@@ -99,7 +99,12 @@ def read_design(table: Mapping[str, Any]) -> dict[str, Any]:
             for key in ("axes", *NUMBERS):
                 values = np.atleast_1d(np.asarray(entry.get(key, 0.0)))
                 # Texts of numbers would become numbers here, and stay texts in what is returned.
-                if values.dtype.kind not in "iuf" or values.ndim > 1 or not len(values) or not (np.abs(values) <= LARGEST).all():
+                if (
+                    values.dtype.kind not in "iuf"
+                    or values.ndim > 1
+                    or not len(values)
+                    or not (np.abs(values) <= LARGEST_NUMBER).all()
+                ):
                     raise ValueError("not numbers of a robot")
             np.reshape(entry.get("axes", np.eye(3)), (3, 3))
     return {key: table[key] if key in KINDS else str(table[key]) for key in (*MODEL, *KINDS)}

@@ -16,7 +16,7 @@ from shockpc.text.errors import StudyError
 ACCURACY = 1e-9
 """Gap between the value at a place and the bound of the set, below which the place counts as the optimum [1]."""
 
-AT_ONCE = 12
+LANDINGS_TOGETHER = 12
 """Landings up to which all are in one program; of more, only those that limit the result (at most a few) are added, in turns."""
 
 
@@ -62,7 +62,7 @@ def least_shock(fields: Fields, cell: ConvexCell) -> Optimum | None:
     Raises:
         StudyError: Clarabel is not installed.
     """
-    many = fields.weights is None and len(fields.c) > AT_ONCE
+    many = fields.weights is None and len(fields.c) > LANDINGS_TOGETHER
     decisive = [int(fields.shocks(cell.points.mean(axis=0)).argmax())] if many else list(range(len(fields.c)))
     while True:
         found = _solved(fields.of(decisive), cell)

@@ -6,7 +6,7 @@ from typing import NamedTuple
 import numpy as np
 
 from shockpc.core.spatial import Array
-from shockpc.robot.geometry import LARGEST, GeometryKind, HalfSpaces, facets, half_spaces, outline
+from shockpc.robot.geometry import LARGEST_COORDINATE, GeometryKind, HalfSpaces, facets, half_spaces, outline
 from shockpc.robot.robot import Robot
 from shockpc.studies.place.cone import ConvexCell
 from shockpc.studies.place.search import box
@@ -105,8 +105,10 @@ def _checked_box(within: Box) -> tuple[Array, Array]:
     """
     low, high = (np.array(corner, dtype=float) for corner in within)
     for axis, a, b in zip("xyz", low, high, strict=True):
-        if not -LARGEST <= a <= b <= LARGEST:
-            raise StudyError(f"the box has no {axis} between {a:g} and {b:g} m; give the lower limit first, up to {LARGEST:g}")
+        if not -LARGEST_COORDINATE <= a <= b <= LARGEST_COORDINATE:
+            raise StudyError(
+                f"the box has no {axis} between {a:g} and {b:g} m; give the lower limit first, up to {LARGEST_COORDINATE:g}"
+            )
     return low, high
 
 

@@ -33,7 +33,7 @@ from shockpc.text.names import match
 NEAREST = 1e-3
 """Least distance between alternatives [m]."""
 
-EQUAL = 1.0 - 1e-6
+EQUAL_SHARE = 1.0 - 1e-6
 """Share of the greatest shock from which others are equal to it, of which the first is named; rounding makes them differ."""
 
 
@@ -122,7 +122,7 @@ class PlaceStudy:
             found.append(("together", np.full(3, np.nan), self.combined, together))
         mean = self.weights is not None
         rows = (
-            (name, *at, *([combined] * mean), shocks.max(), self.landings[(shocks >= EQUAL * shocks.max()).argmax()])
+            (name, *at, *([combined] * mean), shocks.max(), self.landings[(shocks >= EQUAL_SHARE * shocks.max()).argmax()])
             for name, at, combined, shocks in found
         )
         means = ["weighted mean [-]"] * mean
