@@ -11,7 +11,20 @@ from robot_texts import LIMIT, joint, link, urdf
 from scipy.optimize import minimize
 from trees import known_robot, robot_from
 
-from shockpc import Contact, Point, Posture, Scene, ShockCost, Strike, StudyError, improve, resolve, shock_maps, shock_profile
+from shockpc import (
+    Contact,
+    Point,
+    Posture,
+    Scene,
+    ShockCost,
+    SolveError,
+    Strike,
+    StudyError,
+    improve,
+    resolve,
+    shock_maps,
+    shock_profile,
+)
 from shockpc.landing.scene_file import read_scene
 from shockpc.show.reports.improve import improve_report
 
@@ -263,6 +276,8 @@ def test_what_cannot_be_improved_says_so(capfd):
             improve(anymal(), quantity, vary=vary, robot=robot)
     with pytest.raises(StudyError, match="would change nothing here"):
         improve(anymal(friction=0.5), "shock@imu_link", vary=LEGS, robot=robot)
+    with pytest.raises(SolveError, match="no mass or inertia resists it"):
+        improve(Scene(robot="icub", contact=(Contact(frame="l_foot"),)), robot=known_robot("icub"))
     with pytest.raises(StudyError, match="name what may change with --vary"):
         improve(Scene(robot="cassie", contact=(Contact(frame="left-foot"),)), robot=known_robot("cassie"))
     with pytest.raises(StudyError, match="never below zero"):

@@ -225,6 +225,8 @@ def improve(
             )
     cost, *others = costs
     with trace.stage("runs"):
+        if not np.isfinite(cost.worst(np.stack(starting_points(cost, 1, seed)))).any():
+            profiles(cost.cases(cost.x0))  # which says why, of a robot that has no landing in any posture
         begun = starting_points(cost, starts, seed)
         runs = search(cost, begun)
     if not np.isfinite(runs[0].value):
