@@ -114,6 +114,8 @@ def test_a_constraint_holds_the_optimum_and_is_named():
     held = improve(scene, "shock@imu_link", vary=LEGS, robot=robot, starts=2, keep=[f"joint_impulse@LF_KFE<={float(limit)!r}"])
     assert held.after[""].value("joint_impulse", "joint")[names.index("LF_KFE")] <= limit
     assert held.values[0][1] >= free.values[0][1]
+    exactly = improve(scene, "shock@imu_link", vary={"LF_HFE": "20:50"}, robot=robot, starts=2, keep="depth<=0", any_ground=True)
+    assert exactly.after[""].value("depth", "robot")[0] == 0.0  # which is never below zero
     with pytest.raises(StudyError, match="no point meets the constraints"):
         improve(scene, "shock@imu_link", vary=LEGS, robot=robot, starts=1, keep=["joint_impulse@LF_KFE<=1e-3"])
 
@@ -218,6 +220,16 @@ def test_a_front_of_two_numbers():
     order = values[np.argsort(values[:, 0])]
     assert (np.diff(order[:, 1]) <= 1e-6 * order[0, 1]).all()
     assert values[:, 0].min() == pytest.approx(found.values[0][1], rel=1e-6)
+
+
+def test_a_front_ends_at_the_optimum_of_the_second_number():
+    """Friction to stick is least in one half of the range, and the impulse of the knee at the end of the other."""
+    scenes = {f"{angle} deg": Scene(robot="go2", contact=(Contact(frame="FL_foot"),), strike=Strike(strike_angle_deg=angle))
+              for angle in (-10.0, 10.0)}  # fmt: skip
+    numbers = ["friction_needed@FL_foot", "joint_impulse@FL_calf_joint"]
+    how = {"vary": {"base-pitch": "-15:15"}, "robot": known_robot("go2"), "any_ground": True}
+    last = improve(scenes, numbers, **how).front[-1].values[1]
+    assert last == pytest.approx(improve(scenes, numbers[1], **how).values[0][1], rel=1e-5)
 
 
 def test_points_of_a_front_are_optima_with_a_bound():

@@ -43,8 +43,8 @@ STEP = 1e-5
 NUMBER = r"[-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?"
 """A number, as a constraint states it."""
 
-SLACK = 1e-7
-"""By how much an optimiser may miss a constraint, as a share of its scale; it is given one that is narrower by twice as much."""
+SLACK = 2e-7
+"""By how much a constraint is narrowed for an optimiser, which may miss it by as much, as a share of its scale."""
 
 
 def _pushed(impact: Any, places: Sequence[Place]) -> Array:
@@ -285,7 +285,7 @@ class ShockCost:
         held, power, (limit, sign, scale, signed) = self.held, self.power, self._how
         with np.errstate(divide="ignore", invalid="ignore"):
             turn = np.where(signed, np.sign(v), 1.0)
-            slack = np.clip((limit - turn * v) * sign / scale - 2.0 * SLACK, -1e3, 1e3)  # so that it holds for sure
+            slack = np.clip((limit - turn * v) * sign / scale - SLACK, -1e3, 1e3)  # so that it holds for sure
             measures = np.where(np.isnan(v), np.where(held, -1.0, np.inf), np.where(held, slack, np.abs(v) ** power))
             return measures, np.where(held, -turn * sign / scale, power * measures / v)
 

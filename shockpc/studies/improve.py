@@ -236,7 +236,8 @@ def improve(
     # The landing as given wins where nothing is better.
     x = cost.x0 if cost.feasible(cost.x0) and start <= best * (1.0 + HELD) else runs[0].x
     with trace.stage("front"):
-        front = _front(costs, x, begun, lambda limit: make(cost.quantity, keep=[*keep, limit])) if others else ()
+        ends = [point for other in others for point in starting_points(other, starts, seed)]
+        front = _front(costs, x, begun, ends, lambda limit: make(cost.quantity, keep=[*keep, limit])) if others else ()
     with trace.stage("proof"):
         landed = ({name: (scene, robot) for name, scene in cost.scenes.items()}, cost.cases(x))
         given, after = (dict(zip(cases, profiles(cases), strict=True)) for cases in landed)
@@ -330,7 +331,7 @@ def _proven(cost: ShockCost, found: Mapping[str, ShockProfile]) -> tuple[float, 
 
 
 def _front(
-    costs: Sequence[ShockCost], x: Array, begun: Sequence[Array], bounded: Callable[[str], ShockCost]
+    costs: Sequence[ShockCost], x: Array, begun: Sequence[Array], ends: Sequence[Array], bounded: Callable[[str], ShockCost]
 ) -> tuple[FrontPoint, ...]:
     """Points between the optimum of the first quantity and that of the second: the first least for bounds of the second.
 
@@ -338,13 +339,14 @@ def _front(
         costs: of both.
         x: the optimum of the first.
         begun: where runs for it began.
+        ends: where runs for the second begin.
         bounded: gives the cost of the first with one constraint more.
 
     Raises:
         StudyError: the second quantity has no value at an end.
     """
     (_, other), sense = costs, "<=" if costs[1].power > 0.0 else ">="
-    last = search(other, [*begun, x])[0].x
+    last = search(other, [*ends, x])[0].x
     found = [x]
     most, least = other.worst(np.stack([x, last]))
     if not np.isfinite([most, least]).all():
@@ -355,7 +357,7 @@ def _front(
     for bound in (most + np.linspace(0.0, 1.0 - NEAR, FRONT + 2)[1:] * (least - most)).tolist():
         between = [found[-1], last, *((x + last) / 2.0 for x in (found[0], found[-1])), *begun[:BEGUN]]
         best = search(bounded(f"{other.quantity}{sense}{bound!r}"), between)[0]
-        found += [best.x] if np.isfinite(best.value) else []
+        found.append(best.x if np.isfinite(best.value) else last)  # which meets every bound
     values = np.stack([one.worst(np.array(found)) for one in costs], axis=1)
     measures = values ** [one.power for one in costs]
     as_good = (measures[:, None] <= measures * (1.0 + HELD)).all(axis=2)
