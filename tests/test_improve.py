@@ -296,7 +296,7 @@ def test_what_cannot_be_improved_says_so(capfd):
         improve(anymal(), "shock@imu_link", vary=LEGS, robot=robot, keep=["delta_qd@LF_KFE<=-3"])
     with pytest.raises(StudyError, match="strike-angle is in both"):
         improve(anymal(), "shock@imu_link", vary={"strike-angle": "0:20"}, over={"strike-angle": "0,10"}, robot=robot)
-    with pytest.raises(StudyError, match="is not QUANTITY@PLACES<=LIMIT"):
+    with pytest.raises(StudyError, match="is not KEY@PLACES<=LIMIT"):
         improve(anymal(), "shock@imu_link", vary=LEGS, robot=robot, keep=["joint_impulse@LF_KFE=2"])
 
 

@@ -26,7 +26,7 @@ def batch(
     robots: tuple[str, ...] = _in_robots(
         "A set of robots: quadrupeds, bipeds, humanoids (bipeds with a trunk and arms) or all.", "SET"
     ),
-    jobs: int = _in_robots("Processes that compute at the same time; 1 by default.", "N", least=1, default=1),
+    jobs: int = _in_robots("Number of processes; 1 by default.", "N", least=1, default=1),
     typed: Any = study_options(study),
     options: SceneOptions,
     strict: bool = _in_robots(STRICT),

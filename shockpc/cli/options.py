@@ -40,7 +40,7 @@ EXPLAIN = in_output("Report on standard error what ran, how long it took, and wh
 STRICT = "Exit code 3 if any landing could not be computed, not only if none could."
 AT = group("Question")("The shock at this point (with friction, if that is given), offset in the frame [m].", FRAME)
 TARGET = group("Question")(
-    "Another number: a quantity (shockpc quantities lists them) of a point, body, joint or contact.", "QUANTITY@PLACE"
+    "Another number: a quantity (shockpc quantities lists them) of a point, body, joint or contact.", "KEY@PLACE"
 )
 
 

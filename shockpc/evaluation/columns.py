@@ -1,4 +1,4 @@
-"""Quantities at places, QUANTITY@PLACE: named by a text, computed of many landings in double precision, or of one with a proof."""
+"""Quantities at places, KEY@PLACE: named by a text, computed of many landings in double precision, or of one with a proof."""
 
 from collections.abc import Iterable, Iterator, Sequence
 from typing import Any, NamedTuple, cast
@@ -45,7 +45,7 @@ class Column(NamedTuple):
 
     @property
     def name(self) -> str:
-        """As the table of rows heads it, QUANTITY@PLACE."""
+        """As the table of rows heads it, KEY@PLACE."""
         return f"{self.selection.name}@{self.place.name}" + ("" if self.time is None else f" after {self.time:g} ms")
 
     @property
@@ -131,7 +131,7 @@ def target_text(target: str | Point, scenes: Iterable[Scene]) -> str:
 
 
 def column(profile: ShockProfile, text: str) -> Column:
-    """The number of an impact that a text names, QUANTITY@PLACE; of the robot as a whole QUANTITY alone.
+    """The number of an impact that a text names, KEY@PLACE; of the robot as a whole KEY alone.
 
     Args:
         profile: a landing in which it exists.

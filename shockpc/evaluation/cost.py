@@ -143,10 +143,10 @@ class ShockCost:
 
     Args:
         scenes: one landing, or landings of one robot by name.
-        quantity: QUANTITY@PLACES; of several places the worst counts.
+        quantity: KEY@PLACES; of several places the worst counts.
         variables: ranges by subject, as in `variation`: {"*_KFE": "-120:-10", "mass:base": "0.8x:1.2x"}, or pairs of both.
         robot: the scenes' robot, if it is loaded already.
-        keep: constraints, QUANTITY@PLACES<=LIMIT or >=LIMIT; of a number that may be negative its magnitude counts.
+        keep: constraints, KEY@PLACES<=LIMIT or >=LIMIT; of a number that may be negative its magnitude counts.
         ground: whether flat ground has to allow the landings, as `feasible` says.
 
     Attributes:
@@ -318,7 +318,7 @@ class ShockCost:
         for text in keep:
             parts = re.fullmatch(rf"(.+?)\s*([<>])=?\s*({NUMBER})", text.strip())
             if not parts or not math.isfinite(limit := float(parts[3])):
-                raise StudyError(f'"{text}" is not QUANTITY@PLACES<=LIMIT or >=LIMIT, such as joint_impulse@*_KFE<=2')
+                raise StudyError(f'"{text}" is not KEY@PLACES<=LIMIT or >=LIMIT, such as joint_impulse@*_KFE<=2')
             columns = _columns(landing, parts[1])
             if limit < 0.0 and columns and columns[0].selection.signed:
                 raise StudyError(f'"{text}": of {parts[1]}, which has either sign, the size counts, which is never below zero')

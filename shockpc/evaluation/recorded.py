@@ -324,7 +324,7 @@ def recorded_landings(
     Args:
         table: the rows.
         robot: their robot.
-        quantities: columns, QUANTITY or QUANTITY@PLACES; by default jump and shock at the sensors and points, or of the base.
+        quantities: columns, KEY or KEY@PLACES; by default jump and shock at the sensors and points, or of the base.
         prove: number of rows that are compared with a proof, besides those that need one.
         rank: a further column.
 

@@ -136,7 +136,7 @@ def improve(
             "A number: a quantity (shockpc quantities lists them) at a place, of several places the worst; by default the shock at "
             "the points of --at, at the IMU, or at the trunk's centre of mass. Twice for the front between two.",
             "Question",
-            "QUANTITY@PLACES",
+            "KEY@PLACES",
             "quantity",
         ),
     ] = (),
@@ -157,7 +157,7 @@ def improve(
         Option("Each landing with all of these values, a:b:n or a,b,c, such as strike-angle=-20:20:5.", "Search", "NAME=VALUES"),
     ] = (),
     keep: Annotated[
-        str | Sequence[str], Option("A constraint, such as 'joint_impulse@*_KFE<=2', or >=.", "Search", "QUANTITY@PLACES<=LIMIT")
+        str | Sequence[str], Option("A constraint, such as 'joint_impulse@*_KFE<=2', or >=.", "Search", "KEY@PLACES<=LIMIT")
     ] = (),
     any_ground: Annotated[
         bool, Option("Allow landings that flat ground does not: it would pull a contact, or meet another link first.", "Search")
@@ -172,7 +172,7 @@ def improve(
             least=0.0,
         ),
     ] = None,
-    seed: Annotated[int, Option("Seed of the sample.", "Search", "N", least=0.0)] = 0,
+    seed: Annotated[int, Option("Seed of the random numbers.", "Search", "N", least=0.0)] = 0,
     trace: Trace | None = None,
 ) -> Improvement:
     """Find where a number is the least bad in the worst of some landings.

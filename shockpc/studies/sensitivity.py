@@ -210,7 +210,7 @@ def sensitivity(
 
     Args:
         landings: one landing, or landings of one robot by name.
-        target: QUANTITY@PLACE, or QUANTITY of the robot as a whole; a point means the shock there, with
+        target: KEY@PLACE, or KEY of the robot as a whole; a point means the shock there, with
             friction if a scene has it.
         robot: the scenes' robot, if it is loaded already.
         trace: collects what each stage cost.

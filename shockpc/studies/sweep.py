@@ -78,7 +78,7 @@ def sweep(
     ] = False,
     prove: Annotated[
         int,
-        Option("Random landings that are proven, besides those that need it.", "What is computed", "N", least=0.0),
+        Option("Random landings that are compared with a proof, besides those that need one.", "What is computed", "N", least=0.0),
     ] = 100,
 ) -> Evaluation[VariedLandings]:
     """Many landings that differ from one, checked; computed part by part as the result is iterated over, or at once by `table`.
