@@ -186,7 +186,7 @@ def _designs(names: tuple[str, ...], options: SceneOptions) -> list[Design]:
     """One landing of each design; as many contacts as there are designs are one for each."""
     one_each = len(options.contact) == len(names) > 1 and not options.together
     options_of_each = [options._replace(contact=(name,)) for name in options.contact] if one_each else [options] * len(names)
-    landings = [one_scene(name, own_options) for name, own_options in zip(names, options_of_each, strict=True)]
+    landings = [one_scene(name, options_of_design) for name, options_of_design in zip(names, options_of_each, strict=True)]
     return [Design(name, scene, robot) for name, (robot, scene) in zip(names, landings, strict=True)]
 
 

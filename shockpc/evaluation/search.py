@@ -23,9 +23,10 @@ TRIED = 20
 
 STEPS, CHANGE, STALLED = 60, 1e-11, 8
 """Steps of a run at most; the change of the objective by a step, relative to the start, at which it ends; and over how many steps a
-change by the share `HELD` ends it: where many landings are as bad, or heights have a kink, the steps become ever smaller."""
+change by the share `OPTIMUM_TOLERANCE` ends it: where many landings are as bad, or heights have a kink, the steps become ever
+smaller."""
 
-HELD = 1e-6
+OPTIMUM_TOLERANCE = 1e-6
 """Share of a range, or of a scale, within which a bound or a constraint holds an optimum, and within which landings are as bad."""
 
 
@@ -73,7 +74,7 @@ def _run(cost: ShockCost, start: Array, minimize: Callable[..., Any], ask: Calla
         measures, _ = at(z[:n].tobytes())
         value = float(measures[~held].max()) if (measures[held] >= -SLACK).all() else np.inf
         steps.append((value, float(z[n]), low + width * z[:n]))
-        if len(steps) > STALLED and np.ptp([level for _, level, _ in steps[-STALLED:]]) <= HELD * z[n]:
+        if len(steps) > STALLED and np.ptp([level for _, level, _ in steps[-STALLED:]]) <= OPTIMUM_TOLERANCE * z[n]:
             raise StopIteration
 
     first, unit = np.append((start - low) / width, 1.0), np.append(np.zeros(n), 1.0)
@@ -104,4 +105,4 @@ def starting_points(cost: ShockCost, count: int | None, seed: int) -> list[Array
     tried = low + width * np.random.default_rng(seed).random((max(count, 1), TRIED, len(low)))
     measures = cost.measured(tried.reshape(-1, len(low))).reshape(*tried.shape[:2], -1)
     worst, missed = measures[..., ~cost.held].max(axis=-1), -measures[..., cost.held].min(axis=-1, initial=0.0)
-    return [cost.x0, *tried[np.arange(count), np.lexsort((worst, np.maximum(missed, HELD)))[:count, 0]]]
+    return [cost.x0, *tried[np.arange(count), np.lexsort((worst, np.maximum(missed, OPTIMUM_TOLERANCE)))[:count, 0]]]

@@ -278,9 +278,9 @@ def _from_arrow(column: Any) -> np.ndarray:
         return np.asarray(column.to_numpy()) if column.null_count < len(column) else np.full(len(column), None)
     for chunk in column.chunks:
         known, data = chunk.buffers()
-        own = slice(chunk.offset, chunk.offset + len(chunk))
-        values = (_bits(data) if kind is bool else np.frombuffer(data, kind))[own]
-        parts.append(np.where(_bits(known)[own], values, np.nan) if chunk.null_count else values)
+        block = slice(chunk.offset, chunk.offset + len(chunk))
+        values = (_bits(data) if kind is bool else np.frombuffer(data, kind))[block]
+        parts.append(np.where(_bits(known)[block], values, np.nan) if chunk.null_count else values)
     return np.concatenate([np.zeros(0, kind), *parts])
 
 

@@ -69,10 +69,10 @@ def header_lines(profile: ShockProfile, among: Collection[ShockProfile] = ()) ->
 
 def shared_lines(landings: Mapping[str, ShockProfile]) -> list[tuple[str, str]]:
     """What several landings have in common, and their names; all lines of a single one."""
-    own = [dict(header_lines(profile, landings.values())) for profile in landings.values()]
-    if len(own) == 1:
-        return list(own[0].items())
-    texts = {name: list(dict.fromkeys(one[name] for one in own)) for name in ("robot", "posture", "base", "joint model")}
+    headers = [dict(header_lines(profile, landings.values())) for profile in landings.values()]
+    if len(headers) == 1:
+        return list(headers[0].items())
+    texts = {name: list(dict.fromkeys(one[name] for one in headers)) for name in ("robot", "posture", "base", "joint model")}
     lines = []
     for name, (text, *others) in texts.items():
         # Parts of the text, such as the drives, may be those of all landings.

@@ -285,12 +285,12 @@ class _Fit:
             )
         self.whitening = np.zeros((len(known), known.shape[1], known.shape[1]))
         for pattern in np.unique(known[self.used], axis=0):
-            rows, own = np.flatnonzero((known == pattern).all(axis=1) & self.used), np.flatnonzero(pattern)
+            rows, columns = np.flatnonzero((known == pattern).all(axis=1) & self.used), np.flatnonzero(pattern)
             if noise is not None:
-                root = np.broadcast_to(np.diag(1.0 / noise[own]), (len(rows), len(own), len(own)))
+                root = np.broadcast_to(np.diag(1.0 / noise[columns]), (len(rows), len(columns), len(columns)))
             else:
-                root = energy_roots(W[rows], predictor.coordinates[own]) / np.sqrt(2.0 * energy[rows, None, None])
-            self.whitening[np.ix_(rows, own, own)] = root
+                root = energy_roots(W[rows], predictor.coordinates[columns]) / np.sqrt(2.0 * energy[rows, None, None])
+            self.whitening[np.ix_(rows, columns, columns)] = root
         self.scale = 1.0
 
     @property
@@ -411,17 +411,17 @@ class _Fit:
 
     def _refitted(self, u: Array, r: Array, D: Array, free: np.ndarray, counts: Array) -> Array:
         """By how much (m, p) the shares differ where landings have other weights (m, n), with derivatives (n, k, p) held."""
-        b, M, own = np.einsum("nk,nkp->np", r, D), np.einsum("nkp,nkq->npq", D, D), np.flatnonzero(free)
+        b, M, unknowns = np.einsum("nk,nkp->np", r, D), np.einsum("nkp,nkq->npq", D, D), np.flatnonzero(free)
         square, step = np.sum(r**2, axis=1), np.zeros((len(counts), self.p))
-        if not len(own):
+        if not len(unknowns):
             return step
         for _ in range(12):
             size = square + 2.0 * step @ b.T + np.einsum("mp,npq,mq->mn", step, M, step)
             weights = counts / np.sqrt(1.0 + np.maximum(size, 0.0) / self.scale**2)
-            A = np.einsum("mn,npq->mpq", weights, M[:, own][:, :, own])
-            right = -np.einsum("mn,np->mp", weights, b[:, own])
-            ridge = 1e-12 * np.einsum("mpp->m", A)[:, None, None] * np.eye(len(own)) + 1e-300 * np.eye(len(own))
-            step[:, own] = np.clip(u[own] + np.linalg.solve(A + ridge, right[..., None])[..., 0], 0.0, 1.0) - u[own]
+            A = np.einsum("mn,npq->mpq", weights, M[:, unknowns][:, :, unknowns])
+            right = -np.einsum("mn,np->mp", weights, b[:, unknowns])
+            ridge = 1e-12 * np.einsum("mpp->m", A)[:, None, None] * np.eye(len(unknowns)) + 1e-300 * np.eye(len(unknowns))
+            step[:, unknowns] = np.clip(u[unknowns] + np.linalg.solve(A + ridge, right[..., None])[..., 0], 0.0, 1.0) - u[unknowns]
         return step
 
     def _errors(self, W: Array, found: Predicted) -> Array:
@@ -447,14 +447,14 @@ class _Fit:
         for rows, problem, to_measured in predictor.problems(values)[0]:
             moves, stops = to_measured @ problem.by_impulse, (to_measured @ (scale * problem.stop)[..., None])[..., 0]
             for row, moved, stop in zip(rows.tolist(), moves, stops, strict=True):
-                own = np.flatnonzero(np.isfinite(measured[row]))
+                columns = np.flatnonzero(np.isfinite(measured[row]))
                 if not self.used[row]:
                     continue
-                root = energy_roots(W[row : row + 1], predictor.coordinates[own])[0]
-                U, s, _ = np.linalg.svd(root @ moved[own], full_matrices=False)
-                U, jump = U[:, s > 1e-9 * s.max(initial=0.0)], root @ (measured[row] - stop)[own]
-                if 2 * U.shape[1] <= len(own):
-                    errors[row] = np.linalg.norm(jump - U @ (U.T @ jump)) / np.linalg.norm(root @ measured[row, own])
+                root = energy_roots(W[row : row + 1], predictor.coordinates[columns])[0]
+                U, s, _ = np.linalg.svd(root @ moved[columns], full_matrices=False)
+                U, jump = U[:, s > 1e-9 * s.max(initial=0.0)], root @ (measured[row] - stop)[columns]
+                if 2 * U.shape[1] <= len(columns):
+                    errors[row] = np.linalg.norm(jump - U @ (U.T @ jump)) / np.linalg.norm(root @ measured[row, columns])
         return errors
 
     def _scan(self, u: Array, j: int, W: Array) -> tuple[Array, Array]:

@@ -17,7 +17,7 @@ from shockpc.evaluation.columns import proven_columns
 from shockpc.evaluation.cost import ShockCost
 from shockpc.evaluation.evaluate import profiles
 from shockpc.evaluation.landings import common_robot, named_scenes
-from shockpc.evaluation.search import HELD, ROUGH, RUNS, SLOW, Run, search, starting_points
+from shockpc.evaluation.search import OPTIMUM_TOLERANCE, ROUGH, RUNS, SLOW, Run, search, starting_points
 from shockpc.evaluation.table import Table
 from shockpc.evaluation.variation import Vary, motion_range, pairs
 from shockpc.evaluation.varied_scene import scene_grid
@@ -44,7 +44,7 @@ FLAT = 0.05
 SHARES = np.append(0.0, np.geomspace(1e-4, 1.0, 40))
 """Shares of the way to a bound at which a variable is looked at, and then as many between two of them."""
 
-FRONT, NEAR, BEGUN = 9, 1e-5, 8
+FRONT, END_GAP, BEGUN = 9, 1e-5, 8
 """Points between the ends of a front; how far from the second number's optimum its end is, as a share of the front; and how many
 runs of each point begin where runs of the first number do."""
 
@@ -232,9 +232,9 @@ def improve(
     if not np.isfinite(runs[0].value):
         raise StudyError(_refusal(cost, runs))
     start, best = cost(cost.x0), runs[0].value
-    agreeing = sum(run.value <= (1.0 + AGREEING) * best + HELD * min(start, 1.0) for run in runs)
+    agreeing = sum(run.value <= (1.0 + AGREEING) * best + OPTIMUM_TOLERANCE * min(start, 1.0) for run in runs)
     # The landing as given wins where nothing is better.
-    x = cost.x0 if cost.feasible(cost.x0) and start <= best * (1.0 + HELD) else runs[0].x
+    x = cost.x0 if cost.feasible(cost.x0) and start <= best * (1.0 + OPTIMUM_TOLERANCE) else runs[0].x
     with trace.stage("front"):
         ends = [point for other in others for point in starting_points(other, starts, seed)]
         front = _front(costs, x, begun, ends, lambda limit: make(cost.quantity, keep=[*keep, limit])) if others else ()
@@ -295,19 +295,21 @@ def _refusal(cost: ShockCost, runs: Sequence[Run]) -> str:
 def _holding(cost: ShockCost, x: Array) -> tuple[str, ...]:
     """What holds an optimum besides bounds: constraints without slack, and landings that are as bad as the worst."""
     (measures,) = cost.measured(x[None])
-    held = [cost.terms[k] for k in np.flatnonzero(cost.held & (measures < HELD))]
-    worst = [cost.terms[k] for k in np.flatnonzero(~cost.held & (measures >= measures[~cost.held].max() * (1.0 - HELD)))]
-    texts = [(term, "") for term in held] + [(term, " is as bad") for term in worst if len(worst) > 1]
+    active = [cost.terms[k] for k in np.flatnonzero(cost.held & (measures < OPTIMUM_TOLERANCE))]
+    worst = [
+        cost.terms[k] for k in np.flatnonzero(~cost.held & (measures >= measures[~cost.held].max() * (1.0 - OPTIMUM_TOLERANCE)))
+    ]
+    texts = [(term, "") for term in active] + [(term, " is as bad") for term in worst if len(worst) > 1]
     return tuple(dict.fromkeys(f"{term.text} ({term.landing}){end}".replace(" ()", "") for term, end in texts))
 
 
 def _variables(cost: ShockCost, x: Array) -> tuple[Flatness, ...]:
     """What each variable does at an optimum."""
     n, (low, high), each = len(x), cost.bounds.T, np.eye(len(x), dtype=bool)
-    alone = np.where(np.isnan(cost.given), np.nan, cost.worst(np.where(each, cost.given, x)))
+    set_back = np.where(np.isnan(cost.given), np.nan, cost.worst(np.where(each, cost.given, x)))
     target, before = cost.worst(np.stack([x, cost.x0]))
     # Where the optimum is zero, or nearly, 5 % are those of the value before, if there was one.
-    most = FLAT * (before if target <= HELD * before < np.inf else target)
+    most = FLAT * (before if target <= OPTIMUM_TOLERANCE * before < np.inf else target)
     way, shares = cost.bounds.T - x, np.tile(SHARES, (2, n, 1))
     for _ in range(2):
         X = x + (shares * way[..., None])[..., None] * each[:, None]
@@ -316,10 +318,10 @@ def _variables(cost: ShockCost, x: Array) -> tuple[Flatness, ...]:
         beyond = np.logical_or.accumulate(worse, axis=2)
         near, far = np.where(beyond, 0.0, shares).max(axis=2), np.where(beyond, shares, shares[..., -1:]).min(axis=2)
         shares = np.linspace(near, far, len(SHARES), axis=2)
-    edge = HELD * (high - low)
-    held = np.select([x - low <= edge, high - x <= edge], ["least", "greatest"], "").tolist()
-    given, after, *others = (part.tolist() for part in (cost.given, x, alone, *(x + near * way)))
-    return tuple(map(Flatness, cost.names, given, after, [bound or None for bound in held], *others))
+    edge = OPTIMUM_TOLERANCE * (high - low)
+    active = np.select([x - low <= edge, high - x <= edge], ["least", "greatest"], "").tolist()
+    given, after, *others = (part.tolist() for part in (cost.given, x, set_back, *(x + near * way)))
+    return tuple(map(Flatness, cost.names, given, after, [bound or None for bound in active], *others))
 
 
 def _proven(cost: ShockCost, found: Mapping[str, ShockProfile]) -> tuple[float, str]:
@@ -354,13 +356,13 @@ def _front(
             f"{other.quantity} has no finite value at an end of the front; choose another quantity, or bound it with --keep"
         )
     # No constraint holds exactly at the optimum of its own number.
-    for bound in (most + np.linspace(0.0, 1.0 - NEAR, FRONT + 2)[1:] * (least - most)).tolist():
+    for bound in (most + np.linspace(0.0, 1.0 - END_GAP, FRONT + 2)[1:] * (least - most)).tolist():
         between = [found[-1], last, *((x + last) / 2.0 for x in (found[0], found[-1])), *begun[:BEGUN]]
         best = search(bounded(f"{other.quantity}{sense}{bound!r}"), between)[0]
         found.append(best.x if np.isfinite(best.value) else last)  # which meets every bound
     values = np.stack([one.worst(np.array(found)) for one in costs], axis=1)
     measures = values ** [one.power for one in costs]
-    as_good = (measures[:, None] <= measures * (1.0 + HELD)).all(axis=2)
+    as_good = (measures[:, None] <= measures * (1.0 + OPTIMUM_TOLERANCE)).all(axis=2)
     # Where one is as good in both, the other is no point of the front; of two alike the first one is.
     beaten = (as_good & ~(as_good.T & np.tri(len(found), dtype=bool))).any(axis=0)
     return tuple(FrontPoint(values[k], read_only(found[k])) for k in np.flatnonzero(~beaten))

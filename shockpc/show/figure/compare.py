@@ -36,7 +36,7 @@ def draw_comparison(comparison: Comparison, header: Sequence[tuple[str, str]]) -
         (profile.robot.source.path, profile.position.round(9).tobytes(), tuple(contact.frame for contact in profile.contacts))
         for profile in profiles
     ]
-    drawn = [k for k, own in enumerate(stands) if own not in stands[:k]]
+    drawn = [k for k, stand in enumerate(stands) if stand not in stands[:k]]
     views = _views(comparison, drawn)
     windows = windows_of(views, (0.1, 0.1), (4.4 if len(drawn) == 1 else 7.0, 3.6), (1.6, 1.6), arrow=0.45)
     left = sum(window.sides[0] + GAP for window in windows) - GAP
@@ -64,8 +64,8 @@ def _views(comparison: Comparison, drawn: Sequence[int]) -> list[View]:
     first = comparison.profiles[0].bodies
     for n, k in enumerate(drawn[1:], start=1):
         bodies, matched = comparison.profiles[k].bodies, comparison.partners[k - 1]["body"]
-        own = {bodies.index(matched[first[i]]): number for i, number in views[0].numbers.items() if first[i] in matched}
-        views[n] = views[n]._replace(numbers=own)
+        numbers = {bodies.index(matched[first[i]]): number for i, number in views[0].numbers.items() if first[i] in matched}
+        views[n] = views[n]._replace(numbers=numbers)
     return views
 
 
@@ -137,16 +137,16 @@ def _draw_bars(
     low, high = float(np.nanmin(values, initial=0.0)), float(np.nanmax(values, initial=0.0))
     room = 0.3 * (high - low) or 1.0
     thick = 0.8 / values.shape[1]
-    for k, own in enumerate(values.T):
+    for k, changes in enumerate(values.T):
         middles = np.array(ticks) + (k - (values.shape[1] - 1) / 2.0) * thick
-        axes.barh(middles, np.nan_to_num(own), height=0.9 * thick, color=CURVES[k % len(CURVES)], label=letters[k + 1])
+        axes.barh(middles, np.nan_to_num(changes), height=0.9 * thick, color=CURVES[k % len(CURVES)], label=letters[k + 1])
     rows_ = [row for _, rows in sections for row in rows]
-    for tick, row, own in zip(ticks, rows_, values, strict=True):
-        if values.shape[1] == 1 and math.isfinite(own[0]) and row.values[1] is not None:
-            text = f"{row.values[0]:.4g} → {row.values[1]:.4g}" if own[0] else f"{row.values[0]:.4g}"
+    for tick, row, changes in zip(ticks, rows_, values, strict=True):
+        if values.shape[1] == 1 and math.isfinite(changes[0]) and row.values[1] is not None:
+            text = f"{row.values[0]:.4g} → {row.values[1]:.4g}" if changes[0] else f"{row.values[0]:.4g}"
             axes.annotate(
-                _percent(own[0]), (own[0], tick), (3.0 if own[0] >= 0.0 else -3.0, 0.0),
-                textcoords="offset points", va="center", ha="left" if own[0] >= 0.0 else "right", fontsize=6.0,
+                _percent(changes[0]), (changes[0], tick), (3.0 if changes[0] >= 0.0 else -3.0, 0.0),
+                textcoords="offset points", va="center", ha="left" if changes[0] >= 0.0 else "right", fontsize=6.0,
             )  # fmt: skip
             axes.text(1.02, tick, text, va="center", fontsize=6.0, transform=axes.get_yaxis_transform())
     axes.axvline(0.0, color=INK, linewidth=0.8)

@@ -26,8 +26,8 @@ def draw_damage(profiles: Sequence[ShockProfile]) -> Figure:
     axes = figure.add_subplot(xscale="log", yscale="log", xlabel="velocity change [m/s]", ylabel="peak acceleration [g]")
     axes.grid(True)
     drawn = [_at_points(profile) for profile in profiles]
-    x = [v for own in drawn for one, bound in own for v in (one.speed_change, bound.velocity_change)]
-    y = [a for own in drawn for one, bound in own for a in (one.peak_g, bound.acceleration)]
+    x = [v for pairs in drawn for one, bound in pairs for v in (one.speed_change, bound.velocity_change)]
+    y = [a for pairs in drawn for one, bound in pairs for a in (one.peak_g, bound.acceleration)]
     (left, right), (low, high) = _window(x, (0.1, 10.0)), _window(y, (10.0, 1000.0))
     axes.set(xlim=(left, right), ylim=(low, high))
     for k, (one, bound) in enumerate(drawn[0]):
@@ -39,7 +39,7 @@ def draw_damage(profiles: Sequence[ShockProfile]) -> Figure:
             corner = low / 2.0 if math.isnan(a) else a
             axes.plot([v, v, right], [high, corner, corner], color=colour, label=name)
             axes.fill_between([v, right], corner, high, color=colour, alpha=0.08, linewidth=0.0)
-    for m, (profile, own) in enumerate(zip(profiles, drawn, strict=True)):
+    for m, (profile, pairs) in enumerate(zip(profiles, drawn, strict=True)):
         mark: dict[str, Any] = {
             "marker": MARKS[m % len(MARKS)],
             "linestyle": "none",
@@ -47,7 +47,7 @@ def draw_damage(profiles: Sequence[ShockProfile]) -> Figure:
             "markersize": 6.5 + m,
         }
         axes.plot([], [], color=INK, label=f"landing on {printable(contact_name(profile), 32)}", **mark)
-        for k, (one, _) in enumerate(own):
+        for k, (one, _) in enumerate(pairs):
             dv, colour = one.speed_change, CURVES[k % len(CURVES)]
             if one.peak_g is None:
                 axes.axvline(dv, color=colour, linewidth=0.8, linestyle=":")

@@ -104,12 +104,12 @@ def _events(profile: ShockProfile, compliant: CompliantLanding) -> list[tuple[fl
     found: list[tuple[float, list[str]]] = []
     least = STEP * float(np.abs(motion.at(np.array([event.time for event in motion.events])).force).max(initial=0.0))
     for event in motion.events:
-        own, normal = int(compliant.number[event.element]), bool(motion.elements.normal[event.element])
+        contact, normal = int(compliant.number[event.element]), bool(motion.elements.normal[event.element])
         before, after = motion.at(np.array([event.time, np.nextafter(event.time, np.inf)])).force[:, event.element]
-        if own < 0 or not (normal or abs(after - before) > least):
+        if contact < 0 or not (normal or abs(after - before) > least):
             continue
         text = HAPPENS[event.kind] + " along the ground" * (not normal and event.kind != "slips")
-        text = f"{printable(names[own], 20)} {text}" if len(set(compliant.number[compliant.number >= 0].tolist())) > 1 else text
+        text = f"{printable(names[contact], 20)} {text}" if len(set(compliant.number[compliant.number >= 0].tolist())) > 1 else text
         if not found or event.time - found[-1][0] > SAME_TIME * motion.duration:
             found.append((event.time, []))
         if text not in found[-1][1]:

@@ -51,13 +51,13 @@ def draw(found: Identification) -> Figure:
         panel.set_axis_off()
     panels[0].set_ylabel("error (median) [-]")
     panels[p - 1].legend(loc="upper left", bbox_to_anchor=(1.02, 1.0)) if p == across else panels[0].legend()
-    own = [k for k, name in enumerate(groups) if name == group]
+    columns = [k for k, name in enumerate(groups) if name == group]
     pairs = below.subplots(1, 2, sharex=True, sharey=True)
-    reach = REACH * float(np.nanmax(np.abs(found.after.measured[found.used][:, own]))) or 1.0
-    unit = found.predictor.measured[own[0]].unit
+    reach = REACH * float(np.nanmax(np.abs(found.after.measured[found.used][:, columns]))) or 1.0
+    unit = found.predictor.measured[columns[0]].unit
     for panel, key, predicted in zip(pairs, ("before", "after"), (found.before, found.after), strict=True):
         panel.plot([-reach, reach], [-reach, reach], color=INK, linewidth=0.6)
-        for k, column in enumerate(own):
+        for k, column in enumerate(columns):
             size = 2.5 if len(found.used) < LARGE_MARKS else 1.5
             marks = {"color": CURVES[k % len(CURVES)], "markersize": size, "clip_on": False}
             panel.plot(

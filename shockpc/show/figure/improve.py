@@ -14,10 +14,10 @@ def draw_runs(study: Improvement) -> Figure:
     figure = new_chart(5.0, 3.6, "The runs; black: to the optimum")
     axes, lower = figure.add_subplot(), study.costs[0].power > 0.0
     for k, run in reversed(list(enumerate(study.runs))):
-        held = np.flatnonzero(np.isfinite(run))
-        reached = (np.minimum if lower else np.maximum).accumulate(run[held])
+        steps = np.flatnonzero(np.isfinite(run))
+        reached = (np.minimum if lower else np.maximum).accumulate(run[steps])
         colour, width, opacity = (CURVES[0], 0.6, 0.5) if k else (INK, 1.8, 1.0)
-        axes.step(held, reached, where="post", color=colour, linewidth=width, alpha=opacity, marker=".", markersize=2.5)
+        axes.step(steps, reached, where="post", color=colour, linewidth=width, alpha=opacity, marker=".", markersize=2.5)
     known = np.concatenate([run[np.isfinite(run)] for run in study.runs])
     if known.size and known.min() > 0.0 and known.max() > 20.0 * known.min():
         axes.set_yscale("log")

@@ -34,7 +34,7 @@ def draw_panels(
     chosen = [profile.bodies[i] for profile, view in zip(profiles, views, strict=True) for i in view.numbers]
     number = {name: k for k, name in enumerate(dict.fromkeys(chosen), start=1)}
     numbers = [{i: number[name] for i, name in enumerate(profile.bodies) if name in number} for profile in profiles]
-    views = [view._replace(numbers=own) for view, own in zip(views, numbers, strict=True)]
+    views = [view._replace(numbers=by_body) for view, by_body in zip(views, numbers, strict=True)]
     windows = windows_of(views, (0.7, 0.26), (7.6, 3.6), (1.25, 1.0), arrow=0.45)
     under = [[*lines, *_outside(*panel)] for lines, panel in zip(captions, zip(profiles, views, windows, strict=True), strict=True)]
     foot = FOOT + 0.3 + 0.13 * max(map(len, under))

@@ -46,12 +46,12 @@ def draw_place(study: PlaceStudy) -> Figure:
     marks = np.array([place.position for place in (*study.today, *study.places)])
     marks = np.concatenate([marks, surface(cells)]) if cells else marks
     solid = surface(shapes) if shapes else marks
-    held = np.concatenate([solid, marks])
-    near = NEARBY_SHARE * max(float(np.ptp(held, axis=0).max()), 1e-6)
+    points = np.concatenate([solid, marks])
+    near = NEARBY_SHARE * max(float(np.ptp(points, axis=0).max()), 1e-6)
     copc = np.array([profile.copc[study.body] for profile in study.profiles])
-    copc = copc[np.all((copc > held.min(axis=0) - near) & (copc < held.max(axis=0) + near), axis=1)]
-    held = np.concatenate([held, copc])
-    low, high = held.min(axis=0), np.maximum(held.max(axis=0), held.min(axis=0) + 0.15 * near)
+    copc = copc[np.all((copc > points.min(axis=0) - near) & (copc < points.max(axis=0) + near), axis=1)]
+    points = np.concatenate([points, copc])
+    low, high = points.min(axis=0), np.maximum(points.max(axis=0), points.min(axis=0) + 0.15 * near)
     extent = high - low
     inch = float(max(extent[0] + extent[1], extent[2] + extent[1])) / (ROOM - GAP - 4.0 * PAD)
     low, high = low - PAD * inch, high + PAD * inch

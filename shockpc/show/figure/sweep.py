@@ -116,9 +116,9 @@ def _maps(title: str, slow: Variation, fast: Variation, grids: Sequence[_Curve])
     figure = new_chart(3.6 * across + 1.0, 3.0 * down + 0.3, title)
     panels = figure.subplots(down, across, squeeze=False).ravel()
     for label in dict.fromkeys(grid.label for grid in grids):
-        own = [(panel, grid) for panel, grid in zip(panels, grids, strict=False) if grid.label == label]
-        least = min(0.0, *(float(np.nanmin(grid.values)) for _, grid in own))
-        every = np.concatenate([grid.values.ravel() for _, grid in own])
+        maps = [(panel, grid) for panel, grid in zip(panels, grids, strict=False) if grid.label == label]
+        least = min(0.0, *(float(np.nanmin(grid.values)) for _, grid in maps))
+        every = np.concatenate([grid.values.ravel() for _, grid in maps])
         most, usual = float(np.nanmax(every)), float(np.nanpercentile(every, USUAL))
         # A few values that are far greater than all others would leave those in one colour.
         open_end = most > 2.0 * usual > 0.0
@@ -130,7 +130,7 @@ def _maps(title: str, slow: Variation, fast: Variation, grids: Sequence[_Curve])
             finite = [level for level in levels if math.isfinite(level)]
             extend: Any = "neither" if len(finite) == len(levels) else "max"
             scale = {"cmap": ListedColormap(colours), "norm": BoundaryNorm(finite, len(colours), extend=extend)}
-        for panel, grid in own:
+        for panel, grid in maps:
             place = np.array(fast.values, dtype=float), np.array(slow.values, dtype=float), grid.values
             mesh = panel.pcolormesh(*place, shading="nearest", rasterized=True, **scale)
             panel.set(title=grid.name, xlabel=_axis(fast), ylabel=_axis(slow))
@@ -138,7 +138,7 @@ def _maps(title: str, slow: Variation, fast: Variation, grids: Sequence[_Curve])
                 contrast = {"cmap": ListedColormap([INK, PAPER]), "vmin": least, "vmax": most + 0.1 * (most - least)}
                 lines = panel.contour(*place, levels=levels[1:-1], linewidths=0.6, **contrast)
                 panel.clabel(lines, fontsize=6.5, fmt="%g")
-        figure.colorbar(mesh, ax=[panel for panel, _ in own], aspect=30, label=label, extend="max" if open_end else "neither")
+        figure.colorbar(mesh, ax=[panel for panel, _ in maps], aspect=30, label=label, extend="max" if open_end else "neither")
     for unused in panels[len(grids) :]:
         unused.remove()
     return figure
@@ -182,11 +182,11 @@ def _distributions(title: str, extents: Sequence[Extent], summary: Summary[Varie
 
 def _bars(panel: Axes, summary: Summary[VariedLandings], k: int) -> None:
     """The strongest rank correlations of one column with what was varied."""
-    own = np.nan_to_num(summary.correlations[:, k])
-    strongest = np.argsort(-np.abs(own), kind="stable")[:BARS]
+    correlations = np.nan_to_num(summary.correlations[:, k])
+    strongest = np.argsort(-np.abs(correlations), kind="stable")[:BARS]
     names = [printable(summary.varied[i].subject, 24) for i in strongest]
     panel.axvspan(-summary.chance, summary.chance, color="#e6e6e6", zorder=0)
-    panel.barh(range(len(names)), own[strongest], color=CURVES[0], height=0.7)
+    panel.barh(range(len(names)), correlations[strongest], color=CURVES[0], height=0.7)
     panel.set(yticks=range(len(names)), yticklabels=names, xlim=(-1.0, 1.0))
     panel.invert_yaxis()
     panel.axvline(0.0, color=INK, linewidth=0.6)

@@ -38,9 +38,9 @@ def draw_touchdowns(found: Touchdowns) -> Figure:
         if found.heights is None:
             whole.axvline(t[landing.first] - t[0], color=INK, linewidth=0.4, linestyle="--")
         else:
-            own = [found.frames.index(frame) for frame in landing.contacts]
-            y = 1e3 * found.heights[landing.first, own]
-            whole.plot(np.full(len(own), t[landing.first] - t[0]), y, "v", color=INK, markersize=2.5)
+            frames = [found.frames.index(frame) for frame in landing.contacts]
+            y = 1e3 * found.heights[landing.first, frames]
+            whole.plot(np.full(len(frames), t[landing.first] - t[0]), y, "v", color=INK, markersize=2.5)
     whole.set(xlabel="time from the first sample [s]", ylabel=_label(found))
     whole.margins(x=0.0)
     figure.legend(*whole.get_legend_handles_labels(), loc="outside right upper")

@@ -119,7 +119,7 @@ def view_of(profile: ShockProfile) -> View:
     too_large = [box and _extent_of(region) > largest for region, box in zip(regions, boxed, strict=True)]
     if all(larger or region.is_empty for larger, region in zip(too_large, regions, strict=True)):
         too_large = [False] * len(regions)  # nothing else is left to draw
-    corners = np.vstack([to_plane(own, plane) for own, larger in zip(world, too_large, strict=True) if not larger])
+    corners = np.vstack([to_plane(points, plane) for points, larger in zip(world, too_large, strict=True) if not larger])
     low, high = corners_of_box(corners)
     size = float((high - low).max())
     drawn = []
@@ -213,17 +213,17 @@ def _silhouettes(
     """
     plane = plane_from(normal)
     places = list(zip(np.frombuffer(rotation).reshape(-1, 3, 3), np.frombuffer(position).reshape(-1, 3), strict=True))
-    own_shapes = body_shapes(robot)
-    shapes = [[shape.placed(*place) for shape in own] for (own, _), place in zip(own_shapes, places, strict=True)]
+    shapes_of_bodies = body_shapes(robot)
+    shapes = [[shape.placed(*place) for shape in unplaced] for (unplaced, _), place in zip(shapes_of_bodies, places, strict=True)]
     bodies = zip(shapes, robot.bodies, places, strict=True)
-    world = tuple(surface(own) if own else (body.com @ turn.T + origin)[None] for own, body, (turn, origin) in bodies)
+    world = tuple(surface(placed) if placed else (body.com @ turn.T + origin)[None] for placed, body, (turn, origin) in bodies)
     size = max(float(np.ptp(corners_of_box(to_plane(np.concatenate(world), plane)), axis=0).max()), 1e-6)
     # Holes and gaps that are too fine to be seen are closed.
     fine = 2.0 * RESOLUTION * size
     edges: dict[int, Edges] = {}
-    regions = [silhouette(own, plane, RESOLUTION * size, edges) for own in shapes]
+    regions = [silhouette(placed, plane, RESOLUTION * size, edges) for placed in shapes]
     closed = [region.buffer(fine, join_style="mitre").buffer(-fine, join_style="mitre").simplify(fine / 4.0) for region in regions]
-    return tuple(closed), world, tuple(boxed for _, boxed in own_shapes)
+    return tuple(closed), world, tuple(boxed for _, boxed in shapes_of_bodies)
 
 
 def body_shapes(robot: Robot) -> list[tuple[tuple[Shape, ...], bool]]:
@@ -302,8 +302,8 @@ def windows_of(
             numbered = [centre for i, centre in view.centres.items() if i in view.numbers]
             centres = [centre for centre in numbered if np.all((centre > view.low - slack) & (centre < view.high + slack))]
             tips = view.contacts + length * view.velocities
-            held = np.vstack([view.low, view.high, view.contacts, tips, view.sensors, *centres])
-            corners.append((held.min(axis=0), held.max(axis=0)))
+            points = np.vstack([view.low, view.high, view.contacts, tips, view.sensors, *centres])
+            corners.append((points.min(axis=0), points.max(axis=0)))
         low, high = np.array(corners).swapaxes(0, 1)
         low[:, 1], high[:, 1] = low[:, 1].min(), high[:, 1].max()
         wide, tall = np.sum(high[:, 0] - low[:, 0]), high[0, 1] - low[0, 1]

@@ -89,7 +89,7 @@ def page(report: Report, files: Mapping[str, str | bytes], library: Path | None,
             *(_section(number, *_answer(folder, body, part, files)) for folder, number, body, part in blocks),
             _view(shown, len(report.landings)) if shown else "",
             *(_section(number, *_below(folder, body, part, files)) for folder, number, body, part in blocks),
-            *(_section(number, *_own(number, profile)) for number, profile in enumerate(shown.values())),
+            *(_section(number, *_histories_and_scene(number, profile)) for number, profile in enumerate(shown.values())),
             f"<h2>Command</h2><pre>{_text(command)}</pre>" if command else "",
             *scripts,
             "</body></html>\n",
@@ -142,7 +142,7 @@ def _encoded(content: str | bytes) -> bytes:
     return content if isinstance(content, bytes) else content.encode()
 
 
-def _own(number: int, profile: ShockProfile) -> Iterator[str]:
+def _histories_and_scene(number: int, profile: ShockProfile) -> Iterator[str]:
     """Room for the histories of a landing, if its contacts are of finite stiffness, and its scene with relative paths."""
     if profile.scene.contact_stiffness is not None:
         yield '<h2 class="screen">Histories for the strike of the scene</h2>'
@@ -291,14 +291,14 @@ def _geometry(parts: Sequence[Surface]) -> dict[str, Any]:
 def _landing(name: str, profile: ShockProfile, drawn: Sequence[Surface], geometry: int) -> dict[str, Any]:
     """One landing: placements, maps from the velocity of the base to the jumps, and what shock is relative to."""
     landing, robot, plane = profile.landing, profile.robot, profile.plane
-    own = landing.before.velocity
+    strike_velocity = landing.before.velocity
     forward = plane.forward - landing.up * (plane.forward @ landing.up)
     forward /= np.linalg.norm(forward)
     left = np.cross(landing.up, forward)
 
     def columns(values: Array) -> Any:
         """M and a, so that the values are M s + a for the velocity s of the base."""
-        return np.concatenate([values[..., :3], (values[..., 3] - values[..., :3] @ own)[..., None]], axis=-1).tolist()
+        return np.concatenate([values[..., :3], (values[..., 3] - values[..., :3] @ strike_velocity)[..., None]], axis=-1).tolist()
 
     def contradiction(proof: Proof) -> dict[str, Any]:
         """What a strike leaves along the rows that depend on others, and how much of it may be; MᵀM of the motion."""
@@ -315,7 +315,7 @@ def _landing(name: str, profile: ShockProfile, drawn: Sequence[Surface], geometr
             "point": contact.point.tolist(),
             # The page takes a contact that approaches along its normal as one that strikes, which an end stop does.
             "normal": (-contact.approach / np.linalg.norm(contact.approach) if block.kind == "stop" else block.normal).tolist(),
-            **_motion(contact.approach, None if block.velocity is not None or block.kind == "stop" else own),
+            **_motion(contact.approach, None if block.velocity is not None or block.kind == "stop" else strike_velocity),
         }
         for contact, block in zip(profile.contacts, blocks, strict=True)
     ]
@@ -348,8 +348,8 @@ def _landing(name: str, profile: ShockProfile, drawn: Sequence[Surface], geometr
             {"name": printable(place.name), "normal": landing.blocks[place.number].normal.tolist()}
             for place in profile.places("contact")
         ],
-        "strike": _controls(own, forward, left, landing.up),
-        "reference": [_motion(velocity, own) for velocity in profile.reference_velocities] if centre else contacts,
+        "strike": _controls(strike_velocity, forward, left, landing.up),
+        "reference": [_motion(velocity, strike_velocity) for velocity in profile.reference_velocities] if centre else contacts,
         "up": landing.up.tolist(),
         "forward": forward.tolist(),
         "left": left.tolist(),
@@ -381,7 +381,7 @@ def _impulses(proof: Proof) -> dict[str, Any]:
         # Undetermined, or of a joint of several axes, is null; what is rounding is zero, and ten digits keep the page small.
         least = 1e-12 * np.nanmax(np.abs(parts), initial=0.0)
         numbers = np.where(np.abs(parts) < least, 0.0, parts).transpose(1, 2, 0)
-        return [[None if np.isnan(row).any() else [float(f"{x:.10g}") for x in row] for row in own] for own in numbers]
+        return [[None if np.isnan(row).any() else [float(f"{x:.10g}") for x in row] for row in matrix] for matrix in numbers]
 
     joints = [[None] * 7 for _ in landing.places("joint")]
     return {

@@ -76,8 +76,8 @@
     const before = landing.contacts.map((contact) => approach(contact, s)), fastest = Math.max(...before.map(norm));
     // A contact may slide while another one strikes.
     const leaving = before.map((v, k) => dot(v, landing.contacts[k].normal)), rounding = 1e-9 * fastest;
-    const alone = !leaving.some((away) => away < -rounding);
-    const parting = landing.contacts.find((_, k) => !(leaving[k] <= rounding) || (alone && !(leaving[k] < -rounding)));
+    const noneStrikes = !leaving.some((away) => away < -rounding);
+    const parting = landing.contacts.find((_, k) => !(leaving[k] <= rounding) || (noneStrikes && !(leaving[k] < -rounding)));
     const refusal = parting ? `${parting.name} does not approach the ground: there is no impact` :
       !contradicts(model, [...s, 1]) ? "" :
         "the mechanism or other contacts prevent that a contact is stopped for this strike: no verdict";
@@ -163,9 +163,9 @@
     result = computed();
     const { bodies, deltas, refusal, v_in, contacts, loads } = result, model = byId("model").value;
     const joints = model === "as modelled" ? "joints as modelled" : `joints ${model}`;
-    const own = model === "as modelled" && inputs.every((name, k) => typed(name, k) === landing.strike[k]);
+    const ofScene = model === "as modelled" && inputs.every((name, k) => typed(name, k) === landing.strike[k]);
     byId("state").textContent = refusal ||
-      `${own ? "the strike of the scene" : "another strike or joint model than the scene's"}; shock is relative to ` +
+      `${ofScene ? "the strike of the scene" : "another strike or joint model than the scene's"}; shock is relative to ` +
       `${rounded(v_in)} m/s; ${joints}`;
     byId("state").classList.toggle("refused", Boolean(refusal));
     fill(byId("point-rows"), deltas.map((delta, k) => [landing.points[k].letter, landing.points[k].name, norm(delta) / v_in, ...delta,

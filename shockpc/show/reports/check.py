@@ -177,9 +177,9 @@ def _junit(check: Check) -> str:
     """A JUnit report: a suite for each case, a test for each outcome; one of severity warning passes."""
     root = ET.Element("testsuites", {"name": "shockpc check", **_counts(check.outcomes)})
     for case in dict.fromkeys(outcome.case for outcome in check.outcomes):
-        own = [outcome for outcome in check.outcomes if outcome.case == case]
-        suite = ET.SubElement(root, "testsuite", {"name": printable(case), **_counts(own)})
-        for outcome in own:
+        outcomes = [outcome for outcome in check.outcomes if outcome.case == case]
+        suite = ET.SubElement(root, "testsuite", {"name": printable(case), **_counts(outcomes)})
+        for outcome in outcomes:
             angle = "" if outcome.strike_angle_deg is None else f", {outcome.strike_angle_deg:g} deg"
             name = f"{outcome.budget.metric} at {outcome.at}{angle}: {_limit_text(outcome.budget)}"
             named = {"classname": case, "name": name, "time": "0", **_line(check, outcome)}

@@ -93,9 +93,9 @@ def moves(tip: Tip, until: float) -> str:
     """
     parts: list[tuple[bool, set[str], float]] = []
     for kind, phases in itertools.groupby((p for p in tip.fall.phases if p.start.theta < until), lambda phase: phase.kind):
-        own = list(phases)
-        end = min(own[-1].end.theta, until)
-        short = end - own[0].start.theta < LEAST_ROTATION
+        same_kind = list(phases)
+        end = min(same_kind[-1].end.theta, until)
+        short = end - same_kind[0].start.theta < LEAST_ROTATION
         alternates = parts and short and parts[-1][0]
         kinds = {kind} | (parts.pop()[1] if alternates else set())
         parts.append((short, kinds, end))
@@ -108,13 +108,13 @@ def _tips(falls: Falls) -> Sheet:
     """One row for each posture and heading."""
     rows: list[Row] = []
     for tip in falls.tips:
-        own = [strike for strike in falls.strikes if strike.fall == tip.name]
-        first = (struck_words(own[0]), own[0].speed) if own else ("", None)
-        fastest = max(((strike.speed, strike.number) for strike in own), default=None)
+        strikes = [strike for strike in falls.strikes if strike.fall == tip.name]
+        first = (struck_words(strikes[0]), strikes[0].speed) if strikes else ("", None)
+        fastest = max(((strike.speed, strike.number) for strike in strikes), default=None)
         rows.append(
             (
-                tip.name, math.degrees(tip.balance), tip.least_push, moves(tip, own[0].rotation if own else math.inf), *first,
-                f"{len(own)}", fastest and f"{fastest[1]}: {fastest[0]:.3g}",
+                tip.name, math.degrees(tip.balance), tip.least_push, moves(tip, strikes[0].rotation if strikes else math.inf),
+                *first, f"{len(strikes)}", fastest and f"{fastest[1]}: {fastest[0]:.3g}",
             )
         )  # fmt: skip
     header = (

@@ -368,8 +368,8 @@ def _side_by_side(profiles: Sequence[ShockProfile], bodies: Sequence[int] | None
     ]
     shocks = [tuple(profile.shock_com[i] for profile in profiles) for i in shown]
     trunk = int(first.robot.masses.argmax())
-    sizes = [math.inf if i == trunk else max(own) for i, own in zip(shown, shocks, strict=True)]
-    rows = [(first.bodies[i], *own) for i, own in zip(shown, shocks, strict=True)]
+    sizes = [math.inf if i == trunk else max(by_landing) for i, by_landing in zip(shown, shocks, strict=True)]
+    rows = [(first.bodies[i], *by_landing) for i, by_landing in zip(shown, shocks, strict=True)]
     header = ("shock at", *map(contact_name, profiles))
     sheet = Sheet("summary: shock at each body's CoM and at each point [-], by contact", header, rows).largest(most, "body", sizes)
     points = zip(*(profile.points for profile in profiles), strict=True)

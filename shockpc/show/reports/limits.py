@@ -97,11 +97,11 @@ def _warnings(found: JointLimits) -> list[str]:
             f"warning: {found.target.name} is computed in one posture and for one strike at a time; "
             "--step, --range and --strikes say how many of them"
         )
-    own, every = (int((~found.scan.feasible(*strikes)).sum()) for strikes in (found.limits[0].strikes, found.strikes))
-    if own or every:
+    at_scene, every = (int((~found.scan.feasible(*strikes)).sum()) for strikes in (found.limits[0].strikes, found.strikes))
+    if at_scene or every:
         warnings.append(
-            f"warning: flat ground does not allow {own} of {n} postures at the scene's strike, and {every} at some strike of the "
-            "range: a contact would have to be pulled, another link is lower or contacts differ in height by more than "
+            f"warning: flat ground does not allow {at_scene} of {n} postures at the scene's strike, and {every} at some strike of "
+            "the range: a contact would have to be pulled, another link is lower or contacts differ in height by more than "
             f"{1e3 * found.profile.scene.ground_tolerance:g} mm (--ground-tolerance), or friction makes energy; column feasible"
         )
     return warnings

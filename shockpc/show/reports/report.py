@@ -100,9 +100,9 @@ class Report(NamedTuple):
 
     def json(self) -> Any:
         """The document with its head, or a list of those of several results."""
-        own = self.document()
+        document = self.document()
         parts = [part.json() for part in self.parts.values()]
-        return [*parts, *([headed(self.name, own)] if own else [])] if parts else headed(self.name, own)
+        return [*parts, *([headed(self.name, document)] if document else [])] if parts else headed(self.name, document)
 
     def files(self, folder: Path = Path()) -> dict[str, str | bytes]:
         """The files of a folder by name, save the page: figures, CSV, Markdown and JSON; several results have a folder each."""

@@ -21,12 +21,12 @@ FEET_WIDTH, POSTURES_WIDTH = 38, 32
 """Characters of these columns, which keep the list within 120 columns of a terminal."""
 
 
-def robots_report(robots: Mapping[str, Robot | None], own: int) -> Report:
+def robots_report(robots: Mapping[str, Robot | None], supplied: int) -> Report:
     """Every robot that is known by name: a row each.
 
     Args:
         robots: by name; None for one that cannot be loaded.
-        own: number of those, the first, that come with shockpc.
+        supplied: number of those, the first, that come with shockpc.
     """
     rows: list[Row] = []
     for name, robot in robots.items():
@@ -36,7 +36,7 @@ def robots_report(robots: Mapping[str, Robot | None], own: int) -> Report:
             postures = _that_fit(tuple(robot.postures), POSTURES_WIDTH) or "neutral only"
             rows.append((name, str(len(robot.bodies)), float(robot.mass), _that_fit(feet(robot), FEET_WIDTH), postures))
     notes = (
-        f"the first {own} come with shockpc, the others with example-robot-data",
+        f"the first {supplied} come with shockpc, the others with example-robot-data",
         "analyze one: shockpc analyze NAME --contact FOOT",
         "show one with all its links, joints and postures: shockpc robots NAME",
     )

@@ -63,16 +63,16 @@ class Baseline(NamedTuple):
         return max((abs(x) for key, x in self.values.items() if key.metric == metric and math.isfinite(x)), default=0.0)
 
 
-def case_record(landing: PosedLanding, own_angle: bool) -> dict[str, Any]:
+def case_record(landing: PosedLanding, angle_of_scene: bool) -> dict[str, Any]:
     """What identifies the scene of a case, the robot's name and the scene without the paths of files; and the design.
 
     Args:
         landing: one landing of the case.
-        own_angle: whether the strike angle is the scene's own, rather than one of a list.
+        angle_of_scene: whether the strike angle is the scene's own, rather than one of a list.
     """
     scene = with_paths(landing.scene, lambda path: Path(path).name)
     table = {key: part for key, part in scene_table(scene).items() if key not in (*FILES, *READ_OUT)}
-    if not own_angle:
+    if not angle_of_scene:
         table["strike"] = {key: part for key, part in table["strike"].items() if key != "strike_angle_deg"}
     record = {"robot": landing.robot.name, "scene": table, "design": design_record(landing)}
     plain: dict[str, Any] = json.loads(json.dumps(record))

@@ -187,8 +187,8 @@ def _pressure(rigid: Rigid, forward: Array, ends: Array, section: CrossSection, 
         yield "the support is a corner in this direction, not an edge: the robot may turn about it, and another part may strike"
         return
     last = next((touch for touch in found.touches if touch.speed >= least), found.touches[-1]).before.theta
-    held = list(itertools.takewhile(lambda phase: phase.kind == "pivots" and phase.start.theta < last, found.phases))
-    for phase in held:
+    pivoting = list(itertools.takewhile(lambda phase: phase.kind == "pivots" and phase.start.theta < last, found.phases))
+    for phase in pivoting:
         length, angle, kappa = section.arm(phase.corner)
         steps = 2 + int((phase.end.theta - phase.start.theta) / EARLY)
         for theta in np.linspace(phase.start.theta, phase.end.theta, steps).tolist():
@@ -200,7 +200,7 @@ def _pressure(rigid: Rigid, forward: Array, ends: Array, section: CrossSection, 
             rate = forward @ moments * kappa * GRAVITY / length * math.sin(theta + angle) + UP @ moments * squared
             place = float(rate) / (rigid.mass * max(float(section.forces(phase.corner, theta, squared)[1]), 1e-9))
             if not ends[0] <= place <= ends[1]:
-                if held[-1].end.theta - theta > EARLY:
+                if pivoting[-1].end.theta - theta > EARLY:
                     yield (
                         f"the centre of pressure leaves the edge at {math.degrees(theta):.3g} deg, before the strike at "
                         f"{math.degrees(last):.3g} deg: the robot then turns about a corner, and another part may strike"
@@ -223,7 +223,7 @@ def strikes_of(rigid: Rigid, tip: Tip, together: float, least: float) -> Iterato
         points, links = rigid.struck(turn, together)
         old = np.array([_stood(section, touch, place) for place in (points @ tip.forward).tolist()])
         old[:] &= not old.all()  # a disc that lands flat is one point, as far from the edge on which it stood as from the other
-        struck, stands = (rigid.spots(turn, points[own], links[own]) for own in (~old, old))
+        struck, stands = (rigid.spots(turn, points[rows], links[rows]) for rows in (~old, old))
         velocity = touch.before.vx * tip.forward + touch.before.vz * UP
         down = {spot.link: omega * float(tip.forward @ turn @ (spot.point - rigid.com)) - touch.before.vz for spot in struck}
         fastest = sorted(struck, key=lambda spot: -down[spot.link])

@@ -276,7 +276,8 @@ def _evaluated(strikes: Sequence[FallStrike], robot: Robot, texts: Sequence[str]
     others = {model: _trunks_with(strikes, robot, model, trace) for model in ("free", "locked")}
     trunks = [others["free"], {i: _trunk(profile) for i, profile in table.looks.items()}, others["locked"]]
     looks = {
-        i: _result(strikes[i], profile, texts, tuple(own.get(i, math.nan) for own in trunks)) for i, profile in table.looks.items()
+        i: _result(strikes[i], profile, texts, tuple(by_strike.get(i, math.nan) for by_strike in trunks))
+        for i, profile in table.looks.items()
     }
     columns = {
         key: np.array([getattr(one, key) for one in strikes]) for key in ("fall", "number", "motion", "rate", "speed", "energy")
