@@ -8,15 +8,15 @@ from commands import good
 from robot_texts import refused
 
 from shockpc import RobotError, UnknownName
-from shockpc.robot.catalogue import catalogue, data_folder, find_robot, find_srdf, own_robots_folder
+from shockpc.robot.catalogue import catalogue, data_folder, find_robot, find_srdf, project_robots_folder
 
 
 def test_every_robot_file_has_one_name():
     """Each URDF and xacro of the data package, and each own model, is listed exactly once."""
     share = data_folder()
     assert share is not None
-    files = [*share.rglob("*.urdf"), *share.rglob("*.xacro"), *own_robots_folder().glob("*.urdf.xacro")]
-    files.append(own_robots_folder() / "cassie.xml")
+    files = [*share.rglob("*.urdf"), *share.rglob("*.xacro"), *project_robots_folder().glob("*.urdf.xacro")]
+    files.append(project_robots_folder() / "cassie.xml")
     assert len(files) > 70
     assert sorted(files) == sorted(entry.path for entry in catalogue())
 
@@ -58,7 +58,7 @@ def test_an_own_mjcf_has_a_name(capfd):
 
 def test_own_quadruped_wins_its_name():
     """The name "quadruped" is the project's own; the one of the data package goes by another name."""
-    assert find_robot("quadruped") == (own_robots_folder() / "quadruped.urdf.xacro", "quadruped")
+    assert find_robot("quadruped") == (project_robots_folder() / "quadruped.urdf.xacro", "quadruped")
     assert find_robot("quadroped")[1] == "quadruped_8dof"
 
 

@@ -12,7 +12,7 @@ from trees import known_robot, robot_from
 from shockpc import Contact, Joints, Posture, Rotor, Scene, SceneError, Strike, UnknownName, load_robot, resolve, shock_profile
 from shockpc.impact.springs import spring_times
 from shockpc.landing.joint_model import joint_model
-from shockpc.robot.catalogue import catalogue, find_robot, own_robots_folder
+from shockpc.robot.catalogue import catalogue, find_robot, project_robots_folder
 from shockpc.robot.changes import changed, read_changes
 from shockpc.robot.drives import catalogue_drives, drives_of, read_drives
 
@@ -37,7 +37,7 @@ def test_every_drive_is_of_joints_of_its_robots_and_says_where_it_is_from():
             assert drive.source
             assert set(drive.robot) <= names
             read.add(name)
-    assert all_drives == set(read_drives(own_robots_folder() / "drives.toml"))
+    assert all_drives == set(read_drives(project_robots_folder() / "drives.toml"))
     assert {"solo8", "solo12", "bolt", "go1", "go2", "g1", "icub", "hyq", "anymal_b", "a1"} <= read
 
 

@@ -16,7 +16,7 @@ from shockpc.paper.landings import land, middle_lines
 from shockpc.paper.leg import cases, reductions
 from shockpc.paper.quadruped import ANGLES, quadruped
 from shockpc.paper.skippy import ASSUMED, above_contact, skippy
-from shockpc.robot.catalogue import catalogue, own_robots_folder
+from shockpc.robot.catalogue import catalogue, project_robots_folder
 from shockpc.robot.load import load_robot
 from shockpc.show.reports.paper import paper_picture
 
@@ -178,7 +178,7 @@ def test_the_outcome_of_a_claim(claim):
 
 def test_every_claim_is_counted():
     assert all(the(beginning) for beginning in OUTCOMES)
-    readme = (own_robots_folder().parent / "README.md").read_text(encoding="utf-8")
+    readme = (project_robots_folder().parent / "README.md").read_text(encoding="utf-8")
     assert len(CLAIMS) == 39
     assert re.findall(r"checks (\d+) of its claims", readme) == ["39"]
 
@@ -257,7 +257,8 @@ def test_skippys_assumptions_are_those_of_its_file():
     masses = {f"{body.name}_mass": body.mass for body in robot.bodies}
     assert masses | {"leg_length": 0.4, "foot_length": 0.16} == pytest.approx(ASSUMED)
     assert -robot.frame("toe").offset[2] == pytest.approx(ASSUMED["foot_length"])
-    text = (own_robots_folder() / "scenes" / "fig3.toml").read_text() + (own_robots_folder() / "skippy.urdf.xacro").read_text()
+    folder = project_robots_folder()
+    text = (folder / "scenes" / "fig3.toml").read_text() + (folder / "skippy.urdf.xacro").read_text()
     assert text.count("assumed") + text.count("ASSUMED") >= 12
     assert "Assumed" in FIGURES[2].note
 
@@ -275,7 +276,7 @@ def test_skippys_centre_of_mass_is_above_its_toe(profile):
 
 def test_every_panel_has_its_scene_and_every_scene_computes():
     panels = {panel.scene for figure in FIGURES for panel in figure.panels}
-    assert {path.stem for path in (own_robots_folder() / "scenes").glob("*.toml")} == panels | {"five_bar"}
+    assert {path.stem for path in (project_robots_folder() / "scenes").glob("*.toml")} == panels | {"five_bar"}
     for stem in panels | {"five_bar"}:
         profile = land(stem)
         assert {warning.kind for warning in profile.health.warnings} <= {"height"}, "the beam is no foot, and nothing else is wrong"
@@ -293,10 +294,10 @@ def test_figures_are_drawn_as_the_claims_interpret_them():
 
 def test_the_page_of_models_has_their_arguments_and_results():
     """A row for every model and for every scene, with what the files say and compute."""
-    folder = own_robots_folder()
+    folder = project_robots_folder()
     page = (folder / "README.md").read_text(encoding="utf-8")
     rows = {folder / file: row for row, file in re.findall(r"^(\| \[`\w+`\]\((\S+)\).*)$", page, re.MULTILINE)}
-    models = {entry.path: load_robot(entry.name) for entry in catalogue() if entry.path.parent == own_robots_folder()}
+    models = {entry.path: load_robot(entry.name) for entry in catalogue() if entry.path.parent == project_robots_folder()}
     scenes = sorted((folder / "scenes").glob("*.toml"))
     assert list(rows) == [*models, *scenes]
     for path, robot in models.items():

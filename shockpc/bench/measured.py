@@ -5,7 +5,7 @@ from dataclasses import replace
 from shockpc import Contact, Joints, Scene, load_robot, read_scene
 from shockpc.evaluation.table_files import read_table
 from shockpc.landing.scene_file import robot_of
-from shockpc.robot.catalogue import own_robots_folder
+from shockpc.robot.catalogue import project_robots_folder
 from shockpc.show.reports.landings import agreement_sheet
 from shockpc.show.tables import Sheet
 from shockpc.studies.landings import compare_measured
@@ -40,7 +40,7 @@ CLEAR = 0.006
 def measured_landings(budget: float = 0.0) -> Sheet:
     """The jumps of Cassie's joint rates, measured against predicted. Args: budget, of clocks, which are none here."""
     del budget
-    folder = own_robots_folder() / "measured"
+    folder = project_robots_folder() / "measured"
     scene = read_scene(folder / "cassie.toml")
     scenes = {name: replace(scene, joints=joints) for name, joints in MODELS.items()}
     geared = next(iter(MODELS))
@@ -54,7 +54,7 @@ def measured_landings(budget: float = 0.0) -> Sheet:
 def measured_tosses(budget: float = 0.0) -> Sheet:
     """The jumps of two hinged blocks that struck with one corner, by law of contact. Args: budget, of clocks; here are none."""
     del budget
-    folder = own_robots_folder() / "measured" / "elbow"
+    folder = project_robots_folder() / "measured" / "elbow"
     columns, robot = read_table(folder / "elbow_landings.csv"), load_robot(str(folder / "elbow.urdf"))
     clear = columns.pop("gap") > CLEAR
     columns = {name: values[clear] for name, values in columns.items()}

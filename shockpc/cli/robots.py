@@ -35,7 +35,7 @@ def robots(
 def _catalogue() -> "tuple[dict[str, Robot | None], int]":
     """Every robot that is known by name, None if it cannot be loaded; and how many, the first, are the project's own."""
     from shockpc.cli.progress import progress
-    from shockpc.robot.catalogue import catalogue, own_robots_folder
+    from shockpc.robot.catalogue import catalogue, project_robots_folder
     from shockpc.robot.load import load_robot
     from shockpc.text.errors import ShockError
 
@@ -48,4 +48,4 @@ def _catalogue() -> "tuple[dict[str, Robot | None], int]":
         except ShockError:
             robots[entry.name] = None
         show(entry.name)
-    return robots, sum(entry.path.parent == own_robots_folder() for entry in entries)
+    return robots, sum(entry.path.parent == project_robots_folder() for entry in entries)

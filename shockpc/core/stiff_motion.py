@@ -119,9 +119,9 @@ class Segment(NamedTuple):
         half = t / 2.0 * self.sigma
         # 2 sin(σt/2) / σ, t for a mode without frequency: of slow modes no digits cancel.
         chord = np.divide(2.0 * np.sin(half), self.sigma, out=t + 0.0 * half, where=self.sigma > 0.0)
-        once, twice = chord * np.cos(half), chord * chord / 2.0
-        change = once * self.acceleration - twice * self.sigma**2 * self.velocity
-        path = once * self.velocity + twice * self.acceleration
+        integral, double_integral = chord * np.cos(half), chord * chord / 2.0
+        change = integral * self.acceleration - double_integral * self.sigma**2 * self.velocity
+        path = integral * self.velocity + double_integral * self.acceleration
         return self.jump + change @ self.V.T, self.displacement + path @ self.V.T
 
     def impulse(self, t: float) -> Array:
@@ -257,11 +257,13 @@ def _peak(outputs: Array, segments: Sequence[Segment], least: Array, effort: Eff
     waves = (P @ wave.view(float)).view(complex).reshape(count, m, k, modes)
     size = np.abs(waves)
     larger = np.square(size.sum(axis=3)).sum(axis=2) >= (1.0 - 1e-9) * least
-    kept, own = larger.any(axis=1), larger.any(axis=0)
-    if not (kept.all() and own.all()):
+    kept, above = larger.any(axis=1), larger.any(axis=0)
+    if not (kept.all() and above.all()):
         largest, when = np.zeros((2, m))
         if kept.any():
-            largest[own], when[own] = _peak(outputs[own], [segments[i] for i in np.flatnonzero(kept).tolist()], least[own], effort)
+            largest[above], when[above] = _peak(
+                outputs[above], [segments[i] for i in np.flatnonzero(kept).tolist()], least[above], effort
+            )
         return largest, when
     rate = np.where(larger[..., None], rate_of_change(omega[:, None, None], size), 0.0).max(axis=(1, 2))
     steps = np.minimum(lengths * rate / 0.2, 2.0 * MOST_SAMPLES).astype(int) + 1
@@ -273,8 +275,8 @@ def _peak(outputs: Array, segments: Sequence[Segment], least: Array, effort: Eff
         )
     effort.spend(int((steps + 1).sum()) * r * (modes + m * k))
     ends, step = np.cumsum(steps + 1), lengths / steps
-    begins, own = ends - steps - 1, np.repeat(np.arange(count), steps + 1)
-    t = (np.arange(len(own)) - begins[own]) * step[own]
+    begins, segment_index = ends - steps - 1, np.repeat(np.arange(count), steps + 1)
+    t = (np.arange(len(segment_index)) - begins[segment_index]) * step[segment_index]
     force = [oscillations(t[a:b, None] * omega[i], wave[i]) for i, (a, b) in enumerate(zip(begins, ends, strict=True))]
     square = np.square(np.concatenate(force) @ P.T).reshape(-1, m, k).sum(axis=2)
     # A sample at the end of a segment may exceed those of the next, whose maximum lies between its samples: refine each.
@@ -286,12 +288,12 @@ def _peak(outputs: Array, segments: Sequence[Segment], least: Array, effort: Eff
     if np.count_nonzero(local) > MOST_MAXIMA * m:
         local &= square >= np.partition(np.where(local, square, -1.0), -MOST_MAXIMA, axis=0)[-MOST_MAXIMA]
     sample, vector = np.nonzero(local)
-    at, own = t[sample], own[sample]
-    low, high = np.maximum(at - step[own], 0.0), np.minimum(at + step[own], lengths[own])
-    length, at = _refined(omega[own], waves[own, vector], at, low, high)
+    at, segment_index = t[sample], segment_index[sample]
+    low, high = np.maximum(at - step[segment_index], 0.0), np.minimum(at + step[segment_index], lengths[segment_index])
+    length, at = _refined(omega[segment_index], waves[segment_index, vector], at, low, high)
     # Of values that are assigned to one place the last one stays: the largest, and of equal ones the first.
     order, (largest, when) = np.argsort(-length, kind="stable")[::-1], np.zeros((2, m))
-    largest[vector[order]], when[vector[order]] = length[order], (start[own] + at)[order]
+    largest[vector[order]], when[vector[order]] = length[order], (start[segment_index] + at)[order]
     return largest, when
 
 

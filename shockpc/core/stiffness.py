@@ -126,18 +126,18 @@ def simulate_landing(
     elements = elements._replace(load=np.broadcast_to(elements.load, len(elements.rows)))
     _check(M, elements, velocity, until, gravity)
     coordinates = _coordinates(M, elements.rows)
-    alone = _State(elements._replace(load=np.zeros(len(elements.rows))), *coordinates, velocity, 0.0 * gravity)
-    if alone.separated:
+    without_forces = _State(elements._replace(load=np.zeros(len(elements.rows))), *coordinates, velocity, 0.0 * gravity)
+    if without_forces.separated:
         raise ValueError("no contact approaches the ground")
     if np.any(elements.damping):
-        elements = elements._replace(restitution=alone.damped())
-        alone = _State(elements._replace(load=np.zeros(len(elements.rows))), *coordinates, velocity, 0.0 * gravity)
+        elements = elements._replace(restitution=without_forces.damped())
+        without_forces = _State(elements._replace(load=np.zeros(len(elements.rows))), *coordinates, velocity, 0.0 * gravity)
     if not (gravity.any() or np.any(elements.load)):
-        return _follow(alone, until)
+        return _follow(without_forces, until)
     state = _State(elements, *coordinates, velocity, gravity)
     if until is not None:
         return _follow(state, until)
-    return _follow(state, _follow(alone, None).duration, settle=True)
+    return _follow(state, _follow(without_forces, None).duration, settle=True)
 
 
 def _follow(state: "_State", until: float | None, settle: bool = False) -> StiffMotion:
@@ -285,8 +285,8 @@ class _State:
         segment, _ = self.step(0.0, np.inf)
         assert segment is not None
         force = np.abs(segment.wave)
-        own = np.where(force.any(axis=1), segment.sigma[force.argmax(axis=1)], self.slope * self.length)
-        e = damper_restitution(elements.damping * own / (2.0 * np.where(self.sprung, elements.stiffness, 1.0)))
+        frequency = np.where(force.any(axis=1), segment.sigma[force.argmax(axis=1)], self.slope * self.length)
+        e = damper_restitution(elements.damping * frequency / (2.0 * np.where(self.sprung, elements.stiffness, 1.0)))
         return np.where(np.asarray(elements.damping) > 0.0, e, elements.restitution)
 
     def step(self, time: float, horizon: float) -> tuple[Segment | None, tuple[int, int] | None]:
@@ -296,19 +296,19 @@ class _State:
         its number falls below −tolerance.
         """
         rigid = (self.mode == UNLOADING) & self.rigid
-        held, sprung = rigid.nonzero()[0], (self.mode != OPEN) & ~rigid & self.sprung
-        if len(held) and not sprung.any() and not self.pull.any():
+        fixed, sprung = rigid.nonzero()[0], (self.mode != OPEN) & ~rigid & self.sprung
+        if len(fixed) and not sprung.any() and not self.pull.any():
             # Nothing presses what is held on the ground, so that it is released.
-            return None, (int(held[self.elements.normal[held]][0]), OPENS)
+            return None, (int(fixed[self.elements.normal[fixed]][0]), OPENS)
         F, z, pull = np.where(sprung, self.slope, 0.0)[:, None] * self.W, np.where(sprung, self.z, 0.0), self.pull
         # The scaled forces of all elements are to_all · z + balance.
         to_all, balance = np.diag(sprung.astype(float)), np.zeros(len(z))
-        if len(held):
+        if len(fixed):
             # From H u̇ = 0 with u̇ = −Fᵀz − Hᵀm + c follows m = (H Hᵀ)⁻¹ H (c − Fᵀz); of dependent rows each takes the least share.
-            H, size = self.W[held] / self.length[held, None], (self.slope * self.length)[held]
+            H, size = self.W[fixed] / self.length[fixed, None], (self.slope * self.length)[fixed]
             least = np.linalg.pinv(H.T, rcond=1e-9)
             still = H.T @ least
-            to_all[held], balance[held] = -(least @ F.T) / size[:, None], least @ pull / size
+            to_all[fixed], balance[fixed] = -(least @ F.T) / size[:, None], least @ pull / size
             self.jump, F, pull = self.jump - still @ (self.u + self.jump), F - F @ still, pull - still @ pull
         u = self.u + self.jump
         watched = list(self._watched())

@@ -83,11 +83,11 @@ class ChosenLandings(VariedLandings):
         a, b = self.chunks[k]
         return {varied: self.X[a:b, j, None] for j, varied in enumerate(self.variations)}
 
-    def _strikes(self, landing: PosedLanding, values: Any, own: np.ndarray) -> Array:
+    def _strikes(self, landing: PosedLanding, values: Any, rows: np.ndarray) -> Array:
         if self.strikes == 1:
-            return super()._strikes(landing, values, own)
+            return super()._strikes(landing, values, rows)
         velocities = np.array([scene.strike.vector(landing.plane) for scene in self.scenes.values()])
-        return np.broadcast_to(velocities, (len(own), *velocities.shape))
+        return np.broadcast_to(velocities, (len(rows), *velocities.shape))
 
     def case(self, row: int) -> tuple[Scene, Robot]:
         """The landing of one row, as of any varied landings, with the strike of its scene."""
@@ -102,8 +102,8 @@ class ChosenLandings(VariedLandings):
 
     def resolved(self) -> tuple[Array, Array]:
         """Configurations (m, nq) and strikes (m, S, 3) of all rows, which are of one landing."""
-        values, own = {varied: self.X[:, j, None] for j, varied in enumerate(self.variations)}, np.arange(len(self.X))
-        return self._postures(self.first, values, own), self._strikes(self.first, values, own)
+        values, rows = {varied: self.X[:, j, None] for j, varied in enumerate(self.variations)}, np.arange(len(self.X))
+        return self._postures(self.first, values, rows), self._strikes(self.first, values, rows)
 
 
 class Term(NamedTuple):
@@ -233,7 +233,7 @@ class ShockCost:
     def cases(self, x: Array) -> dict[str, tuple[Scene, Robot]]:
         """Scene and robot of each landing at (n,) values, by name."""
         rows = [group.at(self._point(x)) for group in self.groups]
-        found = {name: own.case(s) for own in rows for s, name in enumerate(own.scenes)}
+        found = {name: group.case(s) for group in rows for s, name in enumerate(group.scenes)}
         return {name: found[name] for name in self.scenes}
 
     def scene(self, x: Array) -> Scene:
@@ -282,12 +282,12 @@ class ShockCost:
 
     def _measured(self, v: Array) -> tuple[Array, Array]:
         """What an optimiser takes for the values (m, K), and its derivatives by them."""
-        held, power, (limit, sign, scale, signed) = self.held, self.power, self._how
+        constraint, power, (limit, sign, scale, signed) = self.held, self.power, self._how
         with np.errstate(divide="ignore", invalid="ignore"):
             turn = np.where(signed, np.sign(v), 1.0)
             slack = np.clip((limit - turn * v) * sign / scale - SLACK, -1e3, 1e3)  # so that it holds for sure
-            measures = np.where(np.isnan(v), np.where(held, -1.0, np.inf), np.where(held, slack, np.abs(v) ** power))
-            return measures, np.where(held, -turn * sign / scale, power * measures / v)
+            measures = np.where(np.isnan(v), np.where(constraint, -1.0, np.inf), np.where(constraint, slack, np.abs(v) ** power))
+            return measures, np.where(constraint, -turn * sign / scale, power * measures / v)
 
     def _numbers(self, X: Array) -> Array:
         """The values (m, K) of all terms, at (m, n) values; NaN where there is none."""
@@ -348,7 +348,8 @@ def _groups(varied: VariedLandings, landings: Mapping[str, PosedLanding]) -> tup
         apart = name if strikes_vary or not landing.translates else ""
         together.setdefault((apart, repr(replace(landing.scene, strike=Strike()))), {})[name] = landing.scene
     return tuple(
-        ChosenLandings(next(iter(own.values())), varied.robot, varied.variations, 1, scenes=own) for own in together.values()
+        ChosenLandings(next(iter(scenes.values())), varied.robot, varied.variations, 1, scenes=scenes)
+        for scenes in together.values()
     )
 
 

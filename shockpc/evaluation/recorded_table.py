@@ -311,8 +311,8 @@ class _Reader:
             self.positions |= joints
             for joint in self.robot.single_joints:
                 if joint.kind in ("free", "ball"):
-                    own = slice(joint.q.stop - 4, joint.q.stop)
-                    self.Q[:, own] = self._unit(f"qpos of joint {joint.name}", self.Q[:, own])
+                    quaternion = slice(joint.q.stop - 4, joint.q.stop)
+                    self.Q[:, quaternion] = self._unit(f"qpos of joint {joint.name}", self.Q[:, quaternion])
             return
         self.rates = numbers
         self.moving |= joints
@@ -341,21 +341,21 @@ class _Reader:
         landings = [self._landing(text, index == k) if text else scene.contact for k, text in enumerate(texts)]
         # The same contacts in another order are the same landing.
         first: dict[tuple[str, ...], int] = {}
-        index = np.array([first.setdefault(tuple(sorted(map(repr, own))), k) for k, own in enumerate(landings)])[index]
+        index = np.array([first.setdefault(tuple(sorted(map(repr, contacts))), k) for k, contacts in enumerate(landings)])[index]
         velocities = np.full((self.n, max(map(len, landings)), 3), np.nan)
         for k in first.values():
-            own = np.flatnonzero(index == k)
+            landing_rows = np.flatnonzero(index == k)
             for c, contact in enumerate(landings[k]):
-                velocities[own, c] = np.nan if contact.velocity is None else contact.velocity
+                velocities[landing_rows, c] = np.nan if contact.velocity is None else contact.velocity
                 given = [self.at_contact[contact.frame, axis] for axis in range(3) if (contact.frame, axis) in self.at_contact]
                 if given and len(given) < 3:
                     raise StudyError(f'the velocity of contact "{contact.frame}" needs all of vx@, vy@ and vz@{contact.frame}')
                 if given:
-                    of_rows = np.stack(given, axis=1)[own]
+                    of_rows = np.stack(given, axis=1)[landing_rows]
                     known = ~np.isnan(of_rows)
-                    velocities[own, c] = np.where(known, of_rows, velocities[own, c])
+                    velocities[landing_rows, c] = np.where(known, of_rows, velocities[landing_rows, c])
                     text = f'the velocity of contact "{contact.frame}" is not given in full: vx@, vy@ and vz@ are needed, or none'
-                    for i in own[known.any(axis=1) & ~known.all(axis=1)].tolist():
+                    for i in landing_rows[known.any(axis=1) & ~known.all(axis=1)].tolist():
                         self.messages.setdefault(i, text)
         if unused := {frame for frame, _ in self.at_contact} - {contact.frame for contacts in landings for contact in contacts}:
             raise StudyError(
@@ -364,8 +364,8 @@ class _Reader:
         moving = ~np.isnan(velocities).any(axis=2)
         stances, stance = self._stances()
         code = index * len(stances) + stance
-        for own_velocity in moving.T[moving.any(axis=0)]:
-            code = np.unique(2 * code + own_velocity, return_inverse=True)[1]
+        for moves in moving.T[moving.any(axis=0)]:
+            code = np.unique(2 * code + moves, return_inverse=True)[1]
         _, rows, group = np.unique(code, return_index=True, return_inverse=True)
         scenes = []
         for i in rows.tolist():
@@ -394,9 +394,12 @@ class _Reader:
 
         Rows whose text means no contacts are refused, and have those of the scene.
         """
-        own = self.landing.scene.contact
-        alike = {contact.frame: contact for contact in reversed(own)}
-        return tuple(alike.get(frame, replace(own[0], frame=frame, velocity=None)) for frame in self._frames(text, rows)) or own
+        contacts = self.landing.scene.contact
+        alike = {contact.frame: contact for contact in reversed(contacts)}
+        return (
+            tuple(alike.get(frame, replace(contacts[0], frame=frame, velocity=None)) for frame in self._frames(text, rows))
+            or contacts
+        )
 
     def _stances(self) -> tuple[list[tuple[str, ...]], np.ndarray]:
         """The different sets of standing feet, and which of them (n,) is that of each row; where a cell is empty, the scene's."""
@@ -404,8 +407,8 @@ class _Reader:
             return [self.landing.scene.stance], np.zeros(self.n, dtype=int)
         cells = self.columns["stance"]
         texts, index = np.unique(np.where(_empty(cells), "", cells.astype(str)), return_inverse=True)
-        own = [self._frames(text, index == k) if text else self.landing.scene.stance for k, text in enumerate(texts.tolist())]
-        return own, index
+        stances = [self._frames(text, index == k) if text else self.landing.scene.stance for k, text in enumerate(texts.tolist())]
+        return stances, index
 
     def _friction(self) -> Array:
         """Coefficients (n,) of friction; NaN where there are none."""
@@ -430,10 +433,10 @@ class _Reader:
         if quaternion:
             self.Q[:, 3:7] = self._unit("the base's quaternion (qx, qy, qz, qw)", np.stack(quaternion, axis=1))
         elif angles:
-            own = Rotation.from_quat(self.Q[:, 3:7]).as_euler("xyz")
+            rpy = Rotation.from_quat(self.Q[:, 3:7]).as_euler("xyz")
             for k, key in enumerate(ANGLES):
-                own[:, k] = self.base.get(key, own[:, k])
-            self.Q[:, 3:7] = Rotation.from_euler("xyz", own).as_quat()
+                rpy[:, k] = self.base.get(key, rpy[:, k])
+            self.Q[:, 3:7] = Rotation.from_euler("xyz", rpy).as_quat()
         for k, axis in enumerate("xyz"):
             self.Q[:, k] = self.base.get(axis, self.Q[:, k])
         return np.asarray(Rotation.from_quat(self.Q[:, 3:7]).as_matrix() @ self.robot.bodies[0].rotation)

@@ -55,7 +55,7 @@ def search(cost: ShockCost, starts: Sequence[Array]) -> list[Run]:
 
 
 def _run(cost: ShockCost, start: Array, minimize: Callable[..., Any], ask: Callable[[Array], tuple[Array, Array]]) -> Run:
-    low, width, n, held = cost.bounds[:, 0], np.ptp(cost.bounds, axis=1), len(start), cost.held
+    low, width, n, constraint = cost.bounds[:, 0], np.ptp(cost.bounds, axis=1), len(start), cost.held
     steps = list[tuple[float, float, Array]]()
 
     @functools.lru_cache(2)
@@ -64,21 +64,21 @@ def _run(cost: ShockCost, start: Array, minimize: Callable[..., Any], ask: Calla
 
     def constraints(z: Array) -> Array:
         measures = np.minimum(at(z[:n].tobytes())[0], 1e6 * size)
-        return np.where(held, measures, z[n] - measures / size)
+        return np.where(constraint, measures, z[n] - measures / size)
 
     def jacobian(z: Array) -> Array:
         slopes = at(z[:n].tobytes())[1] * width
-        return np.column_stack([np.where(held[:, None], slopes, -slopes / size), ~held])
+        return np.column_stack([np.where(constraint[:, None], slopes, -slopes / size), ~constraint])
 
     def note(z: Array) -> None:
         measures, _ = at(z[:n].tobytes())
-        value = float(measures[~held].max()) if (measures[held] >= -SLACK).all() else np.inf
+        value = float(measures[~constraint].max()) if (measures[constraint] >= -SLACK).all() else np.inf
         steps.append((value, float(z[n]), low + width * z[:n]))
         if len(steps) > STALLED and np.ptp([level for _, level, _ in steps[-STALLED:]]) <= OPTIMUM_TOLERANCE * z[n]:
             raise StopIteration
 
     first, unit = np.append((start - low) / width, 1.0), np.append(np.zeros(n), 1.0)
-    worst = float(at(first[:n].tobytes())[0][~held].max())
+    worst = float(at(first[:n].tobytes())[0][~constraint].max())
     size = worst if 0.0 < worst < np.inf else 1.0
     note(first)
     minimize(

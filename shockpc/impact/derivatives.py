@@ -75,8 +75,8 @@ def derivatives(
     position, moves, twists = state.position[:, chosen], robot.supports[chosen].astype(float), twists[:, chosen]
     maps = np.empty((n, len(moves), 6, 3, nv)) if out is None else out
     for k in range(0, n, BLOCK):
-        own = slice(k, k + BLOCK)
-        _jump_rates(position[own], state.J[own], moves, twists[own], fixed[own], d_qd[own], maps[own])
+        chunk = slice(k, k + BLOCK)
+        _jump_rates(position[chunk], state.J[chunk], moves, twists[chunk], fixed[chunk], d_qd[chunk], maps[chunk])
     if robot.free_base:  # its velocity is written in its own axes, at its own origin, which move with it
         linear, angular = (cross_matrix(delta_qd[:, k : k + 3].swapaxes(1, 2)).swapaxes(1, 2) for k in (0, 3))
         d_qd[:, :3, :, :3] += angular
@@ -142,10 +142,10 @@ def _row_rates(robot: Robot, state: Dynamics, blocks: Sequence[Block], J: Array,
         # A column behind joint k changes by J_k × J_a.
         carried = block_wrenches(state, block)[:, None] @ J_cross
         change, carried = (np.ascontiguousarray(part.transpose(0, 2, 3, 1)) for part in (change, carried))
-        own, dJ = (J * row_signs(state, block)[:, None])[:, None], out[:, rows]
-        np.matmul(own, carried, out=dJ)
+        signed_J, dJ = (J * row_signs(state, block)[:, None])[:, None], out[:, rows]
+        np.matmul(signed_J, carried, out=dJ)
         dJ *= turned.T
-        dJ += own @ change
+        dJ += signed_J @ change
     return out
 
 

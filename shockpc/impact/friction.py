@@ -100,12 +100,12 @@ def contact_rows(landing: PosedLanding, stands: bool = False) -> ContactRows:
     """
     landing = landing.without_stops
     equation, blocks = landing.equation(landing.state), landing.blocks
-    own, turn, rigid, axes, number, place, restitution = _rows_along(blocks, stands)
+    contact_indices, turn, rigid, axes, number, place, restitution = _rows_along(blocks, stands)
     basis, H = np.eye(equation.H.shape[1]), equation.H[0]
     stop, (J, b) = np.zeros(len(H)), rows_as_meant(landing)
-    held = tuple(_without_rows(block) if i in own else block for i, block in enumerate(blocks))
+    rigid_blocks = tuple(_without_rows(block) if i in contact_indices else block for i, block in enumerate(blocks))
     if rigid.any():
-        chosen = np.flatnonzero(rigid)[independent_rows(landing, tuple(block for block in held if block.size))]
+        chosen = np.flatnonzero(rigid)[independent_rows(landing, tuple(block for block in rigid_blocks if block.size))]
         K, by_impulse = equation.J_c[0, chosen], np.linalg.solve(H, equation.J_c[0, chosen].T)
         stop = -by_impulse @ np.linalg.solve(K @ by_impulse, equation.b[0, chosen, 3])
         basis = np.linalg.qr(K.T, mode="complete")[0][:, len(K) :]
@@ -122,21 +122,24 @@ def _rows_along(
 
     These are turn, rigid, axes, number, place, and restitution.
     """
-    own = [k for k, block in enumerate(blocks) if block.kind in ("contact", "stop") or (block.kind == "stance" and not stands)]
-    sides = [_axes(blocks[k]) for k in own]
+    contact_indices = [
+        k for k, block in enumerate(blocks) if block.kind in ("contact", "stop") or (block.kind == "stance" and not stands)
+    ]
+    sides = [_axes(blocks[k]) for k in contact_indices]
     axes, place = (np.concatenate(part) for part in zip(*sides, strict=True))
-    number = np.repeat(np.arange(len(own)), [len(part) for part, _ in sides])
+    number = np.repeat(np.arange(len(contact_indices)), [len(part) for part, _ in sides])
     e, every = (
-        np.array(part)[number] for part in zip(*((blocks[k].restitution, blocks[k].rebound is None) for k in own), strict=True)
+        np.array(part)[number]
+        for part in zip(*((blocks[k].restitution, blocks[k].rebound is None) for k in contact_indices), strict=True)
     )
     size = sum(block.size for block in blocks)
     turn, rigid = np.zeros((len(number), size)), np.ones(size, dtype=bool)
-    for k, (i, (along, _)) in enumerate(zip(own, sides, strict=True)):
+    for k, (i, (along, _)) in enumerate(zip(contact_indices, sides, strict=True)):
         start, stop = slices_of(blocks)[i].start, blocks[i].kind == "stop"
         forces = slice(start, start + (1 if stop else len(blocks[i].forces)))
         turn[number == k, forces] = 1.0 if stop else np.linalg.lstsq(blocks[i].forces.T, along.T, rcond=None)[0].T
         rigid[forces] = False
-    return own, turn, rigid, axes, number, place, np.where((place == 2) | every, e, 0.0)
+    return contact_indices, turn, rigid, axes, number, place, np.where((place == 2) | every, e, 0.0)
 
 
 def _without_rows(block: Block) -> Block:
@@ -263,12 +266,12 @@ def friction_problem(landing: PosedLanding) -> FrictionProblem:
 def _problem_of(landing: PosedLanding) -> tuple[FrictionProblem, ContactRows, np.ndarray, tuple[Block, ...]]:
     """The problem, the rows of contacts and standing feet, which (n,) of all rows these are, and the end stops."""
     rows = contact_rows(landing)
-    own, m = 3 * rows.number + rows.place, int(rows.number[-1]) + 1
+    row_index, m = 3 * rows.number + rows.place, int(rows.number[-1]) + 1
     nothing: tuple[tuple[Block, ...], Array, Array] = ((), np.zeros((0, landing.robot.model.nv)), np.zeros(0))
     stops, along, speeds = stop_rows(landing) if landing.scene.stops else nothing
     along = along if rows.equation.G is None else along @ rows.equation.G[0]
     before, J = np.zeros(3 * (m + len(stops))), np.zeros((3 * (m + len(stops)), len(rows.M)))
-    before[own], J[own] = rows.speeds, rows.J
+    before[row_index], J[row_index] = rows.speeds, rows.J
     before[3 * m + 2 :: 3], J[3 * m + 2 :: 3] = speeds + along @ rows.stop, along @ rows.basis
     e = np.concatenate([rows.restitution[rows.normal], [stop.restitution for stop in stops]])
     try:
@@ -276,7 +279,12 @@ def _problem_of(landing: PosedLanding) -> tuple[FrictionProblem, ContactRows, np
     except np.linalg.LinAlgError as refusal:
         raise SolveError(f"no verdict with friction: {refusal}") from None
     A, velocities = (J @ by_impulse)[None], before.reshape(1, 1, -1, 3)
-    return FrictionProblem(A, velocities, e[None], len(stops), (rows.basis @ by_impulse)[None], rows.stop[None]), rows, own, stops
+    return (
+        FrictionProblem(A, velocities, e[None], len(stops), (rows.basis @ by_impulse)[None], rows.stop[None]),
+        rows,
+        row_index,
+        stops,
+    )
 
 
 def friction_problems(landing: Landing, equation: Equation, speeds: Array) -> tuple[FrictionProblem, Array] | None:
@@ -292,10 +300,10 @@ def friction_problems(landing: Landing, equation: Equation, speeds: Array) -> tu
     _, turn, rigid, _, number, place, e = _rows_along(equation.blocks)
     if rigid.any() or landing.scene.stops:
         return None
-    own, whole = 3 * number + place, np.zeros((3 * (int(number[-1]) + 1), len(rigid)))
-    whole[own] = turn / (1.0 + e)[:, None]
+    row_index, whole = 3 * number + place, np.zeros((3 * (int(number[-1]) + 1), len(rigid)))
+    whole[row_index] = turn / (1.0 + e)[:, None]
     before = (speeds @ whole.T).reshape(*speeds.shape[:2], -1, 3)
-    whole[own] = turn
+    whole[row_index] = turn
     J = whole @ equation.J_c
     by_impulse = solve_inertia(equation.inertia, np.swapaxes(J, 1, 2))
     restitution = np.broadcast_to(e[place == 2], (len(J), np.sum(place == 2)))
@@ -353,7 +361,7 @@ def friction_of(landing: PosedLanding) -> FrictionResult:
         SolveError: no solution was found, or each gains kinetic energy.
     """
     landing = landing.without_stops
-    problem, rows, own, stops = _problem_of(landing)
+    problem, rows, row_index, stops = _problem_of(landing)
     mu, m = landing.scene.friction, problem.contacts
     before = problem.before[0, 0, :m]
     assert mu is not None
@@ -361,9 +369,12 @@ def friction_of(landing: PosedLanding) -> FrictionResult:
     moved, pushed = problem.delta(best.impulse.reshape(1, 1, -1))[0, 0], best.impulse[m:, 2]
     unstopped, acting = landing, tuple(stops[i] for i in np.flatnonzero(pushed > 0.0))
     landing = replace(landing, acting=acting) if acting else landing
-    equation, own_rows = landing.equation(landing.state), len(rows.rigid)
+    equation, unstopped_rows = landing.equation(landing.state), len(rows.rigid)
     impulse = np.full((1, len(equation.J_c[0]), 4), np.nan)
-    impulse[0, :own_rows, 3], impulse[0, own_rows:, 3] = rows.turn.T @ best.impulse[:m].ravel()[own], pushed[pushed > 0.0]
+    impulse[0, :unstopped_rows, 3], impulse[0, unstopped_rows:, 3] = (
+        rows.turn.T @ best.impulse[:m].ravel()[row_index],
+        pushed[pushed > 0.0],
+    )
     closing, rigid = equation.H[0] @ moved - equation.J_c[0].T @ impulse[0, :, 3], np.flatnonzero(rows.rigid)
     impulse[0, rigid, 3] = np.linalg.lstsq(equation.J_c[0, rigid].T, closing, rcond=1e-10)[0]
     # What is linear in the strike does not exist: friction is not.
@@ -379,9 +390,9 @@ def friction_of(landing: PosedLanding) -> FrictionResult:
         impact = DoubleImpact(landing, equation, Solution(delta, impulse, plain.scale, plain.rank, plain.condition, {}, {}), jumps)
         freeze(impact.delta_qd)
         if plain.choices:
-            impact.unique[0, :own_rows] = plain.choices[0].unique
+            impact.unique[0, :unstopped_rows] = plain.choices[0].unique
     axes = np.zeros((3 * m, 3))
-    axes[own] = rows.axes
+    axes[row_index] = rows.axes
     velocity = (best.velocity[:m, None] @ axes.reshape(-1, 3, 3))[:, 0]
     velocity += _free_slip(landing, axes.reshape(-1, 3, 3), equation.full(delta)[..., 3])
     rates = equation.b[0, :, 3]

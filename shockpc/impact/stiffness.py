@@ -163,8 +163,8 @@ class CompliantLanding:
         Raises:
             SolveError: no motion of the robot has these speeds.
         """
-        own = any(contact.velocity is not None for contact in self.landing.contacts)
-        if len(self._free) == self._free.shape[1] and self._as_given and not own:
+        contacts_move = any(contact.velocity is not None for contact in self.landing.contacts)
+        if len(self._free) == self._free.shape[1] and self._as_given and not contacts_move:
             return before
         velocity = np.linalg.lstsq(self._free, before, rcond=None)[0]
         velocity = velocity + np.linalg.lstsq(B, speeds - B @ velocity, rcond=1e-10)[0]
@@ -195,16 +195,16 @@ class CompliantLanding:
         All is linear in these forces.
         """
         rows, equation, response = self._rows, self._rows.equation, self.motion.response
-        impulse, own, (n, stops) = (
+        impulse, unstopped_rows, (n, stops) = (
             np.zeros((len(equation.J_c[0]), len(self.number))),
             len(rows.rigid),
             (len(rows.turn), len(self._stops)),
         )
-        impulse[:own, :n] = rows.turn.T
-        impulse[own:, n : n + stops] = np.eye(stops)
+        impulse[:unstopped_rows, :n] = rows.turn.T
+        impulse[unstopped_rows:, n : n + stops] = np.eye(stops)
         if rows.rigid.any():
             rigid = np.flatnonzero(rows.rigid)
-            along = np.concatenate([rows.turn @ equation.J_c[0, :own], equation.J_c[0, own:], self._along])
+            along = np.concatenate([rows.turn @ equation.J_c[0, :unstopped_rows], equation.J_c[0, unstopped_rows:], self._along])
             missing = equation.H[0] @ (rows.basis @ response[: self._free.shape[1]]) - along.T
             impulse[rigid] = np.linalg.lstsq(equation.J_c[0, rigid].T, missing, rcond=1e-10)[0]
         times, turns = self._turns
@@ -304,16 +304,18 @@ class CompliantLanding:
         acting = with_stops(self.landing).acting if self._stops else ()
         named = [(stop.frame, stop.forces.tobytes(), stop.moments.tobytes()) for stop in acting]
         acts = [(stop.frame, stop.forces.tobytes(), stop.moments.tobytes()) in named for stop in self._stops]
-        held = elements.rows[np.concatenate([np.ones(len(self._rows.normal)), acts, np.zeros(len(self._along))]).astype(bool)]
+        acting_rows = elements.rows[
+            np.concatenate([np.ones(len(self._rows.normal)), acts, np.zeros(len(self._along))]).astype(bool)
+        ]
         e = np.concatenate([self._rows.restitution, [stop.restitution for stop in acting]])
-        speeds = (1.0 + e) * (held @ self._velocity)
-        return np.asarray(to_velocity @ np.linalg.lstsq(held @ to_velocity, -speeds, rcond=1e-9)[0])
+        speeds = (1.0 + e) * (acting_rows @ self._velocity)
+        return np.asarray(to_velocity @ np.linalg.lstsq(acting_rows @ to_velocity, -speeds, rcond=1e-9)[0])
 
     @functools.cached_property
     def difference(self) -> float:
         """Largest difference between the jumps of a body at the end and in the impulse model, relative to its largest jump [1]."""
-        own, impulsive = np.moveaxis(self._linear.jumps[0, ..., -2:], -1, 0)
-        difference, size = size_of(np.stack([own - impulsive, impulsive], axis=-1), self.landing.robot.rotation_lengths).T
+        final, impulsive = np.moveaxis(self._linear.jumps[0, ..., -2:], -1, 0)
+        difference, size = size_of(np.stack([final - impulsive, impulsive], axis=-1), self.landing.robot.rotation_lengths).T
         return float(difference.max() / size.max())
 
     @property

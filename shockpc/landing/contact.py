@@ -66,7 +66,7 @@ def foot_contact(robot: Robot, name: str) -> Contact:
     """How a robot lands on one of its feet: at the frame, or at the lowest point of a link whose frame is far above."""
     frame, up = robot.frame(name), np.array([0.0, 0.0, 1.0])
     state = dynamics(robot, configuration(robot)[None])
-    shapes = [] if is_foot(name) or frame.kind != "link" else _own_shapes(robot, name)
+    shapes = [] if is_foot(name) or frame.kind != "link" else _frame_shapes(robot, name)
     reach = [shape.reach(-up[None] @ state.rotation[0, frame.body])[0] for shape in shapes]
     far = max(reach, default=-np.inf) + up @ state.rotation[0, frame.body] @ frame.offset
     return Contact(frame=name, at="lowest" if far > FOOT_REACH_SHARE * np.ptp(state.position[0] @ up) else "frame")
@@ -160,15 +160,15 @@ def across(up: Array) -> tuple[Array, Array]:
     return first, cross(up, first)
 
 
-def _own_shapes(robot: Robot, name: str) -> tuple[Shape, ...]:
+def _frame_shapes(robot: Robot, name: str) -> tuple[Shape, ...]:
     """The shapes of a link itself, or the shape of a geom: collision geometry, or visual if the file has no other."""
     frame = robot.frame(name)
     return tuple(shape for shape in body_outline(robot).shapes[frame.body] if shape.belongs_to(frame))
 
 
 def _shapes(robot: Robot, name: str) -> tuple[Shape, ...]:
-    """Like `_own_shapes`, but raises if there is none."""
-    found, frame = _own_shapes(robot, name), robot.frame(name)
+    """Like `_frame_shapes`, but raises if there is none."""
+    found, frame = _frame_shapes(robot, name), robot.frame(name)
     if not found:
         others = dict.fromkeys(shape.link for shape in body_outline(robot).shapes[frame.body])
         remedy = f"; of its body, {listed(others, 4)} has some" if others else ""

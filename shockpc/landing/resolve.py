@@ -34,8 +34,8 @@ def _complete(scene: Scene, robot: Robot) -> Scene:
     if not scene.contact:
         raise SceneError(f'no contact is defined; name a link of robot "{robot.name}", such as "{robot.links[-1]}"')
     strike, base = scene.strike, scene.base or robot.usual_base
-    alone = all(is_stop(robot, contact.frame) for contact in scene.contact)
-    if strike == Strike(joint_velocities=strike.joint_velocities) and (alone or (base == "fixed" and strike.joint_velocities)):
+    only_stops = all(is_stop(robot, contact.frame) for contact in scene.contact)
+    if strike == Strike(joint_velocities=strike.joint_velocities) and (only_stops or (base == "fixed" and strike.joint_velocities)):
         # The motion of a fixed base is that of the ground, of which there is none where the joints move.
         strike = replace(strike, velocity=(0.0, 0.0, 0.0))
     if strike.velocity is None and strike.drop_height is None:
@@ -182,11 +182,11 @@ def close_loops(scene: Scene, near: PosedLanding) -> Scene:
         ShockError: as for `resolve`.
     """
     robot, posture = near.robot, scene.posture
-    held = fixed_joints(robot, posture, scene.assemble)
-    q = follow(robot, near.q, configuration(robot, posture), near.loops, near.plane, held)
-    values = [(joint, joint.value(q)) for joint in robot.independent_joints if not held[joint.v].any()]
+    fixed = fixed_joints(robot, posture, scene.assemble)
+    q = follow(robot, near.q, configuration(robot, posture), near.loops, near.plane, fixed)
+    values = [(joint, joint.value(q)) for joint in robot.independent_joints if not fixed[joint.v].any()]
     given = {joint.name: value if joint.kind == "prismatic" else math.degrees(value) for joint, value in values}
-    balls = [joint for joint in robot.single_joints if joint.kind == "ball" and not held[joint.v].any()]
+    balls = [joint for joint in robot.single_joints if joint.kind == "ball" and not fixed[joint.v].any()]
     turned = {ball.name: tuple(q[ball.q].tolist()) for ball in balls}
     others = {name: value for name, value in posture.joints_deg.items() if name not in given}
     posture = replace(posture, joints_deg={**others, **given}, joint_quaternions={**posture.joint_quaternions, **turned})

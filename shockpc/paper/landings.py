@@ -8,7 +8,7 @@ import numpy as np
 
 from shockpc import Scene, ShockProfile, read_scene, shock_profile
 from shockpc.core.spatial import Array
-from shockpc.robot.catalogue import own_robots_folder
+from shockpc.robot.catalogue import project_robots_folder
 
 ORIGIN, X, Z = np.zeros(3), np.array([1.0, 0.0, 0.0]), np.array([0.0, 0.0, 1.0])
 SEGMENT = (-0.4 * Z, ORIGIN)
@@ -23,7 +23,7 @@ MIDDLE_LINES: dict[str, dict[str, tuple[Array, Array]]] = {
 
 def scene(stem: str) -> Scene:
     """The scene of that name beside the models, such as "fig2_a"."""
-    return read_scene(own_robots_folder() / "scenes" / f"{stem}.toml")
+    return read_scene(project_robots_folder() / "scenes" / f"{stem}.toml")
 
 
 def land(

@@ -99,7 +99,7 @@ def levels(landing: Landing, rotation: Array, position: Array, points: Array, ev
     rising, height = np.tensordot(rotation, up, axes=(2, 0)).transpose(1, 0, 2), (position @ up).T
     low = height + (rising @ centre[..., None])[..., 0] - (np.abs(rising) @ half[..., None])[..., 0]
     least = ground + SAME
-    for body, n, corners, axes in sorted(bodies, key=lambda own: (own[0] not in carriers, low[own[0]].sum())):
+    for body, n, corners, axes in sorted(bodies, key=lambda entry: (entry[0] not in carriers, low[entry[0]].sum())):
         near = np.arange(len(ground)) if every else (low[body] <= least).nonzero()[0]
         if near.size:
             towards = rising[body, near].T
@@ -173,7 +173,9 @@ def height_rates(
     ends = np.stack([here.contacts.min(axis=1), here.contacts.max(axis=1)])
     others = np.append(here.others, np.zeros(len(grounded), dtype=bool))
     of_bodies = (np.where(others & (bodies == place.body), heights, np.inf) for place in places)
-    chosen = np.stack([*np.abs(heights - ends[..., None]).argmin(axis=2), *(own.argmin(axis=1) for own in of_bodies)], axis=1)
+    chosen = np.stack(
+        [*np.abs(heights - ends[..., None]).argmin(axis=2), *(of_body.argmin(axis=1) for of_body in of_bodies)], axis=1
+    )
     pushes = wrenches(np.take_along_axis(points, chosen[..., None], axis=1), np.broadcast_to(landing.up, (*chosen.shape, 1, 3)), 1)
     rates = (pushes @ twists[np.arange(len(twists))[:, None], bodies[chosen]])[:, :, 0]
     return values, rates[:, 1:] - rates[:, :1]

@@ -22,8 +22,8 @@ def _record_of(kind: PlaceKind) -> Callable[[type[R]], type[R]]:
     """A record of one place: its fields are quantities of a kind by key, None without a value, whose titles document them."""
 
     def described(record: type[R]) -> type[R]:
-        own = [entry for entry in quantities_of(kind) if entry.key in record._fields]
-        record.__doc__ = f"{record.__doc__}" + "".join(f"    {entry.key}: {entry.text}.\n    " for entry in own)
+        entries = [entry for entry in quantities_of(kind) if entry.key in record._fields]
+        record.__doc__ = f"{record.__doc__}" + "".join(f"    {entry.key}: {entry.text}.\n    " for entry in entries)
         return record
 
     return described

@@ -79,8 +79,10 @@ class CatalogueEntry(NamedTuple):
 
 def catalogue() -> tuple[CatalogueEntry, ...]:
     """List every robot known by name: the project's own first, then example-robot-data, each in alphabetical order."""
-    own = own_robots_folder()
-    project = [CatalogueEntry(_name_of(file), f"{own}/{file}") for file in _files(own) if file.endswith((".urdf.xacro", ".xml"))]
+    folder = project_robots_folder()
+    project = [
+        CatalogueEntry(_name_of(file), f"{folder}/{file}") for file in _files(folder) if file.endswith((".urdf.xacro", ".xml"))
+    ]
     taken = {entry.name for entry in project}
     data = []
     share = data_folder()
@@ -165,7 +167,7 @@ def find_srdf(robot_path: Path, robot_name_in_file: str) -> Path | None:
     return None
 
 
-def own_robots_folder() -> Path:
+def project_robots_folder() -> Path:
     """Return the folder of the project's own robots: inside an installed package, or beside it in a checkout."""
     package = Path(__file__).resolve().parent.parent
     packaged = package / "robots"
@@ -174,18 +176,18 @@ def own_robots_folder() -> Path:
 
 def closing_scene(robot: Path) -> Path | None:
     """The first scene that closes a loop of one of the project's own robots, whose file, a tree, ends at the loop's two ends."""
-    return _closing_scenes().get(robot) if robot.is_relative_to(own_robots_folder()) else None
+    return _closing_scenes().get(robot) if robot.is_relative_to(project_robots_folder()) else None
 
 
 @functools.cache
 def _closing_scenes() -> dict[Path, Path]:
     """By the project's own robots, the first scene that closes a loop."""
     closing: dict[Path, Path] = {}
-    for scene in sorted((own_robots_folder() / "scenes").glob("*.toml")):
+    for scene in sorted((project_robots_folder() / "scenes").glob("*.toml")):
         text = read_file(scene, "scene file", RobotError).decode()
         robot = re.search(r'^robot = "\.\./(.+)"', text, re.MULTILINE)
         if "[[closure]]" in text and robot is not None:
-            closing.setdefault(own_robots_folder() / robot[1], scene)
+            closing.setdefault(project_robots_folder() / robot[1], scene)
     return closing
 
 

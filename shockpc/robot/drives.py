@@ -13,7 +13,7 @@ from typing import Literal
 import numpy as np
 
 from shockpc.core.spatial import freeze
-from shockpc.robot.catalogue import own_robots_folder
+from shockpc.robot.catalogue import project_robots_folder
 from shockpc.robot.robot import Drives, Robot
 from shockpc.text.errors import SceneError, UnknownName
 from shockpc.text.paths import read_file
@@ -95,7 +95,7 @@ def read_drives(path: Path) -> tuple[Drive, ...]:
 @functools.lru_cache(maxsize=16)
 def catalogue_drives(name: str | None) -> tuple[Drive, ...]:
     """The drives of robots/drives.toml that are known of a robot of the catalogue, with those of simulation models."""
-    tables = read_file(own_robots_folder() / "drives.toml", "drives file", SceneError).decode().split("[[drive]]")[1:]
+    tables = read_file(project_robots_folder() / "drives.toml", "drives file", SceneError).decode().split("[[drive]]")[1:]
     # Those of other robots are not parsed: together they would take as long as a robot's file.
     if not (mentioning := [table for table in tables if f'"{name}"' in table]):
         return ()
@@ -148,7 +148,7 @@ def similar_robots(robot: Robot) -> tuple[str, ...]:
 def robots_with_drives() -> dict[str, tuple[Drive, ...]]:
     """The robots of robots/drives.toml whose drives are published or derived, with these."""
     found: dict[str, tuple[Drive, ...]] = {}
-    for drive in read_drives(own_robots_folder() / "drives.toml"):
+    for drive in read_drives(project_robots_folder() / "drives.toml"):
         if drive.status in PUBLIC:
             found |= {name: (*found.get(name, ()), drive) for name in drive.robot}
     return found

@@ -180,8 +180,11 @@ def robot_size(robot: Robot, shapes: bool = True) -> float:
     def placed(bodies: np.ndarray, points: Array) -> Array:
         return np.asarray((R[bodies] @ points[..., None])[..., 0] + p[bodies])
 
-    own = [*enumerate(body.com for body in robot.bodies), *((at.body, at.offset) for at in robot.frames.values() if at.body >= 0)]
-    corners = [placed(np.array([body for body, _ in own]), np.array([point for _, point in own]))]
+    centres_and_frames = [
+        *enumerate(body.com for body in robot.bodies),
+        *((at.body, at.offset) for at in robot.frames.values() if at.body >= 0),
+    ]
+    corners = [placed(np.array([body for body, _ in centres_and_frames]), np.array([point for _, point in centres_and_frames]))]
     if shapes:
         pieces = body_outline(robot).pieces
         points = placed(pieces.body[pieces.piece], pieces.points)

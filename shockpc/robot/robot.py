@@ -299,7 +299,7 @@ class Robot:
         for body in self.bodies:
             if negative_moment(body.mass, body.inertia):
                 links = {frame.name: frame.inertia for frame in self.model.frames if frame.name in body.links}
-                tensors = {name: own.inertia for name, own in links.items() if negative_moment(own.mass, own.inertia)}
+                tensors = {name: link.inertia for name, link in links.items() if negative_moment(link.mass, link.inertia)}
                 for name, tensor in (tensors or {body.name: body.inertia}).items():
                     moments = ", ".join(f"{moment:.3g}" for moment in np.linalg.eigvalsh(tensor))
                     found.append(f'"{name}" ({moments} kg m²)')
@@ -367,8 +367,8 @@ class Robot:
                 for k, q in enumerate(Q):
                     model.calc(data, q)
                     # The placement of the last part's frame in that of each part but the last.
-                    following = data.extract().iMlast.tolist()[1:]
-                    origins[k, first : end - 1] = [place.actInv(last.inverse().translation) for last in following]
+                    placements = data.extract().iMlast.tolist()[1:]
+                    origins[k, first : end - 1] = [place.actInv(last.inverse().translation) for last in placements]
             first = end
         return origins
 

@@ -116,42 +116,42 @@ def _urdf(model: Element, name: str, poses: _Poses) -> Element:
     if any(_text(joint, "parent") == WORLD for joint in joints):
         SubElement(robot, "link", name=WORLD)
     for link in model.findall("link"):
-        own = link.get("name", "")
-        frame, out = poses.carried(own).inverse(), SubElement(robot, "link", name=own)
+        link_name = link.get("name", "")
+        frame, out = poses.carried(link_name).inverse(), SubElement(robot, "link", name=link_name)
         inertial = next(link.iterfind("inertial"), Element("inertial"))
-        body = _at(SubElement(out, "inertial"), frame * poses.placed(inertial, own))
+        body = _at(SubElement(out, "inertial"), frame * poses.placed(inertial, link_name))
         SubElement(body, "mass", value=_text(inertial, "mass", "1"))
         SubElement(body, "inertia", {key: _text(inertial, f"inertia/{key}", default) for key, default in _MOMENTS.items()})
         for part in (*link.findall("collision"), *link.findall("visual")):
             for shape in part.findall("geometry/*"):
-                geometry = SubElement(_at(SubElement(out, part.tag), frame * poses.placed(part, own)), "geometry")
+                geometry = SubElement(_at(SubElement(out, part.tag), frame * poses.placed(part, link_name)), "geometry")
                 mesh = {"filename": _text(shape, "uri"), "scale": _text(shape, "scale", "1 1 1")}
                 sizes = {key: _text(shape, key) for key in _SIZES.get(shape.tag, ())}
                 SubElement(geometry, shape.tag, mesh if shape.tag == "mesh" else sizes)
         for sensor in link.findall("sensor"):
             mounted = sensor.get("name", "")
             SubElement(robot, "link", name=mounted)
-            _joint(robot, f"{mounted}_fixed", "fixed", own, mounted, frame * poses.placed(sensor, own))
+            _joint(robot, f"{mounted}_fixed", "fixed", link_name, mounted, frame * poses.placed(sensor, link_name))
     for marked in model.findall("frame"):
-        own = marked.get("name", "")
-        place, carrier = poses.of(own), poses.link(own)
-        SubElement(robot, "link", name=own)
-        _joint(robot, f"{own}_fixed", "fixed", carrier, own, poses.carried(carrier).inverse() * place)
+        frame_name = marked.get("name", "")
+        place, carrier = poses.of(frame_name), poses.link(frame_name)
+        SubElement(robot, "link", name=frame_name)
+        _joint(robot, f"{frame_name}_fixed", "fixed", carrier, frame_name, poses.carried(carrier).inverse() * place)
     for joint in joints:
-        own, kind, (parent, child) = (
+        joint_name, kind, (parent, child) = (
             joint.get("name", ""),
             joint.get("type", ""),
             (_text(joint, end) for end in ("parent", "child")),
         )
         if kind not in _JOINTS:
-            raise RobotError(f'joint "{own}" is of type "{kind}", which is not read; read are {listed(_JOINTS)}')
-        out = _joint(robot, own, kind, parent, child, poses.carried(parent).inverse() * poses.joint(own))
+            raise RobotError(f'joint "{joint_name}" is of type "{kind}", which is not read; read are {listed(_JOINTS)}')
+        out = _joint(robot, joint_name, kind, parent, child, poses.carried(parent).inverse() * poses.joint(joint_name))
         axis = joint.find("axis")
         if kind == "fixed" or axis is None:
             continue
         if _numbers(axis, "dynamics/spring_stiffness", 1, "0").any():
-            raise RobotError(f'joint "{own}" has a spring, which is not read; leave it out, or give it with --rotor')
-        SubElement(out, "axis", xyz=_joined(poses.axis(own, axis)))
+            raise RobotError(f'joint "{joint_name}" has a spring, which is not read; leave it out, or give it with --rotor')
+        SubElement(out, "axis", xyz=_joined(poses.axis(joint_name, axis)))
         SubElement(out, "dynamics", damping=_text(axis, "dynamics/damping", "0"))
         low, high, effort = (_limit(axis, key) for key in ("lower", "upper", "effort"))
         limited = low > -_UNLIMITED or high < _UNLIMITED

@@ -181,8 +181,8 @@ class BallImpact(Impact):
         columns = [column for _, column in joints]
         drive = self.along(self.delta_qd)[..., columns] * -self.landing.joint_model.armature[columns]
         coupled = [column for follower, leaders in self._mimics for column in (follower, *(leader for leader, _ in leaders))]
-        held = self.landing.joint_model.locked[columns] | np.isin(columns, coupled)
-        return np.asarray(np.where(held, super().joint_power(joints), drive))
+        constrained = self.landing.joint_model.locked[columns] | np.isin(columns, coupled)
+        return np.asarray(np.where(constrained, super().joint_power(joints), drive))
 
     def mobility(self, block: Block, fixed: Sequence[Block], independent: list[int]) -> arb_mat:
         """Delassus matrix (n, n) of the rows of a block while others stay held: J P Jᵀ, with P the inverse inertia on these [1/kg].
