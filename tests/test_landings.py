@@ -761,7 +761,7 @@ def test_velocities_at_a_time_are_columns():
     for i in range(6):
         motion = CompliantLanding(made.landings.landing(i), 0.008)
         for column in wanted:
-            jump = motion.impact_at(column.time / 1e3).own_jumps[0, 0, 0, 3]
+            jump = motion.impact_at(column.time / 1e3).strike_jumps[0, 0, 0, 3]
             assert found[f"delta_v.x@base after {column.time:g} ms"][i] == pytest.approx(jump, rel=1e-9)
     falls = study(columns | {"vz": np.full(6, 1.0)}, replace(SCENE, contact_stiffness=1e5))
     assert len(replace(falls, computed=wanted).table().messages) == 6

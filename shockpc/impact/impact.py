@@ -76,13 +76,13 @@ class Impact:
         return total + columns[:, None, ..., 3] if columns.shape[-1] == 4 else total
 
     @functools.cached_property
-    def own_jumps(self) -> Any:
+    def strike_jumps(self) -> Any:
         """Jumps (N, S, nb, 6) of the bodies for the strikes of this impact, as `jumps`."""
         return self.along(self.jumps)
 
     def jumps_of(self, bodies: Sequence[int]) -> Any:
         """Jumps (N, S, n, 6) of some bodies for the strikes of this impact."""
-        return self.own_jumps[:, :, self._places_of(bodies)]
+        return self.strike_jumps[:, :, self._places_of(bodies)]
 
     def maps_of(self, bodies: Sequence[int]) -> Any:
         """Jumps (N, n, 6, 3) of some bodies for strikes of 1 m/s along world x, y and z, body coordinates."""
@@ -191,7 +191,7 @@ class Impact:
         """
         robot = self.landing.robot
         parents, R = robot.parents, self.state.rotation[:, None]
-        omega, v = ((R @ part[..., None])[..., 0] for part in np.split(self.own_jumps, 2, axis=-1))
+        omega, v = ((R @ part[..., None])[..., 0] for part in np.split(self.strike_jumps, 2, axis=-1))
         twists = np.concatenate([omega, v - cross(omega, self.state.position[:, None])], axis=-1)
         loads = (self.spatial_inertias[:, None] @ twists[..., None])[..., 0]
         impulse = self.along(self.impulse)

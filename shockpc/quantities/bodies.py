@@ -106,7 +106,7 @@ def _length(impact: Impact, values: Array) -> Any:
 
 
 def _pitch_size(impact: Impact, values: Array) -> Any:
-    jumps = impact.own_jumps.astype(float)
+    jumps = impact.strike_jumps.astype(float)
     spin = np.linalg.norm(jumps[..., :3], axis=-1)
     return impact.landing.length + np.linalg.norm(jumps[..., 3:], axis=-1).max() / np.where(spin > 0.0, spin, 1.0).min()
 

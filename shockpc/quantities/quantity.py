@@ -151,7 +151,7 @@ def evaluate(quantity: Quantity, impact: Impact, places: Places) -> Array:
 def largest_jump(impact: Impact, values: Array) -> float:
     """The largest component of a jump of a body [m/s, rad/s]."""
     del values
-    return float(np.abs(impact.own_jumps.astype(float)).max())
+    return float(np.abs(impact.strike_jumps.astype(float)).max())
 
 
 def largest_shock(impact: Impact, values: Array) -> Any:

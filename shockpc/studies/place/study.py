@@ -299,7 +299,7 @@ def _jump(profile: ShockProfile, body: int) -> Array:
     friction = profile.friction
     if friction is None or friction.impact is None:
         return np.concatenate([profile.delta_omega[body], profile.delta_v[body]])
-    return np.asarray(friction.impact.own_jumps[0, 0, body])
+    return np.asarray(friction.impact.strike_jumps[0, 0, body])
 
 
 def _weights(names: tuple[str, ...], landings: Iterable[str], given: Mapping[str, float]) -> Array:
