@@ -50,17 +50,21 @@ def analyze(
         raise StudyError(f"--spectrum is in the files of a landing on contacts of finite stiffness; give {missing} too")
     bodies = sorted({i for pattern in body for i in loaded.match_bodies(pattern)}) or None
     files = [] if save_scene is None else scene_files(scenes, save_scene, force)
-    profiles, failures, saved = dict[str, ShockProfile](), dict[str, ShockError](), dict[Path, str]()
-    for k, name in enumerate(file_names(scenes)):
-        try:
-            profiles[name] = shock_profile(scenes[k], loaded, trace)
-        except ShockError as refusal:
-            failures[name] = refusal
-            continue
-        if files:
-            saved[files[k]] = scene_text(profiles[name].scene, files[k].parent)
+    names = file_names(scenes)
+    results: dict[str, ShockProfile | ShockError]
+    if len(scenes) == 1:  # which is not worth the import of what computes many
+        results = {names[0]: shock_profile(scenes[0], loaded, trace)}
+    else:
+        from shockpc.evaluation.evaluate import proven
+
+        results = proven({name: (scene, loaded) for name, scene in zip(names, scenes, strict=True)}, trace)
+    profiles = {name: found for name, found in results.items() if isinstance(found, ShockProfile)}
+    failures = {name: found for name, found in results.items() if isinstance(found, ShockError)}
     if not profiles:
         raise next(iter(failures.values()))
+    # no files without --save-scene
+    file_of = dict(zip(names, files, strict=False))
+    saved = {file: scene_text(profiles[name].scene, file.parent) for name, file in file_of.items() if name in profiles}
     with trace.stage("output"):
         if output.out is None:
             trace.skip("figure, and matplotlib with it", "no --out")

@@ -13,7 +13,7 @@ import numpy as np
 
 from shockpc.core.spatial import Array, freeze
 from shockpc.evaluation.columns import Column, selected
-from shockpc.evaluation.evaluate import Evaluation
+from shockpc.evaluation.evaluate import TRUSTED, Evaluation
 from shockpc.evaluation.gradients import has_gradient, slopes
 from shockpc.evaluation.landings import Chunk, common_robot, named_scenes, refuse_ground
 from shockpc.evaluation.variation import Variation, Vary, pairs
@@ -33,9 +33,6 @@ from shockpc.robot.robot import Robot
 from shockpc.text.arguments import checked
 from shockpc.text.errors import StudyError
 from shockpc.text.printed import few
-
-TRUSTED = 1e10
-"""Condition up to which rows are left in double precision; what is found is proven afterwards."""
 
 STEP = 1e-5
 """Step of a difference, as a share of the range of what varies."""

@@ -265,8 +265,8 @@ def limits(
 
     Args:
         scene: the landing; the joint's own value is not used, except that loops are followed from it.
-        target: KEY@PLACE, or KEY of the robot as a whole; a point means the shock there, with
-            friction if the scene has it.
+        target: KEY@PLACE, or KEY of the robot as a whole; a point means the shock there, with friction if the
+            scene has it.
         robot: the scene's robot, if it is loaded already.
 
     Raises:

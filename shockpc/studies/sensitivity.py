@@ -210,8 +210,8 @@ def sensitivity(
 
     Args:
         landings: one landing, or landings of one robot by name.
-        target: KEY@PLACE, or KEY of the robot as a whole; a point means the shock there, with
-            friction if a scene has it.
+        target: KEY@PLACE, or KEY of the robot as a whole; a point means the shock there, with friction if a
+            scene has it.
         robot: the scenes' robot, if it is loaded already.
         trace: collects what each stage cost.
 

@@ -25,7 +25,7 @@ def visible(text: str, allowed: str = "") -> str:
     r"""A text with control characters, line breaks and invisible marks, except those kept, as escapes such as `\x1b`."""
     if text.isprintable():
         return text
-    return re.sub(f"[^ -~{allowed}]", lambda sign: sign[0] if sign[0].isprintable() else _escape(sign[0]), text)
+    return re.sub(f"[^ -~{re.escape(allowed)}]", lambda sign: sign[0] if sign[0].isprintable() else _escape(sign[0]), text)
 
 
 def _escape(sign: str) -> str:
