@@ -100,7 +100,8 @@ def shock_maps(landing: Landing | Scene, Q: Array | Sequence[Sequence[float]], d
     Args:
         landing: the landing, or its scene; its own posture is not used. Loops have to be closed in each of the postures.
         Q: (N, nq) configurations in Pinocchio's layout.
-        derivatives: whether those of the maps by the tangent of q are computed too, which takes some seven times as long.
+        derivatives: whether those of the maps by the tangent of q are computed too, which takes six to eight times as long for a
+            quadruped, and longer with more joints.
 
     Raises:
         SceneError: Q has another shape, no row, or a rotation whose length is not 1; or the landing counts end stops, with which

@@ -239,19 +239,24 @@ def _sweeps(budget: float) -> Sheet:
         equation = resolved.equation(dynamics(source.robot, block, armature), False)
         row = _cost(partial(_written, made, None), budget, ROWS)
         maps = _cost(partial(shock_maps, resolved, Q), budget, len(Q))
+        few = [_cost(partial(shock_maps, resolved, Q[:1024], derivatives=wanted), budget, 1024) for wanted in (False, True)]
         calls = _cost(partial(dynamics, source.robot, block, armature), budget, len(block))
         step = partial(solve_impact, equation.inertia, equation.J_c, equation.b, equation.terms, equation.tolerance)
         eq_4 = _cost(step, budget, len(block))
         shares = (f"{100.0 * part / row:.0f}" for part in (calls, eq_4))
         size = str(len(source.robot.bodies) * source.robot.model.nv)
-        rows.append((name, size, f"{1e6 * row:.1f}", f"{1e6 * maps:.1f}", f"{row / maps:.2f}", *shares))
+        rows.append((name, size, f"{1e6 * row:.1f}", f"{1e6 * maps:.1f}", f"{row / maps:.2f}", f"{few[1] / few[0]:.1f}", *shares))
     single, together = (_in_processes(_sample("hyq", 16 * ROWS), jobs) for jobs in (1, 2))
     notes = (
         "row: joints drawn within limits, shock at one point with its most severe direction, friction and condition, in Parquet; "
-        "maps: shock_maps of all bodies in the same postures",
+        "maps: shock_maps of all bodies in the same postures; "
+        "derivatives: the same with derivatives, in 1024 of them",
         f"{16 * ROWS} rows of hyq: {single:.2f} s in one process, {together:.2f} s in two: {single / together:.2f} times as fast",
     )
-    header = ("robot", "bodies × velocities", "row [µs]", "maps [µs]", "row / maps", "row: Pinocchio [%]", "row: Eq. 4 [%]")
+    header = (
+        "robot", "bodies × velocities", "row [µs]", "maps [µs]", "row / maps", "derivatives / maps", "row: Pinocchio [%]",
+        "row: Eq. 4 [%]",
+    )  # fmt: skip
     return Sheet("sweeps", header, rows, notes)
 
 
