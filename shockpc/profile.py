@@ -4,7 +4,7 @@ Step 1: the impulsive equation of motion gives the jump of the joint velocities 
 Step 2: the recursion along the tree turns it into the jump of every body (Eqs. 8 and 9).
 Step 3: in the plane, the jump of a body is a point without shock and a radius (Eqs. 11 and 12).
 
-Everything is linear in the velocity of the strike, so steps 1 and 2 are done for 1 m/s along x, y and z besides the scene's own
+Everything is linear in the velocity of the strike, so steps 1 and 2 are done for 1 m/s along x, y and z besides the scene's
 strike: every strike angle, and the most severe one, is a product afterwards. The same equations in ball arithmetic enclose the
 exact answer, and that is what a profile reports.
 """
@@ -98,7 +98,7 @@ def shock_maps(landing: Landing | Scene, Q: Array | Sequence[Sequence[float]], d
     """Steps 1 and 2 in many postures, in double precision.
 
     Args:
-        landing: the landing, or its scene; its own posture is not used. Loops have to be closed in each of the postures.
+        landing: the landing, or its scene; its posture is not used. Loops have to be closed in each of the postures.
         Q: (N, nq) configurations in Pinocchio's layout.
         derivatives: whether those of the maps by the tangent of q are computed too, which takes six to eight times as long for a
             quadruped, and longer with more joints.
@@ -171,7 +171,7 @@ def impact_jumps(
     Args:
         landing: the landing.
         state: the robot in these postures, with the armature of its joints.
-        with_strike: whether the scene's own strike is computed besides those of 1 m/s along world x, y and z (k = 4 or 3).
+        with_strike: whether the scene's strike is computed besides those of 1 m/s along world x, y and z (k = 4 or 3).
         bodies: indices of those whose jumps are wanted, in that order; all by default.
     """
     equation, robot = landing.equation(state, with_strike), landing.robot

@@ -171,7 +171,7 @@ FOUND: dict[str, list[tuple[str, str, str]]] = {
     urdf(
         *map(link, "abc"), joint("lead", "a", "b"),
         joint("elbow", "a", "c", more=f'{LIMIT}<mimic joint="lead" multiplier="-2" offset="0.1"/>'),
-    ): [("note", 'joint "elbow"', "following others (mimic), without a freedom of its own")],
+    ): [("note", 'joint "elbow"', "following others (mimic), without a degree of freedom")],
     arm(tip=link("tip", more=MESHES)): [("warning", "4 of 5 meshes", LOST.format('"a.stl", "b.stl", "c.stl" and 1 more'))],
     # What an analysis warns of.
     arm(elbow=joint("elbow", "base", "tip", more=f'{LIMIT}<mimic joint="nobody"/>')): [

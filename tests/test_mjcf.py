@@ -353,7 +353,7 @@ def test_of_several_robots_that_with_the_most_joints_is_computed(tmp_path: Path)
     """The others are named; configurations and frames are those of the robot that is left."""
     robot = from_text(tmp_path, TWO)
     assert robot.warnings == (
-        'dog.xml: it holds 3 robots that move on their own: "base", with the most joints, is computed, and "box" (9 kg), '
+        'dog.xml: it holds 3 robots that move independently: "base", with the most joints, is computed, and "box" (9 kg), '
         '"door" (1 kg) left out',
     )
     assert [found.name for found in robot.bodies] == ["base", "b"]
@@ -368,7 +368,7 @@ def test_of_several_robots_that_with_the_contact_is_computed(tmp_path: Path, con
     scene = Scene(robot=str(tmp_path / "dog.xml"), contact="box")
     assert robot_of(Scene(robot=scene.robot), [contact]).links == ("box",)
     profile = shock_profile(scene)
-    assert 'holds 3 robots that move on their own: "box", which has the contact, is computed' in profile.robot.warnings[0]
+    assert 'holds 3 robots that move independently: "box", which has the contact, is computed' in profile.robot.warnings[0]
     np.testing.assert_allclose(profile.delta_v, [[0.0, 0.0, 1.0]], atol=1e-15)
     with pytest.raises(UnknownName):
         shock_profile(Scene(robot=scene.robot, contact="window"))

@@ -147,7 +147,7 @@ def test_a_change_of_less_than_a_hundredth_of_a_body_is_a_warning(share, pattern
 
 def test_a_part_without_mass_names_the_main_link():
     robot = heavy(0.0)
-    with pytest.raises(UnknownName, match='"plate" has no mass of its own; the main link of its body is "base"'):
+    with pytest.raises(UnknownName, match='"plate" has no mass; the main link of its body is "base"'):
         changed(robot, read_changes("mass:plate=2x"))
     assert links_with_mass(robot, "*") == {"base": 2.0, "leg": 1.0}
 

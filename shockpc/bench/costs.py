@@ -161,7 +161,7 @@ def many_system(name: str) -> System:
 
 
 def random_postures(system: System, n: int) -> Array:
-    """Random postures (n, nq) around the scene's own: every joint, and the base, rotated by about 20°."""
+    """Random postures (n, nq) around the scene's: every joint, and the base, rotated by about 20°."""
     steps = 0.35 * np.random.default_rng(20).normal(size=(n, system.model.nv))
     steps[:, :3] = 0.0
     return np.stack([pin.integrate(system.model, system.landing.q, step) for step in steps])

@@ -38,7 +38,7 @@ class Result(NamedTuple):
         case: what was landed.
         method: its name.
         outcome: a key of `OUTCOMES`.
-        error: largest over the bodies, relative to the body's own motion [1]; the proven bound for the package's printed numbers;
+        error: largest over the bodies, relative to the body's motion [1]; the proven bound for the package's printed numbers;
             None without numbers or without a reference.
         seconds: run time of each run [s]; none if it failed.
         message: why it failed.

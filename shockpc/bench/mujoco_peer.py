@@ -1,4 +1,4 @@
-"""MuJoCo on the same landing: simulated with compliant contacts, or the impulsive equation solved with its own matrices."""
+"""MuJoCo on the same landing: simulated with compliant contacts, or the impulsive equation solved with its matrices."""
 
 import functools
 from typing import Any

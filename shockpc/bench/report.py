@@ -1,4 +1,4 @@
-"""The benchmark and its report: the standing suite, and one landing of one's own; tables, and a chart of error against run time."""
+"""The benchmark and its report: the standing suite, and one given landing; tables, and a chart of error against run time."""
 
 import importlib.metadata
 import math
@@ -32,7 +32,7 @@ METHODS = DIRECT | MUJOCO
 WHOLE = "shockpc, all quantities"
 WHOLE_NOTE = f'"{WHOLE}": a whole analysis, from the scene to every number of the document'
 NOTES = (
-    "error: of the velocity jump, largest over the bodies, relative to the body's own motion; for shockpc's printed numbers the "
+    "error: of the velocity jump, largest over the bodies, relative to the body's motion; for shockpc's printed numbers the "
     "proven bound, for the robot as loaded",
     "τ: time constant of a simulated contact (without gravity): how long the impact lasts; the difference from the rigid impact "
     "becomes smaller with it",
@@ -48,7 +48,7 @@ LIMITS = (
     "without a coefficient of friction contacts stick, or slide along given directions; whether friction suffices is reported",
     "a drive is free, has a reflected inertia, with or without a spring, or is locked; gearboxes that slip are not modelled",
     "all contacts come to rest together; restitution is Newton's, for each contact",
-    "masses and placements are taken as exact; their own uncertainty is usually the larger error by far",
+    "masses and placements are taken as exact; their uncertainty is usually the larger error by far",
     "impulses of contacts whose rows are dependent are not unique, and are not given",
 )
 

@@ -23,7 +23,7 @@ and [[tool.shockpc.budget]]:
   [[case]]
   name = "land-front"
   scene = "landing.toml"          # any key of a scene, such as robot, posture
-                                  # or [[case.contact]], goes before its own
+                                  # or [[case.contact]], replaces the file's
   strike_angle_deg = [0, 15, 30]  # a landing for each
 
 \b

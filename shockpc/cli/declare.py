@@ -86,7 +86,7 @@ def command(
     after: str = "Exit codes: shockpc --help lists them.",
     without: Collection[str] = (),
 ) -> Callable[[Command], Command]:
-    """Make a function a command, which takes the options of records among its parameters after its own.
+    """Make a function a command, which takes the options of records among its parameters after the others.
 
     The text is no docstring, because Python can be told to leave those out.
 

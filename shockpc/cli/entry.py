@@ -14,7 +14,7 @@ from shockpc.text.paths import inputs
 from shockpc.text.printed import visible
 
 DEFECT = 70
-"""An error in shockpc itself, as EX_SOFTWARE of sysexits.h: Python's own code would be 1, which means that a budget is exceeded."""
+"""An error in shockpc itself, as EX_SOFTWARE of sysexits.h: Python's code would be 1, which means that a budget is exceeded."""
 INTERRUPTED = 130
 """Also what Typer returns, without a message, when a command raises KeyboardInterrupt."""
 

@@ -165,7 +165,7 @@ PANELS = frozenset(
     for info in (*SceneOptions._field_defaults.values(), *(info for _, info in OF_RECORDS.values()))
     if not isinstance(info, Declared)
 )
-"""The headings under which the options of a landing stand; a command's own option in the place of one has another."""
+"""The headings under which the options of a landing stand; a command's option in the place of one has another."""
 
 
 class RunOptions(NamedTuple):

@@ -33,7 +33,7 @@ def robots(
 
 
 def _catalogue() -> "tuple[dict[str, Robot | None], int]":
-    """Every robot that is known by name, None if it cannot be loaded; and how many, the first, are the project's own."""
+    """Every robot that is known by name, None if it cannot be loaded; and how many, the first, are the project's."""
     from shockpc.cli.progress import progress
     from shockpc.robot.catalogue import catalogue, project_robots_folder
     from shockpc.robot.load import load_robot

@@ -108,7 +108,7 @@ def _robot_of(scene: Scene, contacts: Iterable[str]) -> Robot:
 
 
 def with_contact(robot: str, options: SceneOptions, contacts: list[str]) -> tuple[SceneOptions, list[str]]:
-    """Options with a contact until the rows' own are set, where neither options nor scene give one; and the rows' contacts.
+    """Options with a contact until the rows' are set, where neither options nor scene give one; and the rows' contacts.
 
     It is the first of them that means one landing of the robot; rows with another text are refused later. So is a row without any,
     which would have that of the others: it has a text that names nothing.

@@ -4,7 +4,7 @@ What the command passes for a parameter that is no option follows from the param
 
     scene        one landing, of ROBOT and the options of a scene
     landings     landings by name: SCENE..., or a robot's single-foot landings
-    postures     postures of one robot by name: SCENE..., or a robot's own
+    postures     postures of one robot by name: SCENE..., or those of a robot's file
     designs      one landing of each DESIGN...
     log          the path LOG; its `scene` is one landing on all contacts of ROBOT and the options
     table        the columns of the file TABLE; its `scene` gives what these lack

@@ -28,7 +28,7 @@ def sweep(
 ) -> int:
     contacts = [values for name, values in typed["vary"] if name == "contact" and values is not None]
     if contacts and not options.contact:
-        # The rows have contacts of their own, as --contact names them; the scene needs one until they are set.
+        # The rows have other contacts, as --contact names them; the scene needs one until they are set.
         options = options._replace(contact=(contacts[0].split(",")[0],))
     loaded, scenes = scenes_from(robot, options)
     if len(scenes) > 1 and not contacts:

@@ -296,7 +296,7 @@ def _farthest(X: Array, rank: int) -> np.ndarray:
 
 
 def weakest_columns(H: Array) -> list[int]:
-    """The columns of a singular inertia that have no inertia of their own, or share one between them.
+    """The columns of a singular inertia that have no inertia, or share one between them.
 
     Returns: indices, ascending.
     """

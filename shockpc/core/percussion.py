@@ -52,7 +52,7 @@ def _each(function: Callable[..., Any], *arrays: Any) -> Any:
 def translation(delta_omega: Array, delta_v: Array, normal: Array, v_in: float, length: float, tolerance: float) -> tuple[Any, Any]:
     """Which bodies only translate in the plane, and which do not rotate at all.
 
-    A body translates when its rotation moves no point within `length` by more than `tolerance` of v_in or of its own velocity:
+    A body translates when its rotation moves no point within `length` by more than `tolerance` of v_in or of the body's velocity:
     files give angles and lengths with ten digits or so, and their rounding rotates bodies by as much.
 
     Args:
@@ -104,7 +104,7 @@ def off_plane_share(delta_omega: Any, v_com: Any, normal: Any, gyration: Any, at
 
     The larger of the share of the translation across the plane and the share of the rotation about axes in the plane, both
     measured as velocities (rotation times radius of gyration), so that the rounding of a part that vanishes never counts as a
-    share of its own.
+    share.
 
     Args:
         delta_omega: (..., 3) jump of angular velocity [rad/s].

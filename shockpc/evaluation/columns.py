@@ -67,7 +67,7 @@ class Column(NamedTuple):
 
     @property
     def shock(self) -> bool:
-        """Whether it is a shock of the row's own strike."""
+        """Whether it is a shock of the row's strike."""
         return self.selection.quantity.most_severe is not None and self.time is None
 
     def per_landing(self, scene: Scene) -> bool:
@@ -168,7 +168,7 @@ class Postures(NamedTuple):
         bodies: which these are; None for all.
         condition: (m,) of each posture.
         prove: (m,) whether it needs a proof.
-        inertias: the inertias in each posture; None where they are the landing's own.
+        inertias: the inertias in each posture; None where they are the landing's.
     """
 
     landing: PosedLanding
@@ -187,7 +187,7 @@ class Postures(NamedTuple):
         """Every column (m, S) by name; which contacts (m, S, c) do not approach the ground; and where (m, S) an end stop acts.
 
         Args:
-            strikes: (m, S, 3) velocities of the base before the impact, world axes [m/s]; None for the landing's own (S = 1).
+            strikes: (m, S, 3) velocities of the base before the impact, world axes [m/s]; None for the landing's (S = 1).
             wanted: the columns.
             more: as for `values_of`.
         """
@@ -205,7 +205,7 @@ def postures(
         landing: the landing.
         Q: (m, nq) configurations.
         wanted: what will be read of them.
-        inertias: the inertias in each posture; the landing's own by default.
+        inertias: the inertias in each posture; the landing's by default.
         trusted: as for `needs_proof`.
     """
     with_strike = landing.before.velocity.ndim > 1 or not landing.translates
@@ -231,10 +231,10 @@ def columns(
     Args:
         landing: the landing.
         Q: (m, nq) configurations.
-        strikes: (m, S, 3) velocities of the base before the impact, world axes [m/s]; None for the landing's own, of which each
+        strikes: (m, S, 3) velocities of the base before the impact, world axes [m/s]; None for the landing's, of which each
             posture has one (S = 1).
         wanted: the columns.
-        inertias: the inertias in each posture; the landing's own by default.
+        inertias: the inertias in each posture; the landing's by default.
         trusted: as for `needs_proof`; with it, quantities of one posture at a time are computed where double precision has them.
 
     Returns: columns (m, S) by name; the condition (m,) of each posture; which rows (m, S) need a proof, those too that friction may

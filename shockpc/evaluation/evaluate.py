@@ -253,7 +253,7 @@ def _computed(pickled: bytes, make: Callable[..., Any], chunk: tuple[int, Any]) 
 
 @functools.lru_cache(maxsize=2)
 def _unpickled(pickled: bytes) -> Evaluation[Any]:
-    """An evaluation that was sent to this process, with a robot of its own; the last two are kept for their next chunks."""
+    """An evaluation that was sent to this process, with a separate robot; the last two are kept for their next chunks."""
     evaluation: Evaluation[Any] = pickle.loads(pickled)
     return evaluation
 

@@ -35,7 +35,7 @@ class Group(NamedTuple):
         Q: (m, nq) configurations.
         strikes: (m, S, 3) velocities of the base before the impact, world axes [m/s]; None where the landing has a motion for each
             posture (S = 1).
-        inertias: the inertias in each posture; the landing's own by default.
+        inertias: the inertias in each posture; the landing's by default.
         further: (m,) further columns by heading.
     """
 

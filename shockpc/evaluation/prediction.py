@@ -63,7 +63,7 @@ def _with_friction(key: str, column: Column) -> Column:
 
 
 def base_in_world(study: RecordedLandings, predicting: Mapping[str, Column], columns: Mapping[str, Array]) -> dict[str, Array]:
-    """The jumps (n,) by key, those of the base in world axes. Args: columns (n,) by name, those of the base in its own axes."""
+    """The jumps (n,) by key, those of the base in world axes. Args: columns (n,) by name, those of the base in body axes."""
     jumps = {key: columns[column.name] for key, column in predicting.items()}
     for kind in "vw":
         in_body = np.stack([jumps[kind + axis] for axis in "xyz"], axis=-1)

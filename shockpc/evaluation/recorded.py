@@ -1,4 +1,4 @@
-"""Landings of a recorded table: every row has its own configuration and motion before the impact, in arrays."""
+"""Landings of a recorded table: every row has its configuration and motion before the impact, in arrays."""
 
 import contextlib
 import functools

@@ -300,7 +300,7 @@ class _Reader:
         self.effort[:, joint.v] = np.where(_empty(values), np.nan, self._numbers(name, values, missing=True))[:, None]
 
     def _mujoco(self, name: str, values: Array) -> None:
-        """Read all coordinates, or all velocities, in the layout of MuJoCo: a free base turns at a rate in its own axes."""
+        """Read all coordinates, or all velocities, in the layout of MuJoCo: a free base turns at a rate in body axes."""
         order, size = qpos_order(self.robot) if name == "qpos" else qvel_order(self.robot)
         if values.ndim != 2 or values.shape[1] != size:
             raise StudyError(f"{name} has shape {values.shape}, and a row of it has the {size} numbers of the robot's file")
@@ -330,7 +330,7 @@ class _Reader:
         return {"row": np.array(rows), **{key: x if x.dtype.kind in "fiu" else x.astype(str) for key, x in labels.items()}}
 
     def _scenes(self, friction: Array) -> tuple[tuple[Scene, ...], np.ndarray, Array]:
-        """The scenes that differ in their contacts, in which of them have a velocity of their own, or in the standing feet.
+        """The scenes that differ in their contacts, in which of them have a velocity, or in the standing feet.
 
         Returns: the scenes, which of them each row (n,) is of, and the velocities (n, c, 3) of contacts.
         """
@@ -462,7 +462,7 @@ class _Reader:
         keys = [f"{kind}{axis}" for axis in "xyz"]
         in_body = [key for key in keys if key in self.in_body]
         if in_body and len(in_body) != 3:
-            raise StudyError(f"{listed(in_body)} of the base in its own axes, but not all of {listed(keys)}; give all three")
+            raise StudyError(f"{listed(in_body)} of the base in body axes, but not all of {listed(keys)}; give all three")
         vector = np.stack([self.base.get(key, np.full(self.n, default[k])) for k, key in enumerate(keys)], axis=1)
         return np.asarray((rotation @ vector[..., None])[..., 0] if in_body else vector)
 

@@ -1,4 +1,4 @@
-"""Landings that differ in one quantity, each at strike angles of its own."""
+"""Landings that differ in one quantity, each at other strike angles."""
 
 from collections.abc import Iterator
 from dataclasses import dataclass, field, replace
@@ -22,12 +22,12 @@ PART = 1024
 
 @dataclass(frozen=True, eq=False)
 class StrikeGrid(LandingsBeside):
-    """Landings that differ in one quantity, each at strike angles of its own.
+    """Landings that differ in one quantity, each at other strike angles.
 
     The strike angle turns the part of the velocity that is in the plane; the part out of it, and what else moves, stays as it is.
 
     Attributes:
-        landing: in the scene's own posture.
+        landing: in the scene's posture.
         varied: the quantity, with its values in n postures.
         angles: (n, S) strike angles of each posture [rad].
         Q: (n, nq) configurations of a joint's values; None for other quantities.

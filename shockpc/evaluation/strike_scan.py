@@ -29,7 +29,7 @@ FINER = 5
 """Strike angles of a map for each of the grid."""
 
 BESIDE = 0.002
-"""How far beside the vertex of a first parabola the strike angles of a second one are [rad]: its own is then off by 1e-9."""
+"""How far beside the vertex of a first parabola the strike angles of a second one are [rad], whose vertex is then off by 1e-9."""
 
 STEPS = 3
 """Of regula falsi, which leave less than 1e-6 rad of the 0.04 rad between two strike angles."""
@@ -77,10 +77,10 @@ class StrikeScan:
 
     Attributes:
         values: (n,) those that can be reached [rad, m].
-        angles: (S,) strike angles of the grid, ascending: the landing's own and those of the targets [rad].
+        angles: (S,) strike angles of the grid, ascending: the landing's and those of the targets [rad].
         numbers: (n, S); NaN without a result.
         unreachable: (least value, greatest value, reason) of the ranges in which a loop cannot be closed, or there is no result for
-            the landing's own strike.
+            the landing's strike.
         inaccurate: number of postures that are not proven, in which rounding may show above 1e-9.
 
     Raises:
@@ -220,7 +220,7 @@ class StrikeScan:
         return np.asarray(np.argmax(np.nan_to_num(self._bound.sign * numbers, nan=-np.inf), axis=1))
 
     def at(self, wanted: list[Array]) -> list[Array]:
-        """The worst number over each of the targets' strikes, at values (m,) of its own, as wanted."""
+        """The worst number over each of the targets' strikes, at values (m,) of that quantity, as wanted."""
         single = [k for k, (low, high) in enumerate(self.targets) if low == high]
         values = np.concatenate([wanted[k] for k in single])
         angles = np.concatenate([np.full(len(wanted[k]), self.targets[k][0]) for k in single])

@@ -211,7 +211,7 @@ class Table:
 
 
 def _to_arrow(values: np.ndarray) -> Any:
-    """A column (n,) for pyarrow. Its own conversion imports pandas where that is installed, which costs more than many a sweep."""
+    """A column (n,) for pyarrow. Its conversion imports pandas where that is installed, which costs more than many a sweep."""
     import pyarrow
 
     kind = values.dtype.kind

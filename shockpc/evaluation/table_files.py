@@ -210,7 +210,7 @@ def _read_parquet(stream: IO[bytes]) -> dict[str, np.ndarray]:
             values += length
         _refuse_size(max(sum(group.total_byte_size for group in groups), 8 * values))
         _refuse_twice(file.schema_arrow.names)
-        # A text that many rows share is kept once: a small file could take any memory if each had its own.
+        # A text that many rows share is kept once: a small file could take any memory if each row had a copy.
         coded = [leaf.path for leaf in leaves if leaf.physical_type == "BYTE_ARRAY"]
         file, batches, count = pyarrow.parquet.ParquetFile(stream, read_dictionary=coded), [], 0
         for batch in file.iter_batches():
@@ -244,7 +244,7 @@ def _parquet_column(column: Any) -> np.ndarray:
 
     if not pyarrow.types.is_dictionary(column.type):
         return np.asarray(column.to_numpy())
-    # pyarrow's own conversion takes a missing value for the first of the dictionary.
+    # pyarrow's conversion takes a missing value for the first of the dictionary.
     parts = [np.zeros(0, dtype=object)]
     for chunk in column.chunks:
         values = np.array([*chunk.dictionary.to_pylist(), None], dtype=object)

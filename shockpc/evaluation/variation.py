@@ -239,7 +239,7 @@ def motion_range(joints: Iterable[Joint]) -> tuple[float, float]:
 
 
 def each_of(robot: Robot, varied: Variation) -> tuple[Variation, ...]:
-    """A variation with a quantity of its own for each joint or link that matches; one of the whole landing as it is."""
+    """A variation with a separate quantity for each joint or link that matches; one of the whole landing as it is."""
     if varied.kind == "joint":
         single = (replace(varied, subject=joint.name, target=joint.name) for joint in varied.joints(robot))
         return tuple(_within_limits(robot, each) for each in single)

@@ -1,7 +1,7 @@
 """Landings that differ from one in posture, strike, contact, inertia or joint model, on a grid or in a random sample.
 
 Changes of the strike are products with the maps of a posture, changes of the posture and of inertias are rows of one array, and
-only the others need a landing of their own.
+only the others need separate landings.
 """
 
 import functools
@@ -99,7 +99,7 @@ class VariedLandings:
 
     @functools.cached_property
     def separate(self) -> bool:
-        """Whether every posture needs a landing of its own, because loops have to be closed."""
+        """Whether every posture needs a separate landing, because loops have to be closed."""
         return bool(self.first.loops)
 
     @functools.cached_property
@@ -163,7 +163,7 @@ class VariedLandings:
         return _picked(self._values(chunk), *divmod(row - self.chunks[chunk][0] * self.strikes, self.strikes))
 
     def chunk(self, k: int, data: None) -> Chunk:
-        """The postures of a chunk, grouped by what needs a landing of its own."""
+        """The postures of a chunk, grouped by what needs a separate landing."""
         (a, b), S, values = self.chunks[k], self.strikes, self._values(k)
         labels = {variation.column: np.broadcast_to(values[variation], (b - a, S)).ravel() for variation in self.variations}
 
@@ -245,7 +245,7 @@ class VariedLandings:
     def _inertias(
         self, landing: PosedLanding, values: dict[Variation, np.ndarray], rows: np.ndarray
     ) -> tuple[Inertias | None, dict[int, ShockError]]:
-        """The inertias of some rows of a chunk; None where all have the landing's own. And why no robot has those of a row."""
+        """The inertias of some rows of a chunk; None where all have the landing's. And why no robot has those of a row."""
         varied = [variation for variation in values if variation.kind in INERTIAL]
         if not varied or self.separate:
             return None, {}
@@ -316,7 +316,7 @@ def _strata(n: int, rows: np.ndarray, seed: int, number: int) -> np.ndarray:
         n: number of rows.
         rows: (m,) their numbers.
         seed: of the random numbers.
-        number: of the quantity, each of which has a permutation of its own.
+        number: of the quantity, each of which has another permutation.
     """
     bits = np.uint64(max(1, -(-(n - 1).bit_length() // 2)))
     low = np.uint64((1 << int(bits)) - 1)
@@ -352,7 +352,7 @@ def varied_landings(
         scene: the landing that is varied.
         vary: values by subject, as in `variation`: {"*_KFE": "-120:-10:200", "strike-angle": [0, 15, 30]}.
         robot: the scene's robot, if it is loaded already.
-        vary_each: the same, with a quantity of its own for each joint or link that a pattern matches.
+        vary_each: the same, with a separate quantity for each joint or link that a pattern matches.
         sample: number of random rows instead of the full grid. If neither a joint nor what the robot and the ground are is varied,
             all joints are, within their limits.
         lhs: whether the sample is a Latin hypercube.

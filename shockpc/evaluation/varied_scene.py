@@ -221,9 +221,9 @@ def _with_armature(scene: Scene, robot: Robot, varied: Variation, value: float) 
 
 
 def _with_stiffness(scene: Scene, robot: Robot, varied: Variation, value: float) -> Joints:
-    """The joint model with the stiffness of the springs of some joints, of their own or before rotors, replaced or multiplied.
+    """The joint model with the stiffness of the springs of some joints, at the joint or before rotors, replaced or multiplied.
 
-    A joint without a spring gets one of its own.
+    A joint without a spring gets one at the joint.
 
     Raises:
         ShockError: there is no spring to multiply, a joint has two, its rotor is not known, or the joints are locked.
@@ -238,7 +238,7 @@ def _with_stiffness(scene: Scene, robot: Robot, varied: Variation, value: float)
         "the inertia of the rotor behind a spring is not known, so the spring counts nowhere; give it with --rotor": (
             chosen & behind & (model.rotor == 0.0)
         ).any(),
-        "a joint has a spring of its own and one before its rotor; give factors, such as 0.5x:2x, which multiply both": (
+        "a joint has a spring at the joint and one before its rotor; give factors, such as 0.5x:2x, which multiply both": (
             (chosen & sprung & behind).any() and not varied.factor
         ),
     }
@@ -256,5 +256,5 @@ def _with_stiffness(scene: Scene, robot: Robot, varied: Variation, value: float)
 
 
 def _first_velocities(robot: Robot, chosen: np.ndarray) -> Iterator[tuple[str, int]]:
-    """The joints of which some velocities (nv,) are, each with the first of its own."""
+    """The joints of which some velocities (nv,) are, each with the first of its velocities."""
     return ((name, v) for name in robot.joint_names if chosen[v := robot.joint(name).v.start])

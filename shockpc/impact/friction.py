@@ -39,7 +39,7 @@ class FrictionResult(NamedTuple):
         solutions: number of solutions found. For one contact these are all.
         residual: largest deviation from Coulomb's and Newton's laws relative to the largest velocity of the contacts [1].
         energy_lost: kinetic energy that the impact takes [J].
-        impact: with the impulses of friction, for the scene's own strike alone; None where all contacts stick as in Eq. 4.
+        impact: with the impulses of friction, for the scene's strike alone; None where all contacts stick as in Eq. 4.
     """
 
     state: tuple[str, ...]
@@ -96,7 +96,7 @@ def contact_rows(landing: PosedLanding, stands: bool = False) -> ContactRows:
 
     Args:
         landing: in its posture.
-        stands: whether standing feet stay where they are, as in Eq. 4, and have no rows of their own.
+        stands: whether standing feet stay where they are, as in Eq. 4, and have no rows.
     """
     landing = landing.without_stops
     equation, blocks = landing.equation(landing.state), landing.blocks
@@ -255,7 +255,7 @@ class FrictionProblem(NamedTuple):
 
 
 def friction_problem(landing: PosedLanding) -> FrictionProblem:
-    """The problem of a landing in its posture, with its own strike.
+    """The problem of a landing in its posture, with its strike.
 
     Raises:
         SolveError: the inertia matrix is singular.
@@ -295,7 +295,7 @@ def friction_problems(landing: Landing, equation: Equation, speeds: Array) -> tu
         equation: Eq. 4 in the postures.
         speeds: (N, S, nc) that each strike's impact undoes along its rows [m/s].
 
-    Returns: None where rows are held rigidly, so that each posture has a problem of its own, as `friction_problem` has it.
+    Returns: None where rows are held rigidly, so that each posture has a separate problem, as `friction_problem` has it.
     """
     _, turn, rigid, _, number, place, e = _rows_along(equation.blocks)
     if rigid.any() or landing.scene.stops:

@@ -24,7 +24,7 @@ from shockpc.landing.stops import velocity_at_stop
 class Impact:
     """An impact in N postures for S strikes each; arrays of doubles, or of balls with N = S = 1.
 
-    What is linear in the strike has k columns: for 1 m/s along world x, y and z, and for the landing's own motion.
+    What is linear in the strike has k columns: for 1 m/s along world x, y and z, and for the landing's motion.
 
     Attributes:
         landing: whose posture is one of them, or that they differ from.
@@ -49,7 +49,7 @@ class Impact:
     jumps: Any
     _columns: dict[int, int] | None = None
     strikes: Array | None = None
-    """(N, S, 3) velocities of the base before the impact [m/s]; None for the landing's own alone."""
+    """(N, S, 3) velocities of the base before the impact [m/s]; None for the landing's alone."""
 
     @functools.cached_property
     def remembered(self) -> dict[Any, Any]:
@@ -114,7 +114,7 @@ class Impact:
 
     @property
     def _strike_change(self) -> Array:
-        """(N, S, 3) by how much the velocity of the base differs from the landing's own [m/s]."""
+        """(N, S, 3) by how much the velocity of the base differs from the landing's [m/s]."""
         return np.zeros(3) if self.strikes is None else self.strikes - self.landing.before.velocity[..., None, :]
 
     @functools.cached_property
@@ -243,13 +243,13 @@ class DoubleImpact(Impact):
     """Steps 1 and 2 in N postures in double precision, for S strikes each.
 
     Args:
-        landing: the landing; its own posture is not used.
+        landing: the landing; its posture is not used.
         equation: Eq. 4 in the postures.
         solution: of that.
         jumps: (N, n, 6, k) of bodies, body coordinates.
         bodies: which these are; all by default.
-        strikes: (N, S, 3) velocities of the base before the impact, world axes [m/s]; the landing's own by default.
-        inertias: the inertias in each posture; the landing's own by default.
+        strikes: (N, S, 3) velocities of the base before the impact, world axes [m/s]; the landing's by default.
+        inertias: the inertias in each posture; the landing's by default.
     """
 
     def __init__(

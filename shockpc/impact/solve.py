@@ -41,7 +41,7 @@ CONTRADICTION = 1e-9
 
 
 def solve_in_doubles(landing: Landing, equation: Equation) -> Solution:
-    """Solve Eq. 4 in N postures, in double precision; that of a landing in its own posture once."""
+    """Solve Eq. 4 in N postures, in double precision; that of a landing in its posture once."""
     if isinstance(landing, PosedLanding) and equation.state is landing.state and equation is landing.equation(landing.state):
         return _solution(landing)
     return _solved(landing, equation)
@@ -114,7 +114,7 @@ def without_kinetic_energy(landing: PosedLanding, H: Array) -> SolveError:
 
 
 def rows_as_meant(landing: PosedLanding) -> tuple[Array, Array]:
-    """The rows J_c G (nc, ny) and the speeds to be undone (nc,) by the own strike, without what rounding of the file left."""
+    """The rows J_c G (nc, ny) and the speeds to be undone (nc,) by the scene's strike, without what rounding of the file left."""
     equation, (most, rounded) = landing.equation(landing.state), landing.most_independent(landing.state, landing.blocks)(0)
     J, b, terms = equation.J_c[0], equation.b[0, :, 3], equation.terms()[0]
     if most == len(J):
@@ -194,7 +194,7 @@ class Residual(NamedTuple):
 
     @property
     def excess(self) -> Array:
-        """By how much (n,) more is left of the landing's own strike; a contradiction if it is above zero."""
+        """By how much (n,) more is left of the landing's strike; a contradiction if it is above zero."""
         allowed = CONTRADICTION * np.abs(self.speeds[:, 3]).max() + self.rounding * np.linalg.norm(self.motion[:, 3])
         return np.asarray(np.abs(self.left[:, 3]) - allowed)
 

@@ -152,7 +152,7 @@ class CompliantLanding:
     def _coordinates(self, before: Array, B: Array, speeds: Array) -> Array:
         """Velocities of the coordinates before the impact, with which the rows B of the elements have their speeds.
 
-        Where joints are locked at a rate, a contact has a velocity of its own or the ground moves against a fixed base, they are
+        Where joints are locked at a rate, a contact has a velocity or the ground moves against a fixed base, they are
         not those of the robot: a motion with constant velocity, in which all of it moves along, changes neither forces nor jumps.
 
         Args:
@@ -292,7 +292,7 @@ class CompliantLanding:
         return float(first[np.isfinite(first)].max(initial=0.0)) or self.motion.duration
 
     def impact_at(self, time: float) -> DoubleImpact:
-        """The changes of velocity from the impact until a time [s], with free fall, of the scene's own strike; no impulses."""
+        """The changes of velocity from the impact until a time [s], with free fall, of the scene's strike; no impulses."""
         if time not in self._impacts:
             self._impacts[time] = self._impact(self.motion.at(np.array([time])).jump.T)
         return self._impacts[time]

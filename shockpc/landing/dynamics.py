@@ -24,7 +24,7 @@ WHOLE_ARRAYS = 170_000
 
 
 class Inertias(NamedTuple):
-    """The inertias of N robots that are otherwise one, each in a posture of its own; or, with N = 1, those of one robot in all.
+    """The inertias of N robots that are otherwise one, each in another posture; or, with N = 1, those of one robot in all.
 
     Attributes:
         mass: (N, nb) of the bodies [kg].
@@ -93,7 +93,7 @@ def dynamics(robot: Robot, Q: Array, armature: Array | None = None, inertias: In
         robot: the robot.
         Q: (N, nq) configurations in Pinocchio's layout.
         armature: (nv,) reflected inertia of the joints, added to H's diagonal [kg m², kg]; none by default.
-        inertias: the inertias in each posture, instead of the robot's own and of `armature`.
+        inertias: the inertias in each posture, instead of the robot's and of `armature`.
     """
     model, data, J_view, F_view, com_view, placements, symmetric = _workspace(robot, threading.get_ident())
     model.armature = np.zeros(model.nv) if armature is None else armature

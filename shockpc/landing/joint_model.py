@@ -49,7 +49,7 @@ class JointModel(NamedTuple):
 
     @property
     def springs(self) -> np.ndarray:
-        """Which joint velocities (nv,) have a spring, of their own or before their rotor."""
+        """Which joint velocities (nv,) have a spring, at the joint or before their rotor."""
         return np.asarray((self.stiffness > 0.0) | np.isfinite(self.drive_stiffness))
 
     @property

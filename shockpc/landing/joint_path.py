@@ -50,7 +50,7 @@ class JointPath:
     def along(self, values: Array, fine: float) -> tuple[Array, Array, list[tuple[float, float, str]]]:
         """The values (n,) among some that can be reached, ascending, and their configurations (n, nq).
 
-        Loops are followed from the landing's own posture in both directions, each from the one before, so that they stay assembled
+        Loops are followed from the landing's posture in both directions, each from the one before, so that they stay assembled
         in the same way; where they can no longer be closed, the walk ends.
 
         Args:

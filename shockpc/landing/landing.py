@@ -98,7 +98,7 @@ class Landing:
 
         Args:
             state: the robot in N postures, with the armature of its joints.
-            with_strike: whether b has a column for the scene's own strike, besides those of the unit strikes.
+            with_strike: whether b has a column for the scene's strike, besides those of the unit strikes.
         """
         blocks = self.rows(state)
         G = self.free_columns(state)
@@ -122,7 +122,7 @@ class Landing:
 
         Args:
             before: the motions.
-            velocities: ([N,] c, 3) of the contacts, world axes; those count that have a velocity of their own [m/s].
+            velocities: ([N,] c, 3) of the contacts, world axes; those count that have a velocity [m/s].
         """
         contacts = tuple(
             contact if contact.velocity is None else contact._replace(velocity=velocities[..., k, :])
@@ -183,11 +183,11 @@ class PosedLanding(Landing):
         return (*super().rows(state), *self.acting)
 
     def most_independent(self, state: Dynamics, blocks: tuple[Block, ...]) -> Callable[[int], tuple[int, float]]:
-        """As for any landing; postures beside its own have the number of that."""
+        """As for any landing; other postures have the number of the landing's posture."""
         return self.mechanism.most_independent(blocks, state, self.state.Q[0])
 
     def equation(self, state: Dynamics, with_strike: bool = True) -> Equation:
-        """As for any landing; that of its own posture is computed once."""
+        """As for any landing; that of the landing's posture is computed once."""
         return self._equation if with_strike and state is self.state else super().equation(state, with_strike)
 
     @functools.cached_property

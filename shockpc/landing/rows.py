@@ -183,7 +183,7 @@ class Equation(NamedTuple):
     def cancellation(self) -> Array:
         """By how much (N,) terms cancel in the entries of J_c, in the row where they do so most [1].
 
-        Rows along which nothing can move do not count. On a free base the rows of contacts hold its own velocity: little cancels.
+        Rows along which nothing can move do not count. On a free base the rows of contacts hold its velocity: little cancels.
         """
         weight = 1.0 / np.sqrt(np.maximum(diagonal_of(self.inertia), 1e-300))[:, None]
         length, whole = (np.linalg.norm(entries * weight, axis=-1) for entries in (self.J_c, self.terms()))

@@ -53,7 +53,7 @@ class Contact(Record):
     )
     at: Literal["frame", "lowest"] = option(
         "frame",
-        "Contact point at the frame's origin, or at the lowest point of the link's own collision geometry (visual, if the file has "
+        "Contact point at the frame's origin, or at the lowest point of the link's collision geometry (visual, if the file has "
         "no other), or of the geom, in this posture (the middle of all that are equally low); the offset is added.",
         CONTACT,
         name="contact-point",
@@ -147,7 +147,7 @@ class Rotor(Record):
     """A motor behind a gearbox.
 
     Attributes:
-        inertia: of the rotor about its own axis [kg m²].
+        inertia: of the rotor about its axis [kg m²].
         gear_ratio: turns of the rotor for one of the joint [1]; by default that of the robot's file.
         stiffness: of a spring between gearbox and joint (series elastic) [N m/rad, N/m]; rigid by default.
     """
@@ -175,7 +175,7 @@ class Joints(Record):
         None,
         "All joints turn freely, resist by the reflected inertia of their drives, are as modelled with springs that do not yield, "
         "or are locked; by default each is as its drive makes it. Of free joints those resist to which --armature, --rotor or "
-        "--drives FILE gives an inertia; of rigid ones a joint with its own spring is locked, and a rotor behind one is joined to "
+        "--drives FILE gives an inertia; of rigid ones a joint with a spring is locked, and a rotor behind one is joined to "
         "its joint.",
         "Joint model",
         name="joints",
@@ -183,7 +183,7 @@ class Joints(Record):
     drives: str | None = option(
         None,
         "A file of drives, a robot of the catalogue that has such drives (go2), or none. Joints of the same names have the drives "
-        "of that robot. By default a robot of the catalogue has those known of it; none leaves what the robot's own file gives. "
+        "of that robot. By default a robot of the catalogue has those known of it; none leaves what the robot's file gives. "
         "The form of a file is that of robots/drives.toml.",
         "Joint model",
         "FILE|NAME|none",

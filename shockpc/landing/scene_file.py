@@ -37,7 +37,7 @@ def _named_plane(name: str) -> Plane:
 
 
 def points_at(robot: Robot, text: str) -> tuple[Point, ...]:
-    """The points that FRAME or FRAME:x,y,z means. The frame's own name may hold a colon; a glob means a point on each frame.
+    """The points that FRAME or FRAME:x,y,z means. The frame's name may hold a colon; a glob means a point on each frame.
 
     Raises:
         UnknownName: the robot has no such frame.
@@ -75,7 +75,7 @@ S = TypeVar("S", bound=Scene)
 
 
 def with_plane(scene: Scene) -> Scene:
-    """The scene with its own plane, or that in which its motion before the impact happens.
+    """The scene with its plane, or that in which its motion before the impact happens.
 
     That is the frontal plane where more than half of the motion is sideways. The jumps do not decide: they turn with the foot that
     is struck, the posture and the masses, so that two designs would be compared in different planes.

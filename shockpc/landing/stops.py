@@ -26,7 +26,7 @@ def is_stop(robot: Robot, frame: str) -> bool:
 
 
 def has_stops(robot: Robot, joint: Joint) -> bool:
-    """Whether a joint can have stops: it has one coordinate, and a body of its own with those that carry it."""
+    """Whether a joint can have stops: it has one coordinate, and no other joint in its body but those that carry it."""
     return joint.kind in ("revolute", "prismatic") and any(joint is one for one in robot.joints)
 
 
@@ -70,7 +70,7 @@ def striking_stop(robot: Robot, contact: Contact, q: Array, rates: Array) -> Blo
             f'contact "{frame}" is an end stop, which has a restitution and nothing else; leave out what else it is given'
         )
     if not has_stops(robot, joint):
-        raise refused(f'joint "{name}" has no end stop of its own: it is continuous, or one of several joints of its body')
+        raise refused(f'joint "{name}" has no end stop: it is continuous, or one of several joints of its body')
     rate = float(rates[joint.v.start])
     if rate == 0.0:
         raise refused(f'joint "{name}" does not move, so its end stop is not struck; give its rate, as --joint-velocity {name}=-2')

@@ -42,7 +42,7 @@ SHARE = 0.1
 """Part of a unit combination of rows from which a row takes part in it [1]."""
 
 FASTEST_PLAUSIBLE = 100.0
-"""Motion relative to the strike beyond which a warning names the body: a robot's own is about 1 [1]."""
+"""Motion relative to the strike beyond which a warning names the body: that of a robot is about 1 [1]."""
 
 
 def double_error(landing: PosedLanding, proof: Proof, jumps: Array) -> float:

@@ -169,7 +169,7 @@ def height_rates(
     grounded = [blocks[k].body for k in on_ground(landing)]
     points = np.concatenate([_lowest_points(landing, state), _grounded_points(landing, state, blocks)], axis=1)
     heights, bodies = points @ landing.up, np.append(body_outline(landing.robot).pieces.body, grounded)
-    # The lowest point of a contact is that of one of its shapes, or its own.
+    # The lowest point of a contact is that of one of the link's shapes, or the contact point.
     ends = np.stack([here.contacts.min(axis=1), here.contacts.max(axis=1)])
     others = np.append(here.others, np.zeros(len(grounded), dtype=bool))
     of_bodies = (np.where(others & (bodies == place.body), heights, np.inf) for place in places)

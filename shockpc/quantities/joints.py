@@ -56,7 +56,7 @@ def _force(impact: Impact, places: Places) -> Any:
 def _moment(impact: Impact, places: Places) -> Any:
     """Their moments (N, S, n, 3) about the origins of the joints' frames, world axes [N m s].
 
-    Joints that share a body carry one wrench, each about an origin of its own.
+    Joints that share a body carry one wrench, each about another origin.
     """
     number = {joint.v.start: k for k, joint in enumerate(impact.landing.robot.single_joints)}
     loads = impact.joint_loads[:, :, [place.body for place in places]]

@@ -55,7 +55,7 @@ class ShockMaps(NamedTuple):
             joints move so fast that it may be singular, which `shock_profile` refuses.
         columns: (N, 6, nv) twist that each unit joint velocity gives to the bodies behind it, world axes, about the base.
         derivatives: (N, nb, 6, 3, nv) of the maps by the tangent of q, Pinocchio's layout: those of a floating base are in its
-            axes. A follower, a locked joint or one of a loop has its own, in which the others stay. NaN in a singular posture,
+            axes. A follower, a locked joint or one of a loop has a column too, in which the others stay. NaN in a singular posture,
             where fewer rows are independent than beside it, and where a lowest point jumps. None if they were not asked for.
     """
 
@@ -186,7 +186,7 @@ class ShockMaps(NamedTuple):
             qd: (nv,) or (N, nv) velocities before the impact, Pinocchio's layout [rad/s, m/s].
 
         Raises:
-            SceneError: qd has another shape, or a contact has a velocity of its own.
+            SceneError: qd has another shape, or a contact has a velocity.
         """
         return self._after(qd)[0]
 
@@ -205,7 +205,7 @@ class ShockMaps(NamedTuple):
         if rates.shape not in ((nv,), (n, nv)):
             raise SceneError(f"qd has shape {rates.shape}; give velocities of shape ({nv},), or ({n}, {nv}) with one row a posture")
         if any(contact.velocity is not None for contact in landing.contacts):
-            raise SceneError("a contact has a velocity of its own, which is no joint velocity; leave it out of the scene")
+            raise SceneError("a contact has a velocity, which is no joint velocity; leave it out of the scene")
         rates, jumps, impulses = np.broadcast_to(rates, (n, nv)), np.empty((n, nv)), list[Array]()
         with one_thread(nv):
             for k in range(0, n, CHUNK):
@@ -237,7 +237,7 @@ class ShockMaps(NamedTuple):
             return v
         if not self.landing.translates:
             raise SceneError(
-                "before the impact the robot also rotates, or joints or contacts move on their own, so its strike is no single "
+                "before the impact the robot also rotates, or joints or contacts move independently, so its strike is no single "
                 "velocity; give the strike, or joint_jumps the joint velocities"
             )
         return self.landing.before.velocity

@@ -48,7 +48,7 @@ class Quantity(NamedTuple):
             zero where a contact would have to be pulled.
         also: for what else it exists: the impact with friction, and the jumps on contacts of finite stiffness.
         path: where it stands in the document of its place, by default under its key, after the name of a section and a colon if it
-            stands in one; None if it has no place of its own there.
+            stands in one; None if it has no place there.
         flag: whether it is 1 or 0, which documents write as true or false.
         linear: whether it is linear in the jumps and impulses, by coefficients that do not change with the posture or the strike.
         length_of: a quantity of that kind of which it is the length, but for a factor that does not change with them either.

@@ -15,7 +15,7 @@ from shockpc.quantities.quantity import Places, Quantity
 
 DRIVEN = "a motor holds the rate of a joint and does work"
 
-UNKNOWN = "the base is fixed, a foot stands or a contact has its own velocity, so the energy before the impact is not determined"
+UNKNOWN = "the base is fixed, a foot stands or a contact has a velocity, so the energy before the impact is not determined"
 
 
 def _one(values: Any) -> Any:

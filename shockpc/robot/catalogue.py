@@ -1,4 +1,4 @@
-"""A name becomes a file: the project's own robots, and every robot of example-robot-data.
+"""A name becomes a file: the project's robots, and every robot of example-robot-data.
 
 A robot is called by its file's stem, in lower case, with "-" read as "_". Where that gives a poor name, `_RENAMED` says a
 better one. Nothing is opened here: names and paths only.
@@ -47,7 +47,7 @@ _RENAMED: dict[str, tuple[str, ...]] = {
     "hector_description/robots/quadrotor_base.urdf.xacro": ("hector_macro",),  # defines a macro, holds no robot
     "hextilt_description/urdf/hextilt_flying_arm_5.urdf": ("hextilt", "hextilt_flying_arm_5"),
     "hyq_description/robots/hyq_no_sensors.urdf": ("hyq", "hyq_no_sensors"),
-    "quadruped_description/urdf/quadruped.urdf": ("quadruped_8dof", "quadroped"),  # "quadruped" is the project's own
+    "quadruped_description/urdf/quadruped.urdf": ("quadruped_8dof", "quadroped"),  # "quadruped" is a robot of the project
     "solo_description/robots/solo.urdf": ("solo8", "solo"),
     "talos_data/robots/talos_full_v2.urdf": ("talos_full", "talos_full_v2"),
     "talos_data/robots/talos_full_v2_box.urdf": ("talos_full_box", "talos_full_v2_box"),
@@ -78,7 +78,7 @@ class CatalogueEntry(NamedTuple):
 
 
 def catalogue() -> tuple[CatalogueEntry, ...]:
-    """List every robot known by name: the project's own first, then example-robot-data, each in alphabetical order."""
+    """List every robot known by name: the project's first, then example-robot-data, each in alphabetical order."""
     folder = project_robots_folder()
     project = [
         CatalogueEntry(_name_of(file), f"{folder}/{file}") for file in _files(folder) if file.endswith((".urdf.xacro", ".xml"))
@@ -168,20 +168,20 @@ def find_srdf(robot_path: Path, robot_name_in_file: str) -> Path | None:
 
 
 def project_robots_folder() -> Path:
-    """Return the folder of the project's own robots: inside an installed package, or beside it in a checkout."""
+    """Return the folder of the project's robots: inside an installed package, or beside it in a checkout."""
     package = Path(__file__).resolve().parent.parent
     packaged = package / "robots"
     return packaged if packaged.is_dir() else package.parent / "robots"
 
 
 def closing_scene(robot: Path) -> Path | None:
-    """The first scene that closes a loop of one of the project's own robots, whose file, a tree, ends at the loop's two ends."""
+    """The first scene that closes a loop of one of the project's robots, whose file, a tree, ends at the loop's two ends."""
     return _closing_scenes().get(robot) if robot.is_relative_to(project_robots_folder()) else None
 
 
 @functools.cache
 def _closing_scenes() -> dict[Path, Path]:
-    """By the project's own robots, the first scene that closes a loop."""
+    """By the project's robots, the first scene that closes a loop."""
     closing: dict[Path, Path] = {}
     for scene in sorted((project_robots_folder() / "scenes").glob("*.toml")):
         text = read_file(scene, "scene file", RobotError).decode()

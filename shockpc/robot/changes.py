@@ -133,7 +133,7 @@ def changed(robot: Robot, changes: Iterable[Change]) -> Robot:
 
 
 def varied_bodies(robot: Robot, changes: Iterable[tuple[Property, str, Array, bool]]) -> tuple[Array, Array, Array]:
-    """The bodies of N robots that `changed` makes of one, each with a value of its own.
+    """The bodies of N robots that `changed` makes of one, each with another value.
 
     Args:
         robot: the robot.
@@ -281,7 +281,7 @@ def links_with_mass(robot: Robot, pattern: str, model: pin.Model | None = None) 
     masses = {link: mass for link in robot.links if (mass := _mass(model or robot.model, link)) > 0.0}
     frame, hint = robot.frames.get(pattern), ""
     if frame is not None and frame.body >= 0 and pattern not in masses:
-        hint = f'"{pattern}" has no mass of its own; the main link of its body is "{_main_link(robot, frame.body)}"'
+        hint = f'"{pattern}" has no mass; the main link of its body is "{_main_link(robot, frame.body)}"'
     names = robot.match("link with mass", pattern, masses, (), hint)
     return {name: masses[name] for name in names}
 

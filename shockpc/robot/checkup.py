@@ -145,7 +145,7 @@ def _joints(robot: Robot, root: Element) -> Iterator[tuple[Level, str, str, str]
             text = "fixed to the stator, so counted as mass that does not spin with the motor; the reflected inertia is not in it"
             yield "note", "link", rotor, text
     for mimic in robot.mimics:
-        yield "note", "joint", mimic.joint, "following others (mimic), without a freedom of its own"
+        yield "note", "joint", mimic.joint, "following others (mimic), without a degree of freedom"
     for joint in robot.single_joints:
         lower, upper = joint.limits
         if lower > upper:

@@ -34,7 +34,7 @@ _ENVIRONMENT = {"OPENBLAS_NUM_THREADS": "1", "MUJOCO_GL": "disable"}
 
 
 def in_child(work: Callable[[], T], libraries: Sequence[str] = ()) -> T | None:
-    """The value of a function, computed in a process of its own, with the folder and the environment of this one.
+    """The value of a function, computed in a separate process, with the folder and the environment of this one.
 
     What the function raises is raised here; that, its value and the function itself are picklable. What it prints is discarded.
 
@@ -111,7 +111,7 @@ _SERVER = _Server()
 
 
 def _started() -> "subprocess.Popen[bytes]":
-    """A server. It encodes paths as this process does; in a group of processes of its own, it is not interrupted with this one."""
+    """A server. It encodes paths as this process does; in a separate group of processes, it is not interrupted with this one."""
     command = [sys.executable, "-I", "-S", "-B", "-X", f"utf8={sys.flags.utf8_mode}", "-c", _CODE]
     pipe, environment = subprocess.PIPE, os.environ | _ENVIRONMENT
     process = subprocess.Popen(

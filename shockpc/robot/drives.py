@@ -32,7 +32,7 @@ class Drive:
         joint: names or globs of joints.
         robot: names of robots; all if none is given.
         armature: reflected inertia [kg m²; kg for a prismatic joint].
-        rotor_inertia: of the rotor about its own axis [kg m²].
+        rotor_inertia: of the rotor about its axis [kg m²].
         gear_ratio: turns of the rotor for one of the joint [1].
         drive_stiffness: of a spring between gearbox and joint [N m/rad, N/m].
         stiffness: of a spring of the joint itself [N m/rad, N/m].
@@ -183,7 +183,7 @@ def drives_of(robot: Robot, drives: Sequence[Drive], label: str) -> Drives:
 
 
 def default_drives(robot: Robot) -> Drives | None:
-    """The published and derived drives of a robot of the catalogue; None where its own file gives reflected inertia."""
+    """The published and derived drives of a robot of the catalogue; None where its file gives reflected inertia."""
     known = [drive for drive in catalogue_drives(robot.source.name) if drive.status in PUBLIC]
     if not known or robot.model.armature.any():
         return None

@@ -1,6 +1,6 @@
 """The files of a robot: which folders may be read, the one function that opens a file, and the one XML parser.
 
-A robot file may read its own package, the folders given with it, and nothing else; that holds after symbolic links are resolved.
+A robot file may read its package, the folders given with it, and nothing else; that holds after symbolic links are resolved.
 A file is read once, as a whole, and only if it is a regular one of at most 64 MB. A DOCTYPE is refused, so no entity is ever
 defined, expanded or fetched. Prefixes are kept as written ("xacro:if"), because robot files use them without declaring them.
 """
@@ -147,8 +147,8 @@ class OpenFolders(NamedTuple):
     def _as_named(self, uri: str) -> Path:
         """Find a file where the robot file says that it is.
 
-        It names it by `package://name/rest` (more slashes are accepted, `model://` is read alike; an empty name is the robot file's
-        own folder), by `file:///path`, by an absolute path, or by one relative to the robot file.
+        It names it by `package://name/rest` (more slashes are accepted, `model://` is read alike; an empty name is the folder of
+        the robot file), by `file:///path`, by an absolute path, or by one relative to the robot file.
 
         Raises:
             RobotError: it is missing, its package is unknown, or it lies outside the folders.
@@ -180,9 +180,9 @@ class OpenFolders(NamedTuple):
 
 
 def open_folders(file: Path, packages: Mapping[str, str]) -> OpenFolders:
-    """Work out what a robot file may read: its own folder, the packages, folders given by name, and ROS_PACKAGE_PATH.
+    """Work out what a robot file may read: its folder, the packages, folders given by name, and ROS_PACKAGE_PATH.
 
-    Its own folder is the nearest one above it with a `package.xml`; else the parent of the folder that holds it, as meshes often
+    Its folder is the nearest one above it with a `package.xml`; else the parent of the folder that holds it, as meshes often
     lie beside that, unless the home folder lies in there.
 
     Raises:

@@ -53,7 +53,7 @@ def load_robot(
 
     Raises:
         UnknownName: no robot has that name.
-        RobotError: the file is missing, not a robot, not physical, or reads outside its own folders; an argument has no effect.
+        RobotError: the file is missing, not a robot, not physical, or reads outside its folders; an argument has no effect.
         StudyError: an argument is of another type.
     """
     if isinstance(robot, pin.RobotWrapper):
@@ -147,7 +147,7 @@ def _finished(robot: Robot, srdf: Path | None) -> Robot:
     placed = robot.source.kind == "mjcf" and name in postures and np.array_equal(postures[name][joints], robot.start[joints])
     if (name == "neutral" or placed) and (bent := bent_legs(robot)) is not None:
         postures[BENT] = read_only(bent)
-    # Of its own joints, which a second copy would have to find again.
+    # A second copy of the robot would have to find them again.
     vars(robot)["default_drives"] = default_drives(robot)
     return robot
 

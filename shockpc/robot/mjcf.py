@@ -219,7 +219,7 @@ def _place(position: Array, quaternion: Array) -> pin.SE3:
 
 
 def _armature(m: Any) -> Array:
-    """Reflected inertia (nv,) of joints, and of actuators that act on a joint: gear² times the actuator's own."""
+    """Reflected inertia (nv,) of joints, and of actuators that act on a joint: gear² times the actuator's."""
     armature = np.array(m.dof_armature)
     refused = [("tendon", m.tendon(number).name) for number in np.flatnonzero(getattr(m, "tendon_armature", ()))]
     for number in np.flatnonzero(getattr(m, "actuator_armature", ())):
@@ -295,7 +295,7 @@ def choose(source: RobotSource, frames: Sequence[str]) -> RobotBodies:
     left_out = ", ".join(f'"{m.body(root).name}" ({mass[root]:.3g} kg)' for root in others)
     names = " and ".join(f'"{m.body(root).name}"' for root in sorted(coupled_roots))
     computed = f"{names}, {'which has the contact' if chosen in matching else 'with the most joints'}, is computed"
-    return RobotBodies(bodies, (f"it holds {len(mass)} robots that move on their own: {computed}, and {left_out} left out",))
+    return RobotBodies(bodies, (f"it holds {len(mass)} robots that move independently: {computed}, and {left_out} left out",))
 
 
 def _loops(m: Any, robot: Robot, equalities: Sequence[Equality]) -> Iterator[Loop]:

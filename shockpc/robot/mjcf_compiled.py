@@ -245,7 +245,7 @@ def _free_base(mujoco: Any, spec: Any) -> bool:
     """Give the one top-level body that moves a free joint; whether that was needed.
 
     Raises:
-        RobotError: there are several, or it hangs on the world by a joint of its own.
+        RobotError: there are several, or it hangs on the world by a further joint.
     """
     tops = [body for body in spec.worldbody.bodies if body.find_all(mujoco.mjtObj.mjOBJ_JOINT)] or list(spec.worldbody.bodies)
     joints = [joint for body in tops for joint in body.joints]

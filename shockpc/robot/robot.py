@@ -72,7 +72,7 @@ class Body(NamedTuple):
     Attributes:
         name: the link that the body's moving joint carries; the root link for the base.
         joint: index of that joint in the Pinocchio model.
-        links: every link of the body, its own name first.
+        links: every link of the body, that of the name first.
         rotation: (3, 3) of the body frame in the joint's frame.
         offset: (3,) origin of the body frame in the joint's frame [m].
         mass: [kg]
@@ -228,7 +228,7 @@ class Robot:
         loops: what the file holds together beside the tree (MJCF connect and weld).
         notes: warnings of the file's reader, without the file's name.
         change_warnings: of what was changed after it was loaded.
-        springs: stiffness of the joints that the file gives a spring of their own [N m/rad, N/m].
+        springs: stiffness of the joints that the file gives a spring at the joint [N m/rad, N/m].
         relaxed: (nq,) configuration in which these springs are without force; None where the file gives none.
         gear_ratios: by joint, where the file gives a ratio without the inertia of the rotor [1].
         default_drives: of a robot of the catalogue whose file gives no reflected inertia; None where none are known.

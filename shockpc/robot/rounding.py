@@ -20,7 +20,7 @@ RESIDUE = 1e-5
 """Angles [rad], components of unit vectors [1] and lengths [m] below this are what rounding left of zero: nobody means them."""
 
 COARSE = 1e-4
-"""The same for the entries of rotations of which the file's own numbers are not read: a digit less, as they add up."""
+"""The same for the entries of rotations of which the file's numbers are not read: a digit less, as they add up."""
 
 MEANT = 4
 """Decimals from which a number is rounded; one with fewer, and near no multiple of 15 degrees, is meant as it is written."""

@@ -82,7 +82,7 @@ class _Poses:
         return self.of((pose is not None and pose.get("relative_to")) or near, within) * _pose(pose)
 
     def carried(self, link: str) -> pin.SE3:
-        """The frame of a link of the URDF: that of the joint that carries it, or its own."""
+        """The frame of a link of the URDF: that of the joint that carries it, or the link's frame."""
         return self.joint(self.above[link]) if link in self.above else self.of(link)
 
     def link(self, name: str, within: tuple[str, ...] = ()) -> str:

@@ -70,7 +70,7 @@ def choose(source: RobotSource, frames: Sequence[str]) -> None:
 
 
 def build(source: RobotSource, chosen: None = None) -> Robot:
-    """Build the robot of a URDF, with the joints in the order of Pinocchio's own reader.
+    """Build the robot of a URDF, with the joints in the order of Pinocchio's reader.
 
     A root link that is called "world", or has no mass, and carries nothing but a floating or planar joint is the world, and that
     joint is the floating base. It stands where its configuration says; its origin in the file is only where it starts.
@@ -107,7 +107,7 @@ def build(source: RobotSource, chosen: None = None) -> Robot:
 
 
 def _named(elements: list[Element], kind: str) -> dict[str, Element]:
-    """Links or joints by name; each needs one of its own, which is none of Pinocchio's."""
+    """Links or joints by name; each needs a separate one, which is none of Pinocchio's."""
     reserved = {"universe": "the world"} | ({"root_joint": "the free base"} if kind == "joint" else {})
     named: dict[str, Element] = {}
     for number, element in enumerate(elements, start=1):

@@ -42,7 +42,7 @@ class RowFiles:
 
     Attributes:
         evaluation: what is computed.
-        folder: has the parts in a folder of their own, so that other programs read all of it as one table.
+        folder: has the parts in a separate folder, so that other programs read all of it as one table.
         format: of the parts.
     """
 
@@ -216,7 +216,7 @@ def _part(rows: Path, format_: Format, k: int) -> Path:
 
 
 def _checksum(part: Path) -> Path:
-    """The file with the checksum and the counts of a part, in a folder of their own beside that of the parts."""
+    """The file with the checksum and the counts of a part, in a separate folder beside that of the parts."""
     return part.parent.parent / "checksums" / f"{part.stem}.sha256"
 
 

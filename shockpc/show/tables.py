@@ -38,7 +38,7 @@ class Sheet(NamedTuple):
         return cls(title, tuple(columns), list(zip(*columns.values(), strict=True)), notes)
 
     def largest(self, most: int | None, noun: str, sizes: Sequence[float] = ()) -> "Sheet":
-        """The rows of the largest sizes in their own order, with a note before the others that says how many are left out.
+        """The rows of the largest sizes in the order of the table, with a note before the others that says how many are left out.
 
         Args:
             most: largest number of rows; None for all.

@@ -160,7 +160,7 @@ def design_with(design: Design, changes: Sequence[Change]) -> Design:
     "shockpc compare anymal_b anymal_c --contact LF_FOOT --out compare/",
     more=(
         "The options of the landing hold for every design. One --contact is for all; with as many as there are designs,"
-        " each has its own."
+        " each has one."
     ),
 )
 def compare(

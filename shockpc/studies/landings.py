@@ -89,7 +89,7 @@ class Validation(NamedTuple):
     more=(
         "A row is a touchdown (CSV, Parquet, NPZ; or a scene of a folder, named by its file). Columns: joint positions JOINT or "
         "q_JOINT and rates before_JOINT or qd_JOINT [rad, m]; the base's qw qx qy qz or roll pitch yaw, x y z, velocity vx vy vz "
-        "and angular velocity wx wy wz in world axes, with _body in its own; contact (A+B), stance (feet that stand, A+B), "
+        "and angular velocity wx wy wz in world axes, with _body in body axes; contact (A+B), stance (feet that stand, A+B), "
         "vx@FRAME vy@FRAME vz@FRAME of a contact whose velocity is not that of the robot's motion (empty where it is), friction, "
         "name, time. _deg at the end of a name means degrees. Arrays qpos and qvel are MuJoCo's, name, position and velocity "
         "ROS's. What is missing is the scene's."

@@ -126,7 +126,7 @@ class JointLimits:
     """The limits of a joint, or of what else varies, that a bound on a number sets.
 
     Attributes:
-        profile: the landing in the scene's own posture.
+        profile: the landing in the scene's posture.
         target: the number.
         joints: the joints that are moved, all to the same value; or the subject of another variation.
         of_joints: whether joints vary, and nothing else.
@@ -138,7 +138,7 @@ class JointLimits:
         strikes: least and greatest strike angle looked at [rad].
         step: largest distance between the values of the scan [rad, m].
         scan: the postures and their numbers.
-        limits: at the scene's own strike angle, at others one by one, and last at all strike angles of the range.
+        limits: at the scene's strike angle, at others one by one, and last at all strike angles of the range.
     """
 
     profile: ShockProfile = field(repr=False)
@@ -264,7 +264,7 @@ def limits(
     stays as it is.
 
     Args:
-        scene: the landing; the joint's own value is not used, except that loops are followed from it.
+        scene: the landing; the joint's value is not used, except that loops are followed from it.
         target: KEY@PLACE, or KEY of the robot as a whole; a point means the shock there, with friction if the
             scene has it.
         robot: the scene's robot, if it is loaded already.
@@ -342,7 +342,7 @@ def _share_to_prove(landing: PosedLanding, target: Column, joints: tuple[Joint, 
     """The share of postures that need a proof, which takes a thousand times as long as double precision.
 
     Args:
-        landing: the scene's own; the only posture that is looked at if it has loops, or no joint varies.
+        landing: the scene's; the only posture that is looked at if it has loops, or no joint varies.
         target: the number.
         joints: those that vary.
         values: (m,) of each of them.
@@ -383,7 +383,7 @@ def _file_limits(joints: Sequence[Joint]) -> tuple[float, float]:
 
 
 def _targets(angle: float, low: float, high: float) -> tuple[tuple[float, float], ...]:
-    """The strikes for which limits are found: the scene's own, others one by one, and last all of the range [rad]."""
+    """The strikes for which limits are found: the scene's, others one by one, and last all of the range [rad]."""
     step = math.radians(STRIKE_ANGLE_STEP)
     inside = [step * k for k in range(math.ceil(low / step), math.floor(high / step) + 1)]
     # Angles that differ by the rounding of degrees are one.

@@ -23,7 +23,7 @@ def checked(
 
     Args:
         function: whose arguments are checked.
-        signature: as it is documented, by default its own.
+        signature: as it is documented, by default the function's.
         fault_of: what is wrong with a number, empty if nothing is, by parameter.
     """
     signature = signature or inspect.signature(function)

@@ -56,9 +56,9 @@ def message(text: str) -> str:
 
 
 def json_text(document: Any) -> str:
-    """A document, or a list of them, as text: each entry, and each object of an entry that has several, on a line of its own.
+    """A document, or a list of them, as text: each entry, and each object of an entry that has several, on a separate line.
 
-    JSON's own escapes stand for what a terminal or a CI runner would interpret.
+    JSON's escapes stand for what a terminal or a CI runner would interpret.
     """
     encode = json.JSONEncoder(ensure_ascii=False, allow_nan=False).encode
 

@@ -43,10 +43,10 @@ class Proof:
         landing: the landing.
         choice: which of its rows are independent.
         jumps: (nb, 6, 4) jump (Δω, Δv) of every body in body coordinates at its frame's origin, for strikes of 1 m/s along world x,
-            y and z and for the scene's own [rad/s, m/s]; the doubles nearest to the exact ones.
+            y and z and for the scene's [rad/s, m/s]; the doubles nearest to the exact ones.
         delta_qd: (nv, 4) jump of the joint velocities [rad/s, m/s].
         impulse: (nc, 4) impulse along every row, of the ground on the robot [N s].
-        bounds: (nb,) proven error of the scene's own jumps relative to each body's motion, `LEAST_MOTION` at least [1].
+        bounds: (nb,) proven error of the scene's jumps relative to each body's motion, `LEAST_MOTION` at least [1].
         bits: precision at which they were proven.
 
     Raises:
@@ -131,7 +131,7 @@ def motion(jumps: Array, length: Array) -> Array:
 
 
 def round_velocities(velocities: Balls) -> Array:
-    """Joint velocities (nv, m) as doubles, each joint's relative to its own.
+    """Joint velocities (nv, m) as doubles, each joint's relative to the joint's velocity.
 
     Raises:
         PrecisionError: a ball is too wide.

@@ -33,7 +33,7 @@ class BallImpact(Impact):
     Args:
         landing: the landing.
         choice: which of its rows are independent.
-        data: the robot's own numbers; by default as loaded.
+        data: the robot's numbers; by default as loaded.
 
     Raises:
         SingularError: no inertia resists a motion, the rows depend on one another, or the precision is too low to tell.
@@ -216,7 +216,7 @@ class BallImpact(Impact):
     def _by_inertia(self, B: arb_mat) -> arb_mat:
         """H⁻¹ B (ny, m) by articulated-body inertias (Featherstone 2008, Chapter 7), or by elimination where joints follow others.
 
-        Each inertia is about its joint's own origin: about a distant one its terms would cancel, and balls widen at every joint.
+        Each inertia is about its joint's origin: about a distant one its terms would cancel, and balls widen at every joint.
         """
         if self._mimics:
             return _solve(self._free_inertia, B, of_inertia=True)

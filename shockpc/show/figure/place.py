@@ -37,7 +37,7 @@ VIEWS = {"side": (0, 2), "top": (0, 1), "front": (1, 2)}
 
 
 def draw_place(study: PlaceStudy) -> Figure:
-    """Draw the body in its own frame, from the side, from above and from the front.
+    """Draw the body in its frame, from the side, from above and from the front.
 
     The colours are what places are compared by, in the plane through the best place.
     """

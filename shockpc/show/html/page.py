@@ -120,7 +120,7 @@ def _part(block: Section, folder: str, report: Report, files: Mapping[str, str |
     if not isinstance(block, Picture):
         return _block(block)
     source = base64.b64encode(_encoded(files[f"{folder}{block.name}.svg"])).decode()
-    # The picture in three dimensions takes the place of a landing's own figure, which only paper shows.
+    # The picture in three dimensions takes the place of a landing's figure, which only paper shows.
     kind = "paper" if report.name == "profile" and block.name not in ON_SCREEN else "figure"
     return f'<img class="{kind}" alt="{_text(block.caption)}" src="data:image/svg+xml;base64,{source}">'
 
@@ -234,7 +234,7 @@ def _view(shown: Mapping[str, ShockProfile], every: int) -> str:
         f'<div class="scroll live"><table id="{key}"><caption>{title}</caption>{_head(header, [k > 1 for k in range(len(header))])}'
         "<tbody></tbody></table></div>"
         for key, title, header in (
-            ("point-rows", "sensors and points, for this strike (Δv in the frame's own axes)", points),
+            ("point-rows", "sensors and points, for this strike (Δv in the frame's axes)", points),
             ("body-rows", f"bodies, for this strike (CoPc in body coordinates{doubtful})", bodies),
             ("contact-rows", "impulses of the ground on the robot, for this strike (world axes)", contacts),
             ("joint-rows", "impulses through the joints, for this strike", joints),
@@ -249,7 +249,7 @@ def _view(shown: Mapping[str, ShockProfile], every: int) -> str:
         f'<select id="landing" class="wide"{" hidden" * (len(shown) == 1)}>{options}</select>{ranges}'
         f'<label for="model">joints</label><select id="model" class="wide">{models}</select>'
         f'<span>show</span><span class="wide">{switches}</span>'
-        '<span></span><button id="reset" class="wide" type="button">back to the scene\'s own strike</button></div>'
+        '<span></span><button id="reset" class="wide" type="button">back to the scene\'s strike</button></div>'
         f'<p id="state" class="live"></p>{note}{left}{live[0]}</div><div class="wide">{"".join(live[1:])}</div></main>'
     )
 

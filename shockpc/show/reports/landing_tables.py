@@ -144,7 +144,7 @@ def points_sheet(profile: ShockProfile) -> Sheet:
         columns[f"of {range_g:g} g [%]"] = 100.0 * profile.value("peak_g", "point") / range_g
     of_pulse = "" if pulse is None else f"; peak acceleration for a pulse {pulse}"
     of_pulse += ", of the impulse model" if pulse and profile.stiffness is not None else ""
-    return Sheet.of(f"sensors and points (Δv in the frame's own axes{of_pulse})", columns)
+    return Sheet.of(f"sensors and points (Δv in the frame's axes{of_pulse})", columns)
 
 
 def parts_sheet(profile: ShockProfile) -> Sheet:

@@ -25,7 +25,7 @@ STRONGEST = 16
 
 
 def sweep_report(summary: Summary[VariedLandings]) -> Report:
-    """The summary of a sweep, whose rows have files of their own."""
+    """The summary of a sweep, whose rows have separate files."""
     return Report(
         name="summary",
         title=f"Sweep of {robot_name(summary.evaluation.landings.robot)}",

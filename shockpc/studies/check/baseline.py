@@ -33,7 +33,7 @@ READ_OUT = ("point", "part", "range_g", "ground_tolerance")
 
 
 class OutcomeKey(NamedTuple):
-    """What a value belongs to: case, strike angle [deg] (None: the scene's own strike), place and metric."""
+    """What a value belongs to: case, strike angle [deg] (None: the scene's strike), place and metric."""
 
     case: str
     strike_angle_deg: float | None
@@ -68,7 +68,7 @@ def case_record(landing: PosedLanding, angle_of_scene: bool) -> dict[str, Any]:
 
     Args:
         landing: one landing of the case.
-        angle_of_scene: whether the strike angle is the scene's own, rather than one of a list.
+        angle_of_scene: whether the strike angle is the scene's, rather than one of a list.
     """
     scene = with_paths(landing.scene, lambda path: Path(path).name)
     table = {key: part for key, part in scene_table(scene).items() if key not in (*FILES, *READ_OUT)}

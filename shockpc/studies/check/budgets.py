@@ -1,4 +1,4 @@
-"""Budgets: which numbers of which landings have limits. Read from a TOML file of their own or from a pyproject.toml."""
+"""Budgets: which numbers of which landings have limits. Read from a TOML file for them or from a pyproject.toml."""
 
 import math
 import re
@@ -64,8 +64,8 @@ class Case(Scene):
     Attributes:
         name: by which budgets and the baseline refer to it.
         scene: file of a scene, of which the keys of the case replace some.
-        strike_angle_deg: a landing for each of these angles, in place of the strike's own [deg].
-        drop_height: in place of the strike's own velocity, as in `Strike` [m].
+        strike_angle_deg: a landing for each of these angles, in place of the strike's [deg].
+        drop_height: in place of the strike's velocity, as in `Strike` [m].
         vary: what is not known of the design, for budgets with a percentile.
         designs: number of random designs of which the percentiles are.
 
@@ -287,7 +287,7 @@ def read_budgets(path: Path) -> Budgets:
 
 
 def _case(entry: Mapping[str, Any], parts: tuple[Part, ...], folder: Path, key: str, faults: list[str]) -> Case | None:
-    """A case; its keys replace those of the scene's file, and the parts of all cases are added to its own."""
+    """A case; its keys replace those of the scene's file, and the parts of all cases are added to those of the file."""
     if "scene" not in entry and "robot" not in entry:
         faults.append(f"{key} has neither a scene nor a robot; give the path of a scene file, or a robot and its contact")
         return None
@@ -303,7 +303,7 @@ def _case(entry: Mapping[str, Any], parts: tuple[Part, ...], folder: Path, key: 
 
 
 def _replaced(table: Mapping[str, Any], by: Mapping[str, Any]) -> dict[str, Any]:
-    """A table with the values of another one in place of its own, in tables within it too."""
+    """A table with the values of another one in place of those given, in tables within it too."""
     inner = {
         key: _replaced(table[key], value)
         for key, value in by.items()

@@ -48,7 +48,7 @@ def six_digits(value: float) -> float:
 def design_record(landing: PosedLanding) -> dict[str, Any]:
     """Mass, centre of mass, inertia and placement of each body, what drives each joint, and where contacts and points are.
 
-    Bodies are in their own frames, inertias about their centres of mass; places are origins in the frame of the body that carries
+    Bodies are in their frames, inertias about their centres of mass; places are origins in the frame of the body that carries
     a body or a point, with all joints at zero, and `axes` the rotation there by rows, left out where there is none.
     """
     robot, model = landing.robot, landing.joint_model

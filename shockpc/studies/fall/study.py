@@ -1,4 +1,4 @@
-"""Falls of a robot: it tips over an edge of its support or is dropped, and each strike is a landing of its own.
+"""Falls of a robot: it tips over an edge of its support or is dropped, and each strike is a separate landing.
 
 Between strikes the robot is one rigid body, its joints held, in the plane of the fall. What then strikes is solved as any other
 landing, with the joints as modelled. Of the points that meet the ground together those are in the landing that press.

@@ -213,7 +213,7 @@ def place(
 
     Args:
         landings: one landing, or landings of one robot by name.
-        robot: is taken for every landing instead of the scenes' own; for a robot that was changed after it was loaded.
+        robot: is taken for every landing instead of the scenes'; for a robot that was changed after it was loaded.
         progress: is called with the number of landings; what it returns with the name of each when it is computed.
 
     Raises:
