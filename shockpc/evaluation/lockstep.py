@@ -10,10 +10,9 @@ it can leave a lock acquired, for which the threads then wait for ever.
 """
 
 import _thread
-import contextlib
 from collections.abc import Callable, Sequence
 from concurrent.futures import CancelledError
-from queue import Empty, SimpleQueue
+from queue import SimpleQueue
 from typing import Any, TypeVar
 
 import numpy as np
@@ -21,12 +20,6 @@ import numpy as np
 from shockpc.core.spatial import Array
 
 T = TypeVar("T")
-
-POLLED = 0.5
-"""Time after which the state of the runs is looked at again, should an interruption have taken a message [s]."""
-
-STOPPED = object()
-"""The answer that ends a run."""
 
 
 def in_lockstep(runs: Sequence[Callable[[Callable[[Array], Any]], T]], compute: Callable[[Array], Sequence[Any]]) -> list[T]:
@@ -37,50 +30,38 @@ def in_lockstep(runs: Sequence[Callable[[Callable[[Array], Any]], T]], compute: 
         compute: gives for points (m, n) as many answers.
 
     Raises:
-        BaseException: what a run or the computation raised, or an interruption, after all runs have ended.
+        BaseException: what a run or the computation raised, or an interruption; the other runs end when they ask next.
     """
-    asked, results, errors = dict[int, Array](), dict[int, T](), dict[int, BaseException]()
-    started, ended = list[int](), list[int]()
-    answers = [SimpleQueue[Any]() for _ in runs]
-    changed = SimpleQueue[None]()
+    results, errors = dict[int, T](), dict[int, BaseException]()
+    messages, answers = SimpleQueue[tuple[int, Array | None]](), [SimpleQueue[Any]() for _ in runs]
 
     def start(k: int) -> None:
         def ask(point: Array) -> Any:
-            asked[k] = point
-            changed.put(None)
-            if (answer := answers[k].get()) is STOPPED:
-                raise CancelledError
+            messages.put((k, point))
+            answer = answers[k].get()
+            if isinstance(answer, CancelledError):
+                raise answer
             return answer
 
         try:
             results[k] = runs[k](ask)
-        except CancelledError:
-            pass
         except BaseException as error:
             errors[k] = error
-        ended.append(k)
-        changed.put(None)
-
-    def wait() -> None:
-        with contextlib.suppress(Empty):
-            changed.get(timeout=POLLED)
+        messages.put((k, None))
 
     try:
         for k in range(len(runs)):
             _thread.start_new_thread(start, (k,))
-            started.append(k)
-        while len(ended) < len(runs) and not errors:
-            wait()
-            if 0 < len(asked) == len(runs) - len(ended):
-                points = dict(sorted(asked.items()))
-                asked.clear()
+        asking = len(runs)
+        while asking:
+            # Every run that has not ended asks once, or ends.
+            points = dict(sorted((k, point) for k, point in [messages.get() for _ in range(asking)] if point is not None))
+            if errors:
+                raise errors[min(errors)]
+            if asking := len(points):
                 for k, answer in zip(points, compute(np.array(list(points.values()))), strict=True):
                     answers[k].put(answer)
     finally:
         for queue in answers:
-            queue.put(STOPPED)
-        while len(ended) < len(started):
-            wait()
-    for k in sorted(errors):
-        raise errors[k]
+            queue.put(CancelledError())
     return [results[k] for k in range(len(runs))]
