@@ -47,7 +47,7 @@ def worst_by_grid(cost, n):
 def worst_and_allowed(cost, X):
     """The worst measure (m,) at points, and whether the constraints hold."""
     measures = cost.measured(X)
-    return measures[:, ~cost.held].max(axis=1), (measures[:, cost.held] >= 0.0).all(axis=1)
+    return measures[:, ~cost.constraints].max(axis=1), (measures[:, cost.constraints] >= 0.0).all(axis=1)
 
 
 def test_a_rod_is_struck_at_its_centre_of_percussion():
@@ -316,7 +316,7 @@ def test_the_best_of_many_points_is_improved_even_beside_the_landing_as_given():
     """A knee whose shock has a narrow minimum near the landing as given, which its own run leaves."""
     scene = anymal(posture=Posture(joints_deg={"LF_HFE": 34.4, "LF_KFE": -81.1}))
     found = improve(scene, "shock@imu_link", vary={"LF_KFE": "-120:-20"}, robot=known_robot("anymal_b"), any_ground=True)
-    dense = found.costs[0].measured(np.linspace(-120.0, -20.0, 10_001)[:, None])[:, ~found.costs[0].held].max(axis=1)
+    dense = found.costs[0].measured(np.linspace(-120.0, -20.0, 10_001)[:, None])[:, ~found.costs[0].constraints].max(axis=1)
     assert found.values[0][1] <= dense.min()
 
 
@@ -324,7 +324,7 @@ def test_landings_in_different_postures_have_no_single_value_as_given():
     scenes = {f"{a}": anymal(posture=Posture(joints_deg={"LF_KFE": a})) for a in (-74.2, -60.0)}
     found = improve(scenes, "shock@imu_link", vary={"LF_KFE": "-62:-58"}, robot=known_robot("anymal_b"), any_ground=True)
     assert np.isnan(found.variables[0].before)
-    assert np.isnan(found.variables[0].alone)
+    assert np.isnan(found.variables[0].set_back)
 
 
 def test_joints_of_over_are_no_variables():
@@ -363,13 +363,13 @@ def test_what_each_variable_does():
     robot = known_robot("anymal_b")
     found = improve(anymal(), "shock@imu_link", vary={"LF_HFE": "45:70", "*_KFE": "-60:-20"}, robot=robot, any_ground=True)
     (hfe, knees), cost = found.variables, found.costs[0]
-    assert hfe.alone == pytest.approx(cost(np.array([cost.given[0], found.x[1]])), rel=1e-9)
+    assert hfe.set_back == pytest.approx(cost(np.array([cost.given[0], found.x[1]])), rel=1e-9)
     assert np.isnan(knees.before)
-    assert np.isnan(knees.alone)
+    assert np.isnan(knees.set_back)
     for k, one in enumerate(found.variables):
         X = np.repeat(found.x[None], 4001, axis=0)
         X[:, k] = np.linspace(*cost.bounds[k], 4001)
-        near = cost.measured(X)[:, ~cost.held].max(axis=1) <= 1.05 * cost(found.x)
+        near = cost.measured(X)[:, ~cost.constraints].max(axis=1) <= 1.05 * cost(found.x)
         step = np.ptp(cost.bounds[k]) / 4000
         run = np.flatnonzero(near)
         assert (near[run.min() : run.max() + 1]).all()

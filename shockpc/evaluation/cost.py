@@ -155,7 +155,7 @@ class ShockCost:
         slow: whether each point needs landings of its own.
         exact: whether there are formulas for all derivatives; else they are differences.
         terms: the K numbers that count, of all landings.
-        held: (K,) which of them are constraints.
+        constraints: (K,) which of them are constraints.
         power: 1; −1 where more of the number is better, so that its reciprocal counts.
 
     Raises:
@@ -202,8 +202,8 @@ class ShockCost:
         dropped = any(scene.strike.drop_height is not None for scene in self.scenes.values())
         moved = all(one.moves or (one.kind == "strike-angle" and not dropped) for one in self.variations)
         self.exact = moved and not first.loops and all(has_gradient(landings[term.landing], term.column) for term in self.terms)
-        self.held = np.array([term.limit is not None for term in self.terms])
-        if self.held.all():
+        self.constraints = np.array([term.limit is not None for term in self.terms])
+        if self.constraints.all():
             raise StudyError(f'"{quantity}" has no place in these landings; name one')
         self.column = self.terms[0].column
         self.power = -1.0 if self.column.selection.quantity.worse == "less" else 1.0
@@ -214,18 +214,18 @@ class ShockCost:
 
     def __call__(self, x: Array) -> float:
         """The worst value over the landings at (n,) values; of what is better the greater it is, the reciprocal."""
-        return float(self.measured(self._point(x))[0, ~self.held].max())
+        return float(self.measured(self._point(x))[0, ~self.constraints].max())
 
     def gradient(self, x: Array) -> Array:
         """The derivatives (n,) of the worst value: where two landings are the worst, those of one; NaN where there is no value."""
-        (measures,), (slopes,) = (part[:, ~self.held] for part in self.linearized(self._point(x)))
+        (measures,), (slopes,) = (part[:, ~self.constraints] for part in self.linearized(self._point(x)))
         k = int(measures.argmax())
         return np.where(np.isfinite(measures[k]), slopes[k], np.nan)
 
     def feasible(self, x: Array) -> bool:
         """Whether the landings at (n,) values exist, flat ground allows them, and all constraints hold."""
         (measures,) = self.measured(self._point(x))
-        return bool(np.isfinite(measures).all() and (measures[self.held] >= -SLACK).all())
+        return bool(np.isfinite(measures).all() and (measures[self.constraints] >= -SLACK).all())
 
     def cases(self, x: Array) -> dict[str, tuple[Scene, Robot]]:
         """Scene and robot of each landing at (n,) values, by name."""
@@ -248,7 +248,7 @@ class ShockCost:
     def worst(self, X: Array) -> Array:
         """The worst of the number itself (m,), at (m, n) values; of one that may be negative its size."""
         with np.errstate(divide="ignore"):
-            return np.asarray(self.measured(X)[:, ~self.held].max(axis=1) ** self.power)
+            return np.asarray(self.measured(X)[:, ~self.constraints].max(axis=1) ** self.power)
 
     def linearized(self, X: Array) -> tuple[Array, Array]:
         """The same (m, K) and its derivatives (m, K, n), of all terms by formulas, or differences; 0 where there are none."""
@@ -279,7 +279,7 @@ class ShockCost:
 
     def _measured(self, v: Array) -> tuple[Array, Array]:
         """What an optimiser takes for the values (m, K), and its derivatives by them."""
-        constraint, power, (limit, sign, scale, signed) = self.held, self.power, self._how
+        constraint, power, (limit, sign, scale, signed) = self.constraints, self.power, self._how
         with np.errstate(divide="ignore", invalid="ignore"):
             turn = np.where(signed, np.sign(v), 1.0)
             slack = np.clip((limit - turn * v) * sign / scale - SLACK, -1e3, 1e3)  # so that it holds for sure

@@ -55,7 +55,7 @@ def search(cost: ShockCost, starts: Sequence[Array]) -> list[Run]:
 
 
 def _run(cost: ShockCost, start: Array, minimize: Callable[..., Any], ask: Callable[[Array], tuple[Array, Array]]) -> Run:
-    low, width, n, constraint = cost.bounds[:, 0], np.ptp(cost.bounds, axis=1), len(start), cost.held
+    low, width, n, constraint = cost.bounds[:, 0], np.ptp(cost.bounds, axis=1), len(start), cost.constraints
     steps = list[tuple[float, float, Array]]()
 
     @functools.lru_cache(2)
@@ -104,5 +104,5 @@ def starting_points(cost: ShockCost, count: int | None, seed: int) -> list[Array
         count = SLOW if cost.slow else RUNS if cost.exact else ROUGH
     tried = low + width * np.random.default_rng(seed).random((max(count, 1), TRIED, len(low)))
     measures = cost.measured(tried.reshape(-1, len(low))).reshape(*tried.shape[:2], -1)
-    worst, missed = measures[..., ~cost.held].max(axis=-1), -measures[..., cost.held].min(axis=-1, initial=0.0)
+    worst, missed = measures[..., ~cost.constraints].max(axis=-1), -measures[..., cost.constraints].min(axis=-1, initial=0.0)
     return [cost.x0, *tried[np.arange(count), np.lexsort((worst, np.maximum(missed, OPTIMUM_TOLERANCE)))[:count, 0]]]

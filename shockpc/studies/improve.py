@@ -57,7 +57,7 @@ class Flatness(NamedTuple):
         before: its value before; NaN if it has none, or not a single one.
         after: its value at the optimum.
         bound: which bound it is held by, "least" or "greatest"; None if by none.
-        alone: the target if it alone is set back; NaN if there is no such landing.
+        set_back: the target if it alone is set back; NaN if there is no such landing.
         low: least value of it alone with which the target is at most 5 % worse.
         high: greatest.
     """
@@ -66,7 +66,7 @@ class Flatness(NamedTuple):
     before: float
     after: float
     bound: str | None
-    alone: float
+    set_back: float
     low: float
     high: float
 
@@ -89,7 +89,7 @@ class Improvement:
         after: those at the optimum.
         values: the numbers, each the worst of the landings as given and at the optimum, proven [their units].
         worst: name of the landing that is the worst at the optimum.
-        held: the constraints that hold it there, and the landings that are as bad as the worst.
+        active: the constraints that hold it there, and the landings that are as bad as the worst.
         variables: what each does.
         runs: target of each run, the best first, step by step, in double precision; NaN where the constraints do not hold.
         agreeing: how many runs end within 1 % of the optimum.
@@ -104,7 +104,7 @@ class Improvement:
     after: dict[str, ShockProfile] = field(repr=False)
     values: tuple[tuple[float, ...], ...]
     worst: str
-    held: tuple[str, ...]
+    active: tuple[str, ...]
     variables: tuple[Flatness, ...]
     runs: tuple[Array, ...] = field(repr=False)
     agreeing: int
@@ -278,7 +278,7 @@ def _near_joints(robot: Robot, scenes: Mapping[str, Scene]) -> dict[str, str]:
 def _refusal(cost: ShockCost, runs: Sequence[Run]) -> str:
     """Why no run reached a point that counts."""
     measures = cost.measured(np.array([run.x for run in runs]))
-    missed = np.isinf(measures) | (cost.held & (measures < 0.0))
+    missed = np.isinf(measures) | (cost.constraints & (measures < 0.0))
     k = int(missed.sum(axis=1).argmin())
     terms = [cost.terms[j] for j in np.flatnonzero(missed[k])]
     without = [term for term in terms if term.limit is None]
@@ -295,9 +295,10 @@ def _refusal(cost: ShockCost, runs: Sequence[Run]) -> str:
 def _holding(cost: ShockCost, x: Array) -> tuple[str, ...]:
     """What holds an optimum besides bounds: constraints without slack, and landings that are as bad as the worst."""
     (measures,) = cost.measured(x[None])
-    active = [cost.terms[k] for k in np.flatnonzero(cost.held & (measures < OPTIMUM_TOLERANCE))]
+    active = [cost.terms[k] for k in np.flatnonzero(cost.constraints & (measures < OPTIMUM_TOLERANCE))]
     worst = [
-        cost.terms[k] for k in np.flatnonzero(~cost.held & (measures >= measures[~cost.held].max() * (1.0 - OPTIMUM_TOLERANCE)))
+        cost.terms[k]
+        for k in np.flatnonzero(~cost.constraints & (measures >= measures[~cost.constraints].max() * (1.0 - OPTIMUM_TOLERANCE)))
     ]
     texts = [(term, "") for term in active] + [(term, " is as bad") for term in worst if len(worst) > 1]
     return tuple(dict.fromkeys(f"{term.text} ({term.landing}){end}".replace(" ()", "") for term, end in texts))

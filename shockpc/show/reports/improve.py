@@ -78,7 +78,7 @@ def _lines(study: Improvement) -> list[tuple[str, str]]:
         lines.append(("as given", f"better than the optimum: {reason}"))
     bounds = [f"{one.name} at its {one.bound} value" for one in study.variables if one.bound]
     lines += [("by default", "; ".join(study.chosen))] if study.chosen else []
-    lines.append(("held by", few([*bounds, *study.held], 6) or "nothing: it lies inside all ranges and constraints"))
+    lines.append(("held by", few([*bounds, *study.active], 6) or "nothing: it lies inside all ranges and constraints"))
     runs = f"{count(len(study.runs), 'run')}, {study.agreeing} of them to within 1 % of the optimum; seed {study.seed}"
     lines.append(("runs", f"{runs}; no proof that nothing better exists"))
     profiles = (*study.before.values(), *study.after.values())
@@ -113,7 +113,7 @@ def _document(study: Improvement) -> dict[str, Any]:
             for cost, (before, after) in zip(study.costs, study.values, strict=True)
         ],
         "worst": study.worst or None,
-        **record(study, "held", "variables", "runs", "agreeing", "seed", "front"),
+        **record(study, "active", "variables", "runs", "agreeing", "seed", "front"),
         "landings": [
             {"landing": name or None, "before": study.before[name].scene, "after": profile.scene}
             for name, profile in study.after.items()
