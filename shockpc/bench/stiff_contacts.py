@@ -45,8 +45,8 @@ def stiff_contacts(budget: float) -> Sheet:
     last = (1.0, math.nan)
     for k in STIFFNESSES:
         stiff = replace(profile.landing, scene=replace(profile.scene, contact_stiffness=k, gravity=False), joint_model=model)
-        found = CompliantLanding(stiff)
-        jumps = found.impact_at(found.compressed).jumps[0, ..., 0]
+        compliant = CompliantLanding(stiff)
+        jumps = compliant.impact_at(compliant.compressed).jumps[0, ..., 0]
         last = k, add(profile, f"contact of {k:.0e} N/m", k, partial(CompliantLanding, stiff), jumps, last)
     last = (1.0, math.nan)
     for name, method in MUJOCO.items():

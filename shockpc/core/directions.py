@@ -74,8 +74,8 @@ def most_severe_direction(maps: Array, up: Array) -> tuple[Array, Array]:
         unclear = np.flatnonzero(~(greatest - next_one > CLEARLY_APART * (mean + greatest)))
     direction = direction.T
     if unclear.size:
-        found = extreme_directions(maps[unclear], up)
-        direction[unclear], shock[unclear] = found.most_severe, found.most_severe_shock
+        extremes = extreme_directions(maps[unclear], up)
+        direction[unclear], shock[unclear] = extremes.most_severe, extremes.most_severe_shock
     return _downwards(direction, up), shock
 
 

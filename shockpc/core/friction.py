@@ -262,9 +262,9 @@ class _Problem:
             rows = slice(3 * i, 3 * i + 3)
             local = self.A[rows, rows]
             b = self.free[i] + self.A[rows] @ impulse.ravel() - local @ impulse[i]
-            found = list(_one_contact(local, b, float(self.mu[i])))
-            if found:
-                impulse[i] = min(found, key=lambda one: float(np.abs(one - impulse[i]).sum()))
+            solutions = list(_one_contact(local, b, float(self.mu[i])))
+            if solutions:
+                impulse[i] = min(solutions, key=lambda one: float(np.abs(one - impulse[i]).sum()))
         return impulse
 
     def search(self, starts: int) -> Iterator[Array]:

@@ -131,9 +131,9 @@ def quaternion_of(rotation: Array) -> Array:
         ]
     )
     largest = int(np.argmax(np.diagonal(products)))
-    found = products[largest] / products[largest, largest]
-    whole = np.round(found)
-    return np.asarray(np.where(np.abs(found - whole) < 4.0 * np.finfo(float).eps, whole, found))
+    quaternion = products[largest] / products[largest, largest]
+    whole = np.round(quaternion)
+    return np.asarray(np.where(np.abs(quaternion - whole) < 4.0 * np.finfo(float).eps, whole, quaternion))
 
 
 def freeze(*values: Any) -> None:

@@ -308,8 +308,8 @@ def _refined(omega: Array, waves: Array, t: Array, low: Array, high: Array) -> t
     for _ in range(8):
         values = (derivatives @ np.exp(turning[:, 0] * t[:, None])[..., None]).real.reshape(len(t), 3, -1)
         value, rate, curve = values[:, 0], values[:, 1], values[:, 2]
-        found = _lengths(value)
-        length, best = np.where(found > length, found, length), np.where(found > length, t, best)
+        sizes = _lengths(value)
+        length, best = np.where(sizes > length, sizes, length), np.where(sizes > length, t, best)
         slope, bend = (value * rate).sum(axis=1), (rate * rate + value * curve).sum(axis=1)
         # Where the square is not concave, go to the bound that lies uphill.
         last, step = t, np.where(bend < 0.0, -slope / np.where(bend < 0.0, bend, -1.0), np.sign(slope) * (high - low))

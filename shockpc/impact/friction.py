@@ -191,18 +191,18 @@ class FrictionProblem(NamedTuple):
         """
         (N, S, m, _), failures = self.before.shape, dict[int, SolveError]()
         mu = np.broadcast_to(mu, N)
-        found = np.full((N, S, 3 * m), np.nan)
+        impulses = np.full((N, S, 3 * m), np.nan)
         if m == 1:
             A, before, each = np.repeat(self.A, S, axis=0), self.before.reshape(-1, 3), np.repeat(mu, S)
             e = np.repeat(self.restitution, S) if restitution is None else np.full(N * S, restitution)
             known = np.isfinite(A).all(axis=(1, 2)) & np.isfinite(before).all(axis=1)
-            found.reshape(-1, 3)[known] = solve_each(A[known], before[known], each[known], e[known])
-        for i, s in np.argwhere(np.isnan(found).any(axis=2)).tolist():
+            impulses.reshape(-1, 3)[known] = solve_each(A[known], before[known], each[known], e[known])
+        for i, s in np.argwhere(np.isnan(impulses).any(axis=2)).tolist():
             try:
-                found[i, s] = self.solved(float(mu[i]), restitution, (i, s))[0].impulse.ravel()
+                impulses[i, s] = self.solved(float(mu[i]), restitution, (i, s))[0].impulse.ravel()
             except SolveError as error:
                 failures.setdefault(i, error)
-        return found, failures
+        return impulses, failures
 
     def solved(self, mu: float, restitution: float | None = None, of: tuple[int, int] = (0, 0)) -> tuple[FrictionImpact, int]:
         """One impact with a coefficient of friction, and the number of solutions that were found.
@@ -219,22 +219,22 @@ class FrictionProblem(NamedTuple):
         if restitution is not None:
             e[:m] = restitution
         try:
-            found = solve_friction(self.A[of[0]], self.before[of], np.repeat([mu, 0.0], [m, self.stops]), e)
+            solutions = solve_friction(self.A[of[0]], self.before[of], np.repeat([mu, 0.0], [m, self.stops]), e)
         except (np.linalg.LinAlgError, ValueError) as refusal:
             raise SolveError(f"no verdict for a friction of {mu:g}: {refusal}") from None
-        if not found:
+        if not solutions:
             raise SolveError(
                 f"no verdict: no impulse was found that obeys Coulomb's law with a friction of {mu:g}; take another one"
             )
         # Of several solutions that in which the contacts stick is the one of Eq. 4.
-        best = min(found, key=lambda solution: (solution.gains_energy, set(solution.state[:m]) != {"sticks"}))
+        best = min(solutions, key=lambda solution: (solution.gains_energy, set(solution.state[:m]) != {"sticks"}))
         if best.gains_energy:
             gained = f"with friction {mu:g} and the restitution of the contacts the impact would gain {best.energy:.3g} J"
             raise SolveError(
                 f"no verdict: {gained} of kinetic energy (Newton's restitution is not valid where slip stops or reverses); take "
                 "less restitution"
             )
-        return best, len(found)
+        return best, len(solutions)
 
     @property
     def contacts(self) -> int:
@@ -336,10 +336,10 @@ def with_friction(impact: DoubleImpact) -> _Slipping | None:
     """
     landing, equation, mu = impact.landing, impact.equation, impact.landing.scene.friction
     assert mu is not None
-    found = friction_problems(landing, equation, impact.along(impact.speeds))
-    if found is None:
+    problems = friction_problems(landing, equation, impact.along(impact.speeds))
+    if problems is None:
         return None
-    problem, whole = found
+    problem, whole = problems
     (n, bodies), size = (len(problem.A), impact.bodies), len(whole.T)
     jumps = jumps_of(landing, equation.full(problem.by_impulse), equation.state, bodies)
     # Of the solution of Eq. 4 only these are read.

@@ -217,11 +217,11 @@ def residual(proof: Proof) -> Residual:
 
 def _refuse_contradiction(landing: PosedLanding, equation: Equation, proof: Proof) -> None:
     """Refuse rows that cannot be met, because they contradict one another or ask for a motion that the mechanism does not have."""
-    found = residual(proof)
-    if not found.excess.max(initial=0.0) > 0.0:
+    residuals = residual(proof)
+    if not residuals.excess.max(initial=0.0) > 0.0:
         return
-    k = int(np.argmax(found.excess))
-    worst, left = int(found.rows[k]), float(found.left[k, 3])
+    k = int(np.argmax(residuals.excess))
+    worst, left = int(residuals.rows[k]), float(residuals.left[k, 3])
     block, axis = _direction(equation, worst)
     free = ""
     if not landing.robot.free_base:

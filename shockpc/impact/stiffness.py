@@ -269,10 +269,10 @@ class CompliantLanding:
         names += [stop.frame for stop in self._stops]
         rows = np.append(rows, np.arange(n, n + len(self._stops)))
         peaks = self.motion.peak(np.eye(len(self.number))[rows, None])[0] if len(rows) else np.zeros(0)
-        found: dict[str, float] = {}
+        by_name: dict[str, float] = {}
         for name, peak in zip(names, peaks.tolist(), strict=True):
-            found[name] = max(peak, found.get(name, 0.0))
-        return found
+            by_name[name] = max(peak, by_name.get(name, 0.0))
+        return by_name
 
     @property
     def restitution(self) -> Array:

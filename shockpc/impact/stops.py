@@ -40,13 +40,13 @@ CONTRADICTS = 1e-10
 def stop_rows(landing: PosedLanding) -> tuple[tuple[Block, ...], Array, Array]:
     """The stops at which joints are: blocks, rows (k, nv) of speeds away from them, and these before the impact (k,)."""
     robot, rates = landing.robot, landing.before.joint_rates
-    found = stops_at(robot, landing.q, landing.joint_model)
-    rows = np.zeros((len(found), robot.model.nv))
-    for k, (joint, side) in enumerate(found):
+    sides = stops_at(robot, landing.q, landing.joint_model)
+    rows = np.zeros((len(sides), robot.model.nv))
+    for k, (joint, side) in enumerate(sides):
         rows[k, joint.v.start] = side
     before = rows @ rates
     e = [landing.scene.stop_restitution or 0.0 if speed < 0.0 else 0.0 for speed in before.tolist()]
-    return tuple(stop_block(robot, *one, k) for one, k in zip(found, e, strict=True)), rows, before
+    return tuple(stop_block(robot, *one, k) for one, k in zip(sides, e, strict=True)), rows, before
 
 
 def with_stops(landing: PosedLanding) -> PosedLanding:

@@ -168,8 +168,8 @@ def _frame_shapes(robot: Robot, name: str) -> tuple[Shape, ...]:
 
 def _shapes(robot: Robot, name: str) -> tuple[Shape, ...]:
     """Like `_frame_shapes`, but raises if there is none."""
-    found, frame = _frame_shapes(robot, name), robot.frame(name)
-    if not found:
+    shapes, frame = _frame_shapes(robot, name), robot.frame(name)
+    if not shapes:
         others = dict.fromkeys(shape.link for shape in body_outline(robot).shapes[frame.body])
         remedy = f"; of its body, {listed(others, 4)} has some" if others else ""
         raise SceneError(
@@ -177,7 +177,7 @@ def _shapes(robot: Robot, name: str) -> tuple[Shape, ...]:
             "give the contact point by its offset, or name a link that has collision geometry",
             blocks=[name],
         )
-    return found
+    return shapes
 
 
 def _lowest_point(shapes: tuple[Shape, ...], up: Array) -> Array:

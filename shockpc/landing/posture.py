@@ -270,7 +270,7 @@ def displaced(robot: Robot, q: Array, steps: Array) -> Array:
 
 def outside_limits(robot: Robot, q: Array) -> tuple[Diagnostic, ...]:
     """Warnings of the joints outside their limits, one for all that are equally far out, with the consequence."""
-    found: dict[str, dict[str, float]] = {}
+    outside: dict[str, dict[str, float]] = {}
     for joint in robot.single_joints:
         if joint.kind not in ("revolute", "prismatic"):
             continue
@@ -279,7 +279,7 @@ def outside_limits(robot: Robot, q: Array) -> tuple[Diagnostic, ...]:
         if excess > LIMIT_SLACK:
             unit, size = ("m", 1.0) if joint.kind == "prismatic" else ("deg", math.degrees(1.0))
             where = f"{excess * size:.3g} {unit} outside the limits [{low * size:.3g}, {high * size:.3g}]"
-            found.setdefault(where, {})[joint.name] = excess
+            outside.setdefault(where, {})[joint.name] = excess
     return tuple(
         Diagnostic(
             "limits",
@@ -287,5 +287,5 @@ def outside_limits(robot: Robot, q: Array) -> tuple[Diagnostic, ...]:
             max(excesses.values()),
             f"joint{'s' * (len(excesses) > 1)} {listed(excesses, 4)}: {where}; the profile is computed there all the same",
         )
-        for where, excesses in found.items()
+        for where, excesses in outside.items()
     )

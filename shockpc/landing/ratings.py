@@ -130,10 +130,10 @@ def part_from(robot: Robot, at: str, rating: str) -> Part:
         UnknownName: a torque is given, and the robot has no such joint.
         SceneError: the torque is no number above zero, or has the unit of another kind of joint.
     """
-    found = re.fullmatch(r"(\S+?)\s*(N\s*m|N)(?:\s+(\S+?)\s*(us|µs|ms|s))?", rating.strip())
-    if found is None:
+    matched = re.fullmatch(r"(\S+?)\s*(N\s*m|N)(?:\s+(\S+?)\s*(us|µs|ms|s))?", rating.strip())
+    if matched is None:
         return Part(name=at, at=at, rating=rating)
-    torque, unit, length, of_time = found.groups()
+    torque, unit, length, of_time = matched.groups()
     try:
         values = float(torque), None if length is None else float(length) * UNITS[of_time]
         valid = all(1.0 / LARGEST_NUMBER <= value <= LARGEST_NUMBER for value in values if value is not None)
@@ -204,10 +204,10 @@ def _rating(part: Part) -> tuple[Pulse, float]:
         f'part "{printable(part.name)}": rating "{printable(part.rating or "", 60)}" cannot be read; give a shape '
         f'({", ".join(SHAPES)}), a peak in g and a length in s, ms or µs, both above zero, such as "half-sine 1500 g 0.5 ms"'
     )
-    found = re.fullmatch(r"(\S+)\s+(\S+?)\s*g\s+([^\s:]+?)\s*(us|µs|ms|s)", (part.rating or "").strip())
-    if found is None:
+    matched = re.fullmatch(r"(\S+)\s+(\S+?)\s*g\s+([^\s:]+?)\s*(us|µs|ms|s)", (part.rating or "").strip())
+    if matched is None:
         raise refusal
-    shape, peak, length, unit = found.groups()
+    shape, peak, length, unit = matched.groups()
     try:
         pulse, size = pulse_from(f"{shape}:{length}{unit}"), float(peak)
     except ValueError:

@@ -81,8 +81,8 @@ def option(default: Any, help_: str, heading: str, form: str | None = None, **fu
 
 def options_of(record: type) -> dict[str, Option]:
     """The options among the fields of a record, by field."""
-    found = {part.name: part.metadata.get("option") for part in dataclasses.fields(record)}
-    return {name: one._replace(name=one.name or name.removesuffix("_deg").replace("_", "-")) for name, one in found.items() if one}
+    every = {part.name: part.metadata.get("option") for part in dataclasses.fields(record)}
+    return {name: one._replace(name=one.name or name.removesuffix("_deg").replace("_", "-")) for name, one in every.items() if one}
 
 
 R = TypeVar("R", bound=type)

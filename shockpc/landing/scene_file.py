@@ -125,10 +125,10 @@ def check_scene(scene: Scene) -> Scene:
             f"{printable(repr(scene), 60)} is not a Scene; make one with Scene(robot=..., contact=...), or by read_scene"
         )
     faults: list[str] = []
-    found: Scene | None = converted(scene, Scene, "", faults)
-    if found is None:
+    checked_scene: Scene | None = converted(scene, Scene, "", faults)
+    if checked_scene is None:
         raise SceneError("; ".join(faults))
-    return found
+    return checked_scene
 
 
 def robot_of(scene: Scene, frames: Sequence[str] = ()) -> Robot:
@@ -190,8 +190,8 @@ def scene_text(scene: Scene, folder: Path) -> str:
     """The TOML text of a scene for a file in `folder`, with paths relative to the folder."""
     here = folder.resolve()
 
-    def relative(found: str) -> str:
-        path = os.path.relpath(found, here)
+    def relative(name: str) -> str:
+        path = os.path.relpath(name, here)
         # Without a separator or a suffix, a path would be read as a robot's name.
         clear = path in (os.curdir, os.pardir) or os.sep in path or Path(path).suffix
         return path if clear else os.path.join(os.curdir, path)

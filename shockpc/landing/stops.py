@@ -141,15 +141,15 @@ def at_stops(robot: Robot, Q: Array, model: JointModel, limits: bool = False) ->
         model: which joints are locked, and so never are.
         limits: whether limits of joints count too that can have no stops.
     """
-    found = np.zeros((len(Q), robot.model.nv))
+    sides = np.zeros((len(Q), robot.model.nv))
     for joint in robot.single_joints:
         stops = joint.kind in ("revolute", "prismatic") if limits else has_stops(robot, joint)
         if stops and not model.locked[joint.v].any():
             low, high = joint.limits
             value = Q[:, joint.q.start]
             lower, upper = value <= low + LIMIT_SLACK, value >= high - LIMIT_SLACK
-            found[:, joint.v.start] = np.where(lower & upper, np.nan, lower.astype(float) - upper)
-    return found
+            sides[:, joint.v.start] = np.where(lower & upper, np.nan, lower.astype(float) - upper)
+    return sides
 
 
 def driven_beyond(sides: Array, rates: Array, rounding: float = ROUNDING) -> np.ndarray:

@@ -128,31 +128,31 @@ def _points(landing: PosedLanding) -> list[Place]:
     return [place for place in (*landing.points, *landing.mounted) if place.body >= 0]
 
 
-def _contact_peaks(found: "CompliantLanding", places: Places) -> Array:
+def _contact_peaks(compliant: "CompliantLanding", places: Places) -> Array:
     """Peak forces (n,) of contacts [N], and when each is reached [s]; NaN of the end stop of a hinge, which has a torque."""
-    numbers, hinge = _numbers(places), [not len(block.forces) for block in found.landing.blocks]
-    return np.where(np.array(hinge)[numbers], np.nan, np.array(found.peaks(_loads))[:, numbers])
+    numbers, hinge = _numbers(places), [not len(block.forces) for block in compliant.landing.blocks]
+    return np.where(np.array(hinge)[numbers], np.nan, np.array(compliant.peaks(_loads))[:, numbers])
 
 
-def point_peaks(found: "CompliantLanding", places: Places) -> Array:
+def point_peaks(compliant: "CompliantLanding", places: Places) -> Array:
     """Peak accelerations (n,) of points [m/s²], and when each is reached [s]."""
-    landing = found.landing
+    landing = compliant.landing
     index = {(place.body, place.r.tobytes()): k for k, place in enumerate(_points(landing), len(landing.contact_places))}
     columns = [index.get((place.body, place.r.tobytes()), -1) for place in places]
-    return np.array(found.peaks(point_velocity, places)) if -1 in columns else np.array(found.peaks(_loads))[:, columns]
+    return np.array(compliant.peaks(point_velocity, places)) if -1 in columns else np.array(compliant.peaks(_loads))[:, columns]
 
 
-def _joint_peaks(found: "CompliantLanding", places: Places) -> Array:
+def _joint_peaks(compliant: "CompliantLanding", places: Places) -> Array:
     """Peak forces, moments and torques along the axes (3, n) of joints.
 
     A torque is zero where it is rounding, and NaN where it is that of a spring before a rotor of unknown inertia.
     """
-    joints = {place.name: k for k, place in enumerate(found.landing.places("joint"))}
-    force, moment, along = found.peaks(_loads)[0][-3 * len(joints) :].reshape(3, -1)
+    joints = {place.name: k for k, place in enumerate(compliant.landing.places("joint"))}
+    force, moment, along = compliant.peaks(_loads)[0][-3 * len(joints) :].reshape(3, -1)
     least = ROUNDING * max(force.max(initial=0.0), moment.max(initial=0.0))
     peaks = np.array([force, moment, np.where(along <= least, 0.0, along)])
     peaks = peaks[:, [joints[place.name] for place in places]]
-    peaks[2, found.landing.joint_model.rotor_unknown[_numbers(places)]] = np.nan
+    peaks[2, compliant.landing.joint_model.rotor_unknown[_numbers(places)]] = np.nan
     return peaks
 
 

@@ -106,9 +106,9 @@ def levels(landing: Landing, rotation: Array, position: Array, points: Array, ev
             reach = np.maximum.reduceat(corners @ -towards, pieces.start[n] - pieces.start[n[0]], axis=0)
             if axes.size:
                 reach += np.sqrt(((axes @ towards) ** 2).reshape(3, len(n), -1).sum(axis=0))
-            surface[n[:, None], near] = found = height[body, near] - reach
+            surface[n[:, None], near] = reached = height[body, near] - reach
             if body not in carriers:
-                least[near] = np.minimum(least[near], found.min(axis=0) + SAME)
+                least[near] = np.minimum(least[near], reached.min(axis=0) + SAME)
     surface = surface.T
     core = surface + np.linalg.norm(pieces.rounding, axis=1).min(axis=1)
     inside, height = INSIDE + SHARE * robot_size(robot), points @ up

@@ -131,14 +131,14 @@ def angles(profile: "ShockProfile") -> Iterator[Diagnostic]:
 
 def inertias(profile: "ShockProfile") -> Iterator[Diagnostic]:
     """A warning of links with moments of inertia that no body within the robot has: placeholders, or another unit."""
-    found = sorted(inflated_inertias(profile.robot), key=lambda one: -one[1])
-    if found:
-        radii = few([f'"{name}" ({radius:.3g} m)' for name, radius, _ in found], 4)
+    links = sorted(inflated_inertias(profile.robot), key=lambda one: -one[1])
+    if links:
+        radii = few([f'"{name}" ({radius:.3g} m)' for name, radius, _ in links], 4)
         text = (
-            f"the radius of gyration of {radii} is above the size of the robot, {found[0][2]:.3g} m: a placeholder, or moments in "
+            f"the radius of gyration of {radii} is above the size of the robot, {links[0][2]:.3g} m: a placeholder, or moments in "
             "another unit than kg m²; what moves with such a link hardly turns, so every shock is wrong; correct the file"
         )
-        yield Diagnostic("inertia", "+".join(name for name, *_ in found), found[0][1], text)
+        yield Diagnostic("inertia", "+".join(name for name, *_ in links), links[0][1], text)
 
 
 def masses(profile: "ShockProfile") -> Iterator[Diagnostic]:

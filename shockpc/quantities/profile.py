@@ -97,17 +97,17 @@ class ShockProfile(OfLanding):
         where = self.places(wanted.of) if places is None else places
         key = (wanted.of, wanted.key, None if places is None else tuple((p.name, p.body, p.number, *p.r.tolist()) for p in places))
         if key not in self._cache:
-            found = np.full((len(where), 3) if wanted.vector else len(where), np.nan)
+            values = np.full((len(where), 3) if wanted.vector else len(where), np.nan)
             fixed = [k for k, place in enumerate(where) if wanted.of == "point" and place.body < 0]
             moving = [k for k in range(len(where)) if k not in fixed]
             with self.trace.stage(wanted.title):
                 if fixed and not wanted.lacks(self.landing):
-                    found[fixed] = [wanted.fixed(where[k]) for k in fixed]
+                    values[fixed] = [wanted.fixed(where[k]) for k in fixed]
                 if moving and wanted.on == "health":
-                    found[moving] = wanted.compute(self.health, [where[k] for k in moving])
+                    values[moving] = wanted.compute(self.health, [where[k] for k in moving])
                 elif moving and (proof := self.proof if wanted.on == "scene" else self.proof_with(wanted.on)) is not None:
-                    found[moving] = proof.read(wanted.compute, [where[k] for k in moving], size=wanted.size)[0, 0]
-            self._cache[key] = read_only(found)
+                    values[moving] = proof.read(wanted.compute, [where[k] for k in moving], size=wanted.size)[0, 0]
+            self._cache[key] = read_only(values)
         return self._cache[key]
 
     def value(self, key: str, kind: PlaceKind) -> Array:

@@ -54,8 +54,8 @@ def in_child(work: Callable[[], T], libraries: Sequence[str] = ()) -> T | None:
     inputs.update(read)
     if error is not None:
         raise error
-    found: T = value
-    return found
+    result: T = value
+    return result
 
 
 class _Server:

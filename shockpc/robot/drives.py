@@ -147,11 +147,11 @@ def similar_robots(robot: Robot) -> tuple[str, ...]:
 @functools.cache
 def robots_with_drives() -> dict[str, tuple[Drive, ...]]:
     """The robots of robots/drives.toml whose drives are published or derived, with these."""
-    found: dict[str, tuple[Drive, ...]] = {}
+    by_robot: dict[str, tuple[Drive, ...]] = {}
     for drive in read_drives(project_robots_folder() / "drives.toml"):
         if drive.status in PUBLIC:
-            found |= {name: (*found.get(name, ()), drive) for name in drive.robot}
-    return found
+            by_robot |= {name: (*by_robot.get(name, ()), drive) for name in drive.robot}
+    return by_robot
 
 
 def _status(drives: Sequence[Drive]) -> str:
@@ -168,18 +168,18 @@ def drives_of(robot: Robot, drives: Sequence[Drive], label: str) -> Drives:
     chosen = [drive for drive in drives if not drive.robot or {robot.source.name, robot.name} & set(drive.robot)]
     if not chosen:
         raise SceneError(f'{label} has no drive of robot "{robot.name}"; name it under robot, or leave that key out')
-    found = Drives.none(robot.model.nv)._replace(label=label)
+    arrays = Drives.none(robot.model.nv)._replace(label=label)
     for drive in chosen:
         inertia = drive.reflected or 0.0
         for name in (name for pattern in drive.joint for name in robot.match_joints(pattern)):
             v = robot.joint(name).v
-            found.known[v] = True
-            found.armature[v] = inertia if drive.drive_stiffness is None else 0.0
-            found.rotor[v] = 0.0 if drive.drive_stiffness is None else inertia
-            found.drive_stiffness[v] = np.inf if drive.drive_stiffness is None else drive.drive_stiffness
-            found.stiffness[v] = drive.stiffness or 0.0
-    freeze(found)
-    return found
+            arrays.known[v] = True
+            arrays.armature[v] = inertia if drive.drive_stiffness is None else 0.0
+            arrays.rotor[v] = 0.0 if drive.drive_stiffness is None else inertia
+            arrays.drive_stiffness[v] = np.inf if drive.drive_stiffness is None else drive.drive_stiffness
+            arrays.stiffness[v] = drive.stiffness or 0.0
+    freeze(arrays)
+    return arrays
 
 
 def default_drives(robot: Robot) -> Drives | None:

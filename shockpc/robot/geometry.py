@@ -307,10 +307,10 @@ def _mjcf_shapes(source: RobotSource, kind: GeometryKind, load: Loader) -> Itera
     """Take the shapes of an MJCF from the compiled model. Planes and height fields belong to the surroundings."""
     from shockpc.robot.mjcf_compiled import compiled
 
-    found = compiled(source)
-    m = found.model
+    result = compiled(source)
+    m = result.model
     for number in range(m.ngeom):
-        geom, file, primitive = m.geom(number), found.meshes.get(number), _MJCF_PRIMITIVES.get(int(m.geom_type[number]))
+        geom, file, primitive = m.geom(number), result.meshes.get(number), _MJCF_PRIMITIVES.get(int(m.geom_type[number]))
         collides = bool(geom.contype or geom.conaffinity)
         # MuJoCo shows groups 0 to 2 unless it is asked for others.
         wanted = collides if kind == "collision" else not collides or geom.group <= 2

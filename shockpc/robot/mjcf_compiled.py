@@ -237,8 +237,8 @@ def _compile(xml: str, folders: OpenFolders, freed: bool) -> tuple[Compiled, byt
     messages = dict.fromkeys(f"MuJoCo: {' '.join(note.split())}" for note in notes)
     binary = np.zeros(mujoco.mj_sizeModel(model), dtype=np.uint8)
     mujoco.mj_saveModel(model, None, binary)
-    found = Compiled(None, keys, {int(geom.id): mesh for geom, mesh in boxes}, tuple(messages))
-    return found, binary.tobytes(), folders.seen
+    result = Compiled(None, keys, {int(geom.id): mesh for geom, mesh in boxes}, tuple(messages))
+    return result, binary.tobytes(), folders.seen
 
 
 def _free_base(mujoco: Any, spec: Any) -> bool:

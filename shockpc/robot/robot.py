@@ -295,15 +295,15 @@ class Robot:
     @cached_property
     def negative_moments(self) -> tuple[str, ...]:
         """Links with a negative principal moment of inertia, with their moments, of bodies that have one with all their links."""
-        found = []
+        names = []
         for body in self.bodies:
             if negative_moment(body.mass, body.inertia):
                 links = {frame.name: frame.inertia for frame in self.model.frames if frame.name in body.links}
                 tensors = {name: link.inertia for name, link in links.items() if negative_moment(link.mass, link.inertia)}
                 for name, tensor in (tensors or {body.name: body.inertia}).items():
                     moments = ", ".join(f"{moment:.3g}" for moment in np.linalg.eigvalsh(tensor))
-                    found.append(f'"{name}" ({moments} kg m²)')
-        return tuple(found)
+                    names.append(f'"{name}" ({moments} kg m²)')
+        return tuple(names)
 
     @cached_property
     def free_base(self) -> bool:

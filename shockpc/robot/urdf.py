@@ -58,11 +58,11 @@ def with_postures(source: RobotSource) -> RobotSource:
     """A source with the file of its reference postures: as given, or the one beside the robot."""
     path, folders = source.path, source.folders
     folders.note(path.parent)  # an SRDF may be added later
-    found = source.srdf or find_srdf(path, source.robot_name)
-    if found is None or not (source.srdf or folders.contain(found)):
+    srdf = source.srdf or find_srdf(path, source.robot_name)
+    if srdf is None or not (source.srdf or folders.contain(srdf)):
         return source  # without one, or with a link that leads out of the folders
-    folders.note(found)
-    return replace(source, srdf=Path(os.path.realpath(found)))
+    folders.note(srdf)
+    return replace(source, srdf=Path(os.path.realpath(srdf)))
 
 
 def choose(source: RobotSource, frames: Sequence[str]) -> None:

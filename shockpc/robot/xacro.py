@@ -49,9 +49,9 @@ def expand_xacro(text: str, folders: OpenFolders, arguments: Mapping[str, str]) 
             cannot expand it within the limits.
     """
     name, texts, missing = folders.file.name, [text], dict[str, str]()
-    found = [spec.origin for spec in map(importlib.util.find_spec, ("xacro", "yaml")) if spec and spec.origin]
+    origins = [spec.origin for spec in map(importlib.util.find_spec, ("xacro", "yaml")) if spec and spec.origin]
     request = {"text": text, "file": str(folders.file), "arguments": dict(arguments), "limits": [SECONDS, MEMORY, LINKS]}
-    request["libraries"] = sorted({str(Path(origin).parent.parent) for origin in found})
+    request["libraries"] = sorted({str(Path(origin).parent.parent) for origin in origins})
     try:
         answer = _result(request, folders, texts, missing)
     except RobotError:

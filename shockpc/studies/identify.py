@@ -304,8 +304,8 @@ class _Fit:
 
     def residuals(self, u: Array) -> Array:
         """Predicted less measured jumps (n, k) by their energies or noise, of landings that count; without prediction no jump."""
-        found = self.predictor(self.values(u))
-        difference = np.nan_to_num(found.jumps) - np.nan_to_num(found.measured)
+        predicted = self.predictor(self.values(u))
+        difference = np.nan_to_num(predicted.jumps) - np.nan_to_num(predicted.measured)
         return np.asarray((self.whitening @ difference[..., None])[self.used, :, 0])
 
     def cost(self, u: Array) -> float:
@@ -336,14 +336,14 @@ class _Fit:
                 starts.append(u)
         loss = partial(_soft_l1, k=len(self.predictor.measured))
         for final in (False, True):
-            found = [
+            fits = [
                 least_squares(
                     lambda u: self.residuals(u).ravel(), u, lambda u: self.derivatives(u).reshape(-1, self.p), (0.0, 1.0),
                     loss=loss, f_scale=self.scale, xtol=1e-7, ftol=1e-9, gtol=1e-12, max_nfev=40,
                 ).x
                 for u in starts
             ]  # fmt: skip
-            best = min(found, key=self.cost)
+            best = min(fits, key=self.cost)
             if not final:
                 # The size of an ordinary residual is known better now.
                 self.scale, starts = max(float(np.median(np.linalg.norm(self.residuals(best), axis=1))), 1e-9), [best]
@@ -389,9 +389,9 @@ class _Fit:
             spreads_of = np.cov(steps[:, free].T).reshape(free.sum(), free.sum())
             sizes = np.sqrt(np.maximum(np.diagonal(spreads_of), 1e-300))
             correlation[np.ix_(free, free)] = spreads_of / np.outer(sizes, sizes)
-        found, W = predictor(self.values(u)), mobilities(predictor.study(self.values(u)))
+        predicted, W = predictor(self.values(u)), mobilities(predictor.study(self.values(u)))
         left_out, best = self._left_out(u, r, D, ~(without | vague), W), self._free_impulse(u, W)
-        by_landing = dict(zip(ERRORS, (self._errors(W, self.before), self._errors(W, found), left_out, best), strict=True))
+        by_landing = dict(zip(ERRORS, (self._errors(W, self.before), self._errors(W, predicted), left_out, best), strict=True))
         errors = {name: float(np.median(values[self.used])) for name, values in by_landing.items()}
         fitted, robot = scene, predictor.robot
         for one, value in zip(unknowns, self.values(u), strict=True):
@@ -402,11 +402,11 @@ class _Fit:
             for j, (one, value) in enumerate(zip(unknowns, self.values(u), strict=True))
         )
         statements = (
-            *self._unknown_statements(results, correlation, unseen, spreads), *self._model_statements(found, r, errors)
+            *self._unknown_statements(results, correlation, unseen, spreads), *self._model_statements(predicted, r, errors)
         )  # fmt: skip
         return Identification(
-            results, fitted, robot, predictor, self.before, found, self.used, errors, by_landing, correlation, singular, statements,
-            found.messages, cache(partial(self._scan, u, W=W)),
+            results, fitted, robot, predictor, self.before, predicted, self.used, errors, by_landing, correlation, singular,
+            statements, predicted.messages, cache(partial(self._scan, u, W=W)),
         )  # fmt: skip
 
     def _refitted(self, u: Array, r: Array, D: Array, free: np.ndarray, counts: Array) -> Array:
@@ -424,10 +424,10 @@ class _Fit:
             step[:, unknowns] = np.clip(u[unknowns] + np.linalg.solve(A + ridge, right[..., None])[..., 0], 0.0, 1.0) - u[unknowns]
         return step
 
-    def _errors(self, W: Array, found: Predicted) -> Array:
+    def _errors(self, W: Array, predicted: Predicted) -> Array:
         """The errors (n,) of the landings that count, as in `Identification`."""
-        coordinates, measured = self.predictor.coordinates, np.where(self.used[:, None], found.measured, np.nan)
-        difference = np.where(np.isnan(measured), np.nan, np.nan_to_num(found.jumps) - measured)
+        coordinates, measured = self.predictor.coordinates, np.where(self.used[:, None], predicted.measured, np.nan)
+        difference = np.where(np.isnan(measured), np.nan, np.nan_to_num(predicted.jumps) - measured)
         with np.errstate(invalid="ignore", divide="ignore"):
             return energy_norms(W, coordinates, difference) / energy_norms(W, coordinates, measured)
 
@@ -507,13 +507,13 @@ class _Fit:
                         "is made up for by the other"
                     )
 
-    def _model_statements(self, found: Predicted, r: Array, errors: Mapping[str, float]) -> Iterable[str]:
+    def _model_statements(self, predicted: Predicted, r: Array, errors: Mapping[str, float]) -> Iterable[str]:
         """What is wrong beyond the scatter of the landings, or beyond the noise."""
         wrong, n = [], int(self.used.sum())
         counts = _drawn(n, 2 * DRAWS)
         for k, column in enumerate(self.predictor.measured):
-            both = np.stack([values[self.used, k] for values in (found.jumps, found.measured)])
-            x, y = np.where(np.isnan(found.measured[self.used, k]), 0.0, np.nan_to_num(both))
+            both = np.stack([values[self.used, k] for values in (predicted.jumps, predicted.measured)])
+            x, y = np.where(np.isnan(predicted.measured[self.used, k]), 0.0, np.nan_to_num(both))
             if not (size := float(x @ x)) > 0.0:
                 continue
             slopes = counts @ (x * y) / np.maximum(counts @ (x * x), 1e-300)

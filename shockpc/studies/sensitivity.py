@@ -412,9 +412,9 @@ def _formulas(profile: ShockProfile, varied: Mapping[ParameterKey, Parameter], n
     numbers, unclear = exact_slopes(landing, landing.q[None], landing.before.velocity[None, None], rates, turns, [number])
     if unclear[0]:
         return {}
-    found = numbers[number.name][1][0, 0]
-    error = FORMULA * float(np.abs(found).max(initial=0.0))
-    values = np.where(np.abs(found) > error, found, 0.0)
+    derivatives = numbers[number.name][1][0, 0]
+    error = FORMULA * float(np.abs(derivatives).max(initial=0.0))
+    values = np.where(np.abs(derivatives) > error, derivatives, 0.0)
     return {key: _Slope(float(value), error, formula=True) for key, value in zip(linear, values, strict=True) if np.isfinite(value)}
 
 

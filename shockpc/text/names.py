@@ -46,8 +46,8 @@ def match(
         UnknownName: it means none. Where it is a part of some names, the text says which glob matches them.
     """
     names = tuple(names)
-    if found := matches(pattern, names):
-        return found
+    if matching := matches(pattern, names):
+        return matching
     part = re.search(re.escape(pattern), "\n".join(names), re.IGNORECASE) if pattern else None
     glob = f"*{part.group()}*" if part else ""
     hints = (f'"{glob}" matches {listed(fitting, 4)}' if (fitting := matches(glob, names)) else "", hint)

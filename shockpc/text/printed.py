@@ -86,11 +86,11 @@ def causes(messages: Iterable[tuple[object, str]]) -> list[Cause]:
     return sorted((Cause(text, len(names), names[0]) for text, names in named.items()), key=lambda cause: -cause.rows)
 
 
-def cause_lines(found: Sequence[Cause], noun: str, most: int) -> Iterator[str]:
+def cause_lines(groups: Sequence[Cause], noun: str, most: int) -> Iterator[str]:
     """A line for each of the most frequent causes, as "12 rows: cause (first: NAME)". Args: noun, of the rows in the plural."""
-    for text, number, first in found[:most]:
+    for text, number, first in groups[:most]:
         yield f"{first}: {text}" if number == 1 else f"{number} {noun}: {text} (first: {first})"
-    if left := found[most:]:
+    if left := groups[most:]:
         yield f"and {len(left)} other cause{'s' * (len(left) > 1)}"
 
 

@@ -78,9 +78,9 @@ def converted(value: Any, kind: Any, key: str, faults: list[str]) -> Any:
             return tuple(converted(part, parts[0], f"{key}[{k}]", faults) for k, part in enumerate(value))
     else:
         options = (kind,) if origin in (None, Literal, tuple) else parts
-        found = next((leaf for option in options if (leaf := _leaf(value, option)) is not None), None)
-        if found is not None:
-            return found
+        accepted = next((leaf for option in options if (leaf := _leaf(value, option)) is not None), None)
+        if accepted is not None:
+            return accepted
     faults.append(f"{key} has to be {_wanted(kind)}, not {_shown(value)}")
     return value
 

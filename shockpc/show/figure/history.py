@@ -101,7 +101,7 @@ def _events(profile: ShockProfile, compliant: CompliantLanding) -> list[tuple[fl
     """
     motion, stops = compliant.motion, [contact.frame for contact in profile.landing.acting][len(profile.landing.contact_places) :]
     names = [*(place.name for place in profile.places("contact")), *stops]
-    found: list[tuple[float, list[str]]] = []
+    events: list[tuple[float, list[str]]] = []
     least = STEP * float(np.abs(motion.at(np.array([event.time for event in motion.events])).force).max(initial=0.0))
     for event in motion.events:
         contact, normal = int(compliant.number[event.element]), bool(motion.elements.normal[event.element])
@@ -110,11 +110,11 @@ def _events(profile: ShockProfile, compliant: CompliantLanding) -> list[tuple[fl
             continue
         text = HAPPENS[event.kind] + " along the ground" * (not normal and event.kind != "slips")
         text = f"{printable(names[contact], 20)} {text}" if len(set(compliant.number[compliant.number >= 0].tolist())) > 1 else text
-        if not found or event.time - found[-1][0] > SAME_TIME * motion.duration:
-            found.append((event.time, []))
-        if text not in found[-1][1]:
-            found[-1][1].append(text)
-    return [(time, ", ".join(texts)) for time, texts in found]
+        if not events or event.time - events[-1][0] > SAME_TIME * motion.duration:
+            events.append((event.time, []))
+        if text not in events[-1][1]:
+            events[-1][1].append(text)
+    return [(time, ", ".join(texts)) for time, texts in events]
 
 
 def _write_events(rows: Sequence[Axes], events: Sequence[tuple[float, str]]) -> int:

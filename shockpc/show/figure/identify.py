@@ -16,26 +16,26 @@ ACROSS, REACH, LARGE_MARKS = 3, 1.1, 200
 """Panels beside one another; half the width of the frame of jumps, in greatest measured ones; landings that have large marks."""
 
 
-def draw(found: Identification) -> Figure:
+def draw(study: Identification) -> Figure:
     """Draw both."""
-    groups = [column.group for column in found.predictor.measured]
+    groups = [column.group for column in study.predictor.measured]
     group = max(dict.fromkeys(groups), key=groups.count)
-    p, across = len(found.unknowns), min(max(len(found.unknowns), 2), ACROSS)
-    robot = robot_name(found.predictor.robot)
+    p, across = len(study.unknowns), min(max(len(study.unknowns), 2), ACROSS)
+    robot = robot_name(study.predictor.robot)
     rows = -(-p // across)
-    figure = new_chart(1.2 + 2.5 * across, 0.7 + 1.9 * rows + 3.2, f"{robot}: {count(int(found.used.sum()), 'landing')}")
+    figure = new_chart(1.2 + 2.5 * across, 0.7 + 1.9 * rows + 3.2, f"{robot}: {count(int(study.used.sum()), 'landing')}")
     above, below = figure.subfigures(2, 1, squeeze=False, height_ratios=[1.9 * rows, 3.2]).ravel()
     panels = above.subplots(rows, across, squeeze=False, sharey=True).ravel()
-    scans = [found.scan(j) for j in range(p)]
+    scans = [study.scan(j) for j in range(p)]
     least = min(float(errors.min()) for _, errors in scans)
-    most = max(1.1 * found.errors["before"], *(min(float(errors.max()), 2.0) for _, errors in scans))
-    deep = least < CLEAR_MINIMUM * found.errors["before"]
-    for panel, one, (values, errors) in zip(panels, found.unknowns, scans, strict=False):
+    most = max(1.1 * study.errors["before"], *(min(float(errors.max()), 2.0) for _, errors in scans))
+    deep = least < CLEAR_MINIMUM * study.errors["before"]
+    for panel, one, (values, errors) in zip(panels, study.unknowns, scans, strict=False):
         if np.isfinite(one.low):
             panel.axvspan(one.low, one.high, color=faded(CURVES[0], 0.75), linewidth=0.0, label="95 % interval")
         panel.plot(values, errors, color=CURVES[0], label="error with this value")
         panel.plot(one.value, np.interp(one.value, values, errors), "o", color=INK, markersize=3.5, label="value found")
-        panel.axhline(found.errors["before"], color=INK, linewidth=0.7, linestyle="--", label="error before")
+        panel.axhline(study.errors["before"], color=INK, linewidth=0.7, linestyle="--", label="error before")
         panel.set(
             xlabel=printable(f"{one.variation.subject} [{one.variation.unit}]", 40),
             title=f"{one.value:.3g}" + (f" ({one.low:.3g} … {one.high:.3g})" if np.isfinite(one.low) else f", {one.state}"),
@@ -53,21 +53,21 @@ def draw(found: Identification) -> Figure:
     panels[p - 1].legend(loc="upper left", bbox_to_anchor=(1.02, 1.0)) if p == across else panels[0].legend()
     columns = [k for k, name in enumerate(groups) if name == group]
     pairs = below.subplots(1, 2, sharex=True, sharey=True)
-    reach = REACH * float(np.nanmax(np.abs(found.after.measured[found.used][:, columns]))) or 1.0
-    unit = found.predictor.measured[columns[0]].unit
-    for panel, key, predicted in zip(pairs, ("before", "after"), (found.before, found.after), strict=True):
+    reach = REACH * float(np.nanmax(np.abs(study.after.measured[study.used][:, columns]))) or 1.0
+    unit = study.predictor.measured[columns[0]].unit
+    for panel, key, predicted in zip(pairs, ("before", "after"), (study.before, study.after), strict=True):
         panel.plot([-reach, reach], [-reach, reach], color=INK, linewidth=0.6)
         for k, column in enumerate(columns):
-            size = 2.5 if len(found.used) < LARGE_MARKS else 1.5
+            size = 2.5 if len(study.used) < LARGE_MARKS else 1.5
             marks = {"color": CURVES[k % len(CURVES)], "markersize": size, "clip_on": False}
             panel.plot(
-                np.clip(predicted.jumps[found.used, column], -reach, reach),
-                predicted.measured[found.used, column],
+                np.clip(predicted.jumps[study.used, column], -reach, reach),
+                predicted.measured[study.used, column],
                 MARKERS[k // len(CURVES) % len(MARKERS)],
-                label=printable(found.predictor.measured[column].name, 30),
+                label=printable(study.predictor.measured[column].name, 30),
                 **marks,
             )
-        error = f"error {found.errors[key]:.2f}" + (f", left out {found.errors['left out']:.2f}" if key == "after" else "")
+        error = f"error {study.errors[key]:.2f}" + (f", left out {study.errors['left out']:.2f}" if key == "after" else "")
         panel.set(xlim=(-reach, reach), ylim=(-reach, reach), box_aspect=1.0, title=f"{key}: {error}")
         panel.set_xlabel(f"predicted jump [{unit}]")
         panel.grid(True)

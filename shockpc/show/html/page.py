@@ -302,10 +302,10 @@ def _landing(name: str, profile: ShockProfile, drawn: Sequence[Surface], geometr
 
     def contradiction(proof: Proof) -> dict[str, Any]:
         """What a strike leaves along the rows that depend on others, and how much of it may be; MᵀM of the motion."""
-        found = residual(proof)
-        motion = np.array(columns(found.motion))
-        parts = {"left": columns(found.left), "speeds": columns(found.speeds), "motion": (motion.T @ motion).tolist()}
-        return {**parts, "rounding": found.rounding.tolist()} if len(found.rows) else {"left": []}
+        residuals = residual(proof)
+        motion = np.array(columns(residuals.motion))
+        parts = {"left": columns(residuals.left), "speeds": columns(residuals.speeds), "motion": (motion.T @ motion).tolist()}
+        return {**parts, "rounding": residuals.rounding.tolist()} if len(residuals.rows) else {"left": []}
 
     proofs = {"free": profile.proof_with("free"), "as modelled": profile.proof, "locked": profile.proof_with("locked")}
     blocks = landing.blocks[: len(profile.contacts)]

@@ -28,29 +28,29 @@ OF_DRIVES = ("armature", "rotor", "joint-stiffness")
 """Kinds of unknowns that are drives."""
 
 
-def identify_report(file: Path, found: Identification) -> Report:
+def identify_report(file: Path, study: Identification) -> Report:
     """What was found from the table of a file."""
     table = file.name
     return Report(
         name="identify",
         title=f"Unknowns from {table}",
         body=lambda full: [
-            Lines(list(_header(found, table))),
-            _unknowns(found),
-            _errors(found),
-            Picture("identify", "error over each unknown, and predicted against measured jumps", "identify:draw", (found,)),
+            Lines(list(_header(study, table))),
+            _unknowns(study),
+            _errors(study),
+            Picture("identify", "error over each unknown, and predicted against measured jumps", "identify:draw", (study,)),
         ],
-        closing=[*found.statements, *_closing(found)],
-        sheets={"identify": lambda: sheet_of(found.table), "landings": lambda: _landings(found)},
-        document=lambda: _document(found, table),
-        more=lambda folder: _files(found, table, folder),
+        closing=[*study.statements, *_closing(study)],
+        sheets={"identify": lambda: sheet_of(study.table), "landings": lambda: _landings(study)},
+        document=lambda: _document(study, table),
+        more=lambda folder: _files(study, table, folder),
         others=(DRIVES,),
     )
 
 
-def _header(found: Identification, table: str) -> Iterator[tuple[str, str]]:
-    predictor = found.predictor
-    yield "table", f"{table}: {count(len(found.used), 'landing')}, of which {int(found.used.sum())} count"
+def _header(study: Identification, table: str) -> Iterator[tuple[str, str]]:
+    predictor = study.predictor
+    yield "table", f"{table}: {count(len(study.used), 'landing')}, of which {int(study.used.sum())} count"
     yield robot_line(predictor.robot)
     time = predictor.measured[0].time
     when = "" if time is None else f", {time:g} ms after contact"
@@ -64,9 +64,9 @@ def _header(found: Identification, table: str) -> Iterator[tuple[str, str]]:
     yield "of the scene", ", ".join(predictor.rows.missing) or "nothing"
 
 
-def _unknowns(found: Identification) -> Sheet:
+def _unknowns(study: Identification) -> Sheet:
     rows: list[Row] = []
-    for one in found.unknowns:
+    for one in study.unknowns:
         low, high = one.variation.span or (math.nan, math.nan)
         interval = None if math.isnan(one.low) else f"{one.low:.4g} … {one.high:.4g}"
         name = f"{one.variation.subject} [{one.variation.unit}]"
@@ -75,49 +75,49 @@ def _unknowns(found: Identification) -> Sheet:
     return Sheet("unknowns", ("unknown", "value", "95 % interval", "range", "state"), rows, notes)
 
 
-def _errors(found: Identification) -> Sheet:
+def _errors(study: Identification) -> Sheet:
     words = {
         "before": "the scene as it is given", "after": "the values found", "left out": "the same, on landings left out",
         "free impulse": "the best impulse at the contacts, whatever its law",
     }  # fmt: skip
-    rows: list[Row] = [(words[name], None if math.isnan(x := found.errors[name]) else f"{x:.3f}") for name in ERRORS]
+    rows: list[Row] = [(words[name], None if math.isnan(x := study.errors[name]) else f"{x:.3f}") for name in ERRORS]
     note = "median over the landings of ‖predicted − measured‖ / ‖measured‖ in the energy norm √(ΔᵀHΔ); no jump has the error 1"
     return Sheet("error of the predicted jumps", ("prediction with", "error"), rows, [note])
 
 
-def _landings(found: Identification) -> Sheet:
-    names, messages = found.predictor.rows.names, dict(found.predictor.rows.messages) | dict(found.messages)
+def _landings(study: Identification) -> Sheet:
+    names, messages = study.predictor.rows.names, dict(study.predictor.rows.messages) | dict(study.messages)
     rows: list[Row] = [
-        (str(names[i]), *(float(found.landing_errors[key][i]) for key in ERRORS), messages.get(i)) for i in range(len(names))
+        (str(names[i]), *(float(study.landing_errors[key][i]) for key in ERRORS), messages.get(i)) for i in range(len(names))
     ]
     return Sheet("landings", ("landing", *(f"error {key}" for key in ERRORS), "message"), rows)
 
 
-def _closing(found: Identification) -> Iterator[str]:
-    if found.messages:
-        yield f"without a prediction with these values: {count(len(found.messages), 'landing')}"
-        refused = causes((str(found.predictor.rows.names[i]), text) for i, text in found.messages.items())
+def _closing(study: Identification) -> Iterator[str]:
+    if study.messages:
+        yield f"without a prediction with these values: {count(len(study.messages), 'landing')}"
+        refused = causes((str(study.predictor.rows.names[i]), text) for i, text in study.messages.items())
         yield from (f"  {line}" for line in cause_lines(refused, "landings", 3))
-    if links := [one.variation.subject for one in found.unknowns if one.variation.kind in (*OF_A_LINK, "place")]:
+    if links := [one.variation.subject for one in study.unknowns if one.variation.kind in (*OF_A_LINK, "place")]:
         yield (
             f"{listed(links)} is of the robot's file, not of a scene: change it there; shockpc compare ROBOT --change "
             "NAME=VALUE shows what it does"
         )
-    if SCALE in found.values:
+    if SCALE in study.values:
         yield f"{SCALE} is of this table: multiply its velocities before the impact by it"
 
 
-def _document(found: Identification, table: str) -> dict[str, Any]:
+def _document(study: Identification, table: str) -> dict[str, Any]:
     def pairs(values: Any) -> list[list[float | None]]:
         return [[None if np.isnan(x) else float(x) for x in row] for row in values]
 
     return {
         "table": table,
-        "robot": found.predictor.robot.name,
-        "scene": found.scene,
-        "landings": len(found.used),
-        "used": int(found.used.sum()),
-        "measured": [column.name for column in found.predictor.measured],
+        "robot": study.predictor.robot.name,
+        "scene": study.scene,
+        "landings": len(study.used),
+        "used": int(study.used.sum()),
+        "measured": [column.name for column in study.predictor.measured],
         "unknowns": [
             {
                 "name": one.variation.subject,
@@ -125,39 +125,39 @@ def _document(found: Identification, table: str) -> dict[str, Any]:
                 **record(one, "value", "low", "high"),
                 "range": one.variation.span,
                 "state": one.state,
-                "error_over_range": pairs(zip(*found.scan(j), strict=True)),
+                "error_over_range": pairs(zip(*study.scan(j), strict=True)),
             }
-            for j, one in enumerate(found.unknowns)
+            for j, one in enumerate(study.unknowns)
         ],
-        "errors": {name.replace(" ", "_"): found.errors[name] for name in ERRORS},
-        "correlation": pairs(found.correlation),
-        "singular_values": found.singular,
-        "statements": found.statements,
-        "messages": {str(found.predictor.rows.names[i]): text for i, text in found.messages.items()},
+        "errors": {name.replace(" ", "_"): study.errors[name] for name in ERRORS},
+        "correlation": pairs(study.correlation),
+        "singular_values": study.singular,
+        "statements": study.statements,
+        "messages": {str(study.predictor.rows.names[i]): text for i, text in study.messages.items()},
     }
 
 
-def _files(found: Identification, table: str, folder: Path) -> Mapping[str, str]:
+def _files(study: Identification, table: str, folder: Path) -> Mapping[str, str]:
     """The drives, if some were unknown, and the scene with all that was found."""
-    scene, files = found.scene, dict[str, str]()
-    kinds = {one.variation.kind for one in found.unknowns}
+    scene, files = study.scene, dict[str, str]()
+    kinds = {one.variation.kind for one in study.unknowns}
     if kinds & set(OF_DRIVES):
-        files[DRIVES] = _drives_text(found, table)
+        files[DRIVES] = _drives_text(study, table)
         joints = dataclasses.replace(scene.joints, drives=str(folder / DRIVES), armature={}, rotor={}, stiffness={})
         scene = dataclasses.replace(scene, joints=joints)
     return files | {SCENE: scene_text(scene, folder)}
 
 
-def _drives_text(found: Identification, table: str) -> str:
+def _drives_text(study: Identification, table: str) -> str:
     """All drives of the robot with the values that were found, and today's date as their source, as a file for --drives."""
     day = datetime.date.today().isoformat()
-    robot, joints = found.robot, found.scene.joints
+    robot, joints = study.robot, study.scene.joints
     model = joint_model(robot, dataclasses.replace(joints, model=None) if joints.model == "rigid" else joints)
     sources: dict[str, str] = {}
-    for one in found.unknowns:
+    for one in study.unknowns:
         if one.variation.kind in OF_DRIVES:
             interval = "" if math.isnan(one.low) else f" ({one.low:.4g} to {one.high:.4g})"
-            text = f"{table}, {count(int(found.used.sum()), 'landing')}, {day}: {one.value:.4g}{interval}"
+            text = f"{table}, {count(int(study.used.sum()), 'landing')}, {day}: {one.value:.4g}{interval}"
             text += f", {one.state}" * (one.state != "identified")
             sources |= dict.fromkeys(robot.match_joints(one.variation.target), text)
     drives: dict[str, dict[str, Any]] = {}

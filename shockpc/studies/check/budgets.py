@@ -314,13 +314,13 @@ def _replaced(table: Mapping[str, Any], by: Mapping[str, Any]) -> dict[str, Any]
 
 
 def _budget(entry: Mapping[str, Any], key: str, faults: list[str]) -> Budget | None:
-    found: list[str] = []
+    entry_faults: list[str] = []
     try:
-        budget: Budget | None = converted(entry, Budget, key, found)
+        budget: Budget | None = converted(entry, Budget, key, entry_faults)
     except ShockError as refusal:
-        found.append(f"{key}: {refusal}")
+        entry_faults.append(f"{key}: {refusal}")
         budget = None
-    faults += found
+    faults += entry_faults
     return budget
 
 

@@ -78,8 +78,8 @@ class Rigid:
         spread = np.einsum("i,ij,ij->", robot.masses, arms, arms) * np.eye(3) - np.einsum("i,ij,ik->jk", robot.masses, arms, arms)
         inertia = np.sum(rotation @ robot.inertias @ rotation.transpose(0, 2, 1), axis=0) + spread
 
-        def placed(found: Outline) -> tuple[Shape, ...]:
-            return tuple(shape.placed(rotation[i], position[i]) for i, carried in enumerate(found.shapes) for shape in carried)
+        def placed(of_robot: Outline) -> tuple[Shape, ...]:
+            return tuple(shape.placed(rotation[i], position[i]) for i, carried in enumerate(of_robot.shapes) for shape in carried)
 
         solid = placed(outline(robot, "collision"))
         links = {shape.link for shape in solid}

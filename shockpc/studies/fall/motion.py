@@ -339,11 +339,11 @@ def _slide(
     for end in ends:
         vars(end).update(terminal=True, direction=-1.0)
     y = [start.theta, start.omega, start.x, start.vx]
-    found = solve_ivp(rates, (0.0, LONGEST), y, "DOP853", events=ends, rtol=1e-10, atol=1e-12)
-    if found.status != 1:
+    solution = solve_ivp(rates, (0.0, LONGEST), y, "DOP853", events=ends, rtol=1e-10, atol=1e-12)
+    if solution.status != 1:
         raise StudyError(f"a contact slides for more than {LONGEST:g} s, which is not followed; give a larger --friction")
-    theta, omega, x, vx = found.y[:, -1].tolist()
-    which = next(k for k, times in enumerate(found.t_events) if len(times))
+    theta, omega, x, vx = solution.y[:, -1].tolist()
+    which = next(k for k, times in enumerate(solution.t_events) if len(times))
     theta = (section.side(on), section.side(on - 1), theta, theta)[which]
     a, b = section.at(on, theta)
     end_ = SectionMotion(theta, x, -b, -omega * b if which == 2 else vx, omega * a, omega)
@@ -390,12 +390,12 @@ def _strike(section: CrossSection, on: int, touched: int, before: SectionMotion,
     if not (push[1] > 0.0 and abs(push[0]) <= mu * push[1] and (speeds + J @ change)[3::2].min(initial=0.0) >= -REST * scale):
         across = np.insert(J, np.arange(1, len(J), 2), 0.0, axis=0)  # no motion across the plane
         approach = np.insert(speeds, np.arange(1, len(J), 2), 0.0).reshape(-1, 3)
-        found = solve_friction(across * weight @ across.T, approach, np.full(len(corners), mu), np.zeros(len(corners)))
-        if not found:
+        solution = solve_friction(across * weight @ across.T, approach, np.full(len(corners), mu), np.zeros(len(corners)))
+        if not solution:
             raise StudyError(
                 "no impulse was found that obeys the laws of friction at a strike of the fall; take another --friction"
             )
-        change = weight * (across.T @ found[0].impulse.ravel())
+        change = weight * (across.T @ solution[0].impulse.ravel())
     after = speeds + J @ change
     vx, vz, omega = change + np.array([before.vx, before.vz, before.omega])
     left = [k for k, up in zip(corners, after[1::2], strict=True) if up <= 10.0 * REST * scale]

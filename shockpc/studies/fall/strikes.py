@@ -139,16 +139,16 @@ def tip_over(rigid: Rigid, name: str, heading: float, push: float | None, togeth
         )
     else:
         start, corner = section.pivoting(first, theta, push / height), first
-    found, hinge = follow_fall(section, corner, start, friction), follow_fall(section, corner, start, hinged=least)
+    sliding, hinge = follow_fall(section, corner, start, friction), follow_fall(section, corner, start, hinged=least)
     turned = math.degrees(math.acos(min(1.0, float(forward @ [math.cos(heading), math.sin(heading), 0.0]))))
     warnings = [f"the edge is turned by {turned:.2g} deg from the heading; the robot tips across the edge"] * (turned > 3.0)
-    strike = next((touch for touch in found.touches if touch.speed >= least), found.touches[0])
+    strike = next((touch for touch in sliding.touches if touch.speed >= least), sliding.touches[0])
     warnings += _below(rigid, forward, section, strike)
-    warnings += _pressure(rigid, forward, ends, section, found, least)
-    warnings += ["it is still rocking when it is no longer followed"] * (not found.rests)
+    warnings += _pressure(rigid, forward, ends, section, sliding, least)
+    warnings += ["it is still rocking when it is no longer followed"] * (not sliding.rests)
     return Tip(
         name=name, forward=forward, balance=balanced, least_push=rate * height, hinged=hinge.touches[-1].before.omega,
-        fall=found, section=section, warnings=tuple(warnings),
+        fall=sliding, section=section, warnings=tuple(warnings),
     )  # fmt: skip
 
 
@@ -181,13 +181,13 @@ def _support(section: CrossSection, together: float) -> tuple[int, float]:
     return best, max(section.side(best - 1), 0.0)
 
 
-def _pressure(rigid: Rigid, forward: Array, ends: Array, section: CrossSection, found: Fall, least: float) -> Iterator[str]:
+def _pressure(rigid: Rigid, forward: Array, ends: Array, section: CrossSection, fall: Fall, least: float) -> Iterator[str]:
     """A warning where the centre of pressure leaves the edge: at (I_xy ω' + I_zy ω²) / N along it, from the centre of mass."""
     if np.ptp(ends) == 0.0:
         yield "the support is a corner in this direction, not an edge: the robot may turn about it, and another part may strike"
         return
-    last = next((touch for touch in found.touches if touch.speed >= least), found.touches[-1]).before.theta
-    pivoting = list(itertools.takewhile(lambda phase: phase.kind == "pivots" and phase.start.theta < last, found.phases))
+    last = next((touch for touch in fall.touches if touch.speed >= least), fall.touches[-1]).before.theta
+    pivoting = list(itertools.takewhile(lambda phase: phase.kind == "pivots" and phase.start.theta < last, fall.phases))
     for phase in pivoting:
         length, angle, kappa = section.arm(phase.corner)
         steps = 2 + int((phase.end.theta - phase.start.theta) / EARLY)
@@ -320,10 +320,10 @@ def _impulses(A: Array, velocity: Array, friction: float | None) -> tuple[Array,
         friction: µ.
     """
     m = len(velocity)
-    found = solve_friction(A, velocity, np.full(m, STICKS if friction is None else friction), np.zeros(m))
-    kept = [k for k in range(m) if not found or found[0].state[k] != "separates"]
-    if found and friction is not None:
-        return found[0].impulse, kept
+    solution = solve_friction(A, velocity, np.full(m, STICKS if friction is None else friction), np.zeros(m))
+    kept = [k for k in range(m) if not solution or solution[0].state[k] != "separates"]
+    if solution and friction is not None:
+        return solution[0].impulse, kept
     while True:
         rows, impulse = (3 * np.array(kept)[:, None] + np.arange(3)).ravel(), np.zeros((m, 3))
         impulse[kept] = np.linalg.lstsq(A[np.ix_(rows, rows)], -velocity.ravel()[rows], rcond=1e-12)[0].reshape(-1, 3)
@@ -353,14 +353,14 @@ def _box_attitudes(rigid: Rigid) -> dict[str, Array]:
     """Unit vectors (3,) from the centre of mass to the faces, edges and corners of the box around the posture, by name."""
     points, _ = rigid.points(np.vstack([np.eye(3), -np.eye(3)]))
     low, high = points.min(axis=0) - rigid.com, points.max(axis=0) - rigid.com
-    found: dict[str, Array] = {}
+    attitudes: dict[str, Array] = {}
     for kind, count in (("face", 1), ("edge", 2), ("corner", 3)):
         for signs in np.ndindex(3, 3, 3):
             if sum(sign != 1 for sign in signs) == count:
                 place = np.array([(low[k], 0.0, high[k])[sign] for k, sign in enumerate(signs)])
                 name = "-".join(filter(None, (SIDES[k][sign] for k, sign in enumerate(signs))))
-                found[f"{kind} {name}"] = place / np.linalg.norm(place)
-    return found
+                attitudes[f"{kind} {name}"] = place / np.linalg.norm(place)
+    return attitudes
 
 
 def _spread(count: int) -> dict[str, Array]:

@@ -65,10 +65,10 @@ def least_shock(fields: Fields, cell: ConvexCell) -> Optimum | None:
     many = fields.weights is None and len(fields.c) > LANDINGS_TOGETHER
     decisive = [int(fields.shocks(cell.points.mean(axis=0)).argmax())] if many else list(range(len(fields.c)))
     while True:
-        found = _solved(fields.of(decisive), cell)
-        if found is None:
+        solved = _solved(fields.of(decisive), cell)
+        if solved is None:
             return None
-        place, bound = found
+        place, bound = solved
         shocks = fields.shocks(place)
         value = float(fields.combined(shocks))
         missing = [int(k) for k in np.argsort(-shocks)[:4] if shocks[k] > bound + ACCURACY / 2.0 and k not in decisive]

@@ -80,8 +80,8 @@ def best_group(fields: Fields, count: int, best: Callable[[Fields], Optimum]) ->
         bound = min(bound, value)
         least, _ = served(node)
         improved = node
-        while (found := float(fields.combined(served(improved)[0]))) < value - ACCURACY / 2.0:
-            value, chosen = found, places(improved)
+        while (improved_value := float(fields.combined(served(improved)[0]))) < value - ACCURACY / 2.0:
+            value, chosen = improved_value, places(improved)
             which = served(improved)[1]
             improved = tuple(frozenset(np.flatnonzero(which == k).tolist()) for k in range(len(places(improved))))
         open_ = [k for k in everything if not any(k in one for one in node)]

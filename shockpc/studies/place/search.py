@@ -47,21 +47,21 @@ def best_places(
     ]
     heapq.heapify(queue)
     while queue:
-        bound, _, cell, found = heapq.heappop(queue)
-        if found is None:
-            found = least_shock(fields, cell)
-            if found is not None:
-                heapq.heappush(queue, (max(bound, found.bound), next(number), cell, found))
+        bound, _, cell, optimum = heapq.heappop(queue)
+        if optimum is None:
+            optimum = least_shock(fields, cell)
+            if optimum is not None:
+                heapq.heappush(queue, (max(bound, optimum.bound), next(number), cell, optimum))
             continue
-        inside = next((one for one in forbidden if one.depth(found.place) > INSIDE), None)
+        inside = next((one for one in forbidden if one.depth(optimum.place) > INSIDE), None)
         if inside is not None:
             parts = (cell.within(n, d) for n, d in zip(inside.normals, inside.offsets, strict=True))
             for part in filter(None, parts):
                 heapq.heappush(queue, (bound, next(number), part, None))
             continue
-        yield Optimum(found.place, found.value, bound)
-        forbidden.append(box(found.place - apart, found.place + apart))
-        heapq.heappush(queue, (bound, next(number), cell, found))
+        yield Optimum(optimum.place, optimum.value, bound)
+        forbidden.append(box(optimum.place - apart, optimum.place + apart))
+        heapq.heappush(queue, (bound, next(number), cell, optimum))
 
 
 def _bounds(fields: Fields, cells: Sequence[ConvexCell]) -> list[float]:

@@ -116,14 +116,14 @@ class PlaceStudy:
     @property
     def table(self) -> Table:
         """A row for each present sensor, for each place found, and for all of these together if there are several sensors."""
-        found = [(one.name, one.position, one.combined, one.shocks) for one in (*self.today, *self.places)]
+        entries = [(one.name, one.position, one.combined, one.shocks) for one in (*self.today, *self.places)]
         if self.count > 1:
             together = np.min([one.shocks for one in self.places], axis=0)
-            found.append(("together", np.full(3, np.nan), self.combined, together))
+            entries.append(("together", np.full(3, np.nan), self.combined, together))
         mean = self.weights is not None
         rows = (
             (name, *at, *([combined] * mean), shocks.max(), self.landings[(shocks >= EQUAL_SHARE * shocks.max()).argmax()])
-            for name, at, combined, shocks in found
+            for name, at, combined, shocks in entries
         )
         means = ["weighted mean [-]"] * mean
         return Table.of_rows(("place", "x [m]", "y [m]", "z [m]", *means, "greatest shock [-]", "in landing"), rows)
@@ -234,12 +234,12 @@ def place(
     apart = max(region.size / 10.0, NEAREST)
     profiles, failures = _profiles(landings, robot, progress(len(landings)))
     names = tuple(profiles)
-    found = tuple(profiles.values())
-    jumps = np.array([_jump(profile, i) for profile in found])
+    computed = tuple(profiles.values())
+    jumps = np.array([_jump(profile, i) for profile in computed])
     fields = fields_of(
         jumps[:, :3],
         jumps[:, 3:],
-        np.array([profile.v_in for profile in found]),
+        np.array([profile.v_in for profile in computed]),
         None if weights is None else _weights(names, landings, weights),
     )
     optima, bound = _optima(fields, region, count, alternatives, apart)
@@ -249,7 +249,7 @@ def place(
     )
     today = [place for place in point_places(robot, _asked(scenes)) if place.body == i]
     every = [*today, *(point_place(robot, point) for point in new)]
-    shocks, delta_v = _proven(found, every, new)
+    shocks, delta_v = _proven(computed, every, new)
     combined = fields.combined(shocks)
     least = shocks[len(today) :].min(axis=0)
     places = [
@@ -260,7 +260,7 @@ def place(
             combined=float(combined[k]),
             delta_v=delta_v[k],
             bound=None if k < len(today) else optima[k - len(today)].bound,
-            margin=_margin(delta_v[k], found),
+            margin=_margin(delta_v[k], computed),
         )
         for k, (name, place) in enumerate(zip([*(place.name for place in today), *titles], every, strict=True))
     ]
@@ -269,7 +269,7 @@ def place(
         body=i,
         region=region,
         landings=names,
-        profiles=found,
+        profiles=computed,
         fields=fields,
         today=tuple(places[: len(today)]),
         places=tuple(places[len(today) :]),
@@ -315,10 +315,10 @@ def _weights(names: tuple[str, ...], landings: Iterable[str], given: Mapping[str
 
 def _optima(fields: Fields, region: Region, count: int, alternatives: int, apart: float) -> tuple[list[Optimum], float]:
     def ranked(some: Fields, number: int) -> list[Optimum]:
-        found = list(itertools.islice(best_places(some, region.cells, region.outside, apart), number))
-        if not found:
+        optima = list(itertools.islice(best_places(some, region.cells, region.outside, apart), number))
+        if not optima:
             raise StudyError(f"there is no place {region.text}: all of it is inside other shapes of the body, or outside the box")
-        return found
+        return optima
 
     if count == 1:
         best = ranked(fields, 1 + alternatives)
