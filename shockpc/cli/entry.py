@@ -24,12 +24,17 @@ def entry() -> None:
     prepare()
     # Threads of the linear algebra library take a third of a short run, and small matrices gain nothing from them.
     os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
+    # Most functions of a library are never called; to look up the addresses of all takes a fortieth of a short run.
+    sys.setdlopenflags(os.RTLD_LAZY)
     # Figures need no backend, and matplotlib refuses to be imported where the environment names an unknown one.
     os.environ.pop("MPLBACKEND", None)
     # Libraries make many objects while they are imported, none of them garbage; searching them takes a twentieth of a short run.
     gc.set_threshold(100_000)
     # A result that is not finite is refused or reported where it arises; NumPy's warnings about it are misleading here.
     warnings.simplefilter("ignore")
+    # CPython maps memory for frames in pieces of 16 kB, and unmaps a piece that is left: a loop at its end does both in each round.
+    # A frame that is larger gets a larger piece, in which those of all that is called from it lie.
+    main.__code__ = main.__code__.replace(co_stacksize=16_000)
     code = main(sys.argv[1:])
     for stream in filter(None, (sys.stdout, sys.stderr)):
         stream.flush()
