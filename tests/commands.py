@@ -66,14 +66,14 @@ def good(capfd: pytest.CaptureFixture[str], *words: object) -> str:
 
 
 def python(code: str, *words: str, **changes: str) -> subprocess.CompletedProcess[str]:
-    """Run Python code in a process of its own."""
+    """Run Python code in a separate process."""
     return subprocess.run(
         [sys.executable, "-c", code, *words], capture_output=True, text=True, env=environment(changes), check=False
     )
 
 
 def interrupted(folder: Path, number: signal.Signals, *words: str) -> Outcome:
-    """Run a command in a process of its own, in a folder, and send a signal while it computes."""
+    """Run a command in a separate process, in a folder, and send a signal while it computes."""
 
     def allow_signals() -> None:
         """A process that was started in the background, or with nohup, passes on to its children that SIGINT is ignored."""
@@ -93,7 +93,7 @@ def interrupted(folder: Path, number: signal.Signals, *words: str) -> Outcome:
 
 
 def environment(changes: Mapping[str, str]) -> dict[str, str]:
-    """The environment of a command in a process of its own."""
+    """The environment of a command in a separate process."""
     return {**os.environ, **changes}
 
 

@@ -1,4 +1,4 @@
-"""A second formulation of a landing: Pinocchio's own inertia and Jacobians, and Eq. 4 as one dense matrix solved by numpy."""
+"""A second formulation of a landing: Pinocchio's inertia and Jacobians, and Eq. 4 as one dense matrix solved by numpy."""
 
 import numpy as np
 import pinocchio as pin

@@ -111,8 +111,8 @@ def simulated(
     else:
         R = data.xmat[1].reshape(3, 3)
         omega, theta = float(left @ R @ data.qvel[3:6]), math.atan2(float(-(R @ forward) @ UP), float((R @ UP) @ UP))
-    own = [c for c in data.contact if rigid.shapes[int(model.geom(max(c.geom)).name)].link in hit]
-    deepest = min(own, key=lambda c: c.dist)
+    of_body = [c for c in data.contact if rigid.shapes[int(model.geom(max(c.geom)).name)].link in hit]
+    deepest = min(of_body, key=lambda c: c.dist)
     return First(hit, math.degrees(theta), omega, -_speed(model, data, deepest.pos))
 
 

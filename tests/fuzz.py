@@ -143,8 +143,8 @@ def _run(made: Case, folder: Path, alone: bool) -> Outcome:
     """Run the command of a case in a fork; `alone`: in one of its own."""
     place, outside = folder / "stick", folder / "outside"
     made.write(place)
-    for own in (outside, folder / "home"):
-        own.mkdir(exist_ok=True)
+    for private in (outside, folder / "home"):
+        private.mkdir(exist_ok=True)
     for name, data in SECRETS.items():
         (outside / name).write_bytes(data)
         os.utime(outside / name, (0, 1))  # reading it sets the time of the last access, where the file system records that

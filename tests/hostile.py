@@ -199,7 +199,7 @@ STARTS = _table(
 """,
     " " * 70_000,
 )
-"""Bytes before a file's own."""
+"""Bytes before a file's."""
 
 OTHER_COLUMNS = [
     np.array(values, dtype=kind)

@@ -46,13 +46,13 @@ MPMATH = Arithmetic(mpmath.mpf, mpmath.sqrt, mpmath.sin, mpmath.cos)
 
 
 class Answer(NamedTuple):
-    """A solved landing; the four columns are unit strikes along world x, y and z, and the scene's own strike.
+    """A solved landing; the four columns are unit strikes along world x, y and z, and the scene's strike.
 
     Attributes:
         jumps: (nb, 6, 4) jump (Δω, Δv) of every body, body coordinates at its frame's origin.
         at_com: (nb, 6, 4) the same in world axes, with the velocity of the centre of mass.
         impulse: (nr, 4) along the rows that were used, the mimic rows last.
-        missed: (nc,) speed that is left along every row of the scene for its own strike, over the largest speed to be undone [1].
+        missed: (nc,) speed that is left along every row of the scene for its strike, over the largest speed to be undone [1].
     """
 
     jumps: np.ndarray
@@ -123,9 +123,9 @@ class _Mechanism:
             self.place |= {v: (i, k) for k, v in enumerate(numbers) if v >= 0}
             self.S.append(S)
             self.armature.append(self.exact([0.0 if v < 0 else landing.joint_model.armature[v] for v in numbers]))
-            own = robot.model.inertias[body.joint]
-            com = p + R @ self.exact(own.lever)
-            self.inertia.append(self.about_origin(self.exact([own.mass])[0], com, R @ self.exact(own.inertia) @ R.T))
+            spatial = robot.model.inertias[body.joint]
+            com = p + R @ self.exact(spatial.lever)
+            self.inertia.append(self.about_origin(self.exact([spatial.mass])[0], com, R @ self.exact(spatial.inertia) @ R.T))
             self.rotation.append(R @ self.orthogonal(body.rotation))
             self.position.append(p + R @ self.exact(body.offset))
             self.com.append(com)
@@ -159,8 +159,8 @@ class _Mechanism:
         if joint.parts:
             columns = []
             for part in joint.parts:
-                R, p, own = self.moved(R, p, part, q)
-                columns += own
+                R, p, step = self.moved(R, p, part, q)
+                columns += step
             return R, p, columns
         p, R = p + R @ self.exact(joint.offset), R @ self.orthogonal(joint.rotation)
         at = q[joint.q]

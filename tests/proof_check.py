@@ -66,7 +66,7 @@ def excess(profile, exact) -> float:
 
 
 def body_errors(landing, exact, jumps) -> np.ndarray:
-    """True error (nb,) of the jump of every body (nb, 6), relative to the body's own motion.
+    """True error (nb,) of the jump of every body (nb, 6), relative to the body's motion.
 
     The size of a motion is the root of |v|² + (r |ω|)², with v at the origin of the body frame and the radius of gyration r.
     """

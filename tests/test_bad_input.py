@@ -317,7 +317,7 @@ def test_no_file_of_a_report_without_verdict(capfd, here, monkeypatch):
 
 @pytest.mark.parametrize("words", [LANDING, ("analyze", "landing.toml")], ids=lambda words: words[1])
 def test_files_that_cannot_be_read(here, words):
-    """In a process of its own, in which no file of the folder can be opened."""
+    """In a separate process, in which no file of the folder can be opened."""
     (here / "landing.toml").write_text('robot = "stick.urdf"\n')
     code = """
 import errno, os, sys

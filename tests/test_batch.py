@@ -187,7 +187,7 @@ def test_command_prints_a_ranked_table(capfd):
 
 
 def test_a_path_is_shown_once_and_drives_that_nobody_knows_have_no_star(capfd, tmp_path):
-    """Of one's own robot file without drives, beside a robot of the catalogue."""
+    """Of one's robot file without drives, beside a robot of the catalogue."""
     (tmp_path / "stick.urdf").write_text(STICK)
     text = good(capfd, "batch", tmp_path / "stick.urdf", "bolt")
     assert text.count(str(tmp_path)) == 1

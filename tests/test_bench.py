@@ -228,7 +228,7 @@ def test_a_contact_needs_a_robot(capfd):
 def test_soft_contacts_approach_the_impulse():
     """The error falls with 1/k: rotors behind springs move with the square of the contact's duration, which is as 1/√k."""
     sheet = stiff_contacts(0.0)
-    own = [row for row in sheet.rows if str(row[0]).startswith("contact")]
-    assert len(own) == len(STIFFNESSES)
-    assert all(float(row[2]) == pytest.approx(-1.0, abs=0.01) for row in own[-4:])
-    assert float(own[-1][1]) < 1e-8
+    of_contacts = [row for row in sheet.rows if str(row[0]).startswith("contact")]
+    assert len(of_contacts) == len(STIFFNESSES)
+    assert all(float(row[2]) == pytest.approx(-1.0, abs=0.01) for row in of_contacts[-4:])
+    assert float(of_contacts[-1][1]) < 1e-8

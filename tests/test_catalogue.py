@@ -22,7 +22,7 @@ def test_every_robot_file_has_one_name():
 
 
 def test_names_are_unique_and_normalised():
-    """No name or alias means two robots; each is lower case without '-', and finds its own entry."""
+    """No name or alias means two robots; each is lower case without '-', and finds its entry."""
     names = [name for entry in catalogue() for name in (entry.name, *entry.aliases)]
     assert len(names) == len(set(names))
     assert names == [name.lower().replace("-", "_") for name in names]
@@ -50,14 +50,14 @@ def test_names_that_people_type(typed: str, file: str):
 
 
 def test_an_own_mjcf_has_a_name(capfd):
-    """Cassie lands on a foot by name as by file, with its own rotors."""
+    """Cassie lands on a foot by name as by file, with its rotors."""
     file = find_robot("cassie")[0]
     words = ("--contact", "left-foot", "--format", "csv")
     assert good(capfd, "analyze", "cassie", *words) == good(capfd, "analyze", file, *words)
 
 
 def test_own_quadruped_wins_its_name():
-    """The name "quadruped" is the project's own; the one of the data package goes by another name."""
+    """The name "quadruped" is the project's; the one of the data package goes by another name."""
     assert find_robot("quadruped") == (project_robots_folder() / "quadruped.urdf.xacro", "quadruped")
     assert find_robot("quadroped")[1] == "quadruped_8dof"
 
@@ -103,6 +103,6 @@ def test_srdf_beside_the_robot(place: str, tmp_path: Path):
     assert find_srdf(robot, "") == folder / "dog.srdf"
     (folder / "dog_heavy.srdf").write_text("<robot/>")
     assert find_srdf(robot, "") == folder / "dog_heavy.srdf"
-    # Where the file's name fits no SRDF, the robot's own name may.
+    # Where the file's name fits no SRDF, the robot's name may.
     assert find_srdf(robot.with_name("model.urdf"), "dog") == folder / "dog.srdf"
     assert find_srdf(robot.with_name("model.urdf"), "horse") is None

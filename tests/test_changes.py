@@ -20,7 +20,7 @@ def dog():
 
 
 def kinetic(robot, q, v):
-    """Kinetic energy of the bodies, each from its own mass, centre of mass and inertia."""
+    """Kinetic energy of the bodies, each from its mass, centre of mass and inertia."""
     import pinocchio as pin
 
     data = robot.model.createData()
@@ -37,7 +37,7 @@ def kinetic(robot, q, v):
     "text", ["mass:*_SHANK=0.9x", "com-z:base_inertia=-0.03", "inertia:LF_THIGH=1.7x", "mass:base_inertia=20; com-y:*_HIP=0.01"]
 )
 def test_bodies_and_model_agree_after_a_change(dog, text):
-    """The kinetic energy of Pinocchio's model is the sum over the bodies' own records."""
+    """The kinetic energy of Pinocchio's model is the sum over the bodies' records."""
     import pinocchio as pin
 
     robot = changed(dog, read_changes(text))
@@ -107,7 +107,7 @@ def test_no_change_is_no_change(dog):
 
 
 def test_a_body_of_an_mjcf_changes_without_those_that_it_carries_rigidly(tmp_path):
-    """Its own inertia is kept apart from theirs, as that of a link of a URDF is."""
+    """Its inertia is kept apart from theirs, as that of a link of a URDF is."""
     bodies = robot_texts.body("b", joints=""), robot_texts.body("c")
     robot = robot_texts.loaded(tmp_path, robot_texts.mjcf(robot_texts.floating(*bodies)), "dog.xml")
     more = changed(robot, [Change("mass", "b", 3.0, True)])

@@ -664,8 +664,8 @@ def damaged_baselines():
     yield text.replace(entry, f"{entry}, {entry}").replace("VALUE", "1").replace("ANGLE", "0")
     design = '{"cases": ["land"], "joint_model": "free", "drives": "", "joints": {}, "points": {}, "bodies": BODIES}'
     of_design = text.replace('"designs": []', f'"designs": [{design}]').replace("VALUE", "1")
-    own = ('"x"', '"2"', '[1, "2"]', "NaN", "1e300", "[]", "[[1]]", "[1, [2]]")
-    for bodies in ("[]", '{"a": 1}', '{"a": {"axes": [1]}}', *(f'{{"a": {{"mass": {value}}}}}' for value in own)):
+    specific = ('"x"', '"2"', '[1, "2"]', "NaN", "1e300", "[]", "[[1]]", "[1, [2]]")
+    for bodies in ("[]", '{"a": 1}', '{"a": {"axes": [1]}}', *(f'{{"a": {{"mass": {value}}}}}' for value in specific)):
         yield of_design.replace("BODIES", bodies).replace("ANGLE", "0")
     yield text.replace("{}", '{"land": ' + "[" * 900 + "]" * 900 + "}").replace("VALUE", "1").replace("ANGLE", "0")
 
@@ -713,7 +713,9 @@ def test_a_baseline_is_whole_or_left_as_it_was(capfd, here):
 def changes_of(scene, *texts):
     """What changed of go2's design by the changes of a text."""
     robot = shockpc.load_robot("go2")
-    before, now = (design_record(shockpc.resolve(scene, changed(robot, own))) for own in ((), *(read_changes(t) for t in texts)))
+    before, now = (
+        design_record(shockpc.resolve(scene, changed(robot, texts_of))) for texts_of in ((), *(read_changes(t) for t in texts))
+    )
     return list(design_changes(json.loads(json.dumps(before)), now))
 
 
@@ -911,7 +913,7 @@ def test_a_percentile_is_met_where_so_many_designs_meet_it(capfd, here, side):
         robot=robot,
     )
     points = (shock_profile(*made.landings.case(row)).points for row in range(100))
-    shocks = np.sort([next(point.shock for point in own if point.frame == "imu_link") for own in points])
+    shocks = np.sort([next(point.shock for point in of_design if point.frame == "imu_link") for of_design in points])
     if side == "min":
         shocks = shocks[::-1]
     for above, code in ((94, 0), (93, 1)):
@@ -981,7 +983,7 @@ def test_small_numbers_may_change_by_a_thousandth_of_the_largest():
 
 
 def test_a_case_may_give_a_drop_height(capfd, here):
-    """In place of the strike's own speed: v = √(2 g h)."""
+    """In place of the strike's speed: v = √(2 g h)."""
     write(here, CASE + "drop_height = 0.2\n", budget(metric="delta_v", at="*", max=9))
     (case,) = read_budgets(here / "budgets.toml").cases
     assert case.landings[0][1].strike.drop_height == 0.2

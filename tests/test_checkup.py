@@ -27,7 +27,7 @@ def inertia(xx: str, yy: str, zz: str, xy: str = "0", xz: str = "0", yz: str = "
 
 @pytest.mark.parametrize("name", ["beam", "leg", "quadruped", "solo12", "bolt", "g1"])
 def test_sound_robots_have_no_finding_but_the_armature(name: str):
-    """The project's own models and some real ones: nothing but the zero armature of every URDF."""
+    """The project's models and some real ones: nothing but the zero armature of every URDF."""
     robot = load_robot(name)
     (finding,) = check_robot(robot)
     if robot.default_drives is None:

@@ -77,7 +77,7 @@ def test_xacro_with_arguments_and_package(capfd, here, monkeypatch):
     summary = out.partition("\nsummary: ")[2].splitlines()
     assert summary[1].split() == ["shock", "at", *FEET]
     assert [line.split()[0] for line in summary[3:]] == ["trunk", "lf_leg", "lh_leg", "rf_leg", "rh_leg", "at"]
-    # The dog is its own mirror image: left and right feet do the same to the trunk.
+    # The dog is its mirror image: left and right feet do the same to the trunk.
     assert len(set(summary[3].split()[1:])) == 2
 
 

@@ -334,7 +334,7 @@ def test_inertia_decides_no_redundancy(tilt):
 
 
 def neck(armature=0.0, digits=8):
-    """A head on a body: two rods beside the head's own bar turn a plate on it, held at two points each, as a motor does.
+    """A head on a body: two rods beside the head's bar turn a plate on it, held at two points each, as a motor does.
 
     The rods are as much longer and shorter as the plate is turned, so that the three bars meet in one point and the plate can move,
     to the digits of the file.
@@ -481,10 +481,10 @@ def test_rates_that_are_not_given_are_the_least():
     robot = robot_of(found)
     given = next(name for name in robot.joint_names if name.startswith("rear"))
     rates, K = rates_of(dataclasses.replace(found, strike=dataclasses.replace(found.strike, joint_velocities={given: 2.0})), robot)
-    own = robot.joint(given).v.start
+    of_given = robot.joint(given).v.start
     others = [robot.joint(name).v.start for name in robot.joint_names if name != given]
-    assert rates[own] == 2.0
-    np.testing.assert_allclose(rates[others], -np.linalg.pinv(K[:, others], rcond=1e-10) @ K[:, own] * 2.0, atol=1e-12)
+    assert rates[of_given] == 2.0
+    np.testing.assert_allclose(rates[others], -np.linalg.pinv(K[:, others], rcond=1e-10) @ K[:, of_given] * 2.0, atol=1e-12)
     np.testing.assert_allclose(K @ rates, 0.0, atol=1e-13)
     assert len(others) > np.linalg.matrix_rank(K[:, others], 1e-9)
 
@@ -508,7 +508,7 @@ def test_rates_that_open_a_loop_are_refused(rates, locked):
     free = [k for k, name in enumerate("abc") if name not in rates and name not in locked]
     if free:
         left[free] = -np.linalg.lstsq(K[:, 6:][:, free], K[:, 6:] @ left, rcond=None)[0]
-    # The speed is the largest over the closure's own axes, which the rod carries.
+    # The speed is the largest over the closure's axes, which the rod carries.
     speed = np.abs(resolve(four_bar(), FOUR_BAR).state.rotation[0, 2].T @ K[:, 6:] @ left).max()
     parts = '"rod–rocker"', f"{speed:.3g} m/s"
     refused(SceneError, parts, resolve, four_bar(strike=swinging(**rates), joints=Joints(locked=locked)), FOUR_BAR)

@@ -87,7 +87,7 @@ def test_a_robot_fixed_by_its_file_stays_where_it_is():
 
 @pytest.mark.parametrize("multiplier", [-0.5, 1.0, 3.0])
 def test_a_follower_is_what_pinocchio_makes_of_it(multiplier):
-    """Pinocchio's own model with mimic=True has the reduced inertia and the reduced Jacobian."""
+    """Pinocchio's model with mimic=True has the reduced inertia and the reduced Jacobian."""
     robot = robot_from(arm(follows("j1", multiplier, 0.3)))
     profile = shock_profile(scene(values={"j1": 0.4, "j3": -0.7}), robot)
     model, q = pin.buildModelFromXML(robot.source.xml, pin.JointModelFreeFlyer(), True), np.delete(profile.q, 8)

@@ -161,7 +161,7 @@ def test_pairs_go_before_places_and_names(dog):
     other = design("hyq", "lf_foot")
     (partners,) = compare([dog, other], pairs=[("FL_hip", "rh_hipassembly")]).partners
     assert partners["body"]["FL_hip"] == "rh_hipassembly"
-    assert "rh_hipassembly" not in [own for name, own in partners["body"].items() if name != "FL_hip"]
+    assert "rh_hipassembly" not in [partner for name, partner in partners["body"].items() if name != "FL_hip"]
     (partners,) = compare([dog, dog], pairs=[("FL_*", "RR_*")]).partners
     assert all(partners["body"][f"FL_{part}"] == f"RR_{part}" for part in LINKS)
     assert all(partners["joint"][f"FL_{part}_joint"] == f"RR_{part}_joint" for part in LINKS)

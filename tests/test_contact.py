@@ -30,7 +30,7 @@ def land(contact, robot="anymal_b", **changes):
 
 @given(st.integers(0, 2**32 - 1))
 def test_contact_rows_are_the_derivative_of_the_point(seed):
-    """J_c is the velocity of the point: central differences of its place along pin.integrate, and Pinocchio's own Jacobian."""
+    """J_c is the velocity of the point: central differences of its place along pin.integrate, and Pinocchio's Jacobian."""
     rng = np.random.default_rng(seed)
     robot = known_robot("anymal_b")
     frame, offset = "LH_FOOT", rng.uniform(-0.1, 0.1, 3)
@@ -113,7 +113,7 @@ def test_a_tilted_cylinder_stands_on_its_rim(angle):
 
 
 def test_only_the_link_s_own_geometry_counts():
-    """A link fixed to the foot may be lower; the foot's own lowest point is asked for."""
+    """A link fixed to the foot may be lower; the foot's lowest point is asked for."""
     ball = shape('<sphere radius="0.5"/>', "0 0 -1")
     toe = f'<link name="toe">{ball}</link>'
     robot = footed(BALL, more=toe + joint("weld", "foot", "toe", "fixed", more=""))

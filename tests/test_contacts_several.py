@@ -286,7 +286,7 @@ def test_mitigation_lies_between_0_and_1_where_it_is_defined():
         assert 0.0 < profile.contacts[0].mitigation < 1.0
 
 
-@pytest.mark.parametrize(("other", "defined"), [('body2="arm"', True), ("", False)], ids=["to its own arm", "to the world"])
+@pytest.mark.parametrize(("other", "defined"), [('body2="arm"', True), ("", False)], ids=["to its arm", "to the world"])
 def test_no_mitigation_for_a_robot_tied_to_the_world(other, defined):
     """A loop to the world holds its base, though the base has a free joint."""
     hips = '<joint name="h1" axis="1 0 0"/><joint name="h2" axis="0 1 0"/><joint name="h3" axis="0 0 1"/>'

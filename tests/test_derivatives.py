@@ -65,12 +65,12 @@ def test_derivatives_are_those_of_central_differences(name):
     found = derivatives(landing, equation, solution)
     h, weights = 1e-4, np.array([-1.0, 8.0, -8.0, 1.0]) / 12.0
     for k in range(0, nv, 5 if nv > 30 else 1):
-        for own, values in zip(found, beside(landing, Q, k, h * np.array([2.0, 1.0, -1.0, -2.0])), strict=True):
+        for derivative, values in zip(found, beside(landing, Q, k, h * np.array([2.0, 1.0, -1.0, -2.0])), strict=True):
             slope = np.tensordot(weights, values, 1) / h
-            known = np.isfinite(own[..., k])  # impulses along redundant rows have none
-            assert known.all() or own is found.impulse
-            size = np.nanmax(np.abs(own), initial=1.0)
-            np.testing.assert_allclose(own[..., k][known], slope[known], rtol=0, atol=3e-9 * size)
+            known = np.isfinite(derivative[..., k])  # impulses along redundant rows have none
+            assert known.all() or derivative is found.impulse
+            size = np.nanmax(np.abs(derivative), initial=1.0)
+            np.testing.assert_allclose(derivative[..., k][known], slope[known], rtol=0, atol=3e-9 * size)
 
 
 def in_balls(landing, q, k, h):

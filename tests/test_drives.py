@@ -66,7 +66,7 @@ def test_reflected_inertia_by_default(robot, reflected):
 
 
 def test_default_drives_are_left_out_on_request():
-    """A landing with `drives="none"` is the one with free joints; a file's own armature stays."""
+    """A landing with `drives="none"` is the one with free joints; a file's armature stays."""
     free, none = land("go2", Joints(model="free")), land("go2", Joints(drives="none"))
     np.testing.assert_array_equal(free.delta_v, none.delta_v)
     assert land("go2", Joints()).shock_com[0] > 20.0 * free.shock_com[0]
@@ -90,9 +90,9 @@ def test_a_change_of_armature_changes_default_drives():
     twice = changed(go2, read_changes("armature:*=2x"))
     np.testing.assert_allclose(joint_model(twice, Joints()).armature, 2.0 * before)
     calves = changed(go2, read_changes("armature:*_calf_joint=0.5"))
-    own = [go2.joint(name).v.start for name in go2.match_joints("*_calf_joint")]
-    np.testing.assert_allclose(joint_model(calves, Joints()).armature[own], 0.5)
-    np.testing.assert_allclose(np.delete(joint_model(calves, Joints()).armature, own), np.delete(before, own))
+    of_calves = [go2.joint(name).v.start for name in go2.match_joints("*_calf_joint")]
+    np.testing.assert_allclose(joint_model(calves, Joints()).armature[of_calves], 0.5)
+    np.testing.assert_allclose(np.delete(joint_model(calves, Joints()).armature, of_calves), np.delete(before, of_calves))
     none = joint_model(calves, Joints(drives="none")).armature
     assert (none > 0.0).sum() == 4
 
@@ -268,8 +268,8 @@ def test_drives_of_a_robot_of_the_catalogue_for_a_copy_of_it(capfd, tmp_path):
     file.write_bytes(find_robot("go1")[0].read_bytes())
     scene = Scene(robot=str(file), contact="FL_foot", joints=Joints(drives="go1"))
     mine = shock_profile(scene, load_robot(file))
-    own = shock_profile(Scene(robot="go1", contact="FL_foot", posture=Posture(reference="neutral")))
-    np.testing.assert_allclose(mine.delta_v, own.delta_v, rtol=0, atol=1e-12)
+    expected = shock_profile(Scene(robot="go1", contact="FL_foot", posture=Posture(reference="neutral")))
+    np.testing.assert_allclose(mine.delta_v, expected.delta_v, rtol=0, atol=1e-12)
     assert "joints are named like those of go1, whose drives --drives go1 takes" in good(
         capfd, "analyze", file, "--contact", "FL_foot"
     )

@@ -1,4 +1,4 @@
-"""Equalities of MJCF files (connect, weld, joint, fixed tendon) compared with MuJoCo's own constraint rows and residuals."""
+"""Equalities of MJCF files (connect, weld, joint, fixed tendon) compared with MuJoCo's constraint rows and residuals."""
 
 import mujoco
 import numpy as np

@@ -94,9 +94,11 @@ def check_csv(text):
 
 def check_markdown(text):
     """No definition, link, image, HTML or formula comes from a name."""
-    own = re.sub(r"!\[[^\n]*\]\(\w+\.svg\)\n", "", text)
+    without_images = re.sub(r"!\[[^\n]*\]\(\w+\.svg\)\n", "", text)
     for markup in (r"\](?=[(:\[])", "<(?!!)", r"(?<=http):(?=//)", r"(?<=www)\.", r"\$", "`", r"~"):
-        assert not re.search(r"(?<!\\)" + markup, "".join(line for line in own.splitlines(True) if not line.startswith("    ")))
+        assert not re.search(
+            r"(?<!\\)" + markup, "".join(line for line in without_images.splitlines(True) if not line.startswith("    "))
+        )
 
 
 def check_html(text):
@@ -123,7 +125,7 @@ SUFFIXES = {
 
 
 def read(path):
-    """The text of a file, without Plotly's own script."""
+    """The text of a file, without Plotly's script."""
     return path.read_text(encoding="utf-8").replace(plotly().read_text(encoding="utf-8"), "")
 
 

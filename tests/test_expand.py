@@ -264,7 +264,7 @@ def test_the_limit_of_time_is_that_of_the_clock(folder: Path, tmp_path: Path, mo
 
 
 def test_threads_do_not_mix(folder: Path):
-    """Two robots expanded at once keep their own arguments."""
+    """Two robots expanded at once keep their arguments."""
     path, payloads = written(folder, PAYLOAD, NAME), [str(1 + k % 4) for k in range(12)]
     with ThreadPoolExecutor(4) as pool:
         found = pool.map(lambda payload: read_source(path, xacro={"payload": payload}).xml, payloads)
@@ -313,7 +313,7 @@ python.any([0, 1]) ¦ xacro.message('') ¦ python.list(python.enumerate('ab')) �
 
 @pytest.mark.parametrize("expression", [part.strip() for line in LEGAL.strip().splitlines() for part in line.split("¦")])
 def test_expressions_have_the_value_that_xacro_gives(expression: str):
-    """That of Python's own evaluation, in type and value."""
+    """That of Python's evaluation, in type and value."""
     robot = library.YamlDictWrapper(leg={"mass": 2.5}, feet=[{"name": "lf", "size": 1}, {"name": "rf", "size": 2}])
 
     def names() -> dict[str, object]:

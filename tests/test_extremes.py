@@ -51,7 +51,7 @@ def test_extremes_of_a_hull_match_a_minimiser(seed, k):
     _, omega, v, points = draw(seed, k)
     least, greatest = one_piece(omega, v, points, 0.0, 2.0)
     assert greatest == pytest.approx(shock_at(omega, v, points, 2.0).max(), rel=1e-12)
-    assert least == pytest.approx(least_over_hull(omega, v, points) / 2.0, abs=1e-5)  # the minimiser's own accuracy
+    assert least == pytest.approx(least_over_hull(omega, v, points) / 2.0, abs=1e-5)  # the minimiser's accuracy
 
 
 def semi_axes(rng, flat):
@@ -148,12 +148,14 @@ def test_all_bodies_at_once_equal_the_bodies_one_by_one(seed):
     rng = np.random.default_rng(seed)
     counts = [2, 0, 1, 4]
     hulls = [[rng.normal(rng.normal(size=3), 1.0, (int(rng.integers(1, 9)), 3)) for _ in range(n)] for n in counts]
-    bodies = [[(p[:2], semi_axes(rng, (1, 1, 0))) if rng.integers(2) else (p, np.zeros((3, 3))) for p in own] for own in hulls]
+    bodies = [
+        [(p[:2], semi_axes(rng, (1, 1, 0))) if rng.integers(2) else (p, np.zeros((3, 3))) for p in of_body] for of_body in hulls
+    ]
     omega, v = rng.normal(size=(2, 4, 3))
     omega[2] *= rng.integers(2)
     least, greatest = shock_extremes(omega, v, Pieces.of(bodies), 0.7)
-    for i, own in enumerate(bodies):
-        alone = [one_piece(omega[i], v[i], points, axes, 0.7) for points, axes in own]
+    for i, of_body in enumerate(bodies):
+        alone = [one_piece(omega[i], v[i], points, axes, 0.7) for points, axes in of_body]
         assert least[i] == pytest.approx(min((low for low, _ in alone), default=np.nan), rel=1e-14, nan_ok=True)
         assert greatest[i] == pytest.approx(max((high for _, high in alone), default=np.nan), rel=1e-14, nan_ok=True)
 

@@ -72,7 +72,7 @@ def words(figure):
 
 
 def shape(points, radius=0.0, triangles=None):
-    """A shape in the plane's own axes: x forward, z up."""
+    """A shape in the plane's axes: x forward, z up."""
     points = np.asarray(points, dtype=float)
     mesh = None if triangles is None else Mesh(points, np.asarray(triangles))
     return Shape("link", points, radius * np.eye(3), mesh)
@@ -173,13 +173,13 @@ def field(omega, v, points=((0.0, 0.0, 0.0),)):
 
 @given(SPINS, SPEEDS)
 def test_a_leaning_limb_is_coloured_along_itself(omega, v):
-    """|Δv + Δω × r| at points of the plane; where a body leans across it, of the body's own points, not of those at that depth."""
+    """|Δv + Δω × r| at points of the plane; where a body leans across it, of the body's points, not of those at that depth."""
     r = np.array([0.3, 0.0, -0.7])
     assert field(omega, v).at(r[[0, 2]]) == pytest.approx(np.linalg.norm(v + np.cross(omega, r)), abs=1e-12)
     along = np.array([0.2, 0.5, -1.0])
     limb = np.linspace(0.0, 1.0, 20)[:, None] * along + [0.1, 0.3, 0.0]
     found = field(omega, v, limb).at(to_plane(limb, SAGITTAL))
-    # The slope is held back by a hundredth of the limb's own spread.
+    # The slope is held back by a hundredth of the limb's spread.
     slack = 0.02 * np.linalg.norm(omega)
     np.testing.assert_allclose(found, np.linalg.norm(v + np.cross(omega, limb), axis=1), atol=slack + 1e-12)
 
@@ -598,7 +598,7 @@ print(matplotlib.get_backend(), matplotlib.rcParams["font.size"])
 
 
 def test_importing_figures_changes_neither_folder_nor_environment(tmp_path, monkeypatch):
-    """Not even for a moment, in which other threads would see it; and the user's settings hold for the user's own figures."""
+    """Not even for a moment, in which other threads would see it; and the user's settings hold for the user's figures."""
     (tmp_path / "matplotlibrc").write_text("font.size: 40\n")
     monkeypatch.chdir(tmp_path)
     folders = {"MPLCONFIGDIR": str(tmp_path), "PYTHONPATH": str(Path(shockpc.__file__).parents[1])}

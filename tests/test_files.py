@@ -227,8 +227,8 @@ def test_folder_of_a_landing(tmp_path, profile):
 def test_several_landings_and_then_one(tmp_path, profile):
     """A folder for each and a summary; one landing later, the files of its names are new and the others as they were."""
     write_report_folder(tmp_path, analyze_report({"a": profile, "b": profile}))
-    own, shared = FILES - {"report.html"}, {"report.html", "summary.csv", "summary.md"}
-    several = {f"{name}/{file}" for name in "ab" for file in own} | shared
+    of_each, shared = FILES - {"report.html"}, {"report.html", "summary.csv", "summary.md"}
+    several = {f"{name}/{file}" for name in "ab" for file in of_each} | shared
     assert listing(tmp_path) == several
     page, summary = ((tmp_path / name).read_bytes() for name in ("report.html", "summary.csv"))
     for name in ("parts.csv", "damage_boundary.svg", "a/time.png"):  # of parts and a contact stiffness, which this landing has not

@@ -19,7 +19,7 @@ for words in (["30", "--workers", "2"], ["2000", "--defects"]):
 
 
 def test_hostile_inputs():
-    """No traceback, crash, hang, incomplete file or exit code that means something else; in a process of its own, which forks.
+    """No traceback, crash, hang, incomplete file or exit code that means something else; in a separate process, which forks.
 
     And that a case finds each defect that is put in: of those of the first 2000 that are of the rule which it breaks.
     """

@@ -1,4 +1,4 @@
-"""The geometry of bodies, compared with Pinocchio's own reading, closed forms, and shapes whose answer is known."""
+"""The geometry of bodies, compared with Pinocchio's reading, closed forms, and shapes whose answer is known."""
 
 import struct
 import sys
@@ -86,17 +86,17 @@ def test_real_robots_reach_as_far_as_pinocchio_says(name, kind):
     found = outline(model, kind)
     assert found.warnings == ()
     axes = np.concatenate([np.eye(3), -np.eye(3)])
-    for own, shapes in zip(model.bodies, found.shapes, strict=True):
-        items = [item for item in geometry.geometryObjects if item.parentJoint == own.joint]
+    for body_record, shapes in zip(model.bodies, found.shapes, strict=True):
+        items = [item for item in geometry.geometryObjects if item.parentJoint == body_record.joint]
         assert bool(items) == bool(shapes)
         if items:
-            turned = axes @ own.rotation.T
+            turned = axes @ body_record.rotation.T
             reach = [
                 coal_support(item.geometry, turned @ item.placement.rotation) + turned @ item.placement.translation
                 for item in items
             ]
             # Pinocchio's loader keeps meshes in single precision.
-            np.testing.assert_allclose(support(shapes, axes), np.max(reach, axis=0) - turned @ own.offset, atol=2e-6)
+            np.testing.assert_allclose(support(shapes, axes), np.max(reach, axis=0) - turned @ body_record.offset, atol=2e-6)
 
 
 def test_the_greatest_shock_of_a_thigh_is_on_the_rim_of_its_cylinder():
@@ -386,7 +386,7 @@ def test_missing_meshes_are_named_in_one_line(tmp_path):
 
 
 def test_mjcf_meshes_are_where_mujoco_has_them(tmp_path):
-    """Moved from refpos, turned back by refquat, and scaled; ours keep their digits. A missing one is named for its own kind."""
+    """Moved from refpos, turned back by refquat, and scaled; ours keep their digits. A missing one is named for its kind."""
     WRITERS["t.obj"](tmp_path / "t.obj")
     place = 'scale="2 -1 0.5" refpos="0.1 0.2 0.3" refquat="0.8 0.2 -0.3 0.4"'
     there, gone = f'<mesh name="t" file="t.obj" {place}/>', '<mesh name="gone" file="gone.stl"/>'

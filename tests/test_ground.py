@@ -78,8 +78,8 @@ def test_the_jump_of_the_contact_point_is_its_change_of_velocity(base):
     assert "slides" in profile.friction.state
     for k, place in list(enumerate(profile.places("point")))[-2:]:
         jump = profile.rotation[place.body] @ place.axes @ profile.value("delta_v_friction", "point")[k]
-        own = [contact.frame for contact in contacts].index(place.name)
-        np.testing.assert_allclose(jump, profile.value("slip", "contact")[own] - profile.approach[own], atol=1e-12)
+        index = [contact.frame for contact in contacts].index(place.name)
+        np.testing.assert_allclose(jump, profile.value("slip", "contact")[index] - profile.approach[index], atol=1e-12)
     rate, along = profile.value("delta_qd_friction", "joint"), profile.value("along_friction", "joint")
     knee = np.array([name.endswith("KFE") for name in (place.name for place in profile.places("joint"))])
     np.testing.assert_allclose(along, -0.02 * knee * rate, atol=1e-13)
@@ -236,8 +236,8 @@ def test_a_motor_behind_a_spring_turns_its_joint():
     """Behind a stiff spring as rigidly joined: the same velocities after 10 ms, to the share of a vibration of that spring."""
     torque = {"*_calf_joint": 5.0, "*_thigh_joint": -1.0}
     rotors, rates = [Rotor(inertia=1e-4, gear_ratio=6.33, stiffness=k) for k in (1e6, None)], []
-    for rotor, own in ((rotors[0], torque), (rotors[1], torque), (rotors[1], {})):
-        joints = Joints(rotor={"*": rotor}, torque=own)
+    for rotor, torques in ((rotors[0], torque), (rotors[1], torque), (rotors[1], {})):
+        joints = Joints(rotor={"*": rotor}, torque=torques)
         profile = shock_profile(Scene(robot="go2", contact="FL_foot", contact_stiffness=1e4, joints=joints))
         rates.append(profile.stiffness.impact_at(0.01).delta_qd[0, 6:, 0])
     sprung, rigid, without = rates
@@ -372,7 +372,7 @@ RATES = Strike(strike_angle_deg=10.0, joint_velocities={"LF_HFE": 2.0, "RH_HFE":
 def test_one_direction_is_the_impulse_times_a_half_sine(changes):
     """ANYmal B: T = π √(m_eff / k), and π / (2T) of each impulse and jump; whatever the stiffness.
 
-    Also where motors hold the rates of joints, and where the contact has a velocity of its own.
+    Also where motors hold the rates of joints, and where the contact has a velocity.
     """
     profile = shock_profile(replace(ANYMAL, **{"contact": SLIDING, "contact_stiffness": K, "gravity": False} | changes))
     found, (contact,), (sensor,) = profile.stiffness, profile.contacts, profile.points

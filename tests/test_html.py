@@ -353,18 +353,18 @@ def test_histories_reach_the_peaks_of_the_tables(moving):
     assert acceleration["data"][0]["x"][-1] == 1e3 * profile.stiffness.motion.duration
 
 
-def test_a_contact_with_its_own_velocity_does_not_follow_the_base(moving):
+def test_a_contact_with_a_velocity_does_not_follow_the_base(moving):
     """Its velocity is the same for every strike, and so is the speed that normalises shock."""
     contacts = (
         replace(MOVING.contact[0], velocity=(0.0, 0.0, -2.0)),
         Contact(frame="foot", offset=(0.1, 0.0, 0.0), directions=("z",)),
     )
     (landing,) = data_of(html_of(landing_report(shock_profile(replace(MOVING, contact=contacts)))))["landings"]
-    own, following = landing["contacts"]
-    assert (own["follows"], own["extra"]) == (False, [0.0, 0.0, -2.0])
+    moved, following = landing["contacts"]
+    assert (moved["follows"], moved["extra"]) == (False, [0.0, 0.0, -2.0])
     s = np.array([0.3, 0.0, -0.5])
     other = shock_profile(replace(MOVING, contact=contacts, strike=replace(MOVING.strike, velocity=tuple(s))))
-    np.testing.assert_allclose(other.approach, [own["extra"], following["extra"] + s], rtol=1e-13, atol=1e-15)
+    np.testing.assert_allclose(other.approach, [moved["extra"], following["extra"] + s], rtol=1e-13, atol=1e-15)
     M = np.array(landing["models"]["as modelled"]["jumps"])
     np.testing.assert_allclose(M[..., :3] @ s + M[..., 3], other.proof.jumps[..., 3], rtol=1e-12, atol=1e-13)
 

@@ -94,7 +94,7 @@ def test_rows_count_as_repeated_only_within_rounding(distance, rank, uncertain):
 
 
 def test_a_row_that_hardly_moves_hides_no_other():
-    """A row of 1e-12 of its terms, beside two that are 1e-6 apart: each is compared with its own rounding."""
+    """A row of 1e-12 of its terms, beside two that are 1e-6 apart: each is compared with its rounding."""
     J = np.array([[1.0, 0.0, 0.0], [1.0, 1e-6, 0.0], [0.0, 0.0, 1e-12]])
     choice = choose_rows(J, np.array([[1.0, 0.0, 0.0], [1.0, 1e-6, 0.0], [0.0, 0.0, 1.0]]), np.ones(3), np.ones(3))
     assert choice.rows.tolist() == [0, 1, 2]

@@ -149,8 +149,8 @@ def test_an_input_in_the_folder_of_results_stays(capfd, here, name):
 def test_a_second_run_without_measurements_leaves_none(capfd, here):
     """The files measured.* are results of `landings`: those of an earlier table do not stay beside the new results."""
     (here / "measured.csv").write_text("knee,before_knee,vz,after_knee\n0.1,0,-1,2\n0.2,0,-1.2,3\n0.3,0,-1.1,2.5\n")
-    own = {"measured.csv", "measured.svg", "measured.png"}
-    for table, left in (("measured.csv", own), ("table.csv", set())):
+    of_measurements = {"measured.csv", "measured.svg", "measured.png"}
+    for table, left in (("measured.csv", of_measurements), ("table.csv", set())):
         assert run(capfd, "landings", table, *TABLE, *OUT).code == 0
         assert {path.name for path in (here / "out").glob("measured.*")} == left
         (here / "out" / "mine.csv").write_text("mine")

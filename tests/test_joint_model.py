@@ -236,7 +236,7 @@ def test_a_joint_model_that_cannot_be_is_refused(joints, error, names):
 
 
 def test_rigid_springs_hold_their_joints_and_join_their_rotors():
-    """A joint with its own spring is locked, a rotor behind one counts; without springs nothing changes, as a warning says."""
+    """A joint with its spring is locked, a rotor behind one counts; without springs nothing changes, as a warning says."""
     soft = Rotor(inertia=1e-4, gear_ratio=9.0, stiffness=300.0)
     joints = Joints(rotor={"*_hip_joint": soft}, stiffness={"*_calf_joint": 200.0}, drives="none")
     plain = Joints(rotor={"*_hip_joint": replace(soft, stiffness=None)}, locked=("*_calf_joint",), drives="none")
@@ -257,12 +257,12 @@ def test_leader_and_follower_may_be_locked_together():
     assert not profile.delta_qd[6:].any()
 
 
-@pytest.mark.parametrize(("name", "own"), [("go2", 0.0), ("anymal_b", 0.0), ("talos", 0.1)])
-def test_free_joints_are_those_of_the_model_free(name, own):
-    """Without other drives the inertia of the robot's own file remains, Talos' 0.1 kg m² of its SRDF; free joints have none."""
+@pytest.mark.parametrize(("name", "armature"), [("go2", 0.0), ("anymal_b", 0.0), ("talos", 0.1)])
+def test_free_joints_are_those_of_the_model_free(name, armature):
+    """Without other drives the inertia of the robot's file remains, Talos' 0.1 kg m² of its SRDF; free joints have none."""
     robot = known_robot(name)
     without, free = (joint_model(robot, joints) for joints in (Joints(drives="none"), Joints(model="free")))
-    assert without.armature.max() == own
+    assert without.armature.max() == armature
     assert not without.drives
     assert (free.name, free.armature.any(), free.drives) == ("free", False, "")
 

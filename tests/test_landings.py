@@ -119,7 +119,7 @@ def test_velocities_in_the_axes_of_the_base_are_turned_to_the_world():
 
 
 def test_arrays_of_mujoco():
-    """The base's angular velocity in qvel is in its own axes; the order of joints is that of the file."""
+    """The base's angular velocity in qvel is in its axes; the order of joints is that of the file."""
     robot = robot_from(mjcf(floating(body("leg", joints='<joint name="a" axis="0 1 0"/>'))), ".xml")
     scene = Scene(robot="m.xml", contact=(Contact(frame="leg", offset=(0.0, 0.0, -0.3)),))
     attitude = Rotation.from_euler("xyz", [0.3, -0.2, 0.5])
@@ -135,7 +135,7 @@ def test_arrays_of_mujoco():
 
 
 def test_a_scene_holds_the_rotation_of_a_ball_joint(tmp_path):
-    """The scene of a row has it as its own key, written and read; the rates of such a joint it cannot hold."""
+    """The scene of a row has it as its key, written and read; the rates of such a joint it cannot hold."""
     robot = robot_from(mjcf(floating(body("leg", joints='<joint name="hip" type="ball"/>'))), ".xml")
     scene = Scene(robot="m.xml", contact=(Contact(frame="leg", offset=(0.1, 0.0, -0.3)),))
     turned = Rotation.from_euler("xyz", [0.3, -0.2, 0.5]).as_quat()
@@ -447,7 +447,7 @@ def test_a_first_row_without_a_valid_contact_is_a_message_of_that_row(here, capf
 
 
 def test_friction_of_each_row():
-    """The quantities with friction, and whether the ground allows the landing, are those of a scene with the row's own."""
+    """The quantities with friction, and whether the ground allows the landing, are those of a scene with the row's."""
     friction = {"friction": np.array([0.05, 0.4, 0.8, 0.05, 0.4, 0.0])}
     results = compute(study(table() | friction, quantities=("delta_v_friction@imu_link", "feasible", "friction_needed")))
     equal_to_single_landings(results, known_robot("anymal_b"))
@@ -502,7 +502,7 @@ def test_scenes_are_rows_of_the_landings_that_they_share():
 
 
 def test_pulses_stiffnesses_and_parts_of_some_scenes(capfd, tmp_path):
-    """Whichever scene comes first, rows without them have an empty cell; the others what their own analysis has."""
+    """Whichever scene comes first, rows without them have an empty cell; the others what their analysis has."""
     robot, base, rating = known_robot("anymal_b"), study(table(1)).landings.case(0), "half-sine 50 g 11 ms"
     camera, imu = Part(name="camera", at="base", rating=rating), Part(name="IMU", at="imu_link", rating=rating)
     scenes = {
@@ -608,8 +608,8 @@ def test_a_cell_that_is_empty_was_not_measured(tmp_path):
     values = {key: statistic[0] for key, statistic in one.statistics.items()}
     assert values["r"] == pytest.approx(np.corrcoef(p[known], m[known])[0, 1])
     assert values["slope"] == pytest.approx(np.polyfit(p[known], m[known], 1)[0])
-    own = [i for i in range(12) if known[i].any()]
-    errors = [np.linalg.norm((p - m)[i, known[i]]) / np.linalg.norm(m[i, known[i]]) for i in own]
+    measured_rows = [i for i in range(12) if known[i].any()]
+    errors = [np.linalg.norm((p - m)[i, known[i]]) / np.linalg.norm(m[i, known[i]]) for i in measured_rows]
     assert values["error"] == pytest.approx(np.median(errors))
     assert values["skill"] == pytest.approx(1.0 - np.sum((p - m)[known] ** 2) / np.sum(m[known] ** 2))
     others = [m[i, k] - np.nanmean(np.delete(m[:, k], i)) for i, k in np.argwhere(known)]
@@ -1071,7 +1071,7 @@ def test_a_member_that_is_packed_wrongly(tmp_path):
 
 
 def test_an_archive_that_expands_is_refused_by_its_directory(tmp_path, monkeypatch):
-    """A thousand times its own size, of which nothing is unpacked."""
+    """A thousand times its size, of which nothing is unpacked."""
     monkeypatch.setattr(files, "LARGEST_TABLE", 2**24)
     archive_of(tmp_path / "log.npz", zipfile.ZIP_DEFLATED, vz=bytes(2**25))
     assert (tmp_path / "log.npz").stat().st_size < 2**16

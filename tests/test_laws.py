@@ -93,7 +93,7 @@ def test_where_the_robot_stands_does_not_matter(away, landing):
 
 @given(trees.landings(), SEEDS)
 def test_turning_everything_turns_the_answer(landing, seed):
-    """Robot, strike, directions and plane turned together: every body has the same jump in its own axes."""
+    """Robot, strike, directions and plane turned together: every body has the same jump in its axes."""
     R = trees.random_rotations(np.random.default_rng(seed), 1)[0]
     turned = [hit._replace(directions=tuple(map(tuple, (np.asarray(hit.directions) @ R.T).tolist()))) for hit in landing.hits]
     assume((R @ landing.strike)[2] < -0.05)

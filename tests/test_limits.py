@@ -268,7 +268,7 @@ PULSE, STIFF = {"pulse": "half-sine:5ms"}, {"contact_stiffness": 1e5}
     ],
 )
 def test_a_bound_on_any_quantity_ends_where_the_analysis_meets_it(base, target, bound):
-    """The number at the ends of the intervals is the bound, in its own unit, at every strike angle; inside it keeps it."""
+    """The number at the ends of the intervals is the bound, in its unit, at every strike angle; inside it keeps it."""
     (value,), key, below = bound.values(), target.partition("@")[0], "min" in bound
     span = {"joint_range": SPAN, "step": math.radians(5.0), "robot": known_robot("hyq")}
     found = limits(base, "lf_kfe_joint", target, **bound, **span)

@@ -112,7 +112,7 @@ ROBOTS = [
 
 @pytest.mark.parametrize("name", [*ROBOTS, "romeo_small", "icub_reduced"])
 def test_three_ways_to_load_a_robot_give_the_same_jumps(name: str):
-    """By name, as a yourdfpy.URDF, and as a pinocchio.Model that Pinocchio's own parser read."""
+    """By name, as a yourdfpy.URDF, and as a pinocchio.Model that Pinocchio's parser read."""
     robot = load_robot(name)
     path, srdf = str(robot.source.path), None if robot.source.srdf is None else str(robot.source.srdf)
     scene = Scene(robot=name, contact=robot.bodies[-1].name, joints=Joints(drives="none"))  # known by name alone
@@ -136,14 +136,14 @@ def test_a_geometry_model_gives_the_shapes_of_the_file():
     geometry = pin.buildGeomFromUrdf(model, path, pin.GeometryType.COLLISION, package_dirs=[str(data_folder().parent)])
     shapes = outline(load_robot(model, geometry=geometry), "collision")
     assert shapes.warnings == ()
-    for own, other in zip(expected.shapes, shapes.shapes, strict=True):
-        for ours, theirs in zip(own, other, strict=True):
+    for expected_shapes, other in zip(expected.shapes, shapes.shapes, strict=True):
+        for ours, theirs in zip(expected_shapes, other, strict=True):
             np.testing.assert_allclose(theirs.points, ours.points, atol=1e-15)
             np.testing.assert_allclose(theirs.rounding, ours.rounding, atol=1e-15)
     geometry = pin.buildGeomFromUrdf(model, path, pin.GeometryType.VISUAL, package_dirs=[str(data_folder().parent)])
     shapes = outline(load_robot(model, geometry=geometry), "collision")
     assert shapes.warnings == ()
-    assert all(any(shape.mesh is not None for shape in own) for own in shapes.shapes)
+    assert all(any(shape.mesh is not None for shape in expected_shapes) for expected_shapes in shapes.shapes)
 
 
 def test_a_model_built_by_hand_needs_no_frames(tmp_path: Path):
@@ -161,8 +161,8 @@ def test_a_model_built_by_hand_needs_no_frames(tmp_path: Path):
     assert model.armature[6] == 0.0
     scene = Scene(robot="arm", contact="tip", joints=Joints(armature={"*": 1e-2}))
     heavier = [changed(one, read_changes("mass:tip=2")) for one in (from_file, robot)]
-    for own, other in ((from_file, robot), heavier):
-        np.testing.assert_allclose(shock_profile(scene, other).maps, shock_profile(scene, own).maps, atol=1e-14)
+    for first, other in ((from_file, robot), heavier):
+        np.testing.assert_allclose(shock_profile(scene, other).maps, shock_profile(scene, first).maps, atol=1e-14)
 
 
 def helical():

@@ -1,4 +1,4 @@
-"""MJCF: inertia matrix, placements and limits equal MuJoCo's own; what cannot be computed is refused."""
+"""MJCF: inertia matrix, placements and limits equal MuJoCo's; what cannot be computed is refused."""
 
 import re
 import resource
@@ -94,7 +94,7 @@ def from_text(folder: Path, text: str) -> Robot:
 
 
 def without_assets(text: str) -> mujoco.MjModel:
-    """MuJoCo's own model of a text whose asset files do not exist."""
+    """MuJoCo's model of a text whose asset files do not exist."""
     spec = mujoco.MjSpec.from_string(text)
     for geom in [geom for geom in spec.geoms if geom.meshname == "lost" or geom.type == mujoco.mjtGeom.mjGEOM_HFIELD]:
         spec.delete(geom)
@@ -119,7 +119,7 @@ def assert_equal(robot: Robot, theirs: mujoco.MjModel, qpos: np.ndarray) -> None
     file[: theirs.nq] = state.qpos  # what is left out of the robot comes last
     q, to_world = configuration_from_mujoco(robot, file), np.eye(theirs.nv)
     if robot.free_base:
-        # MuJoCo counts the base's linear velocity in the world's axes, Pinocchio in the base's own.
+        # MuJoCo counts the base's linear velocity in the world's axes, Pinocchio in the base's.
         to_world[:3, :3] = state.xmat[theirs.jnt_bodyid[0]].reshape(3, 3).T
     data = robot.model.createData()
     ours = pin.crba(robot.model, data, q)
@@ -396,7 +396,7 @@ TETRAHEDRON = "v 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 1\nf 1 3 2\nf 1 2 4\nf 2 3 4\nf 
 
 
 def test_includes_and_meshes_of_the_opened_folders(tmp_path: Path):
-    """A folder called mjcf lies in the robot's own: parts and meshes beside it are read, counted from the main file's folder."""
+    """A folder called mjcf lies in the robot's: parts and meshes beside it are read, counted from the main file's folder."""
     for folder in ("mjcf", "parts", "meshes"):
         (tmp_path / folder).mkdir()
     limb = body("b", '<geom type="mesh" mesh="t"/>') + body("c", joints="")
@@ -465,7 +465,7 @@ def test_options_that_cannot_change_an_impact_may_be_those_of_another_version(tm
 
 
 def test_attached_models(tmp_path: Path):
-    """A model that another one attaches brings its own includes and meshes."""
+    """A model that another one attaches brings its includes and meshes."""
     (tmp_path / "legs").mkdir()
     (tmp_path / "legs" / "t.obj").write_text(TETRAHEDRON)
     (tmp_path / "legs" / "assets.xml").write_text('<mujoco><asset><mesh name="m" file="t.obj"/></asset></mujoco>')

@@ -426,10 +426,10 @@ def test_files_of_a_landing_with_parts(capfd, here):
 def test_budgets_of_parts(capfd, here):
     """Parts of a file are those of all of its cases, besides their own; the metrics are the numbers of an analysis."""
     case = '[[case]]\nname = "a"\nrobot = "stick.urdf"\npulse = "half-sine:5ms"\n[[case.contact]]\nframe = "foot"\n'
-    own = '[[case.part]]\nname = "camera"\nat = "shin"\ncritical_velocity_change = 1e-3\n'
+    part_text = '[[case.part]]\nname = "camera"\nat = "shin"\ncritical_velocity_change = 1e-3\n'
     shared = f'[[part]]\nname = "IMU"\nat = "imu_link"\nrating = "{RATING}"\n'
     budget = '[[budget]]\nmetric = "part_margin"\nmin = 1.5\n[[budget]]\nmetric = "joint_torque_share"\nat = "knee"\nmax = 1e6\n'
-    (here / "budgets.toml").write_text(case + own + shared + budget)
+    (here / "budgets.toml").write_text(case + part_text + shared + budget)
     outcome = run(capfd, "check", "--format", "json")
     assert (outcome.code, outcome.err) == (1, "")
     status = {one["at"]: (one["metric"], one["status"]) for one in json.loads(outcome.out)["outcomes"]}
@@ -437,7 +437,7 @@ def test_budgets_of_parts(capfd, here):
         "camera": ("part_margin", "exceeded"), "IMU": ("part_margin", "passed"), "knee": ("joint_torque_share", "passed")
     }  # fmt: skip
     for text, proven in ((case, True), (case.replace('pulse = "half-sine:5ms"', "contact_stiffness = 1e5"), False)):
-        (here / "budgets.toml").write_text(text + own + shared + budget)
+        (here / "budgets.toml").write_text(text + part_text + shared + budget)
         assert ("not proven: part_margin, joint_torque_share" not in run(capfd, "check").out) == proven
     (here / "budgets.toml").write_text(case + '[[part]]\nname = 3\nrange = "1"\n' + budget)
     assert "part[0].name has to be text" in run(capfd, "check").err

@@ -33,7 +33,7 @@ def test_shock_is_zero_at_the_centre_and_grows_with_distance(normal, turn, v, r,
 
 
 def test_a_positive_rotation_about_the_sagittal_normal_moves_the_forward_end_up():
-    """In x–z the normal is −y. Eq. 11 in the plane's own axes: (p₁, p₂) = (−v₂, v₁) / ω_n."""
+    """In x–z the normal is −y. Eq. 11 in the plane's axes: (p₁, p₂) = (−v₂, v₁) / ω_n."""
     omega = 2.0 * SAGITTAL
     np.testing.assert_allclose(velocity_at(omega, np.zeros(3), np.array([1.0, 0.0, 0.0])), [0.0, 0.0, 2.0], atol=0)
     np.testing.assert_allclose(reduced(omega, np.array([0.3, 0.0, -0.8])).copc, [0.4, 0.0, 0.15], rtol=1e-15)
@@ -81,7 +81,7 @@ def test_no_rotation_is_a_translation_without_division_by_zero(v):
 
 @given(NORMALS, VECTORS, VECTORS, st.floats(0.01, 1.0))
 def test_off_plane_share_lies_between_none_and_all(normal, omega, v, gyration):
-    """0 for a jump in the plane, 1 for one across it; a part that vanishes has no share of its own."""
+    """0 for a jump in the plane, 1 for one across it; a part that vanishes has no share of their own size."""
     g, plane, nothing = np.float64(gyration), plane_from(normal), np.zeros(3)
     assert 0.0 <= float(off_plane_share(omega, v, normal, g)) <= 1.0 + 1e-12
     assert off_plane_share(normal * 2.0, v - normal * (normal @ v), normal, g) == pytest.approx(0.0, abs=1e-12)
@@ -103,8 +103,8 @@ def test_many_bodies_are_each_body_alone_and_balls_enclose_doubles(n, k):
     enclosed = percussion(balls(omega), balls(v), balls(SAGITTAL), 1.0, no, no)
     shares = off_plane_share(balls(omega), balls(v), balls(SAGITTAL), balls(np.full((n, k), 0.3)))
     for i in np.ndindex(n, k):
-        for whole, own, ball in zip(together, reduced(omega[i], v[i]), enclosed, strict=True):
-            np.testing.assert_array_equal(whole[i], own)
-            np.testing.assert_allclose(np.asarray(ball[i]).astype(float), own, rtol=1e-12)
+        for whole, single, ball in zip(together, reduced(omega[i], v[i]), enclosed, strict=True):
+            np.testing.assert_array_equal(whole[i], single)
+            np.testing.assert_allclose(np.asarray(ball[i]).astype(float), single, rtol=1e-12)
         assert shock_at(omega, v, r, 1.0)[i] == shock_at(omega[i], v[i], r[i], 1.0)
         assert float(shares[i]) == pytest.approx(float(off_plane_share(omega[i], v[i], SAGITTAL, np.float64(0.3))), rel=1e-12)

@@ -60,7 +60,7 @@ def test_the_jump_is_that_of_pinocchio(name, restitution):
 
 @given(trees.landings(kinds=MJCF_KINDS, most=8, hits=1))
 def test_the_inertia_of_mujoco_gives_the_same_jump(landing):
-    """A library with its own parser, kinematics and inertia: Δq̇ from MuJoCo's M and J moves every body the same way."""
+    """A library with its parser, kinematics and inertia: Δq̇ from MuJoCo's M and J moves every body the same way."""
     file = trees.written(landing.mechanism, dialect="mjcf")
     model = mujoco.MjModel.from_xml_string(file.text)
     data = mujoco.MjData(model)

@@ -148,7 +148,7 @@ def test_a_slide_is_set_in_metres_and_a_wheel_by_cosine_and_sine(value):
 
 
 def test_an_exact_name_is_not_a_pattern():
-    """A joint may be named like a glob; its own name means it alone."""
+    """A joint may be named like a glob; its name means it alone."""
     robot = robot_from(mixed().replace('"hinge"', '"[h]inge*"').replace('"slide"', '"hinge2"'))
     q = configuration(robot, Posture(joints={"[h]inge*": 0.3}))
     assert (q[7], q[10]) == (0.3, 0.0)

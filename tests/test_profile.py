@@ -138,7 +138,7 @@ def test_only_what_does_not_exist_is_nan(name, base, angle, e, plane):
 
 
 def test_the_shock_of_a_point_follows_from_its_body():
-    """A sensor's jump is v + ω × r in its own axes, and its shock the length of that over the strike's speed."""
+    """A sensor's jump is v + ω × r in its axes, and its shock the length of that over the strike's speed."""
     robot = known_robot("anymal_b")
     profile = land(robot, [Contact(frame="LF_FOOT")], (0.3, 0.1, -2.0), point=(Point(frame="RH_FOOT", offset=(0.1, 0.2, 0.3)),))
     found = {point.frame: point for point in profile.points}

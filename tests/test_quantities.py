@@ -23,9 +23,9 @@ COMMON = [entry for entry in QUANTITIES if not entry.needs_posture]
 
 
 def in_doubles(landing, strikes=None):
-    """The landing's impact in double precision, in its own posture."""
-    own = strikes is None or landing.before.omega.any() or landing.before.joint_rates.any()
-    equation, solution, jumps = impact_jumps(landing, landing.state, bool(own))
+    """The landing's impact in double precision, in its posture."""
+    with_strike = strikes is None or landing.before.omega.any() or landing.before.joint_rates.any()
+    equation, solution, jumps = impact_jumps(landing, landing.state, bool(with_strike))
     return DoubleImpact(landing, equation, solution, in_body_axes(jumps, landing.state.rotation), strikes=strikes)
 
 

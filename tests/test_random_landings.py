@@ -88,9 +88,9 @@ def assert_loads(profile):
         k, joint = next((k, joint) for k, joint in enumerate(robot.joints) if load.joint in joint.name.split("+"))
         behind, about = robot.supports[:, joint.v].any(axis=1), profile.position[k]
         force, moment = dense.momentum(profile, np.flatnonzero(behind), about)
-        for body, point, impulse, own in ground:
+        for body, point, impulse, stop_joint in ground:
             force = force - behind[body] * impulse
-            moment = moment - behind[body] * (np.cross(point - about, impulse) + own)
+            moment = moment - behind[body] * (np.cross(point - about, impulse) + stop_joint)
         np.testing.assert_allclose(load.force, force, rtol=0, atol=1e-9 * size)
         np.testing.assert_allclose(load.moment, moment, rtol=0, atol=1e-9 * size)
         if joint.kind in ("revolute", "continuous"):
@@ -98,9 +98,9 @@ def assert_loads(profile):
         if load.along is not None and not any(joint.name in (mimic.joint, *mimic.leaders) for mimic in robot.mimics):
             # A free joint carries nothing along its axis, a geared one −a Δq̇, and a locked one does not move.
             model, rate = profile.landing.joint_model, load.delta_qd
-            own = robot.joint(load.joint).v
-            carried = load.along == pytest.approx(-model.armature[own].item() * rate, abs=1e-9 * size)
-            assert rate == 0.0 if model.locked[own] else carried
+            stop_joint = robot.joint(load.joint).v
+            carried = load.along == pytest.approx(-model.armature[stop_joint].item() * rate, abs=1e-9 * size)
+            assert rate == 0.0 if model.locked[stop_joint] else carried
 
 
 @pytest.mark.parametrize("number", sorted({*range(0, 60, 4)} - {8, 16, 20, 48}))  # which are refused

@@ -66,7 +66,7 @@ def commands() -> list[Typed]:
 
 @pytest.fixture
 def here(tmp_path, monkeypatch):
-    """A folder with the files that the README names as the reader's own."""
+    """A folder with the files that the README names as the reader's."""
     folder = tmp_path / "work"
     shutil.copytree(ROBOTS / "dog", folder)
     dog_in(tmp_path)

@@ -71,7 +71,7 @@ def response(H, J, K):
     """Velocity of a point after unit impulses on it along x, y and z (3, 3), while the rows K stay held."""
     whole = np.block([[H, K.T], [K, np.zeros((len(K), len(K)))]])
     pushed = np.concatenate([J.T, np.zeros((len(K), 3))])
-    # Rows of a planar loop repeat one another, so their own impulses are not unique; the motion is.
+    # Rows of a planar loop repeat one another, so their impulses are not unique; the motion is.
     return J @ np.linalg.lstsq(whole, pushed, rcond=1e-12)[0][: len(H)]
 
 

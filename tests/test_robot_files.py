@@ -1,4 +1,4 @@
-"""The project's own models: the proportions that the paper prints, and the postures of its figures."""
+"""The project's models: the proportions that the paper prints, and the postures of its figures."""
 
 import math
 

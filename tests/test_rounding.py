@@ -102,7 +102,7 @@ def test_angles_cut_off_or_written_in_other_ways(angle):
 
 @pytest.mark.parametrize(("digits", "about"), list(itertools.product((4, 6), ((0.3, -0.5, 1.2), (0.785398, 0.5236, 0.0)))))
 def test_axes_in_any_direction(digits, about):
-    """A plane in any attitude, whose second joint's frame is written with its own digits."""
+    """A plane in any attitude, whose second joint's frame is written with its digits."""
     roll, pitch, yaw = (f"{angle:.{digits}f}" for angle in about)
 
     def robot(turn):
@@ -155,7 +155,7 @@ def test_a_strike_along_it_is_refused(digits):
 
 @pytest.mark.parametrize("bend", [1.0, 0.1, 1e-2, 1e-3])
 def test_a_leg_that_is_nearly_straight_stays_one(bend):
-    """On the world, where its own direction is nearly singular: rounded angles change nothing of that."""
+    """On the world, where its direction is nearly singular: rounded angles change nothing of that."""
     found = [shock_profile(landing(r := chain(written(digits), rail=False), bend, (0.1, 0.0, -1.0)), r) for digits in (17, 4)]
     assert [profile.health.rank for profile in found] == [2, 2]
     np.testing.assert_allclose(
@@ -165,7 +165,7 @@ def test_a_leg_that_is_nearly_straight_stays_one(bend):
 
 @pytest.mark.parametrize("digits", [2, 3, 4, 6, 16])
 def test_a_leg_that_is_straight_but_for_rounding_is_refused(digits):
-    """The knee's own angle is rounded, so that the leg on the world is not quite straight; exactly straight, it is refused."""
+    """The knee's angle is rounded, so that the leg on the world is not quite straight; exactly straight, it is refused."""
     parts = ['<link name="world"/>', link("link0"), _joint("joint0", "world", "link0", "0 1 0", "0 0 1", "0 0 0"), link("link1")]
     parts += [_joint("joint1", "link0", "link1", "0 1 0", "0 0 -0.3", f"0 {written(digits)} 0"), '<link name="foot"/>']
     robot = robot_from(urdf(*parts, _joint("ankle", "link1", "foot", "1 0 0", "0.3 0 0", "0 0 0", "fixed"), name="chain"))

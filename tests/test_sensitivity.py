@@ -88,8 +88,8 @@ def beside(scene, robot, effect, t):
         armature = {name: 0.02 + t * (name == effect.name) for name in names}
         return dataclasses.replace(scene, joints=dataclasses.replace(scene.joints, armature=armature)), robot
     body, model = next(body for body in robot.bodies if body.name == effect.name), robot.model.copy()
-    own, axes = model.inertias[body.joint], body.rotation
-    mass, lever, inertia = own.mass, own.lever.copy(), own.inertia.copy()
+    spatial, axes = model.inertias[body.joint], body.rotation
+    mass, lever, inertia = spatial.mass, spatial.lever.copy(), spatial.inertia.copy()
     match effect.kind:
         case "mass":
             mass += t
@@ -328,8 +328,13 @@ def test_jump_of_a_chain_of_two_links():
 
     def rate(m0, c0, i0, m1, c1, i1, a0, a1, theta0, theta1, strike):
         cross = m1 * 0.4 * c1 * np.cos(theta1)
-        own = i1 + m1 * c1**2
-        H = np.array([[i0 + m0 * c0**2 + own + m1 * 0.4**2 + 2 * cross + a0, own + cross], [own + cross, own + a1]])
+        about_joint = i1 + m1 * c1**2
+        H = np.array(
+            [
+                [i0 + m0 * c0**2 + about_joint + m1 * 0.4**2 + 2 * cross + a0, about_joint + cross],
+                [about_joint + cross, about_joint + a1],
+            ]
+        )
         J = np.array([0.4 * np.cos(theta0) + 0.35 * np.cos(theta0 + theta1), 0.35 * np.cos(theta0 + theta1)])
         X = np.linalg.solve(H, J)
         return (X / (J @ X))[1] * np.cos(strike)

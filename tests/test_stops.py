@@ -108,9 +108,9 @@ def complementary(landing):
     target = -np.array([block.restitution for block in blocks]) * before
     for size in range(len(blocks) + 1):
         for chosen in itertools.combinations(range(len(blocks)), size):
-            own = list(chosen)
-            K = np.vstack([J, S[own]])
-            right = np.concatenate([np.zeros(n), -b, target[own] - before[own]])
+            trial = list(chosen)
+            K = np.vstack([J, S[trial]])
+            right = np.concatenate([np.zeros(n), -b, target[trial] - before[trial]])
             # Symmetric, with the mass metric as unit, so that dependent rows are found.
             L = np.linalg.inv(np.linalg.cholesky(H))
             M = K @ L.T
@@ -119,7 +119,7 @@ def complementary(landing):
             held = np.abs(K @ moved - right[n:]).max(initial=0.0) < 1e-8
             pushes, w = impulse[len(J) :], S @ moved + before - target
             if held and np.all(pushes > -1e-9) and np.all(w > -1e-8):
-                return G @ moved, dict(zip(own, pushes, strict=True))
+                return G @ moved, dict(zip(trial, pushes, strict=True))
     return None
 
 

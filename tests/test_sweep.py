@@ -357,7 +357,7 @@ def test_flagged_rows_are_the_proven_answer():
 
 
 def test_loops_are_closed_in_every_row():
-    """A row whose loop cannot be closed has a message; the others have their own closed posture."""
+    """A row whose loop cannot be closed has a message; the others have their closed posture."""
     robot, scene = next((r, s) for r, s in map(random_landing, range(0, 400)) if s.closure and len(r.bodies) > 5)
     joint = next(j.name for j in robot.joints if j.axis is not None and j.name in robot.joint_names)
     made = sweep(scene, robot=robot, vary={f"joint:{joint}": "-20:20:5"}, prove=0)

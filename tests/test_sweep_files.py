@@ -38,7 +38,7 @@ def stick(tmp_path):
 
 
 def command(*words: object, code="from shockpc.cli.entry import entry; entry()", stderr=subprocess.PIPE, **options):
-    """A sweep in a process of its own, in its own group of processes."""
+    """A sweep in a separate process, in its group of processes."""
     return subprocess.Popen(
         [sys.executable, "-c", code, "sweep", *map(str, words)],
         stdout=subprocess.PIPE, stderr=stderr, text=True, start_new_session=True, **options,

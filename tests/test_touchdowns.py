@@ -479,8 +479,8 @@ def test_attitude_and_twist_of_a_bag(here, kind):
             bag.write("/base_twist", types["geometry_msgs/msg/TwistStamped"](bag.header(seconds), twist(seconds)), seconds)
             # A covariance of −1 says that there is no orientation.
             known = np.full(9, -1.0 if k == 7 else 0.0)
-            own = quaternion((1.0, 0.0, 0.0, 0.0) if k == 7 else attitude)
-            imu = types["sensor_msgs/msg/Imu"](bag.header(seconds), own, known, zero, np.zeros(9), zero, np.zeros(9))
+            q = quaternion((1.0, 0.0, 0.0, 0.0) if k == 7 else attitude)
+            imu = types["sensor_msgs/msg/Imu"](bag.header(seconds), q, known, zero, np.zeros(9), zero, np.zeros(9))
             bag.write("/imu/data", imu, seconds)
             pose = bag.make("Pose", bag.make("Point", 1.0, 2.0, 3.0 + seconds), quaternion(attitude))
             with_pose, with_twist = (types[f"geometry_msgs/msg/{name}WithCovariance"] for name in ("Pose", "Twist"))
