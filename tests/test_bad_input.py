@@ -196,17 +196,29 @@ analyze dog/dog.urdf.xacro --package dog_description=dog --contact lf_foot:: --x
 robots:: leg --xacro mas:=3 => has no xacro argument "mas"; nearest: "mass"
 analyze => missing argument 'ROBOT'. To see what is valid: shockpc analyze --help
 :: stick.urdf | anymal_b | fly | analyse stick.urdf => To analyze a robot: shockpc analyze ROBOT --contact NAME. To see
+FOOT:: --all --format json | --all --format markdown => --all is for tables on a terminal, and changes nothing of --format
+FOOT:: --body shin --format json => chooses the bodies of tables and CSV files, and JSON has every body
+FOOT:: --force => lets --save-scene replace a file; give that too
+SWEEP:: --rows csv => --rows csv is the format of files, and needs a folder: --out DIR
+SWEEP:: --wait => waits for the workers of a cluster; give its address with --cluster
+SWEEP:: --jobs 2 --cluster tcp://host:8786 => --jobs 2 is for this machine, and a cluster computes
+landings log.csv stick.urdf --contact foot:: --command 1 --out out | --command 1 --format json => prints the scene of one landing
+place stick.urdf --contact foot:: --count 2 --alternatives 1 => places of one sensor, and 2 sensors are asked for
+robots:: --xacro mass:=3 | --meshes . | --package dog=dog => are for the files of one robot; name it
 schema:: landing.toml => 'landing.toml' is not one of 'scene', 'budgets'
 robots:: --posture x => no such option: --posture. To see what is valid: shockpc robots --help
 robots:: dgo => no robot "dgo"; nearest: "go2", "go1"
 """
 
+SWEEP = "sweep stick.urdf --contact foot --vary knee=10,20"
+
 
 @pytest.mark.parametrize(
-    ("reason", "words"), commands(COMMANDS, STICK="analyze stick.urdf", FOOT="analyze stick.urdf --contact foot")
+    ("reason", "words"), commands(COMMANDS, STICK="analyze stick.urdf", FOOT="analyze stick.urdf --contact foot", SWEEP=SWEEP)
 )
 def test_commands_that_cannot_be_run(capfd, here, reason, words):
     """A message has the option or the name, what was typed, and what would be valid."""
+    (here / "log.csv").write_text("knee\n0.1\n")
     assert contains(refusal(capfd, here, *words), reason)
 
 

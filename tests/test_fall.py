@@ -350,7 +350,8 @@ def test_what_cannot_fall_says_why(figure, tmp_path):
         (figure, {"headings": ("up",)}, '"up" is no heading'),
         (figure, {"drop": -1.0}, "drop must be > 0"),
         (figure, {"attitudes": 5}, "give its height"),
-        (figure, {"drop": 1.0, "push": 1.0}, "leave one of them out"),
+        (figure, {"drop": 1.0, "push": 1.0}, "a drop is given"),
+        (figure, {"drop": 1.0, "headings": ("left",), "least": 1.0}, '"headings", "least": only'),
     ):
         with pytest.raises(StudyError, match=words):
             fall(scene, **options)

@@ -214,6 +214,8 @@ def test_flags_and_forces(here):
     assert len(stepped(here, columns, flags={"right_foot": "sensor"}, contact_force=50.0).landings) == 1
     bounces = stepped(here, columns | {"left_foot_force": 400.0 * (np.abs(t - 0.1) < 0.003)}, flags={"right_foot": "sensor"})
     assert [landing.first for landing in bounces.landings] == [97, 400]
+    with pytest.raises(StudyError, match="no column of forces says"):
+        stepped(here, columns | {"left_foot_force": 1.0 * (force > 1.0)}, flags={"right_foot": "sensor"}, contact_force=50.0)
     with pytest.raises(UnknownName, match='no column "sensr"'):
         stepped(here, columns, flags={"right_foot": "sensr"})
 

@@ -44,6 +44,12 @@ def analyze(
         from shockpc.show.reports.landing import accuracy_line, analyze_report
         from shockpc.text.errors import ShockError, StudyError
     loaded, scenes = scenes_from(robot, options, trace)
+    if force and save_scene is None:
+        raise StudyError("--force lets --save-scene replace a file; give that too, or leave --force out")
+    if all_ and output.format != "table":
+        raise StudyError(f"--all is for tables on a terminal, and changes nothing of --format {output.format}; leave it out")
+    if body and output.format == "json" and output.out is None:
+        raise StudyError("--body chooses the bodies of tables and CSV files, and JSON has every body; leave it out")
     shown = output.out is not None or output.format == "json"
     if spectrum and not (shown and all(scene.contact_stiffness is not None for scene in scenes)):
         missing = "--contact-stiffness" if shown else "--out, or --format json,"

@@ -56,8 +56,6 @@ def landings(
     models, asked_for = joints_ or (), given(study, typed)
     rank, renames = asked_for.get("rank"), asked_for.pop("rename", {})
     options = options._replace(given={**options.given, "joints": models[0] if models else None})
-    if rows and output.out is None:
-        raise StudyError("rows in parts need a folder: --out DIR")
     if table.is_dir():
         if robot is not None or renames:
             raise StudyError(f'the scenes of "{table}" have their robot and no columns; leave out {robot or "--map"}')
@@ -81,6 +79,8 @@ def landings(
     evaluation = recorded_landings(rows_in_table, loaded, **asked_for)
     source = evaluation.landings
     if command_ is not None:
+        if output.out is not None or output.format != "table":
+            raise StudyError("--command prints the scene of one landing and nothing else; leave out --out and --format")
         sys.stdout.write(scene_text(source.case(source.row_named(command_)), Path.cwd()))
         return 0
     # Before anything is written, because one of several joint models may be refused.

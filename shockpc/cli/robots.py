@@ -24,8 +24,11 @@ def robots(
     from shockpc.cli.output import emit
     from shockpc.robot.load import load_robot
     from shockpc.show.reports.robots import robot_report, robots_report
+    from shockpc.text.errors import StudyError
 
     if robot is None:
+        if xacro or package or meshes:
+            raise StudyError("--xacro, --package and --meshes are for the files of one robot; name it, or leave them out")
         report = robots_report(*_catalogue())
     else:
         report = robot_report(load_robot(robot, xacro=dict(xacro), packages=packages_of(package, meshes)))

@@ -29,9 +29,15 @@ def computed(
         run: where the rows are computed, and whether the folder may hold parts of the same study.
 
     Raises:
-        StudyError: parts are to be continued, but none are written.
+        StudyError: an option of files without a folder, or of a cluster without one.
         OutputError: the folder holds rows of another run; as `RowFiles`.
     """
+    if format_ is not None and folder is None:
+        raise StudyError(f"--rows {format_} is the format of files, and needs a folder: --out DIR")
+    if run.wait and run.cluster is None:
+        raise StudyError("--wait waits for the workers of a cluster; give its address with --cluster, or leave --wait out")
+    if run.jobs > 1 and run.cluster is not None:
+        raise StudyError(f"--jobs {run.jobs} is for this machine, and a cluster computes; leave one of the two out")
     done, rows = 0, evaluation.landings.rows
     workers = executor(run.jobs, run.cluster, print_error if run.wait else None)
     if folder is None or format_ is None:

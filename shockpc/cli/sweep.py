@@ -20,9 +20,7 @@ def sweep(
     robot: str = ROBOT,
     typed: Any = study_options(study),
     options: SceneOptions,
-    rows: Literal["parquet", "csv"] = in_run(
-        "Format of the rows, which --out writes in parts; parquet by default.", default="parquet"
-    ),
+    rows: Literal["parquet", "csv"] | None = in_run("Format of the rows, which --out writes in parts; parquet by default."),
     run: RunOptions,
     output: OutputOptions,
 ) -> int:
@@ -35,7 +33,7 @@ def sweep(
         names = ",".join(contact.frame for scene in scenes for contact in scene.contact)
         raise StudyError(f"a sweep varies one landing, but there are {len(scenes)}; compare contacts with --vary contact={names}")
     made = study(scenes[0], robot=loaded, at=scenes[0].point, **given(study, typed, loaded))
-    with computed(made, "rows", output.out, rows, run) as table:
+    with computed(made, "rows", output.out, rows or (None if output.out is None else "parquet"), run) as table:
         landings = made.landings
         varied = [one for one in landings.variations if landings.sample is not None and one.kind != "contact"]
         summary = summarise(made, table, varied, keep=landings.sample is None and len(landings.variations) <= 2)

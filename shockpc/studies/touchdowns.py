@@ -260,7 +260,7 @@ class _Finder:
         least = max(1.0, FORCE * GRAVITY * self.motion.robot.mass) if force is None else force
         if unknown := [frame for frame in given if frame not in self.frames]:
             raise UnknownName("contact", unknown[0], self.frames, "those that are looked at", "")
-        flags = {}
+        flags, forces = {}, False
         for c, frame in enumerate(self.frames):
             plain = {_plain(text) for sign in SIGNS for text in (sign + frame, frame + sign)}
             name = given.get(frame) or next((name for name in others if _plain(name) in plain), None)
@@ -274,7 +274,13 @@ class _Finder:
             binary = bool(np.isin(values, (0.0, 1.0)).all())
             flags[c] = name, np.abs(values) / (0.5 if binary else least)
             if not binary:
+                forces = True
                 self.warnings.append(f'"{frame}" is taken to touch where {name} exceeds {least:.3g} N')
+        if force is not None and not forces:
+            raise StudyError(
+                "contact_force is the threshold of columns of forces, but no column of forces says when a contact touches; name "
+                "one with --flag FRAME=COLUMN, or leave the threshold out"
+            )
         return flags
 
     def _window(self, part: StatePart, wanted: float | None) -> float:

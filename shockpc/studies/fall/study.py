@@ -34,6 +34,9 @@ from shockpc.text.trace import Trace
 HEADINGS = {"front": 0.0, "left": 90.0, "back": 180.0, "right": -90.0}
 """Directions of a fall from forward to the left [deg]."""
 
+LEAST = 0.1
+"""Default of the least speed of strikes that are listed [m/s]."""
+
 STANDARD = ("delta_v_max", "delta_v", "joint_impulse")
 WITH_FRICTION = ("delta_v_friction", "joint_impulse_friction")
 """Quantities of every strike: of contacts that stick, or with friction."""
@@ -109,14 +112,14 @@ def fall(
     robot: Robot | None = None,
     *,
     headings: Annotated[
-        Sequence[str],
+        Sequence[str] | None,
         Option(
             "Front, left, back, right, or an angle from forward to the left [deg]; by default all four.",
             "Fall",
             "HEADING",
             "heading",
         ),
-    ] = tuple(HEADINGS),
+    ] = None,
     push: Annotated[
         float | None,
         Option(
@@ -142,7 +145,9 @@ def fall(
         int | None, Option("Drop it in so many attitudes that are spread over all instead.", "Fall", "N", least=1.0)
     ] = None,
     within_height: Annotated[float, Option("Height within which parts strike together.", "Fall", "H", unit="m", above=0.0)] = 1e-3,
-    least: Annotated[float, Option("List strikes of at least this speed.", "Fall", "V", unit="m/s", above=0.0)] = 0.1,
+    least: Annotated[
+        float | None, Option("List strikes of at least this speed; by default 0.1.", "Fall", "V", unit="m/s", above=0.0)
+    ] = None,
     vary: Annotated[
         Vary,
         Option(
@@ -180,9 +185,11 @@ def fall(
     robot = robot or common_robot(scenes)
     if drop is None and attitudes is not None:
         raise StudyError("attitudes are those of a drop; give its height too, by drop")
-    if drop is not None and push is not None:
-        raise StudyError("a push tips the robot, and a drop has none; leave one of them out")
-    if not headings and drop is None:
+    of_tipping = {"push": push, "headings": headings, "least": least}
+    if drop is not None and (ignored := [name for name, value in of_tipping.items() if value is not None]):
+        raise StudyError(f"{listed(ignored)}: only for a robot that tips over, and a drop is given; leave one of the two out")
+    headings, least = tuple(HEADINGS) if headings is None else headings, LEAST if least is None else least
+    if not headings:
         raise StudyError("no heading is given; name one, such as front")
     scenes = {
         name: one for posture, scene in scenes.items() for name, one in scene_grid(posture, scene, robot, pairs(vary)).items()

@@ -33,6 +33,9 @@ from shockpc.text.names import match
 NEAREST = 1e-3
 """Least distance between alternatives [m]."""
 
+ALTERNATIVES = 2
+"""Default of their number."""
+
 EQUAL_SHARE = 1.0 - 1e-6
 """Share of the greatest shock from which others are equal to it, of which the first is named; rounding makes them differ."""
 
@@ -194,15 +197,16 @@ def place(
         ),
     ] = 1,
     alternatives: Annotated[
-        int,
+        int | None,
         Option(
-            "Number of further places of one sensor, each the best at a tenth of the region's size from those before.",
+            "Number of further places of one sensor, each the best at a tenth of the region's size from those before; "
+            "by default 2.",
             "Sensors",
             "N",
             least=0.0,
             greatest=20.0,
         ),
-    ] = 2,
+    ] = None,
     progress: Callable[[int], Callable[[str], None]] = lambda landings: lambda name: None,
 ) -> PlaceStudy:
     """Find where on a body a sensor sees least shock.
@@ -220,6 +224,9 @@ def place(
         StudyError: there is no landing, no such region, or a number is out of range.
         ShockError: the robot cannot be read, or none of the landings computed.
     """
+    if count > 1 and alternatives is not None:
+        raise StudyError(f"alternatives are places of one sensor, and {count} sensors are asked for; leave one of the two out")
+    alternatives = ALTERNATIVES if alternatives is None else alternatives
     landings = named_scenes(landings)
     robot = robot or common_robot(landings)
     if varied := pairs(vary):
