@@ -436,10 +436,13 @@ def test_contacts_of_a_table_keep_what_the_scene_says_of_them(here, capfd):
 
 @pytest.mark.parametrize("bad", ["LF_FOT", "*_FOOT", "", " "])
 def test_a_first_row_without_a_valid_contact_is_a_message_of_that_row(here, capfd, bad):
-    """Also without --contact, where a contact of the rows stands in the scene; the others are as with it."""
+    """Also without a contact of the scene, where one of the rows stands for it; the others are as with it."""
     written(here / "log.csv", {"vz": np.full(3, -1.0), "contact": np.array([bad, "LF_FOOT", "RF_FOOT"])})
-    words = ("landings", "log.csv", "anymal_b", "--quantity", "delta_v@imu_link", "--format", "json")
-    rows, others = (json.loads(run(capfd, *words, *more).out)["rows"] for more in ((), ("--contact", "LH_FOOT")))
+    (here / "scene.toml").write_text('robot = "anymal_b"\ncontact = "LH_FOOT"\n')
+    words = ("--quantity", "delta_v@imu_link", "--format", "json")
+    rows, others = (
+        json.loads(run(capfd, "landings", "log.csv", scene, *words).out)["rows"] for scene in ("anymal_b", "scene.toml")
+    )
     assert (rows[0]["delta_v@imu_link"], rows[1:]) == (None, others[1:])
     assert "contact" in rows[0]["message"]
     written(here / "log.csv", {"vz": np.full(1, -1.0), "contact": np.array([bad or "a"])})
@@ -845,14 +848,22 @@ def test_the_command_ranks_and_prints_a_row_as_a_scene(here, capfd):
         ("--set", "LF_KFE=-50", "q_LF_KFE", "*_KFE=-50"),
         ("--joint-velocity", "LF_KFE=1", "before_LF_KFE", "*_KFE=1"),
         ("--friction", "0.4", "mu", None),
+        ("--stance", "RH_FOOT", "stance", None),
+        ("--torque", "LF_KFE=30", "effort_LF_KFE", "*_KFE=30"),
+        ("--contact", "RF_FOOT", "contact", None),
     ],
 )
 def test_an_option_that_a_column_overrides_is_refused(here, capfd, option, value, column, kept):
     """Without the column it changes the landings, and what the table lacks may be given."""
     columns = table() | {"pitch_deg": np.linspace(-3.0, 3.0, 6), "mu": np.full(6, 0.6)}
     columns = {name: values for name, values in columns.items() if name not in ("qw", "qx", "qy", "qz")}
-    words = ("landings", written(here / "log.csv", columns), "anymal_b", "--contact", "LF_FOOT", "--prove", 0, "--format", "csv")
+    columns |= {"stance": np.array(["RF_FOOT"] * 6)} if option == "--stance" else {}
+    columns |= {"contact": np.array(["LF_FOOT"] * 6)} if option == "--contact" else {}
+    columns |= {"effort_LF_KFE": np.full(6, 20.0)} if option == "--torque" else {}
+    contact = () if option == "--contact" else ("--contact", "LF_FOOT")
+    words = ("landings", written(here / "log.csv", columns), "anymal_b", *contact, "--prove", 0, "--format", "csv")
     words += ("--quantity", "shock_friction@imu_link") if option == "--friction" else ()
+    words += ("--quantity", "peak_force", "--contact-stiffness", 1e5, "--map", "mu=") if option == "--torque" else ()
     refused = run(capfd, *words, option, value)
     assert (refused.code, refused.out) == (2, "")
     assert f'{option}{" " + value.partition("=")[0] if "=" in value else ""} (column "{column}")' in refused.err
@@ -867,7 +878,9 @@ def test_an_option_that_a_column_overrides_is_refused(here, capfd, option, value
 def test_all_of_the_robot_in_one_column_overrides_options_too(here, capfd):
     np.savez(here / "log.npz", qpos=np.zeros((2, 19)), qvel=np.zeros((2, 18)))
     words = ("landings", here / "log.npz", "anymal_b", "--contact", "LF_FOOT", "--prove", 0)
-    for option, column in (("--set=LF_KFE=-50", "qpos"), ("--base-rpy=0,5,0", "qpos"), ("--speed=2", "qvel")):
+    for option, column in (
+        ("--set=LF_KFE=-50", "qpos"), ("--base-rpy=0,5,0", "qpos"), ("--posture=standing", "qpos"), ("--speed=2", "qvel")
+    ):  # fmt: skip
         assert f'(column "{column}")' in run(capfd, *words, option).err
 
 

@@ -220,6 +220,20 @@ def test_flags_and_forces(here):
         stepped(here, columns, flags={"right_foot": "sensr"})
 
 
+def test_an_option_that_the_log_overrides_is_refused(here, capfd):
+    """As with a table of landings. A joint that the log lacks may be given, and is then where it is said to be."""
+    scene_of(here, STEPPER, "left_foot", "right_foot")
+    columns = stepping()
+    np.savez(here / "log.npz", **columns)
+    words = ("touchdowns", "log.npz", "robot.urdf", "--contact", "*_foot", "--format", "json")
+    for option, column in (("--set=right_leg=0.1", "right_leg"), ("--base-rpy=1,0,0", "qw"), ("--posture=neutral", "left_leg")):
+        outcome = run(capfd, *words, option)
+        assert (outcome.code, outcome.out) == (2, "")
+        assert f'(column "{column}")' in outcome.err
+    lacking = (*words, "--map", "right_leg=", "--set=right_leg=0.1")
+    assert json.loads(good(capfd, *lacking))["warnings"] == ['not in this log: position of "right_leg"; taken from the scene']
+
+
 def test_a_rail_that_is_not_in_the_log_is_known_by_a_flight(here):
     """The centre of mass falls freely between contacts while the knee moves; a flight that would begin downwards gives no row."""
     scene, time = scene_of(here, RAIL, "foot"), np.arange(0.0, 0.6, 1e-3)

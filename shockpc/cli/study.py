@@ -34,6 +34,7 @@ from shockpc.cli.output import emit, exit_code
 from shockpc.cli.parse import Span, Vector, box, numbers, pair_of, path, renaming, robot_name, setting, span, variable
 from shockpc.cli.progress import ShownTrace, progress
 from shockpc.cli.scenes import landings_from, one_scene, postures_from, scenes_from
+from shockpc.evaluation.column_names import StateColumns
 from shockpc.evaluation.variation import Vary
 from shockpc.landing.scene import Point
 from shockpc.landing.scene_file import point_at
@@ -118,6 +119,10 @@ def study_command(name: str) -> Command:
             arguments["target"] = _target(robot, typed["at_"], typed["quantity"])
         used = {key: value for key, value in arguments.items() if key in needs}
         result = study(**used, **given(study, typed["typed"], robot))
+        if kind == "log":
+            from shockpc.cli.tables import refuse_overridden
+
+            refuse_overridden(typed["options"], arguments["scene"], robot, StateColumns(result.log.positions, {}, {}))
         with trace.stage("output"):
             files = [typed[kind]] if kind in FILES else []
             emit(pkgutil.resolve_name(f"shockpc.show.reports.{name}:{name}_report")(*files, result), typed["output"])

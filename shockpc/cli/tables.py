@@ -7,8 +7,8 @@ import numpy as np
 
 from shockpc.cli.options import SceneOptions
 from shockpc.cli.scenes import one_scene, with_contact
-from shockpc.evaluation.column_names import FRICTION, column_name, state_columns
-from shockpc.evaluation.recorded_table import ANGLES
+from shockpc.evaluation.column_names import FRICTION, StateColumns, column_name, state_columns
+from shockpc.evaluation.recorded_table import ANGLES, empty_cells
 from shockpc.evaluation.table_files import read_table
 from shockpc.landing.posture import settable_joints
 from shockpc.landing.scene import Posture, Scene, Strike
@@ -36,32 +36,40 @@ def table_and_scene(
     Raises:
         ShockError: the table, the scene or the robot cannot be read; or a column of the table overrides an option.
     """
-    columns = read_table(file)
+    columns, completed = read_table(file), options
     if "contact" in columns:
-        options, contacts = with_contact(robot, options, columns["contact"].astype(str).ravel().tolist())
+        completed, contacts = with_contact(robot, options, columns["contact"].astype(str).ravel().tolist())
         columns["contact"] = np.reshape(contacts, columns["contact"].shape)
-    loaded, scene = one_scene(robot, options)
-    if ignored := _ignored(options, scene, loaded, columns, rename):
-        raise SceneError(
-            f"columns of the table override options: {', '.join(ignored)}; leave out the options (one component of several by a "
-            "zero), or the columns with --map COLUMN="
-        )
+    loaded, scene = one_scene(robot, completed)
+    refuse_overridden(options, scene, loaded, state_columns(columns, loaded, rename))
     return columns, loaded, scene
 
 
-def _ignored(
-    options: SceneOptions, scene: Scene, robot: Robot, columns: Mapping[str, np.ndarray], rename: Mapping[str, str]
-) -> list[str]:
-    """The options whose posture, motion or friction the table gives, each with the column.
+def refuse_overridden(options: SceneOptions, scene: Scene, robot: Robot, table: StateColumns) -> None:
+    """Refuse options that have no effect, because a table gives the contacts, posture, motion, torques or friction.
 
-    Of a glob of joints one that the table lacks is enough to have an effect, and components of zero say nothing.
+    Of a glob of joints one that the table lacks is enough to have an effect, as is one empty cell of a column where an empty cell
+    means the scene's value. Components of zero say nothing.
+
+    Args:
+        options: of the command.
+        scene: what they describe.
+        robot: its robot.
+        table: its columns.
+
+    Raises:
+        SceneError: an option has no effect; the text names it and the column.
     """
-    table = state_columns(columns, robot, rename)
     positions = _columns_by_subject(table.positions, robot, "qpos", ANGLES)
     rates = _columns_by_subject(table.rates, robot, "qvel", VELOCITY + ANGULAR_VELOCITY)
-    frictions = [name for name in FRICTION if name in table.others]
+    named = {name: column_name(name, robot) for name in table.others}
+    whole = {name for name in table.others if name in ("contact", "stance") or ((one := named[name]) is not None and one.effort)}
+    whole = {name for name in whole if not empty_cells(table.others[name]).any()}
+    efforts = {f"joint {one.target}": name for name, one in named.items() if name in whole and one is not None and one.effort}
     typed = options.fields(Strike) | options.fields(Posture)
     forward = plane_of(check_scene(scene)).forward.tolist()
+    ignored = [(f"--{name}", name) for name in ("contact", "stance") if getattr(options, name) and name in whole]
+    ignored += [("--friction", name) for name in FRICTION if name in table.others and "friction" in options.fields(Scene)]
     vectors = {
         "--speed": (VELOCITY, UP if "speed" in typed else ()),
         "--drop-height": (VELOCITY, UP if "drop_height" in typed else ()),
@@ -71,16 +79,28 @@ def _ignored(
         "--angular-velocity": (ANGULAR_VELOCITY, typed.get("angular_velocity", ())),
         "--base-rpy": (ANGLES, typed.get("base_rpy_deg", ())),
     }
-    ignored = [("--friction", name) for name in frictions if "friction" in options.fields(Scene)]
     for option, (keys, vector) in vectors.items():
         known = positions if keys is ANGLES else rates
         ignored += [(option, known[key]) for key, x in zip(keys, vector, strict=False) if x and key in known]
-    for option, settings, known in (("--set", options.set, positions), ("--joint-velocity", options.joint_velocity, rates)):
+    for option, settings, known in (
+        ("--set", options.set, positions),
+        ("--joint-velocity", options.joint_velocity, rates),
+        ("--torque", options.torque, efforts),
+    ):
         for pattern, _ in settings:
             names = [f"joint {joint.name}" for joint in settable_joints(robot, pattern)]
             if all(name in known for name in names):
                 ignored.append((f"{option} {pattern}", known[names[0]]))
-    return [f'{option} (column "{column}")' for option, column in ignored]
+    joints = [joint.name for joint in robot.single_joints if joint.kind != "free" and joint.name not in robot.followers]
+    posture = [*(f"joint {name}" for name in joints), *[*ANGLES] * robot.free_base]
+    if "reference" in typed and all(name in positions for name in posture):
+        ignored.append(("--posture", positions[posture[0]]))
+    if ignored:
+        listed = ", ".join(f'{option} (column "{column}")' for option, column in ignored)
+        raise SceneError(
+            f"columns override options: {listed}; leave out the options (one component of several by a zero), or the "
+            "columns with --map COLUMN="
+        )
 
 
 def _columns_by_subject(columns: Iterable[str], robot: Robot, whole: str, base: Sequence[str]) -> dict[str, str]:

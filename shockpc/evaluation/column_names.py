@@ -116,7 +116,7 @@ def state_columns(columns: Mapping[str, np.ndarray], robot: Robot, rename: Mappi
         column, kind = column_name(name, robot), sorted_out.others
         if name in ("qpos", "qvel") and name not in joints:
             kind = sorted_out.positions if name == "qpos" else sorted_out.rates
-        elif column is not None and not column.after and (column.base or column.target in joints):
+        elif column is not None and not (column.after or column.effort) and (column.base or column.target in joints):
             kind = sorted_out.rates if column.rate or column.base[:1] in ("v", "w") else sorted_out.positions
         kind[name] = values
     return sorted_out

@@ -102,7 +102,7 @@ def _number(cell: Any) -> float:
         return np.nan
 
 
-def _empty(cells: np.ndarray) -> np.ndarray:
+def empty_cells(cells: np.ndarray) -> np.ndarray:
     """Which cells hold nothing, or say that they hold no number."""
     if cells.dtype.kind not in "UO":
         return np.asarray(np.isnan(cells.astype(float)))
@@ -188,7 +188,7 @@ class _Reader:
             np.array([_number(cell) for cell in values.ravel().tolist()]) if values.dtype.kind in "UO" else values.astype(float)
         )
         numbers, cells = numbers.reshape(self.n, -1), values.reshape(self.n, -1)
-        known = np.isfinite(numbers) | (np.isnan(numbers) & _empty(cells) if missing else False)
+        known = np.isfinite(numbers) | (np.isnan(numbers) & empty_cells(cells) if missing else False)
 
         def reason(i: int) -> str:
             cell = cells[i, int(np.argmin(known[i]))]
@@ -297,7 +297,7 @@ class _Reader:
         (joint,) = settable_joints(self.robot, joint_name, StudyError)
         if not np.isnan(self.effort[:, joint.v]).all():
             raise twice(f'the effort of joint "{joint.name}"')
-        self.effort[:, joint.v] = np.where(_empty(values), np.nan, self._numbers(name, values, missing=True))[:, None]
+        self.effort[:, joint.v] = np.where(empty_cells(values), np.nan, self._numbers(name, values, missing=True))[:, None]
 
     def _mujoco(self, name: str, values: Array) -> None:
         """Read all coordinates, or all velocities, in the layout of MuJoCo: a free base turns at a rate in body axes."""
@@ -406,7 +406,7 @@ class _Reader:
         if "stance" not in self.columns:
             return [self.landing.scene.stance], np.zeros(self.n, dtype=int)
         cells = self.columns["stance"]
-        texts, index = np.unique(np.where(_empty(cells), "", cells.astype(str)), return_inverse=True)
+        texts, index = np.unique(np.where(empty_cells(cells), "", cells.astype(str)), return_inverse=True)
         stances = [self._frames(text, index == k) if text else self.landing.scene.stance for k, text in enumerate(texts.tolist())]
         return stances, index
 

@@ -25,6 +25,7 @@ SLOWEST, FASTEST = 1e-9, 1e9
 """Range of speeds [m/s]; outside it squares overflow or underflow."""
 
 CONTACT, STRIKE, RESULTS, POSTURE = "Contact", "Velocity before the impact", "What is computed", "Posture"
+JOINT_MODEL = "Joint model"
 """Headings of options."""
 
 CONTACTS = "foam 1e4, a rubber foot 1e5, running surfaces 7.5e4 to 9.5e5 (Kerdok et al. 2002), hard ground 1e6 N/m or more"
@@ -177,7 +178,7 @@ class Joints(Record):
         "or are locked; by default each is as its drive makes it. Of free joints those resist to which --armature, --rotor or "
         "--drives FILE gives an inertia; of rigid ones a joint with a spring is locked, and a rotor behind one is joined to "
         "its joint.",
-        "Joint model",
+        JOINT_MODEL,
         name="joints",
     )
     drives: str | None = option(
@@ -185,14 +186,14 @@ class Joints(Record):
         "A file of drives, a robot of the catalogue that has such drives (go2), or none. Joints of the same names have the drives "
         "of that robot. By default a robot of the catalogue has those known of it; none leaves what the robot's file gives. "
         "The form of a file is that of robots/drives.toml.",
-        "Joint model",
+        JOINT_MODEL,
         "FILE|NAME|none",
     )
     motors: Literal["none", "flight", "standing"] | None = option(
         None,
         "Constant torques of the motors on contacts of finite stiffness: those that hold the load of springs before touchdown "
         "(flight, the default), those that also hold the robot's weight on its contacts (standing), or none.",
-        "Joint model",
+        JOINT_MODEL,
     )
     armature: Mapping[str, float] = field(default_factory=dict)
     rotor: Mapping[str, Rotor] = field(default_factory=dict)

@@ -23,7 +23,7 @@ from shockpc.evaluation.table import Table
 from shockpc.landing.contact import foot_contact
 from shockpc.landing.record import Option
 from shockpc.landing.resolve import landing_of
-from shockpc.landing.scene import GRAVITY, Scene
+from shockpc.landing.scene import GRAVITY, JOINT_MODEL, RESULTS, STRIKE, Scene
 from shockpc.landing.scene_file import robot_of
 from shockpc.robot.landmarks import each_foot
 from shockpc.robot.robot import Robot
@@ -123,6 +123,19 @@ class Touchdowns:
         "kink, or where its column of flags or forces says so. Velocities are slopes of straight lines through positions. The "
         "table, touchdowns.csv, is what shockpc landings takes."
     ),
+    # Of the robot, where it touches and what the log lacks of its posture is all that is used of a landing.
+    without=(
+        STRIKE,
+        RESULTS,
+        JOINT_MODEL,
+        "together",
+        "slide",
+        "directions",
+        "flat",
+        "stance",
+        "restitution",
+        "restitution_along",
+    ),
 )
 def touchdowns(
     log: str | os.PathLike[str] | Mapping[str, Any],
@@ -168,7 +181,8 @@ def touchdowns(
 
     Args:
         log: a table with a column of times, a bag, or the columns of such a table by name.
-        scene: the robot, and the contacts that are looked at, all feet if it has none; gives the joints that the log does not.
+        scene: the robot, and the contacts that are looked at, all feet if it has none; gives the joints that the log does not. Its
+            strike, joint model, friction and so on are not used: they are what `landings` takes of the same scene.
         robot: the scene's robot, if it is loaded already.
 
     Raises:
