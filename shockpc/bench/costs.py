@@ -234,7 +234,7 @@ def _sweeps(budget: float) -> Sheet:
     for name in ("hyq", "anymal_b", "talos"):
         made = _sample(name, ROWS)
         source = made.landings
-        resolved, Q = resolve(source.scene, source.robot), source.configurations(0)[:4096]
+        resolved, Q = resolve(source.scene, source.robot), source.resolved()[0][:4096]
         block, armature = Q[:256], resolved.joint_model.armature
         equation = resolved.equation(dynamics(source.robot, block, armature), False)
         row = _cost(partial(_written, made, None), budget, ROWS)

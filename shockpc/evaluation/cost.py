@@ -6,7 +6,7 @@ The rows are what an optimiser asks for; the engine computes them as those of an
 import math
 import re
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import replace
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -15,8 +15,8 @@ from shockpc.core.spatial import Array, freeze
 from shockpc.evaluation.columns import Column, selected
 from shockpc.evaluation.evaluate import TRUSTED, Evaluation
 from shockpc.evaluation.gradients import has_gradient, slopes
-from shockpc.evaluation.landings import Chunk, common_robot, named_scenes, refuse_ground
-from shockpc.evaluation.variation import Variation, Vary, pairs
+from shockpc.evaluation.landings import common_robot, named_scenes, refuse_ground
+from shockpc.evaluation.variation import Vary, pairs
 from shockpc.evaluation.varied import VariedLandings, varied_landings
 from shockpc.evaluation.varied_scene import present_value
 from shockpc.landing.landing import PosedLanding
@@ -24,7 +24,6 @@ from shockpc.landing.places import Place
 from shockpc.landing.posture import difference
 from shockpc.landing.resolve import resolve
 from shockpc.landing.scene import Scene, Strike
-from shockpc.profile import shock_profile
 from shockpc.quantities.contacts import IMPULSE
 from shockpc.quantities.heights import CLEARANCE, SPREAD, on_ground
 from shockpc.quantities.quantity import Quantity
@@ -53,56 +52,6 @@ PUSH = Quantity("push", "contact", "push of the ground", "N s", "neither", _push
 """With `CLEARANCE` and `SPREAD` what `feasible` decides by, as numbers that a constraint can follow: they have either sign."""
 
 
-@dataclass(frozen=True, eq=False)
-class ChosenLandings(VariedLandings):
-    """Landings with given values of what varies, each struck as in several scenes that differ in this alone.
-
-    Attributes:
-        X: (m, n) values, in the order of the variations.
-        scenes: the S scenes, by name.
-    """
-
-    X: Array = field(default_factory=lambda: np.zeros((0, 0)), repr=False)
-    scenes: Mapping[str, Scene] = field(default_factory=dict)
-
-    def at(self, X: Array) -> "ChosenLandings":
-        """The same landings with other values, what they share resolved already."""
-        other = replace(self, X=X, sample=len(X))
-        vars(other)["first"] = self.first
-        return other
-
-    @property
-    def strikes(self) -> int:
-        """Number of scenes."""
-        return len(self.scenes)
-
-    def _values(self, k: int) -> dict[Variation, np.ndarray]:
-        a, b = self.chunks[k]
-        return {varied: self.X[a:b, j, None] for j, varied in enumerate(self.variations)}
-
-    def _strikes(self, landing: PosedLanding, values: Any, rows: np.ndarray) -> Array:
-        if self.strikes == 1:
-            return super()._strikes(landing, values, rows)
-        velocities = np.array([scene.strike.vector(landing.plane) for scene in self.scenes.values()])
-        return np.broadcast_to(velocities, (len(rows), *velocities.shape))
-
-    def case(self, row: int) -> tuple[Scene, Robot]:
-        """The landing of one row, as of any varied landings, with the strike of its scene."""
-        scene, robot = super().case(row)
-        strike = list(self.scenes.values())[row % self.strikes].strike
-        return (scene if self.strikes == 1 else replace(scene, strike=strike)), robot
-
-    def chunk(self, k: int, data: None) -> Chunk:
-        """The postures of a chunk, as of any varied landings."""
-        first = self.chunks[k][0] * self.strikes
-        return super().chunk(k, data)._replace(profile=lambda i: shock_profile(*self.case(first + i)))
-
-    def resolved(self) -> tuple[Array, Array]:
-        """Configurations (m, nq) and strikes (m, S, 3) of all rows, which are of one landing."""
-        values, rows = {varied: self.X[:, j, None] for j, varied in enumerate(self.variations)}, np.arange(len(self.X))
-        return self._postures(self.first, values, rows), self._strikes(self.first, values, rows)
-
-
 class Term(NamedTuple):
     """A number of a landing that counts.
 
@@ -112,8 +61,7 @@ class Term(NamedTuple):
         group: index of the landings that it is computed with.
         strike: its index among these.
         limit: of a constraint; None of a value.
-        sign: 1 of an upper limit, −1 of a lower one.
-        scale: of a constraint [its unit].
+        scale: of a constraint [its unit]; below zero where the limit is a lower one.
     """
 
     column: Column
@@ -121,7 +69,6 @@ class Term(NamedTuple):
     group: int
     strike: int
     limit: float | None = None
-    sign: float = 1.0
     scale: float = 1.0
 
     @property
@@ -129,7 +76,7 @@ class Term(NamedTuple):
         """Of a constraint what it says; of a value what it is."""
         if self.limit is None:
             return self.column.name
-        return f"{self.column.title} {'<=' if self.sign > 0.0 else '>='} {self.limit:g} {self.column.unit}".removesuffix(" -")
+        return f"{self.column.title} {'<=' if self.scale > 0.0 else '>='} {self.limit:g} {self.column.unit}".removesuffix(" -")
 
 
 class ShockCost:
@@ -207,7 +154,7 @@ class ShockCost:
             raise StudyError(f'"{quantity}" has no place in these landings; name one')
         self.column = self.terms[0].column
         self.power = -1.0 if self.column.selection.quantity.worse == "less" else 1.0
-        self._how = np.array([(one.limit or 0.0, one.sign, one.scale, one.column.selection.signed) for one in self.terms]).T
+        self._how = np.array([(one.limit or 0.0, one.scale, one.column.selection.signed) for one in self.terms]).T
         separate = bool(first.loops) or not all(one.stage for one in self.variations)
         entries = {term.column.selection.quantity for term in self.terms}
         self.slow = separate or any(entry.per_landing(first.scene) and not entry.in_doubles for entry in entries)
@@ -230,7 +177,7 @@ class ShockCost:
     def cases(self, x: Array) -> dict[str, tuple[Scene, Robot]]:
         """Scene and robot of each landing at (n,) values, by name."""
         rows = [group.at(self._point(x)) for group in self.groups]
-        found = {name: group.case(s) for group in rows for s, name in enumerate(group.scenes)}
+        found = {name: group.case(s) for group in rows for s, name in enumerate(group.struck)}
         return {name: found[name] for name in self.scenes}
 
     def scene(self, x: Array) -> Scene:
@@ -253,38 +200,36 @@ class ShockCost:
     def linearized(self, X: Array) -> tuple[Array, Array]:
         """The same (m, K) and its derivatives (m, K, n), of all terms by formulas, or differences; 0 where there are none."""
         (m, n), h = X.shape, 2.0 * STEP * np.ptp(self.bounds, axis=1)
-        beside = (X[:, None] + np.concatenate([np.diag(h / 2.0), np.diag(-h / 2.0)])).reshape(-1, n)
+        beside = np.stack([X[:, None] + np.diag(h / 2.0), X[:, None] - np.diag(h / 2.0)]).reshape(-1, n)
         if self.exact:
             found, unclear = [], np.zeros(m, dtype=bool)
             for group, columns in zip(self.groups, self._columns, strict=True):
                 # How posture and strike change is a difference, of angles an exact one.
-                moved, turned = (part.reshape(m, 2, n, *part.shape[1:]).swapaxes(0, 1) for part in group.at(beside).resolved())
-                up, down = moved.reshape(2, m * n, -1)
+                (up, down), turned = (part.reshape(2, m * n, *part.shape[1:]) for part in group.at(beside).resolved())
                 rates = difference(self.robot, down, up).reshape(m, n, -1) / h[:, None]
-                turns = (turned[0] - turned[1]) / h[:, None, None]
+                turns = (turned[0] - turned[1]).reshape(m, n, -1, 3) / h[:, None, None]
                 numbers, prove = slopes(group.first, *group.at(X).resolved(), rates, turns, columns, TRUSTED)
                 found.append(numbers)
                 unclear |= prove
-            pairs = [[part[:, one.strike] for part in found[one.group][one.column.name]] for one in self.terms]
-            values, change = (np.stack(parts, axis=1) for parts in zip(*pairs, strict=True))
+            values, change = (self._of_terms([{name: pair[k] for name, pair in of.items()} for of in found]) for k in (0, 1))
             if unclear.any():
                 values[unclear] = self._numbers(X[unclear])
         else:
-            up, down = np.moveaxis(self._numbers(beside).reshape(m, 2, n, -1), 3, 2).swapaxes(0, 1)
+            up, down = self._numbers(beside).reshape(2, m, n, -1)
             with np.errstate(invalid="ignore"):
-                values, change = self._numbers(X), (up - down) / h
+                values, change = self._numbers(X), ((up - down) / h[:, None]).swapaxes(1, 2)
         measures, factors = self._measured(values)
         with np.errstate(invalid="ignore"):
             return measures, np.nan_to_num(factors[..., None] * change, nan=0.0, posinf=0.0, neginf=0.0)
 
     def _measured(self, v: Array) -> tuple[Array, Array]:
         """What an optimiser takes for the values (m, K), and its derivatives by them."""
-        constraint, power, (limit, sign, scale, signed) = self.constraints, self.power, self._how
+        constraint, power, (limit, scale, signed) = self.constraints, self.power, self._how
         with np.errstate(divide="ignore", invalid="ignore"):
             turn = np.where(signed, np.sign(v), 1.0)
-            slack = np.clip((limit - turn * v) * sign / scale - SLACK, -1e3, 1e3)  # so that it holds for sure
+            slack = np.clip((limit - turn * v) / scale - SLACK, -1e3, 1e3)  # so that it holds for sure
             measures = np.where(np.isnan(v), np.where(constraint, -1.0, np.inf), np.where(constraint, slack, np.abs(v) ** power))
-            return measures, np.where(constraint, -turn * sign / scale, power * measures / v)
+            return measures, np.where(constraint, -turn / scale, power * measures / v)
 
     def _numbers(self, X: Array) -> Array:
         """The values (m, K) of all terms, at (m, n) values; NaN where there is none."""
@@ -292,7 +237,11 @@ class ShockCost:
             Evaluation(group.at(X), columns, prove=0, trusted=TRUSTED).table().without_defects().columns
             for group, columns in zip(self.groups, self._columns, strict=True)
         ]
-        return np.stack([tables[one.group][one.column.name].reshape(len(X), -1)[:, one.strike] for one in self.terms], axis=1)
+        return self._of_terms([{name: x.reshape(len(X), -1) for name, x in of.items()} for of in tables])
+
+    def _of_terms(self, found: Sequence[Mapping[str, Array]]) -> Array:
+        """What terms have (m, K, ...) of that of the columns (m, S, ...) of each group."""
+        return np.stack([found[one.group][one.column.name][:, one.strike] for one in self.terms], axis=1)
 
     def _point(self, x: Array) -> Array:
         """A point as a row (1, n).
@@ -309,7 +258,7 @@ class ShockCost:
             raise StudyError(f"x has shape {x.shape} or no numbers; give {len(self.x0)} values, those of {names}")
         return x[None]
 
-    def _terms(self, g: int, group: ChosenLandings, keep: Sequence[str], ground: bool) -> Iterable[Term]:
+    def _terms(self, g: int, group: VariedLandings, keep: Sequence[str], ground: bool) -> Iterable[Term]:
         landing = group.first
         wanted: list[tuple[Any, ...]] = [(_columns(landing, self.quantity),)]
         for text in keep:
@@ -319,12 +268,12 @@ class ShockCost:
             columns = _columns(landing, parts[1])
             if limit < 0.0 and columns and columns[0].selection.signed:
                 raise StudyError(f'"{text}": of {parts[1]}, which has either sign, the size counts, which is never below zero')
-            wanted.append((columns, limit, 1.0 if parts[2] == "<" else -1.0, abs(limit) or 1.0))
+            wanted.append((columns, limit, (abs(limit) or 1.0) * (1.0 if parts[2] == "<" else -1.0)))
         tolerance, level = landing.scene.ground_tolerance, len(on_ground(landing))
         for entry, applies, *how in (
-            (PUSH, landing.scene.friction is None, 0.0, -1.0, self.robot.mass * landing.fastest_approach),
-            (CLEARANCE, level and landing.base != "fixed", -tolerance, -1.0, landing.length),
-            (SPREAD, level > 1, tolerance, 1.0, landing.length),
+            (PUSH, landing.scene.friction is None, 0.0, -self.robot.mass * landing.fastest_approach),
+            (CLEARANCE, level and landing.base != "fixed", -tolerance, -landing.length),
+            (SPREAD, level > 1, tolerance, landing.length),
         ):
             if ground and applies:
                 wanted.append(([Column(Selection(entry.key, entry), place) for place in landing.places(entry.of)], *how))
@@ -333,21 +282,18 @@ class ShockCost:
             Term(column, name, g, s, *how)
             for columns, *how in wanted
             for column in columns
-            for s, name in enumerate(group.scenes)
+            for s, name in enumerate(group.struck)
             if s == 0 or column.selection.quantity not in (CLEARANCE, SPREAD)
         ]
 
 
-def _groups(varied: VariedLandings, landings: Mapping[str, PosedLanding]) -> tuple[ChosenLandings, ...]:
+def _groups(varied: VariedLandings, landings: Mapping[str, PosedLanding]) -> tuple[VariedLandings, ...]:
     """The landings, those together that differ in the velocity of the strike alone, unless that varies."""
-    together, strikes_vary = dict[Any, dict[str, Scene]](), any(one.stage == 2 for one in varied.variations)
+    together, strikes_vary = dict[Any, dict[str, Strike]](), any(one.stage == 2 for one in varied.variations)
     for name, landing in landings.items():
         apart = name if strikes_vary or not landing.translates else ""
-        together.setdefault((apart, repr(replace(landing.scene, strike=Strike()))), {})[name] = landing.scene
-    return tuple(
-        ChosenLandings(next(iter(scenes.values())), varied.robot, varied.variations, 1, scenes=scenes)
-        for scenes in together.values()
-    )
+        together.setdefault((apart, repr(replace(landing.scene, strike=Strike()))), {})[name] = landing.scene.strike
+    return tuple(replace(varied, scene=landings[next(iter(strikes))].scene, struck=strikes) for strikes in together.values())
 
 
 def _columns(landing: PosedLanding, text: str) -> list[Column]:

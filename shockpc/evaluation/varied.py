@@ -6,7 +6,7 @@ only the others need separate landings.
 
 import functools
 import math
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field, fields, replace
 from typing import Any, cast
 
@@ -31,7 +31,7 @@ from shockpc.landing.dynamics import Inertias
 from shockpc.landing.landing import PosedLanding
 from shockpc.landing.posture import set_many
 from shockpc.landing.resolve import close_loops, resolve
-from shockpc.landing.scene import GRAVITY, Scene
+from shockpc.landing.scene import GRAVITY, Scene, Strike
 from shockpc.landing.scene_file import check_scene, plane_of, robot_of
 from shockpc.profile import shock_profile
 from shockpc.quantities.profile import ShockProfile
@@ -56,6 +56,8 @@ class VariedLandings:
         sample: number of random rows; None for the full grid.
         lhs: whether they are a Latin hypercube.
         seed: of the random numbers.
+        given: (sample, v) values of the rows, in the order of the variations, in place of random ones.
+        struck: strikes of each posture of a sample by name; by default the scene's, or one that varies.
     """
 
     scene: Scene
@@ -64,6 +66,8 @@ class VariedLandings:
     sample: int | None = None
     lhs: bool = False
     seed: int = 0
+    given: Array | None = field(default=None, repr=False)
+    struck: Mapping[str, Strike] = field(default_factory=dict, repr=False)
 
     noun, further = "sweep", ()
 
@@ -82,9 +86,9 @@ class VariedLandings:
 
     @property
     def strikes(self) -> int:
-        """Number of strikes for each posture; those of a sample differ from row to row."""
+        """Number of strikes for each posture; one that a sample varies differs from row to row."""
         if self.sample is not None:
-            return 1
+            return len(self.struck) or 1
         return math.prod(n for variation, n in zip(self.axes, self.sizes, strict=True) if variation.stage == 2)
 
     @property
@@ -145,9 +149,20 @@ class VariedLandings:
     def data(self, k: int) -> None:
         """Nothing: the rows of a chunk follow from its number."""
 
-    def configurations(self, k: int) -> Array:
-        """Configurations (m, nq) of a chunk, if all of its rows are of one landing."""
-        return self._postures(self.first, self._values(k), np.arange(self.chunks[k][1] - self.chunks[k][0]))
+    def at(self, given: Array) -> "VariedLandings":
+        """The same landings with these values (n, v)."""
+        other = replace(self, given=given, sample=len(given))
+        vars(other)["first"] = self.first  # which does not depend on them
+        return other
+
+    def resolved(self) -> tuple[Array, Array]:
+        """Configurations (n, nq) and strikes (n, S, 3) of all postures, if they are of one landing."""
+        parts = []
+        for k, (a, b) in enumerate(self.chunks):
+            values, rows = self._values(k), np.arange(b - a)
+            parts.append((self._postures(self.first, values, rows), self._strikes(self.first, values, rows)))
+        Q, strikes = zip(*parts, strict=True)
+        return np.concatenate(Q), np.concatenate(strikes)
 
     def case(self, row: int) -> tuple[Scene, Robot]:
         """The landing of one row, as `shock_profile` takes it.
@@ -155,7 +170,7 @@ class VariedLandings:
         Raises:
             ShockError: there is no such landing.
         """
-        return self._case(self.values_of(row))
+        return self._case(self.values_of(row), row % self.strikes)
 
     def values_of(self, row: int) -> dict[Variation, Any]:
         """What was varied, in one row."""
@@ -168,7 +183,7 @@ class VariedLandings:
         labels = {variation.column: np.broadcast_to(values[variation], (b - a, S)).ravel() for variation in self.variations}
 
         def profile(i: int) -> ShockProfile:
-            return shock_profile(*self._case(_picked(values, *divmod(i, S))))
+            return shock_profile(*self._case(_picked(values, *divmod(i, S)), i % S))
 
         return Chunk(labels, self._groups(values, b - a), profile)
 
@@ -192,6 +207,8 @@ class VariedLandings:
             strike = np.unravel_index(np.arange(self.strikes), inner) if inner else ()
             places = [i[:, None] for i in solve] + [i[None, :] for i in strike]
             return {variation: np.asarray(variation.values)[i] for variation, i in zip(self.axes, places, strict=True)}
+        if self.given is not None:
+            return {variation: self.given[a:b, j, None] for j, variation in enumerate(self.variations)}
         u = np.random.default_rng([self.seed, 1, k]).random((len(self.axes), b - a))
         if self.lhs:
             u = (u + [_strata(self.sample, np.arange(a, b), self.seed, j) for j in range(len(u))]) / self.sample
@@ -277,7 +294,9 @@ class VariedLandings:
     def _strikes(self, landing: PosedLanding, values: dict[Variation, np.ndarray], rows: np.ndarray) -> Array:
         varied = {variation.kind: x if self.sample is None else x[rows] for variation, x in values.items() if variation.stage == 2}
         if not varied:
-            return np.broadcast_to(landing.before.velocity, (len(rows), self.strikes, 3))
+            several = len(self.struck) > 1
+            velocity = [one.vector(landing.plane) for one in self.struck.values()] if several else landing.before.velocity
+            return np.broadcast_to(velocity, (len(rows), self.strikes, 3))
         strike = landing.scene.strike
         speed = varied.get("speed", np.array([[1.0 if strike.speed is None else strike.speed]]))
         theta = varied.get("strike-angle", np.array([[strike.strike_angle_deg or 0.0]])) * DEG
@@ -287,8 +306,10 @@ class VariedLandings:
         velocity = speed[..., None] * (np.sin(theta)[..., None] * landing.plane.forward - np.cos(theta)[..., None] * up)
         return np.broadcast_to(velocity, (len(rows), self.strikes, 3))
 
-    def _case(self, choice: dict[Variation, Any]) -> tuple[Scene, Robot]:
+    def _case(self, choice: dict[Variation, Any], strike: int = 0) -> tuple[Scene, Robot]:
         scene, robot, changes = self.scene, self.robot, list[Change]()
+        if self.struck:
+            scene = replace(scene, strike=list(self.struck.values())[strike])
         for variation, value in choice.items():
             if edits := robot_changes(robot, variation, value):
                 changes += edits
