@@ -19,6 +19,9 @@ from shockpc.text.errors import SceneError
 VELOCITY, ANGULAR_VELOCITY = ("vx", "vy", "vz"), ("wx", "wy", "wz")
 """Columns of the base."""
 
+CELLS = ("contact", "stance")
+"""Columns that are called as options are, and whose empty cells mean what these say; as those of efforts are."""
+
 UP = (0.0, 0.0, 1.0)
 
 
@@ -62,13 +65,12 @@ def refuse_overridden(options: SceneOptions, scene: Scene, robot: Robot, table: 
     """
     positions = _columns_by_subject(table.positions, robot, "qpos", ANGLES)
     rates = _columns_by_subject(table.rates, robot, "qvel", VELOCITY + ANGULAR_VELOCITY)
-    named = {name: column_name(name, robot) for name in table.others}
-    whole = {name for name in table.others if name in ("contact", "stance") or ((one := named[name]) is not None and one.effort)}
-    whole = {name for name in whole if not empty_cells(table.others[name]).any()}
-    efforts = {f"joint {one.target}": name for name, one in named.items() if name in whole and one is not None and one.effort}
+    cells = {name: values for name, values in table.others.items() if name in CELLS or name.startswith("effort_")}
+    whole = [name for name, values in cells.items() if not empty_cells(values).any()]
+    efforts = _columns_by_subject([name for name in whole if name not in CELLS], robot, "", ())
     typed = options.fields(Strike) | options.fields(Posture)
     forward = plane_of(check_scene(scene)).forward.tolist()
-    ignored = [(f"--{name}", name) for name in ("contact", "stance") if getattr(options, name) and name in whole]
+    ignored: list[tuple[str, str]] = [(f"--{name}", name) for name in CELLS if getattr(options, name) and name in whole]
     ignored += [("--friction", name) for name in FRICTION if name in table.others and "friction" in options.fields(Scene)]
     vectors = {
         "--speed": (VELOCITY, UP if "speed" in typed else ()),
