@@ -21,10 +21,8 @@ RUNS, ROUGH, SLOW = 80, 36, 4
 TRIED = 20
 """Random points of which a run begins at the best."""
 
-STEPS, CHANGE, STALLED = 60, 1e-11, 8
-"""Steps of a run at most; the change of the objective by a step, relative to the start, at which it ends; and over how many steps a
-change by the share `OPTIMUM_TOLERANCE` ends it: where many landings are as bad, or heights have a kink, the steps become ever
-smaller."""
+STEPS, CHANGE = 60, 1e-9
+"""Steps of a run at most, and the change of the objective by a step, relative to the start, at which it ends."""
 
 OPTIMUM_TOLERANCE = 1e-6
 """Share of a range, or of a scale, within which a bound or a constraint holds an optimum, and within which landings are as bad."""
@@ -56,7 +54,7 @@ def search(cost: ShockCost, starts: Sequence[Array]) -> list[Run]:
 
 def _run(cost: ShockCost, start: Array, minimize: Callable[..., Any], ask: Callable[[Array], tuple[Array, Array]]) -> Run:
     low, width, n, constraint = cost.bounds[:, 0], np.ptp(cost.bounds, axis=1), len(start), cost.constraints
-    steps = list[tuple[float, float, Array]]()
+    steps = list[tuple[float, Array]]()
 
     @functools.lru_cache(2)
     def at(shares: bytes) -> tuple[Array, Array]:
@@ -73,9 +71,7 @@ def _run(cost: ShockCost, start: Array, minimize: Callable[..., Any], ask: Calla
     def note(z: Array) -> None:
         measures, _ = at(z[:n].tobytes())
         value = float(measures[~constraint].max()) if (measures[constraint] >= -SLACK).all() else np.inf
-        steps.append((value, float(z[n]), low + width * z[:n]))
-        if len(steps) > STALLED and np.ptp([level for _, level, _ in steps[-STALLED:]]) <= OPTIMUM_TOLERANCE * z[n]:
-            raise StopIteration
+        steps.append((value, low + width * z[:n]))
 
     first, unit = np.append((start - low) / width, 1.0), np.append(np.zeros(n), 1.0)
     worst = float(at(first[:n].tobytes())[0][~constraint].max())
@@ -91,8 +87,8 @@ def _run(cost: ShockCost, start: Array, minimize: Callable[..., Any], ask: Calla
         callback=note,
         options={"maxiter": STEPS, "ftol": CHANGE},
     )
-    value, _, x = min(reversed(steps), key=lambda step: step[0])
-    values = np.array([value for value, _, _ in steps])
+    value, x = min(reversed(steps), key=lambda step: step[0])
+    values = np.array([value for value, _ in steps])
     with np.errstate(divide="ignore"):
         return Run(x, value, np.where(np.isfinite(values), values, np.nan) ** cost.power)
 
