@@ -9,6 +9,7 @@ import itertools
 import os
 import re
 import sys
+from collections.abc import Iterator
 from pathlib import Path
 from typing import NamedTuple
 
@@ -78,25 +79,28 @@ class CatalogueEntry(NamedTuple):
 
 
 def catalogue() -> tuple[CatalogueEntry, ...]:
-    """List every robot known by name: the project's first, then example-robot-data, each in alphabetical order."""
-    folder = project_robots_folder()
-    project = [
-        CatalogueEntry(_name_of(file), f"{folder}/{file}") for file in _files(folder) if file.endswith((".urdf.xacro", ".xml"))
-    ]
-    taken = {entry.name for entry in project}
-    data = []
+    """List every robot known by name: the project's own first, then example-robot-data, each in alphabetical order."""
+    own = str(project_robots_folder())
+    return tuple(sorted(_entries(), key=lambda entry: (os.path.dirname(entry.file) != own, entry.name)))
+
+
+def _entries() -> Iterator[CatalogueEntry]:
+    """Every robot known by name, folder by folder, the project's own first; a folder is listed when it is its turn."""
+    folder, taken = project_robots_folder(), set[str]()
+    for file in _files(folder):
+        if file.endswith((".urdf.xacro", ".xml")):
+            taken.add(_name_of(file))
+            yield CatalogueEntry(_name_of(file), f"{folder}/{file}")
     share = data_folder()
     robots = share / "robots" if share else None
     for package, place in itertools.product(_files(robots) if robots else (), ("robots", "urdf")):
         for file in _files(f"{robots}/{package}/{place}"):
             if file.endswith((".urdf", ".xacro")):
-                relative = f"{package}/{place}/{file}"
-                name, *aliases = _RENAMED.get(relative, (_name_of(file),))
+                name, *aliases = _RENAMED.get(f"{package}/{place}/{file}", (_name_of(file),))
                 if name in taken:  # two packages with a file of one name: the package tells them apart
                     name = f"{_normalised(package.removesuffix('_description'))}_{_name_of(file)}"
                 taken |= {name, *aliases}
-                data.append((name, relative, tuple(aliases)))
-    return (*project, *(CatalogueEntry(name, f"{robots}/{file}", aliases) for name, file, aliases in sorted(data)))
+                yield CatalogueEntry(name, f"{robots}/{package}/{place}/{file}", tuple(aliases))
 
 
 def _files(folder: Path | str) -> list[str]:
@@ -137,11 +141,12 @@ def find_robot(name_or_path: str) -> tuple[Path, str | None]:
     if has_separator or path.suffix.casefold() in _SUFFIXES:
         remedy = "Give the path of a robot file, or the name of a known robot: shockpc robots"
         raise RobotError(f'no file "{name_or_path}" (looked in {Path.cwd()}). {remedy}')
-    known = {name: entry for entry in catalogue() for name in (entry.name, *entry.aliases)}
-    entry = known.get(_normalised(name_or_path))
-    if entry is None:
-        raise UnknownName("robot", name_or_path, known, "", "shockpc robots")
-    return entry.path, entry.name
+    wanted = _normalised(name_or_path)
+    for entry in _entries():
+        if wanted in (entry.name, *entry.aliases):
+            return entry.path, entry.name
+    known = [name for entry in catalogue() for name in (entry.name, *entry.aliases)]
+    raise UnknownName("robot", name_or_path, known, "", "shockpc robots")
 
 
 def find_srdf(robot_path: Path, robot_name_in_file: str) -> Path | None:

@@ -58,7 +58,7 @@ class Drive:
         return self.rotor_inertia * self.gear_ratio**2
 
 
-@dataclass(frozen=True, kw_only=True)
+@dataclass(frozen=True, kw_only=True, eq=False, repr=False)
 class _DrivesFile:
     """A file of drives."""
 

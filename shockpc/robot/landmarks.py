@@ -122,6 +122,7 @@ def _with_twins(robot: Robot, low: list[int], ends: list[int]) -> list[int]:
     return [i for i in ends if i in low or any(alike(masses[i], masses[k]) for k in low)]
 
 
+@memoized()
 def feet(robot: Robot) -> tuple[str, ...]:
     """What a robot is likely to land on: links named like a foot, else a site or geom of each body named so, else the limbs' ends.
 

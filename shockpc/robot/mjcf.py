@@ -199,9 +199,9 @@ def _add_joint(m: Any, model: pin.Model, carrier: int, place: pin.SE3, numbers: 
         # Where its coordinate is 0, in the frame where it is `drawn`, its value in the model as drawn.
         rest, part = pin.SE3.Identity(), pin.JointModelSpherical()
         if kind == _SLIDE:
-            rest.translation, part = -drawn * axis, axis_joint("prismatic", axis)
+            rest.translation, part = -drawn * axis, axis_joint("prismatic", *axis.tolist())
         elif kind == _HINGE:
-            rest.rotation, part = pin.AngleAxis(-drawn, axis).matrix(), axis_joint("revolute", axis)
+            rest.rotation, part = pin.AngleAxis(-drawn, axis).matrix(), axis_joint("revolute", *axis.tolist())
         parts.append(part)
         steps.append(place * anchor * rest)
         place = anchor.inverse()

@@ -1,5 +1,6 @@
 """Parts of a Pinocchio model that the readers of URDF and MJCF build alike: joints, and rotations of quaternions."""
 
+import functools
 from typing import Any
 
 import numpy as np
@@ -8,10 +9,11 @@ import pinocchio as pin
 from shockpc.core.spatial import Array
 
 
-def axis_joint(kind: str, axis: Array) -> Any:
-    """A revolute, continuous or prismatic joint. Args: axis (3,), of any length."""
+@functools.lru_cache(maxsize=64)  # most joints of a robot have one of a few axes
+def axis_joint(kind: str, *axis: float) -> Any:
+    """A revolute, continuous or prismatic joint. Args: axis, its three components, of any length."""
     # By the parser, because a continuous joint about any axis has no constructor in Python.
-    axis_and_limit = f'<axis xyz="{" ".join(map(repr, axis.tolist()))}"/><limit lower="0" upper="0" effort="0" velocity="0"/>'
+    axis_and_limit = f'<axis xyz="{" ".join(map(repr, axis))}"/><limit lower="0" upper="0" effort="0" velocity="0"/>'
     links, ends = '<link name="a"/><link name="b"/>', '<parent link="a"/><child link="b"/>'
     return pin.buildModelFromXML(
         f'<robot name="r">{links}<joint name="j" type="{kind}">{ends}{axis_and_limit}</joint></robot>'

@@ -42,12 +42,12 @@ def read(source: RobotSource, xacro: Mapping[str, str]) -> RobotSource:
     """Expand a URDF that needs xacro, and find the file of its reference postures."""
     path, folders, text, root = source.path, source.folders, source.xml, shared_xml(source.xml, source.path.name)
     warnings: tuple[str, ...] = ()
-    prefixed = dict.fromkeys(f"<{part.tag}>" for part in root.iter() if part.tag.startswith("xacro:"))
-    if expanded := path.suffix == ".xacro" or ("xacro:" in text and _needs_xacro(root)):
+    marked = "xacro:" in text
+    if expanded := path.suffix == ".xacro" or (marked and _needs_xacro(root)):
         from shockpc.robot.xacro import expand_xacro
 
         text, warnings = expand_xacro(text, folders, xacro)
-    elif prefixed:
+    elif marked and (prefixed := dict.fromkeys(f"<{part.tag}>" for part in root.iter() if part.tag.startswith("xacro:"))):
         reason = f"{', '.join(prefixed)} ignored, because the links are complete without xacro; if not, name the file .xacro"
         warnings = (f"{path.name}: {reason}",)
     name = shared_xml(text, path.name).get("name") or source.robot_name
@@ -222,6 +222,8 @@ def _inertia(link: Element, subject: str) -> pin.Inertia:
 def _place(owner: Element, subject: str) -> pin.SE3:
     """Where an element stands, as its <origin> says."""
     xyz, rpy = (_numbers(subject, owner, "origin", key, "0 0 0", unit, 3) for key, unit in (("xyz", "m"), ("rpy", "rad")))
+    if not rpy.any():
+        return pin.SE3(np.eye(3), xyz)
     roll, pitch, yaw = (pin.Quaternion(pin.AngleAxis(angle, axis)) for angle, axis in zip(rpy, np.eye(3), strict=True))
     return pin.SE3((yaw * pitch * roll).normalized().matrix(), xyz)
 
@@ -245,7 +247,7 @@ def _moving(joint: Element, subject: str) -> pin.JointModel:
     if kind != "continuous" and joint.find("limit") is None:
         remedy = ", or make it continuous" if kind == "revolute" else ""
         raise RobotError(f"{subject} is {kind} and has no <limit>, which URDF requires; add one{remedy}")
-    return axis_joint(kind, axis)
+    return axis_joint(kind, *axis.tolist())
 
 
 def _numbers(subject: str, owner: Element, tag: str, key: str, default: str = "", unit: str = "", size: int = 1) -> Array:
@@ -257,7 +259,7 @@ def _numbers(subject: str, owner: Element, tag: str, key: str, default: str = ""
         fault = f'is "{text}"' if text else "is missing"
         wanted = "one finite number, such as 0.5" if size == 1 else f"{size} finite numbers, such as 0 0 0.5"
         raise RobotError(f"{subject}: {what} {fault}; it has to be {wanted}")
-    for value in values if unit else ():
+    for value in values.tolist() if unit else ():
         refuse_number(subject, what, value, unit)
     return values
 
