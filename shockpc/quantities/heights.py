@@ -170,12 +170,9 @@ def height_rates(
     points = np.concatenate([_lowest_points(landing, state), _grounded_points(landing, state, blocks)], axis=1)
     heights, bodies = points @ landing.up, np.append(body_outline(landing.robot).pieces.body, grounded)
     # The lowest point of a contact is that of one of the link's shapes, or the contact point.
-    ends = np.stack([here.contacts.min(axis=1), here.contacts.max(axis=1)])
-    others = np.append(here.others, np.zeros(len(grounded), dtype=bool))
-    of_bodies = (np.where(others & (bodies == place.body), heights, np.inf) for place in places)
-    chosen = np.stack(
-        [*np.abs(heights - ends[..., None]).argmin(axis=2), *(of_body.argmin(axis=1) for of_body in of_bodies)], axis=1
-    )
+    sought = here.contacts.min(axis=1)[:, None] + np.insert(values, 0, 0.0, axis=1)
+    among = np.array([bodies >= 0, bodies >= 0, *(bodies == place.body for place in places)])
+    chosen = np.where(among, np.abs(heights[:, None] - sought[..., None]), np.inf).argmin(axis=2)
     pushes = wrenches(np.take_along_axis(points, chosen[..., None], axis=1), np.broadcast_to(landing.up, (*chosen.shape, 1, 3)), 1)
     rates = (pushes @ twists[np.arange(len(twists))[:, None], bodies[chosen]])[:, :, 0]
     return values, rates[:, 1:] - rates[:, :1]
