@@ -227,8 +227,8 @@ def improve(
     with trace.stage("runs"):
         if not np.isfinite(cost.worst(np.stack(starting_points(cost, 1, seed)))).any():
             profiles(cost.cases(cost.x0))  # which says why, of a robot that has no landing in any posture
-        begun = starting_points(cost, starts, seed)
-        runs = search(cost, begun)
+        begun = [starting_points(one, starts, seed) for one in costs]
+        runs = search(cost, begun[0])
     if not np.isfinite(runs[0].value):
         raise StudyError(_refusal(cost, runs))
     start, best = cost(cost.x0), runs[0].value
@@ -236,8 +236,7 @@ def improve(
     # The landing as given wins where nothing is better.
     x = cost.x0 if cost.feasible(cost.x0) and start <= best * (1.0 + OPTIMUM_TOLERANCE) else runs[0].x
     with trace.stage("front"):
-        ends = [point for other in others for point in starting_points(other, starts, seed)]
-        front = _front(costs, x, begun, ends, lambda limit: make(cost.quantity, keep=[*keep, limit])) if others else ()
+        front = _front(costs, x, begun, lambda limit: make(cost.quantity, keep=[*keep, limit])) if others else ()
     with trace.stage("proof"):
         landed = ({name: (scene, robot) for name, scene in cost.scenes.items()}, cost.cases(x))
         given, after = (dict(zip(cases, profiles(cases), strict=True)) for cases in landed)
@@ -261,17 +260,17 @@ def _subjects(robot: Robot, varied: Vary) -> set[str]:
     return {name for subject, _ in pairs(varied) for name in fnmatch.filter(robot.joint_names, subject) or [subject]}
 
 
-def _near_joints(robot: Robot, scenes: Mapping[str, Scene]) -> dict[str, str]:
+def _near_joints(robot: Robot, scenes: Mapping[str, Scene]) -> dict[str, tuple[float, float]]:
     """Ranges of the joints between the trunk and what strikes, near the first landing as given and within their limits."""
     struck = [robot.frame(contact.frame).body for scene in scenes.values() for contact in scene.contact]
     carrying, q = np.any(robot.supports[struck], axis=0), resolve(next(iter(scenes.values())), robot).q
-    ranges = dict[str, str]()
+    ranges = dict[str, tuple[float, float]]()
     for joint in robot.independent_joints:
         low, high = motion_range([joint])
         if carrying[joint.v].all() and 0.0 < high - low < math.inf:
             reach, unit = (math.inf, 1.0) if joint.unit == "m" else (math.radians(REACH), math.degrees(1.0))
             value = min(max(joint.value(q), low), high)
-            ranges[joint.name] = f"{unit * max(low, value - reach)!r}:{unit * min(high, value + reach)!r}"
+            ranges[joint.name] = unit * max(low, value - reach), unit * min(high, value + reach)
     return ranges
 
 
@@ -295,13 +294,10 @@ def _refusal(cost: ShockCost, runs: Sequence[Run]) -> str:
 def _holding(cost: ShockCost, x: Array) -> tuple[str, ...]:
     """What holds an optimum besides bounds: constraints without slack, and landings that are as bad as the worst."""
     (measures,) = cost.measured(x[None])
-    active = [cost.terms[k] for k in np.flatnonzero(cost.constraints & (measures < OPTIMUM_TOLERANCE))]
-    worst = [
-        cost.terms[k]
-        for k in np.flatnonzero(~cost.constraints & (measures >= measures[~cost.constraints].max() * (1.0 - OPTIMUM_TOLERANCE)))
-    ]
-    texts = [(term, "") for term in active] + [(term, " is as bad") for term in worst if len(worst) > 1]
-    return tuple(dict.fromkeys(f"{term.text} ({term.landing}){end}".replace(" ()", "") for term, end in texts))
+    worst = ~cost.constraints & (measures >= measures[~cost.constraints].max() * (1.0 - OPTIMUM_TOLERANCE))
+    active = np.append(np.flatnonzero(cost.constraints & (measures < OPTIMUM_TOLERANCE)), np.flatnonzero(worst & (worst.sum() > 1)))
+    texts = (f"{cost.terms[k].text} ({cost.terms[k].landing}){' is as bad' * bool(worst[k])}" for k in active)
+    return tuple(dict.fromkeys(text.replace(" ()", "") for text in texts))
 
 
 def _variables(cost: ShockCost, x: Array) -> tuple[Flatness, ...]:
@@ -334,22 +330,21 @@ def _proven(cost: ShockCost, found: Mapping[str, ShockProfile]) -> tuple[float, 
 
 
 def _front(
-    costs: Sequence[ShockCost], x: Array, begun: Sequence[Array], ends: Sequence[Array], bounded: Callable[[str], ShockCost]
+    costs: Sequence[ShockCost], x: Array, begun: Sequence[Sequence[Array]], bounded: Callable[[str], ShockCost]
 ) -> tuple[FrontPoint, ...]:
     """Points between the optimum of the first quantity and that of the second: the first least for bounds of the second.
 
     Args:
         costs: of both.
         x: the optimum of the first.
-        begun: where runs for it began.
-        ends: where runs for the second begin.
+        begun: where runs for each begin.
         bounded: gives the cost of the first with one constraint more.
 
     Raises:
         StudyError: the second quantity has no value at an end.
     """
     (_, other), sense = costs, "<=" if costs[1].power > 0.0 else ">="
-    last = search(other, [*ends, x])[0].x
+    last = search(other, [*begun[1], x])[0].x
     found = [x]
     most, least = other.worst(np.stack([x, last]))
     if not np.isfinite([most, least]).all():
@@ -358,7 +353,7 @@ def _front(
         )
     # No constraint holds exactly at the optimum of its own number.
     for bound in (most + np.linspace(0.0, 1.0 - END_GAP, FRONT + 2)[1:] * (least - most)).tolist():
-        between = [found[-1], last, *((x + last) / 2.0 for x in (found[0], found[-1])), *begun[:BEGUN]]
+        between = [found[-1], last, *begun[0][:BEGUN]]
         best = search(bounded(f"{other.quantity}{sense}{bound!r}"), between)[0]
         found.append(best.x if np.isfinite(best.value) else last)  # which meets every bound
     values = np.stack([one.worst(np.array(found)) for one in costs], axis=1)
