@@ -46,7 +46,7 @@ TARGET = group("Question")(
 
 def packages_of(package: tuple[tuple[str, str], ...], meshes: str | None) -> dict[str, str]:
     """Folders by the names of packages, that of meshes for every other package."""
-    return dict(package) | ({} if meshes is None else {"*": meshes})
+    return dict(package) | ({} if meshes is None else {"*": str(meshes)})
 
 
 PARSERS: dict[Any, Parser] = {
