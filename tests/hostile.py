@@ -281,7 +281,7 @@ COMMANDS = {
     "landings landings.csv robot.urdf": (8, "landings.csv " * 7 + "robot.urdf"),
     "landings landings.csv scene.toml": (2, "landings.csv scene.toml"),
     "landings landings.npz robot.urdf": (4, "landings.npz"),
-    "landings landings.npz robot.xml --contact foot": (3, "landings.npz"),
+    "landings landings.npz robot.xml": (3, "landings.npz"),
     "landings landings.parquet robot.urdf": (4, "landings.parquet"),
     "touchdowns log.csv robot.urdf --contact foot": (1, "log.csv " * 3 + "robot.urdf"),
     "identify landings.csv robot.urdf --unknown armature:knee=0.01:1": (0.5, "landings.csv"),

@@ -1,5 +1,6 @@
 """Arguments of studies: another type, or a value beyond its bounds, is one message that says what is valid."""
 
+import dataclasses
 import functools
 import inspect
 from collections.abc import Sequence
@@ -102,6 +103,66 @@ def test_a_quantity_that_is_given_twice_is_refused_by_every_study():
 def test_a_study_of_nothing_is_refused(call, wrong):
     with pytest.raises(shockpc.StudyError, match=wrong):
         call(shockpc.load_robot("go2"))
+
+
+def _designs(scene):
+    robot = shockpc.load_robot("go2")
+    return [shockpc.Design(name, scene, robot) for name in "ab"]
+
+
+GROUND = {
+    "sweep": (lambda scene, key: shockpc.sweep(scene, {"speed": [1.0]}, quantities=key), {"contact_stiffness"}),
+    "compare": (lambda scene, key: shockpc.compare(_designs(scene), key), {"friction", "contact_stiffness"}),
+    "batch": (
+        lambda scene, key: _first_failure(shockpc.batch(["go2"], lambda name: (shockpc.load_robot(name), [scene]), quantities=key)),
+        {"contact_stiffness"},
+    ),
+    "fall": (
+        lambda scene, key: shockpc.fall(dataclasses.replace(scene, contact=()), headings=["front"], quantities=key),
+        {"contact_stiffness"},
+    ),
+    "landings": (
+        lambda scene, key: shockpc.landings({"vz": np.array([-1.0])}, scene, key or ["shock@imu"]),
+        {"friction", "contact_stiffness"},
+    ),
+    "sensitivity": (
+        lambda scene, key: shockpc.sensitivity(scene, (key or ["shock"])[0] + "@imu"),
+        {"friction", "contact_stiffness"},
+    ),
+    "limits": (
+        lambda scene, key: shockpc.limits(scene, "FL_calf_joint", (key or ["shock"])[0] + "@imu", 0.1),
+        {"contact_stiffness"},
+    ),
+    "place": (lambda scene, key: shockpc.place(scene, alternatives=0), {"contact_stiffness"}),
+}
+"""Studies with further quantities, and what of the ground has no effect without these; friction decides what is feasible."""
+
+
+def _first_failure(batch):
+    if batch.failures:
+        raise shockpc.StudyError(batch.failures[0].reason)
+
+
+@pytest.mark.parametrize("study", GROUND)
+@pytest.mark.parametrize(("option", "value"), [("friction", 0.3), ("contact_stiffness", 1e5)])
+def test_what_is_said_of_the_ground_has_an_effect_or_is_refused(study, option, value):
+    """Numbers of contacts that stick and are rigid would be taken for those of the ground that is given."""
+    call, ignored = GROUND[study]
+    scene = dataclasses.replace(SCENE, **{option: value})
+    if option in ignored:
+        with pytest.raises(shockpc.StudyError, match="which would change nothing here"):
+            call(scene, [])
+    if study != "place" and (option == "friction" or study not in ("limits", "sensitivity")):  # of which these take long
+        call(scene, [{"friction": "shock_friction", "contact_stiffness": "peak_acceleration"}[option]])
+
+
+def test_a_budget_of_numbers_that_do_not_depend_on_the_friction_is_refused(tmp_path):
+    text = '[[case]]\nname = "a"\nrobot = "go2"\ncontact = "FL_foot"\nfriction = 0.2\n[[budget]]\nat = "imu"\nmax = 9\nmetric = '
+    (tmp_path / "budgets.toml").write_text(f'{text}"shock"\n')
+    with pytest.raises(shockpc.StudyError, match='case "a": the scene gives a friction, which would change nothing here'):
+        shockpc.check_budgets(tmp_path / "budgets.toml")
+    (tmp_path / "budgets.toml").write_text(f'{text}"shock_friction"\n')
+    assert shockpc.check_budgets(tmp_path / "budgets.toml").exit_code == 0
 
 
 def test_a_study_of_landings_takes_one_scene_too():

@@ -145,6 +145,8 @@ FOOT:: --set hip=3 | --set root_joint=3 | --lock hip => there are: "knee". To li
 FOOT:: --set knee | --set knee= | --set =30 | --xacro payload | --package dog | --armature knee => is not NAME=VALUE: a name
 FOOT:: --joint-velocity knee => is not NAME=VALUE: a name, an equals sign and a value
 robots:: leg --xacro mass | leg --package dog => is not NAME=VALUE: a name
+FOOT:: --set knee=9999 | --set *nee=-1e5 => deg is outside the limits of joint "knee", -114.592 to 114.592 deg, and more
+SWEEP:: --set knee=9999 => and more than a whole turn; give values from -360 to 360 deg
 FOOT:: --set knee=bent | --speed nan | --drop-height 1e999 | --velocity 0,0,down | --rotor knee=light => is not a finite number
 FOOT:: --offset 0,0 | --base-rpy 15 | --velocity 0,-1 | --angular-velocity 1 | --plane 0,1 => is not 3 values with "," between
 FOOT:: --xacro payload:=2 => stick.urdf is not a xacro file, so --xacro payload=… has no effect

@@ -45,7 +45,7 @@ CALLS: dict[str, Callable[[Robot], object]] = {
     "sweep": lambda robot: sweep(SLIDING, {"strike-angle": "-20:20:3"}, robot=robot, quantities=["feasible"]).table(),
     "sensitivity": lambda robot: sensitivity(FOOT, "shock@base", robot),
     "batch": lambda robot: batch(["anymal_b"], lambda _: (robot, [FOOT])),
-    "compare": lambda robot: compare([Design("A", FOOT, robot), Design("B", SLIDING, robot)]),
+    "compare": lambda robot: compare([Design("A", SLIDING, robot), Design("B", SLIDING, robot)], ["shock_friction"]),
 }
 
 

@@ -11,7 +11,8 @@ from robot_texts import BODY, LIMIT, body, floating, joint, link, mjcf, refused,
 from scipy.spatial.transform import Rotation
 from trees import known_robot, random_rotations, robot_from
 
-from shockpc import Contact, Posture, Scene, SceneError, StudyError, UnknownName, shock_profile
+from shockpc import Contact, Posture, Scene, SceneError, ShockError, StudyError, UnknownName, shock_profile
+from shockpc.evaluation.variation import variation
 from shockpc.landing.dynamics import dynamics
 from shockpc.landing.posture import configuration, outside_limits, reference_name
 from shockpc.robot.landmarks import STANDING
@@ -139,7 +140,24 @@ def test_later_patterns_replace_earlier_ones_and_degrees_replace_radians():
         assert configuration(robot, posture)[7:9] == pytest.approx(values)
 
 
-@given(st.floats(-10.0, 10.0))
+@pytest.mark.parametrize("value", [9999.0, -361.0])
+def test_an_angle_beyond_limits_and_a_whole_turn_is_refused_wherever_it_is_given(value):
+    """In radians or degrees, in a scene, a configuration or a sweep; a wheel turns as far as it likes, and a slide has no turn."""
+    robot = robot_from(mixed())
+    for act in (
+        lambda: configuration(robot, Posture(joints={"hinge": math.radians(value)})),
+        lambda: configuration(robot, Posture(joints_deg={"hin*": value})),
+        lambda: configuration(robot, joints={"hinge": math.radians(value)}),
+        lambda: variation(robot, "hinge", [0.0, value]),
+    ):
+        with pytest.raises(ShockError, match=f'{value:g} deg is outside the limits of joint "hinge".* more than a whole turn'):
+            act()
+    wheel = robot.joint("wheel")
+    assert wheel.value(configuration(robot, joints={"wheel": 50.0})) == pytest.approx(math.remainder(50.0, 2.0 * math.pi))
+    assert configuration(robot, Posture(joints_deg={"slide": value}))[-1] == value
+
+
+@given(st.floats(-6.0, 6.0))
 def test_a_slide_is_set_in_metres_and_a_wheel_by_cosine_and_sine(value):
     """Degrees are for rotations; a prismatic joint takes metres under either key."""
     for key, angle in (("joints", value), ("joints_deg", math.radians(value))):

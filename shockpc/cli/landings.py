@@ -23,7 +23,7 @@ from shockpc.landing.resolve import landing_of
 from shockpc.landing.scene import Joints, Scene
 from shockpc.landing.scene_file import scene_text
 from shockpc.show.reports.landings import landings_report
-from shockpc.studies.landings import compare_measured
+from shockpc.studies.landings import compare_measured, refuse_unused
 from shockpc.studies.landings import landings as study
 from shockpc.text.errors import ShockError, StudyError
 
@@ -83,6 +83,8 @@ def landings(
             raise StudyError("--command prints the scene of one landing and nothing else; leave out --out and --format")
         sys.stdout.write(scene_text(source.case(source.row_named(command_)), Path.cwd()))
         return 0
+    if not table.is_dir():
+        refuse_unused(scene, rows_in_table, evaluation)
     # Before anything is written, because one of several joint models may be refused.
     comparison = None
     if rows_in_table.measured:

@@ -15,6 +15,7 @@ from shockpc.landing.scene import Scene
 from shockpc.landing.scene_file import robot_of
 from shockpc.profile import shock_profile
 from shockpc.quantities.profile import ShockProfile
+from shockpc.quantities.quantity import Quantity
 from shockpc.robot.robot import Robot
 from shockpc.text.errors import ShockError, StudyError, refusal
 from shockpc.text.trace import Trace
@@ -255,6 +256,10 @@ def named_scenes(landings: Scene | Mapping[str, Scene]) -> dict[str, Scene]:
     return dict(scenes)
 
 
+NAME_ONE = "name a quantity that depends on it, such as shock_friction or peak_force"
+"""What to do where none of the numbers of a study depends on the ground."""
+
+
 def common_robot(landings: Mapping[str, Scene]) -> Robot:
     """The robot of all landings, which are given by name.
 
@@ -272,7 +277,7 @@ def common_robot(landings: Mapping[str, Scene]) -> Robot:
     return robot
 
 
-def refuse_ground(scene: Scene, *, friction: bool = True, others: str = "use shockpc analyze, sweep, check or compare") -> None:
+def refuse_ground(scene: Scene, *, friction: bool = True, others: str = NAME_ONE) -> None:
     """Refuse what a study of contacts that stick and are rigid would ignore.
 
     Args:
@@ -287,6 +292,21 @@ def refuse_ground(scene: Scene, *, friction: bool = True, others: str = "use sho
     ignored = [name for name, value in given.items() if value is not None]
     if ignored:
         raise StudyError(
-            f"the scene gives a {' and a '.join(ignored)}, which would change nothing here: this study is of the impulse of "
+            f"the scene gives a {' and a '.join(ignored)}, which would change nothing here: all numbers are of the impulse of "
             f"contacts that stick; leave it out, or {others}"
         )
+
+
+def refuse_unused_ground(scene: Scene, quantities: Iterable[Quantity]) -> None:
+    """Refuse a friction or a contact stiffness on which none of the quantities of a study depends.
+
+    Args:
+        scene: a landing of the study.
+        quantities: what is computed; whether flat ground allows the landing depends on the friction.
+
+    Raises:
+        StudyError: the scene gives one.
+    """
+    entries = tuple(quantities)
+    if not any(entry.of_ground(scene) for entry in entries):
+        refuse_ground(scene, friction=not any(entry.role == "feasible" for entry in entries))

@@ -324,17 +324,20 @@ def recorded_landings(
     Args:
         table: the rows.
         robot: their robot.
-        quantities: columns, KEY or KEY@PLACES; by default jump and shock at the sensors and points, or of the base.
+        quantities: columns, KEY or KEY@PLACES; by default jump and shock at the sensors and points, or of the base, with friction
+            if rows have one.
         prove: number of rows that are compared with a proof, besides those that need one.
         rank: a further column.
 
     Raises:
         ShockError: a name is not known, or a scene cannot be resolved.
     """
-    source = RecordedLandings(robot, table)
+    source, sticks = RecordedLandings(robot, table), np.isnan(table.friction)
+    suffixes = [suffix for suffix, rows in (("", sticks), ("_friction", ~sticks)) if rows.any()]
     points = {place.name: place for scene in table.scenes for place in point_places(robot, scene.point) if place.body >= 0}
-    usual = [f"{key}@{name}" for name in points for key in ("delta_v", "shock")]
-    usual = usual or [f"{key}@{robot.bodies[0].name}" for key in ("delta_v_com", "shock_com")]
+    usual = [f"{key}{suffix}@{name}" for name in points for suffix in suffixes for key in ("delta_v", "shock")]
+    of_base = {"": ("delta_v_com", "shock_com"), "_friction": ("shock_com_friction",)}
+    usual = usual or [f"{key}@{robot.bodies[0].name}" for suffix in suffixes for key in of_base[suffix]]
     contacts = {tuple(contact.frame for contact in scene.contact) for scene in table.scenes}
     computed: list[Column] = []
     for text in dict.fromkeys([*(quantities or usual), *([rank] if rank else [])]):

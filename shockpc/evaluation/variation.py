@@ -10,7 +10,7 @@ import numpy as np
 from shockpc.core.memo import memoized
 from shockpc.core.spatial import Array
 from shockpc.landing.contact import landing_frames
-from shockpc.landing.posture import settable_joints
+from shockpc.landing.posture import refuse_beyond_turn, settable_joints
 from shockpc.landing.record import options_of
 from shockpc.landing.scene import Contact, Scene, Strike
 from shockpc.robot.changes import links_with_mass
@@ -57,9 +57,6 @@ Law = Literal["uniform", "log-uniform", "normal"]
 
 ROUNDED = 1e-2
 """By how much a value may miss limits, which files state in rounded decimals [deg, m]."""
-
-TURN = 360.0
-"""A whole turn [deg]."""
 
 MOST_VALUES = 1_000_000
 """Values of one quantity in a grid."""
@@ -371,16 +368,9 @@ def beyond_limits(robot: Robot, varied: Variation) -> str:
 
 
 def _within_limits(robot: Robot, varied: Variation) -> Variation:
-    """Refuse joints that one number cannot set, and angles beyond a whole turn and the limits of the file.
-
-    Other values outside the limits are computed, as an analysis does: what the limits should be may be the question.
-    """
+    """Refuse joints that one number cannot set, and angles beyond a whole turn and the limits of the file."""
     for joint in varied.joints(robot):
-        low, high = (math.degrees(limit) for limit in joint.limits)
         for value in varied.span or varied.values if varied.unit == "deg" else ():
-            if isinstance(value, float) and not min(low, -TURN) - ROUNDED <= value <= max(high, TURN) + ROUNDED:
-                raise StudyError(
-                    f'{varied.subject}: {value:g} deg is outside the limits of joint "{joint.name}", {low:.6g} to {high:.6g} deg, '
-                    f"and more than a whole turn; give values from {min(low, -TURN):.6g} to {max(high, TURN):.6g} deg"
-                )
+            if isinstance(value, float):
+                refuse_beyond_turn(joint, math.radians(value), varied.subject, StudyError)
     return varied

@@ -18,6 +18,12 @@ from shockpc.text.diagnostic import Diagnostic
 from shockpc.text.errors import SceneError, ShockError
 from shockpc.text.printed import listed, printable
 
+TURN = 2.0 * math.pi
+"""A whole turn [rad]."""
+
+ROUNDED = math.radians(1e-2)
+"""By how much an angle may miss a limit, which files state in rounded decimals [rad]."""
+
 Quaternion: TypeAlias = Literal["xyzw", "wxyz"]
 """Where the scalar part of a quaternion stands."""
 
@@ -58,7 +64,7 @@ def configuration(
 
     Raises:
         UnknownName: no such posture or joint.
-        SceneError: a joint or a base that cannot be set that way.
+        SceneError: a joint or a base that cannot be set that way, or an angle beyond its limits and a whole turn.
         StudyError: an argument is of another type.
     """
     posture = posture or Posture()
@@ -80,7 +86,9 @@ def configuration(
     for values, unit in ((posture.joints, 1.0), (posture.joints_deg, math.pi / 180.0)):
         for pattern, value in values.items():
             for joint in settable_joints(robot, pattern):
-                joint.set(value if joint.kind == "prismatic" else value * unit, q)
+                number = value if joint.kind == "prismatic" else value * unit
+                refuse_beyond_turn(joint, number, pattern)
+                joint.set(number, q)
     for ball, turned in posture.joint_quaternions.items():
         _set_several(robot.joint(ball), turned, "xyzw", q)
     for pattern, given in (joints or {}).items():
@@ -89,6 +97,7 @@ def configuration(
         else:
             (number,) = _numbers([given], (1,), f'joint "{pattern}"')
             for joint in settable_joints(robot, pattern):
+                refuse_beyond_turn(joint, float(number), pattern)
                 joint.set(float(number), q)
     set_joints(robot, (), q)
     return q
@@ -233,6 +242,27 @@ def settable_joints(robot: Robot, pattern: str, error: type[ShockError] = SceneE
                 joints=[joint.name],
             )
     return joints
+
+
+def refuse_beyond_turn(joint: Joint, value: float, subject: str, error: type[ShockError] = SceneError) -> None:
+    """Refuse an angle outside the limits of its joint and beyond a whole turn: it is a mistake, such as one in the unit.
+
+    Other values outside the limits are computed: what the limits should be may be the question.
+
+    Args:
+        joint: the joint.
+        value: of it [rad, m].
+        subject: what sets it, as it is typed.
+        error: raised where the value is refused.
+    """
+    low, high = joint.limits
+    if joint.unit == "rad" and not min(low, -TURN) - ROUNDED <= value <= max(high, TURN) + ROUNDED:
+        low, high, value, turn = map(math.degrees, (low, high, value, TURN))
+        raise error(
+            f'{subject}: {value:g} deg is outside the limits of joint "{joint.name}", {low:.6g} to {high:.6g} deg, '
+            f"and more than a whole turn; give values from {min(low, -turn):.6g} to {max(high, turn):.6g} deg",
+            joints=[joint.name],
+        )
 
 
 def fixed_joints(robot: Robot, posture: Posture, movable: tuple[str, ...]) -> np.ndarray:

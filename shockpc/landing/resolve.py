@@ -153,6 +153,10 @@ def landing_of(scene: Scene, robot: Robot) -> PosedLanding:
     if scene.joints.model == "rigid" and not joint_model(robot, replace(scene.joints, model=None)).springs.any():
         text = "the springs are to be rigid, but no joint has a spring, so nothing changes; give one with a stiffness or a rotor"
         warnings.append(Diagnostic("scene", robot.name, None, text))
+    along = [contact.frame for contact in scene.contact if contact.restitution_along == "directions"]
+    if along and not any(contact.restitution for contact in scene.contact) and scene.contact_damping is None:
+        text = f"the restitution of {listed(along)} is along its directions, but no contact has one, so nothing changes; give one"
+        warnings.append(Diagnostic("scene", "+".join(along), None, text))
     if scene.assemble and not loops:
         named = listed(name for pattern in scene.assemble for name in robot.match_joints(pattern))
         warnings.append(Diagnostic("scene", "", None, f"{named} may move to close loops, but nothing closes one, so nothing moved"))

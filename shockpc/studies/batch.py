@@ -12,14 +12,14 @@ import numpy as np
 
 from shockpc.evaluation.columns import selected
 from shockpc.evaluation.evaluate import Evaluation
-from shockpc.evaluation.landings import HEADINGS, ListedLandings, Read
+from shockpc.evaluation.landings import HEADINGS, ListedLandings, Read, refuse_unused_ground
 from shockpc.evaluation.table import Table
 from shockpc.landing.contact import contact_name, foot_contact
 from shockpc.landing.places import Place
 from shockpc.landing.record import Option
 from shockpc.landing.scene import Scene
 from shockpc.quantities.profile import ShockProfile
-from shockpc.quantities.table import select
+from shockpc.quantities.table import Selection, select
 from shockpc.robot.landmarks import each_foot
 from shockpc.robot.load import load_robot
 from shockpc.robot.robot import Robot
@@ -165,9 +165,10 @@ def batch(
     if not names:
         raise StudyError("no robot is given; give at least one name or file")
     texts = {text.removeprefix("robot."): text for text in (*STANDARD, *quantities, rank)}
-    for text in texts.values():
-        select(text.partition("@")[0])
-    evaluation = Evaluation(ListedLandings(tuple(names), read), prove=None, look=functools.partial(_row, look, texts))
+    wanted = tuple(select(text.partition("@")[0]) for text in texts.values())
+    evaluation = Evaluation(
+        ListedLandings(tuple(names), functools.partial(_read, read, wanted)), prove=None, look=functools.partial(_row, look, texts)
+    )
     tables = []
     for source, part in zip(names, evaluation.tables(executor), strict=True):
         tables.append(replace(part, looks={i: replace(row, source=source) for i, row in part.looks.items()}))
@@ -186,6 +187,15 @@ def batch(
     values = {text: np.array([_number(table.looks.get(i), text) for i in range(len(table))]) for text in texts}
     columns = {**{name: table.columns[name] for name in HEADINGS}, **values, "proven": table.columns["proven"]}
     return Batch(tuple(texts), name, tuple(rows), tuple(failures), replace(table, columns=columns, looks={}))
+
+
+def _read(read: Read, wanted: tuple[Selection, ...], name: str) -> tuple[Robot, list[Scene]]:
+    """The landings of a robot, none of which gives a friction or a stiffness on which no number depends."""
+    robot, scenes = read(name)
+    scenes = list(scenes)
+    for scene in scenes:
+        refuse_unused_ground(scene, (selection.quantity for selection in wanted))
+    return robot, scenes
 
 
 def _number(row: BatchRow | None, text: str) -> float:

@@ -7,6 +7,7 @@ from typing import Annotated, NamedTuple
 
 from shockpc.evaluation.columns import selected
 from shockpc.evaluation.evaluate import proven
+from shockpc.evaluation.landings import refuse_unused_ground
 from shockpc.evaluation.table import Table
 from shockpc.landing.places import Place, PlaceKind
 from shockpc.landing.record import Option
@@ -205,6 +206,8 @@ def compare(
     every += tuple(design_with(every[0], of_design) for of_design in read)
     if len(every) < 2:
         raise StudyError("one design cannot be compared; give another one, or a change of it with --change")
+    for design in every:
+        refuse_unused_ground(design.scene, (select(text.partition("@")[0]).quantity for text in (*quantities, *STANDARD)))
     profiles = _profiles(every)
     for pair in pairs:
         if not any(any(matching(profiles[0], profile, *pair).values()) for profile in profiles[1:]):

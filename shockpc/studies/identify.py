@@ -225,6 +225,11 @@ def identify(
             f"{stiff[0]} changes the motion at a time after contact, and the table does not say when it was measured; name its "
             "columns after6ms_… for 6 ms"
         )
+    if scene.contact_stiffness is not None and chosen[0].time is None:
+        raise StudyError(
+            "the scene gives a contact stiffness, which counts for velocities at a time after contact alone, and the table does "
+            "not say when they were measured; name its columns after6ms_… for 6 ms, or leave the stiffness out"
+        )
     if all(one.kind != "place" for one in unknowns):  # lengths alone decide how loops close
         rows = RecordedLandings(robot, rows).closed
     predictor = Predictor(rows, robot, unknowns, chosen)

@@ -8,9 +8,10 @@ import numpy as np
 
 from shockpc.core.spatial import Array
 from shockpc.evaluation.evaluate import Evaluation
+from shockpc.evaluation.landings import refuse_unused_ground
 from shockpc.evaluation.prediction import base_in_world, coordinate, energy_norms, mobilities, predicted_later, predicting
 from shockpc.evaluation.recorded import RecordedLandings, recorded_landings
-from shockpc.evaluation.recorded_rows import Measured
+from shockpc.evaluation.recorded_rows import Measured, RecordedRows
 from shockpc.evaluation.recorded_table import rows_of
 from shockpc.evaluation.table import Table
 from shockpc.evaluation.table_files import columns_of
@@ -120,9 +121,27 @@ def landings(
         ShockError: the table cannot be read, a column names nothing in the robot, or the scene cannot be resolved.
     """
     robot = robot or robot_of(scene)
-    return recorded_landings(
-        rows_of(columns_of(table), landing_of(scene, robot), rename), robot, quantities, prove=prove, rank=rank
-    )
+    rows = rows_of(columns_of(table), landing_of(scene, robot), rename)
+    evaluation = recorded_landings(rows, robot, quantities, prove=prove, rank=rank)
+    refuse_unused(scene, rows, evaluation)
+    return evaluation
+
+
+def refuse_unused(scene: Scene, rows: RecordedRows, evaluation: Evaluation[RecordedLandings]) -> None:
+    """Refuse a friction or a contact stiffness of a scene on which nothing depends that is computed, or compared with a table's.
+
+    Args:
+        scene: gives what the table does not.
+        rows: of the table; what was measured is compared with the jumps with friction, and at times after contact with those on
+            contacts of finite stiffness.
+        evaluation: what is computed of them.
+
+    Raises:
+        StudyError: the scene gives one.
+    """
+    compared = rows.measured if scene.contact_stiffness is None else [one for one in rows.measured if one.time is not None]
+    if not compared:
+        refuse_unused_ground(scene, (column.selection.quantity for column in evaluation.computed))
 
 
 def compare_measured(

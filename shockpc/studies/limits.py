@@ -292,7 +292,8 @@ def limits(
         raise StudyError(
             f"the {entry.worse} value of {number.name} is the worse one; bound it by {'max' if bound.below else 'min'}"
         )
-    if not (per_landing := entry.per_landing(profile.scene)):
+    per_landing = entry.per_landing(profile.scene)
+    if not entry.of_ground(scene):
         refuse_ground(scene, friction=False)  # what is feasible depends on the friction
     varied, joints, (low, high) = _varied(robot, joint, joint_range)
     unit = joints[0].unit if joints else varied.unit.replace("deg", "rad")

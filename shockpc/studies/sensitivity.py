@@ -17,7 +17,7 @@ from shockpc.evaluation.columns import Column, column, target_text
 from shockpc.evaluation.evaluate import TRUSTED, Evaluation, profiles
 from shockpc.evaluation.gradients import has_gradient
 from shockpc.evaluation.gradients import slopes as exact_slopes
-from shockpc.evaluation.landings import common_robot, named_scenes, refuse_ground
+from shockpc.evaluation.landings import common_robot, named_scenes, refuse_unused_ground
 from shockpc.evaluation.one_by_one import (
     STEPS,
     Parameter,
@@ -230,8 +230,7 @@ def sensitivity(
     numbers = [column(profile, text) for profile in solved]
     number = numbers[0]
     for scene in scenes.values():
-        if not number.selection.quantity.of_ground(scene):
-            refuse_ground(scene, others="name a quantity that depends on it, such as shock_friction or peak_force")
+        refuse_unused_ground(scene, [number.selection.quantity])
     values = np.array([_value(*pair) for pair in zip(solved, numbers, strict=True)])
     by_landing = [{parameter[:3]: parameter for parameter in parameters(profile.landing)} for profile in solved]
     share = percent / 100.0

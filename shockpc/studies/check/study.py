@@ -17,6 +17,7 @@ import numpy as np
 
 from shockpc.evaluation.columns import Column, places_at
 from shockpc.evaluation.evaluate import Evaluation, proven
+from shockpc.evaluation.landings import refuse_unused_ground
 from shockpc.evaluation.table import Table
 from shockpc.evaluation.varied import VariedLandings, varied_landings
 from shockpc.landing.landing import PosedLanding
@@ -255,6 +256,7 @@ def _plan(given: Budgets, baseline: Baseline | None, renewing: bool, cases: dict
             try:
                 robot = robot_of(scene)
                 landing = resolve(scene, robot)
+                refuse_unused_ground(scene, (budget.selection.quantity for _, budget in belonging))
                 cases[case.name] = case_record(landing, angle is None)
                 if baseline is not None:
                     refuse_other_scene(baseline, case.name, cases[case.name])

@@ -13,7 +13,7 @@ import numpy as np
 
 from shockpc.evaluation.columns import selected
 from shockpc.evaluation.evaluate import Evaluation
-from shockpc.evaluation.landings import common_robot, landings_by_name, named_scenes
+from shockpc.evaluation.landings import common_robot, landings_by_name, named_scenes, refuse_unused_ground
 from shockpc.evaluation.table import Table
 from shockpc.evaluation.variation import Vary, pairs
 from shockpc.evaluation.varied_scene import scene_grid
@@ -198,10 +198,11 @@ def fall(
     slides = any(scene.friction is not None for scene in scenes.values())
     rank = rank or ("part_margin" if parts else "body.delta_v_friction" if slides else "delta_v_max")
     texts = tuple(dict.fromkeys([rank, *(WITH_FRICTION if slides else STANDARD), *quantities]))
-    ranked, *_ = [select(text.partition("@")[0]) for text in texts]
+    ranked, *others = [select(text.partition("@")[0]) for text in texts]
     tips, strikes, failures, notes = list[Tip](), list[FallStrike](), dict[str, ShockError](), list[str]()
     for posture, scene in scenes.items():
         _refuse_options(scene)
+        refuse_unused_ground(scene, (one.quantity for one in (ranked, *others)))
         with trace.stage("posture and geometry"):
             rigid = Rigid.of(scene, robot)
         notes += _notes(rigid)

@@ -235,7 +235,7 @@ def place(
         }
     scenes = list(landings.values())
     for scene in scenes:
-        refuse_ground(scene, friction=False)
+        refuse_ground(scene, friction=False, others="use shockpc analyze, sweep, check or compare")
     i = 0 if body is None else robot.body(body)
     region = region_of(robot, i, within, surface)
     apart = max(region.size / 10.0, NEAREST)
