@@ -510,7 +510,7 @@ def test_a_stage_that_takes_long_is_named_on_a_terminal(slow, shown, monkeypatch
     monkeypatch.setattr(terminal, "isatty", lambda: True)
     monkeypatch.setattr(progress, "SLOW", slow)
     monkeypatch.setattr("sys.stderr", terminal)
-    with progress.ShownTrace().stage("reading"):
+    with progress.shown_trace().stage("reading"):
         time.sleep(0.2)
     assert terminal.getvalue() == shown
 

@@ -32,9 +32,9 @@ def analyze(
     strict: bool = in_output(STRICT),
     explain: bool = EXPLAIN,
 ) -> int:
-    from shockpc.cli.progress import ShownTrace
+    from shockpc.cli.progress import shown_trace
 
-    trace = ShownTrace()
+    trace = shown_trace()
     with trace.stage("imports"):
         from shockpc.cli.output import emit, exit_code, scene_files
         from shockpc.cli.scenes import file_names, scenes_from

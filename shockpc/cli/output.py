@@ -9,11 +9,10 @@ from typing import TYPE_CHECKING
 
 from shockpc.cli.options import OutputOptions
 from shockpc.cli.process import command, print_error
-from shockpc.cli.progress import ShownTrace
+from shockpc.cli.progress import shown_trace
 from shockpc.cli.scenes import file_names
 from shockpc.landing.scene import Scene
 from shockpc.show.files import destination, write_file
-from shockpc.show.html import INSTALL, plotly
 from shockpc.text.errors import DefectError, OutputError, SolveError
 from shockpc.text.printed import visible
 
@@ -84,8 +83,9 @@ def write_report(report: "Report", folder: Path) -> None:
 
     leave_out_documentation()
     from shockpc.show.folder import write_report_folder
+    from shockpc.show.html import INSTALL, plotly
 
-    with ShownTrace().stage("figures and files"):
+    with shown_trace().stage("figures and files"):
         write_report_folder(folder, report, _command(), print_error)
     if report.landings and plotly() is None:
         print_error(INSTALL)

@@ -15,12 +15,12 @@ def paper(
     output: OutputOptions,
 ) -> None:
     from shockpc.cli.output import emit
-    from shockpc.cli.progress import ShownTrace
+    from shockpc.cli.progress import shown_trace
     from shockpc.paper.figures import paper_figures
     from shockpc.show.reports.paper import paper_report
 
     chosen = paper_figures(figures)
-    with ShownTrace().stage("claims of the paper"):
+    with shown_trace().stage("claims of the paper"):
         for figure in chosen:
             for claim in figure.claims:
                 _ = claim.alternatives  # computed once, and kept

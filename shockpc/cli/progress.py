@@ -21,9 +21,6 @@ class ShownTrace(Trace):
     def stage(self, name: str) -> Iterator[None]:
         """Time what happens inside."""
         with super().stage(name):
-            if not sys.stderr.isatty():
-                yield
-                return
             clock = threading.Timer(SLOW, _write, [f"{name} …"])
             clock.daemon = True
             clock.start()
@@ -34,6 +31,11 @@ class ShownTrace(Trace):
                     clock.cancel()
                 else:
                     _write("")
+
+
+def shown_trace() -> Trace:
+    """A trace, whose stages a terminal shows."""
+    return ShownTrace() if sys.stderr.isatty() else Trace()
 
 
 def progress(what: str, total: int, done: int = 0) -> Callable[..., None]:

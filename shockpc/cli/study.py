@@ -32,7 +32,7 @@ from shockpc.cli.declare import Command, Declared, Parser, argument, command, gr
 from shockpc.cli.options import AT, EXPLAIN, PARSERS, ROBOT, STRICT, TARGET, OutputOptions, SceneOptions, in_output
 from shockpc.cli.output import emit, exit_code
 from shockpc.cli.parse import Span, Vector, box, numbers, pair_of, path, renaming, robot_name, setting, span, variable
-from shockpc.cli.progress import ShownTrace, progress
+from shockpc.cli.progress import progress, shown_trace
 from shockpc.cli.scenes import landings_from, one_scene, postures_from, scenes_from
 from shockpc.evaluation.column_names import StateColumns
 from shockpc.evaluation.variation import Vary
@@ -42,6 +42,7 @@ from shockpc.robot.robot import Robot
 from shockpc.studies.compare import Design
 from shockpc.studies.declare import StudyParameter, declaration
 from shockpc.text.errors import DefectError, StudyError
+from shockpc.text.trace import Trace
 
 INPUTS = {
     "landings": (
@@ -108,7 +109,7 @@ def study_command(name: str) -> Command:
     inputs = (kind, "scene") if kind in FILES else (kind,)
 
     def run(**typed: Any) -> int:
-        trace = ShownTrace()
+        trace = shown_trace()
         robot, read = _read(
             kind, [typed[name] for name in inputs], typed["options"], dict(typed["typed"].get("rename") or ()), trace
         )
@@ -150,7 +151,7 @@ def study_command(name: str) -> Command:
 
 
 def _read(
-    kind: str, typed: Sequence[Any], options: SceneOptions, rename: Mapping[str, str], trace: ShownTrace
+    kind: str, typed: Sequence[Any], options: SceneOptions, rename: Mapping[str, str], trace: Trace
 ) -> tuple[Robot, dict[str, Any]]:
     """The first robot, and what the parameters of a study take that are of this kind. Args: typed, as `INPUTS` says."""
     names = typed[0]

@@ -1,6 +1,7 @@
 """The parts of a scene: their base class, and how a field is declared as an option, once for Python, TOML and the command line."""
 
 import dataclasses
+import functools
 from collections.abc import Mapping
 from typing import Any, NamedTuple, TypeVar
 
@@ -79,6 +80,7 @@ def option(default: Any, help_: str, heading: str, form: str | None = None, **fu
     return dataclasses.field(default=default, metadata={"option": declared, "description": declared.text})
 
 
+@functools.cache
 def options_of(record: type) -> dict[str, Option]:
     """The options among the fields of a record, by field."""
     every = {part.name: part.metadata.get("option") for part in dataclasses.fields(record)}

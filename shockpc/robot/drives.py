@@ -24,7 +24,7 @@ PUBLIC = ("published", "derived")
 """Status of drives that are taken unless the scene says otherwise."""
 
 
-@dataclass(frozen=True, kw_only=True)
+@dataclass(frozen=True, kw_only=True, eq=False, repr=False)
 class Drive:
     """The drive of some joints.
 

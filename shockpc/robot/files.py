@@ -22,7 +22,7 @@ from shockpc.text.printed import listed
 
 _DEEPEST = 490  # elements within elements; TinyXML-2, by which Pinocchio and MuJoCo read, stops at 500
 _MOST_ELEMENTS = 500_000  # with their attributes; 64 MB could hold sixteen million, which take gigabytes
-_MARKS_AND_BLANKS = rb"\s*+(\xef\xbb\xbf\s*+)*+"
+_MARKS_AND_BLANKS = b"\xef\xbb\xbf \t\n\r\v\f"
 MESHES = "*"
 """The package that stands for every other one: its files are found by their names alone."""
 
@@ -230,7 +230,7 @@ def read_text(path: Path, what: str = "robot file") -> str:
         RobotError: as `read_file`; or it is empty, or no text.
     """
     data = read_file(path, what, RobotError)
-    start = re.sub(_MARKS_AND_BLANKS, b"", data, count=1)
+    start = data.lstrip(_MARKS_AND_BLANKS)
     if not start:
         raise RobotError(f"{path.name} is empty; a robot file begins with {ROOTS}")
     try:
