@@ -201,6 +201,15 @@ analyze => missing argument 'ROBOT'. To see what is valid: shockpc analyze --hel
 FOOT:: --all --format json | --all --format markdown => --all is for tables on a terminal, and changes nothing of --format
 FOOT:: --body shin --format json => chooses the bodies of tables and CSV files, and JSON has every body
 FOOT:: --force => lets --save-scene replace a file; give that too
+SWEEP:: --set knee=3 | --set *nee=3 => nee has no effect, because the value varies from landing to landing
+sweep stick.urdf --contact foot:: --sample 3 --set knee=3 => --set knee has no effect
+sweep stick.urdf --contact foot --vary speed=1,2:: --speed 3 => --speed has no effect, because the value varies
+sweep stick.urdf --vary contact=foot,shin:: --contact foot => --contact has no effect
+sweep stick.urdf --contact foot --vary base-pitch=0,5:: --base-rpy 1,2,0 => --base-rpy has no effect
+sweep stick.urdf --contact foot --vary offset-x=0,0.1:: --offset 0.1,0,0.1 => --offset has no effect
+sweep stick.urdf --contact foot --vary armature:knee=0.1,0.2:: --armature knee=0.1 => --armature knee has no effect
+place stick.urdf --contact foot --vary strike-angle=0,9:: --strike-angle 3 => --strike-angle has no effect
+limits stick.urdf --contact foot --joint knee --at body --max 0.2:: --set knee=3 => --set knee has no effect
 SWEEP:: --rows csv => --rows csv is the format of files, and needs a folder: --out DIR
 SWEEP:: --wait => waits for the workers of a cluster; give its address with --cluster
 SWEEP:: --jobs 2 --cluster tcp://host:8786 => --jobs 2 is for this machine, and a cluster computes

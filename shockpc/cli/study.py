@@ -20,7 +20,7 @@ import dataclasses
 import inspect
 import pkgutil
 import sys
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from functools import partial
 from pathlib import Path
 from typing import Any, get_args
@@ -35,7 +35,7 @@ from shockpc.cli.parse import Span, Vector, box, numbers, pair_of, path, renamin
 from shockpc.cli.progress import progress, shown_trace
 from shockpc.cli.scenes import landings_from, one_scene, postures_from, scenes_from
 from shockpc.evaluation.column_names import StateColumns
-from shockpc.evaluation.variation import Vary
+from shockpc.evaluation.variation import ATTITUDE, OFFSET, Vary, kind_of, variation
 from shockpc.landing.scene import Point
 from shockpc.landing.scene_file import point_at
 from shockpc.robot.robot import Robot
@@ -119,6 +119,8 @@ def study_command(name: str) -> Command:
         if "target" in needs:
             arguments["target"] = _target(robot, typed["at_"], typed["quantity"])
         used = {key: value for key, value in arguments.items() if key in needs}
+        looped = bool(robot.loops or getattr(read.get("scene"), "closure", ()))
+        refuse_varied(typed["options"], robot, _varied(study, typed["typed"], robot, looped))
         result = study(**used, **given(study, typed["typed"], robot))
         if kind == "log":
             from shockpc.cli.tables import refuse_overridden
@@ -148,6 +150,53 @@ def study_command(name: str) -> Command:
     ]
     vars(run)["__signature__"] = inspect.Signature(signature)
     return command(**help_of(study))(run)
+
+
+def refuse_varied(options: SceneOptions, robot: Robot, varied: Iterable[tuple[str, str]]) -> None:
+    """Refuse options that have no effect, because each landing of a study has a value of what they give.
+
+    Of a glob of joints one that does not vary is enough to have an effect, and components of zero say nothing.
+
+    Args:
+        options: of the command.
+        robot: the robot.
+        varied: kind and target of what has these values, as in `Variation`; not of factors, which are of what the options give.
+
+    Raises:
+        StudyError: an option has no effect.
+    """
+    targets: dict[str, list[str]] = {}
+    for kind, target in varied:
+        targets.setdefault(kind, []).append(target)
+    ignored = []
+    # A rotor of which the inertia varies keeps the gear ratio and the spring that are given.
+    for kind, option in (("joint", "set"), *((kind, kind) for kind in ("armature", "joint-stiffness"))):
+        joints = {joint for target in targets.get(kind, ()) for joint in robot.match_joints(target)}
+        for pattern, *_ in getattr(options, option.replace("-", "_")):
+            ignored += [f"--{option} {pattern}"] * joints.issuperset(robot.match_joints(pattern))
+    for option, kinds in {"base-rpy": ATTITUDE, "offset": OFFSET}.items():
+        vector = options.given.get(option.replace("-", "_")) or (0.0, 0.0, 0.0)
+        ignored += [f"--{option}" for kind, x in zip(kinds, vector, strict=True) if x and kind in targets]
+    ignored += [f"--{kind}" for kind in targets if options.given.get(kind.replace("-", "_")) is not None]
+    ignored += ["--contact"] * bool(options.contact and "contact" in targets)
+    if ignored:
+        raise StudyError(
+            f"{', '.join(ignored)} has no effect, because the value varies from landing to landing; leave it out (one component of "
+            "several by a zero)"
+        )
+
+
+def _varied(study: Callable[..., Any], typed: Mapping[str, Any], robot: Robot, looped: bool) -> Iterator[tuple[str, str]]:
+    """Kind and target of what varies from landing to landing of a study: in options NAME=VALUES, and the joint of limits.
+
+    Where loops are `looped`, they are followed from the value of that joint, which then has an effect.
+    """
+    for name, parameter in declaration(study).parameters.items():
+        if parameter.option.form == "NAME=VALUES":
+            for varied in (variation(robot, *pair) for pair in typed[name]):
+                yield from [(varied.kind, varied.target)] * (not varied.factor)
+        elif parameter.option.form == "JOINT" and not looped and (found := kind_of(robot, typed[name]))[0] == "joint":
+            yield found
 
 
 def _read(
