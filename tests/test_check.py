@@ -19,8 +19,9 @@ import yaml
 from commands import STICK, STICK_WITH_IMU, good, run
 
 import shockpc
-from shockpc import Contact, Scene, ShockError, StudyError, assert_shock, shock_profile
+from shockpc import Contact, Scene, ShockError, Strike, StudyError, assert_shock, shock_profile
 from shockpc.cli.check import EPILOG
+from shockpc.landing.scene_file import plane_of
 from shockpc.quantities.ground import GROUND
 from shockpc.quantities.table import QUANTITIES, select
 from shockpc.robot.changes import changed, read_changes
@@ -980,6 +981,35 @@ def test_small_numbers_may_change_by_a_thousandth_of_the_largest():
     for text in ("1e-3 N s, 5%", "5%,", "5%, 1 kg", "5 kg"):
         with pytest.raises(StudyError, match="share and at least a change"):
             Budget(metric="joint_impulse", baseline_tolerance=text)
+
+
+STRIKES = ("speed = 2.0\nstrike_angle_deg = 20.0", "velocity = [0.3, 0.0, -2.0]", "drop_height = 0.3\nforward_speed = 0.5")
+CHANGED = {
+    "--drop-height": ("drop_height = 0.2", "0.2"),
+    "--speed": ("strike = { speed = 1.5 }", "1.5"),
+    "--velocity": ("strike = { velocity = [0.1, 0.0, -1.5] }", "0.1,0,-1.5"),
+    "--strike-angle": ("strike_angle_deg = [10]", "10"),
+}
+
+
+@pytest.mark.parametrize("strike", STRIKES)
+@pytest.mark.parametrize("option", CHANGED)
+def test_a_case_changes_the_strike_of_its_scene_as_an_option_does(capfd, here, strike, option):
+    """One way of giving the velocity takes the place of another: a drop of a scene with an angle is vertical in both."""
+    key, value = CHANGED[option]
+    (here / "landing.toml").write_text(f'robot = "stick.urdf"\ncontact = "foot"\n[strike]\n{strike}\n')
+    write(here, f"{CASE}{key}\n", budget(metric="delta_v", at="*", max=9))
+    (case,) = read_budgets(here / "budgets.toml").cases
+    typed = run(capfd, "analyze", here / "landing.toml", option, value, "--format", "json")
+    plane = plane_of(case.landings[0][1])
+    np.testing.assert_array_equal(
+        case.landings[0][1].strike.vector(plane), Strike(**json.loads(typed.out)["scene"]["strike"]).vector(plane)
+    )
+
+
+def test_a_number_of_designs_without_any_that_vary_is_refused():
+    with pytest.raises(StudyError, match="nothing of the case varies"):
+        Case(name="a", robot="go2", designs=50)
 
 
 def test_a_case_may_give_a_drop_height(capfd, here):

@@ -9,7 +9,7 @@ from typing import Any, TypeVar
 from shockpc.cli.options import SceneOptions
 from shockpc.landing.contact import contact_name, foot_contact, landing_frames, match_contacts
 from shockpc.landing.ratings import part_from
-from shockpc.landing.scene import Contact, Joints, Posture, Rotor, Scene, Strike
+from shockpc.landing.scene import Contact, Joints, Posture, Rotor, Scene, Strike, replaced_ways
 from shockpc.landing.scene_file import check_scene, plane_of, points_at, read_scene, robot_of
 from shockpc.robot.landmarks import each_foot, feet
 from shockpc.robot.robot import Robot
@@ -257,12 +257,8 @@ def _joints(joints: Joints, options: SceneOptions) -> Joints:
 def _strike(strike: Strike, options: SceneOptions) -> Strike:
     """The strike with the options applied; one way of giving the velocity replaces the scene's way."""
     given = options.fields(Strike)
-    if {"velocity", "drop_height"} & given.keys():
-        strike = dataclasses.replace(strike, speed=None, strike_angle_deg=None, velocity=None, drop_height=None, forward_speed=None)
-    elif "speed" in given:
-        strike = dataclasses.replace(strike, velocity=None, drop_height=None, forward_speed=None)
-    elif {"strike_angle_deg", "forward_speed"} & given.keys():
-        strike = dataclasses.replace(strike, velocity=None, strike_angle_deg=None, forward_speed=None)
+    replaced: dict[str, Any] = dict.fromkeys(replaced_ways(given))
+    strike = dataclasses.replace(strike, **replaced)
     return _with(strike, **given, joint_velocities=_replaced(strike.joint_velocities, options.joint_velocity))
 
 

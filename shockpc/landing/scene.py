@@ -8,7 +8,7 @@ this module loads no library, so that commands print their help at once.
 import json
 import math
 import os
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any, Literal
 
@@ -291,6 +291,23 @@ class Strike(Record):
         if self.velocity is not None:
             return np.array(self.velocity, dtype=float)
         return np.asarray(speed * (math.sin(theta) * plane.forward - math.cos(theta) * np.array([0.0, 0.0, 1.0])))
+
+
+def replaced_ways(given: Collection[str]) -> tuple[str, ...]:
+    """The fields of a strike that others replace: one way of giving the velocity takes the place of another.
+
+    A vector or a drop height says all of it, a speed keeps the angle, and an angle keeps the speed or the drop height.
+
+    Args:
+        given: names of the fields that replace others.
+    """
+    if "velocity" in given or "drop_height" in given:
+        return "speed", "strike_angle_deg", "velocity", "drop_height", "forward_speed"
+    if "speed" in given:
+        return "velocity", "drop_height", "forward_speed"
+    if "strike_angle_deg" in given or "forward_speed" in given:
+        return "velocity", "strike_angle_deg", "forward_speed"
+    return ()
 
 
 @dataclass(frozen=True, kw_only=True, eq=False, repr=False)

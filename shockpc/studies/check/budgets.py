@@ -11,7 +11,7 @@ from typing import Any, Literal, NamedTuple
 from shockpc.core.spatial import Array
 from shockpc.evaluation.columns import percentile
 from shockpc.landing.record import CHECKED
-from shockpc.landing.scene import Part, Scene
+from shockpc.landing.scene import Part, Scene, replaced_ways
 from shockpc.landing.scene_file import read_scene, record_schema, scene_from, scene_table
 from shockpc.quantities.table import Selection, select, selections
 from shockpc.text.errors import SceneError, ShockError, StudyError
@@ -26,8 +26,8 @@ STANDARD = ("budgets.toml", "pyproject.toml")
 LEAST_CHANGE = 1e-3
 """Share of a metric's largest value in the baseline by which a value may always be off where a tolerance is a share."""
 
-MOST_DESIGNS = 1_000_000
-"""Random designs of one landing."""
+DESIGNS, MOST_DESIGNS = 1000.0, 1_000_000
+"""Random designs of one landing: by default, and at most."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -79,13 +79,18 @@ class Case(Scene):
     strike_angle_deg: tuple[float, ...] = ()
     drop_height: float | None = None
     vary: tuple[DesignVariation, ...] = ()
-    designs: float = 1000.0
+    designs: float = DESIGNS
 
     def __post_init__(self) -> None:
         """Refuse a number of designs that is not valid, and what no scene may hold."""
         super().__post_init__()
         if not (1.0 <= self.designs <= MOST_DESIGNS and self.designs == int(self.designs)):
             raise StudyError(f"designs is {self.designs:g}; it has to be a whole number from 1 to {MOST_DESIGNS}")
+        if self.designs != DESIGNS and not self.vary:
+            raise StudyError(
+                f"designs = {self.designs:g} is the number of random designs, and nothing of the case varies; say what does by "
+                "[[case.vary]], or leave it out"
+            )
 
     @property
     def landings(self) -> tuple[tuple[float | None, Scene], ...]:
@@ -293,7 +298,11 @@ def _case(entry: Mapping[str, Any], parts: tuple[Part, ...], folder: Path, key: 
         return None
     try:
         if isinstance(file := entry.get("scene"), str):
-            entry = _replaced(scene_table(read_scene(folder / usable_path(file))), entry)
+            scene, strike = scene_table(read_scene(folder / usable_path(file))), entry.get("strike", {})
+            given = {*(strike if isinstance(strike, Mapping) else ()), *entry.keys() & {"drop_height", "strike_angle_deg"}}
+            replaced = replaced_ways(given)
+            scene["strike"] = {key: value for key, value in scene.get("strike", {}).items() if key not in replaced}
+            entry = _replaced(scene, entry)
         if parts and isinstance(case_parts := entry.get("part", []), list):
             entry = {**entry, "part": [*case_parts, *parts]}
         return scene_from(Case, entry, folder, key)
