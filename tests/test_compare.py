@@ -49,6 +49,17 @@ def numbers(comparison):
     return {(one.selection.name, row.place): row for one in comparison.quantities for row in one.rows}
 
 
+def test_loads_that_are_not_determined_have_no_value(dog):
+    """As in a sweep: on four feet with locked joints the contacts share the impulse in infinitely many ways."""
+    feet = tuple(Contact(frame=f"{foot}_foot") for foot in ("FL", "FR", "RL", "RR"))
+    locked = dataclasses.replace(dog, scene=dataclasses.replace(dog.scene, contact=feet, joints=Joints(model="locked")))
+    with pytest.raises(StudyError, match=r'"along" has no value at any joint.*redundant'):
+        compare([locked, locked], ["along"])
+    assert not {key for key, _ in numbers(compare([locked, locked]))} & {"joint_impulse", "joint_moment"}
+    determined = {row.place: row.values for (key, _), row in numbers(compare([locked, dog])).items() if key == "joint_impulse"}
+    assert all(values[0] is None and values[1] is not None for values in determined.values())
+
+
 def test_every_number_is_that_of_a_single_analysis(dog):
     """Of the robot as it is, and of the changed robot, for quantities of every kind and those that are asked for."""
     changes = [changed(load_robot("go2"), read_changes(text)) for text in ("mass:FL_calf=1x", CHANGES)]

@@ -260,8 +260,7 @@ def _differences(profiles: Sequence[ShockProfile], matched: Sequence[Partners], 
     columns = [first, *(_partners_of(first, profile, match, text) for profile, match in zip(profiles[1:], matched, strict=True))]
     rows = [places for places in zip(*columns, strict=True) if None not in places] if len({*map(len, columns)}) == 1 else []
     numbers = [
-        selection.scalar(profile.values(selection.quantity, partners)).tolist()
-        for profile, partners in zip(profiles, zip(*rows, strict=True), strict=False)
+        profile.numbers(selection, partners).tolist() for profile, partners in zip(profiles, zip(*rows, strict=True), strict=False)
     ]
     robot = profiles[0].robot
     order = list(dict.fromkeys(i for contact in profiles[0].scene.contact for i in robot.limb(robot.frame(contact.frame).body)))
