@@ -173,8 +173,7 @@ def robot_size(robot: Robot, shapes: bool = True) -> float:
         robot: the robot.
         shapes: whether its shapes count, for which meshes are read.
     """
-    joints = robot.joint_placements(pin.neutral(robot.model))
-    places = [joints[body.joint] * pin.SE3(body.rotation, body.offset) for body in robot.bodies]
+    places = robot.body_placements(pin.neutral(robot.model))
     R, p = np.array([place.rotation for place in places]), np.array([place.translation for place in places])
 
     def placed(bodies: np.ndarray, points: Array) -> Array:

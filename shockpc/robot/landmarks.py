@@ -57,14 +57,8 @@ def standing_posture(robot: Robot) -> str:
 def _heights(robot: Robot, posture: str) -> dict[str, float]:
     """Height of every link, site and geom that moves, in a posture [m]; empty where none is above another."""
     q = pin.normalize(robot.model, np.array(robot.postures.get(posture, robot.start)))
-    placed = robot.joint_placements(q)
-    heights = {}
-    for frame in robot.frames.values():
-        if frame.kind != "joint" and frame.body >= 0:
-            body = robot.bodies[frame.body]
-            place = placed[body.joint] * pin.SE3(body.rotation, body.offset)
-            heights[frame.name] = float(place.act(frame.offset)[2])
-    return heights
+    places, moving = robot.body_placements(q), (f for f in robot.frames.values() if f.kind != "joint" and f.body >= 0)
+    return {frame.name: float(places[frame.body].act(frame.offset)[2]) for frame in moving}
 
 
 def _limbs(robot: Robot) -> list[int]:

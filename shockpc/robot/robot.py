@@ -335,10 +335,11 @@ class Robot:
     def frames(self) -> Mapping[str, Frame]:
         """Every named place, by name; where a link shares its name with another it is the link's."""
         frames: dict[str, Frame] = {}
+        from_joints = [pin.SE3(body.rotation, body.offset).inverse() for body in self.bodies]
         for frame in sorted(self.model.frames, key=lambda frame: frame.type != pin.FrameType.BODY):
             index, place = frame.parentJoint - 1, frame.placement
             if index >= 0:
-                place = pin.SE3(self.bodies[index].rotation, self.bodies[index].offset).inverse() * place
+                place = from_joints[index] * place
             if frame.name != "universe" and frame.name not in frames:
                 frames[frame.name] = Frame(
                     frame.name, index, read_only(place.rotation), read_only(place.translation), FRAMES.get(frame.type, "joint")
@@ -515,6 +516,11 @@ class Robot:
             joint.calc(data, q)
             placed.append(placed[parent] * (place * data.M))
         return placed
+
+    def body_placements(self, q: Array) -> list[pin.SE3]:
+        """Placements of the bodies' frames in the world, as `joint_placements`."""
+        joints = self.joint_placements(q)
+        return [joints[body.joint] * pin.SE3(body.rotation, body.offset) for body in self.bodies]
 
     def frame(self, name: str) -> Frame:
         """The frame of that exact name; of the end stop of a joint the centre of mass of the body that the joint carries."""

@@ -93,10 +93,10 @@ def forward_kinematics(
             levers = (cross_matrix(p) * spins).transpose().table()
             columns += [[*spin, *lever] for spin, lever in zip(spins.transpose().table(), levers, strict=True)]
         places.append((R, p))
-    frames = [
-        (R * _rotation(turned), p + R * _column(offset))
-        for (R, p), turned, offset in zip(places, data.body_rotation.tolist(), data.body_offset.tolist(), strict=True)
-    ]
+    frames = places
+    if robot.body_frames is not None:
+        turns, offsets = data.body_rotation.tolist(), data.body_offset.tolist()
+        frames = [(R * _rotation(turn), p + R * _column(r)) for (R, p), turn, r in zip(places, turns, offsets, strict=True)]
     state = Dynamics(
         np.zeros((1, 0, 0)),
         np.array(columns, dtype=object).T[None],
