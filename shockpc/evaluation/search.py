@@ -21,7 +21,7 @@ RUNS, ROUGH, SLOW = 80, 36, 4
 TRIED = 20
 """Random points of which a run begins at the best."""
 
-STEPS, CHANGE = 60, 1e-9
+STEPS, CHANGE = 60, 1e-10
 """Steps of a run at most, and the change of the objective by a step, relative to the start, at which it ends."""
 
 OPTIMUM_TOLERANCE = 1e-6
@@ -54,28 +54,23 @@ def search(cost: ShockCost, starts: Sequence[Array]) -> list[Run]:
 
 def _run(cost: ShockCost, start: Array, minimize: Callable[..., Any], ask: Callable[[Array], tuple[Array, Array]]) -> Run:
     low, width, n, constraint = cost.bounds[:, 0], np.ptp(cost.bounds, axis=1), len(start), cost.constraints
-    steps = list[tuple[float, Array]]()
+    worst, steps = float(ask(start)[0][~constraint].max()), list[tuple[float, Array]]()
+    scale = np.where(constraint, 1.0, -1.0 / (worst if 0.0 < worst < np.inf else 1.0))
 
     @functools.lru_cache(2)
-    def at(shares: bytes) -> tuple[Array, Array]:
-        return ask(low + width * np.frombuffer(shares))
-
-    def constraints(z: Array) -> Array:
-        measures = np.minimum(at(z[:n].tobytes())[0], 1e6 * size)
-        return np.where(constraint, measures, z[n] - measures / size)
-
-    def jacobian(z: Array) -> Array:
-        slopes = at(z[:n].tobytes())[1] * width
-        return np.column_stack([np.where(constraint[:, None], slopes, -slopes / size), ~constraint])
+    def at(shares: bytes) -> tuple[float, Array, Array]:
+        """The measure, inf where constraints do not hold; and what is at least zero for a target of zero, with its derivatives."""
+        measures, slopes = ask(low + width * np.frombuffer(shares))
+        value = float(measures[~constraint].max()) if (measures[constraint] >= -SLACK).all() else np.inf
+        return value, np.maximum(scale * measures, -1e6), np.column_stack([scale[:, None] * slopes * width, ~constraint])
 
     def note(z: Array) -> None:
-        measures, _ = at(z[:n].tobytes())
-        value = float(measures[~constraint].max()) if (measures[constraint] >= -SLACK).all() else np.inf
-        steps.append((value, low + width * z[:n]))
+        steps.append((at(z[:n].tobytes())[0], low + width * z[:n]))
+
+    def slack(z: Array) -> Array:
+        return np.asarray(at(z[:n].tobytes())[1] + ~constraint * z[n])
 
     first, unit = np.append((start - low) / width, 1.0), np.append(np.zeros(n), 1.0)
-    worst = float(at(first[:n].tobytes())[0][~constraint].max())
-    size = worst if 0.0 < worst < np.inf else 1.0
     note(first)
     minimize(
         lambda z: z[n],
@@ -83,7 +78,7 @@ def _run(cost: ShockCost, start: Array, minimize: Callable[..., Any], ask: Calla
         jac=lambda z: unit,
         method="SLSQP",
         bounds=[(0.0, 1.0)] * n + [(None, None)],
-        constraints={"type": "ineq", "fun": constraints, "jac": jacobian},
+        constraints={"type": "ineq", "fun": slack, "jac": lambda z: at(z[:n].tobytes())[2]},
         callback=note,
         options={"maxiter": STEPS, "ftol": CHANGE},
     )

@@ -35,10 +35,7 @@ def draw_front(study: Improvement) -> Figure:
     axes, points = figure.add_subplot(), np.array([point.values for point in study.front])
     axes.plot(*points.T, color=CURVES[0], marker="o", markersize=4.0, linewidth=1.2, label="front")
     # The front has magnitudes of numbers of either sign.
-    given = [
-        abs(before) if cost.column.selection.signed else before for cost, (before, _) in zip(study.costs, study.values, strict=True)
-    ]
-    axes.plot(*given, color=INK, marker="s", linestyle="none", label="as given")
+    axes.plot(*(abs(before) for before, _ in study.values), color=INK, marker="s", linestyle="none", label="as given")
     x, y = (size_at_place(cost.quantity, cost.column) for cost in study.costs)
     axes.set(xlabel=x, ylabel=y)
     axes.legend()
