@@ -209,7 +209,11 @@ sweep stick.urdf --contact foot --vary base-pitch=0,5:: --base-rpy 1,2,0 => --ba
 sweep stick.urdf --contact foot --vary offset-x=0,0.1:: --offset 0.1,0,0.1 => --offset has no effect
 sweep stick.urdf --contact foot --vary armature:knee=0.1,0.2:: --armature knee=0.1 => --armature knee has no effect
 place stick.urdf --contact foot --vary strike-angle=0,9:: --strike-angle 3 => --strike-angle has no effect
-limits stick.urdf --contact foot --joint knee --at body --max 0.2:: --set knee=3 => --set knee has no effect
+SWEEP:: --pulse half-sine:5ms | --pulse half-sine:5ms --quantity shock@body => no number here depends on --pulse
+batch stick.urdf --contact foot:: --pulse half-sine:5ms | --pulse half-sine:5ms --rank mass => such as peak_g, or leave it out
+compare stick.urdf --contact foot --change mass:shin=0.9x:: --part knee="5 N m" => no number here depends on --part
+limits stick.urdf --contact foot --joint knee --at body --max 0.2:: --pulse half-sine:5ms => no number here depends on --pulse
+landings log.csv stick.urdf --contact foot:: --part knee="5 N m" --quantity delta_v@body => such as part_margin, or leave it out
 SWEEP:: --rows csv => --rows csv is the format of files, and needs a folder: --out DIR
 SWEEP:: --wait => waits for the workers of a cluster; give its address with --cluster
 SWEEP:: --jobs 2 --cluster tcp://host:8786 => --jobs 2 is for this machine, and a cluster computes

@@ -417,8 +417,13 @@ def test_options_of_a_command_come_before_the_shared_ones(capfd):
         ),
         (
             "place go2",
-            ["--contact-stiffness", "--contact-damping", "--stop-stiffness", "--motors", "--torque"],
+            ["--contact-stiffness", "--contact-damping", "--stop-stiffness", "--motors", "--torque", "--part"],
             {"--set", "--friction", "--lock", "--pulse"},
+        ),
+        (
+            "identify log.csv go2 --unknown friction=0:1",
+            ["--at", "--part", "--pulse", "--range-g", "--v-in", "--ground-tolerance"],
+            {"--set", "--contact", "--friction", "--lock", "--drives"},
         ),
         (
             "touchdowns walk.csv go2",

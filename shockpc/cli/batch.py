@@ -9,7 +9,7 @@ from shockpc.cli.output import emit, exit_code
 from shockpc.cli.parse import robot_name
 from shockpc.cli.progress import progress
 from shockpc.cli.scenes import scenes_from
-from shockpc.cli.study import given, help_of, study_options
+from shockpc.cli.study import given, help_of, refuse_unasked, study_options
 from shockpc.evaluation.executor import executor
 from shockpc.robot.catalogue import robots_of_set
 from shockpc.show.reports.batch import batch_report
@@ -38,6 +38,7 @@ def batch(
         raise StudyError("no robot is named; give names or files, or a set: shockpc batch --robots quadrupeds")
     if figures and output.out is None:
         raise StudyError("--figures needs a folder to write to; give one with --out")
+    refuse_unasked(study, options, typed)
     look = None
     if figures:
         from shockpc.show.figure.view import view_of  # which imports matplotlib

@@ -12,7 +12,7 @@ from shockpc.cli.parse import JointModelName, joint_models, path
 from shockpc.cli.process import print_error
 from shockpc.cli.rows import computed
 from shockpc.cli.scenes import scenes_in
-from shockpc.cli.study import given, help_of, study_options
+from shockpc.cli.study import given, help_of, refuse_unasked, study_options
 from shockpc.cli.tables import table_and_scene
 from shockpc.evaluation.recorded import recorded_landings
 from shockpc.evaluation.recorded_rows import rows_of_scenes
@@ -83,6 +83,7 @@ def landings(
             raise StudyError("--command prints the scene of one landing and nothing else; leave out --out and --format")
         sys.stdout.write(scene_text(source.case(source.row_named(command_)), Path.cwd()))
         return 0
+    refuse_unasked(study, options, typed, (measured.key for measured in rows_in_table.measured if "@" in measured.key))
     if not table.is_dir():
         refuse_unused(scene, rows_in_table, evaluation)
     # Before anything is written, because one of several joint models may be refused.

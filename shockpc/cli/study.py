@@ -19,6 +19,7 @@ of which could not be computed, which decides on the exit code.
 import dataclasses
 import inspect
 import pkgutil
+import re
 import sys
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from functools import partial
@@ -35,9 +36,10 @@ from shockpc.cli.parse import Span, Vector, box, numbers, pair_of, path, renamin
 from shockpc.cli.progress import progress, shown_trace
 from shockpc.cli.scenes import landings_from, one_scene, postures_from, scenes_from
 from shockpc.evaluation.column_names import StateColumns
-from shockpc.evaluation.variation import ATTITUDE, OFFSET, Vary, kind_of, variation
+from shockpc.evaluation.variation import ATTITUDE, OFFSET, Vary, variation
 from shockpc.landing.scene import Point
 from shockpc.landing.scene_file import point_at
+from shockpc.quantities.table import select
 from shockpc.robot.robot import Robot
 from shockpc.studies.compare import Design
 from shockpc.studies.declare import StudyParameter, declaration
@@ -119,8 +121,8 @@ def study_command(name: str) -> Command:
         if "target" in needs:
             arguments["target"] = _target(robot, typed["at_"], typed["quantity"])
         used = {key: value for key, value in arguments.items() if key in needs}
-        looped = bool(robot.loops or getattr(read.get("scene"), "closure", ()))
-        refuse_varied(typed["options"], robot, _varied(study, typed["typed"], robot, looped))
+        refuse_varied(typed["options"], robot, _varied(study, typed["typed"], robot))
+        refuse_unasked(study, typed["options"], typed["typed"], filter(None, [typed.get("quantity")]))
         result = study(**used, **given(study, typed["typed"], robot))
         if kind == "log":
             from shockpc.cli.tables import refuse_overridden
@@ -186,17 +188,42 @@ def refuse_varied(options: SceneOptions, robot: Robot, varied: Iterable[tuple[st
         )
 
 
-def _varied(study: Callable[..., Any], typed: Mapping[str, Any], robot: Robot, looped: bool) -> Iterator[tuple[str, str]]:
-    """Kind and target of what varies from landing to landing of a study: in options NAME=VALUES, and the joint of limits.
+def refuse_unasked(
+    study: Callable[..., Any], options: SceneOptions, typed: Mapping[str, Any], quantities: Iterable[str] = ()
+) -> None:
+    """Refuse a pulse and parts on which no number of a study depends. In a scene's file they may stand: they are of the robot.
 
-    Where loops are `looped`, they are followed from the value of that joint, which then has an effect.
+    Args:
+        study: the study.
+        options: of the command.
+        typed: the arguments of the study, by parameter.
+        quantities: further ones that are computed, KEY[@PLACE].
+
+    Raises:
+        UnknownName: there is no such quantity.
+        StudyError: an option has no effect.
     """
+    texts = list(quantities)
+    for name, parameter in declaration(study).parameters.items():
+        if (parameter.option.form or "").startswith("KEY") and (value := typed.get(name)):
+            texts += [value] if isinstance(value, str) else value
+    entries = [select(re.split("@|<=|>=", text)[0].strip()).quantity for text in texts]
+    wanted = {
+        "pulse": any(entry.with_stiffness or entry.key.startswith("peak_g") for entry in entries),
+        "part": any(entry.of == "part" or entry.key == "joint_torque_share" for entry in entries),
+    }
+    given = {"pulse": options.given.get("pulse"), "part": options.part}
+    for name, example in {"pulse": "peak_g", "part": "part_margin"}.items():
+        if given[name] and not wanted[name] and name not in declaration(study).uses:
+            raise StudyError(f"no number here depends on --{name}; ask for one that does, such as {example}, or leave it out")
+
+
+def _varied(study: Callable[..., Any], typed: Mapping[str, Any], robot: Robot) -> Iterator[tuple[str, str]]:
+    """Kind and target of what varies from landing to landing of a study: in its options NAME=VALUES."""
     for name, parameter in declaration(study).parameters.items():
         if parameter.option.form == "NAME=VALUES":
             for varied in (variation(robot, *pair) for pair in typed[name]):
                 yield from [(varied.kind, varied.target)] * (not varied.factor)
-        elif parameter.option.form == "JOINT" and not looped and (found := kind_of(robot, typed[name]))[0] == "joint":
-            yield found
 
 
 def _read(

@@ -7,7 +7,7 @@ from shockpc.cli.options import ROBOT, OutputOptions, RunOptions, SceneOptions, 
 from shockpc.cli.output import emit, exit_code
 from shockpc.cli.rows import computed
 from shockpc.cli.scenes import scenes_from
-from shockpc.cli.study import given, help_of, refuse_varied, study_options
+from shockpc.cli.study import given, help_of, refuse_unasked, refuse_varied, study_options
 from shockpc.evaluation.summary import summarise
 from shockpc.show.reports.sweep import sweep_report
 from shockpc.studies.sweep import sweep as study
@@ -32,6 +32,7 @@ def sweep(
     if len(scenes) > 1 and not contacts:
         names = ",".join(contact.frame for scene in scenes for contact in scene.contact)
         raise StudyError(f"a sweep varies one landing, but there are {len(scenes)}; compare contacts with --vary contact={names}")
+    refuse_unasked(study, options, typed)
     made = study(scenes[0], robot=loaded, at=scenes[0].point, **given(study, typed, loaded))
     refuse_varied(options, loaded, ((one.kind, one.target) for one in made.landings.variations if not one.factor))
     with computed(made, "rows", output.out, rows or (None if output.out is None else "parquet"), run) as table:

@@ -66,6 +66,7 @@ class Study(NamedTuple):
         typed: makes arguments in SI units of what was typed, where a robot's joints decide on the units.
         without: options of a landing that the study refuses, which its command does not take: by their names with underscores, or
             by their headings.
+        uses: "pulse" or "part", if its numbers depend on these whatever quantities are asked for.
     """
 
     parameters: dict[str, StudyParameter]
@@ -73,6 +74,7 @@ class Study(NamedTuple):
     more: str
     typed: Callable[[Any, dict[str, Any]], dict[str, Any]]
     without: tuple[str, ...]
+    uses: tuple[str, ...]
 
 
 def study(
@@ -80,6 +82,7 @@ def study(
     more: str = "",
     typed: Callable[[Any, dict[str, Any]], dict[str, Any]] = lambda robot, given: given,
     without: tuple[str, ...] = (),
+    uses: tuple[str, ...] = (),
 ) -> Callable[[F], F]:
     """Declare a function as a study, and list its options in its docstring; arguments as in `Study`.
 
@@ -101,7 +104,7 @@ def study(
         )
         # Without the options, because Python's help prints annotations whole.
         call = checked(function, signature.replace(parameters=plain), {name: one.option.fault for name, one in parameters.items()})
-        vars(call)["study"] = Study(parameters, examples, more, typed, without)
+        vars(call)["study"] = Study(parameters, examples, more, typed, without, uses)
         return call
 
     return declare

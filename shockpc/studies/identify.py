@@ -154,6 +154,7 @@ class Identification:
         "predicted and measured jumps differ least, with 95 % intervals; what the data do not tell is said. --out has drives.toml "
         "for --drives, and scene.toml with all values, which every command takes."
     ),
+    without=("at", "part", "pulse", "range_g", "v_in", "ground_tolerance"),  # as velocities alone are compared
 )
 def identify(
     table: str | os.PathLike[str] | Mapping[str, Any] | Table,

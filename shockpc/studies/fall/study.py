@@ -106,6 +106,7 @@ class Falls:
         " slides or leaves the ground, strike after strike. Each strike is a landing with the joints as modelled."
     ),
     without=(CONTACT, STRIKE),  # which a fall computes
+    uses=("part",),
 )
 def fall(
     postures: Scene | Mapping[str, Scene],

@@ -149,7 +149,9 @@ class PlaceStudy:
         "landings. The optimum over the body is exact, with its gap stated; the shock at the places is proven. With "
         "--pulse and --range-g, also how much of a sensor's range is left along each axis."
     ),
-    without=("contact_stiffness", "contact_damping", "no_gravity", "stop_stiffness", "motors", "torque"),  # of `refuse_ground`
+    # What `refuse_ground` refuses, and parts, whose places are given.
+    without=("contact_stiffness", "contact_damping", "no_gravity", "stop_stiffness", "motors", "torque", "part"),
+    uses=("pulse",),
 )
 def place(
     landings: Scene | Mapping[str, Scene],
