@@ -172,6 +172,7 @@ def find_srdf(robot_path: Path, robot_name_in_file: str) -> Path | None:
     return None
 
 
+@functools.cache
 def project_robots_folder() -> Path:
     """Return the folder of the project's robots: inside an installed package, or beside it in a checkout."""
     package = Path(__file__).resolve().parent.parent
@@ -199,8 +200,8 @@ def _closing_scenes() -> dict[Path, Path]:
 def data_folder() -> Path | None:
     """Return the share folder of example-robot-data, which is also the package root of its meshes; None if not installed."""
     # Where the wheel puts it, and where a system package does; asking importlib.metadata costs tens of milliseconds.
-    places = (*(Path(place) / "cmeel.prefix" for place in sys.path), Path(sys.prefix))
-    return next((place / _SHARE for place in places if (place / _SHARE / "robots").is_dir()), None)
+    places = (*(os.path.join(place, "cmeel.prefix") for place in sys.path), sys.prefix)
+    return next((Path(place, _SHARE) for place in places if os.path.isdir(os.path.join(place, _SHARE, "robots"))), None)
 
 
 def _stem(file: str) -> str:

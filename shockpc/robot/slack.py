@@ -47,19 +47,23 @@ def refuse_tree(carriers: Mapping[str, str]) -> None:
 
 def negative_moment(mass: float, inertia: Array) -> bool:
     """Whether a principal moment of an inertia (3, 3) [kg m²] is negative, and by more than the rounding of a mass [kg] leaves."""
-    least, _, most = np.linalg.eigvalsh(inertia)
-    return bool(least < -max(_NOTHING * abs(most), POINT * mass))
+    least, _, most = np.linalg.eigvalsh(inertia).tolist()
+    return _below_zero(mass, least, most)
+
+
+def _below_zero(mass: float, least: float, most: float) -> bool:
+    return least < -max(_NOTHING * abs(most), POINT * mass)
 
 
 def inertia_fault(mass: float, inertia: Array) -> str | None:
     """Say why no body of a mass above zero [kg] has this inertia (3, 3) about its centre of mass [kg m²]; None if one can."""
-    least, middle, most = (float(moment) for moment in np.linalg.eigvalsh(inertia))
+    least, middle, most = np.linalg.eigvalsh(inertia).tolist()
     if max(abs(least), abs(most)) < POINT * mass:
         return "the inertia is zero, that of a point"
     if (inertia == inertia[0, 0]).all():
         return f"all six entries of the inertia are {inertia[0, 0]:g} kg m², which no body has; they look like a placeholder"
     moments = f"the principal moments are {least:.3g}, {middle:.3g} and {most:.3g} kg m²"
-    if negative_moment(mass, inertia):
+    if _below_zero(mass, least, most):
         return f"{moments}, and no body has a negative one"
     if least + middle < _FLAT * most:
         return f"{moments}, and no body has one above the sum of the other two"
