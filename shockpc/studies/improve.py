@@ -196,10 +196,6 @@ def improve(
         quantities = _usual_quantities(robot, scenes.values())
         if not any(scene.point for scene in scenes.values()):
             chosen.append(f"quantity {', '.join(quantities)}")
-    if not vary and robot.loops:
-        raise StudyError(
-            f"loops of {robot.label} move its joints together; name what may change with --vary, such as a motor's joint"
-        )
     texts = (quantities,) if isinstance(quantities, str) else tuple(quantities)
     if len(texts) > 2 or len(set(texts)) < len(texts):
         raise StudyError(f"improve takes one quantity or two different ones, got {', '.join(texts)}; --keep bounds others")
@@ -208,8 +204,10 @@ def improve(
     }
     taken = _subjects(robot, over)
     if not vary:
-        if not (vary := {name: values for name, values in _near_joints(robot, scenes).items() if name not in taken}):
-            raise StudyError("no joint that carries what strikes is free to move; name what may change with --vary")
+        vary = {name: values for name, values in _near_joints(robot, scenes).items() if name not in taken}
+        if robot.loops or not vary:
+            why = "loops move its joints together" if robot.loops else "no joint that carries what strikes is free to move"
+            raise StudyError(f"{robot.label}: {why}; name what may change with --vary, such as the joint of a motor")
         within = f"the joints that carry what strikes, within {REACH:g} deg of the landing as given and their limits"
         chosen.append(f"variables {few(list(vary), 12)}, {within}")
     if both := taken & _subjects(robot, vary):
