@@ -501,6 +501,26 @@ def test_docstrings_can_be_left_out():
         assert done[0].stdout == done[1].stdout != ""
 
 
+@pytest.mark.parametrize(
+    ("words", "text"),
+    [
+        ("sweep go2 --contact FL_foot --vary speed=1,2 --drives none --joints rigid", "no joint has a spring, so nothing changes"),
+        (
+            "sweep go2 --contact FL_foot --vary speed=1,2 --restitution-along directions",
+            '"FL_foot" is along its directions, but no',
+        ),
+        ("landings log.csv go2 --contact FL_foot --restitution-along directions", '"FL_foot" is along its directions, but no'),
+        ("analyze go2 --contact FL_foot --restitution-along directions --all", '"FL_foot" is along its directions, but no'),
+        ("sweep go2 --contact FL_foot --vary speed=1,2 --assemble FL_calf_joint", '"FL_calf_joint" may move to close loops, but'),
+        ("place go2 --contact FL_foot --at FR_calf", 'no place on base, so left out: "FR_calf"'),
+    ],
+)
+def test_what_changes_nothing_in_a_landing_is_said(capfd, here, words, text):
+    """It is no mistake, as where designs or landings are compared, of which others have a spring or a restitution."""
+    (here / "log.csv").write_text("vz\n-1\n-2\n")
+    assert text in " ".join(good(capfd, *words.split()).split())
+
+
 def test_a_pulse_without_a_sensor_gives_a_warning(capfd):
     """A robot without sensors, and no point given: no peak is computed, and the table says so."""
     words = ("analyze", "solo12", "--contact", "FL_FOOT", "--pulse", "half-sine:2ms")

@@ -168,10 +168,13 @@ def test_velocities_before_that_are_too_small():
     assert found.values == pytest.approx({"friction": 0.3, "restitution": 0.25, "scale:before": 1.0 / 0.9}, abs=1e-3)
 
 
-def test_a_contact_stiffness_from_velocities_at_a_time(here):
-    """While the contact still presses; how stiff it is cannot be told from the end alone."""
+@pytest.mark.parametrize("more", [{}, {"gravity": False}, {"torque": {"knee": 4.0}}, {"motors": "none"}])
+def test_a_contact_stiffness_from_velocities_at_a_time(here, more):
+    """While the contact still presses; how stiff it is cannot be told from the end alone. What else counts on it may be given."""
     table = leg(rng(), 5, here, noise=0.0)
-    scene = replace(leg_scene(here), contact_stiffness=5e4)
+    scene = leg_scene(here)
+    joints = {key: more[key] for key in more if key != "gravity"}
+    scene = replace(scene, contact_stiffness=5e4, gravity=more.get("gravity", True), joints=replace(scene.joints, **joints))
     table |= {name.replace("after_", "after1ms_"): table.pop(name) for name in ("after_hip", "after_knee")}
     rows = rows_of(table, landing_of(scene, robot_of(scene)))
     jumps = Predictor(rows, robot_of(scene), (), rows.measured)(None).jumps
@@ -179,7 +182,9 @@ def test_a_contact_stiffness_from_velocities_at_a_time(here):
         f"after1ms_{column.name}": table[f"before_{column.name}"] + jump
         for column, jump in zip(rows.measured, jumps.T, strict=True)
     }
-    found = identify(table, leg_scene(here), {"contact-stiffness": "1e4:1e6:log"})
+    found = identify(
+        table, replace(scene, contact_stiffness=2e4) if more else leg_scene(here), {"contact-stiffness": "1e4:1e6:log"}
+    )
     assert found.values["contact-stiffness"] == pytest.approx(5e4, rel=1e-3)
     with pytest.raises(StudyError, match="does not say when it was measured"):
         identify(leg(rng(), 5, here), leg_scene(here), {"contact-stiffness": (1e4, 1e6)})

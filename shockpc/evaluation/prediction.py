@@ -341,6 +341,9 @@ class Predictor:
 
 
 def _sticking(scene: Scene) -> Scene:
-    """The scene on contacts that stick without restitution, of no finite stiffness."""
+    """The scene on contacts that stick without restitution, of no finite stiffness, nor what counts on one alone."""
     contact = tuple(replace(contact, restitution=0.0) for contact in scene.contact)
-    return replace(scene, contact=contact, friction=None, contact_stiffness=None, tangential_stiffness=None, contact_damping=None)
+    return replace(
+        scene, contact=contact, friction=None, contact_stiffness=None, tangential_stiffness=None, contact_damping=None,
+        stop_stiffness=None, gravity=True, joints=replace(scene.joints, torque={}, motors=None),
+    )  # fmt: skip

@@ -76,6 +76,8 @@ def _check_ground(scene: Scene, blocks: tuple[Block, ...]) -> None:
     if k is None and (scene.joints.torque or scene.joints.motors):
         what = "torque" if scene.joints.torque else f'motors = "{scene.joints.motors}"'
         raise SceneError(f"{what} of joints: constant torques count on contacts of finite stiffness; give contact_stiffness too")
+    if k is None and not scene.gravity and not scene.part:  # of which the stiffness is looked for that breaks one
+        raise SceneError("gravity = false (--no-gravity) counts on contacts of finite stiffness; give contact_stiffness too")
     if mu is None and k is None:
         return
     if mu is not None and k is not None:

@@ -183,6 +183,7 @@ def _closing(study: RecordedLandings, results: Table, validation: Validation | N
 
 def _warnings(landings: RecordedLandings) -> Iterator[str]:
     yield from (f"warning: {text}" for text in landings.table.warnings)
+    yield from (f"warning: {warning}" for warning in landings.first.warnings if warning.kind == "scene")
     for joint in landings.robot.single_joints:
         low, high = joint.limits
         if joint.name in landings.table.joints and joint.kind in ("revolute", "prismatic"):

@@ -10,12 +10,15 @@ from shockpc.show.reports.report import Picture, Report
 from shockpc.show.tables import Lines, Row, Sheet, sheet_of
 from shockpc.show.wording import count, proof_text, robot_name, shared_lines, shared_warnings
 from shockpc.studies.place.study import PlaceStudy, SensorPlace
-from shockpc.text.printed import cause_lines, causes, few
+from shockpc.text.printed import cause_lines, causes, few, listed
 
 
 def place_report(study: PlaceStudy) -> Report:
     """The places of least shock on a body."""
     number = "greatest shock" if study.weights is None else "weighted mean of the shock"
+    asked = dict.fromkeys(point.label for profile in study.profiles for point in profile.scene.point)
+    apart = [name for name in asked if name not in {place.name for place in study.today}]
+    outside = [f"warning: no place on {study.robot.bodies[study.body].name}, so left out: {listed(apart, 6)}"] if apart else []
     refused = causes((name, str(reason)) for name, reason in study.failures)
     failed = [f"not computed: {line}" for line in cause_lines(refused, "landings", 6)]
     return Report(
@@ -30,7 +33,12 @@ def place_report(study: PlaceStudy) -> Report:
         ],
         lead=3,
         closing=[*_gains(study), *_proof(study)],
-        warnings=[*failed, *(f"warning: {text}" for text in study.region.warnings), *shared_warnings(_named(study), "sensor")],
+        warnings=[
+            *failed,
+            *outside,
+            *(f"warning: {text}" for text in study.region.warnings),
+            *shared_warnings(_named(study), "sensor"),
+        ],
         sheets={"places": lambda: _places(study), "landings": lambda: _landings(study)},
         document=lambda: _document(study),
         landings=_named(study),

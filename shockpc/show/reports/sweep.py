@@ -123,6 +123,8 @@ def _lines(summary: Summary[VariedLandings]) -> Iterator[str]:
         yield f"warning: flat ground does not allow {refused} of {summary.rows} landings: {listed}; {left}"
     yield from (f"warning: {warning}" for warning in summary.evaluation.landings.case(0)[1].change_warnings)
     sweep = summary.evaluation.landings
+    if all(varied.stage for varied in sweep.variations):  # else rows have landings of which others may say less or more
+        yield from (f"warning: {warning}" for warning in sweep.first.warnings if warning.kind == "scene")
     yield from (f"warning: {text}" for varied in sweep.variations if (text := beyond_limits(sweep.robot, varied)))
     stiff = sweep.scene.contact_stiffness is not None or any(varied.kind == "contact-stiffness" for varied in sweep.variations)
     if not stiff or not any(
