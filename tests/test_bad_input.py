@@ -215,6 +215,9 @@ batch stick.urdf --contact foot:: --pulse half-sine:5ms | --pulse half-sine:5ms 
 compare stick.urdf --contact foot --change mass:shin=0.9x:: --part knee="5 N m" => no number here depends on --part
 limits stick.urdf --contact foot --joint knee --at body --max 0.2:: --pulse half-sine:5ms => no number here depends on --pulse
 landings log.csv stick.urdf --contact foot:: --part knee="5 N m" --quantity delta_v@body => such as part_margin, or leave it out
+sensitivity stick.urdf --contact foot --at body --vary mass:*=0.9x:1.1x:: --group shin => leave one of the two out
+landings scenes:: --contact-stiffness 1e5 => the scene gives a contact stiffness, which would change nothing here
+analyze scenes/one.toml:: --together => the contacts of a scene strike together
 SWEEP:: --rows csv => --rows csv is the format of files, and needs a folder: --out DIR
 SWEEP:: --wait => waits for the workers of a cluster; give its address with --cluster
 SWEEP:: --jobs 2 --cluster tcp://host:8786 => --jobs 2 is for this machine, and a cluster computes
@@ -235,6 +238,8 @@ SWEEP = "sweep stick.urdf --contact foot --vary knee=10,20"
 def test_commands_that_cannot_be_run(capfd, here, reason, words):
     """A message has the option or the name, what was typed, and what would be valid."""
     (here / "log.csv").write_text("knee\n0.1\n")
+    (here / "scenes").mkdir()
+    (here / "scenes" / "one.toml").write_text('robot = "../stick.urdf"\ncontact = "foot"\n')
     assert contains(refusal(capfd, here, *words), reason)
 
 

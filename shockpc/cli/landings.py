@@ -84,8 +84,9 @@ def landings(
         sys.stdout.write(scene_text(source.case(source.row_named(command_)), Path.cwd()))
         return 0
     refuse_unasked(study, options, typed, (measured.key for measured in rows_in_table.measured if "@" in measured.key))
-    if not table.is_dir():
-        refuse_unused(scene, rows_in_table, evaluation)
+    typed_stiffness = options.given.get("contact_stiffness") is not None
+    for one in (scene,) if not table.is_dir() else rows_in_table.scenes if typed_stiffness else ():
+        refuse_unused(one, rows_in_table, evaluation)
     # Before anything is written, because one of several joint models may be refused.
     comparison = None
     if rows_in_table.measured:

@@ -206,6 +206,8 @@ def is_scene_file(name: str) -> bool:
 def _contacts(robot: Robot, scene: Scene, options: SceneOptions) -> list[tuple[Contact, ...]]:
     """The contacts of each landing: those that are named, else the scene's, else each foot alone."""
     if scene.contact and not options.contact:
+        if options.together:
+            raise SceneError("--together is for the matches of --contact; the contacts of a scene strike together, so leave it out")
         return [scene.contact]
     if not options.contact and not feet(robot):
         raise SceneError(f'no contact is defined for robot "{robot.name}"; name one with --contact, such as "{robot.links[-1]}"')

@@ -224,6 +224,10 @@ def sensitivity(
     scenes = named_scenes(landings)
     robot = robot or common_robot(scenes)
     chosen = [variation(robot, subject, values) for subject, values in pairs(vary)]
+    if chosen and groups:
+        raise StudyError(
+            "groups are of all parameters, and vary names those that change, of which a glob is one; leave one of the two out"
+        )
     refuse_repeated(robot, chosen)
     solved = profiles({name: (scene, robot) for name, scene in scenes.items()}, trace)
     text = target_text(target, scenes.values())
