@@ -21,7 +21,7 @@ RUNS, ROUGH, SLOW = 80, 36, 4
 TRIED = 20
 """Random points of which a run begins at the best."""
 
-STEPS, CHANGE = 60, 1e-10
+STEPS, CHANGE = 100, 1e-10
 """Steps of a run at most, and the change of the objective by a step, relative to the start, at which it ends."""
 
 OPTIMUM_TOLERANCE = 1e-6
