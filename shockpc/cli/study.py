@@ -183,8 +183,8 @@ def refuse_varied(options: SceneOptions, robot: Robot, varied: Iterable[tuple[st
     ignored += ["--contact"] * bool(options.contact and "contact" in targets)
     if ignored:
         raise StudyError(
-            f"{', '.join(ignored)} has no effect, because the value varies from landing to landing; leave it out (one component of "
-            "several by a zero)"
+            f"{', '.join(ignored)} has no effect, because the value varies from landing to landing; leave it out, or, of an option "
+            "with three numbers, give zero for the one that varies"
         )
 
 

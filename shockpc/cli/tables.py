@@ -100,8 +100,8 @@ def refuse_overridden(options: SceneOptions, scene: Scene, robot: Robot, table: 
     if ignored:
         listed = ", ".join(f'{option} (column "{column}")' for option, column in ignored)
         raise SceneError(
-            f"columns override options: {listed}; leave out the options (one component of several by a zero), or the "
-            "columns with --map COLUMN="
+            f"columns override options: {listed}; leave out the options (of one with three numbers, give zero for that of the "
+            "column), or the columns with --map COLUMN="
         )
 
 

@@ -99,7 +99,7 @@ class ShockCost:
         bounds: (n, 2) least and greatest value of each, in these units.
         given: (n,) present values; NaN of what has none, or not a single one in all landings.
         x0: (n,) those of the first landing, within the bounds; the middle of the bounds of what has none.
-        slow: whether each point needs landings of its own.
+        slow: whether each point needs separate landings.
         exact: whether there are formulas for all derivatives; else they are differences.
         terms: the K numbers that count, of all landings.
         constraints: (K,) which of them are constraints.

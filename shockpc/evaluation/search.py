@@ -16,7 +16,7 @@ from shockpc.evaluation.cost import SLACK, ShockCost
 from shockpc.evaluation.lockstep import in_lockstep
 
 RUNS, ROUGH, SLOW = 80, 36, 4
-"""Runs by default; where derivatives are differences; and where each point needs a landing of its own."""
+"""Runs by default; where derivatives are differences; and where each point needs a separate landing."""
 
 TRIED = 20
 """Random points of which a run begins at the best."""

@@ -48,12 +48,12 @@ def derivatives(
 ) -> Derivatives:
     """The derivatives of steps 1 and 2 in N postures.
 
-    They are those of the equations as they stand: a follower, a locked joint and one of a loop each have a column of their own, in
+    They are those of the equations as they stand: a follower, a locked joint and one of a loop each have a separate column, in
     which the others stay. In a posture with redundant rows they are those along which the same rows stay redundant; in one that is
     singular, where fewer rows are independent than beside it, there are none.
 
     Args:
-        landing: the landing; strikes of a contact's own velocity are not among these.
+        landing: the landing; strikes of a contact's velocity are not among these.
         equation: step 1.
         solution: of it.
         bodies: indices of those whose jumps are wanted; all by default.
@@ -77,7 +77,7 @@ def derivatives(
     for k in range(0, n, BLOCK):
         chunk = slice(k, k + BLOCK)
         _jump_rates(position[chunk], state.J[chunk], moves, twists[chunk], fixed[chunk], d_qd[chunk], maps[chunk])
-    if robot.free_base:  # its velocity is written in its own axes, at its own origin, which move with it
+    if robot.free_base:  # its velocity is written in body axes, at the origin of the body, which move with it
         linear, angular = (cross_matrix(delta_qd[:, k : k + 3].swapaxes(1, 2)).swapaxes(1, 2) for k in (0, 3))
         d_qd[:, :3, :, :3] += angular
         d_qd[:, :3, :, 3:6] += linear
@@ -89,8 +89,8 @@ def derivatives(
 def _masks(robot: Robot) -> tuple[Array, Array]:
     """Which columns a joint velocity turns: masks (nv, nv) of 1 and 0, the first index that velocity, the second the column.
 
-    Returns: turned, the columns of joints behind the velocity's joint, and its own; and ahead, those of joints that carry it, which
-        stay. The columns of a free base stay in the world; its velocity is converted to its own axes in the end.
+    Returns: turned, the columns of joints behind the velocity's joint, and those of that joint; and ahead, those of joints that
+        carry it, which stay. The columns of a free base stay in the world; its velocity is converted to body axes in the end.
     """
     first = np.array([joint.v.start for joint in robot.single_joints for _ in range(joint.v.start, joint.v.stop)])
     if robot.free_base:

@@ -79,13 +79,13 @@ class CatalogueEntry(NamedTuple):
 
 
 def catalogue() -> tuple[CatalogueEntry, ...]:
-    """List every robot known by name: the project's own first, then example-robot-data, each in alphabetical order."""
-    own = str(project_robots_folder())
-    return tuple(sorted(_entries(), key=lambda entry: (os.path.dirname(entry.file) != own, entry.name)))
+    """List every robot known by name: the project's first, then example-robot-data, each in alphabetical order."""
+    project = str(project_robots_folder())
+    return tuple(sorted(_entries(), key=lambda entry: (os.path.dirname(entry.file) != project, entry.name)))
 
 
 def _entries() -> Iterator[CatalogueEntry]:
-    """Every robot known by name, folder by folder, the project's own first; a folder is listed when it is its turn."""
+    """Every robot known by name, folder by folder, the project's first; a folder is listed when what precedes it was taken."""
     folder, taken = project_robots_folder(), set[str]()
     for file in _files(folder):
         if file.endswith((".urdf.xacro", ".xml")):

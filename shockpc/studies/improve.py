@@ -166,7 +166,7 @@ def improve(
         int | None,
         Option(
             f"Runs from random points, besides that from the landing as given; by default {RUNS}, {ROUGH} where derivatives are "
-            f"differences, and {SLOW} where each point needs a landing of its own.",
+            f"differences, and {SLOW} where each point needs a separate landing.",
             "Search",
             "N",
             least=0.0,
@@ -349,7 +349,7 @@ def _front(
         raise StudyError(
             f"{other.quantity} has no finite value at an end of the front; choose another quantity, or bound it with --keep"
         )
-    # No constraint holds exactly at the optimum of its own number.
+    # No constraint holds exactly at the optimum of the number that it bounds.
     for bound in (most + np.linspace(0.0, 1.0 - END_GAP, FRONT + 2)[1:] * (least - most)).tolist():
         between = [found[-1], last, *begun[0][:BEGUN]]
         best = search(bounded(f"{other.quantity}{sense}{bound!r}"), between)[0]
