@@ -20,7 +20,7 @@ from shockpc.robot.changes import changed, read_changes
 from shockpc.robot.load import load_robot
 from shockpc.show.reports.compare import compare_report
 from shockpc.show.reports.report import Picture
-from shockpc.studies.compare import STANDARD, Design, compare, design_with
+from shockpc.studies.compare import STANDARD, WITH_FRICTION, Design, compare, design_with
 from shockpc.text.errors import SolveError, StudyError
 
 CHANGES = "mass:FL_calf=0.9x; armature:*_calf_joint=0.01"
@@ -337,3 +337,20 @@ def test_a_quantity_at_no_place_of_all_designs_is_refused(capfd):
     ended = run(capfd, "compare", *words)
     assert ended.code != 0
     assert all(word in ended.err for word in ("shock_friction", '"imu"', "of solo12 none", "--pair"))
+
+
+def test_designs_that_land_with_friction_are_compared_with_friction(capfd):
+    """On a ground on which the foot slides the numbers are those with friction of an analysis, and said to be not proven."""
+    sliding = ("go2", "--contact", "FL_foot", "--strike-angle", "40", "--friction", "0.2")
+    document = json.loads(run(capfd, "compare", *sliding, "--change", "mass:*_calf=0.9x", "--format", "json").out)
+    names = [entry["quantity"] for entry in document["quantities"]]
+    assert names == list(WITH_FRICTION)
+    scene = Scene(robot="go2", contact="FL_foot", strike=Strike(strike_angle_deg=40.0), friction=0.2)
+    profile = shock_profile(scene)
+    quantity = select("shock_com_friction").quantity
+    shocks = dict(zip(profile.bodies, profile.values(quantity).tolist(), strict=True))
+    compared = {row["body"]: row["values"][0] for row in document["quantities"][1]["rows"]}
+    assert compared == pytest.approx(shocks, rel=1e-12)
+    assert abs(compared["base"] - profile.value("shock_com", "body")[0]) > 0.01
+    text = run(capfd, "compare", *sliding, "--change", "mass:*_calf=0.9x").out
+    assert "in double precision, not proven: shock_friction" in text

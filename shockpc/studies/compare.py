@@ -22,7 +22,8 @@ from shockpc.text.errors import SceneError, ShockError, SolveError, StudyError
 from shockpc.text.printed import listed
 
 STANDARD = ("shock", "shock_com", "shock_max", "ropc", "mass_sticking", "mass_frictionless", "joint_impulse", "joint_moment")
-"""Quantities that are always compared."""
+WITH_FRICTION = ("shock_friction", "shock_com_friction", "ropc_friction", "joint_impulse_friction", "joint_moment_friction")
+"""Quantities that are always compared: of contacts that stick, or with friction where all designs land with friction."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -206,8 +207,10 @@ def compare(
     every += tuple(design_with(every[0], of_design) for of_design in read)
     if len(every) < 2:
         raise StudyError("one design cannot be compared; give another one, or a change of it with --change")
+    slides = all(design.scene.friction is not None for design in every)
+    texts = tuple(dict.fromkeys((*quantities, *(WITH_FRICTION if slides else STANDARD))))
     for design in every:
-        refuse_unused_ground(design.scene, (select(text.partition("@")[0]).quantity for text in (*quantities, *STANDARD)))
+        refuse_unused_ground(design.scene, (select(text.partition("@")[0]).quantity for text in texts))
     profiles = _profiles(every)
     for pair in pairs:
         if not any(any(matching(profiles[0], profile, *pair).values()) for profile in profiles[1:]):
@@ -216,7 +219,7 @@ def compare(
             )
             raise StudyError(f'--pair "{"=".join(pair)}" names no body, joint or point of both designs; {names}')
     matched = tuple(partners(profiles[0], profile, pairs) for profile in profiles[1:])
-    differences = {text: _differences(profiles, matched, text) for text in dict.fromkeys((*quantities, *STANDARD))}
+    differences = {text: _differences(profiles, matched, text) for text in texts}
     for text in quantities:
         if not differences[text].rows:
             raise StudyError(_nothing(every, profiles, matched, text))

@@ -11,10 +11,10 @@ from shockpc.show.figure.layout import LEFT, Page
 from shockpc.show.figure.picture import letter
 from shockpc.show.figure.style import CURVES, INK, PAPER
 from shockpc.show.figure.view import View, view_of, windows_of
-from shockpc.studies.compare import STANDARD, Comparison, Difference, Differences
+from shockpc.studies.compare import STANDARD, WITH_FRICTION, Comparison, Difference, Differences
 from shockpc.text.printed import printable
 
-DRAWN_QUANTITIES = ("shock", "shock_com", "joint_impulse", "mass_sticking")
+DRAWN_QUANTITIES = ("shock", "shock_com", "joint_impulse", "mass_sticking", *WITH_FRICTION[:2], "joint_impulse_friction")
 """Quantities that are drawn besides those that are asked for, which come first."""
 
 MOST_ROWS = 6
@@ -72,7 +72,7 @@ def _views(comparison: Comparison, drawn: Sequence[int]) -> list[View]:
 def _sections(comparison: Comparison) -> list[Differences]:
     """The quantities that are drawn."""
     known = {section.selection.name: section for section in comparison.quantities}
-    asked = list(known)[: len(known) - sum(name in known for name in STANDARD)]
+    asked = list(known)[: len(known) - sum(name in known for name in (*STANDARD, *WITH_FRICTION))]
     return [known[name] for name in dict.fromkeys((*asked, *DRAWN_QUANTITIES)) if name in known]
 
 

@@ -8,6 +8,7 @@ from shockpc.show.reports.report import Picture, Report
 from shockpc.show.tables import Lines, Row, Sheet, sheet_of
 from shockpc.show.wording import contact_name, count, strike_text
 from shockpc.studies.compare import Comparison, Differences
+from shockpc.text.printed import few
 
 
 def compare_report(comparison: Comparison) -> Report:
@@ -31,7 +32,12 @@ def compare_report(comparison: Comparison) -> Report:
             *(_sheet(comparison, differences, letters, None if full else 8) for differences in comparison.quantities),
         ],
         lead=2,
-        closing=[*_joint_models(comparison, letters), *_paired(comparison, letters), *_unmatched(comparison, letters)],
+        closing=[
+            *_joint_models(comparison, letters),
+            *_paired(comparison, letters),
+            *_unmatched(comparison, letters),
+            *_unproven(comparison),
+        ],
         warnings=_warnings(comparison, letters),
         sheets={"compare": lambda: sheet_of(comparison.table)},
         document=lambda: _document(comparison),
@@ -97,6 +103,14 @@ def _unmatched(comparison: Comparison, letters: list[str]) -> list[str]:
         f"only in {' and '.join(letters[k] for k in designs)}: {count(len(names), kind)}: {', '.join(names)}"
         for (kind, designs), names in groups.items()
     ]
+
+
+def _unproven(comparison: Comparison) -> list[str]:
+    """Which numbers are those with friction, or of contacts of finite stiffness, for which there is no proof."""
+    quantities = [entry.selection for entry in comparison.quantities]
+    scenes = [profile.scene for profile in comparison.profiles]
+    names = [one.name for one in quantities if any(one.quantity.of_ground(scene) for scene in scenes)]
+    return [f"in double precision, not proven: {few(names, 6)}"] if names else []
 
 
 def _warnings(comparison: Comparison, letters: list[str]) -> list[str]:

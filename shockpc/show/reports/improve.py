@@ -14,7 +14,7 @@ from shockpc.show.reports.compare import compare_report
 from shockpc.show.reports.report import Picture, Report, Section, picture_files
 from shockpc.show.tables import Lines, Sheet, sheet_of
 from shockpc.show.wording import at_place, count, proof_text, shared_lines, shared_warnings, size_at_place
-from shockpc.studies.compare import STANDARD, Design, compare
+from shockpc.studies.compare import STANDARD, WITH_FRICTION, Design, compare
 from shockpc.studies.improve import Improvement
 from shockpc.text.printed import few
 
@@ -23,7 +23,7 @@ def improve_report(study: Improvement) -> Report:
     """The optimum."""
     worst = {"as given": study.before[study.worst], "optimum": study.after[study.worst]}
     quantities = [cost.quantity for cost in study.costs]
-    further = [text for text in quantities if "," not in text and text.partition("@")[0] not in STANDARD]
+    further = [text for text in quantities if "," not in text and text.partition("@")[0] not in (*STANDARD, *WITH_FRICTION)]
     compared = compare_report(compare([Design(label, one.scene, one.robot) for label, one in worst.items()], further))
     sheets: dict[str, Callable[[], Sheet]] = {"variables": lambda: _variables(study)}
     figures = [Picture("runs", "the target over the steps of the runs", "improve:draw_runs", (study,))]
