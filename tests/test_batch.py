@@ -279,3 +279,12 @@ def test_contact_sheet_shows_the_worst_landing_of_each_robot(capfd, tmp_path):
         known = next(row["drives"] for row in rows if row["robot"] == name)
         assert f">{k}  {name}{' *' if known else ''}<" in drawn
     assert "sheet.svg" in (tmp_path / "report.md").read_text()
+
+
+def test_with_friction_the_columns_say_which_law_of_contact_they_are_of(capfd):
+    """Numbers of contacts that stick never stand beside a friction without a word; those with friction are not proven."""
+    sliding = ("hyq", "--friction", "0.2", "--strike-angle", "40")
+    assert "warning: these numbers are of contacts that stick" in good(capfd, "batch", *sliding)
+    text = good(capfd, "batch", *sliding, "--quantity", "shock_com_friction")
+    assert "in double precision, not proven: shock_com_friction; the others are of contacts that stick" in text
+    assert "contacts that stick" not in good(capfd, "batch", "hyq")

@@ -245,6 +245,13 @@ def vector_text(values: Iterable[float]) -> str:
     return ", ".join(f"{round(float(value), 12) + 0.0:.4g}" for value in values)
 
 
+STICKING = (
+    "these numbers are of contacts that stick; the friction counts alone in whether flat ground allows a landing; "
+    "--quantity shock_friction depends on it"
+)
+"""What a friction changes where no quantity with friction was asked for."""
+
+
 def proof_text(bound: float) -> str:
     """How far the jumps are proven, and of what: not how far a real robot agrees with its file."""
     return f"proven to {bound:.0e} of each body's motion, for the robot as loaded"

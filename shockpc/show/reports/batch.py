@@ -8,9 +8,9 @@ from shockpc.quantities.table import select
 from shockpc.robot.landmarks import BENT, is_imu
 from shockpc.show.reports.report import Picture, Report, picture_files
 from shockpc.show.tables import Lines, Row, Sheet
-from shockpc.show.wording import count, proof_text, without_value
+from shockpc.show.wording import STICKING, count, proof_text, without_value
 from shockpc.studies.batch import Batch, BatchRow
-from shockpc.text.printed import Cause, cause_lines, causes
+from shockpc.text.printed import Cause, cause_lines, causes, few
 
 CAUSES = 20
 """Different causes of landings that could not be computed that are shown."""
@@ -142,6 +142,10 @@ def _notes(batch: Batch) -> Iterable[str]:
     refused = [f"{short.get(row.robot, row.robot)} {row.contact}" for row in rows if row.values["feasible"] == 0.0]
     if refused:
         yield f"flat ground does not allow {count(len(refused), 'landing')}, as the warnings say: {', '.join(refused)}"
+    if slides := [row.scene for row in rows if row.scene.friction is not None]:
+        names = [name for name in batch.columns if select(name.partition("@")[0]).quantity.of_ground(slides[0])]
+        others = "the others are of contacts that stick"
+        yield f"in double precision, not proven: {few(names, 4)}; {others}" if names else f"warning: {STICKING}"
     warned = [row for row in rows if row.warnings]
     if warned:
         robots = ", ".join(dict.fromkeys(short.get(row.robot, row.robot) for row in warned))

@@ -13,7 +13,7 @@ from shockpc.evaluation.varied import VariedLandings
 from shockpc.show.document import record
 from shockpc.show.reports.report import Picture, Report
 from shockpc.show.tables import Lines, Row, Sheet
-from shockpc.show.wording import LEFT_OUT, proof_lines, robot_name, without_value
+from shockpc.show.wording import LEFT_OUT, STICKING, proof_lines, robot_name, without_value
 from shockpc.text.printed import cause_lines
 
 MESSAGES = 5
@@ -135,10 +135,7 @@ def _lines(summary: Summary[VariedLandings]) -> Iterator[str]:
             yield f"warning: nothing computed here depends on {varied.subject}; {asked} does"
     slides = sweep.scene.friction is not None or any(varied.kind == "friction" for varied in sweep.variations)
     if slides and not any(one.column.selection.quantity.of_ground(sweep.scene) for one in summary.extents):
-        yield (
-            "warning: these numbers are of contacts that stick; the friction counts alone in whether flat ground allows a landing; "
-            "--quantity shock_friction depends on it"
-        )
+        yield f"warning: {STICKING}"
     if stiff:
         yield LEFT_OUT
     if summary.failed:
