@@ -162,7 +162,7 @@ def design_with(design: Design, changes: Sequence[Change]) -> Design:
     "shockpc compare anymal_b anymal_c --contact LF_FOOT --out compare/",
     more=(
         "The options of the landing hold for every design. One --contact is for all; with as many as there are designs,"
-        " each has one."
+        " each has one. With --friction the numbers are those with friction."
     ),
 )
 def compare(
