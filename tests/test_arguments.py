@@ -112,7 +112,7 @@ def _designs(scene):
 
 GROUND = {
     "sweep": (lambda scene, key: shockpc.sweep(scene, {"speed": [1.0]}, quantities=key), {"contact_stiffness"}),
-    "compare": (lambda scene, key: shockpc.compare(_designs(scene), key), {"friction", "contact_stiffness"}),
+    "compare": (lambda scene, key: shockpc.compare(_designs(scene), key), {"contact_stiffness"}),
     "batch": (
         lambda scene, key: _first_failure(shockpc.batch(["go2"], lambda name: (shockpc.load_robot(name), [scene]), quantities=key)),
         {"contact_stiffness"},
