@@ -156,6 +156,22 @@ def test_a_scene_holds_the_rotation_of_a_ball_joint(tmp_path):
         spinning.landings.case(0)
 
 
+def test_a_recorded_angle_that_a_scene_would_refuse_is_not_written_as_one():
+    """Beyond its limits and a whole turn: the row is computed, and its scene is refused, as it would be when it is read."""
+    robot, contact = known_robot("go2"), (Contact(frame="FL_foot"),)
+    made = study(
+        {"FL_thigh_joint": np.array([7.5, 6.0]), "FL_calf_joint": np.array([-1.5, -1.2])},
+        Scene(robot="go2", contact=contact),
+        robot=robot,
+    )
+    assert len(made.table().messages) == 0
+    with pytest.raises(StudyError, match=r'row 0: 429\.718 deg is outside the limits of joint "FL_thigh_joint".*give values from'):
+        made.landings.case(0)
+    np.testing.assert_allclose(
+        shock_profile(made.landings.case(1), robot).delta_v, made.landings.profile(1).delta_v, rtol=1e-12, atol=1e-14
+    )
+
+
 def test_arrays_of_ros_and_recorded_messages():
     """JointState with its names, as arrays and as columns of a recorded topic."""
     names, position, velocity = np.array(JOINTS[:2]), np.array([[0.1, 0.2]]), np.array([[0.3, 0.4]])

@@ -19,7 +19,7 @@ from shockpc.landing.dynamics import dynamics
 from shockpc.landing.landing import PosedLanding
 from shockpc.landing.motion import Motion, with_loops
 from shockpc.landing.places import Place, point_places
-from shockpc.landing.posture import fixed_joints
+from shockpc.landing.posture import fixed_joints, refuse_beyond_turn
 from shockpc.landing.resolve import landing_of
 from shockpc.landing.scene import Posture, Scene, Strike
 from shockpc.profile import profile_of
@@ -273,6 +273,8 @@ class RecordedLandings:
                         f'joint "{joint.name}" has {joint.v.stop - joint.v.start} degrees of freedom, whose '
                         f"{'position' if moved else 'rates'} a scene cannot hold; analyze the landing in Python, as profile(row)"
                     )
+                if joint.axis is not None and joint.name not in self.robot.followers:
+                    refuse_beyond_turn(joint, joint.value(landing.q), f"position of the table in row {row}", StudyError)
         return landing.scene
 
     def _written(self, scene: Scene | None, landing: PosedLanding) -> PosedLanding:

@@ -152,12 +152,11 @@ def scene_grid(name: str, scene: Scene, robot: Robot, vary: Iterable[tuple[str, 
             raise StudyError(f"{subject}: the robot is the same in all of these landings; compare robots with shockpc compare")
         if not varied.values:
             raise StudyError(f"{subject} needs values: a:b:n (n values from a to b) or a,b,c")
+        texts = [value if isinstance(value, str) else f"{value:g}" for value in varied.values]
         scenes = {
-            f"{label} {subject}={value if isinstance(value, str) else f'{value:g}'}".strip(): applied(known, robot, varied, value)[
-                0
-            ]
+            f"{label} {subject}={text}".strip(): applied(known, robot, varied, value)[0]
             for label, known in scenes.items()
-            for value in varied.values
+            for text, value in zip(texts, varied.values, strict=True)
         }
     return scenes
 
