@@ -2,13 +2,14 @@
 
 import functools
 from collections.abc import Callable
-from dataclasses import dataclass, fields, replace
+from dataclasses import fields, replace
 from typing import Self
 
 import numpy as np
 
 from shockpc.core.inertia import definite
 from shockpc.core.pulse import Pulse
+from shockpc.core.record import frozen
 from shockpc.core.spatial import Array, Plane, freeze, velocity_at
 from shockpc.landing.closure import Assembly, closure_block
 from shockpc.landing.contact import locate_lowest_point
@@ -26,7 +27,7 @@ from shockpc.text.diagnostic import Diagnostic
 from shockpc.text.trace import Trace
 
 
-@dataclass(frozen=True, eq=False, repr=False)
+@frozen()
 class Landing:
     """A scene resolved on a robot, in whatever posture: its methods take the robot's state in N postures.
 
@@ -151,7 +152,7 @@ class Landing:
                 trace.skip(what, why)
 
 
-@dataclass(frozen=True, eq=False, repr=False)
+@frozen()
 class PosedLanding(Landing):
     """A landing in one posture.
 

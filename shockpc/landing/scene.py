@@ -9,9 +9,10 @@ import json
 import math
 import os
 from collections.abc import Collection, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import field
 from typing import TYPE_CHECKING, Any, Literal
 
+from shockpc.core.record import frozen
 from shockpc.landing.record import Record, documented, option
 from shockpc.text.errors import SceneError
 
@@ -36,7 +37,7 @@ Base = Literal["free", "planar", "fixed"]
 
 
 @documented
-@dataclass(frozen=True, kw_only=True, eq=False, repr=False)
+@frozen(kw_only=True)
 class Contact(Record):
     """A contact as a scene states it.
 
@@ -83,7 +84,7 @@ class Contact(Record):
         return sticks(self)
 
 
-@dataclass(frozen=True, kw_only=True, eq=False, repr=False)
+@frozen(kw_only=True)
 class LoopEnd(Record):
     """One end of a closure.
 
@@ -96,7 +97,7 @@ class LoopEnd(Record):
     offset: tuple[float, float, float] = (0.0, 0.0, 0.0)
 
 
-@dataclass(frozen=True, kw_only=True, eq=False, repr=False)
+@frozen(kw_only=True)
 class Closure(Record):
     """A closed loop as a scene states it.
 
@@ -114,7 +115,7 @@ class Closure(Record):
 
 
 @documented
-@dataclass(frozen=True, kw_only=True, eq=False, repr=False)
+@frozen(kw_only=True)
 class Posture(Record):
     """A posture as a scene states it; each part overrides the one before.
 
@@ -143,7 +144,7 @@ class Posture(Record):
     joint_quaternions: Mapping[str, tuple[float, float, float, float]] = field(default_factory=dict)
 
 
-@dataclass(frozen=True, kw_only=True, eq=False, repr=False)
+@frozen(kw_only=True)
 class Rotor(Record):
     """A motor behind a gearbox.
 
@@ -159,7 +160,7 @@ class Rotor(Record):
 
 
 @documented
-@dataclass(frozen=True, kw_only=True, eq=False, repr=False)
+@frozen(kw_only=True)
 class Joints(Record):
     """The drives as a scene states them; patterns are joint names or globs, of which later ones go over earlier ones.
 
@@ -203,7 +204,7 @@ class Joints(Record):
 
 
 @documented
-@dataclass(frozen=True, kw_only=True, eq=False, repr=False)
+@frozen(kw_only=True)
 class Strike(Record):
     """Velocity of the robot relative to the ground before the impact; 1 m/s straight down by default.
 
@@ -310,7 +311,7 @@ def replaced_ways(given: Collection[str]) -> tuple[str, ...]:
     return ()
 
 
-@dataclass(frozen=True, kw_only=True, eq=False, repr=False)
+@frozen(kw_only=True)
 class Point(Record):
     """A point at which the shock is computed.
 
@@ -328,7 +329,7 @@ class Point(Record):
         return self.frame + (":" + ",".join(f"{x:g}" for x in self.offset) if any(self.offset) else "")
 
 
-@dataclass(frozen=True, kw_only=True, eq=False, repr=False)
+@frozen(kw_only=True)
 class Part(Record):
     """A part of the robot and what it withstands: a component at a point, or the gears of joints.
 
@@ -355,7 +356,7 @@ class Part(Record):
 
 
 @documented
-@dataclass(frozen=True, kw_only=True, eq=False, repr=False)
+@frozen(kw_only=True)
 class Scene(Record):
     """One landing of one robot.
 

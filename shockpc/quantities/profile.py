@@ -2,7 +2,7 @@
 
 import math
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from functools import cached_property
 from typing import TYPE_CHECKING, Any, TypeVar
 
@@ -11,6 +11,7 @@ import numpy as np
 from shockpc.core.directions import ExtremeDirections
 from shockpc.core.impulse import RowChoice
 from shockpc.core.percussion import shock_at
+from shockpc.core.record import frozen
 from shockpc.core.spatial import Array, Plane, freeze, read_only
 from shockpc.impact.exact.proof import Proof
 from shockpc.impact.solve import solve_exactly, solve_in_doubles
@@ -63,7 +64,7 @@ def _one(values: Array) -> float:
     return float(values[0])
 
 
-@dataclass(frozen=True, eq=False, repr=False)
+@frozen()
 class ShockProfile(OfLanding):
     """The shock of one landing; index i of an array over the bodies is body i of the robot. Its arrays cannot be written to.
 

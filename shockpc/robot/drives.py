@@ -5,13 +5,15 @@ The drives of the robots that are known by name stand in robots/drives.toml, wit
 
 import fnmatch
 import functools
+import json
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from pathlib import Path
 from typing import Literal
 
 import numpy as np
 
+from shockpc.core.record import frozen
 from shockpc.core.spatial import freeze
 from shockpc.robot.catalogue import project_robots_folder
 from shockpc.robot.robot import Drives, Robot
@@ -24,7 +26,7 @@ PUBLIC = ("published", "derived")
 """Status of drives that are taken unless the scene says otherwise."""
 
 
-@dataclass(frozen=True, kw_only=True, eq=False, repr=False)
+@frozen(kw_only=True)
 class Drive:
     """The drive of some joints.
 
@@ -58,7 +60,7 @@ class Drive:
         return self.rotor_inertia * self.gear_ratio**2
 
 
-@dataclass(frozen=True, kw_only=True, eq=False, repr=False)
+@frozen(kw_only=True)
 class _DrivesFile:
     """A file of drives."""
 
@@ -99,9 +101,9 @@ def catalogue_drives(name: str | None) -> tuple[Drive, ...]:
     # Those of other robots are not parsed: together they would take as long as a robot's file.
     if not (mentioning := [table for table in tables if f'"{name}"' in table]):
         return ()
-    import tomllib
-
-    drives = [converted(table, Drive, "", []) for table in tomllib.loads("[[drive]]".join(["", *mentioning]))["drive"]]
+    # Their lines are simple: a key, and a value that JSON writes alike, which is read in a tenth of the time that TOML takes.
+    lines = [[line.split(" = ", 1) for line in table.splitlines() if line and line[0] != "#"] for table in mentioning]
+    drives = [converted({key: json.loads(value) for key, value in of_table}, Drive, "", []) for of_table in lines]
     return tuple(drive for drive in drives if name in drive.robot)
 
 

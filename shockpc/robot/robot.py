@@ -10,6 +10,7 @@ from typing import Any, Literal, NamedTuple
 import numpy as np
 import pinocchio as pin
 
+from shockpc.core.record import frozen
 from shockpc.core.spatial import Array, freeze, read_only
 from shockpc.robot.files import OpenFolders
 from shockpc.robot.slack import POINT, inertia_fault, negative_moment
@@ -214,7 +215,7 @@ class Drives(NamedTuple):
         return cls("", np.zeros(nv, dtype=bool), np.zeros(nv), np.zeros(nv), np.full(nv, np.inf), np.zeros(nv))
 
 
-@dataclass(frozen=True, eq=False, repr=False)
+@frozen()
 class Robot:
     """A robot as loaded. What takes a name raises UnknownName where nothing fits; the text names the nearest.
 

@@ -8,6 +8,7 @@ from functools import cached_property
 from pathlib import Path
 from typing import Any, Literal, NamedTuple
 
+from shockpc.core.record import frozen
 from shockpc.core.spatial import Array
 from shockpc.evaluation.columns import percentile
 from shockpc.landing.record import CHECKED
@@ -57,7 +58,7 @@ class DesignVariation:
             )
 
 
-@dataclass(frozen=True, kw_only=True, eq=False, repr=False)
+@frozen(kw_only=True)
 class Case(Scene):
     """Landings that are checked: a scene with a name, and with some strike angles or random designs.
 

@@ -1,0 +1,36 @@
+"""Records whose fields do not change once they are given."""
+
+import dataclasses
+from collections.abc import Callable
+from typing import Any, NoReturn, TypeVar, dataclass_transform
+
+R = TypeVar("R", bound=type)
+
+
+@dataclass_transform(eq_default=False, frozen_default=True, field_specifiers=(dataclasses.field,))
+def frozen(*, kw_only: bool = False) -> Callable[[R], R]:
+    """As `dataclasses.dataclass(frozen=True, eq=False, repr=False)`, with methods that all records share.
+
+    Those that `dataclass` makes for each class, which it compiles, would lengthen the start of every command.
+
+    Args:
+        kw_only: whether the fields are given by name alone.
+    """
+
+    def decorate(record: R) -> R:
+        made: Any = dataclasses.dataclass(eq=False, repr=False, kw_only=kw_only)(record)
+        made.__setattr__, made.__delattr__ = _set_once, _refuse
+        return made  # type: ignore[no-any-return]
+
+    return decorate
+
+
+def _set_once(record: Any, name: str, value: Any) -> None:
+    given = vars(record)
+    if name in given or name not in record.__dataclass_fields__:
+        _refuse(record, name)
+    given[name] = value
+
+
+def _refuse(record: Any, name: str) -> NoReturn:
+    raise dataclasses.FrozenInstanceError(f'field "{name}" of {type(record).__name__} cannot be changed; use dataclasses.replace')
