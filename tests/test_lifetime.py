@@ -5,7 +5,7 @@ import pickle
 import threading
 import weakref
 from collections.abc import Callable
-from dataclasses import replace
+from dataclasses import FrozenInstanceError, replace
 from pathlib import Path
 
 import numpy as np
@@ -47,6 +47,21 @@ CALLS: dict[str, Callable[[Robot], object]] = {
     "batch": lambda robot: batch(["anymal_b"], lambda _: (robot, [FOOT])),
     "compare": lambda robot: compare([Design("A", SLIDING, robot), Design("B", SLIDING, robot)], ["shock_friction"]),
 }
+
+
+def test_what_is_remembered_of_an_object_cannot_go_stale():
+    """The fields of a robot, a scene, a landing and a profile cannot be changed, added or deleted; a copy has others."""
+    profile = shock_profile(FOOT)
+    for record in (profile.robot, FOOT, FOOT.contact[0], FOOT.strike, profile.landing, profile):
+        name, before = next(iter(vars(record).items()))
+        for change, *arguments in ((setattr, name, before), (setattr, "undeclared", 1), (delattr, name)):
+            with pytest.raises(FrozenInstanceError, match=type(record).__name__):
+                change(record, *arguments)
+        assert getattr(record, name) is before
+        assert not hasattr(record, "undeclared")
+    other = pickle.loads(pickle.dumps(replace(FOOT, friction=0.3)))
+    assert (other.friction, FOOT.friction) == (0.3, None)
+    assert other == SLIDING != FOOT
 
 
 @pytest.mark.parametrize("call", CALLS)

@@ -7,9 +7,9 @@ from typing import Self
 
 import numpy as np
 
+from shockpc.core.frozen import frozen
 from shockpc.core.inertia import definite
 from shockpc.core.pulse import Pulse
-from shockpc.core.record import frozen
 from shockpc.core.spatial import Array, Plane, freeze, velocity_at
 from shockpc.landing.closure import Assembly, closure_block
 from shockpc.landing.contact import locate_lowest_point

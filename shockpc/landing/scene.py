@@ -12,7 +12,7 @@ from collections.abc import Collection, Mapping, Sequence
 from dataclasses import field
 from typing import TYPE_CHECKING, Any, Literal
 
-from shockpc.core.record import frozen
+from shockpc.core.frozen import frozen
 from shockpc.landing.record import Record, documented, option
 from shockpc.text.errors import SceneError
 

@@ -9,9 +9,9 @@ from typing import TYPE_CHECKING, Any, TypeVar
 import numpy as np
 
 from shockpc.core.directions import ExtremeDirections
+from shockpc.core.frozen import frozen
 from shockpc.core.impulse import RowChoice
 from shockpc.core.percussion import shock_at
-from shockpc.core.record import frozen
 from shockpc.core.spatial import Array, Plane, freeze, read_only
 from shockpc.impact.exact.proof import Proof
 from shockpc.impact.solve import solve_exactly, solve_in_doubles

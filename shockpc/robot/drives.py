@@ -13,7 +13,7 @@ from typing import Literal
 
 import numpy as np
 
-from shockpc.core.record import frozen
+from shockpc.core.frozen import frozen
 from shockpc.core.spatial import freeze
 from shockpc.robot.catalogue import project_robots_folder
 from shockpc.robot.robot import Drives, Robot

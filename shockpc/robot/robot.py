@@ -10,7 +10,7 @@ from typing import Any, Literal, NamedTuple
 import numpy as np
 import pinocchio as pin
 
-from shockpc.core.record import frozen
+from shockpc.core.frozen import frozen
 from shockpc.core.spatial import Array, freeze, read_only
 from shockpc.robot.files import OpenFolders
 from shockpc.robot.slack import POINT, inertia_fault, negative_moment

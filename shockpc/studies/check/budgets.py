@@ -8,7 +8,7 @@ from functools import cached_property
 from pathlib import Path
 from typing import Any, Literal, NamedTuple
 
-from shockpc.core.record import frozen
+from shockpc.core.frozen import frozen
 from shockpc.core.spatial import Array
 from shockpc.evaluation.columns import percentile
 from shockpc.landing.record import CHECKED
