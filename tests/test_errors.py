@@ -1,11 +1,13 @@
 """The tree of errors: drawn as it is, and every text complete."""
 
+import importlib
 import inspect
 import pickle
 import re
 from dataclasses import replace
 
 import pytest
+from commands import run
 
 import shockpc
 from shockpc import Closure, Contact, Joints, LoopEnd, Posture, Rotor, Scene, Strike, shock_profile
@@ -144,3 +146,35 @@ def test_an_unexpected_exception_among_random_designs_is_a_defect_of_the_check(m
     monkeypatch.setattr("shockpc.evaluation.evaluate.columns", broken)
     check = shockpc.check_budgets(tmp_path / "budgets.toml")
     assert "ZeroDivisionError: on purpose" in check.defects[0]
+
+
+LOG = ",".join(MEASURED) + "\n" + "\n".join(",".join(map(str, row)) for row in zip(*MEASURED.values(), strict=True)) + "\n"
+
+
+@pytest.mark.parametrize(
+    ("where", "words", "shown"),
+    [
+        ("shockpc.evaluation.landings.shock_profile", ["analyze", "go2", "--contact=F*_foot", "--format=csv"], "FR_foot"),
+        ("shockpc.evaluation.evaluate.columns", ["landings", "log.csv", "go2", "--contact=FL_foot"], "shock"),
+        ("shockpc.studies.fall.study._trunk", ["fall", "go2", "--heading=front"], "trunk"),
+    ],
+    ids=["landings that are analyzed", "a comparison with what was measured", "joints of a fall"],
+)
+def test_an_unexpected_exception_is_exit_code_70_after_the_other_rows_are_given(capfd, monkeypatch, tmp_path, where, words, shown):
+    """In the first of the landings that are computed, whatever it is for."""
+    module, _, name = where.rpartition(".")
+    original, calls = getattr(importlib.import_module(module), name), []
+
+    def broken_once(*args):
+        calls.append(args)
+        if len(calls) == 1:
+            raise ZeroDivisionError("on purpose")
+        return original(*args)
+
+    (tmp_path / "log.csv").write_text(LOG)
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.setattr(where, broken_once)
+    code, out, err = run(capfd, *words)
+    assert code == 70
+    assert "ZeroDivisionError: on purpose" in err
+    assert shown in out

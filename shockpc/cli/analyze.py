@@ -42,7 +42,7 @@ def analyze(
         from shockpc.profile import shock_profile
         from shockpc.quantities.profile import ShockProfile
         from shockpc.show.reports.landing import accuracy_line, analyze_report
-        from shockpc.text.errors import ShockError, StudyError
+        from shockpc.text.errors import ShockError, StudyError, traces
     loaded, scenes = scenes_from(robot, options, trace)
     if force and save_scene is None:
         raise StudyError("--force lets --save-scene replace a file; give that too, or leave --force out")
@@ -67,7 +67,7 @@ def analyze(
     profiles = {name: found for name, found in results.items() if isinstance(found, ShockProfile)}
     failures = {name: found for name, found in results.items() if isinstance(found, ShockError)}
     if not profiles:
-        raise next(iter(failures.values()))
+        raise max(failures.values(), key=lambda failure: bool(traces([failure])))  # the first, or an error in shockpc itself
     # no files without --save-scene
     file_of = dict(zip(names, files, strict=False))
     saved = {file: scene_text(profiles[name].scene, file.parent) for name, file in file_of.items() if name in profiles}
@@ -77,4 +77,4 @@ def analyze(
         emit(analyze_report(profiles, bodies, spectrum, all_, failures), output, saved)
     if explain:
         sys.stderr.write(trace.text() + "".join(f"{accuracy_line(profile)}\n" for profile in profiles.values()))
-    return exit_code(len(failures), len(scenes), strict)
+    return exit_code(len(failures), len(scenes), strict, traces(failures.values()))

@@ -25,7 +25,7 @@ from shockpc.landing.scene_file import scene_text
 from shockpc.show.reports.landings import landings_report
 from shockpc.studies.landings import compare_measured, refuse_unused
 from shockpc.studies.landings import landings as study
-from shockpc.text.errors import ShockError, StudyError
+from shockpc.text.errors import DefectError, ShockError, StudyError
 
 _in_table, _in_joints = group("Table"), group(options_of(Joints)["model"].heading)
 
@@ -88,12 +88,15 @@ def landings(
     for one in (scene,) if not table.is_dir() else rows_in_table.scenes if typed_stiffness else ():
         refuse_unused(one, rows_in_table, evaluation)
     # Before anything is written, because one of several joint models may be refused.
-    comparison = None
+    comparison, defects = None, list[str]()
     if rows_in_table.measured:
         compared: dict[str, Scene] = {
             model: dataclasses.replace(scene, joints=dataclasses.replace(scene.joints, model=model)) for model in models
         }
-        comparison = compare_measured(columns, compared or {source.first.joint_model.name: scene}, loaded, renames)
+        try:
+            comparison = compare_measured(columns, compared or {source.first.joint_model.name: scene}, loaded, renames)
+        except DefectError as defect:  # the rows are given nevertheless
+            defects = [defect.trace]
     with computed(evaluation, "landings", output.out, rows, run) as results:
         ranked = None if rank is None else results.column(rank)
         worst = {}
@@ -104,4 +107,4 @@ def landings(
             except ShockError as error:
                 print_error(f'landing "{name}" is not in report.html: {error}')
         emit(landings_report(str(table), source, results, ranked, comparison, worst), output)
-    return exit_code(len(results.messages), len(results), run.strict, results.defects)
+    return exit_code(len(results.messages), len(results), run.strict, (*results.defects, *defects))

@@ -43,7 +43,7 @@ from shockpc.quantities.table import select
 from shockpc.robot.robot import Robot
 from shockpc.studies.compare import Design
 from shockpc.studies.declare import StudyParameter, declaration
-from shockpc.text.errors import DefectError, StudyError
+from shockpc.text.errors import StudyError, traces
 from shockpc.text.trace import Trace
 
 INPUTS = {
@@ -134,8 +134,8 @@ def study_command(name: str) -> Command:
         if typed.get("explain"):
             sys.stderr.write(trace.text())
         failures = [failure for _, failure in getattr(result, "failures", ())]
-        defects = [failure.trace for failure in failures if isinstance(failure, DefectError)]
-        return exit_code(len(failures), len(failures) + len(getattr(result, "landings", ())), typed.get("strict", False), defects)
+        rows = len(failures) + len(getattr(result, "landings", ()))
+        return exit_code(len(failures), rows, typed.get("strict", False), traces(failures))
 
     parameters: dict[str, tuple[Any, Any]] = {
         **{name: INPUTS[name] for name in inputs},

@@ -144,6 +144,11 @@ def refusal(error: Exception) -> ShockError:
     return DefectError(text, "".join(traceback.format_exception(error)))
 
 
+def traces(errors: Iterable[object]) -> list[str]:
+    """Where the unexpected exceptions among some errors arose."""
+    return [error.trace for error in errors if isinstance(error, DefectError)]
+
+
 def _quoted(name: str) -> str:
     """A name as a message shows it: in quotation marks, at most 80 characters, without control characters."""
     return f'"{printable(name, 80)}"'

@@ -33,7 +33,7 @@ from shockpc.studies.check.baseline import Baseline, OutcomeKey, case_record, re
 from shockpc.studies.check.budgets import Budget, Budgets, Case, read_budgets
 from shockpc.studies.check.design_record import design_changes, six_digits
 from shockpc.text.arguments import checked
-from shockpc.text.errors import DefectError, ShockError, StudyError
+from shockpc.text.errors import ShockError, StudyError, traces
 from shockpc.text.names import match
 from shockpc.text.printed import few, printable
 
@@ -212,7 +212,7 @@ def check_budgets(
     results = proven(
         {str(k): (plan.scene, plan.robot) for k, plan in enumerate(planned)}, done=lambda k: done(planned[int(k)].case.name)
     )
-    defects = [result.trace for result in results.values() if isinstance(result, DefectError)]
+    defects = traces(results.values())
     for plan, result in zip(planned, results.values(), strict=True):
         designs = plan.designs.table() if plan.designs is not None and isinstance(result, ShockProfile) else None
         outcomes += _outcomes(given, baseline, plan, result, designs)

@@ -27,7 +27,7 @@ from shockpc.robot.slack import LIMIT_SLACK
 from shockpc.studies.declare import QuantityOption, study
 from shockpc.studies.fall.body import Rigid
 from shockpc.studies.fall.strikes import FallStrike, Tip, drops, strikes_of, tip_over
-from shockpc.text.errors import ShockError, StudyError
+from shockpc.text.errors import DefectError, ShockError, StudyError
 from shockpc.text.printed import listed
 from shockpc.text.trace import Trace
 
@@ -282,8 +282,11 @@ def _evaluated(strikes: Sequence[FallStrike], robot: Robot, texts: Sequence[str]
         raise StudyError("two falls have one name; give each posture and heading once")
     evaluation = Evaluation(landings_by_name(cases, trace), prove=None, look=lambda profile: profile)
     table = evaluation.table()
-    others = {model: _trunks_with(strikes, robot, model, trace) for model in ("free", "locked")}
-    trunks = [others["free"], {i: _trunk(profile) for i, profile in table.looks.items()}, others["locked"]]
+    free, locked = _trunks_with(strikes, robot, "free", trace), _trunks_with(strikes, robot, "locked", trace)
+    trunks = [free.looks, {i: _trunk(profile) for i, profile in table.looks.items()}, locked.looks]
+    refusals = dict(table.refusals)
+    for one in (free, locked):
+        refusals |= {i: error for i, error in one.refusals.items() if isinstance(error, DefectError)}
     looks = {
         i: _result(strikes[i], profile, texts, tuple(by_strike.get(i, math.nan) for by_strike in trunks))
         for i, profile in table.looks.items()
@@ -300,13 +303,14 @@ def _evaluated(strikes: Sequence[FallStrike], robot: Robot, texts: Sequence[str]
     columns |= {f"trunk {model}": trunk[:, k] for k, model in enumerate(("free", "as modelled", "locked"))}
     units = {"rotation": "deg", "rate": "rad/s", "speed": "m/s", "energy": "J"} | {f"{text} at": "" for text in texts}
     units |= {name: "m/s" for name in columns if name.startswith("trunk ")}
-    return replace(table, columns={**columns, "proven": table.columns["proven"]}, looks=looks, label_units=units)
+    columns["proven"] = table.columns["proven"]
+    return replace(table, columns=columns, looks=looks, label_units=units, refusals=refusals)
 
 
-def _trunks_with(strikes: Sequence[FallStrike], robot: Robot, model: Literal["free", "locked"], trace: Trace) -> dict[int, float]:
-    """The same with other joints, by the number of each strike of which there is a verdict."""
+def _trunks_with(strikes: Sequence[FallStrike], robot: Robot, model: Literal["free", "locked"], trace: Trace) -> Table:
+    """The same with other joints: `_trunk` of each strike of which there is a verdict."""
     cases = {strike.name: (replace(strike.scene, joints=Joints(model=model)), robot) for strike in strikes}
-    return dict(Evaluation(landings_by_name(cases, trace), prove=None, look=_trunk).table().without_defects().looks)
+    return Evaluation(landings_by_name(cases, trace), prove=None, look=_trunk).table()
 
 
 def _trunk(profile: ShockProfile) -> float:
