@@ -252,6 +252,39 @@ def test_no_point_of_a_front_is_beaten_by_another():
     assert (np.diff(radius) < 0.0).all()
 
 
+def test_no_point_of_a_grid_beats_that_of_a_front_between_distant_optima():
+    """Runs for a low bound of the shock have to begin where it holds: more of the mitigation lies far away, with more shock."""
+    scene = Scene(robot="go2", contact=(Contact(frame="FL_foot"),))
+    vary = {"FL_thigh_joint": "-40:120", "FL_calf_joint": "-150:-50"}
+    found = improve(scene, ["mitigation@FL_foot", "shock@imu"], vary=vary, robot=known_robot("go2"), any_ground=True)
+    thigh, calf = (np.linspace(*span, 80) for span in found.costs[0].bounds)
+    grid = np.stack(np.meshgrid(thigh, calf), axis=-1).reshape(-1, 2)
+    mitigation, shock = (cost.worst(grid) for cost in found.costs)
+    assert len(found.front) == 11
+    for best, bound in (point.values for point in found.front):
+        assert (mitigation[shock <= bound] <= best * (1.0 + 1e-3)).all()
+
+
+def test_a_front_whose_ends_almost_coincide_has_a_point():
+    """Points that differ by about a millionth, which constraints hold at one place."""
+    found = improve(
+        anymal(), ["shock@imu_link", "joint_impulse@LF_HFE"], vary={"LF_HFE": "0:70", "LF_KFE": "-120:-20"},
+        robot=known_robot("anymal_b"), keep=["joint_impulse@LF_KFE<=1.2", "shock_com@LF_THIGH<=0.8"],
+    )  # fmt: skip
+    assert found.front
+    assert found.front[0].values[0] == pytest.approx(found.values[0][1], rel=1e-5)
+
+
+def test_a_front_has_one_point_where_a_number_is_zero():
+    """Zero in double precision is of either sign and many sizes; of points with it that with the least other number counts."""
+    scene = Scene(robot="solo12", contact=(Contact(frame="FL_FOOT"),))
+    vary = {"FL_HFE": "-60:60", "FL_KFE": "-150:-10"}
+    front = improve(
+        scene, ["delta_qd@FL_KFE", "shock_com@base_link"], vary=vary, robot=known_robot("solo12"), any_ground=True, starts=2
+    ).front
+    assert (np.array([point.values[0] for point in front]) < 1e-9).sum() == 1
+
+
 def test_the_command_writes_the_optimum(tmp_path, capfd):
     words = (
         "improve", "anymal_b", "--contact", "LF_FOOT", "--at", "imu_link", "--vary", "LF_HFE=0:70", "--vary", "LF_KFE=-120:-20",

@@ -46,7 +46,7 @@ SHARES = np.append(0.0, np.geomspace(1e-4, 1.0, 40))
 
 FRONT, END_GAP, BEGUN = 9, 1e-5, 8
 """Points between the ends of a front; how far from the second number's optimum its end is, as a share of the front; and how many
-runs of each point begin where runs of the first number do."""
+runs of each point begin at other places than points beside it."""
 
 
 class Flatness(NamedTuple):
@@ -234,7 +234,7 @@ def improve(
     # The landing as given wins where nothing is better.
     x = cost.x0 if cost.feasible(cost.x0) and start <= best * (1.0 + OPTIMUM_TOLERANCE) else runs[0].x
     with trace.stage("front"):
-        front = _front(costs, x, begun, lambda limit: make(cost.quantity, keep=[*keep, limit])) if others else ()
+        front = _front(costs, x, begun[-1], seed, lambda limit: make(cost.quantity, keep=[*keep, limit])) if others else ()
     with trace.stage("proof"):
         landed = ({name: (scene, robot) for name, scene in cost.scenes.items()}, cost.cases(x))
         given, after = (dict(zip(cases, profiles(cases), strict=True)) for cases in landed)
@@ -328,21 +328,22 @@ def _proven(cost: ShockCost, found: Mapping[str, ShockProfile]) -> tuple[float, 
 
 
 def _front(
-    costs: Sequence[ShockCost], x: Array, begun: Sequence[Sequence[Array]], bounded: Callable[[str], ShockCost]
+    costs: Sequence[ShockCost], x: Array, begun: Sequence[Array], seed: int, bounded: Callable[[str], ShockCost]
 ) -> tuple[FrontPoint, ...]:
     """Points between the optimum of the first quantity and that of the second: the first least for bounds of the second.
 
     Args:
         costs: of both.
         x: the optimum of the first.
-        begun: where runs for each begin.
+        begun: where runs for the second begin.
+        seed: of the random points at which runs for both begin.
         bounded: gives the cost of the first with one constraint more.
 
     Raises:
         StudyError: the second quantity has no value at an end.
     """
     (_, other), sense = costs, "<=" if costs[1].power > 0.0 else ">="
-    last = search(other, [*begun[1], x])[0].x
+    last = search(other, [*begun, x])[0].x
     found = [x]
     most, least = other.worst(np.stack([x, last]))
     if not np.isfinite([most, least]).all():
@@ -351,12 +352,14 @@ def _front(
         )
     # No constraint holds exactly at the optimum of the number that it bounds.
     for bound in (most + np.linspace(0.0, 1.0 - END_GAP, FRONT + 2)[1:] * (least - most)).tolist():
-        between = [found[-1], last, *begun[0][:BEGUN]]
-        best = search(bounded(f"{other.quantity}{sense}{bound!r}"), between)[0]
+        both = bounded(f"{other.quantity}{sense}{bound!r}")
+        best = search(both, [found[-1], last, *starting_points(both, min(BEGUN, len(begun)) - 1, seed)])[0]
         found.append(best.x if np.isfinite(best.value) else last)  # which meets every bound
     values = np.stack([one.worst(np.array(found)) for one in costs], axis=1)
     measures = values ** [one.power for one in costs]
-    as_good = (measures[:, None] <= measures * (1.0 + OPTIMUM_TOLERANCE)).all(axis=2)
+    # Steps of this size make values alike: comparing with a tolerance, three points could each be beaten by another.
+    steps = np.round(measures / (OPTIMUM_TOLERANCE * np.where(np.isfinite(measures), measures, 0.0).max(axis=0)))
+    as_good = (steps[:, None] <= steps).all(axis=2)
     # Where one is as good in both, the other is no point of the front; of two alike the first one is.
     beaten = (as_good & ~(as_good.T & np.tri(len(found), dtype=bool))).any(axis=0)
     return tuple(FrontPoint(values[k], read_only(found[k])) for k in np.flatnonzero(~beaten))
