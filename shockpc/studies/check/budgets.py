@@ -65,14 +65,14 @@ class Case(Scene):
     Attributes:
         name: by which budgets and the baseline refer to it.
         scene: file of a scene, of which the keys of the case replace some.
-        strike_angle_deg: a landing for each of these angles, in place of the strike's [deg].
-        drop_height: in place of the strike's velocity, as in `Strike` [m].
+        strike_angle_deg: a landing for each of these angles; in place of that of the scene's file [deg].
+        drop_height: as in `Strike`; in place of the velocity of the scene's file [m].
         vary: what is not known of the design, for budgets with a percentile.
         designs: number of random designs of which the percentiles are.
 
     Raises:
         SceneError: a path holds a NUL character.
-        StudyError: the number of designs is not valid.
+        StudyError: the number of designs is not valid, or the case and its strike give the same.
     """
 
     name: str
@@ -85,6 +85,9 @@ class Case(Scene):
     def __post_init__(self) -> None:
         """Refuse a number of designs that is not valid, and what no scene may hold."""
         super().__post_init__()
+        for name in ("strike_angle_deg", "drop_height"):
+            if getattr(self, name) not in (None, ()) and getattr(self.strike, name, None) is not None:
+                raise StudyError(f"{name} is given for the case and for its strike; leave one of the two out")
         if not (1.0 <= self.designs <= MOST_DESIGNS and self.designs == int(self.designs)):
             raise StudyError(f"designs is {self.designs:g}; it has to be a whole number from 1 to {MOST_DESIGNS}")
         if self.designs != DESIGNS and not self.vary:
@@ -98,7 +101,7 @@ class Case(Scene):
         """Each strike angle with its scene; the angle is None where the scene gives the strike alone."""
         scene = Scene(**{item.name: getattr(self, item.name) for item in fields(Scene)})
         if self.drop_height is not None:
-            scene = replace(scene, strike=replace(scene.strike, speed=None, velocity=None, drop_height=self.drop_height))
+            scene = replace(scene, strike=replace(scene.strike, drop_height=self.drop_height))
         strikes = {angle: replace(scene.strike, strike_angle_deg=angle) for angle in self.strike_angle_deg}
         return tuple((angle, replace(scene, strike=strike)) for angle, strike in strikes.items()) or ((None, scene),)
 
@@ -301,7 +304,7 @@ def _case(entry: Mapping[str, Any], parts: tuple[Part, ...], folder: Path, key: 
         if isinstance(file := entry.get("scene"), str):
             scene, strike = scene_table(read_scene(folder / usable_path(file))), entry.get("strike", {})
             given = {*(strike if isinstance(strike, Mapping) else ()), *entry.keys() & {"drop_height", "strike_angle_deg"}}
-            replaced = replaced_ways(given)
+            replaced = {*given, *replaced_ways(given)}
             scene["strike"] = {key: value for key, value in scene.get("strike", {}).items() if key not in replaced}
             entry = _replaced(scene, entry)
         if parts and isinstance(case_parts := entry.get("part", []), list):
