@@ -191,6 +191,17 @@ def test_a_defect_is_exit_code_70_after_the_other_rows_are_written(capfd, monkey
     assert np.isnan(rows.columns["shock_com@body"]).tolist() == [False, True, False]
 
 
+def test_without_pyarrow_the_option_that_is_named_writes_the_rows(capfd, monkeypatch, stick, tmp_path):
+    monkeypatch.setitem(sys.modules, "pyarrow", None)
+    words = ("sweep", stick, "--contact", "foot", "--vary", "knee=-40:-20:3", "--out", tmp_path / "out")
+    refused = run(capfd, *words)
+    assert refused.code == 2
+    assert "pip install pyarrow" in refused.err
+    option = re.search("--[a-z]+ csv", refused.err)
+    assert run(capfd, *words, *option[0].split()).code == 0
+    assert (tmp_path / "out" / "rows" / "part-00000.csv").is_file()
+
+
 @pytest.mark.parametrize("limit", [None, 0])
 def test_a_csv_file_is_parsed_once_for_as_many_columns_as_memory_allows(monkeypatch, stick, tmp_path, limit):
     """Files hold the shortest texts that are read as the same numbers, so that all columns are equal to those in memory."""

@@ -334,6 +334,6 @@ def _arrow() -> Any:
         import pyarrow.parquet
     except ImportError:
         raise OutputError(
-            'Parquet files need the package "pyarrow"; install it with: pip install pyarrow, or use --format csv'
+            'Parquet files need the package "pyarrow"; install it with: pip install pyarrow, or write CSV files: --rows csv'
         ) from None
     return pyarrow
