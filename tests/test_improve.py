@@ -13,6 +13,7 @@ from trees import known_robot, robot_from
 
 from shockpc import (
     Contact,
+    Joints,
     Point,
     Posture,
     Scene,
@@ -313,7 +314,7 @@ def test_what_cannot_be_improved_says_so(capfd):
         ("shock@imu_link", [("contact", "*_FOOT")], "has no range"),
         ("shock@imu_link", [("LF_KFE", "-50,-50")], "has no range"),
         ("error_bound@base", LEGS, "cannot be followed"),
-        ("peak_force@LF_FOOT", LEGS, "peak_force@LF_FOOT has no value"),
+        ("peak_force@LF_FOOT", LEGS, "peak force at LF_FOOT has no value"),
         (["shock@imu_link", "shock@imu_link"], LEGS, "two different ones"),
         ("shock@imu_link", [*LEGS, ("friction", "0.2:0.8")], "would change nothing here"),
     ):
@@ -325,6 +326,14 @@ def test_what_cannot_be_improved_says_so(capfd):
         improve(Scene(robot="icub", contact=(Contact(frame="l_foot"),)), robot=known_robot("icub"))
     with pytest.raises(StudyError, match="name what may change with --vary"):
         improve(Scene(robot="cassie", contact=(Contact(frame="left-foot"),)), robot=known_robot("cassie"))
+    cassie = Scene(robot="cassie", contact=(Contact(frame="left-foot"),))
+    impulse = "joint_impulse@knee_left"  # of which redundant loops leave one part undetermined
+    for quantity, keep in ((impulse, []), ("shock@imu", [f"{impulse}<=2"])):
+        with pytest.raises(StudyError, match=r"through knee_left has no value .* is not determined"):
+            improve(cassie, quantity, vary={"knee_left": "-110:-50"}, keep=keep, robot=known_robot("cassie"), starts=0)
+    feet = tuple(Contact(frame=foot) for foot in ("LF_FOOT", "RF_FOOT", "LH_FOOT", "RH_FOOT"))
+    with pytest.raises(StudyError, match=r"push of the ground at LF_FOOT, .* not determined; --any-ground leaves it out"):
+        improve(Scene(robot="anymal_b", contact=feet, joints=Joints(model="locked")), vary={"speed": "1:2"}, robot=robot, starts=0)
     with pytest.raises(StudyError, match="never below zero"):
         improve(anymal(), "shock@imu_link", vary=LEGS, robot=robot, keep=["delta_qd@LF_KFE<=-3"])
     with pytest.raises(StudyError, match="strike-angle is in both"):

@@ -226,7 +226,7 @@ def columns(
     inertias: Inertias | None = None,
     trusted: float | None = None,
 ) -> tuple[dict[str, Array], Array, np.ndarray, np.ndarray]:
-    """Every column for m postures and S strikes of each, in double precision; NaN where a proof is needed.
+    """Every column for m postures and S strikes of each, in double precision; NaN where redundant rows leave a number undetermined.
 
     Args:
         landing: the landing.
@@ -237,8 +237,8 @@ def columns(
         inertias: the inertias in each posture; the landing's by default.
         trusted: as for `needs_proof`; with it, quantities of one posture at a time are computed where double precision has them.
 
-    Returns: columns (m, S) by name; the condition (m,) of each posture; which rows (m, S) need a proof, those too that friction may
-        refuse or in which an end stop acts; and which contacts (m, S, c) do not approach the ground.
+    Returns: columns (m, S) by name, NaN where proofs are needed; the condition (m,) of each posture; which rows (m, S) need one,
+        those too that friction may refuse or in which an end stop acts; and which contacts (m, S, c) do not approach the ground.
     """
     landing = landing.without_stops
     parts, feasible = [], [column.name for column in wanted if column.selection.quantity.role == "feasible"]
@@ -252,6 +252,9 @@ def columns(
         parts.append((values, block.condition, np.broadcast_to(prove, parting.shape[:2]), parting, block.solution.rank))
     computed = {name: np.concatenate([values[name] for values, *_ in parts]) for name in parts[0][0]}
     condition, prove, parting, rank = (np.concatenate(of_all) for of_all in list(zip(*parts, strict=True))[1:])
+    for column in wanted:
+        if column.selection.quantity.shared:
+            computed[column.name][rank < block.equation.J_c.shape[1]] = np.nan
     prove = prove | (rank < rank.max())[:, None]
     return computed, condition, prove, parting
 

@@ -24,7 +24,7 @@ from shockpc.landing.places import Place
 from shockpc.landing.posture import difference
 from shockpc.landing.resolve import resolve
 from shockpc.landing.scene import Scene, Strike
-from shockpc.quantities.contacts import IMPULSE
+from shockpc.quantities.contacts import IMPULSE, REDUNDANT
 from shockpc.quantities.heights import CLEARANCE, SPREAD, on_ground
 from shockpc.quantities.quantity import Quantity
 from shockpc.quantities.table import Selection
@@ -48,7 +48,10 @@ def _pushed(impact: Any, places: Sequence[Place]) -> Array:
     return np.asarray(np.sum(IMPULSE.compute(impact, places) * normals, axis=-1))
 
 
-PUSH = Quantity("push", "contact", "push of the ground", "N s", "neither", _pushed, linear=True)
+PUSH = Quantity(
+    "push", "contact", "push of the ground", "N s", "neither", _pushed, missing=f"{REDUNDANT}; --any-ground leaves it out",
+    linear=True,
+)  # fmt: skip
 """With `CLEARANCE` and `SPREAD` what `feasible` decides by, as numbers that a constraint can follow: they have either sign."""
 
 
@@ -188,7 +191,7 @@ class ShockCost:
         """What an optimiser takes for all terms (m, K), at (m, n) values.
 
         Of a value its size, or the reciprocal where more of it is better; inf without one. A constraint is at least zero where it
-        holds, as a share of its scale; one whose number does not exist is missed.
+        holds, as a share of its scale; -inf of a number that does not exist.
         """
         return self._measured(self._numbers(X))[0]
 
@@ -228,7 +231,7 @@ class ShockCost:
         with np.errstate(divide="ignore", invalid="ignore"):
             turn = np.where(signed, np.sign(v), 1.0)
             slack = np.clip((limit - turn * v) / scale - SLACK, -1e3, 1e3)  # so that it holds for sure
-            measures = np.where(np.isnan(v), np.where(constraint, -1.0, np.inf), np.where(constraint, slack, np.abs(v) ** power))
+            measures = np.where(np.isnan(v), np.where(constraint, -np.inf, np.inf), np.where(constraint, slack, np.abs(v) ** power))
             return measures, np.where(constraint, -turn / scale, power * measures / v)
 
     def _numbers(self, X: Array) -> Array:

@@ -277,15 +277,12 @@ def _refusal(cost: ShockCost, runs: Sequence[Run]) -> str:
     measures = cost.measured(np.array([run.x for run in runs]))
     missed = np.isinf(measures) | (cost.constraints & (measures < 0.0))
     k = int(missed.sum(axis=1).argmin())
-    terms = [cost.terms[j] for j in np.flatnonzero(missed[k])]
-    without = [term for term in terms if term.limit is None]
-    names = few(list(dict.fromkeys(term.text for term in without or terms)), 4)
-    if without:
+    if lacking := [cost.terms[j].column for j in np.flatnonzero(np.isinf(measures[k]))]:
         profiles(cost.cases(runs[k].x))  # which says why there is none, where there is no landing
-        why = without[0].column.selection.quantity.missing
-        return (
-            f"{names} has no value at the best point that was found{why and f' ({why})'}; name other places, or change the ranges"
-        )
+        names, why = few(list(dict.fromkeys(one.title for one in lacking)), 4), lacking[0].selection.quantity.missing
+        found = f"{names} has no value at the best point that was found" + (f" ({why})" if why else "")
+        return f"{found}; choose another quantity or other places, or change the ranges"
+    names = few(list(dict.fromkeys(cost.terms[j].text for j in np.flatnonzero(missed[k]))), 4)
     return f"no point meets the constraints; the one that comes nearest misses: {names}. Widen a range, or leave a constraint out"
 
 
