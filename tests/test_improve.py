@@ -400,6 +400,14 @@ def test_what_changes_nothing_stays_as_given():
         assert "no point is better" in improve_report(found).text("table")
 
 
+def test_a_variable_that_changes_nothing_stays_as_given():
+    """Of several, those that matter alone change."""
+    vary = {"base-yaw": "-180:180", "speed": "0.5:2", "LF_KFE": "-120:-20"}
+    found = improve(anymal(), "shock@imu_link", vary=vary, robot=known_robot("anymal_b"), any_ground=True, starts=3)
+    np.testing.assert_array_equal(found.x[:2], [0.0, 1.0])
+    assert found.values[0][1] < 0.01 * found.values[0][0]
+
+
 def test_what_each_variable_does():
     """Set back to its value as given, also outside its range; and up to where the target is 5 % worse, by a dense scan."""
     robot = known_robot("anymal_b")

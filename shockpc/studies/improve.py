@@ -231,8 +231,7 @@ def improve(
         raise StudyError(_refusal(cost, runs))
     start, best = cost(cost.x0), runs[0].value
     agreeing = sum(run.value <= (1.0 + AGREEING) * best + OPTIMUM_TOLERANCE * min(start, 1.0) for run in runs)
-    # The landing as given wins where nothing is better.
-    x = cost.x0 if cost.feasible(cost.x0) and start <= best * (1.0 + OPTIMUM_TOLERANCE) else runs[0].x
+    x = _set_back(cost, runs[0].x, best * (1.0 + OPTIMUM_TOLERANCE))
     with trace.stage("front"):
         front = _front(costs, x, begun[-1], seed, lambda limit: make(cost.quantity, keep=[*keep, limit])) if others else ()
     with trace.stage("proof"):
@@ -284,6 +283,15 @@ def _refusal(cost: ShockCost, runs: Sequence[Run]) -> str:
         return f"{found}; choose another quantity or other places, or change the ranges"
     names = few(list(dict.fromkeys(cost.terms[j].text for j in np.flatnonzero(missed[k]))), 4)
     return f"no point meets the constraints; the one that comes nearest misses: {names}. Widen a range, or leave a constraint out"
+
+
+def _set_back(cost: ShockCost, x: Array, most: float) -> Array:
+    """The optimum, or the landing as given where that is as good; else each variable as given that alone changes nothing."""
+    for given in (np.ones(len(x), dtype=bool), *(np.eye(len(x), dtype=bool) & (cost.given == cost.x0))):
+        back = np.where(given, cost.x0, x)
+        if cost.feasible(back) and cost(back) <= most:
+            x = back
+    return x
 
 
 def _holding(cost: ShockCost, x: Array) -> tuple[str, ...]:
