@@ -144,7 +144,7 @@ SPREAD = Quantity(
     lambda impact, places: _relative(impact.landing, impact.state, impact.blocks, places)[1][:, None, :1],
 )  # fmt: skip
 CLEARANCE = Quantity(
-    "clearance", "body", "height above the lowest contact", "m", "neither",
+    "clearance", "body", "height of the body above the lowest contact", "m", "neither",
     lambda impact, places: _relative(impact.landing, impact.state, impact.blocks, places)[1][:, None, 1:],
 )  # fmt: skip
 """What `feasible` decides by, as numbers that a constraint can follow: they have either sign."""
