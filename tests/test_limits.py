@@ -233,6 +233,7 @@ def test_a_ground_that_would_change_nothing_is_refused(study, ground, told):
     "strike",
     [
         Strike(velocity=(0.3, 0.6, -0.9)),
+        Strike(drop_height=0.2, forward_speed=0.7),
         Strike(speed=2.0, strike_angle_deg=20.0, angular_velocity=(0.1, 1.0, 0.2), joint_velocities={"lf_hfe_joint": 2.0}),
     ],
 )
@@ -265,6 +266,7 @@ PULSE, STIFF = {"pulse": "half-sine:5ms"}, {"contact_stiffness": 1e5}
         (dataclasses.replace(PARTS, **STIFF, gravity=False), "joint_torque_share@lf_kfe_joint", {"max": 0.15}),
         (HYQ, "effective_mass@lf_foot", {"max": 2.0}),
         (HYQ, "mitigation@lf_foot", {"min": 0.84}),
+        (dataclasses.replace(HYQ, strike=Strike(drop_height=0.1)), "joint_impulse@lf_kfe_joint", {"max": 4.0}),
     ],
 )
 def test_a_bound_on_any_quantity_ends_where_the_analysis_meets_it(base, target, bound):
@@ -285,7 +287,7 @@ def test_a_bound_on_any_quantity_ends_where_the_analysis_meets_it(base, target, 
     assert ends
     for angle, end in ends:
         posture = Posture(joints_deg={"lf_kfe_joint": math.degrees(end)})
-        strike = Strike(strike_angle_deg=math.degrees(angle))
+        strike = dataclasses.replace(base.strike, strike_angle_deg=math.degrees(angle))
         profile = shock_profile(dataclasses.replace(base, posture=posture, strike=strike), known_robot("hyq"))
         number = profile.numbers(select(key), [found.target.place])[0]
         assert abs(number) == pytest.approx(value, rel=1e-4)

@@ -55,6 +55,8 @@ IMU = "shock@trunk_imu:0.1,-0.05,0.02"
 LANDINGS = {
     IMU: lambda: hyq(strike=Strike(strike_angle_deg=30.0)),
     "delta_v.x@trunk_imu": lambda: hyq(joints=GEARED, base="planar"),
+    "delta_v@trunk_imu": lambda: hyq(strike=Strike(drop_height=0.2, strike_angle_deg=30.0)),
+    "shock@trunk_imu": lambda: hyq(strike=Strike(drop_height=0.2, forward_speed=0.7)),
     "shock@torso:0.1,0,0.02": flat_feet,
     "ropc@base_link": lambda: hyq(stance=("rh_foot",), contact=(Contact(frame="lf_foot", restitution=0.5),)),
     "shock_com@lf_upperleg": lambda: hyq(joints=GEARED, v_in="com"),
@@ -78,8 +80,8 @@ LANDINGS = {
 def beside(scene, robot, effect, t):
     """The landing with one parameter changed by t: another robot or another scene, as a user would give it."""
     if effect.kind == "strike":
-        degrees = (scene.strike.strike_angle_deg or 0.0) + math.degrees(t)
-        return dataclasses.replace(scene, strike=dataclasses.replace(scene.strike, strike_angle_deg=degrees)), robot
+        strike = dataclasses.replace(scene.strike, strike_angle_deg=math.degrees(effect.value + t), forward_speed=None)
+        return dataclasses.replace(scene, strike=strike), robot
     if effect.kind == "angle":
         posture = dataclasses.replace(scene.posture, joints={effect.name: effect.value + t})
         return dataclasses.replace(scene, posture=posture), robot

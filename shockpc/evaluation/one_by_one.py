@@ -265,9 +265,15 @@ def _armatures(landing: PosedLanding) -> Iterator[Parameter]:
 
 
 def _strike(landing: PosedLanding) -> Iterator[Parameter]:
-    """The strike angle: the robot's velocity turns in the plane, from straight down towards forward."""
+    """The strike angle: the robot's velocity turns in the plane, from straight down towards forward.
+
+    After a fall from a drop height its vertical component stays, and the forward one changes.
+    """
     if not landing.plane.level:
-        turn = np.cross(np.cross(landing.plane.forward, [0.0, 0.0, 1.0]), landing.before.velocity)
+        forward, velocity = landing.plane.forward, landing.before.velocity
+        turn = np.cross(np.cross(forward, [0.0, 0.0, 1.0]), velocity)
+        if landing.scene.strike.drop_height is not None:
+            turn = -velocity[2] / math.cos(landing.strike_angle) ** 2 * forward
         yield Parameter("strike", "", "", landing.strike_angle, "rad", 1.0, {"velocity": turn})
 
 

@@ -24,7 +24,8 @@ PART = 1024
 class StrikeGrid(LandingsBeside):
     """Landings that differ in one quantity, each at other strike angles.
 
-    The strike angle turns the part of the velocity that is in the plane; the part out of it, and what else moves, stays as it is.
+    The strike angle turns the part of the velocity that is in the plane; after a fall from a drop height its vertical component
+    stays. The part out of the plane, and what else moves, stays as it is.
 
     Attributes:
         landing: in the scene's posture.
@@ -111,7 +112,14 @@ class StrikeGrid(LandingsBeside):
         return float(np.linalg.norm(self.landing.before.velocity - self.out_of_plane))
 
     def velocities(self, angles: Any, speed: Any) -> Array:
-        """The velocities (..., 3) of the base at strike angles (...) [rad] and speeds in the plane (...), world axes [m/s]."""
+        """The velocities (..., 3) of the base at strike angles (...) [rad], world axes [m/s].
+
+        Args:
+            angles: the strike angles.
+            speed: in the plane (...), after a fall at the strike angle of the scene [m/s].
+        """
+        if self.scene.strike.drop_height is not None:
+            speed = speed * np.cos(self.landing.strike_angle) / np.cos(angles)
         sine, cosine = np.sin(angles)[..., None], np.cos(angles)[..., None]
         in_plane = sine * self.landing.plane.forward - cosine * np.array([0.0, 0.0, 1.0])
         return np.asarray(np.asarray(speed)[..., None] * in_plane + self.out_of_plane)

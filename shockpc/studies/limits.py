@@ -260,8 +260,8 @@ def limits(
 ) -> JointLimits:
     """Find the values of a joint that keep a number at or below a bound, or at or above one.
 
-    The strike angle turns the part of the velocity that is in the plane; the part out of it, and what else moves before the impact,
-    stays as it is.
+    The strike angle turns the part of the velocity that is in the plane; after a fall from a drop height its vertical component
+    stays. The part out of the plane, and what else moves before the impact, stays as it is.
 
     Args:
         scene: the landing; the joint's value is not used, except that loops are followed from it.

@@ -403,11 +403,10 @@ def _slopes(profile: ShockProfile, wanted: Mapping[ParameterKey, Parameter], num
 
 
 def _formulas(profile: ShockProfile, varied: Mapping[ParameterKey, Parameter], number: Column) -> dict[ParameterKey, _Slope]:
-    """The derivatives by angles and by the strike, where double precision has formulas for them."""
+    """The derivatives by angles and by the strike, where double precision has formulas for them: by a strike at constant speed."""
     landing = profile.landing
-    linear = {
-        key: one for key, one in varied.items() if one.kind in ("angle", "strike") and one.rates.keys() <= {"joints", "velocity"}
-    }
+    kinds = ("angle", "strike") if landing.scene.strike.drop_height is None else ("angle",)
+    linear = {key: one for key, one in varied.items() if one.kind in kinds and one.rates.keys() <= {"joints", "velocity"}}
     if not linear or profile.redundant or not has_gradient(landing, number):
         return {}
     rates = np.array([[one.rates.get("joints", np.zeros(landing.robot.model.nv)) for one in linear.values()]])
