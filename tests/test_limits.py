@@ -293,6 +293,12 @@ def test_a_bound_on_any_quantity_ends_where_the_analysis_meets_it(base, target, 
         assert abs(number) == pytest.approx(value, rel=1e-4)
 
 
+def test_a_step_beyond_the_range_finds_the_same_end():
+    (coarse,), (fine,) = (hyq(0.1, step=step, strikes=(0.0, 0.0)).limits[0].allowed for step in (math.radians(200.0), None))
+    assert (coarse.low, coarse.high) == pytest.approx((fine.low, fine.high), abs=1e-8)
+    assert (coarse.low_end, coarse.high_end) == (fine.low_end, fine.high_end)
+
+
 @pytest.mark.parametrize(
     ("target", "bound", "text"),
     [

@@ -433,9 +433,12 @@ def _merged(x: Array, y: Array) -> tuple[Array, Array]:
 
 
 def _still_to_compute(x: Array, beyond: Array, fine: float) -> Array:
-    """Where landings are still to be computed: at roots of the spline, and at extrema that may reach the bound, or are the best."""
+    """Where landings are still to be computed: at roots of the spline, and at extrema that may reach the bound, or are the best.
+
+    Between two values alone, which make no spline, in the middle.
+    """
     if len(x) < 3:
-        return np.zeros(0)
+        return (x[1:] + x[:-1])[np.diff(x) > 2.0 * fine] / 2.0
     # A step changes the number by about as much on one side of an extremum as on the other.
     before, here, after = np.where(beyond[1:-1] > 0.0, 1.0, -1.0) * np.stack([beyond[:-2], beyond[1:-1], beyond[2:]])
     turning = (here <= np.minimum(before, after)) & (here < np.maximum(before, after) - here)
