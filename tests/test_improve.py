@@ -466,6 +466,17 @@ def test_a_gradient_counts_end_stops():
     np.testing.assert_allclose(cost.gradient(cost.x0), slope, rtol=1e-5)
 
 
+def test_a_singular_posture_has_the_gradient_of_differences():
+    """Contacts at a hip and the trunk, whose distance the hip does not change as it stands: six rows, of which five count."""
+    contacts = tuple(Contact(frame=frame) for frame in ("root_joint", "FR_thigh_shoulder"))
+    scene = Scene(robot="laikago", contact=contacts)
+    cost = ShockCost(scene, "shock_com@FR_hip", {"base-roll": "-30:10"}, known_robot("laikago"), ground=False)
+    slope = (cost([-9.999]) - cost([-10.001])) / 2e-3
+    assert cost.exact
+    assert abs(slope) > 1e-4
+    assert cost.gradient([-10.0])[0] == pytest.approx(slope, rel=1e-6)
+
+
 def test_landings_on_a_rail_have_speeds_of_their_own():
     """A leg that falls along a joint of its file, from two heights: its base does not move before the impact, the joint does."""
     robot = robot_from(LEG)

@@ -218,9 +218,12 @@ class ShockCost:
             if unclear.any():
                 values[unclear] = self._numbers(X[unclear])
         else:
-            up, down = self._numbers(beside).reshape(2, m, n, -1)
+            values, change = self._numbers(X), np.full((m, len(self.terms), n), np.nan)
+        # A posture that is singular has no derivatives by formulas.
+        if (rough := np.isnan(change).any(axis=(1, 2))).any():
+            up, down = self._numbers(beside.reshape(2, m, n, n)[:, rough].reshape(-1, n)).reshape(2, -1, n, len(self.terms))
             with np.errstate(invalid="ignore"):
-                values, change = self._numbers(X), ((up - down) / h[:, None]).swapaxes(1, 2)
+                change[rough] = ((up - down) / h[:, None]).swapaxes(1, 2)
         measures, factors = self._measured(values)
         with np.errstate(invalid="ignore"):
             return measures, np.nan_to_num(factors[..., None] * change, nan=0.0, posinf=0.0, neginf=0.0)
