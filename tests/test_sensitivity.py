@@ -20,7 +20,9 @@ from shockpc.evaluation.varied_scene import applied
 from shockpc.landing.scene import Contact, Joints, Part, Point, Posture, Scene, Strike
 from shockpc.profile import profile_of, shock_profile
 from shockpc.robot.changes import Change, changed, links_with_mass
+from shockpc.studies.limits import limits
 from shockpc.studies.sensitivity import sensitivity
+from shockpc.studies.sweep import sweep
 from shockpc.text.errors import StudyError, UnknownName
 
 
@@ -586,6 +588,19 @@ def test_subjects_without_a_derivative(subject, values, text):
     scene, robot = hyq(joints=GEARED)
     with pytest.raises(StudyError, match=text):
         sensitivity(scene, IMU, robot, vary=[(subject, values)])
+
+
+@pytest.mark.parametrize("strike", [Strike(velocity=(0.5, 0.0, -1.0)), Strike(drop_height=0.1)])
+def test_a_speed_that_the_strike_does_not_have_is_refused(strike):
+    """By sensitivity, limits and sweep alike."""
+    scene, robot = hyq(strike=strike)
+    for study in (
+        lambda: sensitivity(scene, "delta_v@trunk_imu", robot, vary={"speed": "1:2"}),
+        lambda: limits(scene, "speed", "delta_v@trunk_imu", 0.1, joint_range=(1.0, 2.0), robot=robot),
+        lambda: sweep(scene, {"speed": "1:2:2"}, robot=robot),
+    ):
+        with pytest.raises(StudyError, match="speed is varied, but the velocity is given as a vector or a drop height"):
+            study()
 
 
 def test_ranges_as_a_mapping():
