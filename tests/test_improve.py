@@ -1,6 +1,7 @@
 """Improving: optima that are known, brute force, and what the study says of its optimum; the cost as optimisers take it."""
 
 import json
+import pickle
 from dataclasses import replace
 
 import numpy as np
@@ -210,6 +211,13 @@ def test_a_cost_goes_into_scipy_in_two_lines():
     posture = cost.scene(result.x).posture.joints_deg
     assert posture["LF_KFE"] == pytest.approx(result.x[1])
     assert shock_profile(cost.scene(result.x)).points[0].shock == pytest.approx(result.fun, rel=1e-9)
+
+
+def test_a_cost_can_be_sent_to_other_processes():
+    """As optimisers do that evaluate points side by side."""
+    cost = ShockCost(anymal(), "shock@imu_link", LEGS, known_robot("anymal_b"), keep="joint_impulse@LF_KFE<=1.2", ground=False)
+    sent, x = pickle.loads(pickle.dumps(cost)), np.array([40.0, -60.0])
+    assert (sent(x), sent.names, sent.feasible(x)) == (cost(x), cost.names, cost.feasible(x))
 
 
 def test_a_front_of_two_numbers():

@@ -3,6 +3,7 @@
 The rows are what an optimiser asks for; the engine computes them as those of any other study.
 """
 
+import functools
 import math
 import re
 from collections.abc import Iterable, Mapping, Sequence
@@ -123,12 +124,14 @@ class ShockCost:
         keep: str | Sequence[str] = (),
         ground: bool = True,
     ) -> None:
+        variables = pairs(variables)
+        self._again = functools.partial(ShockCost, scenes, quantity, variables, robot, keep=keep, ground=ground)
         self.scenes = named_scenes(scenes)
         self.quantity = quantity
         self.robot = robot or common_robot(self.scenes)
         landings = {name: resolve(scene, self.robot) for name, scene in self.scenes.items()}
         first = next(iter(landings.values()))
-        varied = varied_landings(first.scene, pairs(variables), robot=self.robot, sample=1, keep_joints=True)
+        varied = varied_landings(first.scene, variables, robot=self.robot, sample=1, keep_joints=True)
         self.variations = varied.variations
         self.names = tuple(one.column for one in self.variations)
         self.bounds = np.array([one.ends for one in self.variations])
@@ -161,6 +164,9 @@ class ShockCost:
         separate = bool(first.loops) or not all(one.stage for one in self.variations)
         entries = {term.column.selection.quantity for term in self.terms}
         self.slow = separate or any(entry.per_landing(first.scene) and not entry.in_doubles for entry in entries)
+
+    def __reduce__(self) -> tuple[Any, ...]:  # for optimisers with several processes
+        return self._again, ()
 
     def __call__(self, x: Array) -> float:
         """The worst value over the landings at (n,) values; of what is better the greater it is, the reciprocal."""
