@@ -20,6 +20,7 @@ from shockpc.evaluation.varied_scene import applied
 from shockpc.landing.scene import Contact, Joints, Part, Point, Posture, Scene, Strike
 from shockpc.profile import profile_of, shock_profile
 from shockpc.robot.changes import Change, changed, links_with_mass
+from shockpc.studies.improve import improve
 from shockpc.studies.limits import limits
 from shockpc.studies.sensitivity import sensitivity
 from shockpc.studies.sweep import sweep
@@ -590,16 +591,24 @@ def test_subjects_without_a_derivative(subject, values, text):
         sensitivity(scene, IMU, robot, vary=[(subject, values)])
 
 
-@pytest.mark.parametrize("strike", [Strike(velocity=(0.5, 0.0, -1.0)), Strike(drop_height=0.1)])
-def test_a_speed_that_the_strike_does_not_have_is_refused(strike):
-    """By sensitivity, limits and sweep alike."""
-    scene, robot = hyq(strike=strike)
+@pytest.mark.parametrize(
+    ("subject", "given", "text"),
+    [
+        ("speed", {"strike": Strike(velocity=(0.5, 0.0, -1.0))}, "the velocity is given as a vector or a drop height"),
+        ("speed", {"strike": Strike(drop_height=0.1)}, "the velocity is given as a vector or a drop height"),
+        ("base-pitch", {"posture": Posture(base_quaternion=(0.6, 0.0, 0.0, 0.8))}, "the scene gives it as a quaternion"),
+    ],
+)
+def test_what_the_scene_gives_in_another_way_is_not_varied(subject, given, text):
+    """By sensitivity, limits, improve and sweep alike."""
+    scene, robot = hyq(**given)
     for study in (
-        lambda: sensitivity(scene, "delta_v@trunk_imu", robot, vary={"speed": "1:2"}),
-        lambda: limits(scene, "speed", "delta_v@trunk_imu", 0.1, joint_range=(1.0, 2.0), robot=robot),
-        lambda: sweep(scene, {"speed": "1:2:2"}, robot=robot),
+        lambda: sensitivity(scene, IMU, robot, vary={subject: "1:2"}),
+        lambda: limits(scene, subject, IMU, 0.1, joint_range=(1.0, 2.0), robot=robot),
+        lambda: improve(scene, IMU, robot, vary={subject: "1:2"}),
+        lambda: sweep(scene, {subject: "1:2:2"}, robot=robot),
     ):
-        with pytest.raises(StudyError, match="speed is varied, but the velocity is given as a vector or a drop height"):
+        with pytest.raises(StudyError, match=f"is varied, but {text}"):
             study()
 
 

@@ -17,7 +17,7 @@ from shockpc.core.spatial import Array
 from shockpc.evaluation.landings import Chunk, Group, LandingsBeside, Refusal
 from shockpc.evaluation.variation import Variation
 from shockpc.evaluation.varied import VariedLandings
-from shockpc.evaluation.varied_scene import present_value, refuse_other_velocity
+from shockpc.evaluation.varied_scene import present_value, refuse_given_otherwise
 from shockpc.landing.closure import assemble, closure_block
 from shockpc.landing.dynamics import Inertias, dynamics
 from shockpc.landing.freedom import free_columns
@@ -199,9 +199,9 @@ def swept_parameter(landing: PosedLanding, varied: Variation) -> Parameter:
     """What a sweep varies as a parameter of a landing, for what has no rates.
 
     Raises:
-        StudyError: the strike is given in a way that a sweep refuses.
+        StudyError: as for `refuse_given_otherwise`.
     """
-    refuse_other_velocity(landing.scene.strike, varied.kind)
+    refuse_given_otherwise(landing.scene, varied.kind)
     value, unit, scale = present_value(landing, varied), varied.unit, 1.0
     reason = "" if math.isfinite(value) else "the landing gives it no value, or not a single one, that could be changed; give one"
     if varied.factor:

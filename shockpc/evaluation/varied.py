@@ -26,7 +26,7 @@ from shockpc.evaluation.variation import (
     refuse_repeated,
 )
 from shockpc.evaluation.variation import variation as read_variation
-from shockpc.evaluation.varied_scene import applied, armature_set, robot_changes
+from shockpc.evaluation.varied_scene import applied, armature_set, refuse_given_otherwise, robot_changes
 from shockpc.landing.dynamics import Inertias
 from shockpc.landing.landing import PosedLanding
 from shockpc.landing.posture import set_many
@@ -398,9 +398,9 @@ def varied_landings(
     variations = [part for varied in variations for part in ((varied,) if varied.values or varied.span else each_of(robot, varied))]
     variations = [_complete(robot, varied, sample is not None) for varied in variations]
     refuse_repeated(robot, variations)
-    if scene.posture.base_quaternion is not None and any(varied.kind.startswith("base-") for varied in variations):
-        raise StudyError("the base's attitude is varied, but the scene gives it as a quaternion; give base_rpy_deg instead")
     scene = check_scene(scene)
+    for varied in variations:
+        refuse_given_otherwise(scene, varied.kind)
     source = VariedLandings(scene, robot, tuple(variations), sample, lhs, seed)
     if source.rows > MOST_ROWS:
         raise StudyError(

@@ -21,7 +21,7 @@ from shockpc.evaluation.variation import (
 from shockpc.landing.contact import contact_name
 from shockpc.landing.joint_model import JointModel, joint_model
 from shockpc.landing.landing import PosedLanding
-from shockpc.landing.scene import Contact, Joints, Rotor, Scene, Strike
+from shockpc.landing.scene import Contact, Joints, Rotor, Scene
 from shockpc.robot.changes import Change, Property, changed, links_with_mass
 from shockpc.robot.robot import Robot
 from shockpc.text.errors import StudyError
@@ -32,21 +32,25 @@ LEAST_INERTIA = np.finfo(float).tiny
 T = TypeVar("T")
 
 
-def refuse_other_velocity(strike: Strike, kind: str) -> None:
-    """Refuse to vary a speed or a strike angle of a strike that is given in a way that has none.
+def refuse_given_otherwise(scene: Scene, kind: str) -> None:
+    """Refuse to vary a number that a scene does not have, because it gives the strike or the attitude in another way.
 
     Args:
-        strike: of the landing.
+        scene: the landing.
         kind: of what varies.
 
     Raises:
-        StudyError: it is given as a vector, with a forward speed, or, where the speed varies, by a drop height.
+        StudyError: the strike is a vector, has a forward speed or, where the speed varies, a drop height; or the base's attitude is
+            a quaternion.
     """
+    strike = scene.strike
     if kind in ("strike-angle", "speed"):
         if strike.velocity is not None or (kind == "speed" and strike.drop_height is not None):
             raise StudyError(f"{kind} is varied, but the velocity is given as a vector or a drop height; leave that out")
         if strike.forward_speed is not None:
             raise StudyError(f"{kind} is varied, but the scene gives a forward speed; leave that out")
+    if kind in ATTITUDE and scene.posture.base_quaternion is not None:
+        raise StudyError("the base's attitude is varied, but the scene gives it as a quaternion; give base_rpy_deg instead")
 
 
 def applied(scene: Scene, robot: Robot, varied: Variation, value: Any) -> tuple[Scene, Robot]:
@@ -61,6 +65,7 @@ def applied(scene: Scene, robot: Robot, varied: Variation, value: Any) -> tuple[
     Raises:
         ShockError: the value is not possible.
     """
+    refuse_given_otherwise(scene, varied.kind)
     posture, strike = scene.posture, scene.strike
     axis = "xyz".find(varied.kind[-1])
     if varied.kind == "joint":
@@ -71,7 +76,6 @@ def applied(scene: Scene, robot: Robot, varied: Variation, value: Any) -> tuple[
         angles[list(ATTITUDE).index(varied.kind)] = float(value)
         return replace(scene, posture=replace(posture, base_rpy_deg=(angles[0], angles[1], angles[2]))), robot
     if varied.kind in ("strike-angle", "speed"):
-        refuse_other_velocity(strike, varied.kind)
         strike = replace(strike, speed=float(value)) if varied.kind == "speed" else replace(strike, strike_angle_deg=float(value))
         return replace(scene, strike=strike), robot
     if varied.kind == "contact":

@@ -21,7 +21,7 @@ from shockpc.evaluation.landings import refuse_ground
 from shockpc.evaluation.strike_scan import ANGLES, Bound, StrikeScan
 from shockpc.evaluation.table import Table
 from shockpc.evaluation.variation import ATTITUDE, Variation, kind_of, motion_range, variation
-from shockpc.evaluation.varied_scene import present_value, refuse_other_velocity
+from shockpc.evaluation.varied_scene import present_value, refuse_given_otherwise
 from shockpc.landing.landing import PosedLanding
 from shockpc.landing.posture import set_many, settable_joints
 from shockpc.landing.record import Option
@@ -296,7 +296,7 @@ def limits(
     if not entry.of_ground(scene):
         refuse_ground(scene, friction=False)  # what is feasible depends on the friction
     varied, joints, (low, high) = _varied(robot, joint, joint_range)
-    refuse_other_velocity(scene.strike, varied.kind)
+    refuse_given_otherwise(scene, varied.kind)
     unit = joints[0].unit if joints else varied.unit.replace("deg", "rad")
     if joints and landing.loops and landing.before.joint_rates.any():
         raise StudyError("how fast joints of a loop move depends on the posture; leave the joint velocities out")
