@@ -266,6 +266,7 @@ def test_no_point_of_a_grid_beats_that_of_a_front_between_distant_optima():
     scene = Scene(robot="go2", contact=(Contact(frame="FL_foot"),))
     vary = {"FL_thigh_joint": "-40:120", "FL_calf_joint": "-150:-50"}
     found = improve(scene, ["mitigation@FL_foot", "shock@imu"], vary=vary, robot=known_robot("go2"), any_ground=True)
+    assert improve_report(found).title == "Optimum of mitigation at FL_foot, shock at imu"  # of which one is greatest
     thigh, calf = (np.linspace(*span, 80) for span in found.costs[0].bounds)
     grid = np.stack(np.meshgrid(thigh, calf), axis=-1).reshape(-1, 2)
     mitigation, shock = (cost.worst(grid) for cost in found.costs)

@@ -145,9 +145,9 @@ def improve(
     vary: Annotated[
         Vary,
         Option(
-            "What may change, and its range a:b, of masses and places factors ax:bx: joints [deg; m if prismatic], base-pitch, "
-            "strike-angle, mass:LINK, place:JOINT and what else a sweep varies. A glob with a range is one value for all of its "
-            "joints; without one, each joint has its limits. By default the joints that carry what strikes, near their values.",
+            "What may change, and its range: joints [deg; m if prismatic], base-pitch, strike-angle, mass:LINK or place:JOINT with "
+            "factors such as 0.8x:1.2x, and what else a sweep varies. A glob with a range gives all of its joints one value; one "
+            "without a range gives each its limits. By default the joints between the trunk and what strikes, near their values.",
             "Search",
             "NAME=LOW:HIGH",
         ),
@@ -160,7 +160,7 @@ def improve(
         str | Sequence[str], Option("A constraint, such as 'joint_impulse@*_KFE<=2', or >=.", "Search", "KEY@PLACES<=LIMIT")
     ] = (),
     any_ground: Annotated[
-        bool, Option("Allow landings that flat ground does not: it would pull a contact, or meet another link first.", "Search")
+        bool, Option("Allow landings too in which flat ground would pull a contact, or meet another link first.", "Search")
     ] = False,
     starts: Annotated[
         int | None,
@@ -299,7 +299,7 @@ def _holding(cost: ShockCost, x: Array) -> tuple[str, ...]:
     (measures,) = cost.measured(x[None])
     worst = ~cost.constraints & (measures >= measures[~cost.constraints].max() * (1.0 - OPTIMUM_TOLERANCE))
     active = np.append(np.flatnonzero(cost.constraints & (measures < OPTIMUM_TOLERANCE)), np.flatnonzero(worst & (worst.sum() > 1)))
-    texts = (f"{cost.terms[k].text} ({cost.terms[k].landing}){' is as bad' * bool(worst[k])}" for k in active)
+    texts = (f"{cost.terms[k].text} ({cost.terms[k].landing}){' is as bad as the worst' * bool(worst[k])}" for k in active)
     return tuple(dict.fromkeys(text.replace(" ()", "") for text in texts))
 
 

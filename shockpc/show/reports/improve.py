@@ -41,7 +41,7 @@ def improve_report(study: Improvement) -> Report:
 
     return Report(
         name="improve",
-        title=f"The least {few(list(map(at_place, quantities)), 2)}",
+        title=f"Optimum of {few(list(map(at_place, quantities)), 2)}",
         body=body,
         lead=1 + 2 * len(figures),
         closing=compared.closing,
