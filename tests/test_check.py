@@ -526,13 +526,15 @@ def test_several_formats_at_once(capfd, here):
     """Each goes into its file; standard output holds one document."""
     write(here, CASE, PASSES)
     files = ["--format", "json=r.json", "--format", "junit=r.xml", "--format", "markdown=r.md", "--format", "github=r.txt"]
-    assert good(capfd, "check", *files, "--format", "text").startswith("budgets of 1 landing: 1 passed")
+    files += ["--format", "csv=r.csv"]
+    assert good(capfd, "check", *files, "--format", "table").startswith("budgets of 1 landing: 1 passed")
     assert json.loads((here / "r.json").read_text())["exit_code"] == 0
     assert ET.parse(here / "r.xml").getroot().get("tests") == "1"
     assert len(table((here / "r.md").read_text())) == 1
     assert (here / "r.txt").read_text() == ""
-    assert "one document" in refusal(capfd, "--format", "json", "--format", "text")
-    assert "valid are text, json" in refusal(capfd, "--format", "yaml")
+    assert next(csv.DictReader((here / "r.csv").open()))["status"] == "passed"
+    assert "one document" in refusal(capfd, "--format", "json", "--format", "table")
+    assert "valid are table, json, csv" in refusal(capfd, "--format", "yaml")
     assert 'no folder "away"' in refusal(capfd, "--format", "json=away/r.json")
     assert "is a folder" in refusal(capfd, "--format", "json=.")
 
@@ -752,7 +754,7 @@ def test_a_changed_gate_names_what_changed(capfd, here):
     changed_robot = ROBOT.replace('mass value="2"', 'mass value="1.5"').replace('xyz="0.02 0 0.1"', 'xyz="0.5 0 0.1" rpy="0 0 0.5"')
     changed_robot = changed_robot.replace('xyz="0 0 -0.4"', 'xyz="0 0 -0.45"')
     (here / "stick.urdf").write_text(changed_robot)
-    outcome = run(capfd, "check", "--baseline", "base.json", "--format", "text", "--format", "junit=j.xml")
+    outcome = run(capfd, "check", "--baseline", "base.json", "--format", "table", "--format", "junit=j.xml")
     assert outcome.code == 1
     told = "body mass 2 → 1.5 kg; foot place z -0.4 → -0.45 m; imu_link place x 0.02 → 0.5 m; imu_link rotated by 28.6 deg"
     assert f"(joint model of land: free)\n(since the baseline: land: {told})" in outcome.out
@@ -825,7 +827,7 @@ def test_a_case_that_is_not_there_is_refused(capfd, here):
 def test_a_budget_of_a_baseline_alone_is_skipped_without_one(capfd, here):
     """Its number is shown; the others are checked."""
     write(here, CASE, PASSES, budget(at="foot", metric="effective_mass", baseline_tolerance="5%"))
-    out = good(capfd, "check", "--format", "text", "--format", "junit=j.xml")
+    out = good(capfd, "check", "--format", "table", "--format", "junit=j.xml")
     assert "1 passed, 0 exceeded, 1 skipped" in out
     assert "without a baseline no baseline_tolerance was checked" in out
     (row,) = [line for line in out.splitlines() if line.startswith("skipped")]

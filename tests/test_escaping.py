@@ -149,7 +149,7 @@ def test_names_of_a_robot(capfd, here, command, format_):
             SUFFIXES[path.suffix](text)
 
 
-@pytest.mark.parametrize("format_", ["text", "json", "junit", "markdown", "github"])
+@pytest.mark.parametrize("format_", ["table", "json", "csv", "markdown", "junit", "github"])
 def test_names_of_budgets(capfd, here, format_):
     """Cases, places and the file of budgets have such names."""
     cases = "".join(
@@ -157,7 +157,7 @@ def test_names_of_budgets(capfd, here, format_):
     )
     budgets = "".join(f'[[budget]]\nat = {json.dumps(name)}\nmetric = "shock"\nmax = 1e-30\n' for name in SENSORS[1::2])
     (here / "::a\u202e##[b].toml").write_text(cases + budgets, encoding="utf-8")
-    out = ("--out", "out") if format_ == "text" else ()
+    out = ("--out", "out") if format_ == "table" else ()
     outcome = run(capfd, "check", "::a\u202e##[b].toml", "--format", format_, *out)
     assert outcome.code == 1, outcome.err
     check_text(outcome.out, format_ == "github")

@@ -11,8 +11,8 @@ from shockpc.cli.options import in_output
 from shockpc.cli.parse import out_folder, path, writable
 from shockpc.cli.process import print_error
 
-FORMATS = ("text", "json", "junit", "github", "markdown")
-DOCUMENTS = ("json", "junit", "markdown")
+FORMATS = ("table", "json", "csv", "markdown", "junit", "github")
+DOCUMENTS = ("json", "csv", "markdown", "junit")
 """Formats that stand alone on standard output."""
 
 _in_baseline = group("Baseline")
@@ -75,7 +75,7 @@ def report(text: str) -> tuple[str, Path | None]:
 
 
 @command(
-    examples=("shockpc check budgets.toml --format text --format junit=shock.xml",),
+    examples=("shockpc check budgets.toml --format table --format junit=shock.xml",),
     after=EPILOG,
 )
 def check(
@@ -86,7 +86,7 @@ def check(
     baseline: Path | None = _in_baseline("Numbers of an earlier design, to compare with.", "FILE", path),
     update_baseline: bool = _in_baseline("Write the numbers into the --baseline file instead of comparing with it."),
     format_: tuple[tuple[str, Path | None], ...] = in_output(
-        "What is reported: text (default), json, junit, markdown, or github (annotations, and a table in the job's summary); "
+        "What is reported: table (default), json, csv, markdown, junit or github (annotations, and a table in the job's summary); "
         "on standard output, or in a file.",
         "FORMAT[=FILE]",
         report,
@@ -102,7 +102,7 @@ def check(
     from shockpc.studies.check.study import check_budgets
     from shockpc.text.errors import OutputError, StudyError
 
-    formats = format_ or (("text", None),)
+    formats = format_ or (("table", None),)
     printed = [name for name, file in formats if file is None]
     if len(printed) > 1 and any(name in DOCUMENTS for name in printed):
         listed = " and ".join(printed)
