@@ -27,6 +27,8 @@ from shockpc import (
     shock_maps,
     shock_profile,
 )
+from shockpc.evaluation.columns import Column, selected
+from shockpc.evaluation.evaluate import Evaluation
 from shockpc.landing.scene_file import read_scene
 from shockpc.show.reports.improve import improve_report
 
@@ -202,6 +204,35 @@ def test_twelve_joints_have_the_same_optimum_from_every_seed():
     )
     assert other.values[0][1] == pytest.approx(first.values[0][1], rel=1e-6)
     assert first.values[0][1] < 5.04e-4
+
+
+def test_a_foot_whose_sole_has_no_shapes_has_the_same_optimum_from_every_seed():
+    """Where its geometry reaches too far below the sole, it does not count as the contact: its height above the contact jumps."""
+    robot, scene = known_robot("talos"), Scene(robot="talos", contact=(Contact(frame="left_sole_link"),))
+    first, other = (improve(scene, "shock@imu_link", robot=robot, seed=seed, starts=20) for seed in (0, 1))
+    assert other.values[0][1] == pytest.approx(first.values[0][1], rel=1e-4)
+    assert any("lowest point above the contact at left_sole_link >=" in text for text in first.active)
+
+
+@pytest.mark.parametrize("feet", [("left_sole_link",), ("left_sole_link", "right_sole_link")])
+def test_constraints_of_the_ground_are_those_of_feasible(feet):
+    """In random postures of a robot whose soles have no shapes; their slopes are those of differences."""
+    robot = known_robot("talos")
+    scene = Scene(robot="talos", contact=tuple(Contact(frame=foot) for foot in feet))
+    vary = {"leg_left_4_joint": "20:80", "leg_left_5_joint": "-40:40", "base-pitch": "-20:20", "base-roll": "-20:20"}
+    cost = ShockCost(scene, "shock@imu_link", vary, robot)
+    width = np.ptp(cost.bounds, axis=1)
+    X = cost.bounds[:, 0] + width * np.random.default_rng(0).random((2000, len(vary)))
+    selection, places = selected(cost.groups[0].first, "feasible")
+    column = Column(selection, places[0])
+    allowed = Evaluation(cost.groups[0].at(X), (column,), prove=0).table().columns[column.name]
+    np.testing.assert_array_equal(worst_and_allowed(cost, X)[1], allowed == 1.0)
+    assert 5 < allowed.sum() < 1900
+    _, found = cost.linearized(X[:5])
+    chosen = [k for k, term in enumerate(cost.terms) if term.column.selection.name == "reach"]
+    for k, h in enumerate(1e-6 * width):
+        up, down = (cost.measured(X[:5] + s * h * np.eye(len(vary))[k]) for s in (1.0, -1.0))
+        np.testing.assert_allclose(found[:, chosen, k], ((up - down) / (2.0 * h))[:, chosen], rtol=0, atol=1e-8)
 
 
 def test_a_cost_goes_into_scipy_in_two_lines():

@@ -26,7 +26,7 @@ from shockpc.landing.posture import difference
 from shockpc.landing.resolve import resolve
 from shockpc.landing.scene import Scene, Strike
 from shockpc.quantities.contacts import IMPULSE, REDUNDANT
-from shockpc.quantities.heights import CLEARANCE, SPREAD, on_ground
+from shockpc.quantities.heights import CLEARANCE, HEIGHTS, REACH, SPREAD, most_inside, on_ground, without_shapes
 from shockpc.quantities.quantity import Quantity
 from shockpc.quantities.table import Selection
 from shockpc.robot.robot import Robot
@@ -53,7 +53,7 @@ PUSH = Quantity(
     "push", "contact", "push of the ground", "N s", "neither", _pushed, missing=f"{REDUNDANT}; --any-ground leaves it out",
     linear=True,
 )  # fmt: skip
-"""With `CLEARANCE` and `SPREAD` what `feasible` decides by, as numbers that a constraint can follow: they have either sign."""
+"""With `HEIGHTS` what `feasible` decides by, as numbers that a constraint can follow: they have either sign."""
 
 
 class Term(NamedTuple):
@@ -282,20 +282,23 @@ class ShockCost:
                 raise StudyError(f'"{text}": of {parts[1]}, which has either sign, the size counts, which is never below zero')
             wanted.append((columns, limit, (abs(limit) or 1.0) * (1.0 if parts[2] == "<" else -1.0)))
         tolerance, level = landing.scene.ground_tolerance, len(on_ground(landing))
+        falls, inside = level and landing.base != "fixed", max(most_inside(self.robot), tolerance)
         for entry, applies, *how in (
             (PUSH, landing.scene.friction is None, 0.0, -self.robot.mass * landing.fastest_approach),
-            (CLEARANCE, level and landing.base != "fixed", -tolerance, -landing.length),
+            (CLEARANCE, falls, -tolerance, -landing.length),
+            (REACH, falls, -inside, -landing.length),
             (SPREAD, level > 1, tolerance, landing.length),
         ):
             if ground and applies:
-                wanted.append(([Column(Selection(entry.key, entry), place) for place in landing.places(entry.of)], *how))
+                places = [p for p in landing.places(entry.of) if entry is not REACH or without_shapes(landing, p.number)]
+                wanted.append(([Column(Selection(entry.key, entry), place) for place in places], *how))
         # Heights do not depend on the strike.
         return [
             Term(column, name, g, s, *how)
             for columns, *how in wanted
             for column in columns
             for s, name in enumerate(group.struck)
-            if s == 0 or column.selection.quantity not in (CLEARANCE, SPREAD)
+            if s == 0 or column.selection.quantity not in HEIGHTS
         ]
 
 

@@ -13,7 +13,7 @@ from shockpc.impact.impact import ColumnImpact, DoubleImpact
 from shockpc.landing.dynamics import dynamics
 from shockpc.landing.landing import PosedLanding
 from shockpc.profile import impact_jumps, needs_proof
-from shockpc.quantities.heights import CLEARANCE, SPREAD, height_rates
+from shockpc.quantities.heights import CLEARANCE, HEIGHTS, REACH, height_rates, reach_rates
 from shockpc.quantities.quantity import evaluate
 
 
@@ -26,7 +26,7 @@ def has_gradient(landing: PosedLanding, column: Column) -> bool:
     entry = column.selection.quantity
     if landing.scene.stops or any(contact.lowest or contact.kind == "stop" for contact in landing.contacts):
         return False
-    return entry in (CLEARANCE, SPREAD) or (landing.translates and (entry.linear or entry.length_of is not None))
+    return entry in HEIGHTS or (landing.translates and (entry.linear or entry.length_of is not None))
 
 
 def slopes(
@@ -56,8 +56,9 @@ def slopes(
     with one_thread(3 * nv):
         state, found = dynamics(robot, Q, landing.joint_model.armature), dict[str, tuple[Array, Array]]()
         twists = (state.J[:, None] * robot.supports[:, None]) @ along[:, None]
-        heights = [column for column in wanted if column.selection.quantity in (CLEARANCE, SPREAD)]
-        others = [column for column in wanted if column not in heights]
+        others = [column for column in wanted if column.selection.quantity not in HEIGHTS]
+        reaches = [column for column in wanted if column.selection.quantity is REACH]
+        heights = [column for column in wanted if column not in (*others, *reaches)]
         bodies = list(dict.fromkeys(max(column.place.body, 0) for column in others)) or [0]
         equation, solution, jumps = impact_jumps(landing, state, with_strike=False, bodies=bodies)
         _, unclear = needs_proof(landing, equation, solution, trusted)
@@ -66,6 +67,9 @@ def slopes(
             for k, column in enumerate(heights, start=1):
                 number = k if column.selection.quantity is CLEARANCE else 0
                 found[column.name] = values[:, None, number], risen[:, None, number]
+        if reaches:
+            values, risen = reach_rates(landing, state, equation.blocks, twists, [column.place for column in reaches])
+            found |= {column.name: (values[:, None, k], risen[:, None, k]) for k, column in enumerate(reaches)}
         rotation = state.rotation[:, bodies]
         here = DoubleImpact(landing, equation, solution, in_body_axes(jumps, rotation), bodies, strikes)
         change, *changes = (

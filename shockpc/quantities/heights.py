@@ -78,6 +78,18 @@ def on_ground(landing: Landing) -> list[int]:
     return [k for k, block in enumerate((*landing.contacts, *landing.stance)) if block.normal @ landing.up > 1.0 - 1e-9]
 
 
+def most_inside(robot: Robot) -> float:
+    """How far a contact point may lie above the lowest point of its link [m]."""
+    return INSIDE + SHARE * robot_size(robot)
+
+
+def without_shapes(landing: Landing, number: int) -> bool:
+    """Whether the frame of a contact or standing foot on flat ground has no shapes, but its body has. Args: number, its number."""
+    outline, frame = body_outline(landing.robot), landing.robot.frame((*landing.contacts, *landing.stance)[number].frame)
+    carried = outline.shapes[frame.body]
+    return number in on_ground(landing) and bool(carried) and not any(shape.belongs_to(frame) for shape in carried)
+
+
 def levels(landing: Landing, rotation: Array, position: Array, points: Array, every: bool = False) -> Levels:
     """Heights of the geometry in N postures.
 
@@ -111,7 +123,7 @@ def levels(landing: Landing, rotation: Array, position: Array, points: Array, ev
                 least[near] = np.minimum(least[near], reached.min(axis=0) + SAME)
     surface = surface.T
     core = surface + np.linalg.norm(pieces.rounding, axis=1).min(axis=1)
-    inside, height = INSIDE + SHARE * robot_size(robot), points @ up
+    inside, height = most_inside(robot), points @ up
     struck = np.array([[shape.belongs_to(frame) for shape in shapes] for frame in frames], dtype=bool)
     contacts = height.copy()
     for k, (frame, of_contact) in enumerate(zip(frames, struck, strict=True)):
@@ -147,7 +159,36 @@ CLEARANCE = Quantity(
     "clearance", "body", "height of the body above the lowest contact", "m", "neither",
     lambda impact, places: _relative(impact.landing, impact.state, impact.blocks, places)[1][:, None, 1:],
 )  # fmt: skip
+REACH = Quantity(
+    "reach", "contact", "height of the link's lowest point above the contact", "m", "neither",
+    lambda impact, places: _reach(impact.landing, impact.state, impact.blocks, places)[0][:, None],
+)  # fmt: skip
+HEIGHTS = (SPREAD, CLEARANCE, REACH)
 """What `feasible` decides by, as numbers that a constraint can follow: they have either sign."""
+
+
+def _reach(landing: Landing, state: Dynamics, blocks: Sequence[Block], places: Sequence[Place]) -> tuple[Array, np.ndarray]:
+    """`REACH` of n contacts without shapes in N postures, (N, n), and which shape (N, n) of the body is the lowest.
+
+    Where it is less than a contact point may lie inside, the shape does not count as that of the contact, and `CLEARANCE` jumps.
+    """
+    here = levels(landing, state.rotation, state.position, _grounded_points(landing, state, blocks), every=True)
+    bodies, contacts = body_outline(landing.robot).pieces.body, [blocks[place.number] for place in places]
+    core = np.stack([np.where(here.others & (bodies == block.body), here.core, np.inf) for block in contacts], axis=1)
+    heights = np.stack([block_point(state, block) @ landing.up for block in contacts], axis=1)
+    return core.min(axis=2) - heights, core.argmin(axis=2)
+
+
+def reach_rates(
+    landing: Landing, state: Dynamics, blocks: Sequence[Block], twists: Array, places: Sequence[Place]
+) -> tuple[Array, Array]:
+    """`REACH` of n contacts, (N, n) in N postures, and how fast (N, n, d) it changes. Args: as for `height_rates`."""
+    values, lowest = _reach(landing, state, blocks, places)
+    low = np.take_along_axis(_lowest_points(landing, state), lowest[..., None], axis=1)
+    arms = low - np.stack([block_point(state, blocks[place.number]) for place in places], axis=1)
+    # Both points turn with the body.
+    turning = twists[:, [blocks[place.number].body for place in places], :3]
+    return values, (np.cross(arms, landing.up)[:, :, None] @ turning)[:, :, 0]
 
 
 def height_rates(
