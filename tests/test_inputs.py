@@ -69,7 +69,7 @@ def test_no_file_of_a_check_is_replaced(capfd, here, form, again):
     """--format json=FILE may name any file; robots, meshes and drives of an earlier command are kept in memory, but are inputs."""
     file, case, more = FILES[form]
     if form == "baseline":
-        good(capfd, "check", f"{case}-budgets.toml", *more, "--update-baseline", "--format", "text=first.txt")
+        good(capfd, "check", f"{case}-budgets.toml", *more, "--update-baseline", "--format", "table=first.txt")
     elif again:
         run(capfd, "check", f"{case}-budgets.toml", "--out", "before")
     before = (here / file).read_bytes()
