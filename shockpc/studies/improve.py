@@ -32,7 +32,7 @@ from shockpc.text.errors import StudyError
 from shockpc.text.printed import few
 from shockpc.text.trace import Trace
 
-REACH = 45.0
+USUAL_RANGE = 45.0
 """How far from the landing as given joints are looked at where nothing is said [deg]."""
 
 AGREEING = 0.01
@@ -208,7 +208,7 @@ def improve(
         if robot.loops or not vary:
             why = "loops move its joints together" if robot.loops else "no joint that carries what strikes is free to move"
             raise StudyError(f"{robot.label}: {why}; name what may change with --vary, such as the joint of a motor")
-        within = f"the joints that carry what strikes, within {REACH:g} deg of the landing as given and their limits"
+        within = f"the joints that carry what strikes, within {USUAL_RANGE:g} deg of the landing as given and their limits"
         chosen.append(f"variables {few(list(vary), 12)}, {within}")
     if both := taken & _subjects(robot, vary):
         raise StudyError(f"{few(sorted(both), 4)} is in both --over and --vary; leave it out of one")
@@ -265,7 +265,7 @@ def _near_joints(robot: Robot, scenes: Mapping[str, Scene]) -> dict[str, tuple[f
     for joint in robot.independent_joints:
         low, high = motion_range([joint])
         if carrying[joint.v].all() and 0.0 < high - low < math.inf:
-            reach, unit = (math.inf, 1.0) if joint.unit == "m" else (math.radians(REACH), math.degrees(1.0))
+            reach, unit = (math.inf, 1.0) if joint.unit == "m" else (math.radians(USUAL_RANGE), math.degrees(1.0))
             value = min(max(joint.value(q), low), high)
             ranges[joint.name] = unit * max(low, value - reach), unit * min(high, value + reach)
     return ranges
