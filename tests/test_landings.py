@@ -1189,3 +1189,21 @@ def test_a_corrupted_header_of_a_parquet_file_is_a_message(tmp_path):
     """Whatever single byte of it is wrong: neither an end of the process nor an unexpected exception."""
     done = subprocess.run([sys.executable, "-c", CORRUPTED], cwd=tmp_path, capture_output=True, text=True, check=False)
     assert done.returncode == 0, done.stderr[-500:]
+
+
+def test_an_inertia_that_is_singular_in_double_precision_has_no_energy(capfd, here):
+    """Of a follower with the mass of the Earth: the other statistics do not need it."""
+    light = '<inertial><mass value="1"/><inertia ixx="1" ixy="0" ixz="0" iyy="1" iyz="0" izz="1"/></inertial>'
+    heavy = light.replace('mass value="1"', 'mass value="1e24"').replace("<inertial>", '<inertial><origin xyz="0 0.1 0"/>')
+    (here / "heavy.urdf").write_text(
+        f'<robot name="heavy"><link name="body">{light}</link><link name="shin">{light}</link><link name="arm">{heavy}</link>'
+        '<joint name="knee" type="continuous"><parent link="body"/><child link="shin"/><axis xyz="0 1 0"/></joint>'
+        '<joint name="shoulder" type="continuous"><parent link="body"/><child link="arm"/><axis xyz="1 0 0"/>'
+        '<mimic joint="knee" multiplier="0.5"/></joint></robot>'
+    )
+    (here / "log.csv").write_text("contact,q_knee,before_knee,vz,after_knee\nshin,0.1,0,-1,0.5\nshin,0.2,0.1,-1,0.5\n")
+    outcome = run(capfd, "landings", "log.csv", "heavy.urdf", "--format", "json")
+    assert outcome.code == 0, outcome.err
+    (agreement,) = json.loads(outcome.out)["measured"]
+    assert agreement["error (energy)"]["value"] is None
+    assert agreement["error"]["value"] > 0.0

@@ -7,6 +7,7 @@ from typing import NamedTuple, TypeAlias
 
 import numpy as np
 
+from shockpc.core.inertia import solve_inertia
 from shockpc.core.memo import memoized
 from shockpc.core.spatial import Array
 from shockpc.evaluation.columns import Column, postures, selected
@@ -120,7 +121,7 @@ def mobilities(study: RecordedLandings) -> Array:
             state = dynamics(robot, group.Q, landing.joint_model.armature)
             moved, G = _velocities(robot, state), free_columns(robot, landing.base, landing.plane, state.rotation[:, 0], locked)
             moved, H = (moved, state.H) if G is None else (moved @ G, G.swapaxes(1, 2) @ state.H @ G)
-            W[first + group.postures] = moved @ np.linalg.solve(H, moved.swapaxes(1, 2))
+            W[first + group.postures] = moved @ solve_inertia(H, moved.swapaxes(1, 2))
     return W
 
 
