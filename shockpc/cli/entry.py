@@ -84,7 +84,7 @@ def _failure(error: Exception, words: Sequence[str]) -> tuple[str, int]:
     if isinstance(error, OSError) and error.filename is not None:
         return f'"{error.filename}" cannot be used: {error.strerror}', ShockError.exit_code
     if isinstance(error, MemoryError):
-        return "the memory of this computer does not suffice; give a robot with fewer joints", SolveError.exit_code
+        return "the memory of this computer does not suffice; give fewer values or joints", SolveError.exit_code
     import traceback
 
     sys.stderr.write(visible("".join(traceback.format_exception(error)), "\n"))
