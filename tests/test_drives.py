@@ -14,7 +14,7 @@ from shockpc.impact.springs import spring_times
 from shockpc.landing.joint_model import joint_model
 from shockpc.robot.catalogue import catalogue, find_robot, project_robots_folder
 from shockpc.robot.changes import changed, read_changes
-from shockpc.robot.drives import catalogue_drives, drives_of, read_drives
+from shockpc.robot.drives import Drive, catalogue_drives, drives_of, read_drives
 
 GO2 = Contact(frame="FL_foot")
 
@@ -39,6 +39,15 @@ def test_every_drive_is_of_joints_of_its_robots_and_says_where_it_is_from():
             read.add(name)
     assert all_drives == {tuple(vars(drive).values()) for drive in read_drives(project_robots_folder() / "drives.toml")}
     assert {"solo8", "solo12", "bolt", "go1", "go2", "g1", "icub", "hyq", "anymal_b", "a1"} <= read
+
+
+@pytest.mark.parametrize("joint", ['["*"]', "['*']", '["*"] # all of them', '[\n  "*",\n]', '\t["*"]'])
+def test_a_drive_of_the_catalogue_may_be_written_in_all_ways_of_toml(monkeypatch, tmp_path, joint):
+    """Most values are read as JSON writes them; what TOML alone has gives the same drive."""
+    (tmp_path / "drives.toml").write_text(f'[[drive]]\nrobot = ["a1"]\njoint = {joint}\narmature = 0.01 \nsource = "a = b"\n')
+    monkeypatch.setattr("shockpc.robot.drives.project_robots_folder", lambda: tmp_path)
+    (drive,) = catalogue_drives.__wrapped__("a1")
+    assert vars(drive) == vars(Drive(joint=("*",), robot=("a1",), armature=0.01, source="a = b"))
 
 
 @pytest.mark.parametrize(

@@ -4,11 +4,11 @@ import dataclasses
 from collections.abc import Callable
 from typing import Any, NoReturn, TypeVar, dataclass_transform
 
-R = TypeVar("R", bound=type)
+R = TypeVar("R")
 
 
 @dataclass_transform(eq_default=False, frozen_default=True, field_specifiers=(dataclasses.field,))
-def frozen(*, kw_only: bool = False) -> Callable[[R], R]:
+def frozen(*, kw_only: bool = False) -> Callable[[type[R]], type[R]]:
     """As `dataclasses.dataclass(frozen=True, eq=False, repr=False)`, with methods that all records share.
 
     Those that `dataclass` makes for each class, which it compiles, would lengthen the start of every command.
@@ -17,10 +17,10 @@ def frozen(*, kw_only: bool = False) -> Callable[[R], R]:
         kw_only: whether the fields are given by name alone.
     """
 
-    def decorate(record: R) -> R:
-        made: Any = dataclasses.dataclass(eq=False, repr=False, kw_only=kw_only)(record)
-        made.__setattr__, made.__delattr__ = _set_once, _refuse
-        return made  # type: ignore[no-any-return]
+    def decorate(record: type[R]) -> type[R]:
+        for name, method in (("__setattr__", _set_once), ("__delattr__", _refuse)):
+            setattr(record, name, method)
+        return dataclasses.dataclass(eq=False, repr=False, kw_only=kw_only)(record)
 
     return decorate
 

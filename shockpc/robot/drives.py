@@ -97,13 +97,19 @@ def read_drives(path: Path) -> tuple[Drive, ...]:
 @functools.lru_cache(maxsize=16)
 def catalogue_drives(name: str | None) -> tuple[Drive, ...]:
     """The drives of robots/drives.toml that are known of a robot of the catalogue, with those of simulation models."""
-    tables = read_file(project_robots_folder() / "drives.toml", "drives file", SceneError).decode().split("[[drive]]")[1:]
+    file = project_robots_folder() / "drives.toml"
+    tables = read_file(file, "drives file", SceneError).decode().split("[[drive]]")[1:]
     # Those of other robots are not parsed: together they would take as long as a robot's file.
-    if not (mentioning := [table for table in tables if f'"{name}"' in table]):
-        return ()
-    # Their lines are simple: a key, and a value that JSON writes alike, which is read in a tenth of the time that TOML takes.
-    lines = [[line.split(" = ", 1) for line in table.splitlines() if line and line[0] != "#"] for table in mentioning]
-    drives = [converted({key: json.loads(value) for key, value in of_table}, Drive, "", []) for of_table in lines]
+    mentioning = [
+        [line.split(" = ", 1) for line in table.splitlines() if line[:1] not in ("", "#")]
+        for table in tables
+        if f'"{name}"' in table
+    ]
+    try:
+        # Values are written as JSON writes them, which is read in a tenth of the time that TOML takes.
+        drives = [converted({key: json.loads(value) for key, value in lines}, Drive, "", []) for lines in mentioning]
+    except ValueError:
+        drives = list(read_drives(file))  # a value that TOML alone has, or several lines
     return tuple(drive for drive in drives if name in drive.robot)
 
 
