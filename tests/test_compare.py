@@ -339,7 +339,7 @@ def test_a_quantity_at_no_place_of_all_designs_is_refused(capfd):
     assert all(word in ended.err for word in ("shock_friction", '"imu"', "of solo12 none", "--pair"))
 
 
-def test_designs_that_land_with_friction_are_compared_with_friction(capfd):
+def test_designs_that_land_with_friction_are_compared_with_friction(capfd, tmp_path):
     """On a ground on which the foot slides the numbers are those with friction of an analysis, and said to be not proven."""
     sliding = ("go2", "--contact", "FL_foot", "--strike-angle", "40", "--friction", "0.2")
     document = json.loads(run(capfd, "compare", *sliding, "--change", "mass:*_calf=0.9x", "--format", "json").out)
@@ -352,5 +352,6 @@ def test_designs_that_land_with_friction_are_compared_with_friction(capfd):
     compared = {row["body"]: row["values"][0] for row in document["quantities"][1]["rows"]}
     assert compared == pytest.approx(shocks, rel=1e-12)
     assert abs(compared["base"] - profile.value("shock_com", "body")[0]) > 0.01
-    text = run(capfd, "compare", *sliding, "--change", "mass:*_calf=0.9x").out
+    text = run(capfd, "compare", *sliding, "--change", "mass:*_calf=0.9x", "--out", tmp_path / "out").out
     assert "in double precision, not proven: shock_friction" in text
+    assert "colours and CoPc: of contacts that stick" in (tmp_path / "out" / "compare.svg").read_text()

@@ -49,6 +49,8 @@ def draw_comparison(comparison: Comparison, header: Sequence[tuple[str, str]]) -
     tall = max(windows[0].sides[1] + FOOT + 0.3, BAR * n + 1.1)
     title = f"Shock: changes from {letters[0]}" + (f" to {letters[1]}" if len(letters) == 2 else "")
     lines = [f"{name}: {printable(text)}" for name, text in header]
+    sliding = any(profile.scene.friction is not None for profile in profiles)
+    lines += ["colours and CoPc: of contacts that stick, not with friction"] * sliding
     page = Page(width, tall, [title, *lines])
     draw_row(page, page.low + FOOT + 0.3, views, windows, [letters[k] for k in drawn], GAP)
     page.bar(LEFT, max(left, 3.4))
