@@ -1,6 +1,7 @@
 """What the joints do in an impact (Section 3.1.2): free, geared, locked, and everything in between."""
 
 import itertools
+import json
 import re
 from dataclasses import replace
 
@@ -287,6 +288,13 @@ def test_a_factor_of_one_is_not_said(mass):
     found = re.search(r"may be up to ([\d.]+) times larger", joint_lines(profile))
     assert (found is not None) == (factor >= 1.05)
     assert found is None or float(found[1]) == pytest.approx(factor, rel=0.05)
+
+
+def test_locked_ball_joints_have_no_jump(capfd):
+    """A locked joint has no jump, also where its rate is the length of a vector."""
+    outcome = run(capfd, "analyze", "cassie", "--contact", "toe_left", "--joints", "locked", "--format", "json")
+    rods = {joint["joint"]: joint["delta_qd"] for joint in json.loads(outcome.out)["joints"] if "rod" in joint["joint"]}
+    assert len(rods) == 4 and set(rods.values()) == {0.0}
 
 
 def test_joints_without_a_solution_have_a_reason(capfd):

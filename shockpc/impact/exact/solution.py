@@ -103,7 +103,7 @@ class BallImpact(Impact):
 
     def _full(self, rates: arb_mat) -> Balls:
         """All velocities (nv, m), those of a floating base in the axes of the plane. Args: rates (ny, m) of the free ones."""
-        found = np.full((self.landing.robot.model.nv, rates.ncols()), 0.0, dtype=object)
+        found = balls(np.zeros((self.landing.robot.model.nv, rates.ncols())))
         found[self._free] = entries(rates) * self._unit[:, None]
         for follower, leaders in self._mimics:
             found[follower] = sum((found[leader] * by for leader, by in leaders), start=found[follower])
