@@ -1,5 +1,7 @@
 """Contact points: names, offsets and directions, described as rows of J_c."""
 
+from collections.abc import Iterable, Sequence
+from dataclasses import replace
 from functools import partial
 from typing import Literal
 
@@ -55,6 +57,13 @@ def landing_frames(robot: Robot, text: str) -> list[tuple[str, ...]]:
 def contact_name(scene: Scene) -> str:
     """What strikes: frames with + between them."""
     return "+".join(contact.frame for contact in scene.contact)
+
+
+def contacts_like(contacts: Sequence[Contact], names: Iterable[str]) -> tuple[Contact, ...]:
+    """Contacts at some frames: each as the contact there, or else with all that the first contact is given but its velocity."""
+    alike = {contact.frame: contact for contact in reversed(contacts)}
+    first = replace(contacts[0], velocity=None) if contacts else Contact(frame="")
+    return tuple(alike.get(name, replace(first, frame=name)) for name in names)
 
 
 def contact_block(robot: Robot, contact: Contact, up: Array, kind: Literal["contact", "stance"] = "contact") -> Block:

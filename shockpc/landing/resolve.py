@@ -183,6 +183,17 @@ def landing_of(scene: Scene, robot: Robot) -> PosedLanding:
     return landing
 
 
+def with_definite_contacts(scene: Scene, robot: Robot) -> Scene:
+    """The scene with its contacts at the points and of the kinds that they have in its posture, whatever varies later.
+
+    Raises:
+        ShockError: as for `landing_of`.
+    """
+    if all("auto" not in (contact.at, contact.kind) for contact in scene.contact):
+        return scene
+    return replace(scene, contact=landing_of(scene, robot).scene.contact)
+
+
 def close_loops(scene: Scene, near: PosedLanding) -> Scene:
     """A scene whose loops start closed, assembled in the same way as those of another landing of the robot.
 

@@ -63,7 +63,7 @@ class Contact(Record):
     directions: tuple[Literal["x", "y", "z"] | tuple[float, float, float], ...] = ("x", "y", "z")
     kind: Literal["auto", "point", "flat"] = option(
         "auto",
-        "A point leaves the link free to turn about the contact; a flat contact is a sole that also stops it from tilting, and from "
+        "A point leaves the link free to turn about the contact; a flat contact, a sole, also stops it from tilting, and from "
         "twisting if it sticks. By default flat where the link's geometry within the ground's tolerance of its lowest point has an "
         "area in which the centre of pressure of the flat landing lies, and no offset is given; else a point.",
         CONTACT,

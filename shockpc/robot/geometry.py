@@ -325,7 +325,7 @@ def _numbers(element: Element | None, key: str, size: int, default: str = "") ->
 
 
 def _mjcf_shapes(source: RobotSource, kind: GeometryKind, load: Loader, only: str | None = None) -> Iterator[Shape | Unread]:
-    """Take the shapes of an MJCF from the compiled model, or only those of a body or geom. Planes and height fields belong to the surroundings."""
+    """Take the shapes of an MJCF from the compiled model, or only those of a body or geom; not planes and height fields."""
     from shockpc.robot.mjcf_compiled import compiled
 
     result = compiled(source)
