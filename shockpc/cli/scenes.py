@@ -13,6 +13,7 @@ from shockpc.landing.scene import Contact, Joints, Posture, Rotor, Scene, Strike
 from shockpc.landing.scene_file import check_scene, plane_of, points_at, read_scene, robot_of
 from shockpc.robot.landmarks import each_foot, feet
 from shockpc.robot.robot import Robot
+from shockpc.text.arguments import typed
 from shockpc.text.errors import SceneError, ShockError, UnknownName
 from shockpc.text.printed import few
 from shockpc.text.trace import Trace
@@ -54,6 +55,8 @@ def scenes_from(robot: str, options: SceneOptions, trace: Trace | None = None) -
     if (stiffness := options.given.get("contact_stiffness")) is not None:
         scene = dataclasses.replace(scene, contact_stiffness=stiffness[0], tangential_stiffness=stiffness[1])
     changes = options.fields(Contact)
+    if options.contact or changes or not scene.contact:
+        typed.add(Contact.__name__)
     if options.flat:
         if "kind" in changes:
             raise SceneError("--flat means --contact-kind flat; leave one of them out")

@@ -246,11 +246,11 @@ def inertia_box(body: Body) -> Shape | None:
 
 
 @memoized()
-def _shapes(source: RobotSource, kind: GeometryKind, reduced: bool, only: str | None = None) -> tuple[Shape | Unread, ...]:
-    """The shapes of a file, or only those of a link or geom, each in the frame of its link. Variants of a robot share them."""
+def _loader(source: RobotSource, reduced: bool) -> "functools._lru_cache_wrapper[tuple[Mesh, Array]]":
+    """What reads the meshes of a file, each once: four legs often share one, and that of a foot may be read before the others."""
     spanning = outer_vertices if reduced else np.asarray
 
-    @functools.cache  # four legs often share a mesh
+    @functools.cache
     def load(uri: str) -> tuple[Mesh, Array]:
         path = source.folders.asset(uri)
         try:
@@ -259,17 +259,27 @@ def _shapes(source: RobotSource, kind: GeometryKind, reduced: bool, only: str | 
             raise ValueError(f'"{uri}": {refusal}') from None
         return mesh, spanning(mesh.vertices)
 
+    return load
+
+
+@memoized()
+def _shapes(source: RobotSource, kind: GeometryKind, reduced: bool, only: str | None = None) -> tuple[Shape | Unread, ...]:
+    """The shapes of a file, or only those of a link or geom, each in the frame of its link. Variants of a robot share them."""
+    load = _loader(source, reduced)
     if source.kind == "mjcf":
-        return tuple(_mjcf_shapes(source, kind, load, only))
-    root = shared_xml(source.xml, source.path.name)
-    found = tuple(_urdf_shapes(root, kind, load, np.eye(3), only))
-    # Meshes of which the file says that y is up are turned to z up if they are twice as close to the joints then.
-    if any(isinstance(shape, Shape) and shape.mesh is not None and shape.mesh.y_up for shape in found):
-        if only is not None:
-            return tuple(shape for shape in _shapes(source, kind, reduced) if shape.link == only)
-        turned = tuple(_urdf_shapes(root, kind, load, _Y_TO_Z))
-        if 2.0 * _distance_to_joints(root, turned) < _distance_to_joints(root, found):
-            return turned
+        found = tuple(_mjcf_shapes(source, kind, load, only))
+    else:
+        root = shared_xml(source.xml, source.path.name)
+        found = tuple(_urdf_shapes(root, kind, load, np.eye(3), only))
+        # Meshes of which the file says that y is up are turned to z up if they are twice as close to the joints then.
+        if any(isinstance(shape, Shape) and shape.mesh is not None and shape.mesh.y_up for shape in found):
+            if only is not None:
+                return tuple(shape for shape in _shapes(source, kind, reduced) if shape.link == only)
+            turned = tuple(_urdf_shapes(root, kind, load, _Y_TO_Z))
+            if 2.0 * _distance_to_joints(root, turned) < _distance_to_joints(root, found):
+                found = turned
+    if only is None:
+        load.cache_clear()
     return found
 
 
