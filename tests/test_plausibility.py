@@ -13,7 +13,6 @@ from robot_texts import LIMIT, arm, joint, link, mjcf, refused, urdf, written
 from trees import known_robot, robot_from
 
 from shockpc import Contact, Joints, Posture, Robot, Scene, SceneError, Strike, read_scene, shock_profile
-from shockpc.landing.contact import foot_contact
 from shockpc.landing.dynamics import dynamics
 from shockpc.landing.resolve import resolve
 from shockpc.landing.rows import block_point
@@ -181,15 +180,17 @@ def test_legs_that_are_drawn_folded_have_feet_too():
 
 
 def test_where_only_the_shank_is_named_its_lowest_point_is_struck():
-    """Its frame is at the knee, which no landing hits; a foot is struck at its frame, unless the frame is far above the sole."""
-    for robot, at in ((humanoid(), "lowest"), (humanoid(shin=0.02), "frame"), (humanoid(FOOT), "frame")):
-        assert [foot_contact(robot, foot).at for foot in each_foot(robot)] == [at] * 2
+    """Its frame is at the knee, which no landing hits; one little above the lowest point is struck, whatever its name is."""
+    for robot, at in ((humanoid(), "lowest"), (humanoid(shin=0.005), "frame"), (humanoid(FOOT), "frame")):
+        landed = resolve(Scene(robot=robot.label, contact=each_foot(robot)), robot)
+        assert [contact.at for contact in landed.scene.contact] == [at] * 2
 
 
 # Heights
 
 PITCHED = Posture(base_rpy_deg=(0, 15, 0))
 KNEE = Posture(joints_deg={"FL_knee": 60})
+KNEE_OF = {leg: Contact(frame=f"{leg}_calf", at="frame") for leg in ("FL", "HL")}
 RISE = 0.4 * math.sin(math.radians(15.0))
 
 
@@ -198,10 +199,11 @@ RISE = 0.4 * math.sin(math.radians(15.0))
     [
         (("FL",), {}, []),
         (("FL", "HL"), {}, []),
-        (("FL_calf",), {}, [("FL_calf", 0.22)]),
+        (("FL_calf",), {}, []),
+        ((KNEE_OF["FL"],), {}, [("FL_calf", 0.22)]),
         ((Contact(frame="FL_calf", at="lowest"),), {}, []),
-        (("FL_calf", "HL_calf"), {}, [("FL_calf+HL_calf", 0.22)]),
-        (("trunk",), {}, [("trunk", 0.05), ("trunk", 0.37)]),
+        ((KNEE_OF["FL"], KNEE_OF["HL"]), {}, [("FL_calf+HL_calf", 0.22)]),
+        ((Contact(frame="trunk", at="frame"),), {}, [("trunk", 0.05), ("trunk", 0.37)]),
         (("FL",), {"posture": PITCHED}, []),
         (("HL",), {"posture": PITCHED}, [("HL", RISE)]),
         (("FL", "HL"), {"posture": PITCHED}, [("HL", RISE)]),
@@ -239,13 +241,15 @@ def test_robots_that_stand_are_not_warned_of(name: str):
 
 
 def test_only_warnings_read_geometry(monkeypatch: pytest.MonkeyPatch):
-    """An analysis without them opens no mesh, and they open each once."""
+    """An analysis without them reads the geometry of what strikes alone, and none where point and kind are given."""
     robot, read, shapes = replace(robot_from(DOG, ".xml")), [], geometry._shapes
-    monkeypatch.setattr(geometry, "_shapes", lambda *given: read.append(given) or shapes(*given))
+    monkeypatch.setattr(geometry, "_shapes", lambda *given: read.append(given[3:]) or shapes(*given))
+    shock_profile(Scene(robot=robot.label, contact=(Contact(frame="FL", at="frame", kind="point"),)), robot)
+    assert read == []
     profile = shock_profile(Scene(robot=robot.label, contact=("FL",)), robot)
-    assert not read
+    assert read == [("FL",)]
     assert profile.health.warnings
-    assert len(read) == 1
+    assert len(read) == 2
 
 
 # Posture
@@ -310,7 +314,7 @@ def test_scenes_of_the_paper(path):
 
 def test_the_lowest_point_may_be_struck_where_all_geometry_is_visual():
     """What is warned of is what the remedy strikes."""
-    contact, human = Contact(frame="left_foot"), known_robot("human")
+    contact, human = Contact(frame="left_foot", at="frame"), known_robot("human")
     (below,) = (w for w in shock_profile(Scene(robot="human", contact=contact), human).health.warnings if "lowest" in str(w))
     lowest = shock_profile(Scene(robot="human", contact=replace(contact, at="lowest")), human)
     assert not any("contact point" in str(warning) for warning in lowest.health.warnings)
@@ -358,7 +362,7 @@ def test_contacts_at_two_heights_are_not_feasible(dog: Robot, base: str):
 def test_bodies_that_cannot_be_the_lowest_are_left_out(name: str):
     """In random postures depth, heights of contacts and the lowest shape are those with every body measured."""
     robot = known_robot(name)
-    landing = resolve(Scene(robot=name, contact=(foot_contact(robot, feet(robot)[0]),)), robot)
+    landing = resolve(Scene(robot=name, contact=feet(robot)[0]), robot)
     rng = np.random.default_rng(3)
     steps = rng.uniform(-1.5, 1.5, (200, robot.model.nv))
     state = dynamics(robot, np.stack([pin.integrate(robot.model, landing.q, step) for step in steps]))

@@ -9,6 +9,7 @@ import warnings
 from collections.abc import Sequence
 
 from shockpc.cli.process import command, prepare, print_error, received, write_stdout
+from shockpc.text.arguments import typed
 from shockpc.text.errors import DefectError, ShockError, SolveError
 from shockpc.text.paths import inputs
 from shockpc.text.printed import visible
@@ -66,6 +67,8 @@ def main(words: Sequence[str]) -> int:
             message, code = _failure(error, words)
             print_error(message)
             return code
+    finally:
+        typed.clear()
     print_error("interrupted; no incomplete file was left")
     # As shells count: 130 after Ctrl-C and 143 after SIGTERM.
     return 128 + received[0] if received else INTERRUPTED

@@ -102,7 +102,7 @@ class SceneOptions(NamedTuple):
         "AXES|X,Y,Z;…",
         directions,
     )
-    flat: bool = _in_contact("A sole: the contact also stops the link from tilting, and from twisting unless it slides.")
+    flat: bool = _in_contact("A sole, whatever its geometry is: --contact-kind flat.")
     stance: tuple[str, ...] = _in_contact("A foot that is on the ground already and stays where it is.", "NAME")
     set: tuple[Setting, ...] = _in_posture("Position of joints [deg; m if prismatic].", "JOINT=VALUE", setting)
     joint_velocity: tuple[Setting, ...] = _in_impact("Velocity of joints [rad/s; m/s if prismatic].", "JOINT=RATE", setting)

@@ -7,12 +7,13 @@ from pathlib import Path
 from typing import Any, TypeVar
 
 from shockpc.cli.options import SceneOptions
-from shockpc.landing.contact import contact_name, foot_contact, landing_frames, match_contacts
+from shockpc.landing.contact import contact_name, landing_frames, match_contacts
 from shockpc.landing.ratings import part_from
 from shockpc.landing.scene import Contact, Joints, Posture, Rotor, Scene, Strike, replaced_ways
 from shockpc.landing.scene_file import check_scene, plane_of, points_at, read_scene, robot_of
 from shockpc.robot.landmarks import each_foot, feet
 from shockpc.robot.robot import Robot
+from shockpc.text.arguments import typed
 from shockpc.text.errors import SceneError, ShockError, UnknownName
 from shockpc.text.printed import few
 from shockpc.text.trace import Trace
@@ -53,7 +54,13 @@ def scenes_from(robot: str, options: SceneOptions, trace: Trace | None = None) -
     )
     if (stiffness := options.given.get("contact_stiffness")) is not None:
         scene = dataclasses.replace(scene, contact_stiffness=stiffness[0], tangential_stiffness=stiffness[1])
-    changes = options.fields(Contact) | ({"kind": "flat"} if options.flat else {})
+    changes = options.fields(Contact)
+    if options.contact or changes or not scene.contact:
+        typed.add(Contact.__name__)
+    if options.flat:
+        if "kind" in changes:
+            raise SceneError("--flat means --contact-kind flat; leave one of them out")
+        changes["kind"] = "flat"
     if options.directions is not None:
         if options.slide:
             raise SceneError("--slide means --directions along the normal alone; leave one of them out")
@@ -211,14 +218,11 @@ def _contacts(robot: Robot, scene: Scene, options: SceneOptions) -> list[tuple[C
         return [scene.contact]
     if not options.contact and not feet(robot):
         raise SceneError(f'no contact is defined for robot "{robot.name}"; name one with --contact, such as "{robot.links[-1]}"')
-    known_feet = each_foot(robot)
-    landings = [landing for text in options.contact for landing in landing_frames(robot, text)] or [(foot,) for foot in known_feet]
+    landings = [landing for text in options.contact for landing in landing_frames(robot, text)]
+    landings = landings or [(foot,) for foot in each_foot(robot)]
     if options.together:
         landings = [tuple(dict.fromkeys(frame for landing in landings for frame in landing))]
-    return [
-        tuple(foot_contact(robot, frame) if frame in known_feet else Contact(frame=frame) for frame in landing)
-        for landing in dict.fromkeys(landings)
-    ]
+    return [tuple(Contact(frame=frame) for frame in landing) for landing in dict.fromkeys(landings)]
 
 
 def _up(scene: Scene) -> tuple[str, ...]:

@@ -6,7 +6,7 @@ from shockpc.cli.declare import command
 from shockpc.cli.options import ROBOT, OutputOptions, RunOptions, SceneOptions, in_run
 from shockpc.cli.output import emit, exit_code
 from shockpc.cli.rows import computed
-from shockpc.cli.scenes import scenes_from
+from shockpc.cli.scenes import scenes_from, with_contact
 from shockpc.cli.study import given, help_of, refuse_unasked, refuse_varied, study_options
 from shockpc.evaluation.summary import summarise
 from shockpc.show.reports.sweep import sweep_report
@@ -24,10 +24,9 @@ def sweep(
     run: RunOptions,
     output: OutputOptions,
 ) -> int:
-    completed, contacts = options, [values for name, values in typed["vary"] if name == "contact" and values is not None]
-    if contacts and not options.contact:
-        # The rows have other contacts, as --contact names them; the scene needs one until they are set.
-        completed = options._replace(contact=(contacts[0].split(",")[0],))
+    contacts = [values for name, values in typed["vary"] if name == "contact" and values is not None]
+    # The rows have other contacts, as --contact names them; a scene without any needs one until they are set.
+    completed = with_contact(robot, options, contacts[0].split(","))[0] if contacts else options
     loaded, scenes = scenes_from(robot, completed)
     if len(scenes) > 1 and not contacts:
         names = ",".join(contact.frame for scene in scenes for contact in scene.contact)

@@ -17,9 +17,9 @@ from shockpc.evaluation.columns import Column, selected
 from shockpc.evaluation.evaluate import TRUSTED, Evaluation
 from shockpc.evaluation.gradients import has_gradient, slopes
 from shockpc.evaluation.landings import common_robot, named_scenes, refuse_ground
-from shockpc.evaluation.variation import Vary, pairs
+from shockpc.evaluation.variation import OFFSET, Vary, pairs
 from shockpc.evaluation.varied import VariedLandings, varied_landings
-from shockpc.evaluation.varied_scene import present_value
+from shockpc.evaluation.varied_scene import present_value, with_offsets
 from shockpc.landing.landing import PosedLanding
 from shockpc.landing.places import Place
 from shockpc.landing.posture import difference
@@ -127,6 +127,8 @@ class ShockCost:
         variables = pairs(variables)
         self._again = functools.partial(ShockCost, scenes, quantity, variables, robot, keep=keep, ground=ground)
         self.scenes = named_scenes(scenes)
+        if OFFSET.keys() & dict(variables):
+            self.scenes = {name: with_offsets(scene) for name, scene in self.scenes.items()}
         self.quantity = quantity
         self.robot = robot or common_robot(self.scenes)
         landings = {name: resolve(scene, self.robot) for name, scene in self.scenes.items()}

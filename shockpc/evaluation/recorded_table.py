@@ -1,5 +1,6 @@
 """Read a table of recorded landings: a row is a touchdown; `column_names` says what its columns are called."""
 
+import contextlib
 from collections.abc import Callable, Mapping
 from dataclasses import replace
 from typing import Any
@@ -19,10 +20,11 @@ from shockpc.evaluation.column_names import (
 )
 from shockpc.evaluation.recorded_rows import Measured, RecordedRows
 from shockpc.evaluation.table_files import number
-from shockpc.landing.contact import landing_frames
+from shockpc.landing.contact import contacts_like, landing_frames
 from shockpc.landing.landing import PosedLanding
 from shockpc.landing.motion import Motion
 from shockpc.landing.posture import set_many, settable_joints
+from shockpc.landing.resolve import with_definite_contacts
 from shockpc.landing.scene import Contact, Scene
 from shockpc.robot.mjcf import qpos_order, qvel_order
 from shockpc.text.errors import ShockError, StudyError
@@ -390,16 +392,17 @@ class _Reader:
         return landings[0]
 
     def _landing(self, text: str, rows: np.ndarray) -> tuple[Contact, ...]:
-        """The contacts A+B of rows (n,), each as the scene has it or, if it has not, as the first of the scene.
+        """The contacts A+B of rows (n,), each as the scene has it or, if it has not, with all that the first of the scene is given.
 
-        Rows whose text means no contacts are refused, and have those of the scene.
+        They are resolved in the posture of the scene. Rows whose text means no contacts are refused, and have those of the scene.
         """
-        contacts = self.landing.scene.contact
-        alike = {contact.frame: contact for contact in reversed(contacts)}
-        return (
-            tuple(alike.get(frame, replace(contacts[0], frame=frame, velocity=None)) for frame in self._frames(text, rows))
-            or contacts
-        )
+        scene = self.landing.scene
+        if not (frames := self._frames(text, rows)):
+            return scene.contact
+        contacts = contacts_like(self.landing.asked, frames)
+        with contextlib.suppress(ShockError):  # which is the message of the rows
+            contacts = with_definite_contacts(replace(scene, contact=contacts), self.robot).contact
+        return contacts
 
     def _stances(self) -> tuple[list[tuple[str, ...]], np.ndarray]:
         """The different sets of standing feet, and which of them (n,) is that of each row; where a cell is empty, the scene's."""

@@ -18,6 +18,7 @@ from shockpc.evaluation.variation import (
     ATTITUDE,
     INERTIAL,
     OF_A_LINK,
+    OFFSET,
     Variation,
     Vary,
     each_of,
@@ -26,12 +27,12 @@ from shockpc.evaluation.variation import (
     refuse_repeated,
 )
 from shockpc.evaluation.variation import variation as read_variation
-from shockpc.evaluation.varied_scene import applied, armature_set, refuse_given_otherwise, robot_changes
+from shockpc.evaluation.varied_scene import applied, armature_set, refuse_given_otherwise, robot_changes, with_offsets
 from shockpc.landing.dynamics import Inertias
 from shockpc.landing.landing import PosedLanding
 from shockpc.landing.posture import set_many
-from shockpc.landing.resolve import close_loops, resolve
-from shockpc.landing.scene import GRAVITY, Scene, Strike
+from shockpc.landing.resolve import close_loops, resolve, with_definite_contacts
+from shockpc.landing.scene import GRAVITY, Contact, Scene, Strike
 from shockpc.landing.scene_file import check_scene, plane_of, robot_of
 from shockpc.profile import shock_profile
 from shockpc.quantities.profile import ShockProfile
@@ -70,6 +71,28 @@ class VariedLandings:
     struck: Mapping[str, Strike] = field(default_factory=dict, repr=False)
 
     noun, further = "sweep", ()
+
+    def __post_init__(self) -> None:
+        """Resolve where the contacts strike, in the posture of the scene, unless they vary."""
+        kinds, scene = {variation.kind for variation in self.variations}, self.scene
+        scene = with_offsets(scene) if kinds & OFFSET.keys() else scene
+        object.__setattr__(self, "scene", scene if "contact" in kinds else self._definite(scene))
+
+    def _definite(self, scene: Scene) -> Scene:
+        """A scene with definite contacts; as it is where its posture is no landing, of which the rows have the messages."""
+        try:
+            return with_definite_contacts(scene, self.robot)
+        except ShockError:
+            return scene
+
+    @functools.cached_property
+    def contacts(self) -> dict[str, tuple[Contact, ...]]:
+        """The contacts by the values of what varies, each resolved in the posture of the scene."""
+        values = {
+            str(value): variation for variation in self.variations if variation.kind == "contact" for value in variation.values
+        }
+        scenes = {value: applied(self.scene, self.robot, variation, value)[0] for value, variation in values.items()}
+        return {value: self._definite(scene).contact for value, scene in scenes.items()}
 
     def __getstate__(self) -> dict[str, Any]:
         return {part.name: getattr(self, part.name) for part in fields(self)}
@@ -310,8 +333,11 @@ class VariedLandings:
         scene, robot, changes = self.scene, self.robot, list[Change]()
         if self.struck:
             scene = replace(scene, strike=list(self.struck.values())[strike])
-        for variation, value in choice.items():
-            if edits := robot_changes(robot, variation, value):
+        # Other variations are of the contacts that are struck.
+        for variation, value in sorted(choice.items(), key=lambda pair: pair[0].kind != "contact"):
+            if variation.kind == "contact":
+                scene = replace(scene, contact=self.contacts[str(value)])
+            elif edits := robot_changes(robot, variation, value):
                 changes += edits
             else:
                 scene, robot = applied(scene, robot, variation, value)

@@ -18,10 +18,10 @@ from shockpc.evaluation.variation import (
     refuse_repeated,
     variation,
 )
-from shockpc.landing.contact import contact_name
+from shockpc.landing.contact import contact_name, contacts_like
 from shockpc.landing.joint_model import JointModel, joint_model
 from shockpc.landing.landing import PosedLanding
-from shockpc.landing.scene import Contact, Joints, Rotor, Scene
+from shockpc.landing.scene import Joints, Rotor, Scene
 from shockpc.robot.changes import Change, Property, changed, links_with_mass
 from shockpc.robot.robot import Robot
 from shockpc.text.errors import StudyError
@@ -53,6 +53,19 @@ def refuse_given_otherwise(scene: Scene, kind: str) -> None:
         raise StudyError("the base's attitude is varied, but the scene gives it as a quaternion; give base_rpy_deg instead")
 
 
+def with_offsets(scene: Scene) -> Scene:
+    """A scene in which the offsets of all contacts vary: points, from their frames' origins unless it says otherwise."""
+    contacts = (
+        replace(
+            contact,
+            at="frame" if contact.at == "auto" else contact.at,
+            kind="point" if contact.kind == "auto" else contact.kind,
+        )
+        for contact in scene.contact
+    )
+    return replace(scene, contact=tuple(contacts))
+
+
 def applied(scene: Scene, robot: Robot, varied: Variation, value: Any) -> tuple[Scene, Robot]:
     """A scene and its robot with one quantity set.
 
@@ -79,12 +92,11 @@ def applied(scene: Scene, robot: Robot, varied: Variation, value: Any) -> tuple[
         strike = replace(strike, speed=float(value)) if varied.kind == "speed" else replace(strike, strike_angle_deg=float(value))
         return replace(scene, strike=strike), robot
     if varied.kind == "contact":
-        like = scene.contact[0] if scene.contact else Contact(frame="")
         names = [str(value)] if str(value) in robot.frames else str(value).split("+")
-        return replace(scene, contact=tuple(replace(like, frame=name) for name in names)), robot
+        return replace(scene, contact=contacts_like(scene.contact, names)), robot
     if varied.kind.startswith("offset-"):
         moved = []
-        for contact in scene.contact:
+        for contact in with_offsets(scene).contact:
             offset = list(contact.offset)
             offset[axis] = float(value)
             moved.append(replace(contact, offset=(offset[0], offset[1], offset[2])))

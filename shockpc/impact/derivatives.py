@@ -134,7 +134,8 @@ def _row_rates(robot: Robot, state: Dynamics, blocks: Sequence[Block], J: Array,
         forces, moves = len(block.forces), moved_by(state, block.body)[:, None]
         point, axes = block_point(state, block)[:, None], block_axes(state, block)[:, None]
         d_point = (v + cross(omega, point)) * moves
-        if block.lowest:
+        # Of a sole that sticks every point is held, so it does not matter how the lowest one moves over it.
+        if block.lowest and block.size < 6:
             d_point += (omega * moves) @ lowest_point_turned(block, state.rotation[:, block.body]).swapaxes(1, 2)
         d_axes = cross((omega * moved_by(state, block.axes_body)[:, None])[:, :, None], axes)
         change = wrenches(point, d_axes, forces)

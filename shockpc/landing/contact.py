@@ -1,23 +1,20 @@
 """Contact points: names, offsets and directions, described as rows of J_c."""
 
+from collections.abc import Iterable, Sequence
+from dataclasses import replace
 from functools import partial
 from typing import Literal
 
 import numpy as np
 
 from shockpc.core.spatial import Array, cross, cross_matrix
-from shockpc.landing.dynamics import dynamics
-from shockpc.landing.posture import configuration
 from shockpc.landing.rows import Block
 from shockpc.landing.scene import Contact, Scene
-from shockpc.robot.geometry import Shape, body_outline
-from shockpc.robot.landmarks import feet, is_foot
+from shockpc.robot.geometry import Shape, body_outline, shapes_of
+from shockpc.robot.landmarks import feet
 from shockpc.robot.robot import STOP, Robot
 from shockpc.text.errors import SceneError
 from shockpc.text.printed import listed
-
-FOOT_REACH_SHARE = 0.1
-"""How far a link reaches below its frame, as a share of the height of the robot's frames, where the frame is none of a foot."""
 
 UNIT_VECTORS = {"x": (1.0, 0.0, 0.0), "y": (0.0, 1.0, 0.0), "z": (0.0, 0.0, 1.0)}
 
@@ -62,14 +59,11 @@ def contact_name(scene: Scene) -> str:
     return "+".join(contact.frame for contact in scene.contact)
 
 
-def foot_contact(robot: Robot, name: str) -> Contact:
-    """How a robot lands on one of its feet: at the frame, or at the lowest point of a link whose frame is far above."""
-    frame, up = robot.frame(name), np.array([0.0, 0.0, 1.0])
-    state = dynamics(robot, configuration(robot)[None])
-    shapes = [] if is_foot(name) or frame.kind != "link" else _frame_shapes(robot, name)
-    reach = [shape.reach(-up[None] @ state.rotation[0, frame.body])[0] for shape in shapes]
-    far = max(reach, default=-np.inf) + up @ state.rotation[0, frame.body] @ frame.offset
-    return Contact(frame=name, at="lowest" if far > FOOT_REACH_SHARE * np.ptp(state.position[0] @ up) else "frame")
+def contacts_like(contacts: Sequence[Contact], names: Iterable[str]) -> tuple[Contact, ...]:
+    """Contacts at some frames: each as the contact there, or else with all that the first contact is given but its velocity."""
+    alike = {contact.frame: contact for contact in reversed(contacts)}
+    first = replace(contacts[0], velocity=None) if contacts else Contact(frame="")
+    return tuple(alike.get(name, replace(first, frame=name)) for name in names)
 
 
 def contact_block(robot: Robot, contact: Contact, up: Array, kind: Literal["contact", "stance"] = "contact") -> Block:
@@ -77,7 +71,7 @@ def contact_block(robot: Robot, contact: Contact, up: Array, kind: Literal["cont
 
     Args:
         robot: the robot.
-        contact: as the scene states it.
+        contact: as the scene states it; one whose point and kind are not resolved yet is a point at the frame.
         up: (3,) unit normal of the ground, world axes.
         kind: what it is.
 
@@ -160,15 +154,13 @@ def across(up: Array) -> tuple[Array, Array]:
     return first, cross(up, first)
 
 
-def _frame_shapes(robot: Robot, name: str) -> tuple[Shape, ...]:
-    """The shapes of a link itself, or the shape of a geom: collision geometry, or visual if the file has no other."""
-    frame = robot.frame(name)
-    return tuple(shape for shape in body_outline(robot).shapes[frame.body] if shape.belongs_to(frame))
-
-
 def _shapes(robot: Robot, name: str) -> tuple[Shape, ...]:
-    """Like `_frame_shapes`, but raises if there is none."""
-    shapes, frame = _frame_shapes(robot, name), robot.frame(name)
+    """The shapes of a link itself, or the shape of a geom: collision geometry, or visual if the file has no other.
+
+    Raises:
+        SceneError: there is none.
+    """
+    (shapes, _), frame = shapes_of(robot, name), robot.frame(name)
     if not shapes:
         others = dict.fromkeys(shape.link for shape in body_outline(robot).shapes[frame.body])
         remedy = f"; of its body, {listed(others, 4)} has some" if others else ""

@@ -20,7 +20,7 @@ from shockpc.landing.mobility import Mechanism
 from shockpc.landing.motion import Motion, approach_speeds, twist_before
 from shockpc.landing.places import Place, PlaceKind, body_places, joint_places, part_places, point_places
 from shockpc.landing.rows import Block, Equation, block_point, row_jacobian
-from shockpc.landing.scene import Base, Scene
+from shockpc.landing.scene import Base, Contact, Scene
 from shockpc.landing.stops import velocity_at_stop
 from shockpc.robot.robot import Loop, Robot
 from shockpc.text.diagnostic import Diagnostic
@@ -162,6 +162,7 @@ class PosedLanding(Landing):
         assembly: what closing the loops changed; None without loops.
         warnings: joints outside their limits, and parts of the scene that have no effect.
         acting: rows of the end stops that act, where they are known.
+        asked: the contacts as they were asked for; those of the scene say at which point they strike and of which kind they are.
     """
 
     q: Array
@@ -169,6 +170,7 @@ class PosedLanding(Landing):
     assembly: Assembly | None = None
     warnings: tuple[Diagnostic, ...] = ()
     acting: tuple[Block, ...] = ()
+    asked: tuple[Contact, ...] = ()
 
     def __post_init__(self) -> None:
         """Make its arrays read-only."""

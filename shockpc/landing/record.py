@@ -5,6 +5,8 @@ import functools
 from collections.abc import Mapping
 from typing import Any, NamedTuple, TypeVar
 
+from shockpc.text.arguments import typed
+
 CHECKED = {"extra": "forbid", "allow_inf_nan": False}
 """How scene files are checked against the records they become: no unknown keys, no numbers that are not finite."""
 
@@ -85,6 +87,11 @@ def options_of(record: type) -> dict[str, Option]:
     """The options among the fields of a record, by field."""
     every = {part.name: part.metadata.get("option") for part in dataclasses.fields(record)}
     return {name: one._replace(name=one.name or name.removesuffix("_deg").replace("_", "-")) for name, one in every.items() if one}
+
+
+def spelled(record: type, field: str, value: str) -> str:
+    """How to give a field of a record a value: by its option on the command line, else by its key, as in a file and in Python."""
+    return f"--{options_of(record)[field].name} {value}" if record.__name__ in typed else f'{field} = "{value}"'
 
 
 R = TypeVar("R", bound=type)

@@ -8,6 +8,7 @@ from pathlib import Path
 import numpy as np
 
 from shockpc.core.pulse import Pulse, pulse_from
+from shockpc.landing.auto_contact import resolve_contacts
 from shockpc.landing.closure import all_loops, assemble, follow
 from shockpc.landing.contact import contact_block
 from shockpc.landing.dynamics import dynamics
@@ -167,9 +168,12 @@ def landing_of(scene: Scene, robot: Robot) -> PosedLanding:
         warnings.append(Diagnostic("scene", robot.name, None, text))
     state = dynamics(robot, q[None], joints.armature)
     before = motion_of(robot, scene, contacts, loops, joints, plane, state)
-    landing = PosedLanding(
-        scene, robot, plane, up, contacts, stance, loops, joints, before, pulse, np.array(q), state, assembly, tuple(warnings)
-    )
+    landing = resolve_contacts(
+        PosedLanding(
+            scene, robot, plane, up, contacts, stance, loops, joints, before, pulse, np.array(q), state, assembly, tuple(warnings),
+            asked=scene.contact,
+        )
+    )  # fmt: skip
     check_parts(scene.part)
     torque_limits(robot, scene.part)
     for place in landing.parts:
@@ -177,6 +181,17 @@ def landing_of(scene: Scene, robot: Robot) -> PosedLanding:
             strength(scene.part[place.number])
     _refuse_twice(landing.blocks)
     return landing
+
+
+def with_definite_contacts(scene: Scene, robot: Robot) -> Scene:
+    """The scene with its contacts at the points and of the kinds that they have in its posture, whatever varies later.
+
+    Raises:
+        ShockError: as for `landing_of`.
+    """
+    if all("auto" not in (contact.at, contact.kind) for contact in scene.contact):
+        return scene
+    return replace(scene, contact=landing_of(scene, robot).scene.contact)
 
 
 def close_loops(scene: Scene, near: PosedLanding) -> Scene:

@@ -44,8 +44,6 @@ class Contact(Record):
     Attributes:
         frame: link or frame that strikes; "stop:JOINT" for a joint that runs into its end stop, whose rate the strike gives.
         directions: world axes or vectors along which the contact stops the point; the others slide.
-        kind: "point" leaves the link free to turn about the contact; "flat" is a sole that also stops it from tilting, and from
-            twisting if it sticks.
         velocity: of the contact point before the impact, world axes, where it is not that of the robot's motion [m/s].
     """
 
@@ -53,15 +51,24 @@ class Contact(Record):
     offset: tuple[float, float, float] = option(
         (0.0, 0.0, 0.0), "Contact point from the frame's origin, in its axes.", CONTACT, "X,Y,Z", unit="m"
     )
-    at: Literal["frame", "lowest"] = option(
-        "frame",
+    at: Literal["auto", "frame", "lowest"] = option(
+        "auto",
         "Contact point at the frame's origin, or at the lowest point of the link's collision geometry (visual, if the file has "
-        "no other), or of the geom, in this posture (the middle of all that are equally low); the offset is added.",
+        "no other), or of the geom, in this posture (the middle of all that are equally low); the offset is added. By default the "
+        "origin if an offset is given, the link has no geometry, or the origin is at most 2 cm and 1 % of the robot's size above "
+        "that point; else the lowest point.",
         CONTACT,
         name="contact-point",
     )
     directions: tuple[Literal["x", "y", "z"] | tuple[float, float, float], ...] = ("x", "y", "z")
-    kind: Literal["point", "flat"] = "point"
+    kind: Literal["auto", "point", "flat"] = option(
+        "auto",
+        "A point leaves the link free to turn about the contact; a flat contact, a sole, also stops it from tilting, and from "
+        "twisting if it sticks. By default flat where the link's geometry within the ground's tolerance of its lowest point has an "
+        "area in which the centre of pressure of the flat landing lies, and no offset is given; else a point.",
+        CONTACT,
+        name="contact-kind",
+    )
     restitution: float = option(
         0.0, "Coefficient of restitution, 0 (default) to 1.", CONTACT, "E", unit="1", least=0.0, greatest=1.0, varies=True
     )

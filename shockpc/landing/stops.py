@@ -65,7 +65,10 @@ def striking_stop(robot: Robot, contact: Contact, q: Array, rates: Array) -> Blo
     frame, name = contact.frame, contact.frame.removeprefix(STOP)
     joint = robot.joint(name) if name in robot.joint_names else robot.joint(robot.match_joints(name)[0])
     refused = partial(SceneError, blocks=[frame], joints=[name])
-    if replace(contact, restitution=0.0, restitution_along="normal") != Contact(frame=frame):
+    if replace(contact, restitution=0.0, restitution_along="normal") not in (
+        Contact(frame=frame),
+        Contact(frame=frame, at="frame", kind="point"),
+    ):
         raise refused(
             f'contact "{frame}" is an end stop, which has a restitution and nothing else; leave out what else it is given'
         )

@@ -7,17 +7,14 @@ import numpy as np
 
 from shockpc.core.memo import memoized
 from shockpc.core.spatial import Array
+from shockpc.landing.auto_contact import most_inside
 from shockpc.landing.dynamics import Dynamics
 from shockpc.landing.landing import Landing
 from shockpc.landing.places import Place
 from shockpc.landing.rows import Block, block_point, wrenches
 from shockpc.quantities.quantity import Quantity
-from shockpc.robot.geometry import body_outline, robot_size
+from shockpc.robot.geometry import body_outline
 from shockpc.robot.robot import Robot
-
-INSIDE, SHARE = 0.02, 0.01
-"""A contact point may lie in the middle of a foot or on the centre line of a beam: 2 cm [m] and a hundredth of the robot's size
-above the lowest point of its link."""
 
 SAME = 1e-9
 """Difference in height up to which all of several bodies are measured, so that the first is named [m]."""
@@ -76,11 +73,6 @@ class Levels(NamedTuple):
 def on_ground(landing: Landing) -> list[int]:
     """Numbers of the contacts and standing feet on flat ground: those that have the normal of the first."""
     return [k for k, block in enumerate((*landing.contacts, *landing.stance)) if block.normal @ landing.up > 1.0 - 1e-9]
-
-
-def most_inside(robot: Robot) -> float:
-    """How far a contact point may lie above the lowest point of its link [m]."""
-    return INSIDE + SHARE * robot_size(robot)
 
 
 def without_shapes(landing: Landing, number: int) -> bool:

@@ -8,7 +8,9 @@ import numpy as np
 
 from shockpc.landing.dynamics import dynamics
 from shockpc.landing.posture import reference_name, set_joints
+from shockpc.landing.record import spelled
 from shockpc.landing.rows import NO_AXES, block_point, row_jacobian
+from shockpc.landing.scene import Contact
 from shockpc.quantities.heights import levels, on_ground
 from shockpc.robot.geometry import body_outline, inflated_inertias
 from shockpc.text.diagnostic import Diagnostic
@@ -59,7 +61,7 @@ def heights(profile: "ShockProfile") -> Iterator[Diagnostic]:
         low = max(below.values())
         text = (
             f"{listed(below, 4)} {'reach up to' if len(below) > 1 else 'reaches'} {low:.2g} m{along} below the contact point; "
-            "strike the lowest point with --contact-point lowest"
+            f"strike the lowest point: {spelled(Contact, 'at', 'lowest')}"
         )
         yield Diagnostic("height", "+".join(below), low, text)
     first, last = names[int(np.argmin(lowest))], names[int(np.argmax(lowest))]
@@ -74,7 +76,8 @@ def heights(profile: "ShockProfile") -> Iterator[Diagnostic]:
         together = others & np.array([body in struck for body, carried in enumerate(outline.shapes) for _ in carried])
         # The struck body itself is named where it reaches as low as another, on whose posture the warning then does not depend.
         if surface[together].min(initial=np.inf) <= surface[others].min() + here.tolerance:
-            others, remedy = together, "it moves with the contact, so strike it: --contact with its name, --contact-point lowest"
+            others = together
+            remedy = f"it moves with the contact, so name it as the contact, with {spelled(Contact, 'at', 'lowest')}"
         k = int(np.argmin(np.where(others, surface, np.inf)))
         meets = f'so flat ground meets "{shapes[k].link}" first'
         text = f'"{first}": {low:.2g} m of the robot{along} is below the contact, {meets}; {remedy}'

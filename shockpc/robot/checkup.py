@@ -173,6 +173,7 @@ def _meshes(source: RobotSource, root: Element) -> Iterator[tuple[Level, str, st
     if missing:
         text = (
             f"missing, or outside the folders that may be read: {listed(missing, 3)}; figures draw boxes of equal inertia instead, "
-            "no number changes. Say where they are: --package NAME=DIR, or --meshes DIR"
+            "and a contact on a link without other geometry strikes at the origin of its frame. Say where they are: "
+            "--package NAME=DIR, or --meshes DIR"
         )
         yield "warning", "", f"{len(missing)} of {len(uris)} meshes", text

@@ -157,7 +157,23 @@ def outline(robot: Robot, kind: GeometryKind, reduced: bool = True) -> Outline:
 
 def body_outline(robot: Robot) -> Outline:
     """The collision geometry of every body; the visual one, if the file has no collision geometry."""
-    return outline(robot, "collision" if _is_solid(robot.source) else "visual")
+    return outline(robot, _outline_kind(robot.source))
+
+
+@memoized()
+def shapes_of(robot: Robot, name: str) -> tuple[tuple[Shape, ...], tuple[Unread, ...]]:
+    """The shapes of a link itself, or the shape of a geom, as `body_outline` has them, and those that cannot be read.
+
+    No mesh of another link is read, unless one says that y is up, of which all meshes together decide.
+    """
+    frame = robot.frame(name)
+    pieces = _shapes(robot.source, _outline_kind(robot.source), True, name) if frame.kind in ("link", "geom") else ()
+    found = [piece for piece in pieces if isinstance(piece, Shape) and piece.belongs_to(frame)]
+    places = [robot.frames[shape.link] for shape in found]
+    return (
+        tuple(shape.placed(at.rotation, at.offset) for shape, at in zip(found, places, strict=True)),
+        tuple(piece for piece in pieces if isinstance(piece, Unread)),
+    )
 
 
 def drawn_outline(robot: Robot) -> Outline:
@@ -208,6 +224,10 @@ def inflated_inertias(robot: Robot) -> tuple[tuple[str, float, float], ...]:
     return tuple((name, radius[name], size) for name, rigid, joint in large if joint and np.trace(rigid.inertia) > least[name])
 
 
+def _outline_kind(source: RobotSource) -> GeometryKind:
+    return "collision" if _is_solid(source) else "visual"
+
+
 def _is_solid(source: RobotSource) -> bool:
     return source.kind == "mjcf" or shared_xml(source.xml, source.path.name).find("link/collision") is not None
 
@@ -226,11 +246,11 @@ def inertia_box(body: Body) -> Shape | None:
 
 
 @memoized()
-def _shapes(source: RobotSource, kind: GeometryKind, reduced: bool) -> tuple[Shape | Unread, ...]:
-    """The shapes of a file, each in the frame of its link. Variants of a robot share them."""
+def _loader(source: RobotSource, reduced: bool) -> "functools._lru_cache_wrapper[tuple[Mesh, Array]]":
+    """What reads the meshes of a file, each once: four legs often share one, and that of a foot may be read before the others."""
     spanning = outer_vertices if reduced else np.asarray
 
-    @functools.cache  # four legs often share a mesh
+    @functools.cache
     def load(uri: str) -> tuple[Mesh, Array]:
         path = source.folders.asset(uri)
         try:
@@ -239,23 +259,35 @@ def _shapes(source: RobotSource, kind: GeometryKind, reduced: bool) -> tuple[Sha
             raise ValueError(f'"{uri}": {refusal}') from None
         return mesh, spanning(mesh.vertices)
 
+    return load
+
+
+@memoized()
+def _shapes(source: RobotSource, kind: GeometryKind, reduced: bool, only: str | None = None) -> tuple[Shape | Unread, ...]:
+    """The shapes of a file, or only those of a link or geom, each in the frame of its link. Variants of a robot share them."""
+    load = _loader(source, reduced)
     if source.kind == "mjcf":
-        return tuple(_mjcf_shapes(source, kind, load))
-    root = shared_xml(source.xml, source.path.name)
-    found = tuple(_urdf_shapes(root, kind, load, np.eye(3)))
-    # Meshes of which the file says that y is up are turned to z up if they are twice as close to the joints then.
-    if any(isinstance(shape, Shape) and shape.mesh is not None and shape.mesh.y_up for shape in found):
-        turned = tuple(_urdf_shapes(root, kind, load, _Y_TO_Z))
-        if 2.0 * _distance_to_joints(root, turned) < _distance_to_joints(root, found):
-            return turned
+        found = tuple(_mjcf_shapes(source, kind, load, only))
+    else:
+        root = shared_xml(source.xml, source.path.name)
+        found = tuple(_urdf_shapes(root, kind, load, np.eye(3), only))
+        # Meshes of which the file says that y is up are turned to z up if they are twice as close to the joints then.
+        if any(isinstance(shape, Shape) and shape.mesh is not None and shape.mesh.y_up for shape in found):
+            if only is not None:
+                return tuple(shape for shape in _shapes(source, kind, reduced) if shape.link == only)
+            turned = tuple(_urdf_shapes(root, kind, load, _Y_TO_Z))
+            if 2.0 * _distance_to_joints(root, turned) < _distance_to_joints(root, found):
+                found = turned
+    if only is None:
+        load.cache_clear()
     return found
 
 
-def _urdf_shapes(root: Element, kind: GeometryKind, load: Loader, turn: Array) -> Iterator[Shape | Unread]:
-    """Place the shapes of every link of a URDF. Args: turn: (3, 3), of meshes with y up."""
+def _urdf_shapes(root: Element, kind: GeometryKind, load: Loader, turn: Array, only: str | None = None) -> Iterator[Shape | Unread]:
+    """Place the shapes of every link of a URDF, or only of one. Args: turn: (3, 3), of meshes with y up."""
     for link in root.findall("link"):
         name = link.get("name", "")
-        for element in link.findall(kind):
+        for element in link.findall(kind) if only in (None, name) else ():
             shape = element.find("geometry/*")
             uri = "" if shape is None else shape.get("filename", "")
             try:
@@ -302,8 +334,8 @@ def _numbers(element: Element | None, key: str, size: int, default: str = "") ->
     return values
 
 
-def _mjcf_shapes(source: RobotSource, kind: GeometryKind, load: Loader) -> Iterator[Shape | Unread]:
-    """Take the shapes of an MJCF from the compiled model. Planes and height fields belong to the surroundings."""
+def _mjcf_shapes(source: RobotSource, kind: GeometryKind, load: Loader, only: str | None = None) -> Iterator[Shape | Unread]:
+    """Take the shapes of an MJCF from the compiled model, or only those of a body or geom; not planes and height fields."""
     from shockpc.robot.mjcf_compiled import compiled
 
     result = compiled(source)
@@ -316,6 +348,8 @@ def _mjcf_shapes(source: RobotSource, kind: GeometryKind, load: Loader) -> Itera
         if not wanted or not (primitive or m.geom_type[number] == _MJCF_MESH):
             continue
         link = m.body(geom.bodyid[0]).name
+        if only not in (None, link, geom.name):
+            continue
         try:
             if file:
                 shape = _mesh(link, load(file.file), file.scale[:, None] * rotation(file.rotation).T, file.origin)

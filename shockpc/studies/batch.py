@@ -14,7 +14,7 @@ from shockpc.evaluation.columns import selected
 from shockpc.evaluation.evaluate import Evaluation
 from shockpc.evaluation.landings import HEADINGS, ListedLandings, Read, refuse_unused_ground
 from shockpc.evaluation.table import Table
-from shockpc.landing.contact import contact_name, foot_contact
+from shockpc.landing.contact import contact_name
 from shockpc.landing.places import Place
 from shockpc.landing.record import Option
 from shockpc.landing.scene import Scene
@@ -120,7 +120,7 @@ def landings_on_each_foot(name: str) -> tuple[Robot, list[Scene]]:
         ShockError: the robot cannot be loaded.
     """
     robot = load_robot(name)
-    return robot, [Scene(robot=name, contact=(foot_contact(robot, foot),)) for foot in each_foot(robot)]
+    return robot, [Scene(robot=name, contact=foot) for foot in each_foot(robot)]
 
 
 @study(

@@ -20,8 +20,8 @@ from shockpc.evaluation.evaluate import profiles
 from shockpc.evaluation.landings import refuse_ground
 from shockpc.evaluation.strike_scan import ANGLES, Bound, StrikeScan
 from shockpc.evaluation.table import Table
-from shockpc.evaluation.variation import ATTITUDE, Variation, kind_of, motion_range, variation
-from shockpc.evaluation.varied_scene import present_value, refuse_given_otherwise
+from shockpc.evaluation.variation import ATTITUDE, OFFSET, Variation, kind_of, motion_range, variation
+from shockpc.evaluation.varied_scene import present_value, refuse_given_otherwise, with_offsets
 from shockpc.landing.landing import PosedLanding
 from shockpc.landing.posture import set_many, settable_joints
 from shockpc.landing.record import Option
@@ -284,6 +284,8 @@ def limits(
             f"a bound of {bound.value:g} is not valid; give one above zero, such as 0.1, and at most {LARGEST_NUMBER:g}"
         )
     robot = robot or robot_of(scene)
+    varied, joints, (low, high) = _varied(robot, joint, joint_range)
+    scene = with_offsets(scene) if varied.kind in OFFSET else scene
     (profile,) = profiles({"": (scene, robot)})
     landing, plane = profile.landing, profile.landing.plane
     number = column(profile, target_text(target, [scene]))
@@ -295,7 +297,6 @@ def limits(
     per_landing = entry.per_landing(profile.scene)
     if not entry.of_ground(scene):
         refuse_ground(scene, friction=False)  # what is feasible depends on the friction
-    varied, joints, (low, high) = _varied(robot, joint, joint_range)
     refuse_given_otherwise(scene, varied.kind)
     unit = joints[0].unit if joints else varied.unit.replace("deg", "rad")
     if joints and landing.loops and landing.before.joint_rates.any():

@@ -20,7 +20,6 @@ from shockpc.core.spatial import Array
 from shockpc.evaluation.logged_motion import PARTS, TWIST, LoggedMotion, StatePart
 from shockpc.evaluation.logs import Log, read_log
 from shockpc.evaluation.table import Table
-from shockpc.landing.contact import foot_contact
 from shockpc.landing.record import Option
 from shockpc.landing.resolve import landing_of
 from shockpc.landing.scene import GRAVITY, JOINT_MODEL, RESULTS, STRIKE, Scene
@@ -192,7 +191,7 @@ def touchdowns(
         raise StudyError("times after a touchdown are 0.001 … 10000 ms, each once")
     robot = robot or robot_of(scene)
     if not scene.contact:
-        scene = replace(scene, contact=tuple(foot_contact(robot, foot) for foot in each_foot(robot)))
+        scene = replace(scene, contact=each_foot(robot))
     landing = landing_of(scene, robot)
     source = Path(log) if isinstance(log, str | os.PathLike) else log
     series = read_log(source, robot, rename or {}, topics)

@@ -13,6 +13,9 @@ from shockpc.text.errors import StudyError
 
 F = TypeVar("F", bound=Callable[..., Any])
 
+typed: set[str] = set()
+"""Names of the records whose fields the running command takes from its options; none in Python."""
+
 
 def checked(
     function: F,

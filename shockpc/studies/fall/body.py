@@ -23,6 +23,9 @@ from shockpc.text.errors import StudyError
 
 UP = np.array([0.0, 0.0, 1.0])
 
+POINT = Contact(frame="", at="frame", kind="point")
+"""What strikes in a fall: a point, where the geometry of the whole robot meets the ground."""
+
 CORNERS = 720
 """Corners of a round shape in the plane of a fall; inside it by at most a part in 100 000 of its radius."""
 
@@ -68,7 +71,7 @@ class Rigid:
         """
         if not robot.free_base or (scene.base or robot.usual_base) != "free":
             raise StudyError(f'the base of robot "{robot.name}" does not move freely, so it does not fall; give --base free')
-        landing = landing_of(replace(scene, contact=(Contact(frame=robot.bodies[0].name),), stance=()), robot)
+        landing = landing_of(replace(scene, contact=(replace(POINT, frame=robot.bodies[0].name),), stance=()), robot)
         if not np.isfinite(landing.equation(landing.state).H).all():
             raise without_kinetic_energy(landing, landing.state.H)
         rotation, position = landing.state.rotation[0], landing.state.position[0]
@@ -228,9 +231,9 @@ class Rigid:
             x, y, z = (frame.rotation.T @ (r - frame.offset)).tolist()
             return x, y, z
 
-        contacts = tuple(Contact(frame=spot.link, offset=offset(spot)) for spot in struck)
+        contacts = tuple(replace(POINT, frame=spot.link, offset=offset(spot)) for spot in struck)
         standing = tuple(f"{spot.link}:" + ",".join(map(repr, offset(spot))) for spot in stands if not slides)
         for spot in stands if slides else ():
             x, y, _ = (velocity + np.cross(omega, rotation @ (spot.point - self.com))).tolist()
-            contacts += (Contact(frame=spot.link, offset=offset(spot), velocity=(x, y, 0.0)),)
+            contacts += (replace(POINT, frame=spot.link, offset=offset(spot), velocity=(x, y, 0.0)),)
         return replace(scene, posture=posture, strike=strike, contact=contacts, stance=standing)

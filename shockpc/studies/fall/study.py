@@ -240,7 +240,7 @@ def _refuse_options(scene: Scene) -> None:
     given = [key for key, value in vars(scene.strike).items() if value not in (None, {})]
     like = Contact(frame="")
     for contact in scene.contact:
-        given += [key for key in ("restitution", "directions", "kind", "normal") if getattr(contact, key) != getattr(like, key)]
+        given += [key for key in ("restitution", "directions", "normal") if getattr(contact, key) != getattr(like, key)]
     if given:
         raise StudyError(
             f"the scene gives {listed(given)}: a fall computes how the robot strikes, and its contacts are points on level ground "
