@@ -78,15 +78,14 @@ def unknown_names(model: Element, until_1_6: bool) -> Iterator[str]:
             near = get_close_matches(name, valid, 1)
             if ":" not in name and name != "xmlns" and (near or parent is not model):
                 found.setdefault((shown, parent.tag, f"; nearest: {near[0]}" if near else ""), []).append(owner)
-        for tag in _SINGLE.intersection(child.tag for child in parent):
-            copies = {tostring(child, encoding="unicode").strip() for child in parent.findall(tag)}
-            if len(copies) > 1:
-                differing.setdefault((tag, parent.tag), []).append(owner)
+        for single in _SINGLE.intersection(child.tag for child in parent):
+            if len({tostring(child, encoding="unicode").strip() for child in parent.findall(single)}) > 1:
+                differing.setdefault((single, parent.tag), []).append(owner)
         waiting += [(child, owner) for child in reversed(parent) if child.tag in elements and child.tag in known]
     for (shown, tag, near), owners in found.items():
         more = f" and {len(owners) - 1} more" if len(owners) > 1 else ""
         inside = "" if owners[0].startswith(f'{tag} "') else f" in <{tag}>"
         yield f"{owners[0]} has {shown}{inside}{more}, which SDFormat does not have there, so it is not read{near}"
-    for (tag, inside), places in differing.items():
-        more = f" and {len(places) - 1} more" if len(places) > 1 else ""
-        yield f"{places[0]} has several <{tag}> in <{inside}>{more}, which differ; the first applies"
+    for (single, inside), owners in differing.items():
+        more = f" and {len(owners) - 1} more" if len(owners) > 1 else ""
+        yield f"{owners[0]} has several <{single}> in <{inside}>{more}, which differ; the first applies"
