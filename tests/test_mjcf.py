@@ -464,6 +464,15 @@ def test_options_that_cannot_change_an_impact_may_be_those_of_another_version(tm
     assert robot.warnings == ()
 
 
+@pytest.mark.parametrize(
+    "size", ['njmax="1000000" nconmax="1000000"', 'memory="64G"', 'nkey="100000000"', 'nuser_body="2000000000"']
+)
+def test_memory_of_a_simulation_is_not_reserved(size: str, tmp_path: Path):
+    """It would be more than the compiler may take."""
+    size = f"<size {size}/>"
+    assert loaded(tmp_path, mjcf(floating(body("leg")), size), "m.xml").model.nv == 7
+
+
 def test_attached_models(tmp_path: Path):
     """A model that another one attaches brings its includes and meshes."""
     (tmp_path / "legs").mkdir()
@@ -583,8 +592,6 @@ def test_what_cannot_be_computed_is_refused(text: str, tmp_path: Path, capfd: py
 
 ONE = '<worldbody><body name="a"><freejoint/><geom size=".1"/></body></worldbody>'
 GROWING = {
-    "keys": f'<mujoco><size nkey="100000000"/>{ONE}</mujoco>',
-    "numbers": f'<mujoco><size nuser_body="2000000000"/>{ONE}</mujoco>',
     "mesh": f'<mujoco><asset><mesh name="m" builtin="supersphere" params="100000 1 1"/></asset>{ONE}</mujoco>',
     "itself": f'<mujoco><asset><model name="s" file="itself.xml"/></asset>{ONE}</mujoco>',
     "levels": f'<mujoco><asset>{"".join(f"""<model name="n{k}" file="level0.xml"/>""" for k in range(4))}</asset>{ONE}</mujoco>',

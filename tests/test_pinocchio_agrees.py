@@ -9,6 +9,7 @@ from hypothesis import given
 from trees import MJCF_KINDS, known_robot
 
 from shockpc import Contact, Joints, Scene, Strike, shock_profile
+from shockpc.landing.dynamics import dynamics
 
 FEET = {
     "a1": ("FL_foot", "RR_foot"),
@@ -35,6 +36,20 @@ def rigid_contacts(model, data, q, before, frames, restitution):
     datas = [contact.createData() for contact in contacts]
     pin.initConstraintDynamics(model, data, contacts, datas)
     return pin.impulseDynamics(model, data, q, before, contacts, datas, restitution)
+
+
+def test_large_robots_are_evaluated_without_data_that_grow_with_the_cube(monkeypatch: pytest.MonkeyPatch):
+    """Inertia, Jacobian and placements of the joints one by one are those of Pinocchio; 500 joints would take 4 GB there."""
+    for robot in (known_robot("go2"), known_robot("cassie")):
+        Q = np.stack([pin.integrate(robot.model, robot.start, np.full(robot.model.nv, x)) for x in (0.1, -0.4)])
+        armature = np.linspace(0.0, 1.0, robot.model.nv)
+        expected = dynamics(robot, Q, armature)
+        with monkeypatch.context() as patch:
+            patch.setattr("shockpc.landing.dynamics.LARGEST_DATA", robot.model.nv - 1)
+            patch.delattr("shockpc.landing.dynamics._workspace")
+            found = dynamics(robot, Q, armature)
+        for part in ("H", "J", "rotation", "position"):
+            np.testing.assert_allclose(getattr(found, part), getattr(expected, part), rtol=0, atol=1e-13 * np.abs(expected.H).max())
 
 
 @pytest.mark.parametrize("restitution", [0.0, 0.5])

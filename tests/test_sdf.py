@@ -27,19 +27,39 @@ PLACED = '<pose relative_to="trunk">.2 0 -.1 .3 0 0</pose>'
 WRITTEN = {
     "relative to a link": (PLACED, "", f"<xyz>0 0 1</xyz>{LIMIT}"),
     "in the model": ("<pose degrees='true'>.2 0 .4 17.188733853924695 0 0</pose>", "", f"<xyz>0 0 1</xyz>{LIMIT}"),
+    "degrees=1": ("<pose degrees='1'>.2 0 .4 17.188733853924695 0 0</pose>", "", f"<xyz>0 0 1</xyz>{LIMIT}"),
+    "quaternion": (
+        f'<pose relative_to="trunk" rotation_format="quat_xyzw">.2 0 -.1 {2 * np.sin(0.15)} 0 0 {2 * np.cos(0.15)}</pose>',
+        "",
+        f"<xyz>0 0 1</xyz>{LIMIT}",
+    ),
+    "frame until 1.6": (PLACED.replace("relative_to", "frame"), "", f"<xyz>0 0 1</xyz>{LIMIT}", "revolute", "1.6"),
+    "axis until 1.6": (
+        PLACED,
+        "",
+        f"<xyz>0 {-np.sin(0.3)} {np.cos(0.3)}</xyz><use_parent_model_frame>TRUE</use_parent_model_frame>{LIMIT}",
+        "Revolute",
+        "1.6",
+    ),
     "relative to the joint": ('<pose relative_to="knee"/>', PLACED, f"<xyz>0 0 1</xyz>{LIMIT}"),
     "axis of the model": (PLACED, "", f'<xyz expressed_in="__model__">0 {-np.sin(0.3)} {np.cos(0.3)}</xyz>{LIMIT}'),
 }
 
 
-def sdf(pose: str = PLACED, joint_pose: str = "", axis: str = WRITTEN["relative to a link"][2], kind: str = "revolute") -> str:
+def sdf(
+    pose: str = PLACED,
+    joint_pose: str = "",
+    axis: str = WRITTEN["relative to a link"][2],
+    kind: str = "revolute",
+    version: str = "1.9",
+) -> str:
     """The leg as an SDF."""
     sensor = '<sensor type="imu" name="imu"><pose>0 .05 .1 0 0 0</pose></sensor>'
     trunk = (
         f'<link name="trunk"><pose>0 0 .5 0 0 0</pose><inertial><pose>.1 0 0 0 0 0</pose><mass>5</mass>{MOMENTS}</inertial>{sensor}'
     )
     joint = f'<joint name="knee" type="{kind}">{joint_pose}{ENDS}<axis>{axis}</axis></joint>'
-    return f'<sdf version="1.9"><model name="leg">{trunk}</link><link name="shank">{pose}{SHANK}</link>{joint}</model></sdf>'
+    return f'<sdf version="{version}"><model name="leg">{trunk}</link><link name="shank">{pose}{SHANK}</link>{joint}</model></sdf>'
 
 
 @pytest.mark.parametrize("written", WRITTEN)
@@ -79,6 +99,72 @@ def test_a_frame_is_one_of_the_link_that_it_is_attached_to(tmp_path: Path):
     np.testing.assert_allclose(toe.placement.translation, [0.0, -0.2, 0.0], atol=1e-15)
 
 
+def test_the_ends_of_a_joint_may_be_frames(tmp_path: Path):
+    """The joint stands at the frame that is its child; both links are those to which the frames are attached."""
+    frames = (
+        f'<frame name="hip" attached_to="trunk"/><frame name="socket" attached_to="shank"><pose>0 0 .1 0 0 0</pose></frame>{ENDS}'
+    )
+    text = sdf(joint_pose="<pose>0 0 -.1 0 0 0</pose>").replace("</model>", f"{frames.replace(ENDS, '')}</model>")
+    named = text.replace(ENDS, "<parent>hip</parent><child>socket</child>")
+    one, other = loaded(tmp_path, named, "leg.sdf"), loaded(tmp_path, URDF)
+    q = pin.integrate(other.model, other.start, np.random.default_rng(0).normal(size=other.model.nv))
+    np.testing.assert_allclose(*(pin.crba(leg.model, leg.model.createData(), q) for leg in (one, other)), atol=1e-14)
+
+
+def test_frames_may_hang_on_one_another_without_end(tmp_path: Path):
+    """1500 of them, each a millimetre from the one before; more than 2000 links are refused before they are placed."""
+    one = '<frame name="f{}" attached_to="{}"><pose>.001 0 0 0 0 0</pose></frame>'
+    chain = "".join(one.format(i, f"f{i - 1}" if i else "trunk") for i in range(1500))
+    robot = loaded(tmp_path, sdf().replace("</model>", f"{chain}</model>"), "leg.sdf")
+    np.testing.assert_allclose(robot.model.frames[robot.model.getFrameId("f1499")].placement.translation, [1.5, 0, 0], atol=1e-12)
+    assert "40003 links" in refusal(tmp_path, sdf().replace("</model>", f"{one.format(0, 'trunk') * 40_000}</model>"), "leg.sdf")
+
+
+def test_a_drive_of_drake_adds_its_inertia_times_the_square_of_the_ratio(tmp_path: Path):
+    """I n², whatever the sign of n, as Drake's mass matrix has it."""
+    drive = "<drake:rotor_inertia>1e-4</drake:rotor_inertia><drake:gear_ratio>-9</drake:gear_ratio>"
+    driven = loaded(tmp_path, sdf(joint_pose=drive), "leg.sdf")
+    np.testing.assert_allclose(driven.model.armature, [0.0] * 6 + [0.0081], rtol=1e-12)
+    assert loaded(tmp_path, sdf(joint_pose="<drake:gear_ratio>9</drake:gear_ratio>"), "leg.sdf").gear_ratios == {"knee": 9.0}
+
+
+MIMICS = {
+    '<drake:mimic joint="knee" multiplier="2" offset="0.1"/>': "",
+    "": '<mimic joint="knee"><multiplier>2</multiplier><offset>0.5</offset><reference>0.2</reference></mimic>',
+}
+
+
+@pytest.mark.parametrize("in_joint", MIMICS, ids=["Drake", "SDFormat"])
+def test_a_joint_follows_another(in_joint: str, tmp_path: Path):
+    """Both ways of writing q = 2 (q_knee - 0.2) + 0.5."""
+    toe = '<link name="toe"><inertial><mass>1</mass></inertial></link><joint name="ankle" type="revolute">'
+    toe += f"{in_joint}<parent>shank</parent><child>toe</child><axis>{MIMICS[in_joint]}<xyz>0 1 0</xyz></axis></joint></model>"
+    (mimic,) = loaded(tmp_path, sdf().replace("</model>", toe), "leg.sdf").mimics
+    assert (mimic.joint, dict(mimic.leaders)) == ("ankle", {"knee": 2.0})
+    np.testing.assert_allclose(mimic.offset, 0.1, rtol=1e-12)
+
+
+UNKNOWN = {
+    "<mass>5</mass>": ("<mas>6</mas>", ["trunk", "<mas>", "nearest: mass"]),
+    "<pose>0 0 .5 0 0 0</pose>": ('<pose degree="1">0 0 .5 0 0 0</pose>', ["trunk", '"degree"', "nearest: degrees"]),
+    LIMIT: ("<limits><lower>-1</lower></limits>", ["knee", "<limits>", "nearest: limit"]),
+    "<child>": ("<use_parent_model_frame>1</use_parent_model_frame><child>", ["knee", "<use_parent_model_frame>"]),
+    "</model>": ('<lnik name="battery"/></model>', ["leg", "<lnik>", "nearest: link"]),
+    ENDS: (f"{ENDS}<pose>0 0 0 0 0 0</pose><pose>0 0 1 0 0 0</pose>", ["knee", "<pose>", "first"]),
+    '<sensor type="imu"': ('<kinematic>1</kinematic><sensor type="imu"', ["<kinematic>"]),
+}
+
+
+@pytest.mark.parametrize("written", UNKNOWN, ids=range(len(UNKNOWN)))
+def test_what_is_left_out_is_reported_by_name(written: str, tmp_path: Path):
+    """With the link or joint and the nearest name; what other programs read, and what is read as before, is not reported."""
+    instead, words = UNKNOWN[written]
+    text = sdf().replace("</model>", "<drake:other/><plugin name='p' filename='f'><a/></plugin><state_of_a_program/></model>")
+    assert loaded(tmp_path, text, "leg.sdf").warnings == ()
+    said = " ".join(loaded(tmp_path, text.replace(written, instead, 1), "leg.sdf").warnings)
+    assert [word for word in words if word not in said] == []
+
+
 def test_a_joint_may_be_called_like_its_link(tmp_path: Path):
     """Version 1.4, whose axes are those of the model and whose poses are relative to it."""
     axis = f"<xyz>0 {-np.sin(0.3)} {np.cos(0.3)}</xyz>{LIMIT}"
@@ -101,6 +187,16 @@ AROUND = '<frame name="a" attached_to="{}"><pose relative_to="trunk"/></frame><f
 REFUSED = {
     sdf().replace("</model>", AROUND.format("b")): 'a frame is attached to "a", which is attached to it',
     sdf().replace("</model>", AROUND.format("nobody")): 'a frame is attached to "nobody", which does not exist',
+    sdf().replace("<inertial>", '<inertial auto="1">', 1): 'link "trunk": <inertial auto> is not read',
+    sdf().replace("<inertial>", '<inertial auto="yes">', 1): 'auto is "yes"',
+    sdf().replace("<pose>.1 0 0", '<pose relative_to="shank">.1 0 0', 1): '<inertial> is relative to "shank"',
+    sdf(version="1.0"): 'version "1.0"',
+    sdf().replace(' version="1.9"', ""): "has no version",
+    sdf(kind="continuous")
+    .replace("<axis>", "<axiss>")
+    .replace("</axis>", "</axiss>"): 'joint "knee" is continuous and has no <axis>',
+    sdf().replace("<child>shank</child>", ""): 'joint "knee": it names no child link',
+    sdf().replace("<model", "<world><joint/></world><model"): "<joint> (world/joint) is not read",
     sdf(kind="universal"): 'joint "knee" is of type "universal", which is not read',
     sdf(pose='<pose relative_to="nobody"/>'): 'a pose is relative to "nobody", which does not exist',
     sdf(pose='<pose relative_to="shank"/>'): 'a pose is relative to "shank", which is relative to it',

@@ -93,11 +93,21 @@ def test_marks_and_blanks_before_a_document(before: bytes, tmp_path: Path):
     assert "a DOCTYPE can define entities" in refusal(tmp_path, before + b"<!DOCTYPE robot><robot/>")
 
 
-def test_declared_encodings_and_closing_tags_left_over(tmp_path: Path):
-    """A Latin-1 file keeps its names; a file that closes its root element twice is read."""
-    text = f'<?xml version="1.0" encoding="ISO-8859-1"?>{arm().replace("tip", "Fuß")}'
+@pytest.mark.parametrize(
+    "encoding", ["ISO-8859-1", "utf-16", "utf-16-be", "utf-32-le", "cp500", "shift_jis", "iso-2022-jp", "utf-7"]
+)
+def test_declared_encodings_and_closing_tags_left_over(encoding: str, tmp_path: Path):
+    """A file in any encoding keeps its names; a file that closes its root element twice is read."""
+    foot = "Fuß" if encoding in ("ISO-8859-1", "cp500") else "足"
+    text = f'<?xml version="1.0" encoding="{encoding}"?>{arm().replace("tip", foot)}'
     for name, rest in (("dog.urdf", "\n</robot> </a>\n"), ("dog.xacro", "")):
-        assert loaded(tmp_path, (text + rest).encode("iso-8859-1"), name).model.existFrame("Fuß")
+        assert loaded(tmp_path, (text + rest).encode(encoding), name).model.existFrame(foot)
+
+
+@pytest.mark.parametrize("encoding", ["utf-16", "us-ascii", "punycode", "hex", "nothing"])
+def test_a_file_in_another_encoding_than_it_declares_is_read_as_utf_8(encoding: str, tmp_path: Path):
+    text = f'<?xml version="1.0" encoding="{encoding}"?>{arm().replace("tip", "Fuß")}'
+    assert loaded(tmp_path, text.encode()).model.existFrame("Fuß")
 
 
 def test_srdf(tmp_path: Path):

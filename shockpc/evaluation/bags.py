@@ -56,9 +56,9 @@ def read_bag(path: Path, topics: Sequence[str], remarks: list[str]) -> dict[str,
         from rosbags.typesys import Stores, get_typestore
     except ImportError:
         raise StudyError('bags need the package "rosbags"; install it with: pip install rosbags, or give a CSV file') from None
-    for file in sorted(path.iterdir()) if path.is_dir() else [path]:
-        if file.is_file():
-            open_file(file, "bag", StudyError).close()
+    # What is no file would be waited for, or read without end.
+    for file in [part for part in sorted(path.iterdir()) if part.exists() and not part.is_dir()] if path.is_dir() else [path]:
+        open_file(file, "bag", StudyError).close()
     series: dict[tuple[str, tuple[str, ...]], _Series] = {}
     try:
         # Bags of ROS 2 may be without the definitions of their types.

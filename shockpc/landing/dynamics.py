@@ -23,6 +23,10 @@ WHOLE_ARRAYS = 170_000
 """Postures times squared joint velocities from which the momenta take less time than H."""
 
 
+LARGEST_DATA = 128
+"""Joint velocities up to which Pinocchio's `Data` is used: its derivatives take 32 bytes times their cube, 4 GB for 500."""
+
+
 class Inertias(NamedTuple):
     """The inertias of N robots that are otherwise one, each in another posture; or, with N = 1, those of one robot in all.
 
@@ -95,41 +99,46 @@ def dynamics(robot: Robot, Q: Array, armature: Array | None = None, inertias: In
         armature: (nv,) reflected inertia of the joints, added to H's diagonal [kg m², kg]; none by default.
         inertias: the inertias in each posture, instead of the robot's and of `armature`.
     """
-    model, data, J_view, F_view, com_view, placements, symmetric = _workspace(robot, threading.get_ident())
-    model.armature = np.zeros(model.nv) if armature is None else armature
-    n, nv = len(Q), model.nv
-    J, placed = np.empty((n, nv, 6)), np.empty((n, *placements.shape))
+    n, nv = len(Q), robot.model.nv
+    J, placed = np.empty((n, nv, 6)), np.empty((n, robot.model.njoints, 12))
+    armature = np.zeros(nv) if armature is None else armature
     Q, origin = np.array(Q, dtype=float), np.zeros((n, 3))
     if robot.free_base:
         origin = Q[:, :3].copy()
         Q[:, :3] = 0.0
     inertia: Inertia
-    if inertias is not None:
-        for k, q in enumerate(Q):
-            pin.computeJointJacobians(model, data, q)
-            J[k] = J_view
-            placed[k] = placements
-    elif n * nv**2 < WHOLE_ARRAYS:
-        inertia, world, crba = np.empty((n, nv, nv)), pin.Convention.WORLD, pin.crba
-        for k, q in enumerate(Q):
-            inertia[k] = crba(model, data, q, world)
-            J[k] = J_view
-            placed[k] = placements
-        if not symmetric:
-            row, column = np.tril_indices(nv, -1)
-            inertia[:, row, column] = inertia[:, column, row]
+    if nv > LARGEST_DATA:
+        inertias = Inertias.of(robot, armature) if inertias is None else inertias
+        before = _place_joints(robot.model, Q, J, placed)
     else:
-        F, com = np.empty((n, nv, 6)), np.empty((n, 3))
-        for k, q in enumerate(Q):
-            pin.computeCentroidalMap(model, data, q)
-            J[k], F[k], com[k] = J_view, F_view, com_view
-            placed[k] = placements
+        model, data, J_view, F_view, com_view, placements, symmetric = _workspace(robot, threading.get_ident())
+        model.armature, before = armature, tuple(data.parents_fromRow)
+        if inertias is not None:
+            for k, q in enumerate(Q):
+                pin.computeJointJacobians(model, data, q)
+                J[k] = J_view
+                placed[k] = placements
+        elif n * nv**2 < WHOLE_ARRAYS:
+            inertia, world, crba = np.empty((n, nv, nv)), pin.Convention.WORLD, pin.crba
+            for k, q in enumerate(Q):
+                inertia[k] = crba(model, data, q, world)
+                J[k] = J_view
+                placed[k] = placements
+            if not symmetric:
+                row, column = np.tril_indices(nv, -1)
+                inertia[:, row, column] = inertia[:, column, row]
+        else:
+            F, com = np.empty((n, nv, 6)), np.empty((n, 3))
+            for k, q in enumerate(Q):
+                pin.computeCentroidalMap(model, data, q)
+                J[k], F[k], com[k] = J_view, F_view, com_view
+                placed[k] = placements
     # Pinocchio writes the linear part first.
     J = np.concatenate([J[:, :, 3:], J[:, :, :3]], axis=2).swapaxes(1, 2)
     if inertias is None and n * nv**2 >= WHOLE_ARRAYS:
         about_the_origin = F[:, :, 3:] + np.cross(com[:, None], F[:, :, :3])
         F = np.concatenate([about_the_origin, F[:, :, :3]], axis=2).swapaxes(1, 2)
-        inertia = Momenta(J, F, np.array(model.armature), tuple(data.parents_fromRow))
+        inertia = Momenta(J, F, np.array(armature), before)
     rotation = placed[:, 1:, :9].reshape(n, -1, 3, 3).swapaxes(-1, -2)
     position = placed[:, 1:, 9:12]
     if robot.body_frames is not None:
@@ -137,9 +146,39 @@ def dynamics(robot: Robot, Q: Array, armature: Array | None = None, inertias: In
         position = position + (rotation @ offset[..., None])[..., 0]
         rotation = rotation @ body_rotation
     if inertias is not None:
-        momenta = Momenta(J, _momenta(robot, J, rotation, position, inertias), inertias.armature, tuple(data.parents_fromRow))
+        momenta = Momenta(J, _momenta(robot, J, rotation, position, inertias), inertias.armature, before)
         inertia = momenta if n * nv**2 >= WHOLE_ARRAYS else matrix_of(momenta)
     return Dynamics(inertia, J, rotation, position, origin, robot.supports, Q)
+
+
+def _place_joints(model: pin.Model, Q: Array, J: Array, placed: Array) -> tuple[int, ...]:
+    """Evaluate the joints of a robot that is too large for Pinocchio's `Data` in N postures.
+
+    Args:
+        model: of the robot.
+        Q: (N, nq) configurations.
+        J: (N, nv, 6) for the twists of unit joint velocities about the origin, linear part first.
+        placed: (N, njoints, 12) for the columns of the rotation and the translation of each joint.
+
+    Returns: the joint velocity before each one, of its joint or of that which carries it; −1 for the first.
+    """
+    joints = list(zip(model.joints, model.jointPlacements, model.parents, strict=True))[1:]
+    computed, first = [joint.createData() for joint, *_ in joints], np.eye(4)[:, :3].ravel()
+    for k, q in enumerate(Q):
+        places = [pin.SE3.Identity()]
+        placed[k, 0] = first
+        for i, ((joint, place, parent), data) in enumerate(zip(joints, computed, strict=True), start=1):
+            joint.calc(data, q)
+            places.append(places[parent] * (place * data.M))
+            placed[k, i, :9], placed[k, i, 9:] = places[i].rotation.T.ravel(), places[i].translation
+            columns = slice(joint.idx_v, joint.idx_v + joint.nv)
+            J[k, columns] = (places[i].toActionMatrix() @ np.reshape(data.S, (6, -1))).T
+    ends = [-1, *(joint.idx_v + joint.nv - 1 for joint, *_ in joints)]
+    return tuple(
+        v - 1 if v > joint.idx_v else ends[parent]
+        for joint, _, parent in joints
+        for v in range(joint.idx_v, joint.idx_v + joint.nv)
+    )
 
 
 def spatial_inertias(state: Dynamics, inertias: Inertias) -> Array:

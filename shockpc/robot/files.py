@@ -5,11 +5,13 @@ A file is read once, as a whole, and only if it is a regular one of at most 64 M
 defined, expanded or fetched. Prefixes are kept as written ("xacro:if"), because robot files use them without declaring them.
 """
 
+import codecs
 import functools
 import itertools
 import os
 import re
 from collections.abc import Mapping
+from contextlib import suppress
 from pathlib import Path
 from typing import NamedTuple, TypeAlias
 from urllib.parse import unquote
@@ -40,7 +42,21 @@ choose(source, frames), which of several robots in it is meant; and build(source
 ROOTS = " or ".join(f"<{tag}> ({name})" for tag, (_, name) in FORMATS.items())
 """With what robot files begin, for messages."""
 
-_LATIN = (b"iso-8859-1", b"iso-8859-15", b"latin-1", b"windows-1252")
+_MARKS = {
+    codecs.BOM_UTF8: "utf-8",
+    codecs.BOM_UTF32_LE: "utf-32-le",
+    codecs.BOM_UTF32_BE: "utf-32-be",
+    codecs.BOM_UTF16_LE: "utf-16-le",
+    codecs.BOM_UTF16_BE: "utf-16-be",
+}
+"""Encodings by their byte-order marks; that of UTF-32 begins with that of UTF-16."""
+
+_DECLARED = re.compile(r"""<\?xml[^>]*?encoding\s*=\s*["']([\w.:-]+)["']""")
+_READ_BY = ("ascii", "cp037", "utf-16-le", "utf-16-be", "utf-32-le", "utf-32-be")
+"""Encodings by one of which the XML declaration of any other can be read."""
+
+_NO_CHARACTER_SETS = ("idna", "punycode", "raw_unicode_escape", "unicode_escape", "undefined")
+"""What Python calls text encodings and are none of files; decoding some takes time that grows with the square of the size."""
 
 
 _State: TypeAlias = tuple[int, int, int, int, bytes | None] | None
@@ -223,8 +239,27 @@ def _ros_package_path() -> list[Path]:
     return [Path(entry) for entry in entries if entry.strip() and os.path.isdir(entry)]
 
 
+def decoded(data: bytes) -> str:
+    """The text of XML data: in the encoding of its byte-order mark or of its declaration, any that Python knows; else in UTF-8.
+
+    Raises:
+        UnicodeDecodeError: it is in neither.
+    """
+    for mark, encoding in _MARKS.items():
+        if data.startswith(mark):
+            return data.removeprefix(mark).decode(encoding)
+    for reading in _READ_BY:
+        if declared := _DECLARED.match(data[:400].decode(reading, "replace")):
+            with suppress(LookupError, UnicodeError):
+                encoding = codecs.lookup(reading if reading.startswith("utf") else declared[1]).name
+                # Bytes that are not in the encoding that they name, as those of UTF-8 called UTF-16, may still be decoded.
+                if encoding not in _NO_CHARACTER_SETS and (text := data.decode(encoding)).startswith(declared[0]):
+                    return text
+    return data.decode()
+
+
 def read_text(path: Path, what: str = "robot file") -> str:
-    """Read a text file: UTF-8, or the encoding that its XML declaration names; byte-order marks and blanks before it are left out.
+    """Read an XML file, as `decoded`; byte-order marks and blanks before it are left out.
 
     Raises:
         RobotError: as `read_file`; or it is empty, or no text.
@@ -234,14 +269,11 @@ def read_text(path: Path, what: str = "robot file") -> str:
     if not start:
         raise RobotError(f"{path.name} is empty; a robot file begins with {ROOTS}")
     try:
-        text = start.decode()
+        text = decoded(start).lstrip()
     except UnicodeDecodeError as error:
-        declared = re.match(rb"""<\?xml[^>]*?encoding\s*=\s*["']([\w.-]+)["']""", start)
-        if declared is None or declared[1].lower() not in _LATIN:
-            line = data.count(b"\n", 0, len(data) - len(start) + error.start) + 1
-            byte = f"byte 0x{start[error.start]:02x}"
-            raise RobotError(f"{path.name}: line {line}: {byte} is not UTF-8; save the file as UTF-8 text") from None
-        text = start.decode(declared[1].decode(), "replace")
+        line = data.count(b"\n", 0, len(data) - len(start) + error.start) + 1
+        byte = f"byte 0x{error.object[error.start]:02x}"
+        raise RobotError(f"{path.name}: line {line}: {byte} is not {error.encoding.upper()}; save the file as UTF-8 text") from None
     if "\0" in text:
         raise RobotError(f"{path.name} holds NUL characters, as text in UTF-16 does; save the file as UTF-8 text")
     return text

@@ -14,7 +14,7 @@ from xml.etree import ElementTree
 import numpy as np
 
 from shockpc.core.spatial import Array
-from shockpc.robot.files import parse_xml
+from shockpc.robot.files import decoded, parse_xml
 from shockpc.text.paths import LARGEST_FILE
 
 FORMATS = ("stl", "obj", "dae", "ply", "msh")
@@ -204,7 +204,7 @@ def _msh_shape(data: bytes) -> tuple[Array, np.ndarray]:
 
 def _collada_shape(data: bytes) -> tuple[bytes, float, bool]:
     """Reduce a COLLADA document to what its triangles depend on; with it, its unit [m], and whether it says that y is up."""
-    root = parse_xml(data.decode("utf-8-sig"), "the file")
+    root = parse_xml(decoded(data), "the file")
     if root.tag != "COLLADA":
         raise ValueError(f"it begins with <{root.tag}>, not with <COLLADA>")
     for element in root.iter():

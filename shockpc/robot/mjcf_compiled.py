@@ -27,8 +27,8 @@ from shockpc.text.printed import listed
 if TYPE_CHECKING:
     from shockpc.robot.robot import RobotSource
 
-# Sections and attributes that change no mass and no motion, some of which name files.
-_UNUSED_SECTIONS = ("contact", "custom", "sensor", "statistic", "visual")
+# Sections and attributes that change no mass and no motion, some of which name files, and <size> reserves memory of the simulation.
+_UNUSED_SECTIONS = ("contact", "custom", "sensor", "size", "statistic", "visual")
 _UNUSED_ELEMENTS = ("hfield", "light", "material", "skin", "texture")
 _UNUSED_ATTRIBUTES = ("material", "texture")
 _OPTION = ("flag", "equality")

@@ -3,8 +3,10 @@
 Poses may be relative to links, joints and frames of the model. What is not read is refused by name.
 """
 
-from collections.abc import Mapping
+import re
+from collections.abc import Callable, Iterator, Mapping
 from dataclasses import replace
+from typing import TypeVar
 from xml.etree.ElementTree import Element, SubElement, tostring
 
 import numpy as np
@@ -13,90 +15,177 @@ import pinocchio as pin
 from shockpc.core.spatial import Array
 from shockpc.robot.files import parse_xml
 from shockpc.robot.robot import WORLD, RobotSource
+from shockpc.robot.sdf_names import unknown_names
+from shockpc.robot.slack import refuse_count
 from shockpc.robot.urdf import build, choose, vector, with_postures
 from shockpc.text.errors import RobotError
 from shockpc.text.printed import listed
 
 __all__ = ["build", "choose", "read"]
 
+T = TypeVar("T")
+
 _JOINTS = ("revolute", "continuous", "prismatic", "fixed")
 _SIZES = {"box": ("size",), "sphere": ("radius",), "cylinder": ("radius", "length"), "capsule": ("radius", "length")}
 _MOMENTS = {"ixx": "1", "iyy": "1", "izz": "1", "ixy": "0", "ixz": "0", "iyz": "0"}
-_NOT_READ = (
-    "model", "include", "joint/axis2", "joint/axis/mimic", ".//pose[@rotation_format='quat_xyzw']", "link/inertial[@auto='true']",
-    "link/collision/geometry/mesh/submesh",
-)  # fmt: skip
+_REFUSED = ("model", "include", "joint/axis2", "link/collision/geometry/mesh/submesh")
+_NOTED = {
+    "link/kinematic": "such a body would not yield",
+    "link/inertial/fluid_added_mass": "it counts in water only",
+    "joint/axis/initial_position": "a posture is given with --set",
+    **dict.fromkeys(("drake:joint", "drake:ball_constraint", "drake:linear_bushing_rpy"), "what it joins is computed apart"),
+}
+"""What is left out and may change a landing, and what that means."""
+
+_DEFAULTS = {
+    "inertial": "1 kg and 1 kg m²",
+    "inertial/mass": "1 kg",
+    **{f"inertial/inertia/{key}": "1 kg m²" for key in ("ixx", "iyy", "izz")},
+}
+"""What SDFormat takes for what a link does not give."""
+
 _UNLIMITED = 1e16  # a limit from which on SDFormat means none [rad, m]
+_AXES_OF_MODEL, _POSE_FRAME = 4, 6  # the last versions 1.N whose axes are the model's, and whose <pose> has `frame`
 
 
 def read(source: RobotSource, xacro: Mapping[str, str]) -> RobotSource:
     """Write the one model of a file that may move as a URDF.
 
     Raises:
-        RobotError: it has several models or none, or something in it is not read.
+        RobotError: it has several models or none, is of an unknown version, or something in it is not read.
     """
-    root = parse_xml(source.xml, source.path.name)
-    models = [model for model in (*root.findall("model"), *root.findall("world/model")) if not _yes(model, "static")]
+    file, root = source.path.name, parse_xml(source.xml, source.path.name)
+    if not (version := re.fullmatch(r"1\.([2-9]|\d\d)", root.get("version", ""))):
+        given = f'version "{root.get("version")}"' if root.get("version") else "no version"
+        raise RobotError(f"{file} has {given}, which decides what its poses and axes mean; read are versions from 1.2 on")
+    models = [
+        model for path in ("model", "world/model") for model in root.findall(path) if not _yes(_text(model, "static"), "static")
+    ]
     if len(models) != 1:
-        raise RobotError(f"{source.path.name} has {len(models)} models that may move; give a file with one")
-    for path in _NOT_READ:
-        if (part := models[0].find(path)) is not None:
-            raise RobotError(f"{source.path.name}: <{part.tag}> ({path}) is not read; write out what it stands for")
-    poses, name = _Poses(models[0], root.get("version", "")), models[0].get("name") or source.robot_name
+        raise RobotError(f"{file} has {len(models)} models that may move; give a file with one")
+    (model,) = models
+    refuse_count(sum(len(model.findall(path)) for path in ("link", "frame", "link/sensor")))
+    # A visual shape gives a number only where there is no collision shape.
+    refused = _REFUSED if model.find("link/collision") is not None else (*_REFUSED, "link/visual/geometry/mesh/submesh")
+    for owner, path in (*((model, path) for path in refused), (root, "world/joint")):
+        if (part := owner.find(path)) is not None:
+            raise RobotError(f"{file}: <{part.tag}> ({path}) is not read; write out what it stands for")
+    poses, name = _Poses(model, int(version[1])), model.get("name") or source.robot_name
     moved = listed(link for link in poses.above if link in poses.named and not poses.of(link).isApprox(poses.carried(link), 1e-12))
-    bare = listed(link.get("name", "") for link in models[0].findall("link") if link.find("inertial") is None)
-    notes = (
-        f"the frames of links {moved} are moved to the joints that carry them, as in a URDF" if moved else "",
-        f"links {bare} have no <inertial>, for which SDFormat takes 1 kg and 1 kg m²; write it if they have less" if bare else "",
-    )
-    text = tostring(_urdf(models[0], name, poses), encoding="unicode")
-    return with_postures(
-        replace(source, xml=text, robot_name=name, warnings=tuple(f"{source.path.name}: {note}" for note in notes if note))
-    )
+    notes = [f"the frames of links {moved} are moved to the joints that carry them, as in a URDF"] if moved else []
+    notes += [*_notes(model), *unknown_names(model, until_1_6=int(version[1]) <= _POSE_FRAME)]
+    text = tostring(_urdf(model, name, poses), encoding="unicode")
+    return with_postures(replace(source, xml=text, robot_name=name, warnings=tuple(f"{file}: {note}" for note in notes)))
+
+
+def _notes(model: Element) -> Iterator[str]:
+    """What is said of numbers that links do not give, and of elements that are left out."""
+    bare: dict[str, list[str]] = {}
+    for link in model.findall("link"):
+        absent = (path for path in _DEFAULTS if link.find(path) is None or (path != "inertial" and not _text(link, path)))
+        bare.setdefault(next(absent, ""), []).append(link.get("name", ""))
+    for path in filter(None, bare):
+        taken = f"no <{path.rpartition('/')[2]}>, for which SDFormat takes {_DEFAULTS[path]}"
+        yield f"links {listed(bare[path])} have {taken}; write it if they have less"
+    for path, meaning in _NOTED.items():
+        parts = [part for part in model.findall(path) if len(part) or (part.text or "").strip().lower() not in ("", "false", "0")]
+        if parts:
+            yield f"<{parts[0].tag}> is not read ({len(parts)} of the model); {meaning}"
 
 
 class _Poses:
-    """Where links, joints and frames of a model stand, in its frame."""
+    """Where links, joints and frames of a model stand, in its frame.
 
-    def __init__(self, model: Element, version: str) -> None:
-        self._joints = {joint.get("name", ""): joint for joint in model.findall("joint")}
+    Args: model, the element; version, N of its version 1.N.
+    """
+
+    def __init__(self, model: Element, version: int) -> None:
+        self._joints, self._version = {joint.get("name", ""): joint for joint in model.findall("joint")}, version
         # Until version 1.6 a joint may be called like a link, and poses are not relative to joints.
         self.named = self._joints | {part.get("name", ""): part for part in model if part.tag in ("link", "frame")}
-        self.above = {_text(joint, "child"): joint.get("name", "") for joint in model.findall("joint")}
-        self._world, self._old = _pose(model.find("pose")).inverse(), version in ("1.0", "1.2", "1.3", "1.4")
+        links = [link.get("name", "") for link in model.findall("link")]
+        canonical = model.get("canonical_link") or next(iter(links), WORLD)
+        if canonical not in (*links, WORLD):
+            raise RobotError(f'the canonical_link of the model is "{canonical}", which does not exist')
+        self._links = {"": canonical, "__model__": canonical, WORLD: WORLD} | {link: link for link in links}
+        self._places = dict.fromkeys(("", "__model__"), pin.SE3.Identity())
+        self._model = model
+        self.above = {self.end(joint, "child"): name for name, joint in self._joints.items()}
 
-    def of(self, name: str, within: tuple[str, ...] = ()) -> pin.SE3:
-        """Where what has a name stands. Args: within, names of what stands relative to it."""
-        if name in ("", "__model__"):
-            return pin.SE3.Identity()
-        if name == WORLD:
-            return self._world
-        if (part := self.named.get(name)) is None or name in within:
-            raise RobotError(f'a pose is relative to "{name}", which {"does not exist" if part is None else "is relative to it"}')
-        near = {"link": "", "joint": _text(part, "child"), "frame": part.get("attached_to", "")}[part.tag]
-        return self.placed(part, near, (*within, name))
+    def of(self, name: str) -> pin.SE3:
+        """Where what has a name stands."""
+        if name == WORLD and WORLD not in self._places:
+            if (near := self._reference(self._model, WORLD)) != WORLD:
+                raise RobotError(f'the pose of the model is relative to "{near}", which is not read; write it in the world')
+            self._places[WORLD] = self.of(self._model.get("placement_frame", "")) * _pose(self._model.find("pose")).inverse()
+        return self._followed(
+            name, self._places, self._carrier, lambda part, place: place * _pose(part.find("pose")), "a pose", "is relative to"
+        )
 
-    def placed(self, part: Element, near: str, within: tuple[str, ...] = ()) -> pin.SE3:
+    def link(self, name: str) -> str:
+        """The link that a frame, or what is called so, is attached to; of the model itself its canonical one."""
+        return self._followed(name, self._links, _attached, lambda part, link: link, "a frame", "is attached to")
+
+    def end(self, joint: Element, end: str) -> str:
+        """The link that is the parent or the child of a joint, which may name a frame of it; empty if it names none."""
+        return self.link(name) if (name := _text(joint, end)) else ""
+
+    def _followed(
+        self,
+        name: str,
+        known: dict[str, T],
+        following: Callable[[Element], str],
+        value: Callable[[Element, T], T],
+        subject: str,
+        relation: str,
+    ) -> T:
+        """What is known of a name, which follows from what is known of another. It and all between are known from then on.
+
+        Args:
+            name: the name.
+            known: what is known already, by name.
+            following: the name from which that of an element follows.
+            value: what is known of an element, from what is known of that name.
+            subject: with the relation, what the names say of one another, for messages.
+            relation: as the subject.
+        """
+        passed: dict[str, Element] = {}
+        while name not in known:
+            part = self.named.get(name)
+            if part is None or name in passed:
+                raise RobotError(f'{subject} {relation} "{name}", which {"does not exist" if part is None else f"{relation} it"}')
+            passed[name] = part
+            name = following(part)
+        result = known[name]
+        for name, part in reversed(passed.items()):
+            result = known[name] = value(part, result)
+        return result
+
+    def _carrier(self, part: Element) -> str:
+        """What the place of a link, a joint or a frame is relative to."""
+        return self._reference(part, "" if part.tag == "link" else _attached(part))
+
+    def _reference(self, part: Element, near: str) -> str:
+        """What the <pose> of an element is relative to: what is `near` if it does not say."""
+        if (pose := part.find("pose")) is None:
+            return near
+        return pose.get("relative_to") or (self._version <= _POSE_FRAME and pose.get("frame")) or near
+
+    def placed(self, part: Element, near: str) -> pin.SE3:
         """Where an element stands by its <pose>, which is relative to what is `near` if it does not say."""
-        pose = part.find("pose")
-        return self.of((pose is not None and pose.get("relative_to")) or near, within) * _pose(pose)
+        return self.of(self._reference(part, near)) * _pose(part.find("pose"))
+
+    def inertial(self, inertial: Element, link: str) -> pin.SE3:
+        """Where the <inertial> of a link stands, which SDFormat has relative to the link alone."""
+        if (near := self._reference(inertial, link)) != link:
+            raise RobotError(
+                f'link "{link}": the pose of its <inertial> is relative to "{near}"; it has to be relative to the link'
+            )
+        return self.placed(inertial, link)
 
     def carried(self, link: str) -> pin.SE3:
         """The frame of a link of the URDF: that of the joint that carries it, or the link's frame."""
         return self.joint(self.above[link]) if link in self.above else self.of(link)
-
-    def link(self, name: str, within: tuple[str, ...] = ()) -> str:
-        """The link that a frame is attached to; of the model itself its first one. Args: within, as for `of`."""
-        if name in ("", "__model__"):
-            return next((link for link, part in self.named.items() if part.tag == "link"), WORLD)
-        if name == WORLD:
-            return WORLD
-        if (part := self.named.get(name)) is None or name in within:
-            what = "does not exist" if part is None else "is attached to it"
-            raise RobotError(f'a frame is attached to "{name}", which {what}')
-        if part.tag == "link":
-            return name
-        return self.link(_text(part, "child") if part.tag == "joint" else part.get("attached_to", ""), (*within, name))
 
     def joint(self, name: str) -> pin.SE3:
         """Where a joint stands."""
@@ -104,22 +193,26 @@ class _Poses:
 
     def axis(self, joint: str, axis: Element) -> Array:
         """The axis (3,) of a joint in its frame."""
-        xyz, of_model = axis.find("xyz"), self._old or _yes(axis, "use_parent_model_frame")
-        frame, here = (xyz is not None and xyz.get("expressed_in")) or "", self.joint(joint)
-        there = self.of(frame) if frame or of_model else here
+        xyz, of_model = axis.find("xyz"), self._version <= _AXES_OF_MODEL
+        if self._version <= _POSE_FRAME:
+            of_model = of_model or _yes(_text(axis, "use_parent_model_frame"), "use_parent_model_frame")
+        frame, here = "__model__" if of_model else (xyz is not None and xyz.get("expressed_in")) or "", self.joint(joint)
+        there = self.of(frame) if frame else here
         return np.asarray((here.inverse() * there).rotation @ _numbers(axis, "xyz", 3, "0 0 1"))
 
 
 def _urdf(model: Element, name: str, poses: _Poses) -> Element:
     """The URDF of a model, with a link for each of its sensors and frames."""
     robot, joints = Element("robot", name=name), model.findall("joint")
-    if any(_text(joint, "parent") == WORLD for joint in joints):
+    if any(poses.end(joint, "parent") == WORLD for joint in joints):
         SubElement(robot, "link", name=WORLD)
     for link in model.findall("link"):
         link_name = link.get("name", "")
         frame, out = poses.carried(link_name).inverse(), SubElement(robot, "link", name=link_name)
         inertial = next(link.iterfind("inertial"), Element("inertial"))
-        body = _at(SubElement(out, "inertial"), frame * poses.placed(inertial, link_name))
+        if _yes(inertial.get("auto", ""), "auto"):
+            raise RobotError(f'link "{link_name}": <inertial auto> is not read; write out its mass, pose and inertia')
+        body = _at(SubElement(out, "inertial"), frame * poses.inertial(inertial, link_name))
         SubElement(body, "mass", value=_text(inertial, "mass", "1"))
         SubElement(body, "inertia", {key: _text(inertial, f"inertia/{key}", default) for key, default in _MOMENTS.items()})
         for part in (*link.findall("collision"), *link.findall("visual")):
@@ -140,15 +233,17 @@ def _urdf(model: Element, name: str, poses: _Poses) -> Element:
     for joint in joints:
         joint_name, kind, (parent, child) = (
             joint.get("name", ""),
-            joint.get("type", ""),
-            (_text(joint, end) for end in ("parent", "child")),
+            joint.get("type", "").lower(),
+            (poses.end(joint, end) for end in ("parent", "child")),
         )
         if kind not in _JOINTS:
             raise RobotError(f'joint "{joint_name}" is of type "{kind}", which is not read; read are {listed(_JOINTS)}')
         out = _joint(robot, joint_name, kind, parent, child, poses.carried(parent).inverse() * poses.joint(joint_name))
         axis = joint.find("axis")
-        if kind == "fixed" or axis is None:
+        if kind == "fixed":
             continue
+        if axis is None:
+            raise RobotError(f'joint "{joint_name}" is {kind} and has no <axis>, which SDFormat requires; add one')
         if _numbers(axis, "dynamics/spring_stiffness", 1, "0").any():
             raise RobotError(f'joint "{joint_name}" has a spring, which is not read; leave it out, or give it with --rotor')
         SubElement(out, "axis", xyz=_joined(poses.axis(joint_name, axis)))
@@ -159,7 +254,35 @@ def _urdf(model: Element, name: str, poses: _Poses) -> Element:
         SubElement(out, "limit", limit | {"effort": repr(effort if 0.0 < effort < _UNLIMITED else 0.0)})
         if kind == "revolute" and not limited:
             out.set("type", "continuous")
+        _coupled(out, joint, axis)
+        _driven(robot, joint)
     return robot
+
+
+def _coupled(out: Element, joint: Element, axis: Element) -> None:
+    """Write the <mimic> of a joint; that of SDFormat 1.11 has a reference, where the leader has no effect."""
+    for rule in joint.findall("drake:mimic"):
+        SubElement(out, "mimic", {key: rule.get(key, "") for key in ("joint", "multiplier", "offset") if key in rule.attrib})
+    for rule in axis.findall("mimic"):
+        if (leading := rule.get("axis", "axis")) != "axis":
+            raise RobotError(f'joint "{joint.get("name")}" follows "{leading}" of another, which is not read')
+        multiplier, offset, reference = (
+            float(_numbers(rule, key, 1, default)[0])
+            for key, default in {"multiplier": "1", "offset": "0", "reference": "0"}.items()
+        )
+        numbers = {"multiplier": repr(multiplier), "offset": repr(offset - multiplier * reference)}
+        SubElement(out, "mimic", {"joint": rule.get("joint", "")} | numbers)
+
+
+def _driven(robot: Element, joint: Element) -> None:
+    """Write the drive of a joint, which Drake has in the joint, as a transmission, where Drake has it in a URDF."""
+    drive = {key: _text(joint, key) for key in ("drake:rotor_inertia", "drake:gear_ratio") if joint.find(key) is not None}
+    if drive:
+        transmission = SubElement(robot, "transmission")
+        SubElement(transmission, "joint", name=joint.get("name", ""))
+        actuator = SubElement(transmission, "actuator")
+        for key, value in drive.items():
+            SubElement(actuator, key, value=value)
 
 
 def _joint(robot: Element, name: str, kind: str, parent: str, child: str, place: pin.SE3) -> Element:
@@ -176,6 +299,11 @@ def _at(element: Element, place: pin.SE3) -> Element:
     return element
 
 
+def _attached(part: Element) -> str:
+    """What a joint or a frame is attached to."""
+    return _text(part, "child") if part.tag == "joint" else part.get("attached_to", "")
+
+
 def _joined(values: Array) -> str:
     return " ".join(map(repr, values.tolist()))
 
@@ -184,8 +312,11 @@ def _text(element: Element, path: str, default: str = "") -> str:
     return element.findtext(path, default).strip() or default
 
 
-def _yes(element: Element, path: str) -> bool:
-    return _text(element, path) in ("1", "true")
+def _yes(text: str, what: str) -> bool:
+    """A boolean of SDFormat, false where none is written; `what` names it in messages."""
+    if (value := {"1": True, "true": True, "0": False, "false": False, "": False}.get(text.lower())) is None:
+        raise RobotError(f'{what} is "{text}"; it has to be true, false, 1 or 0')
+    return value
 
 
 def _numbers(element: Element, path: str, size: int, default: str = "") -> Array:
@@ -204,9 +335,15 @@ def _limit(axis: Element, key: str) -> float:
 
 
 def _pose(pose: Element | None) -> pin.SE3:
-    """What a <pose> says: a place [m], and angles about x, y and z [rad]."""
+    """What a <pose> says: a place [m], and angles about x, y and z [rad] or a quaternion."""
     if pose is None or not (pose.text or "").strip():
         return pin.SE3.Identity()
-    values = _numbers(pose, "", 6)
-    angles = np.radians(values[3:]) if pose.get("degrees") == "true" else values[3:]
-    return pin.SE3(pin.rpy.rpyToMatrix(angles), values[:3])
+    degrees, form = _yes(pose.get("degrees", ""), "degrees of <pose>"), pose.get("rotation_format") or "euler_rpy"
+    if form not in ("euler_rpy", "quat_xyzw") or (degrees and form == "quat_xyzw"):
+        raise RobotError(f'<pose> has rotation_format "{form}"{" in degrees" * degrees}; read are euler_rpy and quat_xyzw')
+    values = _numbers(pose, "", 6 if form == "euler_rpy" else 7)
+    if form == "euler_rpy":
+        return pin.SE3(pin.rpy.rpyToMatrix(np.radians(values[3:]) if degrees else values[3:]), values[:3])
+    if not (length := np.linalg.norm(values[3:])) > 0.0:
+        raise RobotError(f'<pose> is "{pose.text}", whose quaternion has no length')
+    return pin.SE3(pin.Quaternion(values[3:] / length).matrix(), values[:3])

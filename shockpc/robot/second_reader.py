@@ -148,11 +148,11 @@ def _placement_errors(robot: Robot, record: Any, generator: np.random.Generator)
     for joint in robot.single_joints:
         if joint.axis is not None:
             joint.set(values[joint.name], q)
-    data = robot.model.createData()
-    pin.framesForwardKinematics(robot.model, data, q)
+    joints = robot.joint_placements(q)
     placed: dict[str, Array] = {}
     waiting = [link.name for link in record.links if link.name not in {joint.child for joint in record.joints}]
-    placed[waiting[0]] = np.array(data.oMf[robot.model.getFrameId(waiting[0], pin.FrameType.BODY)])
+    root = robot.model.frames[robot.model.getFrameId(waiting[0], pin.FrameType.BODY)]
+    placed[waiting[0]] = np.array(joints[root.parentJoint] * root.placement)
     below: dict[str, list[Any]] = {}
     for joint in record.joints:
         below.setdefault(joint.parent, []).append(joint)
@@ -166,5 +166,6 @@ def _placement_errors(robot: Robot, record: Any, generator: np.random.Generator)
             placed[joint.child] = placed[link] @ (np.eye(4) if joint.origin is None else joint.origin) @ motion
             waiting.append(joint.child)
     for name, theirs in placed.items():
-        ours = np.array(data.oMf[robot.model.getFrameId(name, pin.FrameType.BODY)])
+        frame = robot.model.frames[robot.model.getFrameId(name, pin.FrameType.BODY)]
+        ours = np.array(joints[frame.parentJoint] * frame.placement)
         yield name, float(np.abs(ours - theirs).max() / max(1.0, np.abs(theirs).max()))

@@ -30,14 +30,23 @@ def refuse_number(subject: str, what: str, value: float, unit: str) -> None:
         )
 
 
+def refuse_count(links: int) -> None:
+    """Refuse more than 2000 links.
+
+    Raises:
+        RobotError: with their number.
+    """
+    if links > LINKS:
+        raise RobotError(f"it has {links} links, and up to {LINKS} are read; leave out those that neither move nor weigh")
+
+
 def refuse_tree(carriers: Mapping[str, str]) -> None:
     """Refuse more than 2000 links, or more than 600 that hang on one another. Args: carriers: of each link, "" for none, in order.
 
     Raises:
         RobotError: with the number of links, or the first link of level 601.
     """
-    if len(carriers) > LINKS:
-        raise RobotError(f"it has {len(carriers)} links, and up to {LINKS} are read; leave out those that neither move nor weigh")
+    refuse_count(len(carriers))
     level = {"": 0}
     for link, carrier in carriers.items():
         level[link] = level[carrier] + 1
