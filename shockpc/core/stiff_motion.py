@@ -1,14 +1,24 @@
 """The motion of a landing on elements of finite stiffness, as `stiffness` solves it, and the peaks of what follows from it.
 
-Between two events all forces are sums of oscillations, and so is everything that is linear in them.
+Between two events all forces are sums of oscillations, which dampers let decay, and so is everything that is linear in them.
 """
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from typing import NamedTuple
 
 import numpy as np
 
-from shockpc.core.crossing import MOST_SAMPLES, ComplexArray, Effort, oscillations, rate_of_change
+from shockpc.core.crossing import (
+    MOST_SAMPLES,
+    ComplexArray,
+    Effort,
+    changes,
+    growth,
+    integral,
+    oscillations,
+    rate_of_change,
+    real_sum,
+)
 from shockpc.core.spatial import Array
 
 NEAR_MAXIMUM, MOST_MAXIMA = 0.95, 64
@@ -16,6 +26,9 @@ NEAR_MAXIMUM, MOST_MAXIMA = 0.95, 64
 
 MOST_TOGETHER, SAMPLES_TOGETHER = 32, 2**13
 """Numbers of segments and of samples that are searched together for peaks: what was found before limits what is searched."""
+
+DECAYED = 40.0
+"""Times the time constant of an oscillation after which nothing is left of it."""
 
 
 class Elements(NamedTuple):
@@ -27,7 +40,7 @@ class Elements(NamedTuple):
         restitution: (r,) e from 0 to 1; 1 for a spring without loss.
         contact: (r,) number of the contact that a row belongs to, −1 for a spring between bodies.
         normal: (r,) whether a row is the normal of its contact, along which the ground pushes. Each contact has one.
-        damping: (r,) c of a viscous damper beside the spring, which replaces e [N s/m, N m s/rad]; zero for none.
+        damping: (r,) c of a viscous damper beside the spring [N s/m, N m s/rad]; zero for none. Where there is one, e has no effect.
         load: (r,) force on the robot along the row at the impact [N, N m]: of a spring between bodies that is deflected already, or
             constant where the stiffness is zero. Contacts have none.
     """
@@ -82,59 +95,64 @@ class History(NamedTuple):
 
 
 class Segment(NamedTuple):
-    """The motion between two events, in d modes.
+    """The motion between two events, in m oscillations.
 
     Attributes:
         start: time of the first event [s].
         length: time until the second [s].
-        sigma: (d,) natural frequencies [rad/s].
-        V: (d, d) modes in u.
-        velocity, acceleration: (d,) υ = Vᵀu and its rate at the start.
-        shape: (r, d) forces of all elements for unit modes in z.
+        rate: (m,) λ of each oscillation; its real part is the rate at which it decays, zero without dampers [rad/s].
         level: (r,) part of the forces of all elements that stays constant; at rest they would have it.
-        wave: (r, d) with their other part, Re(wave · exp(iσt)).
+        wave: (r, m) with their other part, Re(wave · exp(λt)).
+        swing: (d, m) with the part of u that oscillates, Re(swing · exp(λt)).
+        drift, acceleration: (d,) the part of u at the start that no spring resists, and the constant rate at which it changes.
         jump: (d,) u(start) − u(0).
         displacement: (d,) ∫u dt until the start.
     """
 
     start: float
     length: float
-    sigma: Array
-    V: Array
-    velocity: Array
-    acceleration: Array
-    shape: Array
+    rate: ComplexArray
     level: Array
     wave: ComplexArray
+    swing: ComplexArray
+    drift: Array
+    acceleration: Array
     jump: Array
     displacement: Array
 
     def forces(self, t: Array) -> Array:
         """The forces (..., r) at times t (...) after the start."""
-        return self.level + oscillations(t[..., None] * self.sigma, self.wave)
+        return self.level + oscillations(t[..., None] * self.rate, self.wave)
 
     def after(self, t: Array) -> tuple[Array, Array]:
         """The change of u since impact and ∫u dt (..., d), at times t (...) after the start."""
         t = t[..., None]
-        half = t / 2.0 * self.sigma
-        # 2 sin(σt/2) / σ, t for a mode without frequency: of slow modes no digits cancel.
-        chord = np.divide(2.0 * np.sin(half), self.sigma, out=t + 0.0 * half, where=self.sigma > 0.0)
-        integral, double_integral = chord * np.cos(half), chord * chord / 2.0
-        change = integral * self.acceleration - double_integral * self.sigma**2 * self.velocity
-        path = integral * self.velocity + double_integral * self.acceleration
-        return self.jump + change @ self.V.T, self.displacement + path @ self.V.T
+        # Of slow oscillations no digits cancel.
+        change = changes(t * self.rate, self.swing) + t * self.acceleration
+        path = real_sum(integral(self.rate, t), self.swing) + t * self.drift + t * t / 2.0 * self.acceleration
+        return self.jump + change, self.displacement + path
+
+    def pieces(self) -> Iterator["Segment"]:
+        """The forces in parts, each longer than the one before: the oscillations that decay fastest are only in the first."""
+        begin, fastest = 0.0, float(-self.rate.real.min(initial=0.0))
+        end = DECAYED / fastest if fastest > 0.0 else np.inf
+        while begin < self.length:
+            end = min(end, self.length)
+            wave = self.wave * np.exp(self.rate * begin)
+            yield self._replace(start=self.start + begin, length=end - begin, wave=wave)
+            begin, end = end, 3.0 * end
 
     def impulse(self, t: float) -> Array:
         """The impulses (r,) of the forces from the start until a time t after it."""
-        half = t * self.sigma / 2.0
-        return np.asarray(t * (self.level + oscillations(half, np.sinc(half / np.pi) * self.wave)))
+        return np.asarray(t * self.level + real_sum(integral(self.rate, np.asarray(t)), self.wave))
 
 
 class StiffMotion(NamedTuple):
     """A landing, solved.
 
     Attributes:
-        elements: the springs that it was computed for, dampers as restitution.
+        elements: the springs and dampers that it was computed for.
+        modes: the modes of the elements that are loaded first, without dampers.
         segments: in order; the motion ends with the last.
         events: in order.
         separated: whether all contacts are open at the end.
@@ -145,6 +163,7 @@ class StiffMotion(NamedTuple):
     """
 
     elements: Elements
+    modes: Modes
     segments: tuple[Segment, ...]
     events: tuple[Event, ...]
     separated: bool
@@ -173,10 +192,8 @@ class StiffMotion(NamedTuple):
             t, low, high, wave, level = segment.length, 0.0, segment.length, segment.wave[row], float(segment.level[row])
             # The impulse grows with time: Newton's method within bounds.
             for _ in range(60 if total > 0.0 else 0):
-                half = t / 2.0 * segment.sigma
-                turn = np.exp(1j * half) * wave
-                last, excess = t, t * (level + float(turn.real @ np.sinc(half / np.pi))) - missing
-                force = level + float((np.exp(1j * half) @ turn).real)
+                last, excess = t, t * level + float((integral(segment.rate, np.asarray(t)) @ wave).real) - missing
+                force = level + float(((1.0 + growth(segment.rate * t)) @ wave).real)
                 low, high = (t, high) if excess < 0.0 else (low, t)
                 t = t - excess / force if force > 0.0 else high
                 t = t if low < t < high else (low + high) / 2.0
@@ -189,15 +206,6 @@ class StiffMotion(NamedTuple):
     def response(self) -> Array:
         """(n, r) M⁻¹Bᵀ: accelerations for unit forces of the elements [1/kg, 1/(kg m), 1/(kg m²)]."""
         return np.asarray(self.to_velocity @ (self.elements.rows @ self.to_velocity).T)
-
-    @property
-    def modes(self) -> Modes:
-        """The modes of the elements that are loaded first."""
-        first, k = self.segments[0], self.elements.stiffness[:, None]
-        moves = first.sigma > 0.0
-        sigma, velocity, shape = first.sigma[moves], first.velocity[moves], first.shape[:, moves]
-        participation = np.divide(shape**2, k, out=np.zeros_like(shape), where=k > 0.0)
-        return Modes(sigma / (2.0 * np.pi), velocity**2 / 2.0, participation, np.abs(first.wave[:, moves]))
 
     def at(self, times: Array) -> History:
         """The motion at times (T,) from 0 to the duration [s]; at an event, just before it."""
@@ -227,8 +235,9 @@ class StiffMotion(NamedTuple):
             ArithmeticError: the frequencies lie too far apart to sample the motion, or it takes too many terms.
         """
         P = np.nan_to_num(outputs)
-        starts = np.array([segment.level + segment.wave.real.sum(axis=1) for segment in self.segments])
-        largest, when = _peak(P, self.segments, np.square(P @ starts.T).sum(axis=1).max(axis=1), Effort())
+        segments = [piece for segment in self.segments for piece in segment.pieces()]
+        starts = np.array([segment.level + segment.wave.real.sum(axis=1) for segment in segments])
+        largest, when = _peak(P, segments, np.square(P @ starts.T).sum(axis=1).max(axis=1), Effort())
         return np.where(np.isnan(outputs).any(axis=(1, 2)), np.nan, largest), when
 
 
@@ -248,12 +257,13 @@ def _peak(outputs: Array, segments: Sequence[Segment], least: Array, effort: Eff
 
     if count > MOST_TOGETHER:
         return in_halves()
-    modes, P = 1 + segments[0].wave.shape[1], outputs.reshape(m * k, r)
+    modes, P = 1 + max(len(segment.rate) for segment in segments), outputs.reshape(m * k, r)
     start, lengths = np.array([(segment.start, segment.length) for segment in segments]).T
-    omega, wave = np.zeros((count, modes)), np.zeros((count, r, modes), dtype=complex)
+    rates, wave = np.zeros((count, modes), dtype=complex), np.zeros((count, r, modes), dtype=complex)
     for i, segment in enumerate(segments):
-        # What stays constant has the frequency zero.
-        omega[i, 1:], wave[i, :, 0], wave[i, :, 1:] = segment.sigma, segment.level, segment.wave
+        # What stays constant has the rate zero.
+        some = slice(1, 1 + len(segment.rate))
+        rates[i, some], wave[i, :, 0], wave[i, :, some] = segment.rate, segment.level, segment.wave
     waves = (P @ wave.view(float)).view(complex).reshape(count, m, k, modes)
     size = np.abs(waves)
     larger = np.square(size.sum(axis=3)).sum(axis=2) >= (1.0 - 1e-9) * least
@@ -265,8 +275,8 @@ def _peak(outputs: Array, segments: Sequence[Segment], least: Array, effort: Eff
                 outputs[above], [segments[i] for i in np.flatnonzero(kept).tolist()], least[above], effort
             )
         return largest, when
-    rate = np.where(larger[..., None], rate_of_change(omega[:, None, None], size), 0.0).max(axis=(1, 2))
-    steps = np.minimum(lengths * rate / 0.2, 2.0 * MOST_SAMPLES).astype(int) + 1
+    fastest = np.where(larger[..., None], rate_of_change(rates[:, None, None], size), 0.0).max(axis=(1, 2))
+    steps = np.minimum(lengths * fastest / 0.2, 2.0 * MOST_SAMPLES).astype(int) + 1
     if count > 1 and steps.sum() > SAMPLES_TOGETHER:
         return in_halves()
     if steps.sum() > MOST_SAMPLES:
@@ -277,7 +287,7 @@ def _peak(outputs: Array, segments: Sequence[Segment], least: Array, effort: Eff
     ends, step = np.cumsum(steps + 1), lengths / steps
     begins, segment_index = ends - steps - 1, np.repeat(np.arange(count), steps + 1)
     t = (np.arange(len(segment_index)) - begins[segment_index]) * step[segment_index]
-    force = [oscillations(t[a:b, None] * omega[i], wave[i]) for i, (a, b) in enumerate(zip(begins, ends, strict=True))]
+    force = [oscillations(t[a:b, None] * rates[i], wave[i]) for i, (a, b) in enumerate(zip(begins, ends, strict=True))]
     square = np.square(np.concatenate(force) @ P.T).reshape(-1, m, k).sum(axis=2)
     # A sample at the end of a segment may exceed those of the next, whose maximum lies between its samples: refine each.
     rises, falls = np.ones((2, *square.shape), dtype=bool)
@@ -290,27 +300,27 @@ def _peak(outputs: Array, segments: Sequence[Segment], least: Array, effort: Eff
     sample, vector = np.nonzero(local)
     at, segment_index = t[sample], segment_index[sample]
     low, high = np.maximum(at - step[segment_index], 0.0), np.minimum(at + step[segment_index], lengths[segment_index])
-    length, at = _refined(omega[segment_index], waves[segment_index, vector], at, low, high)
+    length, at = _refined(rates[segment_index], waves[segment_index, vector], at, low, high)
     # Of values that are assigned to one place the last one stays: the largest, and of equal ones the first.
     order, (largest, when) = np.argsort(-length, kind="stable")[::-1], np.zeros((2, m))
     largest[vector[order]], when[vector[order]] = length[order], (start[segment_index] + at)[order]
     return largest, when
 
 
-def _refined(omega: Array, waves: Array, t: Array, low: Array, high: Array) -> tuple[Array, Array]:
+def _refined(rate: ComplexArray, waves: Array, t: Array, low: Array, high: Array) -> tuple[Array, Array]:
     """The largest length (m,) of vectors near times t (m,), and its time, between bounds.
 
-    The vectors are the real parts of waves (m, k, j) · exp(iωt), ω (m, j). Newton's method on half the derivative of the squared
+    The vectors are the real parts of waves (m, k, j) · exp(λt), λ (m, j). Newton's method on half the derivative of the squared
     length.
     """
-    length, best, turning = np.full(len(t), -1.0), t, 1j * omega[:, None]
+    length, best, turning = np.full(len(t), -1.0), t, rate[:, None]
     derivatives = np.concatenate([waves, waves * turning, waves * turning**2], axis=1)
     for _ in range(8):
         values = (derivatives @ np.exp(turning[:, 0] * t[:, None])[..., None]).real.reshape(len(t), 3, -1)
-        value, rate, curve = values[:, 0], values[:, 1], values[:, 2]
+        value, speed, curve = values[:, 0], values[:, 1], values[:, 2]
         sizes = _lengths(value)
         length, best = np.where(sizes > length, sizes, length), np.where(sizes > length, t, best)
-        slope, bend = (value * rate).sum(axis=1), (rate * rate + value * curve).sum(axis=1)
+        slope, bend = (value * speed).sum(axis=1), (speed * speed + value * curve).sum(axis=1)
         # Where the square is not concave, go to the bound that lies uphill.
         last, step = t, np.where(bend < 0.0, -slope / np.where(bend < 0.0, bend, -1.0), np.sign(slope) * (high - low))
         t = np.clip(t + step, low, high)

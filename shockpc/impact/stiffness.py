@@ -19,7 +19,7 @@ from shockpc.core.memo import memoized
 from shockpc.core.spatial import Array, freeze
 from shockpc.core.spectrum import SAMPLES_A_PERIOD, shock_response
 from shockpc.core.stiff_motion import Elements, History
-from shockpc.core.stiffness import attach_rotors, simulate_landing
+from shockpc.core.stiffness import attach_rotors, damper_restitution, simulate_landing
 from shockpc.impact.exact.proof import motion as size_of
 from shockpc.impact.friction import contact_rows, jumps_of
 from shockpc.impact.impact import ColumnImpact, DoubleImpact, Impact
@@ -136,9 +136,7 @@ class CompliantLanding:
             np.concatenate([rows.restitution, np.full(stops, landing.scene.stop_restitution or 0.0), np.ones(added)]),
             self.number,
             np.concatenate([rows.normal, np.ones(stops, dtype=bool), np.zeros(added, dtype=bool)]),
-            np.concatenate(
-                [np.where(rows.normal & ~self._strikes, landing.scene.contact_damping or 0.0, 0.0), np.zeros(stops + added)]
-            ),
+            np.concatenate([np.where(self._strikes, 0.0, landing.scene.contact_damping or 0.0), np.zeros(stops + added)]),
             np.concatenate([np.zeros(len(stiffness)), spring_loads(landing)[springs], torque[geared], torque[motors]]),
         )
         self._velocity, self._normal = velocity, elements.normal & (self.number < c)
@@ -276,8 +274,11 @@ class CompliantLanding:
 
     @property
     def restitution(self) -> Array:
-        """Restitution (c,) of each contact along its normal, with the scene's damping [1]."""
-        return np.asarray(self.motion.elements.restitution[self._normal])
+        """Restitution (c,) of each contact along its normal [1]: with a damping, of the mode with its largest force alone."""
+        elements, modes = self.motion.elements, self.motion.modes
+        frequency = 2.0 * np.pi * modes.frequency[modes.force[self._normal].argmax(axis=1)]
+        c, k = np.asarray(elements.damping)[self._normal], elements.stiffness[self._normal]
+        return np.where(c > 0.0, damper_restitution(c * frequency / (2.0 * k)), elements.restitution[self._normal])
 
     @functools.cached_property
     def _turns(self) -> tuple[list[float], History]:
@@ -328,8 +329,10 @@ class CompliantLanding:
     def _compression(self) -> Array:
         """Largest compression (c,) of each contact along its normal [m]."""
         # It is largest where the normal is unloaded, or at the end.
-        force = self._turns[1].force.max(axis=0)
-        return np.asarray(force[self._normal] / self.motion.elements.stiffness[self._normal])
+        elements, turns = self.motion.elements, self._turns[1]
+        damper = np.asarray(elements.damping) * ((self._velocity + turns.jump) @ elements.rows.T)
+        force = np.where(turns.force > 0.0, turns.force + damper, 0.0).max(axis=0)
+        return np.asarray(force[self._normal] / elements.stiffness[self._normal])
 
     def warnings(self) -> Iterator[Diagnostic]:
         """Warnings where what the model leaves out counts: gravity, the change of geometry, and contacts that open often."""

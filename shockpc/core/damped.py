@@ -1,0 +1,83 @@
+"""The oscillations of springs and dampers between two events, in the modes of the springs.
+
+In these modes p are the deflections from rest and υ the velocities, both in √J:
+
+    ṗ = σ υ,    υ̇ = −σ p − C υ
+
+Without dampers (p, υ) rotate by the angles σt. With them, the 2m eigenvectors of the m modes with σ > 0 are those of the quadratic
+eigenproblem λ² + λ C + σ². At a critical damping two of them are parallel: dampers that are larger by 1e-9 then give a motion that
+differs as little.
+"""
+
+from typing import NamedTuple
+
+import numpy as np
+
+from shockpc.core.crossing import ComplexArray
+from shockpc.core.spatial import Array
+
+PARALLEL = 1e6
+"""Size of coefficients, relative to the state, from which eigenvectors count as parallel."""
+
+RESIDUAL = 1e-9
+"""Share of the state that the sum of all oscillations may miss."""
+
+CHANGED = (0.0, 1e-9, 1e-8, 1e-7, 1e-6)
+"""Shares by which dampers are larger, until the eigenvectors span all states."""
+
+
+class Oscillations(NamedTuple):
+    """The motion Re(p exp(λt)), Re(velocity exp(λt)) of d modes in k oscillations.
+
+    Attributes:
+        rate: (k,) λ [rad/s].
+        deflection, velocity: (d, k) p and υ [√J].
+        bounds: of the lengths of the first and second derivatives of (p, υ), infinite without dampers [√J/s, √J/s²].
+    """
+
+    rate: ComplexArray
+    deflection: ComplexArray
+    velocity: ComplexArray
+    bounds: tuple[float, float]
+
+
+def undamped(sigma: Array, deflection: Array, velocity: Array) -> Oscillations:
+    """The oscillations of modes of the frequencies sigma (d,), from a deflection (d,) and a velocity (d,)."""
+    turning = np.diag(deflection - 1j * np.where(sigma > 0.0, velocity, 0.0))
+    return Oscillations(1j * sigma, turning, 1j * turning, (np.inf, np.inf))
+
+
+def damped(sigma: Array, dampers: Array, deflection: Array, velocity: Array) -> Oscillations:
+    """The same with dampers.
+
+    Args:
+        sigma: (d,) frequencies without dampers [rad/s].
+        dampers: (k, d) √c times the velocity of each damper for unit velocities of the modes; zero for modes without frequency.
+        deflection, velocity: (d,) at the start.
+
+    Raises:
+        ArithmeticError: the eigenvectors do not span all states.
+    """
+    moves = sigma > 0.0
+    s, G, m = sigma[moves], dampers[:, moves], int(np.count_nonzero(moves))
+    state = np.concatenate([deflection[moves], velocity[moves]])
+    size, differ = float(np.linalg.norm(state)), 1.0 + np.arange(len(G)) / max(len(G), 1)
+    for change in CHANGED:
+        A = np.block([[np.zeros((m, m)), np.diag(s)], [np.diag(-s), -(G.T * (1.0 + change * differ)) @ G]])
+        rate, vectors = np.linalg.eig(A)
+        try:
+            share = np.linalg.solve(vectors, state + 0.0j)
+        except np.linalg.LinAlgError:
+            continue
+        if np.abs(share).max(initial=0.0) <= PARALLEL * size and np.linalg.norm(vectors @ share - state) <= RESIDUAL * size:
+            break
+    else:
+        raise ArithmeticError("the oscillations of contacts with dampers cannot be told apart; change the damping slightly")
+    # One of each two conjugate ones, twice. No oscillation grows.
+    kept = rate.imag >= 0.0
+    rate = np.minimum(rate.real, 0.0) + 1j * rate.imag
+    full = np.zeros((2, len(sigma), int(np.count_nonzero(kept))), dtype=complex)
+    parts = (vectors * share * np.where(rate.imag > 0.0, 2.0, 1.0))[:, kept]
+    full[:, moves] = parts[:m], parts[m:]
+    first = A @ state
+    return Oscillations(rate[kept], *full, (float(np.linalg.norm(first)), float(np.linalg.norm(A @ first))))
