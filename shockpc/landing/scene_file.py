@@ -15,7 +15,7 @@ from typing import Any, TypeVar
 
 import numpy as np
 
-from shockpc.core.spatial import Plane, freeze, plane_from
+from shockpc.core.spatial import Array, Plane, freeze, plane_from
 from shockpc.landing.scene import Point, Scene, Strike
 from shockpc.robot.load import shared_robot
 from shockpc.robot.robot import Robot
@@ -110,6 +110,13 @@ def plane_of(scene: Scene) -> Plane:
         return _named_plane(plane) if isinstance(plane, str) else plane_from(plane)
     except ValueError as refusal:
         raise SceneError(f"plane: {refusal}; valid are auto, xz, yz, xy or a normal such as 0,-1,0") from None
+
+
+def ground_normal(scene: Scene, plane: Plane) -> Array:
+    """The ground's normal (3,) where no contact gives one: up; a wall's where the plane seen from above is struck within it."""
+    velocity = scene.strike.velocity
+    wall = plane.level and velocity is not None and velocity[2] == 0.0
+    return plane.e2 if wall else np.array([0.0, 0.0, 1.0])
 
 
 def check_scene(scene: Scene) -> Scene:

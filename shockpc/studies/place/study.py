@@ -11,7 +11,7 @@ import numpy as np
 from shockpc.core.pulse import peak_acceleration
 from shockpc.core.spatial import Array
 from shockpc.evaluation.evaluate import proven
-from shockpc.evaluation.landings import common_robot, named_scenes, refuse_ground
+from shockpc.evaluation.landings import common_robot, named_scenes, refuse_ground, with_default_landings
 from shockpc.evaluation.table import Table
 from shockpc.evaluation.variation import Vary, pairs
 from shockpc.evaluation.varied_scene import scene_grid
@@ -145,7 +145,7 @@ class PlaceStudy:
 @study(
     "shockpc place anymal_b --vary strike-angle=-30:75:4",
     more=(
-        "Without --contact the landings are those on each single foot. What counts is the greatest shock over all "
+        "Without --contact the landings are those on all level feet together, on each edge of their support, and on each foot. What counts is the greatest shock over all "
         "landings. The optimum over the body is exact, with its gap stated; the shock at the places is proven. With "
         "--pulse and --range-g, also how much of a sensor's range is left along each axis."
     ),
@@ -231,6 +231,7 @@ def place(
     alternatives = ALTERNATIVES if alternatives is None else alternatives
     landings = named_scenes(landings)
     robot = robot or common_robot(landings)
+    landings = with_default_landings(landings, robot)
     if varied := pairs(vary):
         landings = {
             label: case for name, scene in landings.items() for label, case in scene_grid(name, scene, robot, varied).items()
