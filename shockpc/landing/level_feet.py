@@ -15,7 +15,7 @@ from shockpc.core.memo import memoized
 from shockpc.core.spatial import Array
 from shockpc.landing.closure import all_loops, assemble
 from shockpc.landing.dynamics import dynamics
-from shockpc.landing.landing import Landing
+from shockpc.landing.landing import Landing, PosedLanding
 from shockpc.landing.posture import configuration, fixed_joints
 from shockpc.landing.scene import Contact, Scene
 from shockpc.landing.scene_file import check_scene, ground_normal, plane_of
@@ -26,6 +26,9 @@ from shockpc.text.errors import SceneError
 
 STRAIGHT = 0.01
 """Distance from an edge of the support polygon up to which a foot lies on it, as a share of the largest distance of two feet."""
+
+LIKE = ("directions", "restitution", "restitution_along", "normal", "velocity")
+"""What the feet that land together have in common with the one that is given."""
 
 
 class FootPoints(NamedTuple):
@@ -76,7 +79,23 @@ def feet_beside(landing: Landing, rotation: Array, position: Array, ground: Arra
     feet = foot_points(robot, rotation, position, landing.up)
     height, struck = feet.points @ landing.up, np.isin(feet.bodies, [contact.body for contact in landing.contacts])
     lowest = height[:, struck].min(axis=1) if struck.any() else ground
-    return np.asarray(~struck & (height <= lowest[:, None] + landing.scene.ground_tolerance))
+    return np.asarray(~struck & (np.abs(height - lowest[:, None]) <= landing.scene.ground_tolerance))
+
+
+def together(landing: PosedLanding) -> Scene | None:
+    """The landing on all level feet, where one of some of them is given: its scene with a contact more for each other foot.
+
+    These are as its first contact, at their own points. None where no other foot is level, or the landing is no drop on all feet.
+    """
+    scene = landing.scene
+    if landing.base == "fixed" or landing.stance or not landing.translates:
+        return None
+    first = landing.blocks[0]
+    ground = (landing.state.position[:, first.body] + landing.state.rotation[:, first.body] @ first.point) @ landing.up
+    beside = feet_beside(landing, landing.state.rotation, landing.state.position, ground)[0]
+    others = [foot for foot, level in zip(each_foot(landing.robot), beside.tolist(), strict=True) if level]
+    like = Contact(**{name: getattr(scene.contact[0], name) for name in LIKE}, frame="")
+    return replace(scene, contact=(*scene.contact, *(replace(like, frame=name) for name in others))) if others else None
 
 
 def default_landings(robot: Robot, scene: Scene, normal: tuple[float, float, float] | None = None) -> list[tuple[Contact, ...]]:
