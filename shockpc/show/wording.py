@@ -65,14 +65,14 @@ def landings_text(landings: Mapping[str, ShockProfile]) -> str:
     first, *others = landings.values()
     if not others:
         return landing_text(first)
-    contacts = [{contact.frame for contact in profile.scene.contact} for profile in landings.values()]
+    contacts = list(dict.fromkeys(frozenset(contact.frame for contact in profile.scene.contact) for profile in landings.values()))
     single = [one for one in contacts if len(one) == 1]
-    if len(contacts[0]) < 2 or len(set(map(frozenset, contacts))) < len(contacts) or len(single) < 2:
+    if len(contacts[0]) < 2 or len(single) < 2:
         names = list(landings)
         return "; ".join(names) if len(names) <= 4 else f"{len(names)}, from {names[0]} to {names[-1]}"
     several = len(contacts) - len(single) - 1
     edges = [f"{count(several, 'edge')} of their support"] if several else []
-    return f"{len(contacts)}: " + ", ".join([landing_text(first), *edges, f"{number_text(len(single))} single feet"])
+    return f"{len(landings)}: " + ", ".join([landing_text(first), *edges, f"{number_text(len(single))} single feet"])
 
 
 def contacts_text(landings: Iterable[ShockProfile]) -> str:
