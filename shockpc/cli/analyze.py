@@ -77,9 +77,8 @@ def analyze(
     if (joint := together(first.landing)) and not any(
         {contact.frame for contact in scene.contact} == {contact.frame for contact in joint.contact} for scene in scenes
     ):
-        with trace.stage("landing on all level feet"):
-            with suppress(ShockError):
-                remark = level_text(first, shock_profile(joint, loaded))
+        with trace.stage("landing on all level feet"), suppress(ShockError):
+            remark = level_text(first, shock_profile(joint, loaded))
     with trace.stage("output"):
         if output.out is None:
             trace.skip("figure, and matplotlib with it", "no --out")

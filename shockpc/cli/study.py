@@ -49,7 +49,12 @@ from shockpc.text.trace import Trace
 INPUTS = {
     "landings": (
         tuple[str, ...],
-        argument("Scenes (TOML), or a robot: its level feet together, those of each edge of their support, and each foot.", "SCENE...", robot_name, default=...),
+        argument(
+            "Scenes (TOML), or a robot: its level feet together, those of each edge of their support, and each foot.",
+            "SCENE...",
+            robot_name,
+            default=...,
+        ),
     ),
     "postures": (
         tuple[str, ...],
@@ -234,7 +239,9 @@ def _read(
     if kind == "log":
         robot, scenes = scenes_from(typed[1], options)
         # Single feet come last where all land together, and stand in the robot's order.
-        contacts = {contact.frame: contact for scene in sorted(scenes, key=lambda one: len(one.contact)) for contact in scene.contact}
+        contacts = {
+            contact.frame: contact for scene in sorted(scenes, key=lambda one: len(one.contact)) for contact in scene.contact
+        }
         return robot, {"log": names, "scene": dataclasses.replace(scenes[0], contact=tuple(contacts.values()))}
     if kind == "table":
         from shockpc.cli.tables import table_and_scene

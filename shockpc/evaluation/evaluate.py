@@ -39,8 +39,7 @@ class Evaluation(Generic[L]):
         computed: the columns.
         prove: number of rows that are compared with a proof, besides those that need one; None proves every row, and computes none
             in double precision.
-        feasible: whether rows that flat ground does not allow, tilted a little or not, are left out. Rows that could not be computed
-            are not.
+        feasible: whether rows that flat ground does not allow, tilted a little or not, are left out. Those without a result are not.
         look: is called with the profile of every row, where every row is proven; what it gives is kept.
         trusted: condition up to which rows keep the numbers of double precision also where contacts or loops are redundant, or the
             quantity is otherwise proven in one posture at a time; None where all of these need a proof.

@@ -129,6 +129,12 @@ class Table:
         names = [column.name for column in self.computed if column.selection.quantity.decided_by_ground]
         return np.any([self.columns[name] == 1.0 for name in names], axis=0) if names else np.ones(len(self), dtype=bool)
 
+    @property
+    def tilted(self) -> np.ndarray:
+        """Which landings (n,) flat ground allows only if the robot is tilted a little; none, where that was not computed."""
+        name = next((column.name for column in self.computed if column.selection.quantity.role == "tilt"), "")
+        return self.columns[name] == 1.0 if name else np.zeros(len(self), dtype=bool)
+
     @checked
     def ranked(self, column: Column | str) -> np.ndarray:
         """The rows (n,), the worst value of a column first, as `worse`; those without one last.

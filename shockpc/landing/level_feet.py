@@ -118,7 +118,9 @@ def default_landings(robot: Robot, scene: Scene, normal: tuple[float, float, flo
     if not feet:
         left = " besides those that stand" if standing else ""
         example = f', such as "{robot.links[-1]}"' if not standing else ""
-        raise SceneError(f'no contact is defined for robot "{robot.name}", and it has no feet{left}; name one with --contact{example}')
+        raise SceneError(
+            f'no contact is defined for robot "{robot.name}", and it has no feet{left}; name one with --contact{example}'
+        )
     landings = [(foot,) for foot in feet]
     if len(feet) > 1 and not standing and (scene.base or robot.usual_base) != "fixed" and recognised(robot):
         landings = [*_together(robot, scene, normal), *landings]

@@ -310,7 +310,9 @@ class ShockProfile(OfLanding):
         if len(ends) > 1 or blocks[0].kind == "stop":
             return math.nan
         up, along = landing.up, self.proof.impulse[:, :3] @ -landing.up
-        pushed = [(block.forces @ up) @ along[rows][: len(block.forces)] for block, rows in zip(blocks, slices_of(blocks), strict=True)]
+        pushed = [
+            (block.forces @ up) @ along[rows][: len(block.forces)] for block, rows in zip(blocks, slices_of(blocks), strict=True)
+        ]
         return float(sum(pushed)) / (1.0 + blocks[0].restitution)
 
     @cached_property

@@ -33,8 +33,8 @@ from shockpc.show.reports.landing_tables import (
     stiffness_sheets,
     stiffness_text,
 )
-from shockpc.show.reports.several import Reports, landings_sheet, worst_text
 from shockpc.show.reports.report import Picture, Report, Section, picture_files
+from shockpc.show.reports.several import Reports, landings_sheet, worst_text
 from shockpc.show.tables import Lines, Sheet, rounded
 from shockpc.show.wording import (
     contact_name,
