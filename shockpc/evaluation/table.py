@@ -125,7 +125,7 @@ class Table:
 
     @property
     def feasible(self) -> np.ndarray:
-        """Whether flat ground allows each landing (n,), tilted a little where other feet are level; all, where it was not computed."""
+        """Whether flat ground allows each landing (n,), tilted a little or not; all, where that was not computed."""
         names = [column.name for column in self.computed if column.selection.quantity.decided_by_ground]
         return np.any([self.columns[name] == 1.0 for name in names], axis=0) if names else np.ones(len(self), dtype=bool)
 

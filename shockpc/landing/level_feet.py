@@ -121,7 +121,7 @@ def default_landings(robot: Robot, scene: Scene, normal: tuple[float, float, flo
         raise SceneError(
             f'no contact is defined for robot "{robot.name}", and it has no feet{left}; name one with --contact{example}'
         )
-    landings = [(foot,) for foot in feet]
+    landings: list[tuple[str, ...]] = [(foot,) for foot in feet]
     if len(feet) > 1 and not standing and (scene.base or robot.usual_base) != "fixed" and recognised(robot):
         landings = [*_together(robot, scene, normal), *landings]
     return [tuple(Contact(frame=name) for name in landing) for landing in landings]
@@ -141,7 +141,11 @@ def _together(robot: Robot, scene: Scene, normal: tuple[float, float, float] | N
     plane, q = plane_of(scene), configuration(robot, scene.posture)
     if loops := all_loops(robot, scene.closure):
         q = assemble(robot, q, loops, plane, fixed_joints(robot, scene.posture, scene.assemble)).q
-    up = ground_normal(scene, plane) if normal is None else np.array(normal) / (np.linalg.norm(normal) or 1.0)
+    up = (
+        ground_normal(plane, scene.strike.velocity or (0.0, 0.0, -1.0))
+        if normal is None
+        else np.array(normal) / (np.linalg.norm(normal) or 1.0)
+    )
     state = dynamics(robot, q[None])
     feet = foot_points(robot, state.rotation, state.position, up)
     height = feet.points[0] @ up

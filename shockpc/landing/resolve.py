@@ -132,7 +132,7 @@ def landing_of(scene: Scene, robot: Robot) -> PosedLanding:
     scene = _complete(scene, robot)
     pulse, plane = pulse_of(scene), plane_of(scene)
     velocity = scene.strike.vector(plane)
-    up = ground_normal(scene, plane)
+    up = ground_normal(plane, velocity)
     joints = joint_model(robot, scene.joints)
     q, assembly, warnings = configuration(robot, scene.posture), None, list[Diagnostic]()
     contacts = tuple(

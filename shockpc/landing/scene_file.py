@@ -112,11 +112,9 @@ def plane_of(scene: Scene) -> Plane:
         raise SceneError(f"plane: {refusal}; valid are auto, xz, yz, xy or a normal such as 0,-1,0") from None
 
 
-def ground_normal(scene: Scene, plane: Plane) -> Array:
-    """The ground's normal (3,) where no contact gives one: up; a wall's where the plane seen from above is struck within it."""
-    velocity = scene.strike.velocity
-    wall = plane.level and velocity is not None and velocity[2] == 0.0
-    return plane.e2 if wall else np.array([0.0, 0.0, 1.0])
+def ground_normal(plane: Plane, velocity: Array | Sequence[float]) -> Array:
+    """The ground's normal (3,) where no contact gives one: up; a wall's where the plane is seen from above and struck within it."""
+    return plane.e2 if plane.level and velocity[2] == 0.0 else np.array([0.0, 0.0, 1.0])
 
 
 def check_scene(scene: Scene) -> Scene:

@@ -106,14 +106,15 @@ def _others_level(impact: Impact) -> Array:
     With a fixed base, standing feet, or feet that approach at different speeds, because the robot or its joints turn, no feet land
     together.
     """
-    landing, state, level = impact.landing, impact.state, np.zeros(len(impact.state.J), dtype=bool)
+    landing, state = impact.landing, impact.state
+    level = np.zeros(len(state.J), dtype=bool)
     if landing.base != "fixed" and not landing.stance and (here := _levels(impact)) is not None:
         rotation, position = (part.astype(float, copy=False) for part in (state.rotation, state.position))
         beside = feet_beside(landing, rotation, position, here.contacts.min(axis=1))
         before = landing.before
         turns = before.omega.any(axis=-1) | before.joint_rates.any(axis=-1)
         driven = any(contact.velocity is not None for contact in landing.contacts)
-        level = beside.any(axis=1) & ~turns & (not driven)
+        level = np.asarray(beside.any(axis=1) & ~turns & (not driven))
     return np.broadcast_to(level[:, None, None], (*impact.v_in.shape, 1)).astype(float)
 
 

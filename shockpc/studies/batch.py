@@ -27,8 +27,8 @@ from shockpc.studies.declare import QuantityOption, study
 from shockpc.text.errors import StudyError
 
 STANDARD = (
-    "mass", "ropc", "shock_max", "shock_com", "shock_free", "shock_locked", "mass_sticking", "friction_needed", "feasible", "needs_tilt",
-    "robot.error_bound",
+    "mass", "ropc", "shock_max", "shock_com", "shock_free", "shock_locked", "mass_sticking", "friction_needed", "feasible",
+    "needs_tilt", "robot.error_bound",
 )  # fmt: skip
 """Quantities of every row."""
 
@@ -127,8 +127,9 @@ def landings_without_contacts(name: str) -> tuple[Robot, list[Scene]]:
     "shockpc batch anymal_c go2 solo12",
     more=(
         "Each robot stands in its standing posture and falls straight down at 1 m/s, on all level feet together, on each edge of"
-        " their support and on each foot, unless options say otherwise. With --contact, only matching frames strike; a scene lands as it says. Ends with exit code 3 if none of the landings can"
-        " be computed. A quantity of bodies or points is that of the trunk, the heaviest body, unless a place is named; of"
+        " their support and on each foot, unless options say otherwise. With --contact, only matching frames strike; a scene"
+        " lands as it says. Ends with exit code 3 if none of the landings can be computed. A quantity of bodies or"
+        " points is that of the trunk, the heaviest body, unless a place is named; of"
         " several places it is the worst."
     ),
 )

@@ -123,7 +123,8 @@ class Improvement:
     "shockpc improve anymal_b --contact LF_FOOT --at imu_link --vary LF_HFE=0:70 --vary LF_KFE=-110:-20 --over strike-angle=0:20:3",
     "shockpc improve go2 --contact FL_foot --at imu --vary FL_calf_joint=-130:-60 --keep 'joint_impulse@FL_calf_joint<=2'",
     more=(
-        "Without --contact the landings are those on all level feet together, on each edge of their support, and on each foot. What counts is the worst landing. The numbers as given and at "
+        "Without --contact the landings are those on all level feet together, on each edge of their support, and on each "
+        "foot. What counts is the worst landing. The numbers as given and at "
         "the optimum are proven, unless friction or a contact stiffness counts; that no better point exists is not. Flat ground is "
         "looked at, but not whether links meet each other. --out writes the scenes of the optimum."
     ),

@@ -169,7 +169,8 @@ class Sensitivity:
     "shockpc sensitivity go2 --at imu --group '*_thigh' --group '*_calf'",
     "shockpc sensitivity anymal_b --quantity joint_impulse@LF_KFE --vary 'mass:*_SHANK=0.8x:1.2x' --vary LF_KFE=-80:-40",
     more=(
-        "Without --contact the landings are those on all level feet together, on each edge of their support, and on each foot. What counts is the worst landing, or with --mean the mean of"
+        "Without --contact the landings are those on all level feet together, on each edge of their support, and on each "
+        "foot. What counts is the worst landing, or with --mean the mean of"
         " all. Every parameter is changed by the same share of its size; with --vary only those that are named, each by that"
         " share of its range."
     ),

@@ -6,6 +6,7 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 import numpy as np
 
 from shockpc.quantities.profile import ShockProfile
+from shockpc.quantities.table import quantity
 from shockpc.show.reports.report import Report
 from shockpc.show.tables import Cell, Row, Sheet, rounded
 from shockpc.show.wording import contact_name, landing_text
@@ -53,12 +54,12 @@ def _shocks(landings: Mapping[str, ShockProfile]) -> tuple[list[str], np.ndarray
         ]
         return names, np.array([[row[name] for name in names] for row in values])
     place = first.bracketed[0]
-    rows = [one.value(shock.replace("shock", "shock_com"), "body", [place]) for one in landings.values()]
+    rows = [one.values(quantity("body", shock.replace("shock", "shock_com")), [place]) for one in landings.values()]
     return [f"CoM of {place.name}"], np.array(rows)
 
 
 def worst_text(landings: Mapping[str, ShockProfile]) -> str:
-    """Which landing has which shock at the sensors: the first, the worst on a single foot, and the worst of all if it is another."""
+    """The shock at the sensors of the first landing, the worst on a single foot, and the worst of all if that is another."""
     names, shocks = _shocks(landings)
     profiles = list(landings.values())
 

@@ -95,7 +95,7 @@ class PlaceStudy:
         places: the best place and its alternatives, or the places of several sensors that belong together; fewer than `count`
             where these already see as little as so many can.
         count: number of sensors that belong together.
-        combined: the number by which places are compared, at the best; for several sensors from the least shock in each landing [1].
+        combined: the number by which places are compared, at the best; of several sensors of the least shock in each landing [1].
         least: the least such number in the region; of landings on feet that are level and on some of them, the best place is that
             of the least mean among those within 1 % of it [1].
         bound: nothing in the region is below this [1].
@@ -154,7 +154,8 @@ class PlaceStudy:
 @study(
     "shockpc place anymal_b --vary strike-angle=-30:75:4",
     more=(
-        "Without --contact the landings are those on all level feet together, on each edge of their support, and on each foot. What counts is the greatest shock over all "
+        "Without --contact the landings are those on all level feet together, on each edge of their support, and on each "
+        "foot. What counts is the greatest shock over all "
         "landings. The optimum over the body is exact, with its gap stated; the shock at the places is proven. With "
         "--pulse and --range-g, also how much of a sensor's range is left along each axis."
     ),
