@@ -1,6 +1,7 @@
 """`shockpc analyze`: from a robot file to a table and a figure."""
 
 import sys
+from contextlib import suppress
 from pathlib import Path
 
 from shockpc.cli.declare import command
@@ -38,10 +39,12 @@ def analyze(
     with trace.stage("imports"):
         from shockpc.cli.output import emit, exit_code, scene_files
         from shockpc.cli.scenes import file_names, scenes_from
+        from shockpc.landing.level_feet import together
         from shockpc.landing.scene_file import scene_text
         from shockpc.profile import shock_profile
         from shockpc.quantities.profile import ShockProfile
         from shockpc.show.reports.landing import accuracy_line, analyze_report
+        from shockpc.show.reports.several import level_text
         from shockpc.text.errors import ShockError, StudyError, traces
     loaded, scenes = scenes_from(robot, options, trace)
     if force and save_scene is None:
@@ -57,9 +60,8 @@ def analyze(
     bodies = sorted({i for pattern in body for i in loaded.match_bodies(pattern)}) or None
     files = [] if save_scene is None else scene_files(scenes, save_scene, force)
     names = file_names(scenes)
-    results: dict[str, ShockProfile | ShockError]
     if len(scenes) == 1:  # which is not worth the import of what computes many
-        results = {names[0]: shock_profile(scenes[0], loaded, trace)}
+        results: dict[str, ShockProfile | ShockError] = {names[0]: shock_profile(scenes[0], loaded, trace)}
     else:
         from shockpc.evaluation.evaluate import proven
 
@@ -71,10 +73,16 @@ def analyze(
     # no files without --save-scene
     file_of = dict(zip(names, files, strict=False))
     saved = {file: scene_text(profiles[name].scene, file.parent) for name, file in file_of.items() if name in profiles}
+    remark, first = "", next(iter(profiles.values()))
+    if (joint := together(first.landing)) and not any(
+        {contact.frame for contact in scene.contact} == {contact.frame for contact in joint.contact} for scene in scenes
+    ):
+        with trace.stage("landing on all level feet"), suppress(ShockError):
+            remark = level_text(first, shock_profile(joint, loaded))
     with trace.stage("output"):
         if output.out is None:
             trace.skip("figure, and matplotlib with it", "no --out")
-        emit(analyze_report(profiles, bodies, spectrum, all_, failures), output, saved)
+        emit(analyze_report(profiles, bodies, spectrum, all_, failures, remark), output, saved)
     if explain:
         sys.stderr.write(trace.text() + "".join(f"{accuracy_line(profile)}\n" for profile in profiles.values()))
     return exit_code(len(failures), len(scenes), strict, traces(failures.values()))

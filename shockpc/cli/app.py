@@ -19,7 +19,7 @@ GROUPS = {
     "Look at a robot": {"robots": "List the robots known by name, or check and show one."},
     "One landing": {"analyze": "Compute the shock of a landing on every body of a robot."},
     "Many landings": {
-        "batch": "Compute single-foot landings of many robots, and rank them.",
+        "batch": "Compute landings of many robots, and rank them.",
         "sweep": "Compute landings over many postures, strikes and models.",
         "fall": "Let a robot tip over, or drop it, and rank what strikes.",
     },

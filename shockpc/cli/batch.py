@@ -1,4 +1,4 @@
-"""`shockpc batch`: single-foot landings of many robots."""
+"""`shockpc batch`: landings of many robots."""
 
 import functools
 from typing import Any

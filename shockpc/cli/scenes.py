@@ -8,10 +8,11 @@ from typing import Any, TypeVar
 
 from shockpc.cli.options import SceneOptions
 from shockpc.landing.contact import contact_name, landing_frames, match_contacts
+from shockpc.landing.level_feet import default_landings
 from shockpc.landing.ratings import part_from
 from shockpc.landing.scene import Contact, Joints, Posture, Rotor, Scene, Strike, replaced_ways
 from shockpc.landing.scene_file import check_scene, plane_of, points_at, read_scene, robot_of
-from shockpc.robot.landmarks import each_foot, feet
+from shockpc.robot.landmarks import each_foot
 from shockpc.robot.robot import Robot
 from shockpc.text.arguments import typed
 from shockpc.text.errors import SceneError, ShockError, UnknownName
@@ -27,7 +28,7 @@ AnyRecord = TypeVar("AnyRecord", Contact, Posture, Joints, Scene, Strike)
 
 
 def scenes_from(robot: str, options: SceneOptions, trace: Trace | None = None) -> tuple[Robot, list[Scene]]:
-    """The robot, and one scene for each landing that the options describe; without a contact it lands on each of its feet.
+    """The robot, and one scene for each landing that the options describe; without a contact the default landings.
 
     An option replaces what a scene file says.
 
@@ -75,7 +76,7 @@ def scenes_from(robot: str, options: SceneOptions, trace: Trace | None = None) -
 
 
 def landings_from(names: Iterable[str], options: SceneOptions, trace: Trace | None = None) -> dict[str, tuple[Robot, Scene]]:
-    """All landings of scenes and robots by name, those of a robot without contacts on each of its feet; each with its robot."""
+    """All landings of scenes and robots by name, those of a robot without contacts the default ones; each with its robot."""
     names = list(dict.fromkeys(names))
     landings: dict[str, tuple[Robot, Scene]] = {}
     stems = [Path(name).stem for name in names]
@@ -158,7 +159,8 @@ def one_scene(robot: str, options: SceneOptions, trace: Trace | None = None) -> 
     if len(scenes) > 1:
         names = few([contact_name(scene) for scene in scenes], 6)
         raise SceneError(
-            f'this command takes one landing, but "{robot}" is given {len(scenes)} landings: {names}; name one --contact'
+            f'this command takes one landing, but "{robot}" has {len(scenes)}: {names}; name one, such as '
+            f"--contact {contact_name(scenes[0])}"
         )
     return loaded, scenes[0]
 
@@ -211,17 +213,17 @@ def is_scene_file(name: str) -> bool:
 
 
 def _contacts(robot: Robot, scene: Scene, options: SceneOptions) -> list[tuple[Contact, ...]]:
-    """The contacts of each landing: those that are named, else the scene's, else each foot alone."""
+    """The contacts of each landing: those that are named, else the scene's, else those of `default_landings`."""
     if scene.contact and not options.contact:
         if options.together:
             raise SceneError("--together is for the matches of --contact; the contacts of a scene strike together, so leave it out")
         return [scene.contact]
-    if not options.contact and not feet(robot):
-        raise SceneError(f'no contact is defined for robot "{robot.name}"; name one with --contact, such as "{robot.links[-1]}"')
     landings = [landing for text in options.contact for landing in landing_frames(robot, text)]
-    landings = landings or [(foot,) for foot in each_foot(robot)]
     if options.together:
+        landings = landings or [(foot,) for foot in each_foot(robot)]
         landings = [tuple(dict.fromkeys(frame for landing in landings for frame in landing))]
+    if not landings:
+        return default_landings(robot, scene, options.given.get("normal"))
     return [tuple(Contact(frame=frame) for frame in landing) for landing in dict.fromkeys(landings)]
 
 

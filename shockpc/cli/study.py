@@ -3,7 +3,7 @@
 What the command passes for a parameter that is no option follows from the parameter's name:
 
     scene        one landing, of ROBOT and the options of a scene
-    landings     landings by name: SCENE..., or a robot's single-foot landings
+    landings     landings by name: SCENE..., or those of a robot without contacts, `default_landings`
     postures     postures of one robot by name: SCENE..., or those of a robot's file
     designs      one landing of each DESIGN...
     log          the path LOG; its `scene` is one landing on all contacts of ROBOT and the options
@@ -49,7 +49,12 @@ from shockpc.text.trace import Trace
 INPUTS = {
     "landings": (
         tuple[str, ...],
-        argument("Scenes (TOML), or a robot: its single-foot landings.", "SCENE...", robot_name, default=...),
+        argument(
+            "Scenes (TOML), or a robot: its level feet together, those of each edge of their support, and each foot.",
+            "SCENE...",
+            robot_name,
+            default=...,
+        ),
     ),
     "postures": (
         tuple[str, ...],
@@ -233,7 +238,10 @@ def _read(
     names = typed[0]
     if kind == "log":
         robot, scenes = scenes_from(typed[1], options)
-        contacts = {contact.frame: contact for scene in scenes for contact in scene.contact}
+        # Single feet come last where all land together, and stand in the robot's order.
+        contacts = {
+            contact.frame: contact for scene in sorted(scenes, key=lambda one: len(one.contact)) for contact in scene.contact
+        }
         return robot, {"log": names, "scene": dataclasses.replace(scenes[0], contact=tuple(contacts.values()))}
     if kind == "table":
         from shockpc.cli.tables import table_and_scene

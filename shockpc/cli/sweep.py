@@ -9,6 +9,7 @@ from shockpc.cli.rows import computed
 from shockpc.cli.scenes import scenes_from, with_contact
 from shockpc.cli.study import given, help_of, refuse_unasked, refuse_varied, study_options
 from shockpc.evaluation.summary import summarise
+from shockpc.landing.contact import contact_name
 from shockpc.show.reports.sweep import sweep_report
 from shockpc.studies.sweep import sweep as study
 from shockpc.text.errors import StudyError
@@ -29,8 +30,11 @@ def sweep(
     completed = with_contact(robot, options, contacts[0].split(","))[0] if contacts else options
     loaded, scenes = scenes_from(robot, completed)
     if len(scenes) > 1 and not contacts:
-        names = ",".join(contact.frame for scene in scenes for contact in scene.contact)
-        raise StudyError(f"a sweep varies one landing, but there are {len(scenes)}; compare contacts with --vary contact={names}")
+        names = [contact_name(scene) for scene in scenes]
+        raise StudyError(
+            f"a sweep varies one landing, but there are {len(scenes)}; name one, such as --contact {names[0]}, or compare them "
+            f"with --vary contact={','.join(names)}"
+        )
     refuse_unasked(study, options, typed)
     made = study(scenes[0], robot=loaded, at=scenes[0].point, **given(study, typed, loaded))
     refuse_varied(options, loaded, ((one.kind, one.target) for one in made.landings.variations if not one.factor))

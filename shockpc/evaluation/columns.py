@@ -142,7 +142,7 @@ def column(profile: ShockProfile, text: str) -> Column:
         StudyError: no place is named, it does not move, or redundant contacts leave the number undetermined.
     """
     entry = selections().get(text.partition("@")[0])
-    if entry is not None and (entry.quantity.role == "feasible" or entry.quantity.on != "scene"):
+    if entry is not None and (entry.quantity.decided_by_ground or entry.quantity.on != "scene"):
         why = "it is either 0 or 1" if entry.quantity.role else "it is computed in one posture at a time"
         raise StudyError(f"{entry.name} ({entry.quantity.title}) cannot be used here: {why}; choose another quantity")
     selection, places = selected(profile.landing, text)
@@ -241,7 +241,7 @@ def columns(
         those too that friction may refuse or in which an end stop acts; and which contacts (m, S, c) do not approach the ground.
     """
     landing = landing.without_stops
-    parts, feasible = [], [column.name for column in wanted if column.selection.quantity.role == "feasible"]
+    parts, feasible = [], [column.name for column in wanted if column.selection.quantity.decided_by_ground]
     for k in range(0, len(Q), BLOCK):
         rows = slice(k, k + BLOCK)
         moving = landing.motions(rows) if strikes is None else landing

@@ -39,7 +39,8 @@ class Evaluation(Generic[L]):
         computed: the columns.
         prove: number of rows that are compared with a proof, besides those that need one; None proves every row, and computes none
             in double precision.
-        feasible: whether rows that flat ground does not allow are left out. Rows that could not be computed are not.
+        feasible: whether rows that flat ground does not allow, tilted a little or not, are left out. Those without a result are
+            not.
         look: is called with the profile of every row, where every row is proven; what it gives is kept.
         trusted: condition up to which rows keep the numbers of double precision also where contacts or loops are redundant, or the
             quantity is otherwise proven in one posture at a time; None where all of these need a proof.
@@ -151,8 +152,11 @@ class Evaluation(Generic[L]):
         flat = {name: x.ravel() for name, x in whole.items()}
         compared = self.landings.compared(self.prove or 0)
         compared = compared[(compared >= a * S) & (compared < b * S)] - a * S
-        flags, pulls = ([c.name for c in self.computed if c.selection.quantity.role == role] for role in ("feasible", "pull"))
-        feasible = flat[flags[0]] if flags else np.ones(len(prove) * S)
+        flags, tilts, pulls = (
+            [c.name for c in self.computed if c.selection.quantity.role == role] for role in ("feasible", "tilt", "pull")
+        )
+        # A landing whose contacts are named stays where a small tilt makes it feasible.
+        feasible = np.sum([flat[name] for name in (*flags[:1], *tilts[:1])], axis=0) if flags else np.ones(len(prove) * S)
         if self.feasible:
             compared = compared[feasible[compared] != 0.0]
         proven, difference = self._prove(chunk, prove.ravel(), compared, flat, errors)

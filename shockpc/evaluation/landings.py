@@ -11,6 +11,7 @@ from shockpc.core.spatial import Array
 from shockpc.landing.contact import contact_name
 from shockpc.landing.dynamics import Inertias
 from shockpc.landing.landing import OfLanding, PosedLanding
+from shockpc.landing.level_feet import with_contacts
 from shockpc.landing.scene import Scene
 from shockpc.landing.scene_file import robot_of
 from shockpc.profile import shock_profile
@@ -256,6 +257,19 @@ def named_scenes(landings: Scene | Mapping[str, Scene]) -> dict[str, Scene]:
     return dict(scenes)
 
 
+def with_default_landings(landings: Mapping[str, Scene], robot: Robot) -> dict[str, Scene]:
+    """Landings by name, those of a scene without contacts by its name and what strikes.
+
+    Raises:
+        ShockError: as for `default_landings`.
+    """
+    return {
+        name if scene.contact else f"{name} {contact_name(one)}".strip(): one
+        for name, scene in landings.items()
+        for one in with_contacts(scene, robot)
+    }
+
+
 NAME_ONE = "name a quantity that depends on it, such as shock_friction or peak_force"
 """What to do where none of the numbers of a study depends on the ground."""
 
@@ -309,4 +323,4 @@ def refuse_unused_ground(scene: Scene, quantities: Iterable[Quantity]) -> None:
     """
     entries = tuple(quantities)
     if not any(entry.of_ground(scene) for entry in entries):
-        refuse_ground(scene, friction=not any(entry.role == "feasible" for entry in entries))
+        refuse_ground(scene, friction=not any(entry.decided_by_ground for entry in entries))

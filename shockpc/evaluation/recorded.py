@@ -351,7 +351,7 @@ def recorded_landings(
         if not places:
             raise StudyError(f'"{text}": there is no such place; links of the robot: {listed(robot.links, 6)}')
         computed += [Column(selection, place, requested=True) for place in places]
-    by_friction = any((entry := column.selection.quantity).role == "feasible" or entry.unproven for column in computed)
+    by_friction = any((entry := column.selection.quantity).decided_by_ground or entry.unproven for column in computed)
     wanted = tuple({column.name: column for column in computed}.values())
     return Evaluation(replace(source, by_friction=by_friction), wanted, prove)
 

@@ -106,10 +106,10 @@ class StrikeScan:
             self.values, self._Q, unreachable = self._path.along(values, fine)
         single, spread = np.unique([*(low for low, high in targets if low == high), *self.strikes]), _angles(*self.strikes)
         self.angles = np.sort([*single, *spread[np.abs(spread[:, None] - single).min(axis=1) > BESIDE]])
-        feasible = Column(select("feasible"), landing.places("robot")[0])
+        ground = tuple(Column(select(key), landing.places("robot")[0]) for key in ("feasible", "needs_tilt"))
         shape = len(self.values), len(self.angles)
-        table = self._table(self.values, np.broadcast_to(self.angles, shape), (target, feasible), self._Q)
-        self.numbers, self._feasible = self._read(table, shape), (table.columns[feasible.name] == 1.0).reshape(shape)
+        table = self._table(self.values, np.broadcast_to(self.angles, shape), (target, *ground), self._Q)
+        self.numbers, self._feasible = self._read(table, shape), table.feasible.reshape(shape)
         rows = np.ravel_multi_index((np.arange(len(self.values)), self._scene_strike), shape)
         uncertain = (table.columns["condition"] > ILL_CONDITIONED) & ~table.columns["proven"]
         self.inaccurate = int((uncertain[rows] & np.isfinite(self.at_scene_strike)).sum())

@@ -82,6 +82,7 @@ class Summary(NamedTuple, Generic[L]):
         messages: why rows could not be computed, with the number of such rows and the first of them, most frequent first.
         failed: number of rows that could not be computed.
         refused: numbers of rows that flat ground does not allow, left out or not.
+        tilted: number of rows that it allows only if the robot is tilted a little, as other feet are level.
         proven: number of rows that needed a proof and have one.
         compared: number of other rows that were proven as well.
         largest_error: how far double precision was off there at most, relative to the most severe shock of the same point.
@@ -96,6 +97,7 @@ class Summary(NamedTuple, Generic[L]):
     messages: tuple[Cause, ...]
     failed: int
     refused: Refused
+    tilted: int
     proven: int
     compared: int
     largest_error: float
@@ -137,6 +139,7 @@ def summarise(evaluation: Evaluation[L], table: Table, varied: Sequence[Variatio
         tuple(messages),
         sum(cause.rows for cause in messages),
         Refused(sum(table.refused), *table.refused),
+        int(np.sum(table.tilted)),
         int(flags.sum()),
         len(others),
         float(np.max(others, initial=0.0)),

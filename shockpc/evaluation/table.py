@@ -125,9 +125,15 @@ class Table:
 
     @property
     def feasible(self) -> np.ndarray:
-        """Whether flat ground allows each landing (n,); all, where that was not computed."""
-        name = next((column.name for column in self.computed if column.selection.quantity.role == "feasible"), "")
-        return self.columns[name] == 1.0 if name else np.ones(len(self), dtype=bool)
+        """Whether flat ground allows each landing (n,), tilted a little or not; all, where that was not computed."""
+        names = [column.name for column in self.computed if column.selection.quantity.decided_by_ground]
+        return np.any([self.columns[name] == 1.0 for name in names], axis=0) if names else np.ones(len(self), dtype=bool)
+
+    @property
+    def tilted(self) -> np.ndarray:
+        """Which landings (n,) flat ground allows only if the robot is tilted a little; none, where that was not computed."""
+        name = next((column.name for column in self.computed if column.selection.quantity.role == "tilt"), "")
+        return self.columns[name] == 1.0 if name else np.zeros(len(self), dtype=bool)
 
     @checked
     def ranked(self, column: Column | str) -> np.ndarray:

@@ -19,7 +19,7 @@ from shockpc.landing.posture import configuration, fixed_joints, outside_limits,
 from shockpc.landing.ratings import check_parts, strength, torque_limits
 from shockpc.landing.rows import Block
 from shockpc.landing.scene import Contact, Scene, Strike
-from shockpc.landing.scene_file import check_scene, plane_of, point_at, with_paths, with_plane
+from shockpc.landing.scene_file import check_scene, ground_normal, plane_of, point_at, with_paths, with_plane
 from shockpc.landing.stops import is_stop, striking_stop
 from shockpc.robot.catalogue import closing_scene
 from shockpc.robot.robot import Robot
@@ -133,8 +133,7 @@ def landing_of(scene: Scene, robot: Robot) -> PosedLanding:
     scene = _complete(scene, robot)
     pulse, plane = pulse_of(scene), plane_of(scene)
     velocity = scene.strike.vector(plane)
-    # Where the plane is seen from above and struck within it, the ground is vertical.
-    up = plane.e2 if plane.level and velocity[2] == 0.0 else np.array([0.0, 0.0, 1.0])
+    up = ground_normal(plane, velocity)
     joints = joint_model(robot, scene.joints)
     q, assembly, warnings = configuration(robot, scene.posture), None, list[Diagnostic]()
     contacts = tuple(

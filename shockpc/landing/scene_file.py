@@ -15,7 +15,7 @@ from typing import Any, TypeVar
 
 import numpy as np
 
-from shockpc.core.spatial import Plane, freeze, plane_from
+from shockpc.core.spatial import Array, Plane, freeze, plane_from
 from shockpc.landing.scene import Point, Scene, Strike
 from shockpc.robot.load import shared_robot
 from shockpc.robot.robot import Robot
@@ -110,6 +110,11 @@ def plane_of(scene: Scene) -> Plane:
         return _named_plane(plane) if isinstance(plane, str) else plane_from(plane)
     except ValueError as refusal:
         raise SceneError(f"plane: {refusal}; valid are auto, xz, yz, xy or a normal such as 0,-1,0") from None
+
+
+def ground_normal(plane: Plane, velocity: Array | Sequence[float]) -> Array:
+    """The ground's normal (3,) where no contact gives one: up; a wall's where the plane is seen from above and struck within it."""
+    return plane.e2 if plane.level and velocity[2] == 0.0 else np.array([0.0, 0.0, 1.0])
 
 
 def check_scene(scene: Scene) -> Scene:

@@ -22,6 +22,7 @@ from shockpc.landing.joint_model import without_springs
 from shockpc.landing.landing import OfLanding, PosedLanding
 from shockpc.landing.places import Place, PlaceKind, body_places
 from shockpc.landing.ratings import strength, torque_strength
+from shockpc.landing.rows import slices_of
 from shockpc.quantities.health import Health, health_of
 from shockpc.quantities.parts import MarginLost, margin_lost, not_judged
 from shockpc.quantities.quantity import Quantity
@@ -297,6 +298,22 @@ class ShockProfile(OfLanding):
     def contacts(self) -> tuple[ContactImpulse, ...]:
         """Impulses, friction and effective masses of the contacts."""
         return records(ContactImpulse, self, "contact", frame=self._feet)[: len(self.landing.contacts)]
+
+    @cached_property
+    def effective_mass(self) -> float:
+        """Effective mass of all contacts together along the ground's normal [kg]; NaN if they differ in normal or restitution.
+
+        It is the impulse of the ground for an approach of 1 m/s along the normal, without rebound.
+        """
+        landing, blocks = self.landing, self.landing.contacts
+        ends = {(block.kind, block.restitution, *block.normal.tolist()) for block in blocks}
+        if len(ends) > 1 or blocks[0].kind == "stop":
+            return math.nan
+        up, along = landing.up, self.proof.impulse[:, :3] @ -landing.up
+        pushed = [
+            (block.forces @ up) @ along[rows][: len(block.forces)] for block, rows in zip(blocks, slices_of(blocks), strict=True)
+        ]
+        return float(sum(pushed)) / (1.0 + blocks[0].restitution)
 
     @cached_property
     def stance(self) -> tuple[StanceImpulse, ...]:

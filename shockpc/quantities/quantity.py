@@ -44,8 +44,8 @@ class Quantity(NamedTuple):
         carried: of which parts it is: of those at a "point", or those of a "joint"; empty for all.
         most_severe: of a shock: that of the most severe strike at the same place, to which errors of it are relative.
         reciprocal: what changes are ranked by where that is its reciprocal; empty where it is the quantity itself.
-        role: what it says of whether flat ground allows a landing: "feasible" is 1 or 0, NaN where a proof decides; "pull" is above
-            zero where a contact would have to be pulled.
+        role: what it says of whether flat ground allows a landing: "feasible" is 1 or 0, NaN where a proof decides, and so is
+            "tilt", of a landing that a tilt makes feasible; "pull" is above zero where a contact would have to be pulled.
         also: for what else it exists: the impact with friction, and the jumps on contacts of finite stiffness.
         path: where it stands in the document of its place, by default under its key, after the name of a section and a colon if it
             stands in one; None if it has no place there.
@@ -76,12 +76,17 @@ class Quantity(NamedTuple):
     carried: Literal["", "point", "joint"] = ""
     most_severe: "Quantity | None" = None
     reciprocal: str = ""
-    role: Literal["", "feasible", "pull"] = ""
+    role: Literal["", "feasible", "tilt", "pull"] = ""
     also: tuple[Literal["friction", "stiffness"], ...] = ()
     path: str | None = ""
     flag: bool = False
     linear: bool = False
     length_of: "Quantity | None" = None
+
+    @property
+    def decided_by_ground(self) -> bool:
+        """Whether it is 1 or 0 by what flat ground allows."""
+        return self.role in ("feasible", "tilt")
 
     def per_landing(self, scene: Scene) -> bool:
         """Whether it is computed in one posture at a time, for a landing of a scene."""

@@ -7,6 +7,7 @@ import numpy as np
 from shockpc.core.memo import memoized
 from shockpc.core.spatial import Array
 from shockpc.impact.impact import DoubleImpact, Impact
+from shockpc.landing.level_feet import feet_beside
 from shockpc.landing.motion import approach_speeds
 from shockpc.landing.rows import block_point
 from shockpc.quantities.contacts import pull
@@ -14,6 +15,8 @@ from shockpc.quantities.heights import Levels, levels, on_ground
 from shockpc.quantities.quantity import Places, Quantity
 
 DRIVEN = "a motor holds the rate of a joint and does work"
+
+GAINS = "with friction and restitution the impact would gain energy"
 
 UNKNOWN = "the base is fixed, a foot stands or a contact has a velocity, so the energy before the impact is not determined"
 
@@ -88,13 +91,40 @@ def _depth(impact: Impact, places: Places) -> Array:
 
 
 def _feasible(impact: Impact, places: Places) -> Array:
+    """Whether (N, S, 1) a drop on flat ground is this landing: flat ground allows it, and no other foot is level; 0 or 1."""
+    return np.asarray(_allowed(impact) * (1.0 - _others_level(impact)))
+
+
+def _needs_tilt(impact: Impact, places: Places) -> Array:
+    """Whether (N, S, 1) flat ground allows the landing, and other feet are level with its contacts; 0 or 1."""
+    return np.asarray(_allowed(impact) * _others_level(impact))
+
+
+def _others_level(impact: Impact) -> Array:
+    """Whether (N, S, 1) feet are as low as the contacts and do not strike, where the robot comes down as a whole; 0 or 1.
+
+    With a fixed base, standing feet, or feet that approach at different speeds, because the robot or its joints turn, no feet land
+    together.
+    """
+    landing, state = impact.landing, impact.state
+    level = np.zeros(len(state.J), dtype=bool)
+    if landing.base != "fixed" and not landing.stance and (here := _levels(impact)) is not None:
+        rotation, position = (part.astype(float, copy=False) for part in (state.rotation, state.position))
+        beside = feet_beside(landing, rotation, position, here.contacts.min(axis=1))
+        before = landing.before
+        turns = before.omega.any(axis=-1) | before.joint_rates.any(axis=-1)
+        driven = any(contact.velocity is not None for contact in landing.contacts)
+        level = np.asarray(beside.any(axis=1) & ~turns & (not driven))
+    return np.broadcast_to(level[:, None, None], (*impact.v_in.shape, 1)).astype(float)
+
+
+def _allowed(impact: Impact) -> Array:
     """Whether (N, S, 1) flat ground allows the landing: it pulls nothing, touches all contacts and meets no other link; 0 or 1.
 
     Heights of lowest points count as equal up to the scene's `ground_tolerance`; without geometry contact points count alone.
     With the scene's friction nothing is pulled: a contact that would be opens, and one that needs more friction slides. In doubles
     NaN where the impact may then gain energy, which the analysis of the landing refuses.
     """
-    del places
     landing = impact.landing
     refused = (pull(impact, landing.contact_places) > 0.0).any(axis=-1) & (landing.scene.friction is None)
     if (here := _levels(impact)) is not None:
@@ -128,8 +158,10 @@ ROBOT = (
         UNKNOWN, path="energy.share"),
     Quantity("depth", "robot", "depth of other geometry below the contacts", "m", "greater", _depth,
         missing="the robot has no geometry, or no contact is on flat ground"),
-    Quantity("feasible", "robot", "whether flat ground allows the landing", "1", "less", _feasible,
-        missing="with friction and restitution the impact would gain energy", role="feasible"),
+    Quantity("feasible", "robot", "whether a drop on flat ground is this landing, on all level feet", "1", "less", _feasible,
+        missing=GAINS, role="feasible"),
+    Quantity("needs_tilt", "robot", "whether it is one if the robot is tilted a little, as other feet are level", "1", "neither",
+        _needs_tilt, missing=GAINS, role="tilt", path=None),
     _health("rank", "independent contact and closure rows", worse="neither"),
     _health("rows", "contact and closure rows", worse="neither"),
     _health("error_bound", "proven error of the jumps, for the robot as loaded"),

@@ -117,27 +117,37 @@ def _with_twins(robot: Robot, low: list[int], ends: list[int]) -> list[int]:
 
 
 @memoized()
+def _feet_or_tips(robot: Robot) -> tuple[tuple[str, ...], bool]:
+    """The frames of `feet`, and whether they are recognised as feet, by their names or because they are low."""
+    links = tuple(link for link in robot.links if re.search(FOOT, link) and not re.search(SENSOR, link))
+    if links and (named_links := _ends(robot, links)):
+        return named_links, True
+    places = [f for f in robot.frames.values() if f.kind in ("site", "geom") and f.body >= 0 and not re.search(SENSOR, f.name)]
+    named = {place.body: place.name for place in reversed(places) if re.search(FOOT, place.name)}
+    if named and (named_places := _ends(robot, tuple(named[body] for body in sorted(named)))):
+        return named_places, True
+    ends = [i for i in range(len(robot.bodies)) if i not in robot.parents]
+    names = {i: _tip(robot.bodies[i], [place for place in places if place.body == i]) for i in ends}
+    if legs := [i for i in ends if re.search(LEG_END, robot.bodies[i].links[-1])]:
+        return _ends(robot, tuple(names[i] for i in legs)), True
+    heights = _heights(robot, standing_posture(robot))
+    limit = min(heights.values()) + LOW * (max(heights.values()) - min(heights.values()))
+    low = [i for i in ends if heights[names[i]] <= limit]
+    return (tuple(names[i] for i in _with_twins(robot, low, ends)), True) if low else (tuple(names.values()), False)
+
+
 def feet(robot: Robot) -> tuple[str, ...]:
     """What a robot is likely to land on: links named like a foot, else a site or geom of each body named so, else the limbs' ends.
 
     A foot is at the end of its limb, and low in the standing posture; rods of an ankle, hands and cameras are not. The end of a
     limb is the site or geom of its last body that is farthest from the body's origin, or else its last link but for screws.
     """
-    links = tuple(link for link in robot.links if re.search(FOOT, link) and not re.search(SENSOR, link))
-    if links and (named_links := _ends(robot, links)):
-        return named_links
-    places = [f for f in robot.frames.values() if f.kind in ("site", "geom") and f.body >= 0 and not re.search(SENSOR, f.name)]
-    named = {place.body: place.name for place in reversed(places) if re.search(FOOT, place.name)}
-    if named and (named_places := _ends(robot, tuple(named[body] for body in sorted(named)))):
-        return named_places
-    ends = [i for i in range(len(robot.bodies)) if i not in robot.parents]
-    names = {i: _tip(robot.bodies[i], [place for place in places if place.body == i]) for i in ends}
-    if legs := [i for i in ends if re.search(LEG_END, robot.bodies[i].links[-1])]:
-        return _ends(robot, tuple(names[i] for i in legs))
-    heights = _heights(robot, standing_posture(robot))
-    limit = min(heights.values()) + LOW * (max(heights.values()) - min(heights.values()))
-    low = [i for i in ends if heights[names[i]] <= limit]
-    return tuple(names[i] for i in _with_twins(robot, low, ends)) or tuple(names.values())
+    return _feet_or_tips(robot)[0]
+
+
+def recognised(robot: Robot) -> bool:
+    """Whether `feet` are named like feet or wheels, or are the low ends of limbs; not where they are tips anywhere."""
+    return _feet_or_tips(robot)[1]
 
 
 def each_foot(robot: Robot) -> tuple[str, ...]:

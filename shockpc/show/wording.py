@@ -14,7 +14,7 @@ from shockpc.quantities.accuracy import SHARE
 from shockpc.quantities.profile import ShockProfile
 from shockpc.quantities.quantity import Quantity
 from shockpc.robot.drives import similar_robots
-from shockpc.robot.landmarks import BENT
+from shockpc.robot.landmarks import BENT, each_foot, recognised
 from shockpc.robot.robot import WORLD, Robot
 from shockpc.text.printed import UNITS, few, listed, printable
 
@@ -49,12 +49,51 @@ def mostly_off_plane(profile: ShockProfile) -> np.ndarray:
     return np.asarray(profile.off_plane > BRACKETED)
 
 
+def landing_text(profile: ShockProfile) -> str:
+    """Which landing it is: on all feet together, some contacts together, or one alone."""
+    names, robot = contact_name(profile), profile.robot
+    struck, feet = sorted(contact.body for contact in profile.landing.contacts), each_foot(robot)
+    if len(struck) == 1:
+        return f"{names} alone"
+    if recognised(robot) and struck == sorted(robot.frame(foot).body for foot in feet):
+        return f"{'both' if len(feet) == 2 else f'all {number_text(len(feet))}'} feet together"
+    return f"{names} together"
+
+
+def landings_text(landings: Mapping[str, ShockProfile]) -> str:
+    """Which landings these are: on all level feet, on those of edges of their support, and on single ones; or their names."""
+    first, *others = landings.values()
+    if not others:
+        return landing_text(first)
+    contacts = list(dict.fromkeys(frozenset(contact.frame for contact in profile.scene.contact) for profile in landings.values()))
+    single = [one for one in contacts if len(one) == 1]
+    if len(contacts[0]) < 2 or len(single) < 2:
+        names = list(landings)
+        return "; ".join(names) if len(names) <= 4 else f"{len(names)}, from {names[0]} to {names[-1]}"
+    several = len(contacts) - len(single) - 1
+    edges = [f"{count(several, 'edge')} of their support"] if several else []
+    return f"{len(landings)}: " + ", ".join([landing_text(first), *edges, f"{number_text(len(single))} single feet"])
+
+
+def contacts_text(landings: Iterable[ShockProfile]) -> str:
+    """Where and how the contacts of some landings strike, each once."""
+    texts = dict.fromkeys(_contact_text(profile, i) for profile in landings for i in range(len(profile.contacts)))
+    return printable(few(list(texts), 8, "; "))
+
+
+def number_text(number: int) -> str:
+    """A small number as a word."""
+    words = ("no", "one", "two", "three", "four", "five", "six", "seven", "eight")
+    return words[number] if number < len(words) else str(number)
+
+
 def header_lines(profile: ShockProfile, among: Collection[ShockProfile] = ()) -> list[tuple[str, str]]:
     """What was computed, one line for each part of the scene; (name, text). Args: among, landings beside it that it stands for."""
     robot, scene = profile.robot, profile.scene
     xacro = "".join(f", {name}:={value}" for name, value in scene.xacro.items())
     normalised = f"; shock relative to {profile.v_in:.4g} m/s of the centre of mass" if scene.v_in == "com" else ""
     lines = {
+        "landing": landing_text(profile),
         "robot": f"{robot.label} ({robot.name}, {robot.mass:.4g} kg, {count(len(robot.bodies), 'moving body')}{xacro})",
         "posture": posture_text(profile),
         "base": base_text(robot, scene.base or "free"),
@@ -73,13 +112,12 @@ def shared_lines(landings: Mapping[str, ShockProfile]) -> list[tuple[str, str]]:
     if len(headers) == 1:
         return list(headers[0].items())
     texts = {name: list(dict.fromkeys(one[name] for one in headers)) for name in ("robot", "posture", "base", "joint model")}
-    lines = []
+    lines = [("landings", landings_text(landings))]
     for name, (text, *others) in texts.items():
         # Parts of the text, such as the drives, may be those of all landings.
         parts = [part for part in text.split("; ") if all(part in other.split("; ") for other in others)]
         lines.append((name, "; ".join(parts if not others or parts else ["differs between the landings"])))
-    names = list(landings)
-    return [*lines, ("landings", "; ".join(names) if len(names) <= 4 else f"{len(names)}, from {names[0]} to {names[-1]}")]
+    return lines
 
 
 def shared_warnings(landings: Mapping[str, ShockProfile], without: str = "") -> list[str]:
@@ -216,7 +254,7 @@ def robot_line(robot: Robot) -> tuple[str, str]:
 
 def contact_name(profile: ShockProfile) -> str:
     """The contacts of a landing, as they are typed."""
-    return "+".join(contact.frame for contact in profile.contacts)
+    return "+".join(contact.frame for contact in profile.scene.contact)
 
 
 def count(number: int, noun: str) -> str:

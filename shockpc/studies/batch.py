@@ -1,4 +1,4 @@
-"""Single-foot landings of many robots, in their standing postures."""
+"""Landings of many robots in their standing postures: on all level feet, on some of them, and on each foot."""
 
 import functools
 import math
@@ -15,12 +15,12 @@ from shockpc.evaluation.evaluate import Evaluation
 from shockpc.evaluation.landings import HEADINGS, ListedLandings, Read, refuse_unused_ground
 from shockpc.evaluation.table import Table
 from shockpc.landing.contact import contact_name
+from shockpc.landing.level_feet import with_contacts
 from shockpc.landing.places import Place
 from shockpc.landing.record import Option
 from shockpc.landing.scene import Scene
 from shockpc.quantities.profile import ShockProfile
 from shockpc.quantities.table import Selection, select
-from shockpc.robot.landmarks import each_foot
 from shockpc.robot.load import load_robot
 from shockpc.robot.robot import Robot
 from shockpc.studies.declare import QuantityOption, study
@@ -28,7 +28,7 @@ from shockpc.text.errors import StudyError
 
 STANDARD = (
     "mass", "ropc", "shock_max", "shock_com", "shock_free", "shock_locked", "mass_sticking", "friction_needed", "feasible",
-    "robot.error_bound",
+    "needs_tilt", "robot.error_bound",
 )  # fmt: skip
 """Quantities of every row."""
 
@@ -113,28 +113,29 @@ class Batch(NamedTuple):
         return {label: name for label, name in names.items() if name != label and list(names.values()).count(name) == 1}
 
 
-def landings_on_each_foot(name: str) -> tuple[Robot, list[Scene]]:
-    """A robot, and its single-foot landings, 1 m/s straight down in its standing posture.
+def landings_without_contacts(name: str) -> tuple[Robot, list[Scene]]:
+    """A robot, and its landings as of a scene without contacts, 1 m/s straight down in its standing posture.
 
     Raises:
         ShockError: the robot cannot be loaded.
     """
     robot = load_robot(name)
-    return robot, [Scene(robot=name, contact=foot) for foot in each_foot(robot)]
+    return robot, with_contacts(Scene(robot=name), robot)
 
 
 @study(
     "shockpc batch anymal_c go2 solo12",
     more=(
-        "Each robot stands in its standing posture and falls straight down at 1 m/s, unless options say otherwise. With"
-        " --contact, only matching feet strike; a scene lands as it says. Ends with exit code 3 if none of the landings can"
-        " be computed. A quantity of bodies or points is that of the trunk, the heaviest body, unless a place is named; of"
+        "Each robot stands in its standing posture and falls straight down at 1 m/s, on all level feet together, on each edge of"
+        " their support and on each foot, unless options say otherwise. With --contact, only matching frames strike; a scene"
+        " lands as it says. Ends with exit code 3 if none of the landings can be computed. A quantity of bodies or"
+        " points is that of the trunk, the heaviest body, unless a place is named; of"
         " several places it is the worst."
     ),
 )
 def batch(
     robots: Iterable[str],
-    read: Read = landings_on_each_foot,
+    read: Read = landings_without_contacts,
     executor: Executor | None = None,
     look: Callable[[ShockProfile], Any] | None = None,
     done: Callable[[str], None] | None = None,

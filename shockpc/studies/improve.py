@@ -16,7 +16,7 @@ from shockpc.core.spatial import Array, read_only
 from shockpc.evaluation.columns import proven_columns
 from shockpc.evaluation.cost import ShockCost
 from shockpc.evaluation.evaluate import profiles
-from shockpc.evaluation.landings import common_robot, named_scenes
+from shockpc.evaluation.landings import common_robot, named_scenes, with_default_landings
 from shockpc.evaluation.search import OPTIMUM_TOLERANCE, ROUGH, RUNS, SLOW, Run, search, starting_points
 from shockpc.evaluation.table import Table
 from shockpc.evaluation.variation import Vary, motion_range, pairs
@@ -123,7 +123,8 @@ class Improvement:
     "shockpc improve anymal_b --contact LF_FOOT --at imu_link --vary LF_HFE=0:70 --vary LF_KFE=-110:-20 --over strike-angle=0:20:3",
     "shockpc improve go2 --contact FL_foot --at imu --vary FL_calf_joint=-130:-60 --keep 'joint_impulse@FL_calf_joint<=2'",
     more=(
-        "A robot without --contact lands on each of its feet alone. What counts is the worst landing. The numbers as given and at "
+        "Without --contact the landings are those on all level feet together, on each edge of their support, and on each "
+        "foot. What counts is the worst landing. The numbers as given and at "
         "the optimum are proven, unless friction or a contact stiffness counts; that no better point exists is not. Flat ground is "
         "looked at, but not whether links meet each other. --out writes the scenes of the optimum."
     ),
@@ -191,6 +192,7 @@ def improve(
     trace = trace or Trace()
     scenes = named_scenes(landings)
     robot = robot or common_robot(scenes)
+    scenes = with_default_landings(scenes, robot)
     chosen = list[str]()
     if not quantities:
         quantities = _usual_quantities(robot, scenes.values())

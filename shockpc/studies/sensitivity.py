@@ -17,7 +17,7 @@ from shockpc.evaluation.columns import Column, column, target_text
 from shockpc.evaluation.evaluate import TRUSTED, Evaluation, profiles
 from shockpc.evaluation.gradients import has_gradient
 from shockpc.evaluation.gradients import slopes as exact_slopes
-from shockpc.evaluation.landings import common_robot, named_scenes, refuse_unused_ground
+from shockpc.evaluation.landings import common_robot, named_scenes, refuse_unused_ground, with_default_landings
 from shockpc.evaluation.one_by_one import (
     STEPS,
     Parameter,
@@ -169,7 +169,8 @@ class Sensitivity:
     "shockpc sensitivity go2 --at imu --group '*_thigh' --group '*_calf'",
     "shockpc sensitivity anymal_b --quantity joint_impulse@LF_KFE --vary 'mass:*_SHANK=0.8x:1.2x' --vary LF_KFE=-80:-40",
     more=(
-        "Without --contact the landings are those on each single foot. What counts is the worst landing, or with --mean the mean of"
+        "Without --contact the landings are those on all level feet together, on each edge of their support, and on each "
+        "foot. What counts is the worst landing, or with --mean the mean of"
         " all. Every parameter is changed by the same share of its size; with --vary only those that are named, each by that"
         " share of its range."
     ),
@@ -223,6 +224,7 @@ def sensitivity(
     trace = trace or Trace()
     scenes = named_scenes(landings)
     robot = robot or common_robot(scenes)
+    scenes = with_default_landings(scenes, robot)
     chosen = [variation(robot, subject, values) for subject, values in pairs(vary)]
     if chosen and groups:
         raise StudyError(

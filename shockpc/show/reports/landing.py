@@ -34,11 +34,14 @@ from shockpc.show.reports.landing_tables import (
     stiffness_text,
 )
 from shockpc.show.reports.report import Picture, Report, Section, picture_files
+from shockpc.show.reports.several import Reports, landings_sheet, worst_text
 from shockpc.show.tables import Lines, Sheet, rounded
 from shockpc.show.wording import (
     contact_name,
+    contacts_text,
     count,
     header_lines,
+    landing_text,
     proof_text,
     robot_name,
     shared_lines,
@@ -55,9 +58,6 @@ DETAILS = ("velocity jumps on these contacts", "modes, and the normal force that
 JOINTS = 3
 """Joints in the tables of an answer."""
 
-COMPARED = 8
-"""Bodies in the table of several landings, unless they are asked for by name."""
-
 MORE = "--all prints everything that was computed"
 """The last line of an answer."""
 
@@ -71,7 +71,7 @@ NO_MITIGATION = "no impact mitigation factor (it requires a free base, no stance
 
 
 def landing_report(
-    profile: ShockProfile, bodies: Sequence[int] | None = None, spectrum: bool = False, whole: bool = False
+    profile: ShockProfile, bodies: Sequence[int] | None = None, spectrum: bool = False, whole: bool = False, remark: str = ""
 ) -> Report:
     """Everything of one landing; of the bodies only those that are given by their indices, save in the document.
 
@@ -83,14 +83,14 @@ def landing_report(
         name="profile",
         title=f"Shock of {robot_name(profile.robot)} landing on {contact_name(profile)}",
         body=lambda full: [
-            Lines(_summary(profile)),
+            Lines([*_summary(profile), *_level_feet(remark)]),
             Lines(header_lines(profile)),
             Picture("shock", f"shock profile of {robot_name(profile.robot)}", "landing:draw_landing", (profile,)),
             *_tables(profile, bodies, None if full else 6),
             *_damage_picture([profile]),
             *_time_pictures(profile, spectrum),
         ],
-        brief=None if whole else lambda: _answer(profile, bodies),
+        brief=None if whole else lambda: _answer(profile, bodies, remark),
         closing=[
             *_balance_lines(profile),
             *_stop_lines(profile),
@@ -119,6 +119,7 @@ def analyze_report(
     spectrum: bool = False,
     whole: bool = False,
     failures: Mapping[str, ShockError] = MappingProxyType({}),
+    remark: str = "",
 ) -> Report:
     """The report of one landing, or of several with their shocks side by side.
 
@@ -128,25 +129,28 @@ def analyze_report(
         spectrum: whether to draw the shock response spectrum of the points.
         whole: whether a terminal shows all tables of each.
         failures: why others could not be computed, by name.
+        remark: which other feet are level, as `level_text` says it.
     """
-    parts = {name: landing_report(profile, bodies, spectrum, whole) for name, profile in landings.items()}
+    parts = Reports(landings, lambda profile: landing_report(profile, bodies, spectrum, whole, remark))
     if len(parts) == 1 and not failures:
         return next(iter(parts.values()))
     profiles, reasons = list(landings.values()), [(name, str(reason)) for name, reason in failures.items()]
     sheet = functools.partial(_side_by_side, profiles, bodies, None)
 
     def answers() -> list[Section]:
-        each = [Lines([one for one in _summary_with_ground(profile) if one != CLEAN], name) for name, profile in landings.items()]
-        head = landing_lines(shared_lines(landings)) + [CLEAN] * (not any(profile.health.warnings for profile in profiles))
-        table, warnings = _side_by_side(profiles, bodies, None if bodies else COMPARED), Lines(shared_warnings(landings))
-        return [Lines(head), *each, table, Lines([MORE]), warnings]
+        head = [("shock", worst_text(landings)), *landing_lines(shared_lines(landings))]
+        head += [("contact", contacts_text(profiles))]
+        head += [CLEAN] * (not any(profile.health.warnings for profile in profiles))
+        asked = [_side_by_side(profiles, bodies, None)] if bodies else []
+        head += _level_feet(remark)
+        return [Lines(head), landings_sheet(landings), *asked, Lines([MORE]), Lines(shared_warnings(landings))]
 
     return Report(
         name="summary",
         brief=None if whole else answers,
         page="summary",
-        body=lambda _: [sheet(), *_damage_picture(profiles)],
-        sheets={"summary": sheet},
+        body=lambda _: [Lines([("shock", worst_text(landings))]), landings_sheet(landings), sheet(), *_damage_picture(profiles)],
+        sheets={"summary": sheet, "landings": lambda: landings_sheet(landings)},
         warnings=[f"not computed: {line}" for line in cause_lines(causes(reasons), "landings", len(reasons))],
         document=lambda: {"failures": [{"landing": name, "reason": reason} for name, reason in reasons]} if reasons else {},
         others=picture_files("damage_boundary"),
@@ -160,6 +164,7 @@ def _summary(profile: ShockProfile) -> list[tuple[str, str]]:
     shocks = _shock_texts(profile)
     texts = [shocks[place.name] for place in profile.landing.points if place.name in shocks]
     texts = texts or [f"CoM of {text}" for text in shocks.values()]
+    texts[0] = f"{landing_text(profile)}: {texts[0]}"
     loads, warnings, mu = profile.loads, profile.health.warnings, _sliding_friction(profile)
     force = "none, because the robot has no joints"
     if loads:
@@ -238,7 +243,12 @@ def _stop_text(contact: ContactImpulse, stop: Block) -> str:
     return f"{contact.frame}: impulse {size}, effective {what} {rounded(contact.effective_mass)} {mass}"
 
 
-def _answer(profile: ShockProfile, bodies: Sequence[int] | None) -> list[Section]:
+def _level_feet(remark: str) -> list[tuple[str, str]]:
+    """A line about other feet that are level, if there are some."""
+    return [("level feet", remark)] if remark else []
+
+
+def _answer(profile: ShockProfile, bodies: Sequence[int] | None, remark: str) -> list[Section]:
     """The summary, the landing, shocks and joint impulses with the worst first, and what decides on them."""
     doubles = [name for name, given in (("friction", profile.friction), ("stiffness", profile.stiffness)) if given]
     numbers = "proven" + "".join(f"; those with {name} in double precision" for name in doubles)
@@ -248,8 +258,8 @@ def _answer(profile: ShockProfile, bodies: Sequence[int] | None) -> list[Section
     others = " and ".join(count(n, noun) for noun, n in left.items() if n > 0)
     more = MORE + f", also of {others} with smaller values" * bool(others)
     return [
-        Lines([*_summary_with_ground(profile), ("numbers", numbers)]),
-        Lines(landing_lines(header_lines(profile))),
+        Lines([*_summary_with_ground(profile), ("numbers", numbers), *_level_feet(remark)]),
+        Lines(landing_lines(header_lines(profile)[1:])),
         shocks_sheet(profile, bodies),
         *([parts_sheet(profile)] if profile.parts else []),
         *([bracket_sheet(profile)] if profile.robot.joint_names else []),

@@ -121,6 +121,9 @@ def _lines(summary: Summary[VariedLandings]) -> Iterator[str]:
         listed = ", ".join(f"{number} because {cause}" for number, cause in zip(counts, causes, strict=True) if number)
         left = "they are left out" if summary.evaluation.feasible else "--feasible leaves them out"
         yield f"warning: flat ground does not allow {refused} of {summary.rows} landings: {listed}; {left}"
+    if summary.tilted:
+        left = f"{summary.tilted} of {summary.rows} landings leave out feet that are level"
+        yield f"{left}, which only a small tilt does (column needs_tilt)"
     yield from (f"warning: {warning}" for warning in summary.evaluation.landings.case(0)[1].change_warnings)
     sweep = summary.evaluation.landings
     if all(varied.stage for varied in sweep.variations):  # else rows have landings of which others may say less or more

@@ -2,9 +2,11 @@
 
 With a unit of weight shared among vectors y_l (Σ|y_l| = 1), the greatest |c_l + A_l r| is nowhere below Σ y_l · (c_l + A_l r). The
 least value of this affine function over the set is a lower bound of the optimum, whichever y are taken, so that the bound does not
-depend on the accuracy of the solver, from whose dual solution y comes. For the weighted mean the condition is |y_l| ≤ w_l.
+depend on the accuracy of the solver, from whose dual solution y comes. For the weighted mean the
+condition is |y_l| ≤ w_l; where shocks have a limit, it is |y_l| ≤ w_l + m_l with any m_l ≥ 0, and Σ m_l times the limit is subtracted.
 """
 
+import math
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -84,7 +86,7 @@ def _solved(fields: Fields, cell: ConvexCell) -> tuple[Array, float] | None:
     the unit ball that its ellipsoid is the image of. r is counted from the middle of the points, in units of their size.
     """
     clarabel, sparse = _libraries()
-    n, k, m = len(fields.c), len(cell.points), len(cell.offsets)
+    n, k, m, limit = len(fields.c), len(cell.points), len(cell.offsets), fields.limit
     middle = cell.points.mean(axis=0)
     size = max(float(np.abs(cell.points - middle).max() + np.abs(cell.rounding).max()), 1e-9)
     p = (cell.points - middle) / size
@@ -102,12 +104,16 @@ def _solved(fields: Fields, cell: ConvexCell) -> tuple[Array, float] | None:
         (None, None, np.ones((1, k)), None, np.ones(1)),
         (None, None, -sparse.identity(k), None, np.zeros(k)),
         (None, -cell.normals * size, None, None, cell.normals @ middle - cell.offsets),
+        (np.eye(nt), None, None, None, np.full(nt, limit)),
         (None, None, None, ball, np.array([1.0, 0.0, 0.0, 0.0])),
         (t.reshape(4 * n, nt), turned.reshape(4 * n, 3), None, None, np.concatenate([np.zeros((n, 1)), c], axis=1).ravel()),
     ]
-    cones = [clarabel.ZeroConeT(4), clarabel.NonnegativeConeT(k + m), *[clarabel.SecondOrderConeT(4)] * (n + 1)]
+    limits = nt if math.isfinite(limit) else 0
+    cones = [clarabel.ZeroConeT(4), clarabel.NonnegativeConeT(k + m + limits), *[clarabel.SecondOrderConeT(4)] * (n + 1)]
     if not rounded:
-        del rows[4], cones[-1]
+        del rows[5], cones[-1]
+    if not limits:
+        del rows[4]
     blocks = [[None if x is None else sparse.csc_matrix(x) for x in row[: 4 if rounded else 3]] for row in rows]
     matrix, right = sparse.bmat(blocks, format="csc"), np.concatenate([row[4] for row in rows])
     width = matrix.shape[1]
@@ -125,20 +131,22 @@ def _solved(fields: Fields, cell: ConvexCell) -> tuple[Array, float] | None:
     if rounded:
         place = place + cell.rounding @ x[-3:] / max(float(np.linalg.norm(x[-3:])), 1.0)
     y, multipliers = -z[-4 * n :].reshape(n, 4)[:, 1:], np.maximum(z[4 + k : 4 + k + m], 0.0)
-    return place, _lower_bound(fields, cell, y, multipliers)
+    return place, _lower_bound(fields, cell, y, multipliers, np.maximum(z[4 + k + m : 4 + k + m + limits], 0.0))
 
 
-def _lower_bound(fields: Fields, cell: ConvexCell, y: Array, multipliers: Array) -> float:
-    """The least value over the set of the affine function that y and the half-spaces' multipliers give."""
+def _lower_bound(fields: Fields, cell: ConvexCell, y: Array, multipliers: Array, of_limits: Array) -> float:
+    """The least value over the set of the affine function that y and the multipliers of half-spaces and limits give."""
     lengths = np.linalg.norm(y, axis=1)
     if fields.weights is None:
         scale = 1.0 / max(float(lengths.sum()), 1e-300)
         y, multipliers = y * scale, multipliers * scale
     else:
-        y = y * np.minimum(1.0, fields.weights / np.maximum(lengths, 1e-300))[:, None]
+        allowed = fields.weights + of_limits if len(of_limits) else fields.weights
+        y = y * np.minimum(1.0, allowed / np.maximum(lengths, 1e-300))[:, None]
     slope = np.einsum("li,lij->j", y, fields.A) - multipliers @ cell.normals
     least = float((cell.points @ slope).min()) - float(np.linalg.norm(slope @ cell.rounding))
-    return max(0.0, float(np.sum(y * fields.c)) + float(multipliers @ cell.offsets) + least)
+    limited = float(of_limits.sum()) * fields.limit if len(of_limits) else 0.0
+    return max(0.0, float(np.sum(y * fields.c)) + float(multipliers @ cell.offsets) + least - limited)
 
 
 def _libraries() -> tuple[Any, Any]:

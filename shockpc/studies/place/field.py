@@ -4,6 +4,7 @@ For each landing, the shock at a point r of a body is the norm of an affine func
 their weighted mean are convex functions of r.
 """
 
+import math
 from typing import NamedTuple
 
 import numpy as np
@@ -21,15 +22,19 @@ class Fields(NamedTuple):
         c: (L, 3) Δv / v_in at the origin of the body's frame [1].
         A: (L, 3, 3) its derivative by the point [1/m].
         weights: (L,) of the landings, with sum 1, if places are compared by the weighted mean; None for the greatest shock.
+        limit: where places are compared by the weighted mean, the greatest shock that they may have in any landing [1].
     """
 
     c: Array
     A: Array
     weights: Array | None = None
+    limit: float = math.inf
 
     def of(self, landings: list[int]) -> "Fields":
         """The same for some of the landings; weights stay as they are."""
-        return Fields(self.c[landings], self.A[landings], None if self.weights is None else self.weights[landings])
+        return self._replace(
+            c=self.c[landings], A=self.A[landings], weights=None if self.weights is None else self.weights[landings]
+        )
 
     def vectors(self, points: Array) -> Array:
         """The vectors c + A r (..., L, 3) at points (..., 3) [m]."""

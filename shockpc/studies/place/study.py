@@ -11,7 +11,7 @@ import numpy as np
 from shockpc.core.pulse import peak_acceleration
 from shockpc.core.spatial import Array
 from shockpc.evaluation.evaluate import proven
-from shockpc.evaluation.landings import common_robot, named_scenes, refuse_ground
+from shockpc.evaluation.landings import common_robot, named_scenes, refuse_ground, with_default_landings
 from shockpc.evaluation.table import Table
 from shockpc.evaluation.variation import Vary, pairs
 from shockpc.evaluation.varied_scene import scene_grid
@@ -22,11 +22,11 @@ from shockpc.landing.scene import GRAVITY, Point, Scene
 from shockpc.quantities.profile import ShockProfile
 from shockpc.robot.robot import Robot
 from shockpc.studies.declare import study
-from shockpc.studies.place.cone import Optimum
+from shockpc.studies.place.cone import ACCURACY, Optimum
 from shockpc.studies.place.field import Fields, fields_of
 from shockpc.studies.place.groups import best_group
 from shockpc.studies.place.region import Box, Region, region_of
-from shockpc.studies.place.search import best_places
+from shockpc.studies.place.search import best_places, box
 from shockpc.text.errors import ShockError, StudyError
 from shockpc.text.names import match
 
@@ -38,6 +38,12 @@ ALTERNATIVES = 2
 
 EQUAL_SHARE = 1.0 - 1e-6
 """Share of the greatest shock from which others are equal to it, of which the first is named; rounding makes them differ."""
+
+
+EQUAL = 0.01
+"""By how much more than the least the greatest shock at a place may be, as a share of it, for the mean over landings to decide.
+
+On all level feet a robot hardly rotates, so that many places are nearly equal; the landings on some of them tell these apart."""
 
 
 class Margin(NamedTuple):
@@ -89,7 +95,9 @@ class PlaceStudy:
         places: the best place and its alternatives, or the places of several sensors that belong together; fewer than `count`
             where these already see as little as so many can.
         count: number of sensors that belong together.
-        combined: for several sensors: the number by which they are compared, from the least shock in each landing [1].
+        combined: the number by which places are compared, at the best; of several sensors of the least shock in each landing [1].
+        least: the least such number in the region; of landings on feet that are level and on some of them, the best place is that
+            of the least mean among those within 1 % of it [1].
         bound: nothing in the region is below this [1].
         assigned: (L,) for several sensors, which of them sees least in each landing.
         apart: distance of the alternatives along at least one axis [m].
@@ -106,6 +114,7 @@ class PlaceStudy:
     places: tuple[SensorPlace, ...]
     count: int
     combined: float
+    least: float
     bound: float
     assigned: np.ndarray
     apart: float
@@ -133,19 +142,20 @@ class PlaceStudy:
 
     @property
     def gap(self) -> float:
-        """Difference between what was found and what is proven to be a lower bound [1]."""
-        return max(0.0, self.combined - self.bound)
+        """Difference between the least number found and what is proven to be a lower bound [1]."""
+        return max(0.0, self.least - self.bound)
 
     @property
     def complete(self) -> bool:
         """Whether the search for several sensors ended with the optimum."""
-        return self.gap <= 1e-6 * max(self.combined, 1e-3)
+        return self.gap <= 1e-6 * max(self.least, 1e-3)
 
 
 @study(
     "shockpc place anymal_b --vary strike-angle=-30:75:4",
     more=(
-        "Without --contact the landings are those on each single foot. What counts is the greatest shock over all "
+        "Without --contact the landings are those on all level feet together, on each edge of their support, and on each "
+        "foot. What counts is the greatest shock over all "
         "landings. The optimum over the body is exact, with its gap stated; the shock at the places is proven. With "
         "--pulse and --range-g, also how much of a sensor's range is left along each axis."
     ),
@@ -231,6 +241,7 @@ def place(
     alternatives = ALTERNATIVES if alternatives is None else alternatives
     landings = named_scenes(landings)
     robot = robot or common_robot(landings)
+    landings = with_default_landings(landings, robot)
     if varied := pairs(vary):
         landings = {
             label: case for name, scene in landings.items() for label, case in scene_grid(name, scene, robot, varied).items()
@@ -251,7 +262,7 @@ def place(
         np.array([profile.v_in for profile in computed]),
         None if weights is None else _weights(names, landings, weights),
     )
-    optima, bound = _optima(fields, region, count, alternatives, apart)
+    optima, least, bound = _optima(fields, region, count, alternatives, apart, weights is None and _nested(computed))
     titles = [f"sensor {k + 1}" for k in range(len(optima))] if count > 1 else [_rank(k) for k in range(len(optima))]
     new = tuple(
         Point(frame=robot.bodies[i].name, offset=(float(one.place[0]), float(one.place[1]), float(one.place[2]))) for one in optima
@@ -260,7 +271,7 @@ def place(
     every = [*today, *(point_place(robot, point) for point in new)]
     shocks, delta_v = _proven(computed, every, new)
     combined = fields.combined(shocks)
-    least = shocks[len(today) :].min(axis=0)
+    together = shocks[len(today) :].min(axis=0)
     places = [
         SensorPlace(
             name=name,
@@ -283,7 +294,8 @@ def place(
         today=tuple(places[: len(today)]),
         places=tuple(places[len(today) :]),
         count=count,
-        combined=float(fields.combined(least)) if count > 1 else float(combined[len(today)]),
+        combined=float(fields.combined(together)) if count > 1 else float(combined[len(today)]),
+        least=least,
         bound=bound,
         assigned=shocks[len(today) :].argmin(axis=0),
         apart=apart,
@@ -322,18 +334,39 @@ def _weights(names: tuple[str, ...], landings: Iterable[str], given: Mapping[str
     return np.asarray(weights / weights.sum())
 
 
-def _optima(fields: Fields, region: Region, count: int, alternatives: int, apart: float) -> tuple[list[Optimum], float]:
+def _optima(
+    fields: Fields, region: Region, count: int, alternatives: int, apart: float, by_mean: bool
+) -> tuple[list[Optimum], float, float]:
+    """The places, the least number found and its bound. Args: by_mean, whether the mean decides among nearly equal places."""
+    outside = list(region.outside)
+
     def ranked(some: Fields, number: int) -> list[Optimum]:
-        optima = list(itertools.islice(best_places(some, region.cells, region.outside, apart), number))
-        if not optima:
+        optima = list(itertools.islice(best_places(some, region.cells, outside, apart), number))
+        if not optima and len(outside) == len(region.outside):
             raise StudyError(f"there is no place {region.text}: all of it is inside other shapes of the body, or outside the box")
         return optima
 
-    if count == 1:
-        best = ranked(fields, 1 + alternatives)
-        return best, best[0].bound
-    group = best_group(fields, min(count, len(fields.c)), lambda some: ranked(some, 1)[0])
-    return [Optimum(one, math.nan, group.bound) for one in group.places], group.bound
+    if count > 1:
+        group = best_group(fields, min(count, len(fields.c)), lambda some: ranked(some, 1)[0])
+        return [Optimum(one, math.nan, group.bound) for one in group.places], group.value, group.bound
+    optima = ranked(fields, 1 if by_mean else 1 + alternatives)
+    first, places = optima[0], list[Optimum]()
+    if not by_mean or first.value <= ACCURACY:
+        return optima, first.value, first.bound
+    mean = np.full(len(fields.c), 1.0 / len(fields.c))
+    while optima and len(places) <= alternatives:
+        limited = fields._replace(weights=mean, limit=(1.0 + EQUAL) * optima[0].value)
+        place = (ranked(limited, 1) or optima)[0].place
+        places.append(Optimum(place, float(fields.at(place[None])[0]), optima[0].bound))
+        outside.append(box(place - apart, place + apart))
+        optima = ranked(fields, 1)
+    return places, first.value, first.bound
+
+
+def _nested(profiles: Iterable[ShockProfile]) -> bool:
+    """Whether one of the landings is on some of the contacts of another, as those of feet that are level."""
+    contacts = [{contact.frame for contact in profile.scene.contact} for profile in profiles]
+    return any(one < other for one in contacts for other in contacts)
 
 
 def _asked(scenes: list[Scene]) -> tuple[Point, ...]:

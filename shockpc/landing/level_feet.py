@@ -1,0 +1,193 @@
+"""Which feet land together: those whose lowest points are level, and the landings of a robot without contacts that follow.
+
+Feet that touch one after another and stay where they are end with the same jump in any order. A robot that stands level therefore
+lands on all level feet; tilted a little, on those of an edge of their support polygon, or on a single foot. The worst of these
+landings is the worst of all subsets of the feet, or nearly so.
+"""
+
+import itertools
+from dataclasses import replace
+from typing import NamedTuple
+
+import numpy as np
+
+from shockpc.core.memo import memoized
+from shockpc.core.spatial import Array
+from shockpc.landing.closure import all_loops, assemble
+from shockpc.landing.dynamics import dynamics
+from shockpc.landing.landing import Landing, PosedLanding
+from shockpc.landing.posture import configuration, fixed_joints
+from shockpc.landing.scene import Contact, Scene
+from shockpc.landing.scene_file import check_scene, ground_normal, plane_of
+from shockpc.robot.geometry import Shape, body_outline
+from shockpc.robot.landmarks import each_foot, recognised
+from shockpc.robot.robot import Robot
+from shockpc.text.errors import SceneError
+
+STRAIGHT = 0.01
+"""Distance from an edge of the support polygon up to which a foot lies on it, as a share of the largest distance of two feet."""
+
+LIKE = ("directions", "restitution", "restitution_along", "normal", "velocity")
+"""What the feet that land together have in common with the one that is given."""
+
+
+class FootPoints(NamedTuple):
+    """Where the feet of a robot are lowest in N postures.
+
+    Attributes:
+        names: of the n feet.
+        bodies: (n,) which they belong to.
+        points: (N, n, 3) their lowest points, or the origins of their frames where a foot has no geometry, from the base [m].
+    """
+
+    names: tuple[str, ...]
+    bodies: np.ndarray
+    points: Array
+
+
+def foot_points(robot: Robot, rotation: Array, position: Array, up: Array) -> FootPoints:
+    """The lowest points of a robot's feet in N postures.
+
+    Args:
+        robot: the robot.
+        rotation: (N, nb, 3, 3) of the body frames, body to world.
+        position: (N, nb, 3) their origins, from the base [m].
+        up: (3,) unit normal of the ground, world axes.
+    """
+    feet = each_foot(robot)
+    frames, shapes = [robot.frame(name) for name in feet], _shapes_of_feet(robot)
+    points = np.empty((len(rotation), len(feet), 3))
+    for k, frame in enumerate(frames):
+        R = rotation[:, frame.body]
+        low = np.broadcast_to(frame.offset, (len(R), 3)) if not all(shapes) else _lowest(shapes[k], -up @ R)
+        points[:, k] = position[:, frame.body] + (R @ low[..., None])[..., 0]
+    return FootPoints(feet, np.array([frame.body for frame in frames], dtype=int), points)
+
+
+def feet_beside(landing: Landing, rotation: Array, position: Array, ground: Array) -> np.ndarray:
+    """Which feet (N, n) do not strike in N postures, and are as low as the contacts; none of tips that are not recognised as feet.
+
+    Args:
+        landing: names the contacts.
+        rotation: as for `foot_points`.
+        position: as for `foot_points`.
+        ground: (N,) height of the lowest contact over the base, which counts where no foot strikes [m].
+    """
+    robot = landing.robot
+    if not recognised(robot):
+        return np.zeros((len(ground), len(each_foot(robot))), dtype=bool)
+    feet = foot_points(robot, rotation, position, landing.up)
+    height, struck = feet.points @ landing.up, np.isin(feet.bodies, [contact.body for contact in landing.contacts])
+    lowest = height[:, struck].min(axis=1) if struck.any() else ground
+    return np.asarray(~struck & (np.abs(height - lowest[:, None]) <= landing.scene.ground_tolerance))
+
+
+def together(landing: PosedLanding) -> Scene | None:
+    """The landing on all level feet, where one of some of them is given: its scene with a contact more for each other foot.
+
+    These are as its first contact, at their own points. None where no other foot is level, or the landing is no drop on all feet.
+    """
+    scene = landing.scene
+    if landing.base == "fixed" or landing.stance or not landing.translates:
+        return None
+    first = landing.blocks[0]
+    ground = (landing.state.position[:, first.body] + landing.state.rotation[:, first.body] @ first.point) @ landing.up
+    beside = feet_beside(landing, landing.state.rotation, landing.state.position, ground)[0]
+    others = [foot for foot, level in zip(each_foot(landing.robot), beside.tolist(), strict=True) if level]
+    like = Contact(**{name: getattr(scene.contact[0], name) for name in LIKE}, frame="")
+    return replace(scene, contact=(*scene.contact, *(replace(like, frame=name) for name in others))) if others else None
+
+
+def default_landings(robot: Robot, scene: Scene, normal: tuple[float, float, float] | None = None) -> list[tuple[Contact, ...]]:
+    """The contacts of each landing of a robot whose scene names none.
+
+    In this order: all level feet together; those of each edge of their support polygon; each foot alone. With a fixed base or
+    standing feet, and for tips of limbs that are not recognised as feet, each one alone, without what stands.
+
+    Args:
+        robot: the robot.
+        scene: its posture, base, tolerance of the ground and standing feet.
+        normal: of the ground; vertical by default.
+
+    Raises:
+        ShockError: the scene's posture has no meaning, or no foot is left to land on.
+    """
+    scene = check_scene(scene)
+    standing = {robot.frame(name).body for name in scene.stance if name in robot.frames}
+    feet = [name for name in each_foot(robot) if robot.frame(name).body not in standing]
+    if not feet:
+        left = " besides those that stand" if standing else ""
+        example = f', such as "{robot.links[-1]}"' if not standing else ""
+        raise SceneError(
+            f'no contact is defined for robot "{robot.name}", and it has no feet{left}; name one with --contact{example}'
+        )
+    landings: list[tuple[str, ...]] = [(foot,) for foot in feet]
+    if len(feet) > 1 and not standing and (scene.base or robot.usual_base) != "fixed" and recognised(robot):
+        landings = [*_together(robot, scene, normal), *landings]
+    return [tuple(Contact(frame=name) for name in landing) for landing in landings]
+
+
+def with_contacts(scene: Scene, robot: Robot) -> list[Scene]:
+    """A scene that has contacts; of one that has none a scene for each of its `default_landings`.
+
+    Raises:
+        ShockError: as for `default_landings`.
+    """
+    return [scene] if scene.contact else [replace(scene, contact=contacts) for contacts in default_landings(robot, scene)]
+
+
+def _together(robot: Robot, scene: Scene, normal: tuple[float, float, float] | None) -> list[tuple[str, ...]]:
+    """All level feet, and those of each edge of their support polygon; nothing if a single foot is the lowest."""
+    plane, q = plane_of(scene), configuration(robot, scene.posture)
+    if loops := all_loops(robot, scene.closure):
+        q = assemble(robot, q, loops, plane, fixed_joints(robot, scene.posture, scene.assemble)).q
+    up = (
+        ground_normal(plane, scene.strike.velocity or (0.0, 0.0, -1.0))
+        if normal is None
+        else np.array(normal) / (np.linalg.norm(normal) or 1.0)
+    )
+    state = dynamics(robot, q[None])
+    feet = foot_points(robot, state.rotation, state.position, up)
+    height = feet.points[0] @ up
+    level = np.flatnonzero(height <= height.min() + scene.ground_tolerance)
+    if len(level) < 2:
+        return []
+    every = tuple(feet.names[k] for k in level)
+    return [every, *(tuple(every[k] for k in edge) for edge in _edges(feet.points[0, level], up))]
+
+
+def _edges(points: Array, up: Array) -> list[tuple[int, ...]]:
+    """The points on each edge of the polygon around some points (n, 3) over the ground; none where all lie on one line."""
+    flat = points - np.outer(points @ up, up)
+    size = float(np.linalg.norm(flat[:, None] - flat, axis=2).max())
+    edges = []
+    for i, j in itertools.combinations(range(len(flat)), 2):
+        along = flat[j] - flat[i]
+        length = float(np.linalg.norm(along))
+        if length <= STRAIGHT * size:
+            continue
+        aside = (flat - flat[i]) @ np.cross(up, along / length) / size
+        on = tuple(np.flatnonzero(np.abs(aside) <= STRAIGHT).tolist())
+        if (aside.min() >= -STRAIGHT or aside.max() <= STRAIGHT) and len(on) < len(flat):
+            edges.append(on)
+    # Of three feet on one edge each pair finds it, and perhaps without the third.
+    return list(dict.fromkeys(edge for edge in edges if not any(set(edge) < set(other) for other in edges)))
+
+
+@memoized()
+def _shapes_of_feet(robot: Robot) -> tuple[tuple[Shape, ...], ...]:
+    """The shapes of each foot: of its link, or the geom."""
+    frames, shapes = [robot.frame(name) for name in each_foot(robot)], body_outline(robot).shapes
+    return tuple(tuple(shape for shape in shapes[frame.body] if shape.belongs_to(frame)) for frame in frames)
+
+
+def _lowest(shapes: tuple[Shape, ...], down: Array) -> Array:
+    """The lowest points (N, 3) of some shapes in the body's frame [m]. Args: down, (N, 3) unit vectors in its axes."""
+    found = []
+    for shape in shapes:
+        along = down @ shape.rounding
+        length = np.linalg.norm(along, axis=1, keepdims=True)
+        corners = shape.points[(down @ shape.points.T).argmax(axis=1)]
+        found.append(corners + along / np.where(length > 0.0, length, 1.0) @ shape.rounding.T)
+    every = np.stack(found, axis=1)
+    return np.asarray(np.take_along_axis(every, np.einsum("nki,ni->nk", every, down).argmax(axis=1)[:, None, None], axis=1)[:, 0])
