@@ -14,7 +14,7 @@ from shockpc.robot.files import shared_xml
 from shockpc.robot.geometry import inflated_inertias
 from shockpc.robot.robot import Robot, RobotSource
 from shockpc.robot.slack import inertia_fault, negative_moment
-from shockpc.robot.urdf import vector
+from shockpc.robot.urdf_numbers import vector
 from shockpc.text.errors import RobotError
 from shockpc.text.printed import listed
 

@@ -22,7 +22,7 @@ from shockpc.robot.files import shared_xml
 from shockpc.robot.meshes import Mesh, hull, outer_vertices, read_mesh
 from shockpc.robot.robot import Body, Frame, Robot, RobotSource
 from shockpc.robot.tree import rotation
-from shockpc.robot.urdf import vector
+from shockpc.robot.urdf_numbers import vector
 from shockpc.text.errors import RobotError
 from shockpc.text.paths import read_file
 from shockpc.text.printed import few, listed

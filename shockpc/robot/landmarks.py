@@ -149,8 +149,17 @@ def each_foot(robot: Robot) -> tuple[str, ...]:
 
 
 def sensors(robot: Robot) -> tuple[str, ...]:
-    """Links and sites named like a sensor, on bodies that move."""
-    return tuple(f.name for f in robot.frames.values() if f.kind in ("link", "site") and f.body >= 0 and re.search(SENSOR, f.name))
+    """Links and sites that move and are named like a sensor or are IMUs by the file; a site in the place of such a link is none."""
+    found = [
+        frame
+        for frame in robot.frames.values()
+        if frame.kind in ("link", "site") and frame.body >= 0 and (re.search(SENSOR, frame.name) or frame.name in robot.imus)
+    ]
+
+    def repeats(site: Frame) -> bool:
+        return any(link.kind == "link" and link.body == site.body and np.allclose(link.offset, site.offset) for link in found)
+
+    return tuple(frame.name for frame in found if frame.kind == "link" or not repeats(frame))
 
 
 def is_foot(name: str) -> bool:

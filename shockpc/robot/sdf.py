@@ -13,7 +13,8 @@ import pinocchio as pin
 from shockpc.core.spatial import Array
 from shockpc.robot.files import parse_xml
 from shockpc.robot.robot import WORLD, RobotSource
-from shockpc.robot.urdf import build, choose, vector, with_postures
+from shockpc.robot.urdf import build, choose, with_postures
+from shockpc.robot.urdf_numbers import vector
 from shockpc.text.errors import RobotError
 from shockpc.text.printed import listed
 
