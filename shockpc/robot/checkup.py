@@ -12,9 +12,10 @@ import pinocchio as pin
 
 from shockpc.robot.files import shared_xml
 from shockpc.robot.geometry import inflated_inertias, size_text
-from shockpc.robot.robot import WORLD, Robot, RobotSource
+from shockpc.robot.robot import Robot, RobotSource
 from shockpc.robot.slack import inertia_fault, negative_moment
 from shockpc.robot.urdf_numbers import vector
+from shockpc.robot.urdf_places import AXIS
 from shockpc.robot.urdf_tags import unread
 from shockpc.text.errors import RobotError
 from shockpc.text.printed import listed
@@ -25,7 +26,7 @@ _LIGHT = 1e-6  # of the whole robot
 
 
 _NO_ARMATURE = {
-    "urdf": "none is read: no armature or rotor_inertia of <dynamics>, rotor inertia of a <transmission>, or rotor_params of an SRDF",
+    "urdf": "none is read: no armature or rotor_inertia of <dynamics>, no rotor inertia of a <transmission>, no rotor_params",
     "sdf": "none is read from the file",
     "mjcf": "no joint and no actuator on a joint has one",
     "pinocchio": "the model has none, and no rotorInertia with a rotorGearRatio",
@@ -81,8 +82,8 @@ def _read(robot: Robot, root: Element) -> Iterator[tuple[Level, str, str, str]]:
             if one.treatment == "note":
                 yield "note", "", file, one.text
         for loop in robot.loops:
-            names = listed(robot.bodies[body].name if body >= 0 else WORLD for body in loop.bodies)
-            yield "note", "", file, f'loop "{loop.name}" is closed between the bodies {names}'
+            if not loop.name.endswith(AXIS):
+                yield "note", "loop", loop.name, "read from the file, and closed in every landing"
 
 
 def _masses(robot: Robot) -> Iterator[tuple[Level, str, str, str]]:
@@ -148,7 +149,8 @@ def _about_origins(robot: Robot) -> Iterator[tuple[Level, str, str, str]]:
 def _joints(robot: Robot, root: Element) -> Iterator[tuple[Level, str, str, str]]:
     """Missing armature, followers, limits, and axes that are no unit vectors."""
     if robot.default_drives is not None:
-        text = f"no reflected inertia is read from the file: {robot.default_drives.label} are used by default; --drives none leaves them out"
+        used = f"{robot.default_drives.label} are used by default; --drives none leaves them out"
+        text = f"no reflected inertia is read from the file: {used}"
         yield "note", "", "every joint", text
     elif not robot.model.armature.any():
         text = f"zero armature ({_NO_ARMATURE[robot.source.kind]}): joints are computed without the inertia of their motors"
@@ -189,7 +191,7 @@ def _meshes(source: RobotSource, root: Element) -> Iterator[tuple[Level, str, st
             missing.append(uri.rpartition("/")[2])
     if missing:
         text = (
-            f"missing, or outside the folders that may be read: {listed(missing, 3)}; contact points and extremes over a body leave "
-            "them out, and figures draw boxes of equal inertia. Say where they are: --package NAME=DIR, or --meshes DIR"
+            f"missing, or outside the folders that may be read: {listed(missing, 3)}; contact points and extremes over a body "
+            "leave them out, and figures draw boxes of equal inertia. Say where they are: --package NAME=DIR, or --meshes DIR"
         )
         yield "warning", "", f"{len(missing)} of {len(uris)} meshes", text

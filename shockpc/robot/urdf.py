@@ -23,7 +23,7 @@ from shockpc.robot.slack import refuse_tree
 from shockpc.robot.tree import add_joint, axis_joint
 from shockpc.robot.urdf_drives import read_drives, with_rest
 from shockpc.robot.urdf_numbers import numbers, place_of, vector
-from shockpc.robot.urdf_places import add_places, read_loops
+from shockpc.robot.urdf_places import add_places, ball_joints, read_loops
 from shockpc.robot.urdf_tags import unread
 from shockpc.text.errors import RobotError
 from shockpc.text.printed import listed
@@ -120,8 +120,15 @@ def build(source: RobotSource, chosen: None = None) -> Robot:
     inertias = {name: _inertia(link, f'link "{name}"') for name, link in links.items()}
     if not any(inertia.mass > 0 for inertia in inertias.values()):
         raise RobotError("no link has mass, so the robot has no mass; give at least one link an <inertial>")
+    balls = ball_joints(root, order, joints, {name: inertia.mass for name, inertia in inertias.items()})
+    joints |= {name: _fixed(joints[name]) for name in balls}
     model = _model(order, joints, inertias)
     mimics, notes = _mimics(joints)
+    if balls:
+        notes.append(
+            f"joints {listed(balls, 4)} move nothing with mass and end in a loop: with it they are computed as a ball joint, which "
+            "holds its point"
+        )
     carried = [joint for joint, parent in enumerate(model.parents) if parent == 1]
     kind = joints[model.names[carried[0]]].get("type") if len(carried) == 1 else ""
     if kind in ("floating", "planar") and (next(iter(order)) == WORLD or not model.inertias[1].mass):
@@ -150,7 +157,7 @@ def build(source: RobotSource, chosen: None = None) -> Robot:
         gear_ratios=drives.gear_ratios,
         imus=imus,
     )
-    loops, left_open = read_loops(root, robot)
+    loops, left_open = read_loops(root, robot, set(balls.values()))
     return replace(robot, loops=loops, notes=(*robot.notes, *left_open)) if loops or left_open else robot
 
 
@@ -214,6 +221,13 @@ def _carriers_first(links: dict[str, Element], joints: dict[str, Element]) -> _O
         )
     refuse_tree({link: carrier for link, (_, carrier) in order.items()})
     return order
+
+
+def _fixed(joint: Element) -> Element:
+    """The same joint without its freedom."""
+    fixed = copy.copy(joint)
+    fixed.attrib = joint.attrib | {"type": "fixed"}
+    return fixed
 
 
 def _model(order: _Order, joints: dict[str, Element], inertias: dict[str, pin.Inertia], base: str = "") -> pin.Model:

@@ -1,6 +1,6 @@
 """What a URDF holds beside links and joints that is part of the robot: named places, and joints that close loops."""
 
-from collections.abc import Iterator
+from collections.abc import Container, Iterator, Mapping
 from xml.etree.ElementTree import Element, SubElement
 
 import numpy as np
@@ -12,6 +12,9 @@ from shockpc.robot.urdf_numbers import place_of, vector
 
 LEVER = 0.1
 """Distance along the axis of a hinge at which a loop holds a second point, so that its axes stay aligned [m]."""
+
+AXIS = " (axis)"
+"""End of the name of a loop that holds this second point."""
 
 _HINGES, _BALLS = ("revolute", "continuous"), ("spherical", "ball")
 _OPEN = "so the loop is left open: its bodies move as if nothing held them together"
@@ -79,11 +82,53 @@ def _pose(pose: Element | None) -> pin.SE3 | None:
     return pin.SE3(pin.rpy.rpyToMatrix(np.radians(values[3:]) if degrees else values[3:]), values[:3])
 
 
-def read_loops(root: Element, robot: Robot) -> tuple[tuple[Loop, ...], tuple[str, ...]]:
+def ball_joints(
+    root: Element, order: Mapping[str, tuple[str, str]], joints: Mapping[str, Element], masses: Mapping[str, float]
+) -> dict[str, str]:
+    """The joints that are parts of a ball joint which a loop closes, by name, with the name of that loop.
+
+    A rod with a ball joint at its end is written as links without mass, whose joints have their axes through one point, and a loop
+    there. By themselves such links can turn without resistance; with the loop these joints hold the point and nothing else.
+
+    Args:
+        root: the <robot>.
+        order: the joint above each link, and the link that carries it, carriers first.
+        joints: by name.
+        masses: of the links [kg].
+    """
+    carried = dict(masses)
+    for link, (_, carrier) in reversed(order.items()):
+        if carrier:
+            carried[carrier] += carried[link]
+    parts: dict[str, str] = {}
+    for loop in root.findall("loop_joint"):
+        kind = loop.get("type") or ("spherical" if loop.find("axis") is None else "revolute")
+        free = {**dict.fromkeys(_HINGES, 1), **dict.fromkeys(_BALLS, 3)}.get(kind, 0)
+        for end in (end for end in loop if end.tag in ("link1", "link2") and end.get("link") in order):
+            link, place, chain = end.get("link", ""), _placed(end, loop), list[str]()
+            while not carried[link] and order[link][0]:
+                joint = joints[order[link][0]]
+                if joint.get("type") != "fixed":
+                    if joint.get("type") not in _HINGES or np.abs(place.translation).max() > 1e-9:
+                        break
+                    chain.append(order[link][0])
+                link, place = order[link][1], place_of(joint, "joint") * place
+            else:
+                if len(chain) + free >= 3:
+                    parts |= dict.fromkeys(chain, loop.get("name", ""))
+    return parts
+
+
+def read_loops(root: Element, robot: Robot, balls: Container[str]) -> tuple[tuple[Loop, ...], tuple[str, ...]]:
     """The loops that <loop_joint> of Isaac Sim and Drake and <drake:ball_constraint> close, and a warning for each left open.
 
     A <loop_joint> joins a frame on each of two links, at xyz and rpy of its <link1> and <link2>. Without a type it is a hinge if it
     has an axis, as in Drake, and a ball joint if not. The axis is the same in both frames, (1, 0, 0) where none is written.
+
+    Args:
+        root: the <robot>.
+        robot: it, without loops.
+        balls: names of the loops that are ball joints with the joints before them, as `ball_joints` finds them.
 
     Returns: the loops, of a hinge two each; and the warnings.
     """
@@ -104,7 +149,7 @@ def read_loops(root: Element, robot: Robot) -> tuple[tuple[Loop, ...], tuple[str
             warnings.append(f'loop_joint "{name}" {fault}, {_OPEN}')
             continue
         a, b = (_end(robot.frames[link], _placed(end, joint)) for link, end in zip(links, ends, strict=True))
-        loops += _closed(name, kind, a, b, direction / np.linalg.norm(direction))
+        loops += _closed(name, "ball" if name in balls else kind, a, b, direction / np.linalg.norm(direction))
     for number, constraint in enumerate(root.findall("drake:ball_constraint"), start=1):
         name = constraint.get("name") or f"ball_constraint_{number}"
         parts = {part.tag.removeprefix("drake:ball_constraint_"): part for part in constraint}
@@ -156,4 +201,4 @@ def _closed(name: str, kind: str, a: tuple[int, pin.SE3], b: tuple[int, pin.SE3]
         return [loop(name, np.zeros(3), across, True)]
     first = loop(name, np.zeros(3), np.eye(3), kind == "fixed")
     # A second point on the axis, held across it, keeps the axes of a hinge aligned.
-    return [first, loop(f"{name} (axis)", LEVER * axis, across)] if kind in _HINGES else [first]
+    return [first, loop(f"{name}{AXIS}", LEVER * axis, across)] if kind in _HINGES else [first]
