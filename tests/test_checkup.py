@@ -180,7 +180,7 @@ FOUND: dict[str, list[tuple[str, str, str]]] = {
     # Inertias that no body has are MuJoCo's to refuse.
     LOST_MJCF: [
         ("warning", "1 of 1 meshes", LOST.format('"a.stl"')),
-        ("note", "every joint", "zero armature (no joint gives one): joints are"),
+        ("note", "every joint", "zero armature (no joint and no actuator on a joint has one): joints are"),
     ],
     LOST_MJCF.replace(HINGE, HINGE.replace("/>", ' armature="0.1"/>')): [("warning", "1 of 1 meshes", LOST.format('"a.stl"'))],
 }  # fmt: skip

@@ -97,8 +97,8 @@ def ball_joints(
         masses: of the links [kg].
     """
     carried = dict(masses)
-    for link, (_, carrier) in reversed(order.items()):
-        if carrier:
+    for link in reversed(list(order)):
+        if carrier := order[link][1]:
             carried[carrier] += carried[link]
     parts: dict[str, str] = {}
     for loop in root.findall("loop_joint"):
