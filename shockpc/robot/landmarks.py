@@ -57,8 +57,14 @@ def standing_posture(robot: Robot) -> str:
 def _heights(robot: Robot, posture: str) -> dict[str, float]:
     """Height of every link, site and geom that moves, in a posture [m]; empty where none is above another."""
     q = pin.normalize(robot.model, np.array(robot.postures.get(posture, robot.start)))
-    places, moving = robot.body_placements(q), (f for f in robot.frames.values() if f.kind != "joint" and f.body >= 0)
+    places = robot.body_placements(q)
+    moving = (f for f in robot.frames.values() if f.kind != "joint" and f.body >= 0 and not _marks(robot, f))
     return {frame.name: float(places[frame.body].act(frame.offset)[2]) for frame in moving}
+
+
+def _marks(robot: Robot, frame: Frame) -> bool:
+    """Whether a frame is a named place of a URDF, whose links say what is a foot; in an MJCF sites and geoms do so."""
+    return robot.source.kind == "urdf" and frame.kind == "site"
 
 
 def _limbs(robot: Robot) -> list[int]:
@@ -126,7 +132,8 @@ def feet(robot: Robot) -> tuple[str, ...]:
     links = tuple(link for link in robot.links if re.search(FOOT, link) and not re.search(SENSOR, link))
     if links and (named_links := _ends(robot, links)):
         return named_links
-    places = [f for f in robot.frames.values() if f.kind in ("site", "geom") and f.body >= 0 and not re.search(SENSOR, f.name)]
+    sites = [f for f in robot.frames.values() if f.kind in ("site", "geom") and f.body >= 0 and not _marks(robot, f)]
+    places = [f for f in sites if not re.search(SENSOR, f.name)]
     named = {place.body: place.name for place in reversed(places) if re.search(FOOT, place.name)}
     if named and (named_places := _ends(robot, tuple(named[body] for body in sorted(named)))):
         return named_places

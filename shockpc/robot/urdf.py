@@ -139,6 +139,11 @@ def build(source: RobotSource, chosen: None = None) -> Robot:
                 f'joint "{base}" is planar and carries the whole robot, so it is computed as a floating base; '
                 "--base planar keeps it in the plane of the study"
             )
+    limited = [name for name, joint in joints.items() if joint.get("type") == "continuous" and _limits(joint)]
+    if limited and root.get("version") == "1.2":
+        notes.append(
+            f"joints {listed(limited, 4)} are continuous and have limits, as version 1.2 of URDF allows; they are not read"
+        )
     drives = read_drives(root, joints, model)
     imus, unplaced = add_places(root, model)
     model.name, start = source.robot_name, pin.neutral(model)
@@ -250,7 +255,7 @@ def _model(order: _Order, joints: dict[str, Element], inertias: dict[str, pin.In
                 limit = joint.find("limit")
                 if joint.get("type") in ("revolute", "prismatic"):
                     # A file without either, which URDF reads as zero, says nothing of limits: no joint is meant that cannot move.
-                    known = limit is not None and {"lower", "upper"} & set(limit.keys())
+                    known = _limits(joint)
                     for bounds, key, least in (
                         (model.lowerPositionLimit, "lower", -np.inf),
                         (model.upperPositionLimit, "upper", np.inf),
@@ -262,6 +267,11 @@ def _model(order: _Order, joints: dict[str, Element], inertias: dict[str, pin.In
         frame = pin.Frame(link, places[link][0], model.nframes - 1, places[link][1], pin.FrameType.BODY, inertias[link])
         frames[link] = model.addFrame(frame)
     return model
+
+
+def _limits(joint: Element) -> set[str]:
+    """Which of its limits a joint has."""
+    return {"lower", "upper"} & {key for limit in joint.findall("limit")[:1] for key in limit.attrib}
 
 
 def _inertia(link: Element, subject: str) -> pin.Inertia:

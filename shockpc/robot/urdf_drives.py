@@ -89,7 +89,11 @@ def read_drives(root: Element, joints: dict[str, Element], model: pin.Model) -> 
         elif written:
             give(ratios, names[0], "gear ratio", ratio)
     for name, inertia in inertias.items():
-        model.armature[_velocities(model, name)] = inertia
+        v = _velocities(model, name)
+        if v.stop - (v.start or 0) > 1:
+            warnings.append(f'joint "{name}" has a reflected inertia and several degrees of freedom, so it is not read')
+        else:
+            model.armature[v] = inertia
     moving = {name for name in joints if model.existJointName(name) and model.nvs[model.getJointId(name)] == 1}
     return UrdfDrives(
         {name: k for name, k in springs.items() if name in moving},
