@@ -179,7 +179,7 @@ FOOT:: --plane xy --strike-angle 10 | --plane 0,0,-2 --strike-angle=-0.5 => no s
 FOOT:: --armature knee=-1 | --rotor knee=1e-4:9:0 | --joint-stiffness knee=0 => has to be above zero and at most 1e+12
 FOOT:: --armature root_joint=1 | --lock root_joint => joint "root_joint" of robot "stick" floats, so it has no drive
 FOOT:: --joints locked --armature knee=0.1 => is locked, so a reflected inertia or a spring changes nothing there
-FOOT:: --rotor knee=1e-4 => has no gear ratio, and the file gives none; add it: --rotor knee=INERTIA:RATIO
+FOOT:: --rotor knee=1e-4 => has no gear ratio, and none is read of this joint from the file; add it: --rotor knee=INERTIA:RATIO
 FOOT:: --rotor knee=1:2:3:4 => is not JOINT=INERTIA[:RATIO[:STIFFNESS]]
 FOOT:: --pulse square:5ms => there is no pulse shape "square"; valid are half-sine, saw-tooth, haversine, rectangle
 FOOT:: --pulse half-sine:0ms => a pulse of length "0ms" is not above zero

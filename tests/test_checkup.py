@@ -15,8 +15,8 @@ from shockpc.studies.sweep import sweep
 FREE = Finding(
     "note",
     "every joint",
-    "zero armature (the URDF gives none): joints are computed without the inertia of their motors; "
-    "with geared or locked joints the shock is different",
+    "zero armature (none is read: no armature or rotor_inertia of <dynamics>, no rotor inertia of a <transmission>, no "
+    "rotor_params): joints are computed without the inertia of their motors; with geared or locked joints the shock is different",
 )
 
 
@@ -33,7 +33,7 @@ def test_sound_robots_have_no_finding_but_the_armature(name: str):
     if robot.default_drives is None:
         assert finding == FREE
     else:
-        assert finding.text.startswith(f"no reflected inertia in the file: drives of {name}, ")
+        assert finding.text.startswith(f"no reflected inertia is read from the file: drives of {name}, ")
 
 
 PLATE = inertia("0.1", "0.1", "0.3")
@@ -114,7 +114,7 @@ MESHES = "".join(
     f'<visual><geometry><mesh filename="{name}"/></geometry></visual>'
     for name in ("here.stl", "package://dog/a.stl", "../b.stl", "c.stl", "d.stl", "d.stl")
 )
-LOST = "missing, or outside the folders that may be read: {}; figures draw boxes of equal inertia instead, no number changes"
+LOST = "missing, or outside the folders that may be read: {}; contact points and extremes over a body leave them out"
 SHELL = '<link name="shell"><visual><geometry><sphere radius="1"/></geometry></visual></link><link name="frame"/>'
 SENSOR = link("sensor", "0.01", inertia("0.001", "0.001", "0.003"))
 LOST_MJCF = mjcf(floating(body("b", BODY, HINGE)), '<compiler meshdir="meshes"/><asset><mesh name="m" file="a.stl"/></asset>')
@@ -152,8 +152,8 @@ FOUND: dict[str, list[tuple[str, str, str]]] = {
     ],
     urdf(link("base", "2"), link("tip", "0.01"), link("dust", "1e-7"), joint("j", "base", "tip"), joint("k", "base", "dust")): [
         ("warning", 'body "dust"', "1e-07 kg is less than a millionth of the robot's 2.01 kg; if it is a placeholder"),
-        ("warning", 'link "tip"', "its moments of inertia have a radius of gyration of 3.16 m, and the robot measures"),
-        ("warning", 'link "dust"', "its moments of inertia have a radius of gyration of 1e+03 m, and the robot measures"),
+        ("warning", 'link "tip"', "its moments of inertia have a radius of gyration of 3.16 m, and without shapes"),
+        ("warning", 'link "dust"', "its moments of inertia have a radius of gyration of 1e+03 m, and without shapes"),
     ],
     # A link that can be seen and weighs nothing is noted; a bare frame is not.
     arm().replace("</robot>", f"{SHELL}{joint('s', 'tip', 'shell', 'fixed')}{joint('f', 'tip', 'frame', 'fixed')}</robot>"): [
@@ -180,7 +180,7 @@ FOUND: dict[str, list[tuple[str, str, str]]] = {
     # Inertias that no body has are MuJoCo's to refuse.
     LOST_MJCF: [
         ("warning", "1 of 1 meshes", LOST.format('"a.stl"')),
-        ("note", "every joint", "zero armature (no joint gives one): joints are"),
+        ("note", "every joint", "zero armature (no joint and no actuator on a joint has one): joints are"),
     ],
     LOST_MJCF.replace(HINGE, HINGE.replace("/>", ' armature="0.1"/>')): [("warning", "1 of 1 meshes", LOST.format('"a.stl"'))],
 }  # fmt: skip

@@ -103,7 +103,12 @@ def joint_model(robot: Robot, joints: Joints) -> JointModel:
         for name in (pattern,) if motor.gear_ratio is not None else robot.match_joints(pattern):
             ratio = robot.gear_ratios.get(name) if motor.gear_ratio is None else motor.gear_ratio
             if ratio is None:
-                message = f'the rotor of "{name}" has no gear ratio, and the file gives none; add it: --rotor {name}=INERTIA:RATIO'
+                given = robot.model.armature[robot.joint(name).v].any()
+                read = "a reflected inertia and not its ratio" if given else "none"
+                message = (
+                    f'the rotor of "{name}" has no gear ratio, and {read} is read of this joint from the file; '
+                    f"add it: --rotor {name}=INERTIA:RATIO"
+                )
                 raise SceneError(message, joints=[name])
             given.append((name, ratio**2 * motor.inertia, k))
     for pattern, inertia, k in given:

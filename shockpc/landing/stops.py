@@ -81,7 +81,7 @@ def striking_stop(robot: Robot, contact: Contact, q: Array, rates: Array) -> Blo
     limit = joint.limits[rate > 0.0]
     if side not in sides_of(joint, value):
         size, unit = (1.0, "m") if joint.kind == "prismatic" else (math.degrees(1.0), "deg")
-        where = f"its stop is at {size * limit:.6g} {unit}" if math.isfinite(limit) else "its file gives no limit there"
+        where = f"its stop is at {size * limit:.6g} {unit}" if math.isfinite(limit) else "no limit is read there from its file"
         raise refused(
             f'joint "{name}" is at {size * value:.6g} {unit} and moves {"up" if rate > 0.0 else "down"}, but {where}; set it there '
             "with --set, or let it move the other way"

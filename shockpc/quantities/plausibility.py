@@ -12,7 +12,7 @@ from shockpc.landing.record import spelled
 from shockpc.landing.rows import NO_AXES, block_point, row_jacobian
 from shockpc.landing.scene import Contact
 from shockpc.quantities.heights import levels, on_ground
-from shockpc.robot.geometry import body_outline, inflated_inertias
+from shockpc.robot.geometry import body_outline, inflated_inertias, size_text
 from shockpc.text.diagnostic import Diagnostic
 from shockpc.text.printed import few, listed
 
@@ -136,12 +136,12 @@ def inertias(profile: "ShockProfile") -> Iterator[Diagnostic]:
     """A warning of links with moments of inertia that no body within the robot has: placeholders, or another unit."""
     links = sorted(inflated_inertias(profile.robot), key=lambda one: -one[1])
     if links:
-        radii = few([f'"{name}" ({radius:.3g} m)' for name, radius, _ in links], 4)
+        radii = few([f'"{name}" ({radius:.3g} m)' for name, radius in links], 4)
         text = (
-            f"the radius of gyration of {radii} is above the size of the robot, {links[0][2]:.3g} m: a placeholder, or moments in "
+            f"the radius of gyration of {radii} is too large, as {size_text(profile.robot)}: a placeholder, or moments in "
             "another unit than kg m²; what moves with such a link hardly turns, so every shock is wrong; correct the file"
         )
-        yield Diagnostic("inertia", "+".join(name for name, *_ in links), links[0][1], text)
+        yield Diagnostic("inertia", "+".join(name for name, _ in links), links[0][1], text)
 
 
 def masses(profile: "ShockProfile") -> Iterator[Diagnostic]:

@@ -197,7 +197,7 @@ def _change_armature(robot: Robot, model: pin.Model, drives: Drives | None, chan
         freeze(drives)
     given = model.armature[chosen].any() or (drives is not None and (drives.armature + drives.rotor)[chosen].any())
     if change.factor and not given:
-        reason = f'the file of robot "{robot.name}" gives these joints no reflected inertia'
+        reason = f'these joints of robot "{robot.name}" have no reflected inertia'
         raise StudyError(
             f"change {change} has no effect, because {reason}; give a number, such as armature:{change.pattern}=0.01",
             joints=robot.match_joints(change.pattern),

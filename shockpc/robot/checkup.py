@@ -11,16 +11,27 @@ import numpy as np
 import pinocchio as pin
 
 from shockpc.robot.files import shared_xml
-from shockpc.robot.geometry import inflated_inertias
+from shockpc.robot.geometry import inflated_inertias, size_text
 from shockpc.robot.robot import Robot, RobotSource
 from shockpc.robot.slack import inertia_fault, negative_moment
-from shockpc.robot.urdf import vector
+from shockpc.robot.urdf_numbers import vector
+from shockpc.robot.urdf_places import AXIS
+from shockpc.robot.urdf_tags import unread
 from shockpc.text.errors import RobotError
 from shockpc.text.printed import listed
 
 _HEAVY = 500.0  # times the next heaviest body; grams read as kilograms stand out like this, a quadrotor's hull does not
 _SEVERAL = 3  # links of different masses, of which one or two may look like anything
 _LIGHT = 1e-6  # of the whole robot
+
+
+_NO_ARMATURE = {
+    "urdf": "none is read: no armature or rotor_inertia of <dynamics>, no rotor inertia of a <transmission>, no rotor_params",
+    "sdf": "none is read from the file",
+    "mjcf": "no joint and no actuator on a joint has one",
+    "pinocchio": "the model has none, and no rotorInertia with a rotorGearRatio",
+}
+"""What was looked for, by the kind of the file."""
 
 
 Level: TypeAlias = Literal["error", "warning", "note"]
@@ -45,7 +56,7 @@ def check_robot(robot: Robot) -> tuple[Finding, ...]:
     root = shared_xml(robot.source.xml, robot.source.path.name)
     names_by_text: dict[tuple[Level, str, str], list[str]] = {}
     implausible = (
-        *_read(robot),
+        *_read(robot, root),
         *_masses(robot),
         *_links(robot, root),
         *_about_origins(robot),
@@ -61,10 +72,18 @@ def check_robot(robot: Robot) -> tuple[Finding, ...]:
     return tuple(sorted(findings, key=lambda finding: ("error", "warning", "note").index(finding.level)))
 
 
-def _read(robot: Robot) -> Iterator[tuple[Level, str, str, str]]:
+def _read(robot: Robot, root: Element) -> Iterator[tuple[Level, str, str, str]]:
+    """What the reader of the file warns of, what it leaves out for a reason, and the loops that a URDF closes."""
     file = robot.source.path.name
     for warning in (*robot.source.warnings, *robot.notes):
         yield "warning", "", file, warning.removeprefix(f"{file}: ")
+    if robot.source.kind == "urdf":
+        for one in unread(root):
+            if one.treatment == "note":
+                yield "note", "", file, one.text
+        for loop in robot.loops:
+            if not loop.name.endswith(AXIS):
+                yield "note", "loop", loop.name, "read from the file, and closed in every landing"
 
 
 def _masses(robot: Robot) -> Iterator[tuple[Level, str, str, str]]:
@@ -98,8 +117,8 @@ def _links(robot: Robot, root: Element) -> Iterator[tuple[Level, str, str, str]]
                 if negative_moment(frame.inertia.mass, frame.inertia.inertia):
                     computed += ", except where the inertia matrix is not positive definite"
                 yield "warning", "link", frame.name, f"{fault}; {computed}"
-    for name, radius, size in inflated_inertias(robot):
-        text = f"its moments of inertia have a radius of gyration of {radius:.3g} m, and the robot measures {size:.3g} m"
+    for name, radius in inflated_inertias(robot):
+        text = f"its moments of inertia have a radius of gyration of {radius:.3g} m, and {size_text(robot)}"
         yield "warning", "link", name, f"{text}; if they are placeholders, every shock is wrong"
     for link in root.findall("link"):
         if link.find("inertial") is None and (link.find("visual") is not None or link.find("collision") is not None):
@@ -130,11 +149,11 @@ def _about_origins(robot: Robot) -> Iterator[tuple[Level, str, str, str]]:
 def _joints(robot: Robot, root: Element) -> Iterator[tuple[Level, str, str, str]]:
     """Missing armature, followers, limits, and axes that are no unit vectors."""
     if robot.default_drives is not None:
-        text = f"no reflected inertia in the file: {robot.default_drives.label} are used by default; --drives none leaves them out"
+        used = f"{robot.default_drives.label} are used by default; --drives none leaves them out"
+        text = f"no reflected inertia is read from the file: {used}"
         yield "note", "", "every joint", text
     elif not robot.model.armature.any():
-        reason = "the URDF gives none" if robot.source.kind == "urdf" else "no joint gives one"
-        text = f"zero armature ({reason}): joints are computed without the inertia of their motors"
+        text = f"zero armature ({_NO_ARMATURE[robot.source.kind]}): joints are computed without the inertia of their motors"
         yield "note", "", "every joint", f"{text}; with geared or locked joints the shock is different"
     for joint in robot.single_joints:
         if joint.name in robot.gear_ratios:
@@ -172,8 +191,8 @@ def _meshes(source: RobotSource, root: Element) -> Iterator[tuple[Level, str, st
             missing.append(uri.rpartition("/")[2])
     if missing:
         text = (
-            f"missing, or outside the folders that may be read: {listed(missing, 3)}; figures draw boxes of equal inertia instead, "
-            "and a contact on a link without other geometry strikes at the origin of its frame. Say where they are: "
-            "--package NAME=DIR, or --meshes DIR"
+            f"missing, or outside the folders that may be read: {listed(missing, 3)}; a contact on a link without other geometry "
+            "strikes at the origin of its frame, extremes over a body leave them out, and figures draw boxes of equal inertia. Say "
+            "where they are: --package NAME=DIR, or --meshes DIR"
         )
         yield "warning", "", f"{len(missing)} of {len(uris)} meshes", text

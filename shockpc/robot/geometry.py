@@ -22,7 +22,7 @@ from shockpc.robot.files import shared_xml
 from shockpc.robot.meshes import Mesh, hull, outer_vertices, read_mesh
 from shockpc.robot.robot import Body, Frame, Robot, RobotSource
 from shockpc.robot.tree import rotation
-from shockpc.robot.urdf import vector
+from shockpc.robot.urdf_numbers import vector
 from shockpc.text.errors import RobotError
 from shockpc.text.paths import read_file
 from shockpc.text.printed import few, listed
@@ -36,8 +36,11 @@ _URDF_SIZES = {
     "sphere": (("radius", 1, 1.0),),
     "cylinder": (("radius", 1, 1.0), ("length", 1, 0.5)),
     "capsule": (("radius", 1, 1.0), ("length", 1, 0.5)),
+    "ellipsoid": (("a", 1, 1.0), ("b", 1, 1.0), ("c", 1, 1.0)),
 }
 """Attributes, how many numbers each holds, and what makes of them the sizes that MuJoCo has."""
+_NO_SHAPES = ("declare_convex", "material", "proximity_properties")
+"""What may stand beside a shape in the geometry of a URDF."""
 _SIZES = {"box": 3, "sphere": 1, "cylinder": 2, "capsule": 2, "ellipsoid": 3}
 _MJCF_PRIMITIVES = {2: "sphere", 3: "capsule", 4: "ellipsoid", 5: "cylinder", 6: "box"}  # mjtGeom
 _MJCF_MESH = 7
@@ -208,8 +211,8 @@ def robot_size(robot: Robot, shapes: bool = True) -> float:
     return float(np.linalg.norm(np.ptp(np.concatenate(corners), axis=0)))
 
 
-def inflated_inertias(robot: Robot) -> tuple[tuple[str, float, float], ...]:
-    """Links whose moments of inertia no body within the robot can have, with the radius of gyration and the robot's size [m].
+def inflated_inertias(robot: Robot) -> tuple[tuple[str, float], ...]:
+    """Links whose moments of inertia no body within the robot can have, with the radius of gyration [m].
 
     Mass that lies within a robot is nowhere farther from its centre than the robot is large. Moments too small to matter are left
     out, such as those of a sensor's placeholder. Meshes are read only where the frames alone leave a link in doubt.
@@ -221,7 +224,15 @@ def inflated_inertias(robot: Robot) -> tuple[tuple[str, float, float], ...]:
     size = robot_size(robot) if any(body_outline(robot).shapes) else UNKNOWN * max(robot_size(robot, False), SMALL)
     large = [(name, *inertias[name]) for name, k in radius.items() if k > size]
     least = {name: NEGLIGIBLE * robot.model.inertias[joint].mass * size**2 for name, _, joint in large}
-    return tuple((name, radius[name], size) for name, rigid, joint in large if joint and np.trace(rigid.inertia) > least[name])
+    return tuple((name, radius[name]) for name, rigid, joint in large if joint and np.trace(rigid.inertia) > least[name])
+
+
+def size_text(robot: Robot) -> str:
+    """How large a robot is and what that was measured on, for messages."""
+    what = (
+        "the robot measures" if any(body_outline(robot).shapes) else "without shapes, the robot's frames and centres of mass span"
+    )
+    return f"{what} {robot_size(robot):.3g} m"
 
 
 def _outline_kind(source: RobotSource) -> GeometryKind:
@@ -288,7 +299,7 @@ def _urdf_shapes(root: Element, kind: GeometryKind, load: Loader, turn: Array, o
     for link in root.findall("link"):
         name = link.get("name", "")
         for element in link.findall(kind) if only in (None, name) else ():
-            shape = element.find("geometry/*")
+            shape = next((part for part in element.iterfind("geometry/*") if part.tag.rpartition(":")[2] not in _NO_SHAPES), None)
             uri = "" if shape is None else shape.get("filename", "")
             try:
                 xyz, rpy = (_numbers(element.find("origin"), key, 3, "0 0 0") for key in ("xyz", "rpy"))
@@ -298,8 +309,9 @@ def _urdf_shapes(root: Element, kind: GeometryKind, load: Loader, turn: Array, o
                     read, scale = load(uri), _numbers(shape, "scale", 3, "1 1 1")
                     found = _mesh(name, read, scale[:, None] * (turn if read[0].y_up else np.eye(3)), np.zeros(3))
                 else:
-                    sizes = [factor * _numbers(shape, key, size) for key, size, factor in _URDF_SIZES.get(shape.tag, ())]
-                    found = _primitive(name, shape.tag, np.concatenate([*sizes, np.zeros(0)]))
+                    primitive = shape.tag.removeprefix("drake:")
+                    sizes = [factor * _numbers(shape, key, size) for key, size, factor in _URDF_SIZES.get(primitive, ())]
+                    found = _primitive(name, primitive, np.concatenate([*sizes, np.zeros(0)]))
                 yield _checked(found.placed(pin.rpy.rpyToMatrix(rpy), xyz))
             except (RobotError, ValueError) as refusal:
                 yield Unread(name, uri, str(refusal))

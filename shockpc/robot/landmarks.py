@@ -57,8 +57,14 @@ def standing_posture(robot: Robot) -> str:
 def _heights(robot: Robot, posture: str) -> dict[str, float]:
     """Height of every link, site and geom that moves, in a posture [m]; empty where none is above another."""
     q = pin.normalize(robot.model, np.array(robot.postures.get(posture, robot.start)))
-    places, moving = robot.body_placements(q), (f for f in robot.frames.values() if f.kind != "joint" and f.body >= 0)
+    places = robot.body_placements(q)
+    moving = (f for f in robot.frames.values() if f.kind != "joint" and f.body >= 0 and not _marks(robot, f))
     return {frame.name: float(places[frame.body].act(frame.offset)[2]) for frame in moving}
+
+
+def _marks(robot: Robot, frame: Frame) -> bool:
+    """Whether a frame is a named place of a URDF, whose links say what is a foot; in an MJCF sites and geoms do so."""
+    return robot.source.kind == "urdf" and frame.kind == "site"
 
 
 def _limbs(robot: Robot) -> list[int]:
@@ -122,7 +128,8 @@ def _feet_or_tips(robot: Robot) -> tuple[tuple[str, ...], bool]:
     links = tuple(link for link in robot.links if re.search(FOOT, link) and not re.search(SENSOR, link))
     if links and (named_links := _ends(robot, links)):
         return named_links, True
-    places = [f for f in robot.frames.values() if f.kind in ("site", "geom") and f.body >= 0 and not re.search(SENSOR, f.name)]
+    sites = [f for f in robot.frames.values() if f.kind in ("site", "geom") and f.body >= 0 and not _marks(robot, f)]
+    places = [f for f in sites if not re.search(SENSOR, f.name)]
     named = {place.body: place.name for place in reversed(places) if re.search(FOOT, place.name)}
     if named and (named_places := _ends(robot, tuple(named[body] for body in sorted(named)))):
         return named_places, True
@@ -159,8 +166,17 @@ def each_foot(robot: Robot) -> tuple[str, ...]:
 
 
 def sensors(robot: Robot) -> tuple[str, ...]:
-    """Links and sites named like a sensor, on bodies that move."""
-    return tuple(f.name for f in robot.frames.values() if f.kind in ("link", "site") and f.body >= 0 and re.search(SENSOR, f.name))
+    """Links and sites that move and are named like a sensor or are IMUs by the file; a site in the place of such a link is none."""
+    found = [
+        frame
+        for frame in robot.frames.values()
+        if frame.kind in ("link", "site") and frame.body >= 0 and (re.search(SENSOR, frame.name) or frame.name in robot.imus)
+    ]
+
+    def repeats(site: Frame) -> bool:
+        return any(link.kind == "link" and link.body == site.body and np.allclose(link.offset, site.offset) for link in found)
+
+    return tuple(frame.name for frame in found if frame.kind == "link" or not repeats(frame))
 
 
 def is_foot(name: str) -> bool:

@@ -226,7 +226,7 @@ class Robot:
             there.
         postures: reference configurations by name, each (nq,).
         mimics: joints that follow others, each after the one that it follows.
-        loops: what the file holds together beside the tree (MJCF connect and weld).
+        loops: what the file holds together beside the tree (MJCF connect and weld, loop joints of a URDF).
         notes: warnings of the file's reader, without the file's name.
         change_warnings: of what was changed after it was loaded.
         springs: stiffness of the joints that the file gives a spring at the joint [N m/rad, N/m].
@@ -234,6 +234,7 @@ class Robot:
         gear_ratios: by joint, where the file gives a ratio without the inertia of the rotor [1].
         default_drives: of a robot of the catalogue whose file gives no reflected inertia; None where none are known.
         welded: whether the file welds the base, which could move freely, to the world; its postures have it where it is held.
+        imus: names of the places that the file says are those of IMUs, whatever they are called.
     """
 
     source: RobotSource
@@ -249,6 +250,7 @@ class Robot:
     gear_ratios: Mapping[str, float] = field(default_factory=dict)
     default_drives: Drives | None = None
     welded: bool = False
+    imus: tuple[str, ...] = ()
 
     def __repr__(self) -> str:
         return f"Robot(name={self.name!r}, free_base={self.free_base}, mass={self.mass})"

@@ -17,7 +17,8 @@ from shockpc.robot.files import parse_xml
 from shockpc.robot.robot import WORLD, RobotSource
 from shockpc.robot.sdf_names import unknown_names
 from shockpc.robot.slack import refuse_count
-from shockpc.robot.urdf import build, choose, vector, with_postures
+from shockpc.robot.urdf import build, choose, with_postures
+from shockpc.robot.urdf_numbers import vector
 from shockpc.text.errors import RobotError
 from shockpc.text.printed import listed
 

@@ -12,7 +12,7 @@ import pinocchio as pin
 
 from shockpc.core.spatial import Array, read_only
 from shockpc.robot.files import read_xml
-from shockpc.robot.urdf import vector
+from shockpc.robot.urdf_numbers import vector
 from shockpc.text.errors import RobotError
 
 

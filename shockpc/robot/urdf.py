@@ -4,38 +4,32 @@ It is read here and not by Pinocchio, whose parser drops a body whose joint is p
 number, and goes on.
 """
 
-import math
+import copy
 import os
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
 from typing import TypeAlias
-from xml.etree.ElementTree import Element
+from xml.etree.ElementTree import Element, tostring
 
 import numpy as np
 import pinocchio as pin
 
-from shockpc.core.spatial import Array, read_only
+from shockpc.core.spatial import read_only
 from shockpc.robot.catalogue import find_srdf
 from shockpc.robot.files import shared_xml
 from shockpc.robot.robot import WORLD, Mimic, Robot, RobotSource
-from shockpc.robot.slack import refuse_number, refuse_tree
+from shockpc.robot.slack import refuse_tree
 from shockpc.robot.tree import add_joint, axis_joint
+from shockpc.robot.urdf_drives import read_drives, with_rest
+from shockpc.robot.urdf_numbers import numbers, place_of, vector
+from shockpc.robot.urdf_places import add_places, ball_joints, read_loops
+from shockpc.robot.urdf_tags import unread
 from shockpc.text.errors import RobotError
 from shockpc.text.printed import listed
 
 _JOINT_TYPES = ("revolute", "continuous", "prismatic", "fixed", "floating", "planar")
 _Order: TypeAlias = dict[str, tuple[str, str]]
-
-
-def vector(text: str | None, size: int) -> Array | None:
-    """So many finite numbers (size,), separated by blanks; None if the text is anything else."""
-    try:
-        # Python alone reads 1_0 and the digits of other scripts.
-        values = [float(word if word.isascii() and "_" not in word else "") for word in (text or "").split()]
-    except ValueError:
-        return None
-    return np.array(values) if len(values) == size and all(map(math.isfinite, values)) else None
 
 
 def read(source: RobotSource, xacro: Mapping[str, str]) -> RobotSource:
@@ -50,8 +44,47 @@ def read(source: RobotSource, xacro: Mapping[str, str]) -> RobotSource:
     elif marked and (prefixed := dict.fromkeys(f"<{part.tag}>" for part in root.iter() if part.tag.startswith("xacro:"))):
         reason = f"{', '.join(prefixed)} ignored, because the links are complete without xacro; if not, name the file .xacro"
         warnings = (f"{path.name}: {reason}",)
-    name = shared_xml(text, path.name).get("name") or source.robot_name
+    text = _without_quaternions(text, path.name)
+    root = shared_xml(text, path.name)
+    found = unread(root)
+    if refused := [one.text for one in found if one.treatment == "refuse"]:
+        raise RobotError(f"{path.name}: {'; '.join(refused)}")
+    warnings += tuple(f"{path.name}: {one.text}" for one in found if one.treatment == "warn")
+    name = root.get("name") or source.robot_name
     return with_postures(replace(source, xml=text, robot_name=name, warnings=warnings, expanded=expanded))
+
+
+def _without_quaternions(text: str, name: str) -> str:
+    """A URDF with the angles of rpy in place of each quat_xyzw, which only some readers and some versions of URDF have.
+
+    Raises:
+        RobotError: a quaternion stands beside angles, or in a file whose version does not have it, or is none.
+    """
+    if "quat_xyzw" not in text:
+        return text
+    root = copy.deepcopy(shared_xml(text, name))
+    version = root.get("version", "")
+    for owner in root:
+        for part in owner.iter() if owner.tag != "gazebo" else ():
+            if (written := part.attrib.pop("quat_xyzw", None)) is None:
+                continue
+            subject, what = f'{name}: {owner.tag} "{owner.get("name", "")}"', f'quat_xyzw="{written}" of its <{part.tag}>'
+            if "rpy" in part.attrib:
+                raise RobotError(
+                    f'{subject}: its <{part.tag}> has rpy="{part.get("rpy")}" and {what.split(" of ")[0]}; keep one of them'
+                )
+            if version not in ("1.1", "1.2"):
+                given = f'version="{version}"' if version else "no version"
+                raise RobotError(
+                    f"{subject}: {what} counts from version 1.1 of URDF on, and the file has {given}, for which readers leave it "
+                    'out; write <robot version="1.1"> if it is meant, or rpy in place of it'
+                )
+            quaternion = vector(written, 4)
+            if quaternion is None or not 1e-100 < float(np.linalg.norm(quaternion)) < 1e100:
+                raise RobotError(f"{subject}: {what} is no rotation; it has to be four finite numbers x, y, z, w, not all zero")
+            rotation = pin.Quaternion(quaternion / np.linalg.norm(quaternion)).matrix()
+            part.set("rpy", " ".join(map(repr, pin.rpy.matrixToRpy(rotation).tolist())))
+    return tostring(root, encoding="unicode")
 
 
 def with_postures(source: RobotSource) -> RobotSource:
@@ -87,8 +120,15 @@ def build(source: RobotSource, chosen: None = None) -> Robot:
     inertias = {name: _inertia(link, f'link "{name}"') for name, link in links.items()}
     if not any(inertia.mass > 0 for inertia in inertias.values()):
         raise RobotError("no link has mass, so the robot has no mass; give at least one link an <inertial>")
+    balls = ball_joints(root, order, joints, {name: inertia.mass for name, inertia in inertias.items()})
+    joints |= {name: _fixed(joints[name]) for name in balls}
     model = _model(order, joints, inertias)
     mimics, notes = _mimics(joints)
+    if balls:
+        notes.append(
+            f"joints {listed(balls, 4)} move nothing with mass and end in a loop: with it they are computed as a ball joint, which "
+            "holds its point"
+        )
     carried = [joint for joint, parent in enumerate(model.parents) if parent == 1]
     kind = joints[model.names[carried[0]]].get("type") if len(carried) == 1 else ""
     if kind in ("floating", "planar") and (next(iter(order)) == WORLD or not model.inertias[1].mass):
@@ -99,11 +139,31 @@ def build(source: RobotSource, chosen: None = None) -> Robot:
                 f'joint "{base}" is planar and carries the whole robot, so it is computed as a floating base; '
                 "--base planar keeps it in the plane of the study"
             )
-    springs, gear_ratios = _drives(root, joints, model)
+    limited = [name for name, joint in joints.items() if joint.get("type") == "continuous" and _limits(joint)]
+    if limited and root.get("version") == "1.2":
+        notes.append(
+            f"joints {listed(limited, 4)} are continuous and have limits, as version 1.2 of URDF allows; they are not read"
+        )
+    drives = read_drives(root, joints, model)
+    imus, unplaced = add_places(root, model)
     model.name, start = source.robot_name, pin.neutral(model)
     start[:7] = pin.SE3ToXYZQUAT(model.jointPlacements[1])
     model.jointPlacements[1] = pin.SE3.Identity()
-    return Robot(source, model, read_only(start), {}, mimics, (), tuple(notes), springs=springs, gear_ratios=gear_ratios)
+    robot = Robot(
+        source,
+        model,
+        read_only(start),
+        {},
+        mimics,
+        (),
+        (*notes, *drives.warnings, *unplaced),
+        springs=drives.springs,
+        relaxed=with_rest(drives.rest, model, start),
+        gear_ratios=drives.gear_ratios,
+        imus=imus,
+    )
+    loops, left_open = read_loops(root, robot, set(balls.values()))
+    return replace(robot, loops=loops, notes=(*robot.notes, *left_open)) if loops or left_open else robot
 
 
 def _named(elements: list[Element], kind: str) -> dict[str, Element]:
@@ -168,6 +228,13 @@ def _carriers_first(links: dict[str, Element], joints: dict[str, Element]) -> _O
     return order
 
 
+def _fixed(joint: Element) -> Element:
+    """The same joint without its freedom."""
+    fixed = copy.copy(joint)
+    fixed.attrib = joint.attrib | {"type": "fixed"}
+    return fixed
+
+
 def _model(order: _Order, joints: dict[str, Element], inertias: dict[str, pin.Inertia], base: str = "") -> pin.Model:
     """The model, whose floating base is the joint of this name, or else the root link's."""
     model = pin.Model()
@@ -178,7 +245,7 @@ def _model(order: _Order, joints: dict[str, Element], inertias: dict[str, pin.In
             places[link] = carrier if base else add_joint(model, 0, pin.JointModelFreeFlyer(), place, "root_joint"), place
         else:
             joint, subject = joints[name], f'joint "{name}"'
-            place = place * _place(joint, subject)
+            place = place * place_of(joint, subject)
             if joint.get("type") == "fixed":
                 model.addFrame(pin.Frame(name, carrier, frames[parent], place, pin.FrameType.FIXED_JOINT), False)
                 places[link] = carrier, place
@@ -188,18 +255,23 @@ def _model(order: _Order, joints: dict[str, Element], inertias: dict[str, pin.In
                 limit = joint.find("limit")
                 if joint.get("type") in ("revolute", "prismatic"):
                     # A file without either, which URDF reads as zero, says nothing of limits: no joint is meant that cannot move.
-                    known = limit is not None and {"lower", "upper"} & set(limit.keys())
+                    known = _limits(joint)
                     for bounds, key, least in (
                         (model.lowerPositionLimit, "lower", -np.inf),
                         (model.upperPositionLimit, "upper", np.inf),
                     ):
-                        bounds[model.idx_qs[index]] = _numbers(subject, joint, "limit", key, "0")[0] if known else least
+                        bounds[model.idx_qs[index]] = numbers(subject, joint, "limit", key, "0")[0] if known else least
                 if limit is not None:
-                    (model.upperEffortLimit[model.idx_vs[index]],) = _numbers(subject, joint, "limit", "effort", "0")
+                    (model.upperEffortLimit[model.idx_vs[index]],) = numbers(subject, joint, "limit", "effort", "0")
                 places[link] = index, pin.SE3.Identity()
         frame = pin.Frame(link, places[link][0], model.nframes - 1, places[link][1], pin.FrameType.BODY, inertias[link])
         frames[link] = model.addFrame(frame)
     return model
+
+
+def _limits(joint: Element) -> set[str]:
+    """Which of its limits a joint has."""
+    return {"lower", "upper"} & {key for limit in joint.findall("limit")[:1] for key in limit.attrib}
 
 
 def _inertia(link: Element, subject: str) -> pin.Inertia:
@@ -207,25 +279,16 @@ def _inertia(link: Element, subject: str) -> pin.Inertia:
     inertial = link.find("inertial")
     if inertial is None:
         return pin.Inertia.Zero()
-    (mass,) = _numbers(subject, inertial, "mass", "value", unit="kg")
+    (mass,) = numbers(subject, inertial, "mass", "value", unit="kg")
     if mass < 0:
         raise RobotError(f"{subject}: mass {mass:g} kg is negative; give the mass that the body has, or 0")
     keys = ("ixx", "ixy", "ixz", "iyy", "iyz", "izz")
-    moments = {key: _numbers(subject, inertial, "inertia", key, unit="kg m²")[0] for key in keys}
-    place = _place(inertial, subject)
+    moments = {key: numbers(subject, inertial, "inertia", key, unit="kg m²")[0] for key in keys}
+    place = place_of(inertial, subject)
     tensor = place.rotation @ np.array(list(moments.values()))[[[0, 1, 2], [1, 3, 4], [2, 4, 5]]] @ place.rotation.T
     inertia = pin.Inertia.Zero()  # whose constructor refuses negative moments, which the landing refuses where they matter
     inertia.mass, inertia.lever, inertia.inertia = float(mass), place.translation, (tensor + tensor.T) / 2.0
     return inertia
-
-
-def _place(owner: Element, subject: str) -> pin.SE3:
-    """Where an element stands, as its <origin> says."""
-    xyz, rpy = (_numbers(subject, owner, "origin", key, "0 0 0", unit, 3) for key, unit in (("xyz", "m"), ("rpy", "rad")))
-    if not rpy.any():
-        return pin.SE3(np.eye(3), xyz)
-    roll, pitch, yaw = (pin.Quaternion(pin.AngleAxis(angle, axis)) for angle, axis in zip(rpy, np.eye(3), strict=True))
-    return pin.SE3((yaw * pitch * roll).normalized().matrix(), xyz)
 
 
 def _moving(joint: Element, subject: str) -> pin.JointModel:
@@ -233,7 +296,7 @@ def _moving(joint: Element, subject: str) -> pin.JointModel:
     kind = joint.get("type", "")
     if kind == "floating":
         return pin.JointModelFreeFlyer()
-    axis = _numbers(subject, joint, "axis", "xyz", "1 0 0" if joint.find("axis") is None else "", size=3)
+    axis = numbers(subject, joint, "axis", "xyz", "1 0 0" if joint.find("axis") is None else "", size=3)
     direction = " ".join(f"{value:g}" for value in axis)
     if not 1e-100 < np.abs(axis).max() < 1e100:
         raise RobotError(f"{subject}: its axis is {direction}, so it has no direction; give it one, of length 1")
@@ -250,20 +313,6 @@ def _moving(joint: Element, subject: str) -> pin.JointModel:
     return axis_joint(kind, *axis.tolist())
 
 
-def _numbers(subject: str, owner: Element, tag: str, key: str, default: str = "", unit: str = "", size: int = 1) -> Array:
-    """The numbers (size,) of an attribute; refused if missing without a default, not finite, or too large for their unit."""
-    element = owner.find(tag)
-    text = default if element is None else element.get(key, default)
-    what, values = f"<{tag}> {key}", vector(text, size)
-    if values is None:
-        fault = f'is "{text}"' if text else "is missing"
-        wanted = "one finite number, such as 0.5" if size == 1 else f"{size} finite numbers, such as 0 0 0.5"
-        raise RobotError(f"{subject}: {what} {fault}; it has to be {wanted}")
-    for value in values.tolist() if unit else ():
-        refuse_number(subject, what, value, unit)
-    return values
-
-
 def _mimics(joints: dict[str, Element]) -> tuple[tuple[Mimic, ...], list[str]]:
     """The joints that follow others, and a warning for each that follows no joint of the file."""
     mimics, warnings = [], []
@@ -277,61 +326,10 @@ def _mimics(joints: dict[str, Element]) -> tuple[tuple[Mimic, ...], list[str]]:
                 fault = "itself" if leader == name else f'"{leader}", which does not exist'
                 warnings.append(f"{subject} mimics {fault}; it is computed as a joint that moves freely")
             elif joint.get("type") != "fixed":
-                (multiplier,) = _numbers(subject, joint, "mimic", "multiplier", "1", "rad/rad")
-                (offset,) = _numbers(subject, joint, "mimic", "offset", "0", "rad")
+                (multiplier,) = numbers(subject, joint, "mimic", "multiplier", "1", "rad/rad")
+                (offset,) = numbers(subject, joint, "mimic", "offset", "0", "rad")
                 mimics.append(Mimic(name, {leader: float(multiplier)}, float(offset)))
     return tuple(mimics), warnings
-
-
-def _drives(root: Element, joints: dict[str, Element], model: pin.Model) -> tuple[dict[str, float], dict[str, float]]:
-    """Add the reflected inertia of drives to the model. Returns: stiffness of springs, and gear ratios without inertia, by joint.
-
-    Read are RaiSim's <dynamics rotor_inertia="" stiffness=""/> of a joint, whose inertia is that at the joint, and transmissions of
-    one joint by one actuator: Drake's <drake:rotor_inertia value=""/> and <drake:gear_ratio value=""/>, or <motorInertia> and
-    <mechanicalReduction> with their numbers as text.
-    """
-    springs: dict[str, float] = {}
-    ratios: dict[str, float] = {}
-    inertias: dict[str, float] = {}
-    for name, joint in joints.items():
-        if (dynamics := joint.find("dynamics")) is not None:
-            inertias[name] = _at_least_zero(name, "rotor_inertia", dynamics.get("rotor_inertia"))
-            springs[name] = _at_least_zero(name, "stiffness", dynamics.get("stiffness"))
-            if model.existJointName(name) and (damping := vector(dynamics.get("damping", "0"), 1)) is not None:
-                index = model.getJointId(name)
-                model.damping[model.idx_vs[index] : model.idx_vs[index] + model.nvs[index]] = max(float(damping[0]), 0.0)
-    for transmission in root.findall("transmission"):
-        names, actuators = [joint.get("name", "") for joint in transmission.findall("joint")], transmission.findall("actuator")
-        if len(names) != 1 or names[0] not in joints or len(actuators) > 1:
-            continue
-        parts = [*transmission, *(part for actuator in actuators for part in actuator)]
-        values = {part.tag.removeprefix("drake:"): part.get("value", part.text) for part in parts}
-        inertia = _at_least_zero(names[0], "rotor inertia", values.get("rotor_inertia", values.get("motorInertia")))
-        written = values.get("gear_ratio", values.get("mechanicalReduction"))
-        ratio = vector(written, 1)
-        if inertia and written is not None and ratio is None:
-            raise RobotError(
-                f'joint "{names[0]}": the ratio of its transmission is "{written}"; it has to be a finite number', joints=names
-            )
-        if inertia:
-            inertias[names[0]] = inertia * (1.0 if ratio is None else float(ratio[0]) ** 2)
-        elif ratio is not None:
-            ratios[names[0]] = float(ratio[0])
-    for name, inertia in inertias.items():
-        if inertia and model.existJointName(name):
-            index = model.getJointId(name)
-            model.armature[model.idx_vs[index] : model.idx_vs[index] + model.nvs[index]] = inertia
-    moving = {name for name in joints if model.existJointName(name) and model.nvs[model.getJointId(name)] == 1}
-    ratios = {name: ratio for name, ratio in ratios.items() if name in moving and not inertias.get(name)}
-    return {name: k for name, k in springs.items() if k and name in moving}, ratios
-
-
-def _at_least_zero(joint: str, what: str, text: str | None) -> float:
-    """A number of a drive, zero where none is written; refused if it is negative or not finite."""
-    value = vector(text or "0", 1)
-    if value is None or value[0] < 0.0:
-        raise RobotError(f'joint "{joint}": its {what} is "{text}"; it has to be one finite number not below zero', joints=[joint])
-    return float(value[0])
 
 
 def _needs_xacro(root: Element) -> bool:

@@ -1,0 +1,204 @@
+"""What a URDF holds beside links and joints that is part of the robot: named places, and joints that close loops."""
+
+from collections.abc import Container, Iterator, Mapping
+from xml.etree.ElementTree import Element, SubElement
+
+import numpy as np
+import pinocchio as pin
+
+from shockpc.core.spatial import Array, read_only
+from shockpc.robot.robot import Frame, Loop, Robot
+from shockpc.robot.urdf_numbers import place_of, vector
+
+LEVER = 0.1
+"""Distance along the axis of a hinge at which a loop holds a second point, so that its axes stay aligned [m]."""
+
+AXIS = " (axis)"
+"""End of the name of a loop that holds this second point."""
+
+_HINGES, _BALLS = ("revolute", "continuous"), ("spherical", "ball")
+_OPEN = "so the loop is left open: its bodies move as if nothing held them together"
+
+
+def add_places(root: Element, model: pin.Model) -> tuple[tuple[str, ...], tuple[str, ...]]:
+    """Add the places of a URDF's <frame>, <drake:frame>, <fixed_frame> and <sensor>, and of the IMUs of <gazebo>, to the model.
+
+    A place with the name of a link or joint, or of another place, is left out: the first is what the name means.
+
+    Returns: the names of the IMUs, and a warning for each place that cannot be read.
+    """
+    imus: list[str] = []
+    warnings: list[str] = []
+    for element, link, place in _places(root):
+        name, kind = element.get("name", ""), element.tag
+        if place is None or not model.existFrame(link, pin.FrameType.BODY):
+            fault = f'is on "{link}", which is no link of the file' if place is not None else "has a place that is not read"
+            warnings.append(f'{kind} "{name}" {fault}; it is left out')
+            continue
+        number = model.getFrameId(link, pin.FrameType.BODY)
+        joint, at = model.frames[number].parentJoint, model.frames[number].placement * place
+        if not model.existFrame(name):
+            model.addFrame(pin.Frame(name, joint, number, at, pin.FrameType.OP_FRAME), False)
+        elif not any(
+            frame.name == name and frame.parentJoint == joint and at.isApprox(frame.placement, 1e-9) for frame in model.frames
+        ):
+            warnings.append(f'{kind} "{name}" has the name of something else at another place, so it is left out; rename it')
+            continue
+        if kind == "sensor" and element.get("type") == "imu":
+            imus.append(name)
+    return tuple(dict.fromkeys(imus)), tuple(warnings)
+
+
+def _places(root: Element) -> Iterator[tuple[Element, str, pin.SE3 | None]]:
+    """The elements that name a place on a link, with the link and the place in its frame, None where its pose is not read."""
+    for tag in ("frame", "drake:frame", "fixed_frame", "sensor"):
+        for element in root.findall(tag):
+            parent, origin = element.find("parent"), element.find("origin")
+            link = element.get("link", "") if parent is None else parent.get("link", "")
+            if link and element.get("name"):  # a sensor of a joint has no place
+                yield element, link, _placed(element if origin is None else origin, element)
+    links = {link.get("name") for link in root.findall("link")}
+    for extension in root.findall("gazebo"):
+        for element in extension.findall("sensor"):
+            if element.get("type") == "imu" and element.get("name") and (link := extension.get("reference", "")) in links:
+                yield element, link, _pose(element.find("pose"))
+
+
+def _placed(origin: Element, element: Element) -> pin.SE3:
+    """A place by the attributes xyz and rpy of an element."""
+    holder = Element("place")
+    SubElement(holder, "origin", {key: origin.get(key, "0 0 0") for key in ("xyz", "rpy")})
+    return place_of(holder, f'{element.tag} "{element.get("name", "")}"')
+
+
+def _pose(pose: Element | None) -> pin.SE3 | None:
+    """A <pose> of SDFormat in the frame of its link; None if it is in another frame or no pose."""
+    values = np.zeros(6) if pose is None or not (pose.text or "").strip() else vector(pose.text, 6)
+    if values is None or (
+        pose is not None and (pose.get("relative_to") or pose.get("rotation_format", "euler_rpy") != "euler_rpy")
+    ):
+        return None
+    degrees = pose is not None and pose.get("degrees", "").casefold() in ("true", "1")
+    return pin.SE3(pin.rpy.rpyToMatrix(np.radians(values[3:]) if degrees else values[3:]), values[:3])
+
+
+def ball_joints(
+    root: Element, order: Mapping[str, tuple[str, str]], joints: Mapping[str, Element], masses: Mapping[str, float]
+) -> dict[str, str]:
+    """The joints that are parts of a ball joint which a loop closes, by name, with the name of that loop.
+
+    A rod with a ball joint at its end is written as links without mass, whose joints have their axes through one point, and a loop
+    there. By themselves such links can turn without resistance; with the loop these joints hold the point and nothing else.
+
+    Args:
+        root: the <robot>.
+        order: the joint above each link, and the link that carries it, carriers first.
+        joints: by name.
+        masses: of the links [kg].
+    """
+    carried = dict(masses)
+    for link in reversed(list(order)):
+        if carrier := order[link][1]:
+            carried[carrier] += carried[link]
+    parts: dict[str, str] = {}
+    for loop in root.findall("loop_joint"):
+        kind = loop.get("type") or ("spherical" if loop.find("axis") is None else "revolute")
+        free = {**dict.fromkeys(_HINGES, 1), **dict.fromkeys(_BALLS, 3)}.get(kind, 0)
+        for end in (end for end in loop if end.tag in ("link1", "link2") and end.get("link") in order):
+            link, place, chain = end.get("link", ""), _placed(end, loop), list[str]()
+            while not carried[link] and order[link][0]:
+                joint = joints[order[link][0]]
+                if joint.get("type") != "fixed":
+                    if joint.get("type") not in _HINGES or np.abs(place.translation).max() > 1e-9:
+                        break
+                    chain.append(order[link][0])
+                link, place = order[link][1], place_of(joint, "joint") * place
+            else:
+                if len(chain) + free >= 3:
+                    parts |= dict.fromkeys(chain, loop.get("name", ""))
+    return parts
+
+
+def read_loops(root: Element, robot: Robot, balls: Container[str]) -> tuple[tuple[Loop, ...], tuple[str, ...]]:
+    """The loops that <loop_joint> of Isaac Sim and Drake and <drake:ball_constraint> close, and a warning for each left open.
+
+    A <loop_joint> joins a frame on each of two links, at xyz and rpy of its <link1> and <link2>. Without a type it is a hinge if it
+    has an axis, as in Drake, and a ball joint if not. The axis is the same in both frames, (1, 0, 0) where none is written.
+
+    Args:
+        root: the <robot>.
+        robot: it, without loops.
+        balls: names of the loops that are ball joints with the joints before them, as `ball_joints` finds them.
+
+    Returns: the loops, of a hinge two each; and the warnings.
+    """
+    loops: list[Loop] = []
+    warnings: list[str] = []
+    for number, joint in enumerate(root.findall("loop_joint"), start=1):
+        name, axis = joint.get("name") or f"loop_{number}", joint.find("axis")
+        kind = joint.get("type") or ("spherical" if axis is None else "revolute")
+        ends = [end for end in joint if end.tag in ("link1", "link2")]
+        links = [end.get("link", "") for end in ends]
+        direction = np.array([1.0, 0.0, 0.0]) if axis is None else vector(axis.get("xyz", "1 0 0"), 3)
+        fault = _fault(robot, links)
+        if not fault and kind not in (*_HINGES, *_BALLS, "fixed", "prismatic"):
+            fault = f'is of type "{kind}", which closes no loop that is computed'
+        if not fault and (direction is None or not 1e-100 < np.abs(direction).max() < 1e100):
+            fault = "has an axis without a direction"
+        if fault or direction is None:
+            warnings.append(f'loop_joint "{name}" {fault}, {_OPEN}')
+            continue
+        a, b = (_end(robot.frames[link], _placed(end, joint)) for link, end in zip(links, ends, strict=True))
+        loops += _closed(name, "ball" if name in balls else kind, a, b, direction / np.linalg.norm(direction))
+    for number, constraint in enumerate(root.findall("drake:ball_constraint"), start=1):
+        name = constraint.get("name") or f"ball_constraint_{number}"
+        parts = {part.tag.removeprefix("drake:ball_constraint_"): part for part in constraint}
+        links = [parts[key].get("name", "") for key in ("body_A", "body_B") if key in parts]
+        points = [vector(parts[key].get("value"), 3) if key in parts else np.zeros(3) for key in ("p_AP", "p_BQ")]
+        fault = _fault(robot, links) or ("has a point that cannot be read" if any(point is None for point in points) else "")
+        if fault:
+            warnings.append(f'drake:ball_constraint "{name}" {fault}, {_OPEN}')
+            continue
+        a, b = (
+            _end(robot.frames[link], pin.SE3(np.eye(3), np.zeros(3) if point is None else point))
+            for link, point in zip(links, points, strict=True)
+        )
+        loops += _closed(name, "ball", a, b, np.array([1.0, 0.0, 0.0]))
+    return tuple(loops), tuple(warnings)
+
+
+def _fault(robot: Robot, links: list[str]) -> str:
+    """Why a joint between two links closes no loop; empty if it does."""
+    if len(links) != 2 or not all(links):
+        return f"names {len(list(filter(None, links)))} links, and a loop has two ends"
+    for link in links:
+        if link not in robot.frames or robot.frames[link].kind != "link":
+            return f'is on "{link}", which is no link of the file'
+    one, other = (robot.frames[link].body for link in links)
+    return f'joins "{links[0]}" and "{links[1]}", which are fixed to one another' if one == other else ""
+
+
+def _end(frame: Frame, place: pin.SE3) -> tuple[int, pin.SE3]:
+    """One end of a loop: its body, and the end's place in the body's frame."""
+    return frame.body, pin.SE3(frame.rotation, frame.offset) * place
+
+
+def _closed(name: str, kind: str, a: tuple[int, pin.SE3], b: tuple[int, pin.SE3], axis: Array) -> list[Loop]:
+    """What a joint of some kind between two ends holds. Args: axis (3,), of length 1, in the frames of both ends."""
+    across = np.linalg.svd(axis[None])[2][1:]
+
+    def loop(name: str, point: Array, axes: Array, holds_orientation: bool = False) -> Loop:
+        return Loop(
+            name=name,
+            bodies=(a[0], b[0]),
+            points=(read_only(a[1].act(point)), read_only(b[1].act(point))),
+            rotations=(read_only(a[1].rotation), read_only(b[1].rotation)),
+            axes=read_only(axes),
+            holds_orientation=holds_orientation,
+        )
+
+    if kind == "prismatic":
+        return [loop(name, np.zeros(3), across, True)]
+    first = loop(name, np.zeros(3), np.eye(3), kind == "fixed")
+    # A second point on the axis, held across it, keeps the axes of a hinge aligned.
+    return [first, loop(f"{name}{AXIS}", LEVER * axis, across)] if kind in _HINGES else [first]

@@ -1,0 +1,249 @@
+"""What in a URDF is not read although it may change a shock, by the table of tags and attributes in urdf_tags.csv.
+
+A row of the table has a path of tags from the root, the names at that path, of which "(element)" is the element itself and the
+others are its attributes, and a treatment: read; no effect on a shock; note, which the check-up reports; warn; refuse. Braces list
+alternatives, "**" is all below, and "*" all attributes. `when` is the key of a test in `_TESTS` that a value has to pass to be
+reported. Of an element that may stand `once` the first copy counts; of several shapes in one geometry the first.
+"""
+
+import csv
+import functools
+import itertools
+import math
+import re
+from collections.abc import Callable, Iterator, Mapping
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Literal, NamedTuple, TypeAlias, cast
+from xml.etree.ElementTree import Element
+
+from shockpc.text.printed import few, listed, printable
+
+Treatment: TypeAlias = Literal["read", "no effect", "note", "warn", "refuse"]
+
+_TABLE = Path(__file__).with_name("urdf_tags.csv")
+_CLOSE = 0.7
+"""Similarity from which an unknown name is taken for a misspelt one where unknown names are allowed, as `difflib` has it."""
+_NEAREST = 0.5
+"""Similarity from which a known name is offered for an unknown one."""
+_ALL = "*"
+_NAMELESS = ("collision", "visual", "parent", "child")
+
+
+class Unread(NamedTuple):
+    """One kind of thing in a file that is not read, or not as it may be meant.
+
+    Attributes:
+        treatment: note, warn or refuse.
+        text: where it stands, how often, and what that means.
+    """
+
+    treatment: Treatment
+    text: str
+
+
+class _Rule(NamedTuple):
+    """A treatment, the condition of a report, and its text; empty where there is nothing to report."""
+
+    treatment: Treatment
+    when: str = ""
+    consequence: str = ""
+
+
+@dataclass(slots=True)
+class _Node:
+    """A tag at its place in the table; unknown without a rule of its element."""
+
+    path: str
+    element: _Rule | None = None
+    once: str = ""
+    attributes: dict[str, _Rule] = field(default_factory=dict)
+    below: "dict[str, _Node]" = field(default_factory=dict)
+    deep: _Rule | None = None
+
+    @property
+    def tags(self) -> dict[str, _Rule]:
+        """The known tags below."""
+        return {tag: node.element for tag, node in self.below.items() if node.element is not None}
+
+
+_TWICE = _Rule("warn", "", "stands twice in one element, and the copies differ; the first counts")
+_TEXT = _Rule("warn", "", "holds text and no attributes, which is not read: URDF writes its numbers as attributes")
+
+
+def unread(root: Element) -> tuple[Unread, ...]:
+    """What a URDF holds that is not read although it may change a shock; one record for each kind. Args: root, its <robot>."""
+    walk = _Walk(frozenset(part.get("name", "") for part in root if part.tag in ("link", "joint")), {})
+    walk.read(root, _table(), root, strict=False)
+    return tuple(
+        Unread(treatment, f"{_subjects(places)}{what}{value}{consequence}")
+        for (treatment, what, consequence), places in walk.kinds.items()
+        for value in (next((f" {value} " for _, value in places if value), " "),)
+    )
+
+
+class _Walk(NamedTuple):
+    """A walk through a file along the table.
+
+    Attributes:
+        named: names of the links and joints.
+        kinds: by treatment, what it is, and its consequence: the elements that hold it, and its value at each.
+    """
+
+    named: frozenset[str]
+    kinds: dict[tuple[Treatment, str, str], list[tuple[str, str]]]
+
+    def add(self, rule: _Rule, what: str, owner: Element, value: str = "") -> None:
+        name = owner.get("name") or owner.get("reference") or ""
+        place = (f"{owner.tag} {name}", value) if owner.tag != "robot" else ("", value)
+        self.kinds.setdefault((rule.treatment, what, rule.consequence), []).append(place)
+
+    def read(self, element: Element, node: _Node, owner: Element, strict: bool) -> None:
+        """Note what is to be reported of an element and all below.
+
+        Args:
+            element: it.
+            node: what the table says of it.
+            owner: the innermost element with a name that holds it, itself included.
+            strict: whether unknown names are reported in any case.
+        """
+        for key, value in element.items():
+            rule = node.attributes.get(key)
+            if rule is None:
+                if ":" not in key and _ALL not in node.attributes and (strict or _near(key, node.attributes)):
+                    what = f"{key} of {node.path or element.tag}"
+                    self.add(_unknown(key, node.attributes, f"no attribute of <{element.tag}>"), what, owner)
+            elif rule.consequence and _TESTS[rule.when](value, element, key):
+                self.add(rule, f"{node.path} {key}".lstrip(), owner, f'"{printable(value, 60)}"')
+        copies: dict[str, list[Element]] = {}
+        for part in element:
+            tag, inner = part.tag, node.below.get(part.tag)
+            # Names of shapes and references to links say less than the link that holds them.
+            holder = part if tag not in _NAMELESS and (part.get("name") or part.get("reference")) else owner
+            if inner is None or inner.element is None:
+                if node.deep is None and ":" not in tag:
+                    tags = node.tags
+                    if strict or _near(tag, tags) or (not node.path and self._names_one(part)):
+                        self.add(_unknown(tag, tags, f"no element of <{element.tag}>", "<{}>"), f"<{tag}>", holder)
+                continue
+            if inner.once:
+                copies.setdefault(inner.once if inner.once != "once" else tag, []).append(part)
+            if inner.element.consequence:
+                self.add(inner.element, inner.path, holder)
+            elif inner.deep is None or inner.below:
+                if strict and not part.attrib and len(part) == 0 and (text := (part.text or "").strip()):
+                    self.add(_TEXT, f"<{tag}>", holder, f'"{printable(text, 60)}"')
+                self.read(part, inner, holder, strict or (not node.path and tag in ("link", "joint")))
+        for first, *others in copies.values():
+            apart = [text for other in others for text in _differences(first, other)]
+            if apart:
+                self.add(_TWICE, f"{node.path} <{first.tag}>", owner, f"({few(apart, 6)})")
+
+    def _names_one(self, element: Element) -> bool:
+        """Whether an attribute or a text in an element is the name of a link or joint."""
+        return any(value in self.named for part in element.iter() for value in (*part.attrib.values(), (part.text or "").strip()))
+
+
+def _unknown(name: str, known: Mapping[str, _Rule], what: str, form: str = "{}") -> _Rule:
+    """The warning of a name that is in no row of the table."""
+    near = _near(name, known, _NEAREST) or _near(name, known, _NEAREST, every=True)
+    shown = [form.format(one) for one in known if one != _ALL]
+    hint = f"; nearest: {form.format(near)}" if near else f"; known are {', '.join(shown)}" if shown else ""
+    return _Rule("warn", "", f"is {what} that is known, so it is not read{hint}")
+
+
+def _near(name: str, known: Mapping[str, _Rule], cutoff: float = _CLOSE, every: bool = False) -> str:
+    """The nearest known name, of those that matter unless it may be of `every` one; empty if none is close."""
+    return _nearest(name, tuple(one for one, rule in known.items() if every or rule.treatment != "no effect"), cutoff)
+
+
+@functools.lru_cache(maxsize=1024)
+def _nearest(name: str, known: tuple[str, ...], cutoff: float) -> str:
+    import difflib
+
+    folded = {one.casefold(): one for one in reversed(known)}
+    close = difflib.get_close_matches(name.casefold(), folded, 1, cutoff)
+    return folded[close[0]] if close else ""
+
+
+def _subjects(places: list[tuple[str, str]]) -> str:
+    """What holds the things of a kind and how many there are, such as 'joints "a", "b": 2 × '."""
+    by_tag: dict[str, list[str]] = {}
+    for owner in dict.fromkeys(owner for owner, _ in places):
+        tag, _, name = owner.partition(" ")
+        by_tag.setdefault(tag, []).append(name)
+    texts = [f"{tag}{'s' * (len(names) > 1)} {listed(names, 3)}" for tag, names in by_tag.items() if tag]
+    return f"{', '.join(texts)}: " * bool(texts) + f"{len(places)} × " * (len(places) > 1)
+
+
+def _differences(first: Element, other: Element, within: str = "") -> Iterator[str]:
+    """What differs between two elements, with both values; a number that is not written counts as zero."""
+    if first.tag != other.tag:
+        yield f"<{first.tag}> and <{other.tag}>"
+        return
+    for key in dict.fromkeys((*first.attrib, *other.attrib)):
+        one, two = first.get(key, ""), other.get(key, "")
+        numbers = _numbers(one)
+        if one != two and (numbers is None or numbers != _numbers(two)):
+            yield f"{within}{key} {one or 'not given'} and {two or 'not given'}"
+    if (first.text or "").strip() != (other.text or "").strip():
+        yield f"{within}{(first.text or '').strip()} and {(other.text or '').strip()}"
+    for tag in dict.fromkeys(part.tag for part in (*first, *other)):
+        one_part, two_part = first.find(tag), other.find(tag)
+        if one_part is None or two_part is None:
+            yield f"<{tag}> in one of them"
+        else:
+            yield from _differences(one_part, two_part, f"{tag} ")
+
+
+def _numbers(text: str) -> list[float] | None:
+    """The numbers of an attribute without zeros at the end; None for text."""
+    try:
+        values = [float(word) for word in text.split()]
+    except ValueError:
+        return None
+    while values and values[-1] == 0.0:
+        values.pop()
+    return values
+
+
+def _largest(text: str) -> float:
+    return max((abs(value) for value in _numbers(text) or ()), default=0.0)
+
+
+_TRANSPOSED = {"iyx": "ixy", "izx": "ixz", "izy": "iyz"}
+_TESTS: dict[str, Callable[[str, Element, str], bool]] = {
+    "": lambda value, element, key: True,
+    "true": lambda value, element, key: value.casefold() in ("true", "1"),
+    "positive": lambda value, element, key: any(number > 0.0 for number in _numbers(value) or ()),
+    "not zero": lambda value, element, key: _numbers(value) != [],
+    "not symmetric": lambda value, element, key: _numbers(value) != _numbers(element.get(_TRANSPOSED[key], "")),
+    "beyond a turn": lambda value, element, key: _largest(value) > 2.0 * math.pi + 1e-3,  # files round 2 pi
+    "not 1.0 1.1 or 1.2": lambda value, element, key: value not in ("1.0", "1.1", "1.2"),
+}
+"""Whether a value is reported, by the condition of its row. Args: the value of an attribute, its element, and its key."""
+
+
+@functools.cache
+def _table() -> _Node:
+    """The table as a tree of tags, from <robot>."""
+    top = _Node("")
+    with _TABLE.open(encoding="utf-8", newline="") as file:
+        for row in csv.DictReader(file):
+            rule = _Rule(cast(Treatment, row["treatment"]), row["when"], row["consequence"])
+            parts = re.split(r"[{}]", row["path"])  # what is in braces comes at the odd places
+            choices = [part.split(",") if k % 2 else [part] for k, part in enumerate(parts)]
+            for path in map("".join, itertools.product(*choices)):
+                tags = path.removesuffix("/**").split("/")[1:]
+                node = top
+                for tag in tags:
+                    node = node.below.setdefault(tag, _Node(f"{node.path}/{tag}".lstrip("/")))
+                node.once = node.once or row["once"]
+                for name in row["names"].split(" "):
+                    if name == "(element)":
+                        node.element = node.element or rule
+                    else:
+                        node.attributes.setdefault(name, rule)
+                if path.endswith("/**"):
+                    node.deep = node.deep or rule
+    return top
