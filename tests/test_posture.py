@@ -11,11 +11,26 @@ from robot_texts import BODY, LIMIT, body, floating, joint, link, mjcf, refused,
 from scipy.spatial.transform import Rotation
 from trees import known_robot, random_rotations, robot_from
 
-from shockpc import Contact, Posture, Scene, SceneError, ShockError, StudyError, UnknownName, shock_profile
+from shockpc import (
+    Closure,
+    Contact,
+    LoopEnd,
+    Posture,
+    Scene,
+    SceneError,
+    ShockError,
+    StudyError,
+    UnknownName,
+    load_robot,
+    read_scene,
+    shock_profile,
+)  # fmt: skip
 from shockpc.evaluation.variation import variation
 from shockpc.landing.dynamics import dynamics
 from shockpc.landing.posture import configuration, outside_limits, reference_name
+from shockpc.landing.scene_file import scene_text
 from shockpc.robot.landmarks import STANDING
+from shockpc.show.document import document
 from shockpc.show.wording import posture_text
 
 ANGLES = st.floats(-180.0, 180.0)
@@ -379,6 +394,31 @@ def test_straight_legs_are_bent_where_no_posture_is_known(knee, axis, angle):
     profile = shock_profile(Scene(robot="r.urdf", contact=robot.bodies[3].name), robot)
     assert "30 deg at the knees" in posture_text(profile)
     assert not [warning for warning in profile.health.warnings if warning.kind == "posture"]
+
+
+@pytest.mark.parametrize(
+    "changes",
+    [
+        {},
+        {"posture": Posture(joints={"ankle": 0.2}, joints_deg={"k*": 50.0}, base_rpy_deg=(0.0, 10.0, 0.0))},
+        {"closure": (Closure(a=LoopEnd(frame="foot"), b=LoopEnd(frame="base", offset=(0.1, 0.0, -0.4)), directions=("x", "z")),)},
+    ],
+)
+def test_the_scene_of_a_computed_posture_gives_the_same_landing_where_none_is_computed(tmp_path, monkeypatch, changes):
+    """It names the joints and their values, and what is set besides; the document has the position of every joint."""
+    (tmp_path / "leg.urdf").write_text(leg())
+    scene = Scene(robot=str(tmp_path / "leg.urdf"), contact="foot", **changes)
+    profile = shock_profile(scene)
+    assert profile.landing.scene.posture.reference == "neutral_bent"
+    (tmp_path / "landing.toml").write_text(scene_text(profile.scene, tmp_path))
+    monkeypatch.setattr("shockpc.robot.load.bent_legs", lambda robot: None)
+    read = read_scene(tmp_path / "landing.toml")
+    again = shock_profile(read, load_robot(read.robot))
+    assert "neutral_bent" not in again.robot.postures
+    np.testing.assert_allclose(again.q, profile.q, rtol=0.0, atol=1e-12)
+    np.testing.assert_allclose(again.delta_v, profile.delta_v, rtol=0.0, atol=1e-12)
+    positions = {one["joint"]: one["position"] for one in document(profile)["joints"]}
+    assert positions == {joint.name: joint.value(profile.q) for joint in profile.robot.single_joints[1:]}
 
 
 ARM = leg(foot="hand").replace("thigh", "upper").replace("shank", "forearm").replace("knee", "elbow").replace("ankle", "wrist")

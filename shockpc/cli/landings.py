@@ -18,6 +18,7 @@ from shockpc.evaluation.recorded import recorded_landings
 from shockpc.evaluation.recorded_rows import rows_of_scenes
 from shockpc.evaluation.recorded_table import rows_of
 from shockpc.landing.joint_model import joint_model, with_model
+from shockpc.landing.posture import spelled_out
 from shockpc.landing.record import options_of
 from shockpc.landing.resolve import landing_of
 from shockpc.landing.scene import JointModelName, Joints, Scene
@@ -79,7 +80,7 @@ def landings(
     if command_ is not None:
         if output.out is not None or output.format != "table":
             raise StudyError("--command prints the scene of one landing and nothing else; leave out --out and --format")
-        sys.stdout.write(scene_text(source.case(source.row_named(command_)), Path.cwd()))
+        sys.stdout.write(scene_text(spelled_out(source.case(source.row_named(command_)), loaded), Path.cwd()))
         return 0
     refuse_unasked(study, options, typed, (measured.key for measured in rows_in_table.measured if "@" in measured.key))
     typed_stiffness = options.given.get("contact_stiffness") is not None

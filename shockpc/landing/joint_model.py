@@ -81,7 +81,7 @@ def joint_model(robot: Robot, joints: Joints) -> JointModel:
     nv = robot.model.nv
     if joints.model == "free" and (inertias := [*joints.armature, *joints.rotor]):
         raise SceneError(
-            f"the joints are to be free, but {listed(inertias, 4)} {'is' if len(inertias) == 1 else 'are'} given a reflected inertia; "
+            f"the joints are to be free, but a reflected inertia of {listed(inertias, 4)} is given; "
             'leave out model = "free" (--joints free), or the armature and rotor',
             joints=inertias,
         )
@@ -157,7 +157,7 @@ def joint_model(robot: Robot, joints: Joints) -> JointModel:
 
 
 def with_model(joints: Joints, model: JointModelName | None) -> Joints:
-    """The joints with another model, without what has no effect on it: free joints have no drives, locked ones no springs either."""
+    """The joints with another model, without what has no effect on it: drives of free joints, springs too of locked ones."""
     if model == "free":
         joints = replace(joints, armature={}, rotor={}, drives=None)
     if model == "locked":

@@ -9,8 +9,8 @@ import numpy as np
 import pinocchio as pin
 
 from shockpc.core.spatial import Array
-from shockpc.landing.scene import Posture
-from shockpc.robot.landmarks import standing_posture
+from shockpc.landing.scene import Posture, Scene
+from shockpc.robot.landmarks import BENT, standing_posture
 from shockpc.robot.robot import Joint, Robot
 from shockpc.robot.slack import LIMIT_SLACK
 from shockpc.text.arguments import checked
@@ -40,6 +40,25 @@ def reference_name(robot: Robot, wanted: str | None) -> str:
         known = dict.fromkeys([*robot.postures, "neutral"])
         raise robot.unknown("posture", wanted, known)
     return wanted
+
+
+def spelled_out(scene: Scene, robot: Robot) -> Scene:
+    """A scene in which the values of joints stand in place of a posture that no file has, and that is computed for the robot.
+
+    It is the same landing where that posture is not known or has other values: a robot with reference postures has none.
+    """
+    posture = scene.posture
+    if posture.reference != BENT or "neutral" in robot.postures:
+        return scene
+    bent, start = robot.postures[BENT], robot.start
+    given = {name for pattern in (*posture.joints, *posture.joints_deg) for name in robot.match_joints(pattern)}
+    turned = [joint for joint in robot.independent_joints if joint.value(bent) != joint.value(start) and joint.name not in given]
+    joints = {joint.name: joint.value(bent) for joint in turned} | {**posture.joints}
+    movable = scene.assemble
+    if scene.closure and not movable:  # joints that the posture sets do not move to close loops
+        given |= {*posture.joint_quaternions}
+        movable = tuple(name for name in robot.joint_names if name not in given)
+    return replace(scene, posture=replace(posture, reference="neutral", joints=joints), assemble=movable)
 
 
 @checked

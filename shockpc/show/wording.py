@@ -168,7 +168,7 @@ def _drive_texts(profile: ShockProfile, among: Collection[ShockProfile]) -> list
 
 def posture_text(profile: ShockProfile) -> str:
     """The reference posture and what was set besides, with units."""
-    posture = profile.scene.posture
+    posture = profile.landing.scene.posture
     bent = " (neutral, with straight legs bent by 30 deg at the knees, as no standing posture is known)"
     words = [printable(str(posture.reference)) + bent * (posture.reference == BENT)]
     words += _settings(profile.robot, posture.joints, ("rad", "m")) + _settings(profile.robot, posture.joints_deg, ("deg", "m"))

@@ -52,7 +52,7 @@ def fall_report(falls: Falls) -> Report:
 def _lines(falls: Falls) -> Iterator[tuple[str, str]]:
     if falls.results:
         header = dict(header_lines(falls.results[0].profile))
-        postures = dict.fromkeys(result.profile.scene.posture.reference or "" for result in falls.results)
+        postures = dict.fromkeys(result.profile.landing.scene.posture.reference or "" for result in falls.results)
         yield "robot", header["robot"]
         yield "posture", f"{listed(postures)}; joints are held until a strike, and move in it as modelled"
         yield "joint model", header["joint model"]
