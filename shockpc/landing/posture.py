@@ -14,9 +14,9 @@ from shockpc.robot.landmarks import BENT, standing_posture
 from shockpc.robot.robot import Joint, Robot
 from shockpc.robot.slack import LIMIT_SLACK
 from shockpc.text.arguments import checked
-from shockpc.text.diagnostic import Diagnostic
+from shockpc.text.diagnostic import Diagnostic, by_cause
 from shockpc.text.errors import SceneError, ShockError
-from shockpc.text.printed import listed, printable
+from shockpc.text.printed import printable
 
 TURN = 2.0 * math.pi
 """A whole turn [rad]."""
@@ -318,8 +318,8 @@ def displaced(robot: Robot, q: Array, steps: Array) -> Array:
 
 
 def outside_limits(robot: Robot, q: Array) -> tuple[Diagnostic, ...]:
-    """Warnings of the joints outside their limits, one for all that are equally far out, with the consequence."""
-    outside: dict[str, dict[str, float]] = {}
+    """Warnings of the joints outside their limits, with the consequence."""
+    warnings = []
     for joint in robot.single_joints:
         if joint.kind not in ("revolute", "prismatic"):
             continue
@@ -327,14 +327,9 @@ def outside_limits(robot: Robot, q: Array) -> tuple[Diagnostic, ...]:
         excess = max(low - value, value - high)
         if excess > LIMIT_SLACK:
             unit, size = ("m", 1.0) if joint.kind == "prismatic" else ("deg", math.degrees(1.0))
-            where = f"{excess * size:.3g} {unit} outside the limits [{low * size:.3g}, {high * size:.3g}]"
-            outside.setdefault(where, {})[joint.name] = excess
-    return tuple(
-        Diagnostic(
-            "limits",
-            "+".join(excesses),
-            max(excesses.values()),
-            f"joint{'s' * (len(excesses) > 1)} {listed(excesses, 4)}: {where}; the profile is computed there all the same",
-        )
-        for where, excesses in outside.items()
-    )
+            limits = f"the limits [{low * size:.3g}, {high * size:.3g}]"
+            if low == high == 0.0:
+                limits = "limits that are both 0 in the file, as exports without limits write them"
+            text = f'joint "{joint.name}": {excess * size:.3g} {unit} outside {limits}; the profile is computed there all the same'
+            warnings.append(Diagnostic("limits", joint.name, excess, text))
+    return by_cause(warnings)
