@@ -90,8 +90,8 @@ RECORDS = {
     "foot": FOOT,
     "total": "impulse:vector moment:vector",
     "energy": "lost:float? share:float?",
-    "joint": "joint:str force:vector moment:vector along:float? delta_qd:float? joint_impulse:float joint_moment:float "
-    "stop_impulse:float? stop_acts:bool rate_after:float? joint_torque_share:float?",
+    "joint": "joint:str position:float force:vector moment:vector along:float? delta_qd:float? joint_impulse:float "
+    "joint_moment:float stop_impulse:float? stop_acts:bool rate_after:float? joint_torque_share:float?",
     "row": "place:str free:float? as_modelled:float locked:float? springs_free:float?",
     "assembly": "gap:float turn:float left:float retried:bool moved:step*",
     "step": "joint:str by:float",

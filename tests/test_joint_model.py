@@ -223,6 +223,7 @@ PAIR = urdf(
         (geared(0.0, "j"), SceneError, ('"j" is 0', '"free"')),
         (Joints(rotor={"j": Rotor(inertia=-1e-4, gear_ratio=9.0)}), SceneError, ('"j" is -0.0081', '"free"')),
         (Joints(rotor={"j": Rotor(inertia=1e-4, gear_ratio=0.0)}), SceneError, ('"j" is 0', '"free"')),
+        (Joints(model="free", armature={"j": 0.1}), SceneError, ('"free"', '"j"')),
         (Joints(model="geared"), SceneError, ("armature", "rotor", "gear_ratio")),
         (
             Joints(armature={"j": 0.1}, rotor={"*": Rotor(inertia=1e-4, gear_ratio=9.0)}),

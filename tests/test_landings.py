@@ -973,11 +973,37 @@ def test_rows_in_parts_are_continued(here, capfd):
 def test_a_joint_model_that_is_refused_leaves_no_files(here, capfd):
     """Of several joint models one may contradict the options; that is said before the rows are written."""
     written(here / "log.csv", measured(table(), known_robot("anymal_b"), 0.1))
-    words = ("--contact", "LF_FOOT", "--armature", "*_KFE=0.1", "--joints", "geared,locked", "--rows", "csv", "--out", here / "out")
+    words = ("--contact", "LF_FOOT", "--drives", "none", "--joints", "free,geared", "--rows", "csv", "--out", here / "out")
     outcome = run(capfd, "landings", here / "log.csv", "anymal_b", *words)
     assert outcome.code == 2
-    assert "is locked" in outcome.err
+    assert "geared" in outcome.err
     assert not (here / "out").exists()
+
+
+@pytest.mark.parametrize("drives", [("--drives", "go1"), ("--armature", "*=0.02")])
+def test_joint_models_are_compared_with_the_drives_that_each_of_them_has(here, capfd, drives):
+    """Free joints have none, geared ones those given, locked ones do not move: the rows are those of each model alone."""
+    knee = np.linspace(-1.8, -1.2, 12)
+    written(
+        here / "log.csv",
+        {
+            "q_FL_calf_joint": knee,
+            "before_FL_calf_joint": 0.0 * knee,
+            "after_FL_calf_joint": np.cos(9.0 * knee),
+            "vz": -1.0 - knee**2,
+        },
+    )
+    models = {"free": ("--drives", "none"), "geared": drives, "locked": ()}
+
+    def predicted(*words):
+        outcome = run(capfd, "landings", here / "log.csv", "go2", "--contact", "FL_foot", "--prove", 0, "--format", "json", *words)
+        assert (outcome.code, outcome.err) == (0, "")
+        found = json.loads(outcome.out)["measured"]
+        return {one["model"]: [row for row in found if row["model"] == one["model"]] for one in found}
+
+    together = predicted(*drives, "--joints", ",".join(models))
+    assert together == {model: predicted(*words, "--joints", model)[model] for model, words in models.items()}
+    assert together["free"] != together["geared"]
 
 
 def test_rigid_springs_are_left_out_where_there_are_none(here, capfd):

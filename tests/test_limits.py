@@ -7,6 +7,7 @@ import json
 import math
 
 import numpy as np
+import pandas
 import pytest
 from commands import STICK, good, run
 from trees import known_robot
@@ -371,7 +372,19 @@ def test_command(capfd, tmp_path):
     assert (found["schema"], found["file_limits"], found["range"]) == ("shockpc.limits/1", [-140.0, -20.0], [-150.0, 0.0])
     assert run(capfd, *words, "--format", "csv").out == (tmp_path / "limits.csv").read_text()
     rows = list(csv.DictReader((tmp_path / "limits.csv").read_text().splitlines()))
-    assert float(rows[-1]["high [deg]"]) == found["limits"][-1]["allowed"][-1]["high"]
+    for one in found["limits"]:
+        of_strikes = [row for row in rows if [float(row[f"{end} strike angle [deg]"]) for end in ("least", "greatest")] ==
+            one["strike_angles_deg"]]  # fmt: skip
+        runs = {"feasible": one["feasible"], "both": one["allowed_and_feasible"]}
+        runs["allowed"] = [[interval["low"], interval["high"]] for interval in one["allowed"]]
+        for values, expected in runs.items():
+            intervals = [[row["low [deg]"], row["high [deg]"]] for row in of_strikes if row["values"] == values]
+            assert intervals == [[repr(end) for end in run] for run in expected] or (intervals, expected) == ([["", ""]], [])
+    assert len({row["values"] for row in rows}) == 3
+    postures = pandas.read_csv(tmp_path / "postures.csv")
+    assert set(map(str, postures.dtypes)) == {"float64"}
+    wanted = [[low, high] for one in found["postures"] for low, high in one["allowed_strike_angles_deg"] or [(np.nan, np.nan)]]
+    np.testing.assert_array_equal(postures.iloc[:, -2:], wanted)
     assert {file.name for file in tmp_path.iterdir() if file.name[0] != "."} == {
         "limits.json", "limits.csv", "postures.csv", "report.md", "report.html", "limits.svg", "limits.png",
     }  # fmt: skip

@@ -20,6 +20,7 @@ from shockpc.evaluation.varied_scene import applied
 from shockpc.landing.scene import Contact, Joints, Part, Point, Posture, Scene, Strike
 from shockpc.profile import profile_of, shock_profile
 from shockpc.robot.changes import Change, changed, links_with_mass
+from shockpc.show.reports.sensitivity import sensitivity_report
 from shockpc.studies.improve import improve
 from shockpc.studies.limits import limits
 from shockpc.studies.sensitivity import sensitivity
@@ -419,6 +420,10 @@ def test_command(capfd, tmp_path):
     first = next(csv.DictReader(text.splitlines()))
     effect = next(e for e in document["effects"] if e["parameter"] == first["parameter"] and e["of"] == first["of"])
     assert float(first["shock [-]"]) == effect["derivatives"][0] * effect["step"] == effect["up"]
+    assert (first["unit"], effect["unit"]) == ("deg", "rad")
+    assert float(first["step"]) == pytest.approx(math.degrees(effect["step"]), abs=1e-11)
+    assert f"{float(first['value']):.4g} deg" in table
+    assert f"{float(first['shock [%]']):.3f}" in table
     assert {file.name for file in tmp_path.iterdir() if file.name[0] != "."} == {
         "sensitivity.json", "sensitivity.csv", "report.md", "report.html", "sensitivity.svg", "sensitivity.png",
     }  # fmt: skip
@@ -448,6 +453,22 @@ def test_worst_and_mean_of_several_landings():
         for step, change in ((effect.step, effect.up), (-effect.step, effect.down)):
             assert change == pytest.approx((values + step * slopes).max() - values.max(), abs=1e-15)
         assert changes(mean)[key].up == pytest.approx(effect.step * slopes.mean(), abs=1e-15)
+
+
+def test_nothing_has_less_than_no_reflected_inertia():
+    """The opposite of a step from zero has no effect in table, document and spreadsheet, and does not rank the parameter."""
+    study = sensitivity(FEET, IMU, known_robot("hyq"), groups=("lf_*",))
+    none = {effect.name for effect in study.effects if effect.kind == "armature" and np.isnan(study.opposite(effect))}
+    assert none == {effect.name for effect in study.effects if effect.kind == "armature"} > {"lf_*"}
+    table, report = study.table.columns, sensitivity_report(study).json()["effects"]
+    assert all(one["down"] is None for one in report if one["parameter"] == "armature")
+    opposite = table["opposite shock [-]"]
+    assert np.array_equal(np.isnan(opposite), table["parameter"] == "armature")
+    assert all(effect.down == study.opposite(effect) for effect in study.effects if effect.kind != "armature")
+    sizes = np.fmax(abs(table["shock [-]"]), abs(opposite))
+    assert (np.diff(sizes) <= 0.0).all()
+    some = sensitivity(FEET, IMU, known_robot("hyq"), vary={"armature:lf_hfe_joint": "0.1:0.2"})
+    assert np.isnan(some.opposite(some.effects[0]))
 
 
 def test_less_is_worse():

@@ -8,7 +8,7 @@ from typing import Any, Literal
 from shockpc.cli.declare import argument, command, group
 from shockpc.cli.options import ROBOT, OutputOptions, RunOptions, SceneOptions, in_run
 from shockpc.cli.output import emit, exit_code
-from shockpc.cli.parse import JointModelName, joint_models, path
+from shockpc.cli.parse import joint_models, path
 from shockpc.cli.process import print_error
 from shockpc.cli.rows import computed
 from shockpc.cli.scenes import scenes_in
@@ -17,10 +17,11 @@ from shockpc.cli.tables import table_and_scene
 from shockpc.evaluation.recorded import recorded_landings
 from shockpc.evaluation.recorded_rows import rows_of_scenes
 from shockpc.evaluation.recorded_table import rows_of
-from shockpc.landing.joint_model import joint_model
+from shockpc.landing.joint_model import joint_model, with_model
+from shockpc.landing.posture import spelled_out
 from shockpc.landing.record import options_of
 from shockpc.landing.resolve import landing_of
-from shockpc.landing.scene import Joints, Scene
+from shockpc.landing.scene import JointModelName, Joints, Scene
 from shockpc.landing.scene_file import scene_text
 from shockpc.show.reports.landings import landings_report
 from shockpc.studies.landings import compare_measured, refuse_unused
@@ -55,7 +56,7 @@ def landings(
 ) -> int:
     models, asked_for = joints_ or (), given(study, typed)
     rank, renames = asked_for.get("rank"), asked_for.pop("rename", {})
-    options = options._replace(given={**options.given, "joints": models[0] if models else None})
+    options = options._replace(given={**options.given, "joints": models[0] if len(models) == 1 else None})
     if table.is_dir():
         if robot is not None or renames:
             raise StudyError(f'the scenes of "{table}" have their robot and no columns; leave out {robot or "--map"}')
@@ -65,14 +66,12 @@ def landings(
         if robot is None:
             raise StudyError(f"a table needs a robot: shockpc landings {table} ROBOT --contact …")
         columns, loaded, scene = table_and_scene(table, robot, options, renames)
-        if (
-            models[1:]
-            and "rigid" in models
-            and not joint_model(loaded, dataclasses.replace(scene.joints, model=None)).springs.any()
-        ):
-            print_error(f'joint model rigid is left out, because no joint of "{loaded.name}" has a spring')
-            models = tuple(model for model in models if model != "rigid")
-            scene = dataclasses.replace(scene, joints=dataclasses.replace(scene.joints, model=models[0]))
+        modelled: dict[str, Scene] = {model: dataclasses.replace(scene, joints=with_model(scene.joints, model)) for model in models}
+        if models[1:]:
+            if "rigid" in models and not joint_model(loaded, with_model(scene.joints, None)).springs.any():
+                print_error(f'joint model rigid is left out, because no joint of "{loaded.name}" has a spring')
+                del modelled["rigid"]
+            scene = next(iter(modelled.values()))
         rows_in_table = rows_of(columns, landing_of(scene, loaded), renames)
     if len(models) > 1 and not rows_in_table.measured:
         raise StudyError("several joint models are compared with what was measured, but the table has no column after_…")
@@ -81,7 +80,7 @@ def landings(
     if command_ is not None:
         if output.out is not None or output.format != "table":
             raise StudyError("--command prints the scene of one landing and nothing else; leave out --out and --format")
-        sys.stdout.write(scene_text(source.case(source.row_named(command_)), Path.cwd()))
+        sys.stdout.write(scene_text(spelled_out(source.case(source.row_named(command_)), loaded), Path.cwd()))
         return 0
     refuse_unasked(study, options, typed, (measured.key for measured in rows_in_table.measured if "@" in measured.key))
     typed_stiffness = options.given.get("contact_stiffness") is not None
@@ -90,11 +89,8 @@ def landings(
     # Before anything is written, because one of several joint models may be refused.
     comparison, defects = None, list[str]()
     if rows_in_table.measured:
-        compared: dict[str, Scene] = {
-            model: dataclasses.replace(scene, joints=dataclasses.replace(scene.joints, model=model)) for model in models
-        }
         try:
-            comparison = compare_measured(columns, compared or {source.first.joint_model.name: scene}, loaded, renames)
+            comparison = compare_measured(columns, modelled or {source.first.joint_model.name: scene}, loaded, renames)
         except DefectError as defect:  # the rows are given nevertheless
             defects = [defect.trace]
     with computed(evaluation, "landings", output.out, rows, run) as results:

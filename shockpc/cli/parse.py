@@ -3,17 +3,17 @@
 import math
 import re
 from pathlib import Path
-from typing import Literal, TypeAlias, get_args
+from typing import TypeAlias, get_args
 
 import typer
 
+from shockpc.landing.scene import JointModelName
 from shockpc.text.errors import OutputError
 from shockpc.text.paths import is_path, usable_path
 
 Vector: TypeAlias = tuple[float, float, float]
 Span: TypeAlias = tuple[float, float]
 Setting: TypeAlias = tuple[str, float]
-JointModelName: TypeAlias = Literal["free", "geared", "rigid", "locked"]
 Variable: TypeAlias = tuple[str, str | None]
 Motor: TypeAlias = tuple[str, tuple[float, float | None, float | None]]
 """Joint; inertia, gear ratio and stiffness of a rotor."""

@@ -8,6 +8,7 @@ from typing import Any, TypeVar
 
 from shockpc.cli.options import SceneOptions
 from shockpc.landing.contact import contact_name, landing_frames, match_contacts
+from shockpc.landing.joint_model import with_model
 from shockpc.landing.level_feet import default_landings
 from shockpc.landing.ratings import part_from
 from shockpc.landing.scene import Contact, Joints, Posture, Rotor, Scene, Strike, replaced_ways
@@ -246,6 +247,9 @@ def _posture(posture: Posture, options: SceneOptions) -> Posture:
 
 
 def _joints(joints: Joints, options: SceneOptions) -> Joints:
+    given = options.fields(Joints)
+    # A model that is typed replaces what the scene says of drives; what is typed beside it counts with it.
+    joints = with_model(joints, given["model"]) if "model" in given else joints
     locked = tuple(dict.fromkeys([*joints.locked, *options.lock]))
     motors = [(name, Rotor(inertia=inertia, gear_ratio=n, stiffness=k)) for name, (inertia, n, k) in options.rotor]
     # One way of giving a joint's drive replaces the scene's way.
@@ -253,7 +257,7 @@ def _joints(joints: Joints, options: SceneOptions) -> Joints:
     armature = {name: one for name, one in joints.armature.items() if name not in dict(options.rotor)}
     return _with(
         joints,
-        **options.fields(Joints),
+        **given,
         armature=_replaced(armature, options.armature),
         rotor=_replaced(rotor, motors),
         stiffness=_replaced(joints.stiffness, options.joint_stiffness),

@@ -7,13 +7,14 @@ more than this one.
 """
 
 import functools
+from dataclasses import replace
 from pathlib import Path
 from typing import NamedTuple
 
 import numpy as np
 
 from shockpc.core.spatial import Array
-from shockpc.landing.scene import Joints
+from shockpc.landing.scene import JointModelName, Joints
 from shockpc.robot.drives import Drive, drives_like, drives_of, read_drives
 from shockpc.robot.robot import Drives, Robot
 from shockpc.text.errors import SceneError
@@ -75,9 +76,15 @@ def joint_model(robot: Robot, joints: Joints) -> JointModel:
     Raises:
         UnknownName: a pattern fits no joint.
         SceneError: an inertia or a stiffness that is not above zero, a rotor without a gear ratio, a drive on a floating joint,
-            "geared" without any reflected inertia, or a joint locked apart from the one that it follows.
+            "geared" without any reflected inertia, "free" with one, or a joint locked apart from the one that it follows.
     """
     nv = robot.model.nv
+    if joints.model == "free" and (inertias := [*joints.armature, *joints.rotor]):
+        raise SceneError(
+            f"the joints are to be free, but a reflected inertia of {listed(inertias, 4)} is given; "
+            'leave out model = "free" (--joints free), or the armature and rotor',
+            joints=inertias,
+        )
     drives = _drives(robot, joints)
     armature = np.array(robot.model.armature) if joints.model != "free" else np.zeros(nv)
     armature = np.where(drives.known, drives.armature, armature)
@@ -154,6 +161,15 @@ def joint_model(robot: Robot, joints: Joints) -> JointModel:
     return JointModel(armature, locked, name, stiffness, drive_stiffness, rotor, label, unknown, torque)
 
 
+def with_model(joints: Joints, model: JointModelName | None) -> Joints:
+    """The joints with another model, without what has no effect on it: drives of free joints, springs too of locked ones."""
+    if model == "free":
+        joints = replace(joints, armature={}, rotor={}, drives=None)
+    if model == "locked":
+        joints = replace(joints, armature={}, rotor={}, stiffness={})
+    return replace(joints, model=model)
+
+
 def _with_rigid_springs(
     robot: Robot, armature: Array, locked: np.ndarray, rotor: Array, drive_stiffness: Array, stiffness: Array
 ) -> tuple[Array, np.ndarray]:
@@ -178,8 +194,10 @@ def without_springs(armature: Array, locked: np.ndarray, name: str) -> JointMode
 
 
 def _drives(robot: Robot, joints: Joints) -> Drives:
-    """The drives that count for the scene beside those of the robot's file."""
-    if joints.drives is not None and joints.drives != "none":
+    """The drives that count for the scene beside those of the robot's file: none of free joints."""
+    if joints.model == "free" or joints.drives == "none":
+        return Drives.none(robot.model.nv)
+    if joints.drives is not None:
         if not is_path(joints.drives):
             return drives_like(robot, joints.drives)
         path = Path(joints.drives).expanduser()
@@ -189,8 +207,7 @@ def _drives(robot: Robot, joints: Joints) -> Drives:
             stamp = status.st_mtime_ns
             inputs.setdefault((status.st_dev, status.st_ino), "drives file")
         return drives_of(robot, _drives_file(path, stamp), f"drives of {path.name}")
-    default = robot.default_drives
-    return Drives.none(robot.model.nv) if default is None or joints.drives == "none" or joints.model == "free" else default
+    return robot.default_drives or Drives.none(robot.model.nv)
 
 
 @functools.lru_cache(maxsize=4)

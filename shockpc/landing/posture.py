@@ -9,14 +9,14 @@ import numpy as np
 import pinocchio as pin
 
 from shockpc.core.spatial import Array
-from shockpc.landing.scene import Posture
-from shockpc.robot.landmarks import standing_posture
+from shockpc.landing.scene import Posture, Scene
+from shockpc.robot.landmarks import BENT, standing_posture
 from shockpc.robot.robot import Joint, Robot
 from shockpc.robot.slack import LIMIT_SLACK
 from shockpc.text.arguments import checked
-from shockpc.text.diagnostic import Diagnostic
+from shockpc.text.diagnostic import Diagnostic, by_cause
 from shockpc.text.errors import SceneError, ShockError
-from shockpc.text.printed import listed, printable
+from shockpc.text.printed import printable
 
 TURN = 2.0 * math.pi
 """A whole turn [rad]."""
@@ -40,6 +40,25 @@ def reference_name(robot: Robot, wanted: str | None) -> str:
         known = dict.fromkeys([*robot.postures, "neutral"])
         raise robot.unknown("posture", wanted, known)
     return wanted
+
+
+def spelled_out(scene: Scene, robot: Robot) -> Scene:
+    """A scene in which the values of joints stand in place of a posture that no file has, and that is computed for the robot.
+
+    It is the same landing where that posture is not known or has other values: a robot with reference postures has none.
+    """
+    posture = scene.posture
+    if posture.reference != BENT or "neutral" in robot.postures:
+        return scene
+    bent, start = robot.postures[BENT], robot.start
+    given = {name for pattern in (*posture.joints, *posture.joints_deg) for name in robot.match_joints(pattern)}
+    turned = [joint for joint in robot.independent_joints if joint.value(bent) != joint.value(start) and joint.name not in given]
+    joints = {joint.name: joint.value(bent) for joint in turned} | {**posture.joints}
+    movable = scene.assemble
+    if scene.closure and not movable:  # joints that the posture sets do not move to close loops
+        given |= {*posture.joint_quaternions}
+        movable = tuple(name for name in robot.joint_names if name not in given)
+    return replace(scene, posture=replace(posture, reference="neutral", joints=joints), assemble=movable)
 
 
 @checked
@@ -299,8 +318,8 @@ def displaced(robot: Robot, q: Array, steps: Array) -> Array:
 
 
 def outside_limits(robot: Robot, q: Array) -> tuple[Diagnostic, ...]:
-    """Warnings of the joints outside their limits, one for all that are equally far out, with the consequence."""
-    outside: dict[str, dict[str, float]] = {}
+    """Warnings of the joints outside their limits, with the consequence."""
+    warnings = []
     for joint in robot.single_joints:
         if joint.kind not in ("revolute", "prismatic"):
             continue
@@ -308,14 +327,9 @@ def outside_limits(robot: Robot, q: Array) -> tuple[Diagnostic, ...]:
         excess = max(low - value, value - high)
         if excess > LIMIT_SLACK:
             unit, size = ("m", 1.0) if joint.kind == "prismatic" else ("deg", math.degrees(1.0))
-            where = f"{excess * size:.3g} {unit} outside the limits [{low * size:.3g}, {high * size:.3g}]"
-            outside.setdefault(where, {})[joint.name] = excess
-    return tuple(
-        Diagnostic(
-            "limits",
-            "+".join(excesses),
-            max(excesses.values()),
-            f"joint{'s' * (len(excesses) > 1)} {listed(excesses, 4)}: {where}; the profile is computed there all the same",
-        )
-        for where, excesses in outside.items()
-    )
+            limits = f"the limits [{low * size:.3g}, {high * size:.3g}]"
+            if low == high == 0.0:
+                limits = "limits that are both 0 in the file, as exports without limits write them"
+            text = f'joint "{joint.name}": {excess * size:.3g} {unit} outside {limits}; the profile is computed there all the same'
+            warnings.append(Diagnostic("limits", joint.name, excess, text))
+    return by_cause(warnings)

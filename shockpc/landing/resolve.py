@@ -155,6 +155,11 @@ def landing_of(scene: Scene, robot: Robot) -> PosedLanding:
     if scene.joints.model == "rigid" and not joint_model(robot, replace(scene.joints, model=None)).springs.any():
         text = "the springs are to be rigid, but no joint has a spring, so nothing changes; give one with a stiffness or a rotor"
         warnings.append(Diagnostic("scene", robot.name, None, text))
+    if scene.joints.model == "free" and scene.joints.drives not in (None, "none"):
+        text = (
+            f"free joints have no drives, so those of {scene.joints.drives} do not count; leave out the drives, or the model free"
+        )
+        warnings.append(Diagnostic("scene", robot.name, None, text))
     along = [contact.frame for contact in scene.contact if contact.restitution_along == "directions"]
     if along and not any(contact.restitution for contact in scene.contact) and scene.contact_damping is None:
         text = f"the restitution of {listed(along)} is along its directions, but no contact has one, so nothing changes; give one"

@@ -33,6 +33,7 @@ CONTACTS = "foam 1e4, a rubber foot 1e5, running surfaces 7.5e4 to 9.5e5 (Kerdok
 """What stiffness contacts have; the guide for designers gives all sources."""
 
 Base = Literal["free", "planar", "fixed"]
+JointModelName = Literal["free", "geared", "rigid", "locked"]
 """How the base may move."""
 
 
@@ -180,12 +181,12 @@ class Joints(Record):
             velocities.
     """
 
-    model: Literal["free", "geared", "rigid", "locked"] | None = option(
+    model: JointModelName | None = option(
         None,
         "All joints turn freely, resist by the reflected inertia of their drives, are as modelled with springs that do not yield, "
-        "or are locked; by default each is as its drive makes it. Of free joints those resist to which --armature, --rotor or "
-        "--drives FILE gives an inertia; of rigid ones a joint with a spring is locked, and a rotor behind one is joined to "
-        "its joint.",
+        "or are locked; by default each is as its drive makes it. Free joints have no reflected inertia, whatever the robot's "
+        "file, --drives or the catalogue give; of rigid ones a joint with a spring is locked, and a rotor behind one is joined "
+        "to its joint.",
         JOINT_MODEL,
         name="joints",
     )

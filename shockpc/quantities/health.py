@@ -11,9 +11,10 @@ from shockpc.landing.stops import at_stops, driven_beyond, has_stops
 from shockpc.quantities.accuracy import data_sensitivity, double_error, nearly_singular, oversized, redundant, strained
 from shockpc.quantities.parts import REMEDIES
 from shockpc.quantities.plausibility import angles, gained, heights, inertias, masses, pulled, slipping, straight
+from shockpc.quantities.standing import lying
 from shockpc.quantities.table import quantity
 from shockpc.robot.geometry import body_outline
-from shockpc.text.diagnostic import Diagnostic
+from shockpc.text.diagnostic import Diagnostic, by_cause
 
 if TYPE_CHECKING:
     from shockpc.quantities.profile import ShockProfile
@@ -51,7 +52,7 @@ class Health(NamedTuple):
 
 
 def health_of(profile: "ShockProfile") -> Health:
-    """How far to trust a profile; its warnings are those of `CHECKS`, in that order."""
+    """How far to trust a profile; its warnings are those of `CHECKS`, one for each cause, those of the largest effect first."""
     proof = profile.proof
     return Health(
         rank=len(profile.choice.rows),
@@ -61,7 +62,7 @@ def health_of(profile: "ShockProfile") -> Health:
         double_error=double_error(profile.landing, proof, profile.double_jumps[..., 3]),
         data_sensitivity=data_sensitivity(profile)[0],
         bits=proof.bits,
-        warnings=tuple(warning for check in CHECKS for warning in check(profile)),
+        warnings=by_cause(warning for check in CHECKS for warning in check(profile)),
     )
 
 
@@ -136,15 +137,17 @@ def _beyond_stops(profile: "ShockProfile") -> Iterator[Diagnostic]:
         elif beyond[joint.v].any() and not (profile.scene.stops and counted):
             remedy = ": count it with stops = true (--stops)" if counted else ", because it shares its body with other joints"
             rate = abs(float(rates[joint.v.start]))
+            both = " (both are 0 in the file, as exports without limits write them)" if joint.limits == (0.0, 0.0) else ""
             text = (
-                f"{joint.name} is at its limit, and the impact drives it beyond at {rate:.3g} {joint.unit}/s; its end stop is "
-                f"left out{remedy}"
+                f"{joint.name} is at its limit{both}, and the impact drives it beyond at {rate:.3g} {joint.unit}/s; its end stop "
+                f"is left out{remedy}"
             )
             yield Diagnostic("limits", joint.name, rate, text)
 
 
 CHECKS: tuple[Callable[["ShockProfile"], Iterable[Diagnostic]], ...] = (
     oversized,
+    lying,
     lambda profile: (Diagnostic("robot", profile.robot.name, None, text) for text in profile.robot.warnings),
     lambda profile: (*profile.robot.change_warnings, *profile.landing.warnings),
     inertias,
@@ -165,4 +168,4 @@ CHECKS: tuple[Callable[["ShockProfile"], Iterable[Diagnostic]], ...] = (
     _beyond_stops,
     lambda profile: (Diagnostic("geometry", profile.robot.name, None, text) for text in body_outline(profile.robot).warnings),
 )
-"""What warns of a profile; the first warning counts most."""
+"""What warns of a profile; of one kind of warnings the first counts most."""

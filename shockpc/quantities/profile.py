@@ -21,8 +21,10 @@ from shockpc.landing.dynamics import dynamics
 from shockpc.landing.joint_model import without_springs
 from shockpc.landing.landing import OfLanding, PosedLanding
 from shockpc.landing.places import Place, PlaceKind, body_places
+from shockpc.landing.posture import spelled_out
 from shockpc.landing.ratings import strength, torque_strength
 from shockpc.landing.rows import slices_of
+from shockpc.landing.scene import Scene
 from shockpc.quantities.health import Health, health_of
 from shockpc.quantities.parts import MarginLost, margin_lost, not_judged
 from shockpc.quantities.quantity import Quantity
@@ -86,6 +88,11 @@ class ShockProfile(OfLanding):
 
     def __repr__(self) -> str:
         return f"ShockProfile(landing={self.landing!r})"
+
+    @cached_property
+    def scene(self) -> Scene:
+        """What lands, with every default filled in; in place of a posture that is computed the values of its joints."""
+        return spelled_out(self.landing.scene, self.robot)
 
     def places(self, kind: PlaceKind) -> tuple[Place, ...]:
         """The places of one kind, as those of the landing."""

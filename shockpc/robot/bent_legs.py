@@ -12,7 +12,7 @@ import pinocchio as pin
 
 from shockpc.core.spatial import Array
 from shockpc.robot.catalogue import closing_scene
-from shockpc.robot.landmarks import LEG_END, each_foot, is_foot
+from shockpc.robot.landmarks import each_foot, is_foot
 from shockpc.robot.robot import Joint, Robot
 
 ANGLE = math.radians(30.0)
@@ -24,7 +24,7 @@ STRAIGHT = math.radians(15.0)
 PARALLEL = math.radians(5.0)
 """Angle between axes up to which they count as parallel, and room of a knee up to which it has none."""
 
-LEG = rf"{LEG_END}|leg(?!ro)|thigh|knee|calf|shank"
+LEG_PART = r"(?i)ankle|leg(?!ro)|thigh|knee|calf|shank"
 """Names of parts of a leg; no finger of an "allegro" hand."""
 
 SHORT_SHARE = 0.25
@@ -34,22 +34,27 @@ SHORT_SHARE = 0.25
 def bent_legs(robot: Robot) -> Array | None:
     """The neutral configuration (nq,) with straight legs bent by 30° at the knee; None where no leg can be.
 
-    A leg ends in a foot, and a link or joint of it is named like a part of a leg, a foot or a wheel. Its knee is the first joint
-    whose axis is parallel to that of a joint before it, the hip, with a thigh between them and a shank beyond, which ends at the
-    next joint with such an axis, the ankle, or at the foot. The knee turns to the side on which its limits leave more room, or
-    forward; the hip turns so that the end of the shank stays on the line from the hip on which it was, and the ankle keeps the
-    direction of the foot.
+    A leg is what `ends_leg` says. Its knee is the first joint whose axis is parallel to that of a joint before it, the hip, with a
+    thigh between them and a shank beyond, which ends at the next joint with such an axis, the ankle, or at the foot. The knee turns
+    to the side on which its limits leave more room, or forward; the hip turns so that the end of the shank stays on the line from
+    the hip on which it was, and the ankle keeps the direction of the foot.
     """
     if robot.loops:
         return None
     placed, q = robot.joint_placements(robot.start), np.array(robot.start)
     for foot in each_foot(robot):
-        if any(is_foot(name) or re.search(LEG, name) for name in (foot, *_limb_names(robot, robot.frames[foot].body))):
+        if ends_leg(robot, foot):
             for joint, turn in _turns(robot, placed, foot):
                 joint.set(joint.value(robot.start) + turn, q)
     robot.set_followers(q)
     # Limbs that a scene of the catalogue joins to one another cannot bend alone.
     return None if (q == robot.start).all() or closing_scene(robot.source.path) else q
+
+
+def ends_leg(robot: Robot, foot: str, wheels: bool = True) -> bool:
+    """Whether the limb of a foot is a leg: a link or joint of it is named like a foot, a part of a leg or, if asked, a wheel."""
+    part = f"{LEG_PART}|wheel" if wheels else LEG_PART
+    return any(is_foot(name) or re.search(part, name) for name in (foot, *_limb_names(robot, robot.frames[foot].body)))
 
 
 def _limb_names(robot: Robot, body: int) -> Iterator[str]:

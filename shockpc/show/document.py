@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 import shockpc
+from shockpc.core.spatial import Array
 from shockpc.landing.dynamics import PINOCCHIO
 from shockpc.landing.places import PlaceKind
 from shockpc.landing.scene import GRAVITY, Scene
@@ -59,7 +60,8 @@ def content(profile: ShockProfile, spectrum: bool = False) -> dict[str, Any]:
         "total": whole.pop("total"),
         "energy": whole.pop("energy"),
         "joints": [
-            {"joint": place.name} | joint for place, joint in zip(profile.places("joint"), _selected(profile, "joint"), strict=True)
+            {"joint": place.name, "position": position} | joint
+            for place, position, joint in zip(profile.places("joint"), positions(profile), _selected(profile, "joint"), strict=True)
         ],
         "bracket": profile.bracket,
         "assembly": assembly
@@ -81,6 +83,12 @@ def content(profile: ShockProfile, spectrum: bool = False) -> dict[str, Any]:
             for one, quantities in zip(profile.parts, _selected(profile, "part"), strict=True)
         ],
     }
+
+
+def positions(profile: ShockProfile) -> list[float | Array]:
+    """Where each joint stands [rad, m]: its value, or of one with several degrees of freedom its coordinates in q."""
+    joints = [profile.robot.joint(place.name) for place in profile.places("joint")]
+    return [profile.q[joint.q] if joint.axis is None else joint.value(profile.q) for joint in joints]
 
 
 def _selected(profile: ShockProfile, kind: PlaceKind, section: str = "") -> list[dict[str, Any]]:

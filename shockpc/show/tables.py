@@ -22,6 +22,7 @@ _MARKUP = (
     r"[\\`*|~$]|\](?=[(\[:])|(?<![^\W_])_|_(?![^\W_])|^[#+=]|^-(?=[ -])|(?i:(?<=http)|(?<=https)|(?<=ftp)):(?=//)|(?i:(?<=www))\."
 )
 _FORMULA = tuple("=+-@＝＋－＠")
+_NUMBER = re.compile(r"[+-]?\d+(\.\d+)?(e[+-]?\d+)?", re.ASCII | re.IGNORECASE)
 
 
 class Sheet(NamedTuple):
@@ -160,10 +161,10 @@ def _at_the_point(cells: list[str]) -> list[str]:
 
 
 def exact(cell: Cell) -> str:
-    """A cell with all digits, empty where there is nothing; a text is printable and no formula."""
+    """A cell with all digits, empty where there is nothing; a text is printable and no formula, as a number is none."""
     if isinstance(cell, str):
         text = printable(cell)
-        return f"'{text}" if text.lstrip(" ").startswith(_FORMULA) else text
+        return f"'{text}" if text.lstrip(" ").startswith(_FORMULA) and not _NUMBER.fullmatch(text) else text
     return "" if cell is None or math.isnan(cell) else repr(float(cell) + 0.0)
 
 

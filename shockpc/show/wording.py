@@ -16,6 +16,7 @@ from shockpc.quantities.quantity import Quantity
 from shockpc.robot.drives import similar_robots
 from shockpc.robot.landmarks import BENT, each_foot, recognised
 from shockpc.robot.robot import WORLD, Robot
+from shockpc.text.diagnostic import Diagnostic
 from shockpc.text.printed import UNITS, few, listed, printable
 
 if TYPE_CHECKING:
@@ -122,16 +123,17 @@ def shared_lines(landings: Mapping[str, ShockProfile]) -> list[tuple[str, str]]:
 
 def shared_warnings(landings: Mapping[str, ShockProfile], without: str = "") -> list[str]:
     """A line for each thing that landings warn of, with the landing in which it is largest. Args: without, warnings of a kind."""
-    warnings: dict[tuple[str, str], list[tuple[float, str, str]]] = {}
+    warnings: dict[object, list[tuple[Diagnostic, str]]] = {}
     for name, profile in landings.items():
         for one in profile.health.warnings:
             if one.kind != without:
-                warnings.setdefault((one.kind, one.subject), []).append((abs(one.value or 0.0), str(one), name))
+                warnings.setdefault(one.cause, []).append((one, name))
     lines = []
-    for every in warnings.values():
-        _, text, name = max(every, key=lambda one: one[0])
-        less = f", less in {len(every) - 1} more" if len(every) > 1 else ""
-        lines.append(f"warning: {text}" + ("" if len(every) == len(landings) else f" (in {name}{less})"))
+    for every in sorted(warnings.values(), key=lambda every: every[0][0].rank):
+        worst, name = max(every, key=lambda pair: pair[0].size)
+        named = list(dict.fromkeys(name for _, name in every))
+        less = f", less in {len(named) - 1} more" if len(named) > 1 else ""
+        lines.append(f"warning: {worst}" + ("" if len(named) == len(landings) else f" (in {name}{less})"))
     return lines
 
 
@@ -206,7 +208,7 @@ def _drive_texts(profile: ShockProfile, among: Collection[ShockProfile]) -> list
 
 def posture_text(profile: ShockProfile) -> str:
     """The reference posture and what was set besides, with units."""
-    posture = profile.scene.posture
+    posture = profile.landing.scene.posture
     bent = " (neutral, with straight legs bent by 30 deg at the knees, as no standing posture is known)"
     words = [printable(str(posture.reference)) + bent * (posture.reference == BENT)]
     words += _settings(profile.robot, posture.joints, ("rad", "m")) + _settings(profile.robot, posture.joints_deg, ("deg", "m"))

@@ -32,7 +32,7 @@ from shockpc.quantities.profile import ShockProfile
 from shockpc.robot.robot import Joint, Robot
 from shockpc.studies.declare import study
 from shockpc.text.errors import SolveError, StudyError
-from shockpc.text.printed import UNITS
+from shockpc.text.printed import UNITS, in_degrees
 from shockpc.text.toml import LARGEST_NUMBER
 
 STRIKES = (-30.0, 75.0)
@@ -176,15 +176,28 @@ class JointLimits:
 
     @property
     def table(self) -> Table:
-        """A row for every interval of values that keeps the bound, at its strike angle or range of strike angles."""
-        ends = "least strike angle [deg]", "greatest strike angle [deg]"
-        header = (*ends, f"low [{self.shown_unit}]", f"high [{self.shown_unit}]", "low end", "high end")
-        rows = (
-            (*map(math.degrees, one.strikes), self.shown(i.low), self.shown(i.high), i.low_end, i.high_end)
-            for one in self.limits
-            for i in one.allowed
-        )
-        return Table.of_rows(header, rows)
+        """At every strike angle, and over the range, a row for each interval of values: those allowed, those feasible, and both.
+
+        A row without ends says that there are none. An end is that of the bound, of the range, of a loop, or of what the ground
+        allows.
+        """
+        unit = self.shown_unit
+        best = f"{'greatest' if self.bound.below else 'least'} {self.target.selection.name} [{self.target.unit}]"
+        header = (
+            "least strike angle [deg]", "greatest strike angle [deg]", "values", f"low [{unit}]", f"high [{unit}]", "low end",
+            "high end", best, f"at [{unit}]",
+        )  # fmt: skip
+        return Table.of_rows(header, (row for one in self.limits for row in self._rows(one)))
+
+    def _rows(self, one: StrikeLimits) -> Iterator[tuple[float | str | None, ...]]:
+        ends: dict[float, str] = dict.fromkeys(self.range, "range")
+        feasible = [(low, high, *(ends.get(end, "ground") for end in (low, high))) for low, high in one.feasible]
+        ends |= {end: name for interval in one.allowed for end, name in zip(interval[:2], interval[2:], strict=True)}
+        usable = [(low, high, *(ends.get(end, "ground") for end in (low, high))) for low, high in one.usable]
+        strikes = tuple(map(in_degrees, one.strikes))
+        for values, intervals in (("allowed", one.allowed), ("feasible", feasible), ("both", usable)):
+            for low, high, *names in intervals or [(math.nan, math.nan, None, None)]:
+                yield (*strikes, values, self.shown(low), self.shown(high), *names, one.best, self.shown(one.best_at))
 
     @functools.cached_property
     def unchanged(self) -> bool:

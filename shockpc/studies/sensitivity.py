@@ -36,6 +36,7 @@ from shockpc.robot.changes import Property
 from shockpc.robot.robot import Robot
 from shockpc.studies.declare import study
 from shockpc.text.errors import StudyError
+from shockpc.text.printed import UNITS
 from shockpc.text.trace import Trace
 
 ZERO = 1e-12
@@ -139,17 +140,28 @@ class Sensitivity:
     def ranked(self) -> tuple[Effect, ...]:
         """The effects that exist, the step with the largest change of the target first."""
         known = (effect for effect in self.effects if not effect.reason)
-        return tuple(sorted(known, key=lambda effect: -max(abs(effect.up), abs(effect.down))))
+        return tuple(sorted(known, key=lambda effect: -max(abs(effect.up), np.nan_to_num(abs(self.opposite(effect))))))
+
+    def opposite(self, effect: Effect) -> float:
+        """Change of the target by the opposite step [its unit]; NaN where less than none would be left of a mass or an armature."""
+        landing, step = self.profiles[0].landing, abs(effect.step)
+        armatures = {name: abs(weight) for (kind, _, name), weight in effect.parts.items() if kind == "armature"}
+        less = (landing.joint_model.armature[landing.robot.joint(name).v].min() < step * w for name, w in armatures.items())
+        return math.nan if (effect.kind == "mass" and effect.value < step) or any(less) else effect.down
 
     @property
     def table(self) -> Table:
-        """A row for each effect as `ranked`, then those without a derivative, whose messages say why."""
-        target = f"{self.target.selection.name} [{self.target.unit}]"
-        header = ("parameter", "of", "value", "unit", "step", target, f"opposite {target}", f"error {target}")
+        """A row for each effect as `ranked`, then those without a derivative, whose messages say why; angles in degrees."""
+        name = self.target.selection.name
+        target = f"{name} [{self.target.unit}]"
+        header = ("parameter", "of", "value", "unit", "step", target, f"{name} [%]", f"opposite {target}", f"error {target}")
         effects = (*self.ranked, *(effect for effect in self.effects if effect.reason))
-        rows = (
-            (f"{x.kind} {x.axis}".strip(), x.name or None, x.value, x.unit, x.step, x.up, x.down, x.step * x.error) for x in effects
-        )
+        rows = []
+        for x in effects:
+            size, unit = UNITS.get(x.unit, (1.0, x.unit))
+            value, step = (round(size * number, 12) + 0.0 if size != 1.0 else number for number in (x.value, x.step))
+            changes = (x.up, 100.0 * x.up / self.value, self.opposite(x), x.step * x.error)
+            rows.append((f"{x.kind} {x.axis}".strip(), x.name or None, value, unit, step, *changes))
         return Table.of_rows(header, rows, {i: effect.reason for i, effect in enumerate(effects) if effect.reason})
 
     def error(self, effects: Iterable[Effect]) -> float:

@@ -1,14 +1,25 @@
 """What a user should know about a result: a warning as a record, so that no code decides by the words of a message."""
 
+import re
+from collections.abc import Iterable
 from typing import NamedTuple
+
+from shockpc.text.printed import few
+
+KINDS = (
+    "size", "standing", "energy", "inertia", "robot", "unit", "height", "contact", "scene", "posture", "data", "part", "sensor",
+    "geometry", "limits",
+)  # fmt: skip
+"""Kinds of warnings in the order of their effect: no number, another landing or robot than is meant, numbers in doubt, damage, and
+what leaves the numbers as they are."""
 
 
 class Diagnostic(NamedTuple):
     """A warning; `str` gives its text.
 
     Attributes:
-        kind: what it is about: "robot", "scene", "limits", "inertia", "height", "posture", "unit", "geometry", "data", "contact",
-            "sensor", "part", "energy", or "size" where impulses are too large to be determined.
+        kind: what it is about, one of `KINDS`: "size" where impulses are too large to be determined, "standing" where the robot
+            does not stand on its feet.
         subject: name of the body, joint, contact or sensor concerned; empty if it is the whole landing.
         value: the number that gave rise to it, if there is one, in SI units.
         text: what was found, and its consequence.
@@ -21,3 +32,36 @@ class Diagnostic(NamedTuple):
 
     def __str__(self) -> str:
         return self.text
+
+    @property
+    def cause(self) -> tuple[str, str]:
+        """Its kind, and its text without names and numbers: warnings of several places have one cause where these are equal."""
+        names = sorted(filter(None, self.subject.split("+")), key=len, reverse=True)
+        parts = [r" \(\d+ alike: .*\)$", *map(re.escape, names), '"[^"]*"', r"[-+]?\d[\d.e+-]*"]
+        return self.kind, re.sub("|".join(parts), "", self.text)
+
+    @property
+    def rank(self) -> int:
+        """Its place in the order of effects."""
+        return KINDS.index(self.kind) if self.kind in KINDS else len(KINDS)
+
+    @property
+    def size(self) -> float:
+        """How bad it is among those of its cause: the magnitude of its value; of a margin the less, the worse."""
+        return abs(self.value or 0.0) * (-1.0 if self.kind == "part" else 1.0)
+
+
+def by_cause(warnings: Iterable[Diagnostic]) -> tuple[Diagnostic, ...]:
+    """One warning for each cause, the worst of its places with their number and names, in the order of `KINDS`."""
+    groups: dict[object, list[Diagnostic]] = {}
+    for one in warnings:
+        groups.setdefault(one.cause, []).append(one)
+    found: list[Diagnostic] = []
+    for every in groups.values():
+        names = [one.subject for one in sorted(every, key=lambda one: -one.size)]
+        if len(set(names)) < max(len(every), 2):  # one alone, or of one place, which differ in something else
+            found += every
+            continue
+        worst = max(every, key=lambda one: one.size)
+        found.append(worst._replace(subject="+".join(names), text=f"{worst} ({len(every)} alike: {few(names, 4)})"))
+    return tuple(sorted(found, key=lambda one: one.rank))

@@ -94,6 +94,11 @@ def cause_lines(groups: Sequence[Cause], noun: str, most: int) -> Iterator[str]:
         yield f"and {len(left)} other cause{'s' * (len(left) > 1)}"
 
 
+def in_degrees(angle: float) -> float:
+    """An angle [rad] in degrees without the rounding of its conversion: 30, and not 29.999999999999996."""
+    return round(math.degrees(angle), 9) + 0.0
+
+
 def few(names: Sequence[str], most: int, separator: str = ", ", what: str = "") -> str:
     """The first names, and how many more there are."""
     return separator.join(names[:most]) + (f" and {len(names) - most} more{what}" if len(names) > most else "")

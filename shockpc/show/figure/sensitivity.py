@@ -1,5 +1,7 @@
 """The largest effects on a number of some landings as a tornado chart: a bar for each change up and one for the opposite change."""
 
+import math
+
 from matplotlib.figure import Figure
 from matplotlib.patches import Patch
 
@@ -34,13 +36,11 @@ def draw_tornado(study: Sensitivity) -> Figure:
     landing = f"{robot_name(study.profiles[0].robot)}{' landing on' if single else ','} {printable(what, 60)}"
     figure = new_chart(7.2, 1.5 + HEIGHT * len(effects), f"What changes the {target}: {landing}")
     axes, rows = figure.add_subplot(), range(len(effects))
-    largest = max(max(abs(effect.up), abs(effect.down)) for effect in effects)
+    largest = max(abs(change) for effect in effects for change in (effect.up, study.opposite(effect)) if not math.isnan(change))
     largest = max(largest, 1e-9 * abs(study.value)) or 1.0
     for row, effect in enumerate(effects):
-        # Nothing can have less than none of a mass or of a reflected inertia.
-        lower = effect.kind not in ("mass", "armature") or not effect.value < effect.step
-        for change, solid in ((effect.down, False), (effect.up, True)):
-            if solid or lower:
+        for change, solid in ((study.opposite(effect), False), (effect.up, True)):
+            if not math.isnan(change):
                 colour = COLOURS[study.worse(change)]
                 axes.barh(row, change, left=study.value, height=0.72, facecolor=colour if solid else "none", edgecolor=colour)
         percent = 100.0 * effect.up / study.value

@@ -12,7 +12,7 @@ from shockpc.show.tables import Lines, Row, Sheet
 from shockpc.show.wording import count, header_lines, shared_warnings
 from shockpc.studies.fall.strikes import FallStrike, Tip
 from shockpc.studies.fall.study import Falls, StrikeResult
-from shockpc.text.printed import cause_lines, causes, few, listed
+from shockpc.text.printed import cause_lines, causes, few, in_degrees, listed
 
 PAGE, ROWS = 12, 16
 """Strikes that the page shows in three dimensions; rows of a table on a terminal."""
@@ -52,7 +52,7 @@ def fall_report(falls: Falls) -> Report:
 def _lines(falls: Falls) -> Iterator[tuple[str, str]]:
     if falls.results:
         header = dict(header_lines(falls.results[0].profile))
-        postures = dict.fromkeys(result.profile.scene.posture.reference or "" for result in falls.results)
+        postures = dict.fromkeys(result.profile.landing.scene.posture.reference or "" for result in falls.results)
         yield "robot", header["robot"]
         yield "posture", f"{listed(postures)}; joints are held until a strike, and move in it as modelled"
         yield "joint model", header["joint model"]
@@ -101,7 +101,7 @@ def moves(tip: Tip, until: float) -> str:
         parts.append((short, kinds, end))
     words = [(" and ".join(sorted(kinds)), end) for short, kinds, end in parts if not short or len(kinds) > 1 or len(parts) == 1]
     last = [list(same)[-1] for _, same in itertools.groupby(words, lambda part: part[0])]
-    return ", ".join(f"{kind} to {math.degrees(end):.3g}" for kind, end in last)
+    return ", ".join(f"{kind} to {in_degrees(end):.3g}" for kind, end in last)
 
 
 def _tips(falls: Falls) -> Sheet:
@@ -113,7 +113,7 @@ def _tips(falls: Falls) -> Sheet:
         fastest = max(((strike.speed, strike.number) for strike in strikes), default=None)
         rows.append(
             (
-                tip.name, math.degrees(tip.balance), tip.least_push, moves(tip, strikes[0].rotation if strikes else math.inf),
+                tip.name, in_degrees(tip.balance), tip.least_push, moves(tip, strikes[0].rotation if strikes else math.inf),
                 *first, f"{len(strikes)}", fastest and f"{fastest[1]}: {fastest[0]:.3g}",
             )
         )  # fmt: skip
@@ -140,7 +140,7 @@ def _strikes(falls: Falls, full: bool) -> Sheet:
     tipping = bool(falls.tips)
     for result in falls.results:
         strike = result.strike
-        rotated = (math.degrees(strike.rotation),) if tipping else ()
+        rotated = (in_degrees(strike.rotation),) if tipping else ()
         moved = (strike.motion, strike.rate) if tipping and full else ()
         places = {text: (result.places[text] or None,) if full or text == falls.rank else () for text in falls.quantities}
         values = (cell for text in falls.quantities for cell in (result.values[text], *places[text]))
@@ -199,11 +199,11 @@ def _document(falls: Falls) -> dict[str, Any]:
             {
                 "fall": tip.name,
                 "forward": tip.forward,
-                "balance_deg": math.degrees(tip.balance),
+                "balance_deg": in_degrees(tip.balance),
                 **record(tip, "least_push", "hinged"),
                 "rests": tip.fall.rests,
                 "phases": [
-                    {"motion": phase.kind, "from_deg": math.degrees(phase.start.theta), "to_deg": math.degrees(phase.end.theta),
+                    {"motion": phase.kind, "from_deg": in_degrees(phase.start.theta), "to_deg": in_degrees(phase.end.theta),
                      "rate": phase.end.omega}
                     for phase in tip.fall.phases
                 ],
@@ -214,7 +214,7 @@ def _document(falls: Falls) -> dict[str, Any]:
         "strikes": [
             {
                 **record(result.strike, "fall", "number", "struck", "near", "pressing", "stands", "motion"),
-                "rotation_deg": math.degrees(result.strike.rotation),
+                "rotation_deg": in_degrees(result.strike.rotation),
                 **record(result.strike, "rate", "energy"),
                 "values": {text: {"value": value, "at": result.places[text] or None} for text, value in result.values.items()},
                 "trunk": dict(zip(("free", "as_modelled", "locked"), result.trunk, strict=True)),

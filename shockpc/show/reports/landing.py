@@ -30,6 +30,7 @@ from shockpc.show.reports.landing_tables import (
     loads_sheet,
     parts_sheet,
     points_sheet,
+    posture_sheet,
     stiffness_sheets,
     stiffness_text,
 )
@@ -290,6 +291,7 @@ def _tables(profile: ShockProfile, bodies: Sequence[int] | None, most: int | Non
         *([loads_sheet(profile, most)] if profile.loads else []),
         *friction_sheets(profile),
         *stiffness_sheets(profile, most),
+        *([posture_sheet(profile)] if profile.robot.joint_names else []),
     ]
 
 

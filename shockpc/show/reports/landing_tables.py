@@ -187,6 +187,14 @@ def _torque_note(profile: ShockProfile) -> str:
     return "of the torque limit: impulse along the axis over the duration for which the joint withstands its torque, a mean"
 
 
+def posture_sheet(profile: ShockProfile) -> Sheet:
+    """Where every joint of one coordinate stands, as `--set` takes it."""
+    joints = [joint for joint in profile.robot.single_joints if joint.axis is not None]
+    sizes = [1.0 if joint.kind == "prismatic" else math.degrees(1.0) for joint in joints]
+    values = [joint.value(profile.q) * size for joint, size in zip(joints, sizes, strict=True)]
+    return Sheet.of("posture", {"joint": [joint.name for joint in joints], "position [deg; m if prismatic]": values})
+
+
 def joints_sheet(profile: ShockProfile) -> Sheet:
     """Every quantity of the joints that this landing has, a row for each joint; of a vector its length."""
     names = [place.name for place in profile.places("joint")]

@@ -9,6 +9,7 @@ from shockpc.show.reports.report import Picture, Report
 from shockpc.show.tables import Lines, Row, Sheet, sheet_of
 from shockpc.show.wording import header_lines, warning_lines
 from shockpc.studies.limits import JointLimits, StrikeLimits
+from shockpc.text.printed import in_degrees
 
 MARKS = {"bound": "", "range": "*", "loop": "†"}
 
@@ -37,7 +38,7 @@ def limits_report(study: JointLimits) -> Report:
         ],
         closing=_no_dependence(study) or _none_allowed(study),
         warnings=_warnings(study),
-        sheets={"limits": lambda: sheet_of(study.table), "postures": lambda: _postures(study)},
+        sheets={"limits": lambda: sheet_of(study.table), "postures": lambda: _every_posture(study)},
         document=lambda: _document(study),
     )
 
@@ -113,7 +114,7 @@ def _document(study: JointLimits) -> dict[str, Any]:
     best_word, worst_word = _extremes(study)
 
     def value(number: float) -> float:
-        return _degrees(number) if study.unit == "rad" else round(number, 9) + 0.0
+        return in_degrees(number) if study.unit == "rad" else round(number, 9) + 0.0
 
     return {
         "scene": study.profile.scene,
@@ -127,10 +128,10 @@ def _document(study: JointLimits) -> dict[str, Any]:
         "range": tuple(map(value, study.range)),
         "file_limits": tuple(map(value, study.file_limits)),
         "step": value(study.step),
-        "strike_angles_deg": tuple(map(_degrees, study.strikes)),
+        "strike_angles_deg": tuple(map(in_degrees, study.strikes)),
         "limits": [
             {
-                "strike_angles_deg": tuple(map(_degrees, one.strikes)),
+                "strike_angles_deg": tuple(map(in_degrees, one.strikes)),
                 "allowed": tuple(i._replace(low=value(i.low), high=value(i.high)) for i in one.allowed),
                 "feasible": [tuple(map(value, run)) for run in one.feasible],
                 "allowed_and_feasible": [tuple(map(value, run)) for run in one.usable],
@@ -143,8 +144,8 @@ def _document(study: JointLimits) -> dict[str, Any]:
             {
                 "value": value(float(study.scan.values[k])),
                 worst_word: worst[k],
-                f"{worst_word}_at_strike_angle_deg": _degrees(at[k]),
-                "allowed_strike_angles_deg": [tuple(map(_degrees, part)) for part in study.allowed_strikes[k]],
+                f"{worst_word}_at_strike_angle_deg": in_degrees(at[k]),
+                "allowed_strike_angles_deg": [tuple(map(in_degrees, part)) for part in study.allowed_strikes[k]],
             }
             for k in range(0, len(study.scan.values), _every(study, RECORDS))
         ],
@@ -196,6 +197,21 @@ def _postures(study: JointLimits, most: int | None = None) -> Sheet:
     return Sheet(f"{study.target.title} over strike angles from {low:g} to {high:g} deg", header, rows, notes)
 
 
+def _every_posture(study: JointLimits) -> Sheet:
+    """The same with all digits, a row for each interval of the strikes that keep the bound; without ends where none does."""
+    worst, at = study.worst
+    of_joints, name, unit = "joint" if study.of_joints else study.subject, _extremes(study)[1], study.target.unit
+    header = (
+        f"{of_joints} [{study.shown_unit}]", f"at the scene's strike [{unit}]", f"{name} [{unit}]", "at strike angle [deg]",
+        "least strike angle allowed [deg]", "greatest strike angle allowed [deg]",
+    )  # fmt: skip
+    rows: list[Row] = []
+    for k, value in enumerate(study.scan.values.tolist()):
+        numbers = study.shown(value), study.scan.at_scene_strike[k], worst[k], in_degrees(at[k])
+        rows += [(*numbers, *map(in_degrees, kept)) for kept in study.allowed_strikes[k] or [(math.nan, math.nan)]]
+    return Sheet("", header, rows)
+
+
 def _every(study: JointLimits, most: int) -> int:
     """Step through the scan with at most about so many rows, at round values where the scan has them."""
     least = max(math.ceil((len(study.scan.values) - 1) / most), 1)
@@ -239,7 +255,3 @@ def _bound(study: JointLimits) -> str:
 def _extremes(study: JointLimits) -> tuple[str, str]:
     """Words for the best and for the worst value."""
     return ("greatest", "least") if study.bound.below else ("least", "greatest")
-
-
-def _degrees(angle: float) -> float:
-    return round(math.degrees(angle), 9) + 0.0

@@ -88,7 +88,8 @@ def _document(study: Sensitivity) -> dict[str, Any]:
                 "of": effect.name or None,
                 **record(effect, "value", "unit", "step"),
                 "parts": [{"of": name or None, "axis": axis or None, "weight": w} for (_, axis, name), w in effect.parts.items()],
-                **record(effect, "derivatives", "error", "up", "down"),
+                **record(effect, "derivatives", "error", "up"),
+                "down": study.opposite(effect),
                 "reason": effect.reason or None,
                 "formula": effect.formula,
             }
@@ -103,7 +104,7 @@ def _table(study: Sensitivity, most: int | None) -> Sheet:
     single = len(study.landings) == 1
     for effect in study.ranked:
         now = None if effect.unit == "1" or math.isnan(effect.value) else shown_as(effect.value, effect.unit, 4).removesuffix(" -")
-        changes = (effect.up, 100.0 * effect.up / study.value, *(() if single else (100.0 * effect.down / study.value,)))
+        changes = (effect.up, 100.0 * effect.up / study.value, *(() if single else (100.0 * study.opposite(effect) / study.value,)))
         rows.append((change_words(effect), effect.name or None, now, step_words(effect), *changes))
     key, unit = study.target.selection.name, study.target.unit
     opposite_head = () if single else (f"{key}, opposite change [%]",)

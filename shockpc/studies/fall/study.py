@@ -295,7 +295,7 @@ def _evaluated(strikes: Sequence[FallStrike], robot: Robot, texts: Sequence[str]
         key: np.array([getattr(one, key) for one in strikes]) for key in ("fall", "number", "motion", "rate", "speed", "energy")
     }
     columns |= {"struck": np.array(["+".join(one.struck) for one in strikes])}
-    columns |= {"rotation": np.degrees([one.rotation for one in strikes])}
+    columns |= {"rotation": np.degrees([one.rotation for one in strikes]).round(9)}
     for text in texts:
         columns[text] = np.array([looks[i].values[text] if i in looks else np.nan for i in range(len(strikes))])
         columns[f"{text} at"] = np.array([looks[i].places[text] if i in looks else "" for i in range(len(strikes))])

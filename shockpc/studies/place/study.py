@@ -377,7 +377,7 @@ def _proven(profiles: tuple[ShockProfile, ...], every: list[Place], new: tuple[P
     """Shock (n, L) and jump of velocity (n, L, 3) at places, from the enclosures of the exact solutions."""
     columns = []
     for profile in profiles:
-        scene = profile.scene
+        scene = profile.landing.scene
         extended = replace(scene, point=tuple(dict.fromkeys((*_asked([one.scene for one in profiles]), *new))))
         at = replace(profile, landing=replace(profile.landing, scene=extended))
         names, end = [point.name for point in at.landing.points], "" if scene.friction is None else "_friction"
