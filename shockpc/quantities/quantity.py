@@ -45,7 +45,7 @@ class Quantity(NamedTuple):
         most_severe: of a shock: that of the most severe strike at the same place, to which errors of it are relative.
         reciprocal: what changes are ranked by where that is its reciprocal; empty where it is the quantity itself.
         role: what it says of whether flat ground allows a landing: "feasible" is 1 or 0, NaN where a proof decides; "pull" is above
-            zero where a contact would have to be pulled.
+            zero where a contact would have to be pulled, and "gain" where the impact would make energy.
         also: for what else it exists: the impact with friction, and the jumps on contacts of finite stiffness.
         path: where it stands in the document of its place, by default under its key, after the name of a section and a colon if it
             stands in one; None if it has no place there.
@@ -76,7 +76,7 @@ class Quantity(NamedTuple):
     carried: Literal["", "point", "joint"] = ""
     most_severe: "Quantity | None" = None
     reciprocal: str = ""
-    role: Literal["", "feasible", "pull"] = ""
+    role: Literal["", "feasible", "pull", "gain"] = ""
     also: tuple[Literal["friction", "stiffness"], ...] = ()
     path: str | None = ""
     flag: bool = False

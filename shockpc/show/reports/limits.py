@@ -102,7 +102,7 @@ def _warnings(study: JointLimits) -> list[str]:
         warnings.append(
             f"warning: flat ground does not allow {at_scene} of {n} postures at the scene's strike, and {every} at some strike of "
             "the range: a contact would have to be pulled, another link is lower or contacts differ in height by more than "
-            f"{1e3 * study.profile.scene.ground_tolerance:g} mm (--ground-tolerance), or friction makes energy; column feasible"
+            f"{1e3 * study.profile.scene.ground_tolerance:g} mm (--ground-tolerance), or the impact would make energy; column feasible"
         )
     return warnings
 
