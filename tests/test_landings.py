@@ -1162,7 +1162,15 @@ def test_measured_over_predicted_jumps_hides_no_point():
     statistics = dict.fromkeys(("r", "error"), (np.nan,) * 3)
     shown = [
         Agreement(
-            "free", None, "joint rates", "rad/s", True, measured, np.array([[9.0], [-0.5], [-7.0]]), {**statistics, "r": (0.4,) * 3}, 3
+            "free",
+            None,
+            "joint rates",
+            "rad/s",
+            True,
+            measured,
+            np.array([[9.0], [-0.5], [-7.0]]),
+            {**statistics, "r": (0.4,) * 3},
+            3,
         ),
         Agreement("locked", None, "joint rates", "rad/s", True, measured, np.zeros((3, 1)), statistics, 3),
     ]
