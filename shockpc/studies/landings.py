@@ -57,9 +57,9 @@ class Agreement(NamedTuple):
         group: whether it is a group, which may have one quantity alone.
         measured: (n, k) jumps of k quantities in n landings; NaN where one was not measured.
         predicted: (n, k) the same, predicted.
-        statistics: each with its bootstrap interval: (value, low, high) by name; of fewer than `FEWEST` landings there is neither an
-            interval nor "r". "r" is the correlation, "slope" that of the
-            regression of measured on predicted; "error" the median over the landings of ‖predicted − measured‖ / ‖measured‖,
+        statistics: each with its bootstrap interval: (value, low, high) by name; of fewer than `FEWEST` landings there is neither
+            an interval nor "r". "r" is the correlation, "slope" that of the regression of measured on predicted; "error" the median
+            over the landings of ‖predicted − measured‖ / ‖measured‖,
             "error (energy)" that in the norm √(ΔᵀHΔ) of the landing's inertia H, which needs no choice of units (velocities that
             were not measured are those with which it is least); "skill" 1 − Σ(predicted − measured)² / Σ measured², against the
             prediction of no jump; "skill (mean)" the same against the mean of the other landings.

@@ -174,7 +174,9 @@ def touchdowns(
     ] = (6.0, 12.0, 30.0),
     window: Annotated[
         float | None,
-        Option("Length of the windows for velocities; by default 3, and at least 3 samples, after a touchdown the nearest.", "Touchdowns", "T", unit="ms"),
+        Option(
+            "Length of the windows for velocities; by default 3, and at least the 3 nearest samples.", "Touchdowns", "T", unit="ms"
+        ),
     ] = None,
 ) -> Touchdowns:
     """Find the touchdowns of a log, and the motion before and after them.

@@ -196,8 +196,8 @@ def _making_energy(study: RecordedLandings, results: Table) -> Iterator[str]:
     if n := int(np.sum(made > 0.0)):
         most, name = float(made.max()), study.table.names[int(made.argmax())]
         yield (
-            f"warning: the impact would make kinetic energy in {n} of {count(study.rows, 'landing')}, which is not feasible, at most "
-            f"{most:.3g} J in landing {name}; take less restitution, one for all contacts, or --restitution-along directions"
+            f"warning: the impact would make kinetic energy in {n} of {count(study.rows, 'landing')}, which is not feasible, at "
+            f"most {most:.3g} J in landing {name}; take less restitution, one for all contacts, or --restitution-along directions"
         )
 
 
