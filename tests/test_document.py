@@ -89,7 +89,7 @@ RECORDS = {
     "warning": "kind:str subject:str value:float? text:str",
     "foot": FOOT,
     "total": "impulse:vector moment:vector",
-    "energy": "lost:float? share:float?",
+    "energy": "lost:float? share:float? made:float?",
     "joint": "joint:str position:float force:vector moment:vector along:float? delta_qd:float? joint_impulse:float "
     "joint_moment:float stop_impulse:float? stop_acts:bool rate_after:float? joint_torque_share:float?",
     "row": "place:str free:float? as_modelled:float locked:float? springs_free:float?",

@@ -8,8 +8,9 @@ import numpy as np
 import pytest
 from commands import good, run
 
-from shockpc import Contact, Joints, Scene, SolveError, Strike, StudyError, fall, load_robot, shock_profile
+from shockpc import Contact, Joints, Part, Scene, SolveError, Strike, StudyError, fall, load_robot, shock_profile
 from shockpc.landing.scene import GRAVITY
+from shockpc.quantities.table import select
 from shockpc.show.reports.fall import fall_report
 from shockpc.studies.fall.body import Rigid
 from shockpc.studies.fall.motion import CrossSection, SectionMotion, follow_fall
@@ -255,6 +256,31 @@ def test_strikes_of_a_rigid_robot_are_those_of_its_fall(figure, friction):
         impact = profile.friction and profile.friction.impact
         jump = profile.delta_omega[0] if impact is None else impact.jumps[0, 0, :3, 3]
         assert left[one.strike.fall] @ profile.rotation[0] @ jump == pytest.approx(touch.after.omega - touch.before.omega, rel=1e-6)
+
+
+def test_joints_and_parts_are_judged_in_the_strike_that_is_the_worst_for_them(figure):
+    """The peak of a half-sine torque is π/2 of its mean, the impulse over its length; a part's duration alone gives the mean."""
+    hip = Part(name="hip", joint="left_leg_joint", momentary_torque=20.0)
+    scene = replace(figure, part=(hip,), joints=Joints(armature={"*": 0.1}))
+    found = fall(replace(scene, pulse="half-sine:5ms"), headings=("left", "back"))
+    expected = dict[str, tuple[float, str]]()
+    for strike in found.strikes:
+        profile = shock_profile(strike.scene)
+        impulses = np.abs(profile.numbers(select("along"), profile.places("joint"))).tolist()
+        for place, impulse in zip(profile.places("joint"), impulses, strict=True):
+            name, limit = ("hip", 20.0) if place.name == hip.joint else (place.name, 9.0)
+            expected[name] = min(expected.get(name, (math.inf, "")), (limit / (0.5 * math.pi * impulse / 5e-3), strike.name))
+    assert (len({strike.fall for strike in found.strikes}), found.rank) == (2, "part_margin")
+    assert [one.margin for one in found.margins] == sorted(one.margin for one in found.margins)
+    assert {one.name: one.margin for one in found.margins} == pytest.approx({name: one[0] for name, one in expected.items()})
+    assert {one.name: one.strike for one in found.margins} == {name: one[1] for name, one in expected.items()}
+    lasting = fall(replace(scene, part=(replace(hip, torque_duration=5e-3),)), headings=("left", "back"))
+    assert [(one.name, one.kind) for one in lasting.margins] == [("hip", "part")]
+    assert lasting.margins[0].margin == pytest.approx(expected["hip"][0] * 0.5 * math.pi)
+    stiff = fall(replace(scene, contact_stiffness=1e5), headings=["left"])
+    assert {one.name for one in stiff.margins} == expected.keys()
+    bare = fall(scene, headings=("left", "back"))
+    assert (bare.margins, bare.rank) == ((), "delta_v_max")
 
 
 def test_urdf_and_mjcf_fall_alike(falls, tmp_path):

@@ -12,7 +12,9 @@ from commands import run
 from robot_texts import LIMIT, arm, joint, link, mjcf, refused, urdf, written
 from trees import known_robot, robot_from
 
-from shockpc import Contact, Joints, Posture, Robot, Scene, SceneError, Strike, read_scene, shock_profile
+from shockpc import Contact, Joints, Point, Posture, Robot, Scene, SceneError, Strike, read_scene, shock_profile
+from shockpc.evaluation.cost import ShockCost
+from shockpc.evaluation.summary import summarise
 from shockpc.landing.dynamics import dynamics
 from shockpc.landing.resolve import resolve
 from shockpc.landing.rows import block_point
@@ -20,6 +22,12 @@ from shockpc.quantities.heights import levels
 from shockpc.robot import geometry
 from shockpc.robot.geometry import inflated_inertias
 from shockpc.robot.landmarks import each_foot, feet
+from shockpc.show.reports.landings import landings_report
+from shockpc.studies.batch import batch
+from shockpc.studies.check.budgets import Budget, Budgets, Case, DesignVariation
+from shockpc.studies.check.study import check_budgets
+from shockpc.studies.landings import landings
+from shockpc.studies.limits import limits
 from shockpc.studies.sweep import sweep
 
 LEG = """
@@ -356,6 +364,50 @@ def test_contacts_at_two_heights_are_not_feasible(dog: Robot, base: str):
         posture = Posture(base_rpy_deg=(0, angle, 0), joints_deg={"*_knee": 10})
         profile = shock_profile(Scene(robot=dog.label, contact=("FL", "HL"), base=base, posture=posture), dog)
         assert profile.value("feasible", "robot")[0] == allowed
+
+
+def test_an_impact_that_makes_energy_is_not_feasible_in_any_study():
+    """Restitution along the normal and an approach along the ground; it makes ½ λ · (v⁻ + v⁺), along the ground alone."""
+    robot = known_robot("anymal_b")
+    scene = Scene(robot="anymal_b", contact=(Contact(frame="LF_FOOT", restitution=1.0),), point=(Point(frame="imu_link"),))
+    angles = np.array([-20.0, -5.0, 0.0, 20.0])
+    struck = [replace(scene, strike=Strike(strike_angle_deg=angle)) for angle in angles.tolist()]
+    profiles = [shock_profile(one, robot) for one in struck]
+    made = np.array([0.5 * one.contacts[0].impulse[0] * np.sin(np.radians(x)) for one, x in zip(profiles, angles, strict=True)])
+    expected, allowed = np.maximum(made, 0.0), made <= 0.0
+    assert allowed.tolist() == [False, False, True, True]
+    for profile, energy, feasible in zip(profiles, expected, allowed, strict=True):
+        found = [profile.value(key, "robot")[0] for key in ("energy_made", "feasible")]
+        assert found == pytest.approx([energy, float(feasible)], rel=1e-9)
+        assert [one.kind for one in profile.health.warnings if one.kind == "energy"] == ["energy"] * (not feasible)
+    swept = sweep(scene, {"strike-angle": angles.tolist()}, robot=robot, at=["imu_link"], prove=0)
+    rows = swept.table()
+    np.testing.assert_allclose(rows.values("energy_made"), expected, rtol=1e-9)
+    assert rows.feasible.tolist() == allowed.tolist()
+    summary = summarise(swept, rows)
+    assert summary.refused._asdict() == {"rows": 2, "pulled": 0, "gained": 2, "below": 0}
+    assert summary.extents[0].best_row == 2
+    columns = {"vx": np.sin(np.radians(angles)), "vz": -np.cos(np.radians(angles))}
+    recorded = landings(columns, scene, robot=robot, prove=0)
+    table = recorded.table()
+    np.testing.assert_allclose(table.values("energy_made"), expected, rtol=1e-9)
+    (line,) = landings_report("log", recorded.landings, table).warnings
+    assert "2 of 4" in line
+    assert "energy" in line
+    cost = ShockCost(scene, "shock@imu_link", {"strike-angle": "-20:20"}, robot)
+    assert [cost.feasible([angle]) for angle in angles] == allowed.tolist()
+    span = {"joint_range": (0.8, 1.2), "step": 0.4, "strikes": (-0.4, -0.3), "robot": robot}
+    found = limits(scene, "mass:base", Point(frame="imu_link"), 1.0, **span)
+    assert [bool(one.feasible) for one in found.limits] == [one.strikes[0] >= 0.0 for one in found.limits]
+    varied = (DesignVariation(quantity="strike-angle", values="-20:0"),)
+    case = Case(name="steep", robot="anymal_b", contact=scene.contact, vary=varied, designs=8)
+    budget = Budget(metric="shock", at="imu_link", max=1.0, percentile=50.0)
+    notes = check_budgets(Budgets(cases=(case,), budgets=(budget,), path=None, lines=())).notes
+    assert any("steep" in note and "energy in 8 of 8 designs" in note for note in notes)
+    batched = batch(["anymal_b"], lambda name: (robot, struck))
+    assert [row.values["feasible"] for row in batched.rows] == [
+        float(row.scene.strike.strike_angle_deg >= 0.0) for row in batched.rows
+    ]
 
 
 @pytest.mark.parametrize("name", ["hyq", "anymal_b", "talos"])

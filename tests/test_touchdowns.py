@@ -281,6 +281,21 @@ def test_the_rate_of_samples_decides(here, rate, warned, given):
     assert len(found.landings) == 1
 
 
+@pytest.mark.parametrize("jitter", [0.0, 2e-4])
+def test_velocities_are_given_at_every_rate_that_has_some(here, jitter):
+    """At 400 Hz the window of 5 ms holds two samples around 6 and 12 ms; of times that are off it holds two before."""
+    time = np.arange(200) / 400.0 + jitter * np.sin(7.0 * np.arange(200))
+    z = 0.6 - 0.1 * time
+    legs = dict.fromkeys(("left_leg", "right_leg"), np.maximum(0.2013 - time, 0.0) + 0.5 - z)
+    found = stepped(here, stepping(400.0) | legs | {"time": time, "z": z}, after=(1.0, 6.0, 12.0, 30.0, 290.0, 310.0))
+    (landing,) = found.landings
+    table = found.table.columns
+    assert table["before_left_leg"] == pytest.approx(-0.9)
+    assert [table[f"after{time}ms_left_leg"][0] for time in (6, 12, 30, 290)] == pytest.approx([0.1] * 4)
+    assert np.isnan([table[f"after{time}ms_left_leg"][0] for time in (1, 310)]).all()
+    assert landing.message.count("310 ms") == landing.message.count("no velocities 1 ms after it, as") == 1
+
+
 def test_a_window_with_too_few_samples_is_refused(here):
     with pytest.raises(StudyError, match="at least 4 ms"):
         stepped(here, stepping(500.0), window=2.0)

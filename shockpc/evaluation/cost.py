@@ -28,6 +28,7 @@ from shockpc.landing.scene import Scene, Strike
 from shockpc.quantities.contacts import IMPULSE, REDUNDANT
 from shockpc.quantities.heights import CLEARANCE, HEIGHTS, REACH, SPREAD, most_inside, on_ground, without_shapes
 from shockpc.quantities.quantity import Quantity
+from shockpc.quantities.robot import ENERGY_LOST, ROUNDING
 from shockpc.quantities.table import Selection
 from shockpc.robot.robot import Robot
 from shockpc.text.arguments import checked
@@ -54,6 +55,9 @@ PUSH = Quantity(
     linear=True,
 )  # fmt: skip
 """With `HEIGHTS` what `feasible` decides by, as numbers that a constraint can follow: they have either sign."""
+
+LOSS = ENERGY_LOST._replace(missing=f"{ENERGY_LOST.missing}; --any-ground leaves it out")
+"""What no impact has below zero; without restitution it is not."""
 
 
 class Term(NamedTuple):
@@ -285,8 +289,11 @@ class ShockCost:
             wanted.append((columns, limit, (abs(limit) or 1.0) * (1.0 if parts[2] == "<" else -1.0)))
         tolerance, level = landing.scene.ground_tolerance, len(on_ground(landing))
         falls, inside = level and landing.base != "fixed", max(most_inside(self.robot), tolerance)
+        sticks, push = landing.scene.friction is None, self.robot.mass * landing.fastest_approach
+        rebounds, work = any(block.restitution for block in landing.contacts), push * landing.fastest_approach
         for entry, applies, *how in (
-            (PUSH, landing.scene.friction is None, 0.0, -self.robot.mass * landing.fastest_approach),
+            (PUSH, sticks, 0.0, -push),
+            (LOSS, sticks and rebounds, -ROUNDING * work, -work),
             (CLEARANCE, falls, -tolerance, -landing.length),
             (REACH, falls, -inside, -landing.length),
             (SPREAD, level > 1, tolerance, landing.length),

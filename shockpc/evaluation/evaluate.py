@@ -133,7 +133,7 @@ class Evaluation(Generic[L]):
         proven = np.array([i not in errors.messages for i in range(n)], dtype=bool)
         nothing = {name: np.full(n, np.nan) for name in ("condition", "double_error")}
         results = {**chunk.labels, **values, **nothing, "proven": proven}
-        return replace(self._table(k, results, errors, (0, 0)), looks=looks, refusals=errors.refusals)
+        return replace(self._table(k, results, errors, (0, 0, 0)), looks=looks, refusals=errors.refusals)
 
     def _computed(self, k: int, chunk: Chunk) -> Table:
         """The rows of a chunk in double precision, with a proof where that is needed."""
@@ -152,8 +152,8 @@ class Evaluation(Generic[L]):
         flat = {name: x.ravel() for name, x in whole.items()}
         compared = self.landings.compared(self.prove or 0)
         compared = compared[(compared >= a * S) & (compared < b * S)] - a * S
-        flags, tilts, pulls = (
-            [c.name for c in self.computed if c.selection.quantity.role == role] for role in ("feasible", "tilt", "pull")
+        flags, tilts, pulls, gains = (
+            [c.name for c in self.computed if c.selection.quantity.role == role] for role in ("feasible", "tilt", "pull", "gain")
         )
         # A landing whose contacts are named stays where a small tilt makes it feasible.
         feasible = np.sum([flat[name] for name in (*flags[:1], *tilts[:1])], axis=0) if flags else np.ones(len(prove) * S)
@@ -162,7 +162,8 @@ class Evaluation(Generic[L]):
         proven, difference = self._prove(chunk, prove.ravel(), compared, flat, errors)
         infeasible = feasible == 0.0
         pulled = infeasible & np.any([flat[name] > 0.0 for name in pulls if not self.landings.opens], axis=0)
-        refused = int(pulled.sum()), int((infeasible & ~pulled).sum())
+        gained = infeasible & ~pulled & np.any([flat[name] > 0.0 for name in gains], axis=0)
+        refused = int(pulled.sum()), int(gained.sum()), int((infeasible & ~pulled & ~gained).sum())
         results = {**chunk.labels, **flat, "proven": proven, "double_error": difference}
         if self.feasible:
             chosen = np.flatnonzero(~infeasible)
@@ -213,7 +214,7 @@ class Evaluation(Generic[L]):
             return {}
         return columns_at_times(chunk.profile(i).landing if chunk.landing is None else chunk.landing(i), self.computed)
 
-    def _table(self, k: int, results: dict[str, Any], errors: "_Errors", refused: tuple[int, int]) -> Table:
+    def _table(self, k: int, results: dict[str, Any], errors: "_Errors", refused: tuple[int, int, int]) -> Table:
         columns = {name: results[name] for name in self.headings if name in results}
         messages = dict(sorted(errors.messages.items()))
         first = self.landings.chunks[k][0] * self.landings.strikes

@@ -6,7 +6,7 @@ from typing import Literal
 
 import numpy as np
 
-from shockpc.core.kinks import noise, slope_noise
+from shockpc.core.kinks import FEWEST, noise, slope_noise
 from shockpc.core.spatial import Array, cross
 from shockpc.evaluation.column_names import column_name
 from shockpc.evaluation.logs import Log
@@ -120,6 +120,15 @@ class LoggedMotion:
             flips = np.sum(base[1:, 3:] * base[:-1, 3:], axis=1) < 0.0
             base[1:, 3:] *= np.where(np.cumsum(flips) % 2, -1.0, 1.0)[:, None]
         return {"joints": joints, "base": base}
+
+    def around(self, time: float, window: float) -> tuple[int, int]:
+        """First and last sample of a window around a time; of the `FEWEST` nearest samples where it holds fewer [s]."""
+        begin, end = np.searchsorted(self.time, (time - 0.5 * window - 1e-9, time + 0.5 * window + 1e-9)).tolist()
+        if end - begin < FEWEST:
+            near = np.arange(max(begin - FEWEST, 0), min(end + FEWEST, len(self.time)))
+            begin = int(near[np.argsort(np.abs(self.time[near] - time), kind="stable")[:FEWEST]].min())
+            end = begin + FEWEST
+        return begin, end - 1
 
     def velocities(self, part: StatePart, begin: int, end: int) -> Array:
         """Velocities, as in `names`: slopes of the lines through samples begin … end; of the base in world axes.

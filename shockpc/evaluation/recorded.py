@@ -327,7 +327,7 @@ def recorded_landings(
         table: the rows.
         robot: their robot.
         quantities: columns, KEY or KEY@PLACES; by default jump and shock at the sensors and points, or of the base, with friction
-            if rows have one.
+            if rows have one. The energy that an impact would make is a column of all tables.
         prove: number of rows that are compared with a proof, besides those that need one.
         rank: a further column.
 
@@ -352,8 +352,10 @@ def recorded_landings(
             raise StudyError(f'"{text}": there is no such place; links of the robot: {listed(robot.links, 6)}')
         computed += [Column(selection, place, requested=True) for place in places]
     by_friction = any((entry := column.selection.quantity).decided_by_ground or entry.unproven for column in computed)
-    wanted = tuple({column.name: column for column in computed}.values())
-    return Evaluation(replace(source, by_friction=by_friction), wanted, prove)
+    flag = Column(select("energy_made"), source.first.places("robot")[0])
+    wanted = {flag.name: flag} | {column.name: column for column in computed}
+    wanted[flag.name] = wanted.pop(flag.name)  # the last, unless it was asked for
+    return Evaluation(replace(source, by_friction=by_friction), tuple(wanted.values()), prove)
 
 
 def _places(source: RecordedLandings, text: str) -> tuple[Selection, tuple[Place, ...]]:

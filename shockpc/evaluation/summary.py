@@ -61,11 +61,13 @@ class Refused(NamedTuple):
     Attributes:
         rows: all of them.
         pulled: a contact would have to be pulled; none with friction, where it opens.
+        gained: the impact would make energy; none with friction, where contacts slide.
         below: another link is below the ground.
     """
 
     rows: int
     pulled: int
+    gained: int
     below: int
 
 

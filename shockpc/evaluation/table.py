@@ -4,7 +4,7 @@ import functools
 import itertools
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
-from typing import Any
+from typing import Any, cast
 
 import numpy as np
 
@@ -27,8 +27,8 @@ class Table:
             it was compared with a proof, relative to the most severe shock of the same point; "row" is the number of the row, if
             some are left out.
         messages: why a row could not be computed, by its index.
-        refused: numbers of rows that flat ground does not allow, left out or not: those in which it would pull a contact, and the
-            others, in which another link is below it.
+        refused: numbers of rows that flat ground does not allow, left out or not: those in which it would pull a contact, the
+            others in which the impact would make energy, and the others, in which another link is below it.
         defects: descriptions of unexpected exceptions, which are errors in shockpc itself.
         looks: what was made of the profile of every row that has one, by its index, where that was asked for.
         refusals: the errors of which the messages are, where every row is proven.
@@ -39,7 +39,7 @@ class Table:
     computed: tuple[Column, ...] = field(repr=False)
     columns: Mapping[str, np.ndarray] = field(repr=False)
     messages: Mapping[int, str] = field(repr=False)
-    refused: tuple[int, int] = (0, 0)
+    refused: tuple[int, int, int] = (0, 0, 0)
     defects: tuple[str, ...] = field(default=(), repr=False)
     looks: Mapping[int, Any] = field(default_factory=dict, repr=False)
     refusals: Mapping[int, ShockError] = field(default_factory=dict, repr=False)
@@ -77,7 +77,7 @@ class Table:
             parts[0].computed,
             {name: np.concatenate([part.columns[name] for part in parts]) for name in parts[0].columns},
             shifted("messages"),
-            (sum(part.refused[0] for part in parts), sum(part.refused[1] for part in parts)),
+            cast(tuple[int, int, int], tuple(map(sum, zip(*(part.refused for part in parts), strict=True)))),
             tuple(itertools.chain.from_iterable(part.defects for part in parts)),
             shifted("looks"),
             shifted("refusals"),
@@ -114,6 +114,11 @@ class Table:
         if isinstance(column, str) and column in self.columns:
             return self.columns[column]
         return self.columns[(self.column(column) if isinstance(column, str) else column).name]
+
+    @property
+    def main(self) -> tuple[Column, ...]:
+        """The computed columns but for those that tell whether flat ground allows a landing, unless these were asked for."""
+        return tuple(column for column in self.computed if column.requested or not column.selection.quantity.role)
 
     @property
     def numbers(self) -> np.ndarray:
@@ -154,6 +159,8 @@ class Table:
     def worst(self, count: int, column: Column | str | None = None) -> list[int]:
         """The rows with the worst values of a column, at most so many; without a column, the worst of every computed one in turn.
 
+        What tells whether flat ground allows a landing counts only where it was asked for.
+
         Args:
             count: number of rows.
             column: as in `ranked`.
@@ -162,7 +169,7 @@ class Table:
             StudyError: there is no such column.
         """
         count = max(count, 0)
-        columns: Sequence[Column | str] = self.computed if column is None else (column,)
+        columns: Sequence[Column | str] = self.main if column is None else (column,)
         orders = ([i for i in self.ranked(each)[:count].tolist() if np.isfinite(self.values(each)[i])] for each in columns)
         rows = dict.fromkeys(i for places in itertools.zip_longest(*orders) for i in places if i is not None)
         return list(rows)[:count]

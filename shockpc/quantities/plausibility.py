@@ -25,9 +25,6 @@ STRAIGHT = 0.02
 BEND = 0.7
 """By how much every joint is moved to count the directions in which a limb that is not straight moves its end [rad, m]."""
 
-ROUNDING = 1e-12
-"""Share of the work of the impulse below which a gain of energy is the rounding of the data: a full rebound loses none."""
-
 SMALL_ANGLES = (0.1, 3.2)
 """Angles in degrees of which the largest lies between these may be meant in radians, where half a turn is 3.14."""
 
@@ -194,15 +191,12 @@ def slipping(profile: "ShockProfile") -> Iterator[Diagnostic]:
 
 
 def gained(profile: "ShockProfile") -> Iterator[Diagnostic]:
-    """A warning where restitution would make kinetic energy, which no impact does.
-
-    A gain by the rounding of the data is a tiny part of the work of the impulse on the approach.
-    """
-    lost, work = profile.energy_lost, profile.v_in * float(np.linalg.norm(profile.total_impulse))
-    if lost < -ROUNDING * work:
+    """A warning where restitution would make kinetic energy, which no impact does."""
+    (made,) = profile.value("energy_made", "robot").tolist()
+    if made > 0.0:
         text = (
-            f"this impact would make {-lost:.3g} J of kinetic energy: contacts with unequal restitution push against one "
+            f"this impact would make {made:.3g} J of kinetic energy: contacts with unequal restitution push against one "
             "another, or restitution along the normal meets an approach along the ground; take less restitution, one for all "
             "contacts, or --restitution-along directions"
         )
-        yield Diagnostic("energy", profile.robot.name, lost, text)
+        yield Diagnostic("energy", profile.robot.name, profile.energy_lost, text)

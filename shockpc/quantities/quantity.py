@@ -45,7 +45,8 @@ class Quantity(NamedTuple):
         most_severe: of a shock: that of the most severe strike at the same place, to which errors of it are relative.
         reciprocal: what changes are ranked by where that is its reciprocal; empty where it is the quantity itself.
         role: what it says of whether flat ground allows a landing: "feasible" is 1 or 0, NaN where a proof decides, and so is
-            "tilt", of a landing that a tilt makes feasible; "pull" is above zero where a contact would have to be pulled.
+            "tilt", of a landing that a tilt makes feasible; "pull" is above zero where a contact would have to be pulled, and
+            "gain" where the impact would make energy.
         also: for what else it exists: the impact with friction, and the jumps on contacts of finite stiffness.
         path: where it stands in the document of its place, by default under its key, after the name of a section and a colon if it
             stands in one; None if it has no place there.
@@ -76,7 +77,7 @@ class Quantity(NamedTuple):
     carried: Literal["", "point", "joint"] = ""
     most_severe: "Quantity | None" = None
     reciprocal: str = ""
-    role: Literal["", "feasible", "tilt", "pull"] = ""
+    role: Literal["", "feasible", "tilt", "pull", "gain"] = ""
     also: tuple[Literal["friction", "stiffness"], ...] = ()
     path: str | None = ""
     flag: bool = False

@@ -18,6 +18,9 @@ DRIVEN = "a motor holds the rate of a joint and does work"
 
 GAINS = "with friction and restitution the impact would gain energy"
 
+ROUNDING = 1e-9
+"""Share of the work of the impulse on the approach below which a gain of energy is rounding: a full rebound loses none."""
+
 UNKNOWN = "the base is fixed, a foot stands or a contact has a velocity, so the energy before the impact is not determined"
 
 
@@ -31,17 +34,28 @@ def _mass(impact: Impact, places: Places) -> Array:
     return np.array(np.broadcast_to(impact.inertias.total_mass[:, None, None], (*impact.v_in.shape, 1)))
 
 
+def _approach(impact: Impact) -> Any:
+    """v⁻ along each row (N, nc, 4 or 3), as `approach_speeds` without restitution [m/s, rad/s]."""
+    before = impact.landing.before if impact.speeds.shape[-1] == 4 else None
+    return approach_speeds(impact.state, [block._replace(restitution=0.0) for block in impact.blocks], before)
+
+
 def _works(impact: Impact) -> Any:
     """λᵢ (v⁻ᵢ + v⁺ᵢ) of each row (N, S, nc), whose sum is −2 times the energy lost [J]; v⁺ = v⁻ − b."""
-    before = impact.landing.before if impact.speeds.shape[-1] == 4 else None
-    approach = approach_speeds(impact.state, [block._replace(restitution=0.0) for block in impact.blocks], before)
-    return impact.along(impact.independent_impulse) * impact.along(2 * approach - impact.speeds)
+    return impact.along(impact.independent_impulse) * impact.along(2 * _approach(impact) - impact.speeds)
 
 
 def _energy_lost(impact: Impact, places: Places) -> Any:
     del places
     lost = _one(-np.sum(_works(impact), axis=-1) / 2)
     return np.where(_motors_work(impact), np.nan, lost)
+
+
+def _energy_made(impact: Impact, places: Places) -> Array:
+    """Kinetic energy (N, S, 1) that the impact would make [J]; 0 where it loses some, or gains no more than rounding."""
+    made = -_energy_lost(impact, places).astype(float)
+    work = np.abs((impact.along(impact.independent_impulse) * impact.along(_approach(impact))).astype(float)).sum(axis=-1)
+    return np.asarray(np.where(made > ROUNDING * _one(work), made, 0.0 * made))
 
 
 def _motors_work(impact: Impact) -> bool:
@@ -121,12 +135,15 @@ def _others_level(impact: Impact) -> Array:
 def _allowed(impact: Impact) -> Array:
     """Whether (N, S, 1) flat ground allows the landing: it pulls nothing, touches all contacts and meets no other link; 0 or 1.
 
+    An impact that would make energy is no landing either.
+
     Heights of lowest points count as equal up to the scene's `ground_tolerance`; without geometry contact points count alone.
     With the scene's friction nothing is pulled: a contact that would be opens, and one that needs more friction slides. In doubles
     NaN where the impact may then gain energy, which the analysis of the landing refuses.
     """
     landing = impact.landing
-    refused = (pull(impact, landing.contact_places) > 0.0).any(axis=-1) & (landing.scene.friction is None)
+    refused = (pull(impact, landing.contact_places) > 0.0).any(axis=-1) | (_energy_made(impact, places)[..., 0] > 0.0)
+    refused = refused & (landing.scene.friction is None)
     if (here := _levels(impact)) is not None:
         refused = refused | here.uneven[:, None] | (here.below & (landing.base != "fixed"))[:, None]
     allowed = np.where(refused, 0.0, 1.0)
@@ -144,6 +161,9 @@ def _health(key: str, title: str, unit: str = "1", worse: Literal["greater", "ne
     )
 
 
+ENERGY_LOST = Quantity("energy_lost", "robot", "kinetic energy lost", "J", "greater", _energy_lost, _energy_size, DRIVEN,
+    path="energy.lost")  # fmt: skip
+
 ROBOT = (
     Quantity("mass", "robot", "mass", "kg", "neither", _mass),
     Quantity("v_in", "robot", "speed that shock is relative to", "m/s", "neither", lambda i, p: _one(i.v_in), lambda i,
@@ -152,10 +172,11 @@ ROBOT = (
         p: _one(i.ground_impulse[0]), _force_size, vector=True, also=("friction",), path="total.impulse"),
     Quantity("total_moment", "robot", "its moment about the centre of mass, world axes", "N m s", "greater", lambda i,
         p: _one(i.ground_impulse[1]), _moment_size, vector=True, also=("friction",), path="total.moment"),
-    Quantity("energy_lost", "robot", "kinetic energy lost", "J", "greater", _energy_lost, _energy_size, DRIVEN,
-        path="energy.lost"),
+    ENERGY_LOST,
     Quantity("energy_share", "robot", "kinetic energy lost, of that before", "1", "greater", _energy_share, lambda i, x: 1.0,
         UNKNOWN, path="energy.share"),
+    Quantity("energy_made", "robot", "kinetic energy that the impact would make", "J", "greater", _energy_made, missing=DRIVEN,
+        path="energy.made", role="gain"),
     Quantity("depth", "robot", "depth of other geometry below the contacts", "m", "greater", _depth,
         missing="the robot has no geometry, or no contact is on flat ground"),
     Quantity("feasible", "robot", "whether a drop on flat ground is this landing, on all level feet", "1", "less", _feasible,

@@ -131,12 +131,12 @@ class RowFiles:
             OutputError: a part is not as it was written; also when a column is read later.
         """
         counts = [self._counts(_part(self._rows, self.format, k)) for k in range(len(self.evaluation.landings.chunks))]
-        _, pulled, below = (sum(of_all) for of_all in zip(*counts, strict=True))
+        _, pulled, gained, below = (sum(of_all) for of_all in zip(*counts, strict=True))
         columns = _Columns(self)
         texts = columns["message"]
         messages = {int(i): str(texts[i]) for i in np.flatnonzero(texts.astype(bool))}
         noted = [_noted(_part(self._rows, self.format, k))[1] for k in range(len(counts))]
-        return Table(self.evaluation.computed, columns, messages, (pulled, below), tuple(filter(None, noted)))
+        return Table(self.evaluation.computed, columns, messages, (pulled, gained, below), tuple(filter(None, noted)))
 
     def read(self, names: Sequence[str]) -> Iterator[list[Any]]:
         """Some columns, part by part: (n,) floats with NaN where there is nothing, or texts with nothing there.
@@ -155,7 +155,7 @@ class RowFiles:
             yield columns
 
     def _counts(self, part: Path) -> tuple[int, ...]:
-        """Numbers of a part: of its rows, and of those that flat ground does not allow, for two reasons."""
+        """Numbers of a part: of its rows, and of those that flat ground does not allow, for three reasons."""
         try:
             return tuple(map(int, _noted(part)[0].split()[1:]))
         except (OSError, ValueError):

@@ -27,6 +27,9 @@ from shockpc.text.errors import StudyError
 DRAWS, SEED = 2000, 0
 """Of the bootstrap."""
 
+FEWEST = 10
+"""Landings below which chance makes correlations, and draws repeat too few landings for intervals."""
+
 DRAWN_TOGETHER = 10**6
 """Numbers of the samples that are drawn at once."""
 
@@ -54,11 +57,13 @@ class Agreement(NamedTuple):
         group: whether it is a group, which may have one quantity alone.
         measured: (n, k) jumps of k quantities in n landings; NaN where one was not measured.
         predicted: (n, k) the same, predicted.
-        statistics: each with its bootstrap interval: (value, low, high) by name. "r" is the correlation, "slope" that of the
-            regression of measured on predicted; "error" the median over the landings of ‖predicted − measured‖ / ‖measured‖,
+        statistics: each with its bootstrap interval: (value, low, high) by name; of fewer than `FEWEST` landings there is neither
+            an interval nor "r". "r" is the correlation, "slope" that of the regression of measured on predicted; "error" the median
+            over the landings of ‖predicted − measured‖ / ‖measured‖,
             "error (energy)" that in the norm √(ΔᵀHΔ) of the landing's inertia H, which needs no choice of units (velocities that
             were not measured are those with which it is least); "skill" 1 − Σ(predicted − measured)² / Σ measured², against the
             prediction of no jump; "skill (mean)" the same against the mean of the other landings.
+        n: number of landings that were measured and predicted, of which the statistics are.
     """
 
     model: str
@@ -69,6 +74,7 @@ class Agreement(NamedTuple):
     measured: Array
     predicted: Array
     statistics: Mapping[str, tuple[float, float, float]]
+    n: int
 
 
 class Validation(NamedTuple):
@@ -217,7 +223,7 @@ def _agreements(model: str, measured: Sequence[Measured], predicted: Sequence[Ar
         statistics = _statistics(y, x, ratio)
         if name == ALL:
             statistics = {key: x if key == "error (energy)" else (np.nan,) * 3 for key, x in statistics.items()}
-        return Agreement(model, first.time, name, unit, group, truth, guess, statistics)
+        return Agreement(model, first.time, name, unit, group, truth, guess, statistics, int(known.sum()))
 
     for time, group in dict.fromkeys((column.time, column.group) for column in measured):
         members = [k for k, column in enumerate(measured) if (column.time, column.group) == (time, group)]
@@ -242,7 +248,7 @@ def _statistics(measured: Array, predicted: Array, energy: Array) -> dict[str, t
     if not n:
         return dict.fromkeys(STATISTICS, (np.nan, np.nan, np.nan))
     rng, together = np.random.default_rng(SEED), max(1, DRAWN_TOGETHER // measured.size)
-    count = int(np.clip(DRAWN_TOGETHER * 20 // measured.size, 200, DRAWS)) if n > 2 else 0
+    count = int(np.clip(DRAWN_TOGETHER * 20 // measured.size, 200, DRAWS)) if n >= FEWEST else 0
     samples = [_of_samples(measured, predicted, energy, np.arange(n)[None])]
     for k in range(0, count, together):
         draws = rng.integers(n, size=(min(together, count - k), n))
@@ -252,6 +258,8 @@ def _statistics(measured: Array, predicted: Array, energy: Array) -> dict[str, t
     for name, (value, *drawn) in zip(STATISTICS, values.tolist(), strict=True):
         interval = np.nanpercentile(drawn, INTERVAL).tolist() if drawn and np.isfinite(value) else (np.nan, np.nan)
         statistics[name] = (value, *interval)
+    if n < FEWEST:
+        statistics["r"] = (np.nan,) * 3
     return statistics
 
 

@@ -17,7 +17,7 @@ from shockpc.robot.robot import Robot
 from shockpc.studies.declare import QuantityOption, study
 from shockpc.text.errors import StudyError
 
-FEASIBILITY = ("friction_needed", "pull", "depth", "feasible", "needs_tilt")
+FEASIBILITY = ("friction_needed", "pull", "energy_made", "depth", "feasible", "needs_tilt")
 """Quantities of every row that tell whether flat ground allows the landing."""
 
 
@@ -72,8 +72,9 @@ def sweep(
     feasible: Annotated[
         bool,
         Option(
-            "Keep only landings that flat ground allows, which pulls no contact and meets no other link first; with --friction "
-            "contacts slide and open instead. Landings on some of several level feet are kept. The summary counts the others.",
+            "Keep only landings that flat ground allows, which pulls no contact and meets no other link first, and that make no "
+            "energy; with --friction contacts slide and open instead. Landings on some of several level feet are kept. The summary "
+            "counts the others.",
             "What is computed",
         ),
     ] = False,

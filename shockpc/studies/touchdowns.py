@@ -31,7 +31,7 @@ from shockpc.text.errors import StudyError, UnknownName
 from shockpc.text.printed import few, listed
 
 WINDOW = 3e-3
-"""Default of the windows for velocities; each has at least `FEWEST` samples [s]."""
+"""Default of the windows for velocities; each has at least `FEWEST` samples, after a touchdown the nearest ones [s]."""
 
 GOOD, TIMES_ONLY = 500.0, 300.0
 """Rates below which velocities around a touchdown are doubtful (Cassie's jumps, thinned: 2 % off at 1 kHz, 7 % at 500 Hz, 27 % at
@@ -173,7 +173,9 @@ def touchdowns(
     ] = (6.0, 12.0, 30.0),
     window: Annotated[
         float | None,
-        Option("Length of the windows for velocities; by default 3, and at least 3 samples.", "Touchdowns", "T", unit="ms"),
+        Option(
+            "Length of the windows for velocities; by default 3, and at least the 3 nearest samples.", "Touchdowns", "T", unit="ms"
+        ),
     ] = None,
 ) -> Touchdowns:
     """Find the touchdowns of a log, and the motion before and after them.
@@ -390,7 +392,7 @@ class _Finder:
             windows: for velocities of joints and base [s].
             after: times after the touchdown [s].
         """
-        motion, t, row, late = self.motion, self.time, dict[str, Any](), list[str]()
+        motion, t, row, missing = self.motion, self.time, dict[str, Any](), dict[str, dict[str, None]]()
         if motion.free:
             row |= {key: motion.Q[first, k] for k, key in enumerate("xyz") if motion.has(key)}
             row |= {key: motion.Q[first, 3 + k] for k, key in enumerate(("qx", "qy", "qz", "qw")) if motion.has("w")}
@@ -401,8 +403,8 @@ class _Finder:
                 continue
             # Between samples of a slower clock, the line to the next one is bent by the touchdown.
             end = first if period < 1.5 * motion.interval else int(np.searchsorted(t, t[first] - period))
-            begin = max(int(np.searchsorted(t, t[end] - window - 1e-9)), run[0])
-            if t[end] - t[begin] < (FEWEST - 1) * period * (1.0 - 1e-3) or end - begin < FEWEST - 1:
+            begin = max(min(int(np.searchsorted(t, t[end] - window - 1e-9)), end - FEWEST + 1), run[0])
+            if t[end] - t[run[0]] < (FEWEST - 1) * period * (1.0 - 1e-3) or end - begin < FEWEST - 1:
                 return None, "the log, or a part of it without gaps, begins too soon before it for velocities"
             prefix = "before_" if part == "joints" else ""
             row |= {prefix + name: x for name, x in zip(names, motion.velocities(part, begin, end), strict=True)}
@@ -411,15 +413,16 @@ class _Finder:
                 if np.isnan(rate):
                     return None, f'how fast "{motion.rail}" slides is not known: no flight before it that begins upwards'
             for time in after:
-                low, high = t[last] + time - 0.5 * window - 1e-9, t[last] + time + 0.5 * window + 1e-9
-                begin, end = int(np.searchsorted(t, low)), int(np.searchsorted(t, high)) - 1
+                begin, end = motion.around(t[last] + time, window)
                 values = np.full(len(names), np.nan)
-                if high <= t[run[1]] + 2e-9 and end - begin >= FEWEST - 1:
-                    values = motion.velocities(part, begin, end)
+                if end > run[1] or t[last] + time + 0.5 * window > t[run[1]] + 1e-9:
+                    missing.setdefault("where the log ends or has a gap", {})[f"{1e3 * time:g}"] = None
+                elif begin <= last:
+                    missing.setdefault("as their samples begin before it", {})[f"{1e3 * time:g}"] = None
                 else:
-                    late.append(f"{1e3 * time:g}")
+                    values = motion.velocities(part, begin, end)
                 row |= {f"after{1e3 * time:g}ms_{name}": x for name, x in zip(names, values, strict=True)}
-        return row, f"no velocities {', '.join(dict.fromkeys(late))} ms after it, where the log ends or has a gap" if late else ""
+        return row, "; ".join(f"no velocities {', '.join(times)} ms after it, {why}" for why, times in missing.items())
 
     def _rail_before(self, touch: int, begin: int, end: int) -> float:
         """Rate of a rail that the log lacks, by the flight since the last contact; NaN without one [m/s]."""

@@ -10,7 +10,7 @@ from shockpc.evaluation.recorded import RecordedLandings
 from shockpc.evaluation.table import Table
 from shockpc.show.figure.style import CURVES, INK, histogram, new_chart
 from shockpc.show.wording import count, robot_name
-from shockpc.studies.landings import ALL, Agreement, Validation
+from shockpc.studies.landings import ALL, FEWEST, Agreement, Validation
 from shockpc.text.printed import printable
 
 MOST_PANELS, WORST, BINS = 8, 3, 60
@@ -25,7 +25,7 @@ MARKERS = ("o", "^", "s", "D")
 
 def draw_landings(study: RecordedLandings, results: Table) -> Figure:
     """Draw how often a value of each column occurs, and the worst landings beside it by name and value."""
-    known = [(column, values[np.isfinite(values)]) for column in results.computed for values in [results.columns[column.name]]]
+    known = [(column, values[np.isfinite(values)]) for column in results.main for values in [results.columns[column.name]]]
     shown = [(column, values) for column, values in known if values.size][:MOST_PANELS]
     title = f"{robot_name(study.robot)}: {count(study.rows, 'landing')}"
     if not shown:
@@ -98,5 +98,6 @@ def _agreement(each: Agreement) -> str:
     r, error = each.statistics["r"][0], each.statistics["error"][0]
     if not np.isfinite(r):
         known = each.predicted[np.isfinite(each.predicted)]
-        return "no jump predicted" if known.size and not known.any() else "r undetermined" if known.size else "not predicted"
-    return f"r {r:.2f}" + (f", median error {error:.2f}" if np.isfinite(error) else "")
+        few = f"too few for r (n = {each.n})" if each.n < FEWEST else "r undetermined"
+        return "no jump predicted" if known.size and not known.any() else few if known.size else "not predicted"
+    return f"r {r:.2f}" + (f", median error {error:.2f}" if np.isfinite(error) else "") + f" (n = {each.n})"

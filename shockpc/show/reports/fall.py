@@ -5,13 +5,16 @@ import math
 from collections.abc import Iterator
 from typing import Any
 
+import numpy as np
+
+from shockpc.landing.ratings import torque_limits
 from shockpc.quantities.table import select
 from shockpc.show.document import record
 from shockpc.show.reports.report import Picture, Report
 from shockpc.show.tables import Lines, Row, Sheet
 from shockpc.show.wording import count, header_lines, shared_warnings
 from shockpc.studies.fall.strikes import FallStrike, Tip
-from shockpc.studies.fall.study import Falls, StrikeResult
+from shockpc.studies.fall.study import EFFORTS, Falls, StrikeResult
 from shockpc.text.printed import cause_lines, causes, few, in_degrees, listed
 
 PAGE, ROWS = 12, 16
@@ -37,14 +40,20 @@ def fall_report(falls: Falls) -> Report:
             *([picture] if falls.results else []),
             *([_tips(falls)] if falls.tips else []),
             _strikes(falls, full),
+            *([_margins(falls, None if full else ROWS)] if _judged(falls) else []),
         ],
         lead=2 + bool(falls.results) + bool(falls.tips),
         closing=[
             f"not computed: {line}" for line in cause_lines(causes((name, str(why)) for name, why in falls.failures), "falls", 6)
         ],
         warnings=[*(f"warning: {tip.name}: {text}" for tip in falls.tips for text in tip.warnings), *_warnings(falls)],
-        sheets={"strikes": lambda: _spreadsheet(falls), "falls": lambda: _tips(falls)},
+        sheets={
+            "strikes": lambda: _spreadsheet(falls),
+            "falls": lambda: _tips(falls),
+            **({"margins": lambda: _margins(falls, None)} if _judged(falls) else {}),
+        },
         document=lambda: _document(falls),
+        others=("margins.csv",),
         landings=dict(list(profiles.items())[:PAGE]),
     )
 
@@ -173,6 +182,34 @@ def _strikes(falls: Falls, full: bool) -> Sheet:
     return sheet.largest(None if full else ROWS, "strike")
 
 
+def _judged(falls: Falls) -> bool:
+    """Whether parts or joints are compared with what they withstand."""
+    return bool(falls.margins) or EFFORTS in falls.quantities
+
+
+def _margins(falls: Falls, most: int | None) -> Sheet:
+    """What comes nearest to what it withstands, with the strike in which it does."""
+    rows: list[Row] = [(one.name, one.kind, one.margin, one.torque, one.withstands, one.strike) for one in falls.margins[:most]]
+    scene, robot = falls.results[0].profile.scene, falls.robot
+    limits, named = torque_limits(robot, scene.part)[0], {one.name for one in falls.margins}
+    bare = [joint.name for joint in robot.single_joints if joint.axis is not None and np.isnan(limits[joint.v.start])]
+    notes = [f"no torque or effort limit is known of {few([name for name in bare if name not in named], 4)}"] if bare else []
+    unjudged = [one.strike.name for one in falls.results if one.profile.redundant and math.isnan(one.values.get(EFFORTS, 0.0))]
+    if unjudged:
+        notes.append(
+            f"joints are not judged in {few(unjudged, 4)}, whose contacts or loops are redundant; a contact stiffness decides there"
+        )
+    if scene.pulse is not None and scene.contact_stiffness is None:
+        notes.append(f"torque: peak of one that has the pulse {scene.pulse} and the impulse along the axis")
+    if scene.friction is not None:
+        notes.append("of contacts that stick")
+    if left := len(falls.margins) - len(rows):
+        notes.insert(0, f"{left} with larger margins not shown; --out writes all")
+    header = ("part or joint", "kind", "margin [-]", "torque [N m, N]", "withstands [N m, N]", "strike")
+    title = "margins (factor on the speed of the strike below which it survives), each in the worst strike"
+    return Sheet(title, header, rows, notes)
+
+
 def _unit(text: str) -> str:
     return select(text.partition("@")[0]).quantity.unit.replace("1", "-")
 
@@ -225,6 +262,7 @@ def _document(falls: Falls) -> dict[str, Any]:
             }
             for result in falls.results
         ],
+        "margins": [one._asdict() for one in falls.margins],
         "failures": [{"fall": name, "reason": str(reason)} for name, reason in falls.failures],
         "notes": falls.notes,
     }  # fmt: skip

@@ -13,7 +13,7 @@ from shockpc.quantities.profile import ShockProfile
 from shockpc.show.reports.report import Picture, Report, Section, picture_files
 from shockpc.show.tables import Lines, Row, Sheet
 from shockpc.show.wording import JOINT_MODELS, LEFT_OUT, count, proof_lines, robot_line, shown_as, without_value
-from shockpc.studies.landings import STATISTICS, Agreement, Validation
+from shockpc.studies.landings import FEWEST, STATISTICS, Agreement, Validation
 from shockpc.text.printed import cause_lines, causes, few
 
 ROWS = 10
@@ -28,7 +28,8 @@ MEASURED_NOTES = (
     "count by their kinetic energy, those that were not measured by the least that is possible",
     "skill: 1 − Σ(predicted − measured)² / Σ measured², against no jump; (mean): against the mean of the other landings; "
     "below 0 is worse than these",
-    "in brackets: 95 % interval, by drawing landings with replacement",
+    "n: landings that were measured and predicted, of which the others of the row are; in brackets: 95 % interval, by drawing "
+    f"landings with replacement; of fewer than {FEWEST} landings there is neither an interval nor r",
     "gravity and the drives act between the two measurements, and are no part of the prediction",
 )
 
@@ -71,7 +72,7 @@ def landings_report(
         body=body,
         lead=2,
         closing=list(_closing(landings, results, validation)),
-        warnings=list(_warnings(landings)),
+        warnings=[*_making_energy(landings, results), *_warnings(landings)],
         sheets=sheets,
         document=lambda: _document(table, landings, results, order, validation),
         others=("measured.csv", *picture_files("measured")),
@@ -96,7 +97,7 @@ def _header(table: str, study: RecordedLandings) -> Iterator[tuple[str, str]]:
 
 def _extents(landings: RecordedLandings, results: Table) -> Sheet:
     rows: list[Row] = []
-    for column in results.computed:
+    for column in _shown(results):
         values = results.columns[column.name]
         known, worst = values[np.isfinite(values)], results.worst(1, column)
         extent = np.quantile(known, (0.0, 0.5, 0.95, 1.0)).tolist() if known.size else [None] * 4
@@ -108,7 +109,7 @@ def _rows(
     study: RecordedLandings, results: Table, order: Sequence[int], rank: Column | None, most: int | None, exact: bool = False
 ) -> Sheet:
     """A row for every landing. Args: exact, whether all columns are wanted, for programs."""
-    names = _numbers(study, results) if exact else tuple(column.name for column in results.computed)
+    names = _numbers(study, results) if exact else tuple(column.name for column in _shown(results))
     labels, messages = study.table.labels, exact or bool(results.messages)
     heads = {"row": "landing"} | {column.name: column.heading for column in results.computed}
     rows: list[Row] = []
@@ -120,6 +121,11 @@ def _rows(
     title = "landings" if rank is None else f"landings, ranked by {rank.name}"
     left = len(order) - len(rows)
     return Sheet(title, header, rows, [f"{count(left, 'landing')} not shown; --out or --format csv gives all"] if left else ())
+
+
+def _shown(results: Table) -> list[Column]:
+    """The columns that people read: what was asked for, and the energy made if there is some."""
+    return [column for column in results.computed if column in results.main or (results.columns[column.name] > 0.0).any()]
 
 
 def _numbers(study: RecordedLandings, results: Table) -> list[str]:
@@ -134,8 +140,10 @@ def agreement_sheet(validation: Validation, full: bool = False) -> Sheet:
         if full or agreement.group:
             time = None if agreement.time is None else f"{agreement.time:g}"
             statistics = (_interval(*agreement.statistics[key]) for key in STATISTICS)
-            rows.append((agreement.model, time, f"{agreement.name} [{agreement.unit}]", *statistics))
-    return Sheet("measured against predicted jumps", ("joint model", "after [ms]", "quantity", *STATISTICS), rows, MEASURED_NOTES)
+            name = f"{agreement.name} [{agreement.unit}]"
+            rows.append((agreement.model, time, name, str(agreement.n), *statistics))
+    header = ("joint model", "after [ms]", "quantity", "n", *STATISTICS)
+    return Sheet("measured against predicted jumps", header, rows, MEASURED_NOTES)
 
 
 def _interval(value: float, low: float, high: float) -> str | None:
@@ -148,11 +156,11 @@ def _interval(value: float, low: float, high: float) -> str | None:
 def _measured(validation: Validation) -> Sheet:
     """The same with all digits."""
     rows = [
-        (each.model, each.time, each.name, each.unit, *(x for key in STATISTICS for x in each.statistics[key]))
+        (each.model, each.time, each.name, each.unit, each.n, *(x for key in STATISTICS for x in each.statistics[key]))
         for each in validation.agreements
     ]
     statistics = (f"{key}{end}" for key in STATISTICS for end in ("", " low", " high"))
-    return Sheet("", ("joint model", "after [ms]", "quantity", "unit", *statistics), rows)
+    return Sheet("", ("joint model", "after [ms]", "quantity", "unit", "n", *statistics), rows)
 
 
 def _closing(study: RecordedLandings, results: Table, validation: Validation | None) -> Iterator[str]:
@@ -179,6 +187,18 @@ def _closing(study: RecordedLandings, results: Table, validation: Validation | N
         if messages:
             yield f"not {what}: {count(len(messages), 'landing')}"
             yield from (f"  {line}" for line in cause_lines(causes(messages), "landings", MESSAGES))
+
+
+def _making_energy(study: RecordedLandings, results: Table) -> Iterator[str]:
+    """A warning of rows that are no landings, because restitution would make energy; with friction they are those that slide."""
+    (made,) = (results.columns[column.name] for column in results.computed if column.selection.quantity.role == "gain")
+    made = np.where(np.isnan(study.table.friction) | (not study.by_friction), np.nan_to_num(made), 0.0)
+    if n := int(np.sum(made > 0.0)):
+        most, name = float(made.max()), study.table.names[int(made.argmax())]
+        yield (
+            f"warning: the impact would make kinetic energy in {n} of {count(study.rows, 'landing')}, which is not feasible, at "
+            f"most {most:.3g} J in landing {name}; take less restitution, one for all contacts, or --restitution-along directions"
+        )
 
 
 def _warnings(landings: RecordedLandings) -> Iterator[str]:
@@ -220,4 +240,4 @@ def _document(
 def _agreement(each: Agreement) -> dict[str, Any]:
     """How well one quantity, or group, agrees."""
     statistics = {key: dict(zip(("value", "low", "high"), each.statistics[key], strict=True)) for key in STATISTICS}
-    return {"model": each.model, "time_ms": each.time, "quantity": each.name, "unit": each.unit, **statistics}
+    return {"model": each.model, "time_ms": each.time, "quantity": each.name, "unit": each.unit, "n": each.n, **statistics}

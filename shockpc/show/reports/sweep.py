@@ -117,7 +117,11 @@ def _lines(summary: Summary[VariedLandings]) -> Iterator[str]:
         yield f"shock is relative to the strike, and the same at every speed; {asked}"
     refused, *counts = summary.refused
     if refused:
-        causes = ("a contact would have to be pulled", "another link is below the contacts, or they differ in height")
+        causes = (
+            "a contact would have to be pulled",
+            "the impact would make energy",
+            "another link is below the contacts, or they differ in height",
+        )
         listed = ", ".join(f"{number} because {cause}" for number, cause in zip(counts, causes, strict=True) if number)
         left = "they are left out" if summary.evaluation.feasible else "--feasible leaves them out"
         yield f"warning: flat ground does not allow {refused} of {summary.rows} landings: {listed}; {left}"

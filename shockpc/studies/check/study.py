@@ -27,7 +27,7 @@ from shockpc.landing.scene import Scene
 from shockpc.landing.scene_file import robot_of
 from shockpc.quantities.profile import ShockProfile
 from shockpc.quantities.quantity import Quantity
-from shockpc.quantities.table import Selection
+from shockpc.quantities.table import Selection, select
 from shockpc.robot.robot import Robot
 from shockpc.studies.check.baseline import Baseline, OutcomeKey, case_record, read_baseline, refuse_other_scene
 from shockpc.studies.check.budgets import Budget, Budgets, Case, read_budgets
@@ -221,6 +221,9 @@ def check_budgets(
             bound = max(bound, float(result.proof.bounds.max()))
             profiles.setdefault(plan.case.name, result)
             notes += [f"warning of {printable(plan.case.name)}: {warning}" for warning in result.health.warnings]
+        if designs is not None and (gaining := int((designs.values("energy_made") > 0.0).sum())):
+            many = f"{gaining} of {len(designs)} designs"
+            notes.append(f"warning of {printable(plan.case.name)}: the impact would make energy in {many}, which is not feasible")
     changes = {}
     if baseline is not None:
         changes = {name: tuple(design_changes(baseline.designs[name], record["design"])) for name, record in cases.items()}
@@ -295,6 +298,7 @@ def _designs(
     )
     source = varied_landings(scene, vary, robot=robot, vary_each=each, sample=int(case.designs), lhs=True, keep_joints=True)
     wanted = [Column(selection, place) for selection, chosen in zip(selections, places, strict=True) for place in chosen]
+    wanted.append(Column(select("energy_made"), source.first.places("robot")[0]))
     return Evaluation(source, tuple({column.name: column for column in wanted}.values()), prove=0)
 
 

@@ -17,6 +17,7 @@ from shockpc.evaluation.landings import common_robot, landings_by_name, named_sc
 from shockpc.evaluation.table import Table
 from shockpc.evaluation.variation import Vary, pairs
 from shockpc.evaluation.varied_scene import scene_grid
+from shockpc.landing.ratings import TorqueStrength, torque_limits
 from shockpc.landing.record import Option
 from shockpc.landing.scene import CONTACT, STRIKE, Contact, Joints, Scene
 from shockpc.quantities.profile import ShockProfile
@@ -41,6 +42,9 @@ STANDARD = ("delta_v_max", "delta_v", "joint_impulse")
 WITH_FRICTION = ("delta_v_friction", "joint_impulse_friction")
 """Quantities of every strike: of contacts that stick, or with friction."""
 
+EFFORTS = "joint_torque_share"
+"""Quantity of every strike by which joints are judged."""
+
 
 class StrikeResult(NamedTuple):
     """What is known of a strike.
@@ -63,6 +67,26 @@ class StrikeResult(NamedTuple):
     profile: ShockProfile
 
 
+class Margin(NamedTuple):
+    """How far a part, or a joint, is from what it withstands in the strike that is the worst for it.
+
+    Attributes:
+        name: of the part, or of the joint that no part rates.
+        kind: "part" or "joint".
+        margin: of a part as `part_margin`, of a joint its torque or effort limit over the torque [1].
+        torque: along the joint's axis; None of a part at a point [N m, N].
+        withstands: the torque given, or the effort limit of the robot's file; None of a part at a point [N m, N].
+        strike: name of the strike.
+    """
+
+    name: str
+    kind: Literal["part", "joint"]
+    margin: float
+    torque: float | None
+    withstands: float | None
+    strike: str
+
+
 @dataclass(frozen=True, eq=False)
 class Falls:
     """The falls of a robot.
@@ -78,6 +102,7 @@ class Falls:
         failures: names of falls and strikes without a result, and why.
         drop: height of the drop [m]; None if it tips.
         notes: what geometry is used, and what is left out.
+        margins: of all parts and joints that can be judged, the least first.
     """
 
     robot: Robot
@@ -90,6 +115,7 @@ class Falls:
     failures: tuple[tuple[str, ShockError], ...]
     drop: float | None
     notes: tuple[str, ...]
+    margins: tuple[Margin, ...]
 
     @property
     def landings(self) -> tuple[StrikeResult, ...]:
@@ -103,10 +129,11 @@ class Falls:
     "shockpc fall go2 --drop 0.75 --part 'imu=half-sine 1500 g 0.5 ms'",
     more=(
         "The robot tips as one rigid body, its joints held, over an edge of its support until it rests: on an edge that sticks,"
-        " slides or leaves the ground, strike after strike. Each strike is a landing with the joints as modelled."
+        " slides or leaves the ground, strike after strike. Each strike is a landing with the joints as modelled. With a pulse or a"
+        " contact stiffness all joints are judged by their torque or effort limits."
     ),
     without=(CONTACT, STRIKE),  # which a fall computes
-    uses=("part",),
+    uses=("part", "pulse"),
 )
 def fall(
     postures: Scene | Mapping[str, Scene],
@@ -162,7 +189,7 @@ def fall(
         str | None,
         Option(
             "Quantity by which strikes are ranked, the worst first: delta_v_max by default, body.delta_v_friction with a friction, "
-            "part_margin with a part at a frame.",
+            "part_margin with a part that can be judged.",
             "What is computed",
             "KEY[@PLACE]",
         ),
@@ -195,10 +222,11 @@ def fall(
     scenes = {
         name: one for posture, scene in scenes.items() for name, one in scene_grid(posture, scene, robot, pairs(vary)).items()
     }
-    parts = any(part.at for scene in scenes.values() for part in scene.part)
+    judged = [_judged(scene, robot) for scene in scenes.values()]
+    parts, efforts = (any(of) for of in zip(*judged, strict=True))
     slides = any(scene.friction is not None for scene in scenes.values())
     rank = rank or ("part_margin" if parts else "body.delta_v_friction" if slides else "delta_v_max")
-    texts = tuple(dict.fromkeys([rank, *(WITH_FRICTION if slides else STANDARD), *quantities]))
+    texts = tuple(dict.fromkeys([rank, *(WITH_FRICTION if slides else STANDARD), *[EFFORTS] * efforts, *quantities]))
     ranked, *others = [select(text.partition("@")[0]) for text in texts]
     tips, strikes, failures, notes = list[Tip](), list[FallStrike](), dict[str, ShockError](), list[str]()
     for posture, scene in scenes.items():
@@ -232,7 +260,37 @@ def fall(
     return Falls(
         robot=robot, rank=rank, quantities=texts, tips=tuple(tips), strikes=tuple(strikes), results=tuple(results),
         table=replace(table, looks={}), failures=tuple(failures.items()), drop=drop, notes=tuple(dict.fromkeys(notes)),
+        margins=_margins(results) if parts or efforts else (),
     )  # fmt: skip
+
+
+def _judged(scene: Scene, robot: Robot) -> tuple[bool, bool]:
+    """Whether parts can be judged, and joints by their torques, of which a pulse, a stiffness or a part says how long they last."""
+    limits, durations = torque_limits(robot, scene.part)
+    lasts = scene.pulse is not None or scene.contact_stiffness is not None
+    efforts = bool(np.any(np.isfinite(limits) & (lasts | np.isfinite(durations))))
+    return any(part.at or efforts for part in scene.part), efforts
+
+
+def _margins(results: Sequence[StrikeResult]) -> tuple[Margin, ...]:
+    """The least margin over the strikes of every part, and of every joint that no part rates."""
+    found = list[Margin]()
+    for strike, profile in ((result.strike.name, result.profile) for result in results):
+        for one in profile.parts:
+            if one.part_margin is not None:
+                withstands = one.strength.momentary_torque if isinstance(one.strength, TorqueStrength) else None
+                found.append(Margin(one.part, "part", one.part_margin, one.torque, withstands, strike))
+        rated = {place.joint for place in profile.landing.parts}
+        joints = [place for place in profile.places("joint") if place.number not in rated]
+        limits = torque_limits(profile.robot, profile.scene.part)[0]
+        for place, share in zip(joints, profile.numbers(select(EFFORTS), joints).tolist() if joints else (), strict=True):
+            if not math.isnan(share):
+                limit = float(limits[place.number])
+                found.append(Margin(place.name, "joint", 1.0 / share if share else math.inf, share * limit, limit, strike))
+    worst = dict[tuple[str, str], Margin]()
+    for margin in sorted(found, key=lambda one: one.margin):
+        worst.setdefault((margin.kind, margin.name), margin)
+    return tuple(worst.values())
 
 
 def _refuse_options(scene: Scene) -> None:
