@@ -27,9 +27,12 @@ INSIDE, SHARE = 0.02, 0.01
 """A contact point may lie in the middle of a foot or on the centre line of a beam: 2 cm [m] and a hundredth of the robot's size
 above the lowest point of its link."""
 
-RINGS, AROUND, DIRECTIONS = 17, 16, 64
-"""Parallels of a round shape, and points on each, by which its part near the ground is represented; directions in which the extent
-of an area is measured."""
+RINGS, AROUND = 17, 16
+"""Parallels of a round shape, and points on each, by which its part near the ground is represented."""
+
+_ANGLES = 2.0 * math.pi * np.arange(64) / 64
+_DIRECTIONS = np.stack([np.cos(_ANGLES), np.sin(_ANGLES)])
+"""Directions (2, 64) in which the extent of an area is measured."""
 
 PLANE, FLAT = 0.1, 0.5
 """Height above the face under the centre of pressure up to which points belong to that face, as a share of the ground's tolerance;
@@ -86,11 +89,11 @@ def _resolved(landing: PosedLanding, number: int) -> tuple[Contact, Diagnostic |
         definite = replace(definite, at="frame" if depth <= most_inside(robot) else "lowest")
     if open_kind:
         sole = shapes
-        if not shapes and not unread:
-            # A frame without shapes may lie in a sole of its body.
+        if not shapes and not unread and robot.parents[block.body] >= 0:
+            # A frame without shapes may lie in a sole of its body; one of the base marks a point.
             body = tuple(shape for link in robot.bodies[block.body].links for shape in shapes_of(robot, link)[0])
             sole = body if body and abs(_depth(landing, block, body)) <= most_inside(robot) else ()
-        if sole and _lands_flat(landing, _block(landing, replace(definite, kind="flat"), block), sole):
+        if sole and _lands_flat(landing, _block(landing, replace(definite, kind="flat"), block), sole, not shapes):
             definite = replace(definite, kind="flat")
     if not unread:
         return definite, None
@@ -109,13 +112,14 @@ def _depth(landing: PosedLanding, block: Block, shapes: Sequence[Shape]) -> floa
     return float(up @ np.reshape(block.point, 3)) + max(float(shape.reach(-up[None])[0]) for shape in shapes)
 
 
-def _lands_flat(landing: PosedLanding, sole: Block, shapes: Sequence[Shape]) -> bool:
+def _lands_flat(landing: PosedLanding, sole: Block, shapes: Sequence[Shape], in_the_middle: bool) -> bool:
     """Whether the centre of pressure of the flat landing of one contact lies in the area by which it touches the ground.
 
     Args:
         landing: whose other contacts are left out.
         sole: the rows of the contact, flat.
         shapes: of its link.
+        in_the_middle: whether its point has to lie in the middle of that area, so that it is no toe.
     """
     state, up = landing.state, sole.normal
     rotation, position = state.rotation[0, sole.body], state.position[0, sole.body]
@@ -131,8 +135,12 @@ def _lands_flat(landing: PosedLanding, sole: Block, shapes: Sequence[Shape]) -> 
     tolerance = landing.scene.ground_tolerance + LEVEL
     points = np.concatenate([_below(shape, rotation, position, up, low + tolerance) for shape in shapes])
     flat, height = (points - centre) @ axes.T, points @ up
-    face = _above_face(flat, height - low) <= PLANE * tolerance
-    return bool(face.any() and _area(flat[face]) > FLAT * _area(flat) > 0.0)
+    face = flat[_above_face(flat, height - low) <= PLANE * tolerance]
+    if not len(face) or not _area(face) > FLAT * _area(flat):
+        return False
+    ends = np.stack([(face @ _DIRECTIONS).min(axis=0), (face @ _DIRECTIONS).max(axis=0)])
+    beside = np.abs((block_point(state, sole)[0] - centre) @ axes.T @ _DIRECTIONS - ends.mean(axis=0))
+    return not in_the_middle or bool(np.all(beside <= np.ptp(ends, axis=0) / 4.0))
 
 
 def _above_face(flat: Array, height: Array) -> Array:
@@ -161,9 +169,8 @@ def _above_face(flat: Array, height: Array) -> Array:
 
 
 def _area(flat: Array) -> float:
-    """Area of the hull of points (n, 2), from those that are farthest in `DIRECTIONS` directions [m²]."""
-    angle = 2.0 * math.pi * np.arange(DIRECTIONS) / DIRECTIONS
-    x, y = flat[(flat @ np.stack([np.cos(angle), np.sin(angle)])).argmax(axis=0)].T
+    """Area of the hull of points (n, 2), from those that are farthest in some directions [m²]."""
+    x, y = flat[(flat @ _DIRECTIONS).argmax(axis=0)].T
     return float(0.5 * (x @ np.roll(y, -1) - y @ np.roll(x, -1)))
 
 
