@@ -115,7 +115,10 @@ def first_crossing(rate: ComplexArray, signals: Signals, horizon: float, effort:
             for falls, frequency, real, imaginary in modes:
                 sin, cos = math.sin(frequency * t / 2.0), math.cos(frequency * t / 2.0)
                 # Of wave · exp(iσt): the change of its real part, and its imaginary part.
-                change, other = -2.0 * sin * (sin * real + cos * imaginary), 2.0 * sin * cos * real + (cos * cos - sin * sin) * imaginary
+                change, other = (
+                    -2.0 * sin * (sin * real + cos * imaginary),
+                    2.0 * sin * cos * real + (cos * cos - sin * sin) * imaginary,
+                )
                 if falls:
                     lost = math.expm1(falls * t)
                     change, other = change + lost * (real + change), (1.0 + lost) * other

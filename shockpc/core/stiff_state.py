@@ -182,7 +182,9 @@ class State:
         fall = np.concatenate([np.zeros(PUSH * count), self.viscous * motion.linear[:count]])
         of_push = row >= PUSH * count
         depth = EASED * self.largest[row % count] / np.where(of_push, self.slope[row % count], self.elements.stiffness[row % count])
-        signals = signals._replace(tolerance=signals.tolerance + depth, linear=signals.linear - fall[row], square=0.0 * signals.square)
+        signals = signals._replace(
+            tolerance=signals.tolerance + depth, linear=signals.linear - fall[row], square=0.0 * signals.square
+        )
         return first_crossing(motion.oscillations.rate, signals, horizon, self.effort)[1] is not None
 
     def step(self, time: float, horizon: float) -> tuple[Segment | None, tuple[int, int] | None]:
@@ -211,9 +213,7 @@ class State:
             return None, watched[int(early.argmin())][:2]
         length, first = first_crossing(rate, signals, horizon, self.effort)
         count, still = len(self.z), loaded.sigma == 0.0
-        drift, acceleration = (
-            loaded.V @ np.where(still, loaded.V.T @ along, 0.0) for along in (motion.u, loaded.pull)
-        )
+        drift, acceleration = (loaded.V @ np.where(still, loaded.V.T @ along, 0.0) for along in (motion.u, loaded.pull))
         segment = Segment(
             time,
             length,
