@@ -222,11 +222,12 @@ class StiffMotion(NamedTuple):
         jump = jump @ self.to_velocity.T + np.outer(times, self.falling)
         return History(force, displacement, jump, force @ self.response.T + self.gravity)
 
-    def peak(self, outputs: Array) -> tuple[Array, Array]:
-        """The largest lengths of vectors P f that are linear in the forces f, and when they are reached.
+    def peak(self, outputs: Array, constant: Array | float = 0.0) -> tuple[Array, Array]:
+        """The largest lengths of vectors P f + p that are linear in the forces f, and when they are reached.
 
         Args:
             outputs: (m, k, r) P; of what is linear in accelerations beyond free fall, G (ẍ − g), it is G `response`.
+            constant: (m, k) p.
 
         Returns: (m,) lengths, NaN where P is, and (m,) times [s]. Each oscillation is sampled thirty times, and the largest local
             maxima of the samples are refined to rounding.
@@ -234,8 +235,14 @@ class StiffMotion(NamedTuple):
         Raises:
             ArithmeticError: the frequencies lie too far apart to sample the motion, or it takes too many terms.
         """
-        P = np.nan_to_num(outputs)
-        segments = [piece for segment in self.segments for piece in segment.pieces()]
+        # What is constant is the force of one more element.
+        constant = np.broadcast_to(constant, outputs.shape[:2])
+        P = np.nan_to_num(np.dstack([outputs, constant]))
+        segments = [
+            piece._replace(level=np.append(piece.level, 1.0), wave=np.pad(piece.wave, ((0, 1), (0, 0))))
+            for segment in self.segments
+            for piece in segment.pieces()
+        ]
         starts = np.array([segment.level + segment.wave.real.sum(axis=1) for segment in segments])
         largest, when = _peak(P, segments, np.square(P @ starts.T).sum(axis=1).max(axis=1), Effort())
         return np.where(np.isnan(outputs).any(axis=(1, 2)), np.nan, largest), when

@@ -3,8 +3,9 @@
 The inertia and the rows of a landing go to the solver of `core.stiffness`, in the velocities with which its loops stay closed, with
 gravity, the torques of motors and the loads of springs as constant forces. Its motion is linear in the forces of its elements at
 each time: what is linear in the jumps and impulses of an impact (the velocity of a point, the wrench through a joint) is, of the
-accelerations for unit forces, the matrix that gives the same of the motion. Accelerations are those beyond free fall, as an
-accelerometer measures them: gravity moves all bodies alike, and loads no joint by itself.
+accelerations for unit forces, the matrix that gives the same of the motion. Accelerations are those less gravity, as an
+accelerometer measures them. Without forces of the elements a free robot falls freely, with no such acceleration and no load of a
+joint. A fixed base or standing feet hold their robot against gravity, which adds constant accelerations and loads.
 """
 
 import functools
@@ -26,6 +27,7 @@ from shockpc.impact.impact import ColumnImpact, DoubleImpact, Impact
 from shockpc.impact.loads import free_fall, motor_torques, spring_loads
 from shockpc.impact.stops import stop_rows, with_stops
 from shockpc.landing.landing import PosedLanding
+from shockpc.landing.motion import mass_lifted
 from shockpc.landing.places import Place
 from shockpc.landing.rows import Block, block_point
 from shockpc.landing.scene import GRAVITY
@@ -186,44 +188,47 @@ class CompliantLanding:
 
     @functools.cached_property
     def _linear(self) -> ColumnImpact:
-        """Of each element the accelerations for its unit force as jumps, with what holds the loops; then the jumps of `ends`.
+        """Of each element the accelerations for its unit force as jumps; those of gravity; then the jumps of `ends`.
 
-        These jumps are those beyond free fall, as an accelerometer gives them.
-
-        All is linear in these forces.
+        Those of gravity are, less gravity, those of a fall that a fixed base, standing feet and loops constrain; all come with what
+        holds these. All else is linear in the forces. The jumps of `ends` are those beyond this fall.
         """
         rows, equation, response = self._rows, self._rows.equation, self.motion.response
-        impulse, unstopped_rows, (n, stops) = (
-            np.zeros((len(equation.J_c[0]), len(self.number))),
-            len(rows.rigid),
-            (len(rows.turn), len(self._stops)),
-        )
+        landing, free, unstopped_rows = self.landing, self._free.shape[1], len(rows.rigid)
+        n, stops, r = len(rows.turn), len(self._stops), len(self.number)
+        falling, impulse = self.motion.gravity, np.zeros((len(equation.J_c[0]), r + 1))
         impulse[:unstopped_rows, :n] = rows.turn.T
         impulse[unstopped_rows:, n : n + stops] = np.eye(stops)
+        weight = -GRAVITY * landing.scene.gravity * mass_lifted(landing.robot, landing.state)
         if rows.rigid.any():
             rigid = np.flatnonzero(rows.rigid)
             along = np.concatenate([rows.turn @ equation.J_c[0, :unstopped_rows], equation.J_c[0, unstopped_rows:], self._along])
-            missing = equation.H[0] @ (rows.basis @ response[: self._free.shape[1]]) - along.T
+            along = np.vstack([along, weight if equation.G is None else weight @ equation.G[0]])
+            missing = equation.H[0] @ (rows.basis @ np.column_stack([response, falling])[:free]) - along.T
             impulse[rigid] = np.linalg.lstsq(equation.J_c[0, rigid].T, missing, rcond=1e-10)[0]
         times, turns = self._turns
-        beyond = [turns.jump[k] - times[k] * self.motion.gravity for k in (times.index(self.compressed), -1)]
-        return self._impact(np.column_stack([response, *beyond, self._impulsive]), impulse)
+        beyond = [turns.jump[k] - times[k] * falling for k in (times.index(self.compressed), -1)]
+        linear = self._impact(np.column_stack([response, falling, *beyond, self._impulsive]), impulse)
+        if landing.scene.gravity:
+            linear.jumps[..., 3:, r] += GRAVITY * landing.state.rotation[:, :, 2]
+        return linear
 
-    def readout(self, compute: Compute, places: Sequence[Place]) -> Array:
-        """What gives a quantity, n vectors linear in jumps and impulses, of the forces of the elements (n, k, r)."""
-        values = np.asarray(compute(self._linear, places), dtype=float)[0, : len(self.number)]
-        return np.ascontiguousarray(values.reshape(*values.shape[:2], -1).transpose(1, 2, 0))
+    def readout(self, compute: Compute, places: Sequence[Place]) -> tuple[Array, Array]:
+        """What gives a quantity, n vectors linear in jumps and impulses: (n, k, r) of the forces of the elements; (n, k) constant."""
+        values = np.asarray(compute(self._linear, places), dtype=float)[0, : len(self.number) + 1]
+        values = values.reshape(*values.shape[:2], -1).transpose(1, 2, 0)
+        return np.ascontiguousarray(values[..., :-1]), values[..., -1]
 
     def ends(self, compute: Compute, places: Sequence[Place]) -> Array:
         """A quantity (1, 3, n, ...) of the jumps beyond free fall until the end of compression and the end, and of the impulse."""
-        return np.asarray(compute(self._linear, places))[:, len(self.number) :]
+        return np.asarray(compute(self._linear, places))[:, len(self.number) + 1 :]
 
     def peaks(self, compute: Compute, places: Sequence[Place] = ()) -> tuple[Array, Array]:
         """The largest lengths (n,) of a quantity, n vectors linear in jumps and impulses, and when (n,) each is reached."""
         key = compute, tuple((place.name, place.body, place.number, place.r.tobytes()) for place in places)
         if key not in self._peaks:
             try:
-                self._peaks[key] = self.motion.peak(self.readout(compute, places))
+                self._peaks[key] = self.motion.peak(*self.readout(compute, places))
             except ArithmeticError as refusal:
                 raise SolveError(f"no verdict for contacts of {self.landing.scene.contact_stiffness:g} N/m: {refusal}") from None
             freeze(self._peaks[key])
@@ -231,12 +236,14 @@ class CompliantLanding:
 
     def history(self, compute: Compute, places: Sequence[Place], times: Array) -> Array:
         """The same quantity (T, n, k) at times (T,)."""
-        return np.asarray(np.einsum("nkr,tr->tnk", self.readout(compute, places), self.motion.at(times).force))
+        outputs, constant = self.readout(compute, places)
+        return np.asarray(np.einsum("nkr,tr->tnk", outputs, self.motion.at(times).force) + constant)
 
     def spectrum(self, compute: Compute, places: Sequence[Place], damping: float) -> Array:
         """Largest acceleration (f, n) of oscillators of the frequencies `SPECTRUM` at n points, in the axis in which it is largest.
 
-        The acceleration of the points is that until all contacts are open.
+        The acceleration of the points is that until the end of the motion, less what gravity alone gives them, which an oscillator
+        carries before the impact.
 
         Raises:
             SolveError: the contact lasts longer than `LONGEST_SPECTRUM`.
@@ -249,7 +256,7 @@ class CompliantLanding:
             raise SolveError(f"{lasts}, and {limit}; take stiffer contacts, or leave --spectrum out")
         count = int(np.ceil(self.motion.duration * SAMPLES_A_PERIOD * SPECTRUM[-1])) + 64
         times = np.linspace(0.0, self.motion.duration, count + 1)
-        history = self.history(compute, places, times).reshape(count + 1, -1)
+        history = (self.history(compute, places, times) - self.readout(compute, places)[1]).reshape(count + 1, -1)
         response = shock_response(history, float(times[1]), np.array(SPECTRUM), damping)
         return np.asarray(response.reshape(len(SPECTRUM), len(places), -1).max(axis=2))
 

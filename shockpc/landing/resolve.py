@@ -51,11 +51,13 @@ def pulse_of(scene: Scene) -> Pulse | None:
     """The scene's pulse, if it has one.
 
     Raises:
-        SceneError: it has no known shape or no length, or a sensor's range is given without it.
+        SceneError: it has no known shape or no length, or a sensor's range is given without it and without a contact stiffness.
     """
     if scene.pulse is None:
-        if scene.range_g is not None:
-            raise SceneError("a sensor's range is given in g, but no pulse; give one too, such as half-sine:5ms")
+        if scene.range_g is not None and scene.contact_stiffness is None:
+            raise SceneError(
+                "a sensor's range is given in g, but no pulse; give one too, such as half-sine:5ms, or a contact stiffness"
+            )
         return None
     try:
         return pulse_from(scene.pulse)

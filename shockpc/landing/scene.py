@@ -424,7 +424,13 @@ class Scene(Record):
         "SHAPE:LENGTH",
     )
     range_g: float | None = option(
-        None, "Measuring range of the sensors, compared with the peaks.", RESULTS, "G", unit="g", above=0.0
+        None,
+        "Measuring range of the sensors, with which all peaks are compared: along each axis of a frame, and for a point with an "
+        "offset that of the whole acceleration.",
+        RESULTS,
+        "G",
+        unit="g",
+        above=0.0,
     )
     friction: float | None = option(
         None,

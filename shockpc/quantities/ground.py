@@ -37,7 +37,7 @@ ROUNDING = 1e-10
 GroundOption: TypeAlias = Literal["friction", "contact_stiffness"]
 
 
-def _solved(landing: PosedLanding, key: GroundOption) -> Any:
+def solved_on(landing: PosedLanding, key: GroundOption) -> Any:
     """The landing with friction, or on contacts of finite stiffness; what solves it is imported where a scene gives the key."""
     if key == "friction":
         from shockpc.impact.friction import friction_of
@@ -60,7 +60,7 @@ def _where_given(entry: Quantity, key: GroundOption, read: Callable[[Any, Impact
     def compute(impact: Impact, places: Places) -> Array:
         if getattr(impact.landing.scene, key) is None:
             return np.full((1, 1, len(places), 3) if entry.vector else (1, 1, len(places)), np.nan)
-        return np.asarray(read(_solved(impact.landing, key), impact, places))
+        return np.asarray(read(solved_on(impact.landing, key), impact, places))
 
     missing = "; or ".join(filter(None, [f"the scene gives no {key.replace('_', ' ')}", entry.missing]))
     derived = Quantity(entry.key, entry.of, entry.title, entry.unit, entry.worse, compute, entry.size, missing)

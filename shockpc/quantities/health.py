@@ -11,6 +11,7 @@ from shockpc.landing.stops import at_stops, driven_beyond, has_stops
 from shockpc.quantities.accuracy import data_sensitivity, double_error, nearly_singular, oversized, redundant, strained
 from shockpc.quantities.parts import REMEDIES
 from shockpc.quantities.plausibility import angles, gained, heights, inertias, masses, pulled, slipping, straight
+from shockpc.quantities.ranges import sensor_peaks
 from shockpc.quantities.standing import lying
 from shockpc.quantities.table import quantity
 from shockpc.robot.geometry import body_outline
@@ -91,14 +92,15 @@ def _beyond_the_impulse(profile: "ShockProfile") -> Iterator[Diagnostic]:
 
 def _saturated(profile: "ShockProfile") -> Iterator[Diagnostic]:
     """A warning for every sensor whose peak exceeds its range, and for a pulse without a sensor or point."""
-    places, limit = profile.places("point"), profile.scene.range_g or math.inf
+    places, limit = profile.places("point"), profile.scene.range_g
     if profile.landing.pulse is not None and not places:
         text = "a pulse is given, but the robot has no sensor and no point is asked for, so there is no peak; name one with --at"
         yield Diagnostic("sensor", "", None, text)
-    for place, peak in zip(places, profile.value("peak_g", "point").tolist(), strict=True):
-        if peak > limit:
-            text = f'"{place.name}" would see {peak:.3g} g, beyond its range of {limit:g} g; its reading saturates'
-            yield Diagnostic("sensor", place.name, peak, text)
+    moving = [place for place in places if place.body >= 0]
+    for place, peak in zip(moving, sensor_peaks(profile, moving) if limit is not None else (), strict=False):
+        if limit is not None and peak.peak > limit:
+            text = f'"{place.name}" would see {peak.peak:.3g} g {peak}, beyond its range of {limit:g} g; its reading saturates'
+            yield Diagnostic("sensor", place.name, peak.peak, text)
 
 
 def _overloaded(profile: "ShockProfile") -> Iterator[Diagnostic]:

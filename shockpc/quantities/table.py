@@ -15,11 +15,12 @@ from shockpc.quantities.joints import JOINTS
 from shockpc.quantities.parts import PARTS
 from shockpc.quantities.points import POINTS
 from shockpc.quantities.quantity import Quantity
+from shockpc.quantities.ranges import RANGES
 from shockpc.quantities.robot import ROBOT
 from shockpc.text.arguments import checked
 from shockpc.text.errors import UnknownName
 
-QUANTITIES: tuple[Quantity, ...] = (*POINTS, *BODIES, *JOINTS, *CONTACTS, *ROBOT, *GROUND, *PARTS)
+QUANTITIES: tuple[Quantity, ...] = (*POINTS, *BODIES, *JOINTS, *CONTACTS, *ROBOT, *GROUND, *RANGES, *PARTS)
 """All quantities. Of those that share a key the first is meant unless the kind is named."""
 
 _BY_KEY = {(quantity.of, quantity.key): quantity for quantity in QUANTITIES}

@@ -14,6 +14,7 @@ from shockpc.landing.scene import CONTACTS
 from shockpc.landing.stops import side_of
 from shockpc.quantities.parts import SOFTEST, STIFFEST
 from shockpc.quantities.profile import ShockProfile
+from shockpc.quantities.ranges import sensor_peaks
 from shockpc.quantities.records import ContactImpulse
 from shockpc.quantities.table import quantity
 from shockpc.robot.robot import STOP
@@ -187,6 +188,11 @@ def _summary(profile: ShockProfile) -> list[tuple[str, str]]:
     known = [f"{point.frame} {rounded(g)} g" for point, g in zip(profile.points, peaks, strict=True) if not math.isnan(g)]
     if known:
         lines.insert(1, ("peak", f"{few(known, 4)} for a pulse {profile.scene.pulse}{with_friction}"))
+    if (limit := profile.scene.range_g) is not None:
+        moving = [place for place in profile.places("point") if place.body >= 0]
+        peaks_of = zip(moving, sensor_peaks(profile, moving), strict=False)
+        ranges = [f"{place.name} {rounded(peak.peak)} of {limit:g} g ({peak})" for place, peak in peaks_of]
+        lines[-1:-1] = [("range", few(ranges, 4, "; "))] * bool(ranges)
     return lines
 
 

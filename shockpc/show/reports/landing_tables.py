@@ -140,8 +140,8 @@ def points_sheet(profile: ShockProfile) -> Sheet:
     named = {"point": [point.frame for point in profile.points], "on body": [point.body for point in profile.points]}
     headed = {"Δv {} [m/s]": "delta_v", "shock [-]": "shock"} | ({"peak [g]": "peak_g"} if pulse else {})
     columns = {**named, **_columns(profile, "point", headed)}
-    if pulse and range_g is not None:
-        columns[f"of {range_g:g} g [%]"] = 100.0 * profile.value("peak_g", "point") / range_g
+    if range_g is not None:
+        columns[f"largest peak along an axis of {range_g:g} g [%]"] = 100.0 * profile.value("range_share", "point")
     of_pulse = "" if pulse is None else f"; peak acceleration for a pulse {pulse}"
     of_pulse += ", of the impulse model" if pulse and profile.stiffness is not None else ""
     return Sheet.of(f"sensors and points (Δv in the frame's axes{of_pulse})", columns)

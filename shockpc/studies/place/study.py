@@ -391,6 +391,8 @@ def _margin(delta_v: Array, profiles: tuple[ShockProfile, ...]) -> Margin | None
     """What the scenes' pulses mean for the axes of a sensor; None if a scene has no pulse."""
     pulses = [pulse for profile in profiles if (pulse := pulse_of(profile.scene)) is not None]
     if len(pulses) < len(profiles):
+        if any(profile.scene.range_g is not None for profile in profiles):
+            raise StudyError("a sensor's range is given in g, but no pulse; give one too, such as half-sine:5ms")
         return None
     peaks = delta_v * np.array([peak_acceleration(1.0, pulse) / GRAVITY for pulse in pulses])[:, None]
     ranges = [profile.scene.range_g for profile in profiles if profile.scene.range_g is not None]

@@ -1,0 +1,96 @@
+"""The peaks that an accelerometer would measure, of its range: it saturates along each of its axes apart."""
+
+from collections.abc import Iterator, Sequence
+from typing import TYPE_CHECKING, NamedTuple
+
+import numpy as np
+
+from shockpc.core.pulse import peak_acceleration
+from shockpc.core.spatial import Array
+from shockpc.impact.impact import Impact
+from shockpc.landing.places import Place
+from shockpc.landing.scene import GRAVITY, Scene
+from shockpc.quantities.ground import solved_on
+from shockpc.quantities.points import DELTA_V
+from shockpc.quantities.quantity import Places, Quantity, evaluate
+
+if TYPE_CHECKING:
+    from shockpc.quantities.profile import ShockProfile
+
+AXES = "x", "y", "z"
+
+
+class SensorPeak(NamedTuple):
+    """The largest peak at a point, relative to the range of its sensor.
+
+    Attributes:
+        peak: [g].
+        axis: of the point's frame along which it is; empty where the axes of the sensor are not known, of the whole acceleration.
+        cause: what gives the peak.
+    """
+
+    peak: float
+    axis: str
+    cause: str
+
+    def __str__(self) -> str:
+        return f"along {self.axis}, {self.cause}" if self.axis else self.cause
+
+
+def _axes_known(scene: Scene, place: Place) -> bool:
+    """Whether the axes of a sensor at a point are those of its frame: an offset names a place on a link, not a sensor."""
+    return not any(any(point.offset) for point in scene.point if point.label == place.name)
+
+
+def _components(impact: Impact, places: Places) -> Array:
+    """Jumps along each axis as vectors of one component (N, S, 3 n, 1)."""
+    values = np.asarray(DELTA_V.compute(impact, places))
+    return values.reshape(*values.shape[:2], -1, 1)
+
+
+def _peaks(impact: Impact, places: Places) -> Iterator[tuple[str, Array]]:
+    """What gives peaks, and these along the axes of each point (n, 3), or equal ones where the axes are not known [g]."""
+    landing = impact.landing
+    scene, pulse = landing.scene, landing.pulse
+
+    def along(components: Array, lengths: Array) -> Array:
+        known = np.array([_axes_known(scene, place) for place in places])
+        return np.where(known[:, None], np.abs(components), lengths[:, None]) / GRAVITY
+
+    if pulse is not None:
+        jumps = [("", impact)]
+        if scene.friction is not None and (sliding := solved_on(landing, "friction").impact) is not None:
+            jumps.append((f" with friction {scene.friction:g}", sliding))
+        for how, of in jumps:
+            components = evaluate(DELTA_V, of, places)[0, 0]
+            values = along(components, np.linalg.norm(components, axis=1)) * peak_acceleration(1.0, pulse)
+            yield f"for a pulse {scene.pulse}{how}", values
+    if scene.contact_stiffness is not None:
+        compliant = solved_on(landing, "contact_stiffness")
+        components = compliant.peaks(_components, places)[0].reshape(-1, 3)
+        yield f"on contacts of {scene.contact_stiffness:g} N/m", along(components, compliant.peaks(DELTA_V.compute, places)[0])
+
+
+def _shares(impact: Impact, places: Places) -> Array:
+    """The largest of these peaks (1, 1, n), of the range."""
+    if impact.landing.scene.range_g is None:
+        return np.full((1, 1, len(places)), np.nan)
+    return np.max([peaks.max(axis=1) for _, peaks in _peaks(impact, places)], axis=0)[None, None] / impact.landing.scene.range_g
+
+
+def sensor_peaks(profile: "ShockProfile", places: Sequence[Place]) -> list[SensorPeak]:
+    """The largest peak at each point, of all that the scene lets compute; none without a pulse and a contact stiffness."""
+    named = profile.proof.read(lambda impact: list(_peaks(impact, places))) if places else []
+    largest = []
+    for k in range(len(places) if named else 0):
+        cause, peaks = max(((cause, peaks[k]) for cause, peaks in named), key=lambda one: float(one[1].max()))
+        axis = AXES[int(peaks.argmax())] if _axes_known(profile.scene, places[k]) else ""
+        largest.append(SensorPeak(float(peaks.max()), axis, cause))
+    return largest
+
+
+RANGES = (
+    Quantity("range_share", "point", "largest peak along an axis, of the sensor's range", "1", "greater", _shares,
+        missing="the scene gives no range", needs_posture=True, unproven=True,
+        lacks=lambda landing: "" if landing.scene.range_g else "range_share needs a range_g, and the scene has none"),
+)  # fmt: skip
