@@ -142,7 +142,7 @@ def _allowed(impact: Impact) -> Array:
     NaN where the impact may then gain energy, which the analysis of the landing refuses.
     """
     landing = impact.landing
-    refused = (pull(impact, landing.contact_places) > 0.0).any(axis=-1) | (_energy_made(impact, places)[..., 0] > 0.0)
+    refused = (pull(impact, landing.contact_places) > 0.0).any(axis=-1) | (_energy_made(impact, ())[..., 0] > 0.0)
     refused = refused & (landing.scene.friction is None)
     if (here := _levels(impact)) is not None:
         refused = refused | here.uneven[:, None] | (here.below & (landing.base != "fixed"))[:, None]
