@@ -1,6 +1,7 @@
 """Contacts: which frame is meant, where the point is, what it stops, and what is refused."""
 
 import math
+from dataclasses import replace
 
 import dense
 import numpy as np
@@ -11,11 +12,13 @@ from hypothesis import strategies as st
 from robot_texts import joint, link, urdf
 from trees import known_robot, robot_from
 
-from shockpc import Contact, Posture, Scene, Strike, shock_profile
+from shockpc import Contact, Posture, Scene, Strike, landings, read_scene, shock_profile, sweep
 from shockpc.landing.contact import contact_block, locate_lowest_point
 from shockpc.landing.dynamics import dynamics
 from shockpc.landing.posture import configuration
+from shockpc.landing.resolve import resolve
 from shockpc.landing.rows import block_point, row_jacobian
+from shockpc.landing.scene_file import robot_of
 
 UP = np.array([0.0, 0.0, 1.0])
 ANGLES = st.tuples(*[st.floats(-180.0, 180.0)] * 3)
@@ -143,3 +146,101 @@ def test_a_contact_kept_along_three_independent_directions_sticks(directions):
     one, other = (land(Contact(frame="LF_FOOT", directions=kept)) for kept in (("x", "y", "z"), directions))
     np.testing.assert_allclose(other.delta_qd, one.delta_qd, rtol=0, atol=1e-12 * np.abs(one.delta_qd).max())
     np.testing.assert_allclose(other.contacts[0].impulse, one.contacts[0].impulse, atol=1e-12)
+
+
+# Where a contact strikes, and whether it is a sole, where nobody says so
+
+
+def leg(*shapes: str, at: str = "0 0 0"):
+    """A trunk on a leg with a knee and an ankle, and a foot of some geometry at a place below the ankle."""
+    parts = (link("base", "8"), link("shank", "1"), link("foot", "0.3", more="".join(shapes)), link("toe", "0.01"))
+    places = ((joint("knee", "base", "shank"), "0 0 0"), (joint("ankle", "shank", "foot"), "0 0 -0.3"))
+    places += ((joint("toe_joint", "foot", "toe", "fixed", more=""), at),)
+    placed = (text.replace("</joint>", f'<origin xyz="{xyz}"/></joint>') for text, xyz in places)
+    return robot_from(urdf(*parts, *placed))
+
+
+WHEEL = shape('<cylinder radius="0.08" length="0.04"/>', "0 0 0", "1.5707963 0 0")
+LANDS = {
+    "sole": ((shape(BOX, "0.02 0 -0.08"),), {}, ("lowest", "flat")),
+    "sole little below the ankle": ((shape(BOX, "0.02 0 0"),), {}, ("frame", "flat")),
+    "level within the tolerance": ((shape(BOX, "0.02 0 -0.08", "0 0.02 0"),), {}, ("lowest", "flat")),
+    "tilted": ((shape(BOX, "0.02 0 -0.08", "0 0.3 0"),), {}, ("lowest", "point")),
+    "toe alone": ((shape('<box size="0.04 0.1 0.02"/>', "0.12 0 -0.08"),), {}, ("lowest", "point")),
+    "edge": ((shape('<box size="0.2 0 0.02"/>', "0 0 -0.08"),), {}, ("lowest", "point")),
+    "two rods": (tuple(shape('<cylinder radius="0.01" length="0.2"/>', f"0 {y} -0.08", "0 1.5707963 0") for y in (-0.04, 0.04)),
+        {}, ("lowest", "flat")),
+    "disc": ((shape('<cylinder radius="0.05" length="0.02"/>', "0 0 -0.08"),), {}, ("lowest", "flat")),
+    "ball": ((shape('<sphere radius="0.1"/>'),), {}, ("lowest", "point")),
+    "wheel": ((WHEEL,), {}, ("lowest", "point")),
+    "no geometry": ((), {}, ("frame", "point")),
+    "offset": ((shape(BOX, "0.02 0 -0.08"),), {"offset": (0.02, 0.0, -0.1)}, ("frame", "point")),
+    "given": ((shape(BOX, "0.02 0 -0.08"),), {"at": "frame", "kind": "point"}, ("frame", "point")),
+    "on a slope": ((shape(BOX, "0.02 0 -0.08"),), {"normal": (0.0, 0.3, 1.0)}, ("lowest", "point")),
+    "slides and rebounds": ((shape(BOX, "0.02 0 -0.08"),), {"directions": ("z",), "restitution": 1.0}, ("lowest", "flat")),
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("case", LANDS)
+def test_the_sole_that_carries_the_landing_is_flat(case: str):
+    """Whatever the link is called; a round foot, an edge and a part beside the centre of pressure are points."""
+    shapes, fields, expected = LANDS[case]
+    robot = leg(*shapes)
+    scene = shock_profile(Scene(robot=robot.label, contact=Contact(frame="foot", **fields)), robot).scene
+    assert (scene.contact[0].at, scene.contact[0].kind) == expected
+
+
+def test_a_frame_in_a_sole_is_flat_and_a_toe_is_a_point():
+    """Neither has geometry of its own; the foot that carries them has."""
+    for at, kind in (("0.02 0 -0.1", "flat"), ("0.11 0 -0.1", "point"), ("0.02 0 -0.02", "point")):
+        robot = leg(shape(BOX, "0.02 0 -0.08"), at=at)
+        (contact,) = shock_profile(Scene(robot=robot.label, contact="toe"), robot).scene.contact
+        assert (contact.at, contact.kind) == ("frame", kind)
+
+
+@pytest.mark.parametrize(
+    ("name", "frame", "sensor", "shock"),
+    [
+        ("g1", "left_ankle_roll_link", "imu_in_pelvis", 0.245673),
+        ("talos", "left_sole_link", "imu_link", 0.104919),
+        ("go2", "FL_foot", "imu", 0.057668),
+    ],
+)
+def test_feet_of_robots_that_exist(name: str, frame: str, sensor: str, shock: float):
+    """By a dense solution of the equations with Pinocchio's inertia and Jacobians."""
+    profile = land(Contact(frame=frame), name)
+    places = [place.name for place in profile.landing.points]
+    assert profile.value("shock", "point")[places.index(sensor)] == pytest.approx(shock, abs=1e-6)
+
+
+def test_a_contact_means_the_same_in_every_way_of_asking(tmp_path):
+    """The resolved scene says what it became; a sweep and a table keep what the scene gives, in any order."""
+    file = tmp_path / "leg.urdf"
+    file.write_text(leg(shape(BOX, "0.02 0 -0.08")).source.xml.replace('name="shank">', f'name="shank">{shape(BOX, "0 0 -0.1")}'))
+    (tmp_path / "scene.toml").write_text('robot = "leg.urdf"\ncontact = "foot"\n')
+    scene = Scene(robot=file, contact=Contact(frame="foot", restitution=0.5))
+    robot, given, place = robot_of(scene), Contact(frame="foot", at="lowest", kind="flat", restitution=0.5), "shock_com@base"
+    expected = [
+        shock_profile(Scene(robot=file, contact=one)).value("shock_com", "body")[0]
+        for one in (given, replace(given, frame="shank", kind="point"))
+    ]
+    read = shock_profile(read_scene(tmp_path / "scene.toml"))
+    assert (read.scene.contact[0].at, read.scene.contact[0].kind) == ("lowest", "flat")
+    assert shock_profile(read.scene).value("shock_com", "body")[0] == read.value("shock_com", "body")[0]
+    for names, values in ((["foot", "shank"], expected), (["shank", "foot"], expected[::-1])):
+        swept = sweep(scene, {"contact": names}, robot=robot, quantities=[place], prove=0).chunk(0).columns[place]
+        table = landings({"contact": np.array(names)}, scene, quantities=[place]).table().columns[place]
+        np.testing.assert_allclose([swept, table], [values] * 2, atol=1e-12)
+    # Offsets that vary are from the origin, not from the lowest point, at zero too.
+    moved = sweep(scene, {"offset-z": [0.0, -0.1]}, robot=robot, quantities=[place], prove=0).chunk(0).columns[place]
+    offsets = (replace(given, at="frame", kind="point", offset=(0.0, 0.0, z)) for z in (0.0, -0.1))
+    at_offsets = [shock_profile(Scene(robot=file, contact=one)).value("shock_com", "body")[0] for one in offsets]
+    np.testing.assert_allclose(moved, at_offsets, atol=1e-12)
+
+
+def test_geometry_that_cannot_be_read_is_reported_by_the_contact():
+    """A missing mesh would move the contact to the frame without a word."""
+    robot = leg(shape('<mesh filename="foot.stl"/>'))
+    (warning,) = (one for one in resolve(Scene(robot=robot.label, contact="foot"), robot).warnings if one.kind == "geometry")
+    assert warning.subject == "foot"
+    assert "foot.stl" in warning.text

@@ -194,7 +194,7 @@ def test_a_lowest_point_that_jumps_says_so():
     """A box that lands flat rests on four corners, and on one as soon as it turns."""
     box = '<collision><geometry><box size="0.4 0.3 0.2"/></geometry></collision>'
     robot = robot_from(urdf(link("box", more=box)))
-    scene = Scene(robot=robot.label, contact=(Contact(frame="box", at="lowest"),))
+    scene = Scene(robot=robot.label, contact=(Contact(frame="box", at="lowest", kind="point"),))
     with pytest.raises(StudyError, match="several points are the lowest"):
         shock_maps(resolve(scene, robot), robot.start[None], derivatives=True).gradient("shock@box")
     tilted = resolve(Scene(**{**vars(scene), "posture": Posture(base_rpy_deg=(3.0, 4.0, 0.0))}), robot)
