@@ -28,10 +28,11 @@ def dogs():
 
 
 def test_every_row_is_a_single_analysis(dogs):
-    assert len(dogs.rows) == 8
+    assert len(dogs.rows) == 18
     for row in dogs.rows:
         profile = shock_profile(row.scene)
         trunk = int(np.argmax(profile.robot.masses))
+        allowed = not any(one.kind in ("height", "contact") for one in profile.health.warnings)
         assert row.trunk == profile.bodies[trunk]
         assert row.values == {
             "mass": profile.robot.mass,
@@ -40,9 +41,10 @@ def test_every_row_is_a_single_analysis(dogs):
             "shock_com": profile.shock_com[trunk],
             "shock_free": profile.bracket[0].free,
             "shock_locked": profile.bracket[0].locked,
-            "mass_sticking": profile.contacts[0].mass_sticking,
-            "friction_needed": profile.contacts[0].friction_needed,
-            "feasible": float(not any(one.kind in ("height", "contact") for one in profile.health.warnings)),
+            "mass_sticking": max(contact.mass_sticking for contact in profile.contacts),
+            "friction_needed": max(contact.friction_needed for contact in profile.contacts),
+            "feasible": float(allowed and len(profile.contacts) == 4),
+            "needs_tilt": float(allowed and len(profile.contacts) < 4),
             "error_bound": profile.health.error_bound,
         }
         assert row.sensors == {point.frame: point.shock for point in profile.points}
@@ -87,10 +89,11 @@ def test_landings_that_level_ground_does_not_allow_are_named(capfd):
     assert "flat ground does not allow 1 landing, as the warnings say: hyq lf_foot" in text
 
 
-def test_each_robot_lands_on_each_foot_alone_in_its_standing_posture(dogs):
+def test_each_robot_lands_on_its_level_feet_on_edges_and_on_each_foot_in_its_standing_posture(dogs):
     for name in DOGS:
-        rows = [row for row in dogs.rows if row.robot == name]
-        assert sorted(row.contact for row in rows) == sorted(each_foot(load_robot(name)))
+        rows, feet = [row for row in dogs.rows if row.robot == name], each_foot(load_robot(name))
+        assert {row.contact for row in rows} >= {"+".join(feet), *feet}
+        assert sum(row.contact.count("+") == 1 for row in rows) == 4
         assert {row.scene.posture.reference for row in rows} == {"standing"}
 
 
@@ -136,6 +139,7 @@ def test_a_robot_that_fails_is_a_row_and_the_others_are_computed():
     assert {row.robot for row in found.rows} == {"bolt"}
     assert [(failure.robot, failure.contact) for failure in found.failures] == [
         ("nosuch", ""),
+        ("romeo", "l_sole+r_sole"),
         ("romeo", "l_sole"),
         ("romeo", "r_sole"),
     ]
@@ -147,13 +151,13 @@ def test_an_unexpected_error_is_the_message_of_its_row(monkeypatch):
     computed = shock_profile
 
     def fail_once(scene, robot, trace=None):
-        if scene.contact[0].frame == "LF_FOOT":
+        if scene.contact == (Contact(frame="LF_FOOT"),):
             raise ZeroDivisionError("odd")
         return computed(scene, robot, trace)
 
     monkeypatch.setattr("shockpc.evaluation.landings.shock_profile", fail_once)
     found = batch(["anymal_b"])
-    assert len(found.rows) == 3
+    assert len(found.rows) == 8
     (failure,) = found.failures
     assert (failure.robot, failure.contact) == ("anymal_b", "LF_FOOT")
     assert re.fullmatch("an error in shockpc itself, .*ZeroDivisionError in test_batch.py, line [0-9]+: odd", failure.reason)
@@ -180,10 +184,10 @@ def test_a_foot_is_one_link_and_the_end_of_its_leg():
 def test_command_prints_a_ranked_table(capfd):
     text = good(capfd, "batch", *DOGS)
     lines = text.splitlines()
-    assert lines[0] == "8 landings, ranked by shock_max"
-    assert [line.split()[0] for line in lines[4:12]] == ["go2"] * 4 + ["anymal_b"] * 4
+    assert lines[0] == "18 landings, ranked by shock_max"
+    assert [line.split()[0] for line in lines[4:22]] == ["go2"] * 9 + ["anymal_b"] * 9
     assert "joints: geared, drives derived: go2; free, drives derived, through springs: anymal_b" in text
-    assert [line.split()[3:6] for line in lines[4:6]] == [[str(k), "of", "4"] for k in (1, 2)]
+    assert [line.split()[3:6] for line in lines[4:6]] == [[str(k), "of", "9"] for k in (1, 2)]
 
 
 def test_a_path_is_shown_once_and_drives_that_nobody_knows_have_no_star(capfd, tmp_path):
@@ -200,9 +204,9 @@ def test_how_many_were_not_computed_is_said_and_the_exit_code_is_3_if_all_or_str
     assert outcome.code == 0
     assert [run(capfd, "batch", *words).code for words in (("bolt", "nosuch", "--strict"), ("nosuch",))] == [3, 3]
     assert 'not computed: nosuch: no robot "nosuch"' in outcome.out
-    assert "not computed: 2 landings: bodies" in (text := run(capfd, "batch", "romeo").out)
+    assert "not computed: 3 landings: bodies" in (text := run(capfd, "batch", "romeo").out)
     assert text.count("no mass or inertia") == 1
-    assert "(first: romeo l_sole)" in text
+    assert "(first: romeo l_sole+r_sole)" in text
     assert outcome.out.count("bolt") >= 2
     assert outcome.err == "shockpc: 1 of 3 landings could not be computed; the results name them\n"
 
@@ -274,7 +278,7 @@ def test_contact_sheet_shows_the_worst_landing_of_each_robot(capfd, tmp_path):
     rows = json.loads((tmp_path / "batch.json").read_text())["rows"]
     assert (tmp_path / "sheet.png").stat().st_size > 10_000
     worst = {row["robot"]: row["contact"] for row in reversed(rows)}
-    assert re.findall(r">on (\w+)<", drawn) == [worst[name] for name in dict.fromkeys(row["robot"] for row in rows)]
+    assert re.findall(r">on ([\w+]+)<", drawn) == [worst[name] for name in dict.fromkeys(row["robot"] for row in rows)]
     for k, name in enumerate(dict.fromkeys(row["robot"] for row in rows), start=1):
         known = next(row["drives"] for row in rows if row["robot"] == name)
         assert f">{k}  {name}{' *' if known else ''}<" in drawn

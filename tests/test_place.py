@@ -354,9 +354,9 @@ def test_a_landing_that_cannot_be_computed_is_named_with_its_reason(capfd):
 
 def test_the_table_names_the_gain_and_the_gap(capfd):
     text = good(capfd, "place", "anymal_b", "--vary", "strike-angle=-30:75:8")
-    assert "landings     32, from LF_FOOT strike-angle=-30 to RH_FOOT strike-angle=75" in text
-    assert "imu_link sees 0.0323, the best place (-0.001, -0.001, 0.046) 0.017; a factor of 1.9" in text
-    assert "optimum: no place inside the collision geometry of base (9 convex pieces) is below 0.0170309 (gap" in text
+    assert "landings     72: all four feet together, 4 edges of their support, four single feet" in text
+    assert "imu_link sees 0.0487, the best place (-0.045, -0.02, 0.068) 0.047; a factor of 1.04" in text
+    assert "optimum: no place inside the collision geometry of base (9 convex pieces) is below 0.0465008 (gap" in text
 
 
 def test_document_and_files(capfd, tmp_path):

@@ -1,9 +1,10 @@
 """The least shock over one convex set: a second-order cone program, solved by Clarabel, with a bound that is checked here.
 
 With a unit of weight shared among vectors y_l (Σ|y_l| = 1), the greatest |c_l + A_l r| is nowhere below Σ y_l · (c_l + A_l r). The
-least value of this affine function over the set is a lower bound of the optimum, whichever y are taken, so that the bound does
-not depend on the accuracy of the solver, from whose dual solution y comes. For the weighted mean the
-condition is |y_l| ≤ w_l; where shocks have a limit, it is |y_l| ≤ w_l + m_l with any m_l ≥ 0, and Σ m_l times the limit is subtracted.
+least value of this affine function over the set is a lower bound of the optimum, whichever y are taken, so that the bound does not
+depend on the accuracy of the solver, from whose dual solution y comes. For the weighted mean the
+condition is |y_l| ≤ w_l; where shocks have a limit, it is |y_l| ≤ w_l + m_l with any m_l ≥ 0, and Σ m_l times the limit is
+subtracted.
 """
 
 import math
