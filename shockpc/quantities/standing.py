@@ -62,10 +62,8 @@ def lying(profile: "ShockProfile") -> Iterator[Diagnostic]:
 
 def _distance(points: Array, place: Array) -> float:
     """Distance of a place (2,) from the convex hull of points (k, 2), zero inside."""
-    from scipy.optimize import nnls
-
-    relative = points - place
-    size = float(np.abs(relative).max()) or 1.0
-    # Weights that sum to one, but for a millionth.
-    weights = nnls(np.vstack([relative.T / size, np.full(len(points), 1e3)]), np.array([0.0, 0.0, 1e3]))[0]
-    return float(np.linalg.norm(weights @ relative))
+    start, along = points[:, None], points - points[:, None]
+    share = np.sum((place - start) * along, axis=2) / np.maximum(np.sum(along**2, axis=2), 1e-300)
+    away = (place - start - np.clip(share, 0.0, 1.0)[..., None] * along).reshape(-1, 2)  # from the segments between points
+    nearest = away[np.linalg.norm(away, axis=1).argmin()]
+    return float(np.linalg.norm(nearest)) if ((points - place) @ nearest < 0.0).all() else 0.0

@@ -16,7 +16,7 @@ from shockpc.quantities.quantity import Quantity
 from shockpc.robot.drives import similar_robots
 from shockpc.robot.landmarks import BENT, each_foot, recognised
 from shockpc.robot.robot import WORLD, Robot
-from shockpc.text.diagnostic import Diagnostic
+from shockpc.text.diagnostic import alike
 from shockpc.text.printed import UNITS, few, listed, printable
 
 if TYPE_CHECKING:
@@ -123,17 +123,12 @@ def shared_lines(landings: Mapping[str, ShockProfile]) -> list[tuple[str, str]]:
 
 def shared_warnings(landings: Mapping[str, ShockProfile], without: str = "") -> list[str]:
     """A line for each thing that landings warn of, with the landing in which it is largest. Args: without, warnings of a kind."""
-    warnings: dict[object, list[tuple[Diagnostic, str]]] = {}
-    for name, profile in landings.items():
-        for one in profile.health.warnings:
-            if one.kind != without:
-                warnings.setdefault(one.cause, []).append((one, name))
+    warnings = [(one, name) for name, profile in landings.items() for one in profile.health.warnings if one.kind != without]
     lines = []
-    for every in sorted(warnings.values(), key=lambda every: every[0][0].rank):
-        worst, name = max(every, key=lambda pair: pair[0].size)
+    for every in alike(warnings):
         named = list(dict.fromkeys(name for _, name in every))
         less = f", less in {len(named) - 1} more" if len(named) > 1 else ""
-        lines.append(f"warning: {worst}" + ("" if len(named) == len(landings) else f" (in {name}{less})"))
+        lines.append(f"warning: {every[0][0]}" + ("" if len(named) == len(landings) else f" (in {named[0]}{less})"))
     return lines
 
 

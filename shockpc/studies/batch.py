@@ -24,6 +24,7 @@ from shockpc.quantities.table import Selection, select
 from shockpc.robot.load import load_robot
 from shockpc.robot.robot import Robot
 from shockpc.studies.declare import QuantityOption, study
+from shockpc.text.diagnostic import Diagnostic
 from shockpc.text.errors import StudyError
 
 STANDARD = (
@@ -62,7 +63,7 @@ class BatchRow:
     drives_known: bool
     values: Mapping[str, float | None]
     sensors: Mapping[str, float]
-    warnings: tuple[str, ...]
+    warnings: tuple[Diagnostic, ...]
     scene: Scene = field(repr=False)
     picture: Any = field(default=None, repr=False)
 
@@ -217,7 +218,7 @@ def _row(look: Callable[[ShockProfile], Any] | None, texts: Mapping[str, str], p
         drives_known=bool(model.drives) or (model.name in ("geared", "mixed") and not model.unknown.any()),
         values={name: _worst(profile, trunk, text) for name, text in texts.items()},
         sensors={point.frame: point.shock for point in profile.points},
-        warnings=tuple(str(warning) for warning in profile.health.warnings),
+        warnings=profile.health.warnings,
         scene=profile.scene,
         picture=None if look is None else look(profile),
     )

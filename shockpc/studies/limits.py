@@ -190,14 +190,17 @@ class JointLimits:
         return Table.of_rows(header, (row for one in self.limits for row in self._rows(one)))
 
     def _rows(self, one: StrikeLimits) -> Iterator[tuple[float | str | None, ...]]:
+        strikes, best = tuple(map(in_degrees, one.strikes)), (one.best, self.shown(one.best_at))
         ends: dict[float, str] = dict.fromkeys(self.range, "range")
-        feasible = [(low, high, *(ends.get(end, "ground") for end in (low, high))) for low, high in one.feasible]
-        ends |= {end: name for interval in one.allowed for end, name in zip(interval[:2], interval[2:], strict=True)}
-        usable = [(low, high, *(ends.get(end, "ground") for end in (low, high))) for low, high in one.usable]
-        strikes = tuple(map(in_degrees, one.strikes))
-        for values, intervals in (("allowed", one.allowed), ("feasible", feasible), ("both", usable)):
-            for low, high, *names in intervals or [(math.nan, math.nan, None, None)]:
-                yield (*strikes, values, self.shown(low), self.shown(high), *names, one.best, self.shown(one.best_at))
+        allowed = {end: name for interval in one.allowed for end, name in zip(interval[:2], interval[2:], strict=True)}
+        runs = {"allowed": [run[:2] for run in one.allowed], "feasible": one.feasible, "both": one.usable}
+        for values, intervals in runs.items():
+            named = ends if values == "feasible" else ends | allowed
+            for low, high in intervals:
+                names = (named.get(end, "ground") for end in (low, high))
+                yield (*strikes, values, self.shown(low), self.shown(high), *names, *best)
+            if not intervals:
+                yield (*strikes, values, None, None, None, None, *best)
 
     @functools.cached_property
     def unchanged(self) -> bool:

@@ -2,9 +2,11 @@
 
 import re
 from collections.abc import Iterable
-from typing import NamedTuple
+from typing import NamedTuple, TypeVar
 
 from shockpc.text.printed import few
+
+T = TypeVar("T")
 
 KINDS = (
     "size", "standing", "energy", "inertia", "robot", "unit", "height", "contact", "scene", "posture", "data", "part", "sensor",
@@ -51,17 +53,21 @@ class Diagnostic(NamedTuple):
         return abs(self.value or 0.0) * (-1.0 if self.kind == "part" else 1.0)
 
 
+def alike(warnings: Iterable[tuple[Diagnostic, T]]) -> list[list[tuple[Diagnostic, T]]]:
+    """Warnings, each with what has it, of one cause after another in the order of `KINDS`, and of each the worst first."""
+    groups: dict[object, list[tuple[Diagnostic, T]]] = {}
+    for pair in warnings:
+        groups.setdefault(pair[0].cause, []).append(pair)
+    return sorted((sorted(every, key=lambda pair: -pair[0].size) for every in groups.values()), key=lambda every: every[0][0].rank)
+
+
 def by_cause(warnings: Iterable[Diagnostic]) -> tuple[Diagnostic, ...]:
     """One warning for each cause, the worst of its places with their number and names, in the order of `KINDS`."""
-    groups: dict[object, list[Diagnostic]] = {}
-    for one in warnings:
-        groups.setdefault(one.cause, []).append(one)
     found: list[Diagnostic] = []
-    for every in groups.values():
-        names = [one.subject for one in sorted(every, key=lambda one: -one.size)]
-        if len(set(names)) < max(len(every), 2):  # one alone, or of one place, which differ in something else
-            found += every
-            continue
-        worst = max(every, key=lambda one: one.size)
-        found.append(worst._replace(subject="+".join(names), text=f"{worst} ({len(every)} alike: {few(names, 4)})"))
-    return tuple(sorted(found, key=lambda one: one.rank))
+    for every in alike((one, one.subject) for one in warnings):
+        worst, names = every[0][0], [name for _, name in every]
+        if len(set(names)) < max(len(names), 2):  # one alone, or of one place, which differ in something else
+            found += [one for one, _ in every]
+        else:
+            found.append(worst._replace(subject="+".join(names), text=f"{worst} ({len(names)} alike: {few(names, 4)})"))
+    return tuple(found)

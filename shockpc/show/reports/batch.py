@@ -10,6 +10,7 @@ from shockpc.show.reports.report import Picture, Report, picture_files
 from shockpc.show.tables import Lines, Row, Sheet
 from shockpc.show.wording import STICKING, count, proof_text, without_value
 from shockpc.studies.batch import Batch, BatchRow
+from shockpc.text.diagnostic import alike
 from shockpc.text.printed import Cause, cause_lines, causes, few
 
 CAUSES = 20
@@ -31,7 +32,7 @@ def batch_report(batch: Batch) -> Report:
     caption = f"the worst landing of each robot, ranked by {batch.rank}"
     drawn = any(row.picture is not None for row in batch.rows)
     picture = [Picture("sheet", caption, "batch:draw_contact_sheet", (batch,))] if drawn else []
-    warnings = list(dict.fromkeys(f"warning: {row.robot}: {warning}" for row in batch.rows for warning in row.warnings))
+    warnings = _warnings(batch)
     return Report(
         name="batch",
         title="Landings of robots",
@@ -49,6 +50,23 @@ def batch_report(batch: Batch) -> Report:
     )
 
 
+def _posture(row: BatchRow) -> str:
+    """The reference posture, and how many joints are set besides."""
+    posture = row.scene.posture
+    given = len({*posture.joints, *posture.joints_deg})
+    return f"{posture.reference}, {count(given, 'joint')} set" if given else str(posture.reference)
+
+
+def _warnings(batch: Batch) -> list[str]:
+    """A line for each cause of warnings of a robot, with the worst of it."""
+    lines = []
+    for robot in dict.fromkeys(row.robot for row in batch.rows):
+        for every in alike((warning, row.contact) for row in batch.rows if row.robot == robot for warning in row.warnings):
+            others = f" (in {every[0][1]}, less in {len(every) - 1} more)" if len(every) > 1 else ""
+            lines.append(f"warning: {robot}: {every[0][0]}{others}")
+    return lines
+
+
 def _causes(batch: Batch) -> list[Cause]:
     """Why landings were not computed."""
     short = batch.short_names
@@ -58,6 +76,7 @@ def _causes(batch: Batch) -> list[Cause]:
 
 def _record(row: BatchRow) -> dict[str, Any]:
     values = {key: value for key, value in vars(row).items() if key not in ("values", "picture")}
+    values["warnings"] = list(map(str, row.warnings))
     return {"source": row.source, "robot": row.robot, "contact": row.contact, "trunk": row.trunk, **row.values, **values}
 
 
@@ -88,7 +107,7 @@ def _sheet(batch: Batch, for_terminal: bool = True) -> Sheet:
         cells += (*([rank] if ranked else []), *(row.values[name] for name in names), *imu[for_terminal:])
         if not for_terminal:
             sensors = "; ".join(f"{name}={value!r}" for name, value in row.sensors.items())
-            cells += (row.scene.posture.reference, row.drives or None, sensors, "; ".join(row.warnings), None)
+            cells += (_posture(row), row.drives or None, sensors, "; ".join(map(str, row.warnings)), None)
         rows.append(cells)
     if not for_terminal:
         failed = [(None, failure.robot, failure.contact) for failure in batch.failures]

@@ -8,6 +8,7 @@ from shockpc.show.reports.report import Picture, Report
 from shockpc.show.tables import Lines, Row, Sheet, sheet_of
 from shockpc.show.wording import contact_name, count, strike_text
 from shockpc.studies.compare import Comparison, Differences
+from shockpc.text.diagnostic import alike
 from shockpc.text.printed import few
 
 
@@ -114,12 +115,13 @@ def _unproven(comparison: Comparison) -> list[str]:
 
 
 def _warnings(comparison: Comparison, letters: list[str]) -> list[str]:
-    """One line for each warning, with the designs that have it."""
-    letters_of: dict[str, list[str]] = {}
-    for letter, profile in zip(letters, comparison.profiles, strict=True):
-        for warning in profile.health.warnings:
-            letters_of.setdefault(str(warning), []).append(letter)
-    return [f"warning of {' and '.join(owners)}: {text}" for text, owners in letters_of.items()]
+    """One line for each cause of warnings, with the designs that have it and the text of the worst."""
+    pairs = zip(letters, comparison.profiles, strict=True)
+    lines = []
+    for every in alike((warning, letter) for letter, profile in pairs for warning in profile.health.warnings):
+        where = f" (in {every[0][1]})" if len({str(warning) for warning, _ in every}) > 1 else ""
+        lines.append(f"warning of {' and '.join(sorted({letter for _, letter in every}))}: {every[0][0]}{where}")
+    return lines
 
 
 def _sheet(comparison: Comparison, differences: Differences, names: list[str], most: int | None) -> Sheet:
