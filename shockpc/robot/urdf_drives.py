@@ -8,7 +8,7 @@ import numpy as np
 import pinocchio as pin
 
 from shockpc.core.spatial import Array
-from shockpc.robot.urdf_numbers import vector
+from shockpc.robot.urdf_numbers import grouped, vector
 from shockpc.text.errors import RobotError
 
 _RATIOS = ("mechanicalReduction", "mechanical_reduction")
@@ -45,11 +45,11 @@ def read_drives(root: Element, joints: dict[str, Element], model: pin.Model) -> 
     rest: dict[str, float] = {}
     ratios: dict[str, float] = {}
     inertias: dict[str, float] = {}
-    warnings: list[str] = []
+    faults: list[tuple[str, str, str]] = []
 
     def give(values: dict[str, float], joint: str, what: str, value: float) -> None:
         if abs(values.setdefault(joint, value) - value) > 1e-9 * abs(value):
-            warnings.append(f'joint "{joint}" is given the {what} {values[joint]:g} and {value:g}; the first counts')
+            faults.append(("joint", joint, f"{what} {values[joint]:g} and {value:g} are given; the first counts"))
 
     for name, joint in joints.items():
         if (dynamics := joint.find("dynamics")) is None:
@@ -73,17 +73,17 @@ def read_drives(root: Element, joints: dict[str, Element], model: pin.Model) -> 
         if len(names) != 1 or names[0] not in joints or len(actuators) > 1:
             title = transmission.get("name", "")
             if _at_least_zero(title, "rotor inertia", rotor):
-                warnings.append(f'transmission "{title}" has a rotor inertia and not one joint of the file, so it is not read')
+                faults.append(("transmission", title, "has a rotor inertia and not one joint of the file, so it is not read"))
             continue
         inertia = _at_least_zero(names[0], "rotor inertia", rotor)
         written = [values["gear_ratio"]] if "gear_ratio" in values else list(_reductions(transmission, (*actuators, *ends)))
         factors = [vector(text, 1) for text in written]
         ratio = float(np.prod([factor[0] for factor in factors if factor is not None]))
         if wrong := next((text for text, factor in zip(written, factors, strict=True) if factor is None), ""):
-            text = f'joint "{names[0]}": the ratio of its transmission is "{wrong}"; it has to be a finite number'
+            text = f'the ratio of its transmission is "{wrong}"; it has to be a finite number'
             if inertia:
-                raise RobotError(text, joints=names)
-            warnings.append(f"{text}, so it is not read")
+                raise RobotError(f'joint "{names[0]}": {text}', joints=names)
+            faults.append(("joint", names[0], f"{text}, so it is not read"))
         elif inertia:
             give(inertias, names[0], "reflected inertia", inertia * ratio**2)
         elif written:
@@ -91,7 +91,7 @@ def read_drives(root: Element, joints: dict[str, Element], model: pin.Model) -> 
     for name, inertia in inertias.items():
         v = _velocities(model, name)
         if v.stop - (v.start or 0) > 1:
-            warnings.append(f'joint "{name}" has a reflected inertia and several degrees of freedom, so it is not read')
+            faults.append(("joint", name, "has a reflected inertia and several degrees of freedom, so it is not read"))
         else:
             model.armature[v] = inertia
     moving = {name for name in joints if model.existJointName(name) and model.nvs[model.getJointId(name)] == 1}
@@ -99,7 +99,7 @@ def read_drives(root: Element, joints: dict[str, Element], model: pin.Model) -> 
         {name: k for name, k in springs.items() if name in moving},
         {name: value for name, value in rest.items() if name in moving and name in springs},
         {name: ratio for name, ratio in ratios.items() if name in moving and not inertias.get(name)},
-        tuple(warnings),
+        grouped(faults),
     )
 
 

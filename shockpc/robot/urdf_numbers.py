@@ -1,6 +1,7 @@
 """Numbers and places in the elements of a URDF."""
 
 import math
+from collections.abc import Iterable
 from xml.etree.ElementTree import Element
 
 import numpy as np
@@ -9,6 +10,7 @@ import pinocchio as pin
 from shockpc.core.spatial import Array
 from shockpc.robot.slack import refuse_number
 from shockpc.text.errors import RobotError
+from shockpc.text.printed import listed
 
 
 def vector(text: str | None, size: int) -> Array | None:
@@ -42,3 +44,11 @@ def place_of(owner: Element, subject: str) -> pin.SE3:
         return pin.SE3(np.eye(3), xyz)
     roll, pitch, yaw = (pin.Quaternion(pin.AngleAxis(angle, axis)) for angle, axis in zip(rpy, np.eye(3), strict=True))
     return pin.SE3((yaw * pitch * roll).normalized().matrix(), xyz)
+
+
+def grouped(faults: Iterable[tuple[str, str, str]]) -> tuple[str, ...]:
+    """One warning for all elements with the same fault. Args: faults: tag and name of an element, and what is wrong with it."""
+    names: dict[tuple[str, str], list[str]] = {}
+    for tag, name, fault in faults:
+        names.setdefault((tag, fault), []).append(name)
+    return tuple(f"{tag}{'s' * (len(these) > 1)} {listed(these, 3)}: {fault}" for (tag, fault), these in names.items())

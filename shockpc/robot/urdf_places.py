@@ -8,10 +8,15 @@ import pinocchio as pin
 
 from shockpc.core.spatial import Array, read_only
 from shockpc.robot.robot import Frame, Loop, Robot
-from shockpc.robot.urdf_numbers import place_of, vector
+from shockpc.robot.slack import LINKS
+from shockpc.robot.urdf_numbers import grouped, place_of, vector
+from shockpc.text.errors import RobotError
 
 LEVER = 0.1
 """Distance along the axis of a hinge at which a loop holds a second point, so that its axes stay aligned [m]."""
+
+LOOPS = 200
+"""How many joints may close loops."""
 
 AXIS = " (axis)"
 """End of the name of a loop that holds this second point."""
@@ -26,14 +31,20 @@ def add_places(root: Element, model: pin.Model) -> tuple[tuple[str, ...], tuple[
     A place with the name of a link or joint, or of another place, is left out: the first is what the name means.
 
     Returns: the names of the IMUs, and a warning for each place that cannot be read.
+
+    Raises:
+        RobotError: there are too many.
     """
     imus: list[str] = []
-    warnings: list[str] = []
-    for element, link, place in _places(root):
+    faults: list[tuple[str, str, str]] = []
+    places = list(_places(root))
+    if len(places) > LINKS:
+        raise RobotError(f"it names {len(places)} places by frames and sensors, and up to {LINKS} are read; leave some out")
+    for element, link, place in places:
         name, kind = element.get("name", ""), element.tag
         if place is None or not model.existFrame(link, pin.FrameType.BODY):
             fault = f'is on "{link}", which is no link of the file' if place is not None else "has a place that is not read"
-            warnings.append(f'{kind} "{name}" {fault}; it is left out')
+            faults.append((kind, name, f"{fault}; it is left out"))
             continue
         number = model.getFrameId(link, pin.FrameType.BODY)
         joint, at = model.frames[number].parentJoint, model.frames[number].placement * place
@@ -42,11 +53,11 @@ def add_places(root: Element, model: pin.Model) -> tuple[tuple[str, ...], tuple[
         elif not any(
             frame.name == name and frame.parentJoint == joint and at.isApprox(frame.placement, 1e-9) for frame in model.frames
         ):
-            warnings.append(f'{kind} "{name}" has the name of something else at another place, so it is left out; rename it')
+            faults.append((kind, name, "has the name of something else at another place, so it is left out; rename it"))
             continue
         if kind == "sensor" and element.get("type") == "imu":
             imus.append(name)
-    return tuple(dict.fromkeys(imus)), tuple(warnings)
+    return tuple(dict.fromkeys(imus)), grouped(faults)
 
 
 def _places(root: Element) -> Iterator[tuple[Element, str, pin.SE3 | None]]:
@@ -131,9 +142,15 @@ def read_loops(root: Element, robot: Robot, balls: Container[str]) -> tuple[tupl
         balls: names of the loops that are ball joints with the joints before them, as `ball_joints` finds them.
 
     Returns: the loops, of a hinge two each; and the warnings.
+
+    Raises:
+        RobotError: there are too many.
     """
+    count = sum(part.tag in ("loop_joint", "drake:ball_constraint") for part in root)
+    if count > LOOPS:
+        raise RobotError(f"it has {count} joints that close loops, and up to {LOOPS} are computed; leave some out")
     loops: list[Loop] = []
-    warnings: list[str] = []
+    faults: list[tuple[str, str, str]] = []
     for number, joint in enumerate(root.findall("loop_joint"), start=1):
         name, axis = joint.get("name") or f"loop_{number}", joint.find("axis")
         kind = joint.get("type") or ("spherical" if axis is None else "revolute")
@@ -146,7 +163,7 @@ def read_loops(root: Element, robot: Robot, balls: Container[str]) -> tuple[tupl
         if not fault and (direction is None or not 1e-100 < np.abs(direction).max() < 1e100):
             fault = "has an axis without a direction"
         if fault or direction is None:
-            warnings.append(f'loop_joint "{name}" {fault}, {_OPEN}')
+            faults.append(("loop_joint", name, f"{fault}, {_OPEN}"))
             continue
         a, b = (_end(robot.frames[link], _placed(end, joint)) for link, end in zip(links, ends, strict=True))
         loops += _closed(name, "ball" if name in balls else kind, a, b, direction / np.linalg.norm(direction))
@@ -157,14 +174,14 @@ def read_loops(root: Element, robot: Robot, balls: Container[str]) -> tuple[tupl
         points = [vector(parts[key].get("value"), 3) if key in parts else np.zeros(3) for key in ("p_AP", "p_BQ")]
         fault = _fault(robot, links) or ("has a point that cannot be read" if any(point is None for point in points) else "")
         if fault:
-            warnings.append(f'drake:ball_constraint "{name}" {fault}, {_OPEN}')
+            faults.append(("drake:ball_constraint", name, f"{fault}, {_OPEN}"))
             continue
         a, b = (
             _end(robot.frames[link], pin.SE3(np.eye(3), np.zeros(3) if point is None else point))
             for link, point in zip(links, points, strict=True)
         )
         loops += _closed(name, "ball", a, b, np.array([1.0, 0.0, 0.0]))
-    return tuple(loops), tuple(warnings)
+    return tuple(loops), grouped(faults)
 
 
 def _fault(robot: Robot, links: list[str]) -> str:

@@ -26,6 +26,10 @@ _CLOSE = 0.7
 """Similarity from which an unknown name is taken for a misspelt one where unknown names are allowed, as `difflib` has it."""
 _NEAREST = 0.5
 """Similarity from which a known name is offered for an unknown one."""
+_MOST = 20
+"""How many kinds are reported of one treatment; of more only the number."""
+_TRIES = 500
+"""How many unknown names of one file are compared with known ones where unknown names are allowed."""
 _ALL = "*"
 _NAMELESS = ("collision", "visual", "parent", "child")
 
@@ -73,13 +77,28 @@ _TEXT = _Rule("warn", "", "holds text and no attributes, which is not read: URDF
 
 def unread(root: Element) -> tuple[Unread, ...]:
     """What a URDF holds that is not read although it may change a shock; one record for each kind. Args: root, its <robot>."""
-    walk = _Walk(frozenset(part.get("name", "") for part in root if part.tag in ("link", "joint")), {})
+    walk = _Walk(frozenset(part.get("name", "") for part in root if part.tag in ("link", "joint")), {}, {})
     walk.read(root, _table(), root, strict=False)
-    return tuple(
-        Unread(treatment, f"{_subjects(places)}{what}{value}{consequence}")
-        for (treatment, what, consequence), places in walk.kinds.items()
-        for value in (next((f" {value} " for _, value in places if value), " "),)
-    )
+    records: dict[Treatment, list[Unread]] = {}
+    for kind, places in walk.kinds.items():
+        several = records.setdefault(kind.treatment, [])
+        if len(several) < _MOST:
+            value = next((f" {value} " for _, value in places if value), " ")
+            several.append(Unread(kind.treatment, f"{_subjects(places)}{kind.what}{value}{kind.consequence}{_hint(kind)}"))
+        elif len(several) == _MOST:
+            left = sum(other.treatment == kind.treatment for other in walk.kinds) - _MOST
+            several.append(Unread(kind.treatment, f"{left} other kinds of tags and attributes are not read either"))
+    return tuple(record for several in records.values() for record in several)
+
+
+class _Kind(NamedTuple):
+    """What is reported together: of one treatment, in one place of files, and with one consequence; the known names there."""
+
+    treatment: Treatment
+    what: str
+    consequence: str
+    name: str = ""
+    known: tuple[str, ...] = ()
 
 
 class _Walk(NamedTuple):
@@ -87,16 +106,34 @@ class _Walk(NamedTuple):
 
     Attributes:
         named: names of the links and joints.
-        kinds: by treatment, what it is, and its consequence: the elements that hold it, and its value at each.
+        kinds: the elements that hold something of each kind, and its value there.
+        near: by an unknown name and where it is, whether it is close to a known one that matters.
     """
 
     named: frozenset[str]
-    kinds: dict[tuple[Treatment, str, str], list[tuple[str, str]]]
+    kinds: dict[_Kind, list[tuple[str, str]]]
+    near: dict[tuple[str, str], bool]
 
     def add(self, rule: _Rule, what: str, owner: Element, value: str = "") -> None:
+        self._note(_Kind(rule.treatment, what, rule.consequence), owner, value)
+
+    def add_unknown(self, what: str, name: str, known: Mapping[str, _Rule], holder: Element, owner: Element) -> None:
+        """Note a name that is in no row of the table. Args: holder, the element in which it is; known, the names there."""
+        kind = "element" if what.startswith("<") else "attribute"
+        consequence = f"is no {kind} of <{holder.tag}> that is known, so it is not read"
+        self._note(_Kind("warn", what, consequence, name, tuple(one for one in known if one != _ALL)), owner)
+
+    def _note(self, kind: _Kind, owner: Element, value: str = "") -> None:
         name = owner.get("name") or owner.get("reference") or ""
         place = (f"{owner.tag} {name}", value) if owner.tag != "robot" else ("", value)
-        self.kinds.setdefault((rule.treatment, what, rule.consequence), []).append(place)
+        self.kinds.setdefault(kind, []).append(place)
+
+    def close(self, name: str, known: Mapping[str, _Rule], path: str) -> bool:
+        """Whether an unknown name is close to a known one that matters, for the first unknown names of a file."""
+        if (path, name) not in self.near and len(self.near) < _TRIES:
+            matter = tuple(one for one, rule in known.items() if rule.treatment != "no effect")
+            self.near[path, name] = bool(_nearest(name, matter, _CLOSE))
+        return self.near.get((path, name), False)
 
     def read(self, element: Element, node: _Node, owner: Element, strict: bool) -> None:
         """Note what is to be reported of an element and all below.
@@ -110,9 +147,9 @@ class _Walk(NamedTuple):
         for key, value in element.items():
             rule = node.attributes.get(key)
             if rule is None:
-                if ":" not in key and _ALL not in node.attributes and (strict or _near(key, node.attributes)):
-                    what = f"{key} of {node.path or element.tag}"
-                    self.add(_unknown(key, node.attributes, f"no attribute of <{element.tag}>"), what, owner)
+                known = node.attributes
+                if ":" not in key and _ALL not in known and (strict or self.close(key, known, f"{node.path} ")):
+                    self.add_unknown(f"{key} of {node.path or element.tag}", key, known, element, owner)
             elif rule.consequence and _TESTS[rule.when](value, element, key):
                 self.add(rule, f"{node.path} {key}".lstrip(), owner, f'"{printable(value, 60)}"')
         copies: dict[str, list[Element]] = {}
@@ -123,8 +160,8 @@ class _Walk(NamedTuple):
             if inner is None or inner.element is None:
                 if node.deep is None and ":" not in tag:
                     tags = node.tags
-                    if strict or _near(tag, tags) or (not node.path and self._names_one(part)):
-                        self.add(_unknown(tag, tags, f"no element of <{element.tag}>", "<{}>"), f"<{tag}>", holder)
+                    if strict or self.close(tag, tags, node.path) or (not node.path and self._names_one(part)):
+                        self.add_unknown(f"<{tag}>", tag, tags, element, holder)
                 continue
             if inner.once:
                 copies.setdefault(inner.once if inner.once != "once" else tag, []).append(part)
@@ -144,21 +181,16 @@ class _Walk(NamedTuple):
         return any(value in self.named for part in element.iter() for value in (*part.attrib.values(), (part.text or "").strip()))
 
 
-def _unknown(name: str, known: Mapping[str, _Rule], what: str, form: str = "{}") -> _Rule:
-    """The warning of a name that is in no row of the table."""
-    near = _near(name, known, _NEAREST) or _near(name, known, _NEAREST, every=True)
-    shown = [form.format(one) for one in known if one != _ALL]
-    hint = f"; nearest: {form.format(near)}" if near else f"; known are {', '.join(shown)}" if shown else ""
-    return _Rule("warn", "", f"is {what} that is known, so it is not read{hint}")
+def _hint(kind: _Kind) -> str:
+    """The known name that is nearest to an unknown one, or all that are known there."""
+    form = "<{}>" if kind.what.startswith("<") else "{}"
+    if near := _nearest(kind.name, kind.known, _NEAREST) if kind.name else "":
+        return f"; nearest: {form.format(near)}"
+    return f"; known are {', '.join(map(form.format, kind.known))}" if kind.known else ""
 
 
-def _near(name: str, known: Mapping[str, _Rule], cutoff: float = _CLOSE, every: bool = False) -> str:
-    """The nearest known name, of those that matter unless it may be of `every` one; empty if none is close."""
-    return _nearest(name, tuple(one for one, rule in known.items() if every or rule.treatment != "no effect"), cutoff)
-
-
-@functools.lru_cache(maxsize=1024)
 def _nearest(name: str, known: tuple[str, ...], cutoff: float) -> str:
+    """The nearest known name; empty if none is close."""
     import difflib
 
     folded = {one.casefold(): one for one in reversed(known)}
@@ -188,8 +220,9 @@ def _differences(first: Element, other: Element, within: str = "") -> Iterator[s
             yield f"{within}{key} {one or 'not given'} and {two or 'not given'}"
     if (first.text or "").strip() != (other.text or "").strip():
         yield f"{within}{(first.text or '').strip()} and {(other.text or '').strip()}"
-    for tag in dict.fromkeys(part.tag for part in (*first, *other)):
-        one_part, two_part = first.find(tag), other.find(tag)
+    ones, others = ({part.tag: part for part in reversed(element)} for element in (first, other))
+    for tag in dict.fromkeys((*ones, *others)):
+        one_part, two_part = ones.get(tag), others.get(tag)
         if one_part is None or two_part is None:
             yield f"<{tag}> in one of them"
         else:
