@@ -254,7 +254,7 @@ def test_a_scene_lands_as_it_says(capfd, tmp_path):
         ((), "no robot is named"),
         (("--robots", "hexapods"), 'no set of robots "hexapods"'),
         (("bolt", "--figures"), "--out"),
-        (("bolt", "--jobs", "0"), "range x>=1"),
+        (("bolt", "--jobs", "0"), "must be ≥ 1 and ≤ 512, got 0"),
         (("bolt", "--robots", "*_knee=3"), "no set of robots"),
     ],
 )

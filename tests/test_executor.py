@@ -35,11 +35,6 @@ def test_one_process_computes_what_is_taken_and_no_more():
     assert seen == [0]
 
 
-def test_a_million_processes_are_refused():
-    with pytest.raises(StudyError, match="more than 512"), executor(10**6):
-        pass
-
-
 def test_death_of_a_process_is_one_message():
     with pytest.raises(StudyError, match="--jobs 1"), executor(2) as pool:
         list(pool.map(die, range(2)))

@@ -398,7 +398,7 @@ def test_folder_of_another_sweep_is_refused(capfd, stick, tmp_path):
 @pytest.mark.parametrize(
     ("words", "message"),
     [
-        (("--jobs", "0"), "range x>=1"),
+        (("--jobs", "0"), "must be ≥ 1 and ≤ 512, got 0"),
         (("--vary", "knee"), "a range is drawn from by --sample N"),
         (("--vary", "=3"), "is not NAME=VALUE"),
         (("--velocity", "0.3,0,-1", "--vary", "strike-angle=0,30"), "strike-angle is varied, but the velocity is given"),

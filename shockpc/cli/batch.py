@@ -4,9 +4,9 @@ import functools
 from typing import Any
 
 from shockpc.cli.declare import argument, command, group
-from shockpc.cli.options import STRICT, OutputOptions, SceneOptions, in_output
+from shockpc.cli.options import JOBS, STRICT, OutputOptions, SceneOptions, in_output
 from shockpc.cli.output import emit, exit_code
-from shockpc.cli.parse import robot_name
+from shockpc.cli.parse import robot_name, whole
 from shockpc.cli.progress import progress
 from shockpc.cli.scenes import scenes_from
 from shockpc.cli.study import given, help_of, refuse_unasked, study_options
@@ -26,7 +26,7 @@ def batch(
     robots: tuple[str, ...] = _in_robots(
         "A set of robots: quadrupeds, bipeds, humanoids (bipeds with a trunk and arms) or all.", "SET"
     ),
-    jobs: int = _in_robots("Number of processes; 1 by default.", "N", least=1, default=1),
+    jobs: int = _in_robots(JOBS.text, JOBS.form, whole(JOBS), default=1),
     typed: Any = study_options(study),
     options: SceneOptions,
     strict: bool = _in_robots(STRICT),

@@ -53,8 +53,8 @@ class Help(NamedTuple):
 def group(heading: str) -> Callable[..., Any]:
     """A function that declares an option which stands under this heading of the help.
 
-    Its arguments are a sentence for the help, the form of the value, a parser, the default, the least of whole numbers, and its
-    name if that is not the parameter's.
+    Its arguments are a sentence for the help, the form of the value, a parser, the default, and its name if that is not the
+    parameter's.
     """
 
     def option(
@@ -63,13 +63,10 @@ def group(heading: str) -> Callable[..., Any]:
         parser: Parser | None = None,
         *,
         default: Any = None,
-        least: int | None = None,
         name: str | None = None,
     ) -> Any:
         names = () if name is None else (f"--{name}",)
-        return typer.Option(
-            default, *names, help=help_, metavar=form, parser=parser, min=least, rich_help_panel=heading, show_default=False
-        )
+        return typer.Option(default, *names, help=help_, metavar=form, parser=parser, rich_help_panel=heading, show_default=False)
 
     return option
 

@@ -23,8 +23,9 @@ from shockpc.cli.parse import (
     setting,
     stiffness,
     vector,
+    whole,
 )
-from shockpc.landing.record import options_of
+from shockpc.landing.record import Option, options_of
 from shockpc.landing.scene import Contact, Joints, Posture, Scene, Strike
 
 _in_files, _in_contact, _in_posture = group("Robot files"), group("Contact"), group("Posture")
@@ -37,6 +38,7 @@ MESHES = _in_files("Folder in which meshes that are not where the file says are 
 PACKAGE = _in_files("Folder of a package, besides those in ROS_PACKAGE_PATH.", "NAME=DIR", folder)
 FRAME = "FRAME[:X,Y,Z]"
 EXPLAIN = in_output("Report on standard error what ran, how long it took, and what was not needed.")
+JOBS = Option("Number of processes, each of which takes some 100 MB; 1 by default.", "Run", "N", least=1, greatest=512)
 STRICT = "Exit code 3 if any landing could not be computed, not only if none could."
 AT = group("Question")("The shock at this point (with friction, if that is given), offset in the frame [m].", FRAME)
 TARGET = group("Question")(
@@ -171,7 +173,7 @@ PANELS = frozenset(
 class RunOptions(NamedTuple):
     """Where the parts of a study are computed."""
 
-    jobs: int = in_run("Number of processes; 1 by default.", "N", least=1, default=1)
+    jobs: int = in_run(JOBS.text, JOBS.form, whole(JOBS), default=1)
     cluster: str | None = in_run("Compute on a running Dask cluster; the folder has to be shared with its workers.", "ADDRESS")
     wait: bool = in_run("Wait for workers while the cluster has none.")
     strict: bool = in_run(STRICT)

@@ -2,11 +2,13 @@
 
 import math
 import re
+from collections.abc import Callable
 from pathlib import Path
 from typing import TypeAlias, get_args
 
 import typer
 
+from shockpc.landing.record import Option
 from shockpc.landing.scene import JointModelName
 from shockpc.text.errors import OutputError
 from shockpc.text.paths import is_path, usable_path
@@ -30,6 +32,21 @@ def finite(text: str) -> float:
         unit = "; leave out the unit, which is that of the help" if with_unit else ""
         raise typer.BadParameter(f'"{text}" is not a finite number{unit}')
     return value
+
+
+def whole(option: Option) -> Callable[[str], int]:
+    """What reads a whole number within the bounds of an option."""
+
+    def read(text: str) -> int:
+        try:
+            value = int(text)
+        except ValueError:
+            raise typer.BadParameter(f'"{text}" is not a whole number') from None
+        if fault := option.fault(value):
+            raise typer.BadParameter(fault)
+        return value
+
+    return read
 
 
 def _split(text: str, separator: str, example: str) -> list[str]:

@@ -29,11 +29,15 @@ def velocity_change(peak: float, pulse: Pulse) -> float:
     return peak * pulse.length / SHAPES[pulse.shape]
 
 
+SHORTEST, LONGEST = 1e-9, 1e3
+"""Length of a pulse [s]."""
+
+
 def pulse_from(text: str) -> Pulse:
     """A pulse from its text, such as "half-sine:5ms".
 
     Raises:
-        ValueError: it has no known shape, or no length above zero.
+        ValueError: it has no known shape, or no length from 1 ns to 1000 s.
     """
     shape, _, length = text.partition(":")
     valid = f"valid are {', '.join(SHAPES)}, with a length such as half-sine:5ms"
@@ -44,6 +48,6 @@ def pulse_from(text: str) -> Pulse:
         seconds = float(length.removesuffix(unit)) * UNITS[unit]
     except (KeyError, ValueError):
         raise ValueError(f'"{length}" is not the length of a pulse; {valid}') from None
-    if not (math.isfinite(seconds) and seconds > 0.0):
-        raise ValueError(f'a pulse of length "{length}" is not above zero; {valid}')
+    if not SHORTEST <= seconds <= LONGEST:
+        raise ValueError(f'a pulse has a length from {SHORTEST:g} to {LONGEST:g} s, not "{length}"; {valid}')
     return Pulse(shape, seconds)

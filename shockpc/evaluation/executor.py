@@ -29,9 +29,6 @@ PATIENCE = 10.0
 ABSENT = 10
 """How often in sequence, every half second, a cluster has no worker before that is said, so that it is known within ten seconds."""
 
-MOST_JOBS = 512
-"""Processes of one machine, each of which takes some 100 MB."""
-
 
 @contextmanager
 def executor(jobs: int, cluster: str | None = None, waiting: Callable[[str], object] | None = None) -> Iterator[Executor | None]:
@@ -44,7 +41,7 @@ def executor(jobs: int, cluster: str | None = None, waiting: Callable[[str], obj
             a cluster.
 
     Raises:
-        StudyError: there are too many processes, or one died; the cluster cannot be reached, has no worker or loses all of them, or
+        StudyError: a process died; the cluster cannot be reached, has no worker or loses all of them, or
             `distributed` is not installed.
     """
     with _dask(cluster, waiting) if cluster is not None else processes(jobs) if jobs > 1 else nullcontext() as workers:
@@ -54,8 +51,6 @@ def executor(jobs: int, cluster: str | None = None, waiting: Callable[[str], obj
 @contextmanager
 def processes(jobs: int) -> Iterator[Executor]:
     """So many processes of this machine, also one."""
-    if jobs > MOST_JOBS:
-        raise StudyError(f"{jobs} processes are more than {MOST_JOBS}; give as many as the computer has processors")
     # Forked processes have the libraries loaded already, which saves each of them half a second.
     context = multiprocessing.get_context("fork") if sys.platform == "linux" else None
     with ProcessPoolExecutor(jobs, context, _prepare_worker) as pool:

@@ -16,6 +16,7 @@ from shockpc.evaluation.bags import BAGS, QUATERNION, read_bag
 from shockpc.evaluation.column_names import LABELS, state_columns
 from shockpc.evaluation.table_files import columns_of, read_table
 from shockpc.robot.robot import Robot
+from shockpc.text.arguments import LARGEST_NUMBER
 from shockpc.text.errors import StudyError
 from shockpc.text.paths import usable_path
 from shockpc.text.printed import listed, visible
@@ -23,8 +24,11 @@ from shockpc.text.printed import listed, visible
 GAP = 5.0
 """Time between neighbouring samples, in median ones, from which it is a gap."""
 
-SLOWEST = 20.0
-"""Rate below which times are taken for those of another unit [Hz]."""
+SLOWEST, FASTEST = 20.0, 1e6
+"""Rates below and above which times are taken for those of another unit [Hz]."""
+
+SAME_TIME = 1e-9
+"""Time between samples up to which they have the same time, and only the first is kept [s]."""
 
 CLOCK = re.compile(rf"({'|'.join(LABELS['time'])})(?:_(s|ms|us|ns))?")
 UNITS = {"s": 1.0, "ms": 1e-3, "us": 1e-6, "ns": 1e-9}
@@ -180,15 +184,18 @@ def _numbers(name: str, values: np.ndarray) -> Array:
     """A column as numbers, in which NaN means that there is no sample.
 
     Raises:
-        StudyError: it has texts, or infinite numbers.
+        StudyError: it has texts, or numbers beyond `LARGEST_NUMBER`.
     """
     if values.dtype.kind not in "fiub":
         first = next((text for text in values.ravel().tolist() if str(text).strip()), "")
         raise StudyError(f'column {name} has to hold numbers, and holds "{visible(str(first))[:40]}"')
     numbers = values.astype(float)
-    if np.isinf(numbers).any():
-        row = int(np.argmax(np.isinf(numbers).reshape(len(numbers), -1).any(axis=1)))
-        raise StudyError(f"column {name} is infinite in row {row}; leave the cell empty where there is no sample")
+    if (far := np.abs(numbers) > LARGEST_NUMBER).any():
+        row = int(np.argmax(far.reshape(len(numbers), -1).any(axis=1)))
+        number = np.abs(numbers[row]).max()
+        raise StudyError(
+            f"column {name} is {number:g} in row {row}, beyond {LARGEST_NUMBER:g}; leave the cell empty where there is no sample"
+        )
     return numbers
 
 
@@ -222,14 +229,16 @@ def _rising(name: str, values: np.ndarray, remarks: list[str]) -> tuple[float, A
             f"the time runs back in row {known[row]}, by {-steps[row - 1]:.3g} s; a log has one clock, so sort its "
             "rows, or give the recordings one by one"
         )
-    distinct = np.concatenate([[True], steps > 0.0])
+    distinct = np.concatenate([[True], steps > SAME_TIME])
     for count, what in ((int(missing.sum()), "no time"), (int((~distinct).sum()), "the time of the sample before them")):
         if count:
             remarks.append(f"{count} of {len(values)} samples have {what}, and are left out")
-    period = float(np.median(steps[distinct[1:]])) if distinct[1:].any() else np.inf
-    if not period <= 1.0 / SLOWEST:
+    if not (steps > 0.0).any():
+        raise StudyError(f"all samples of column {name} have one time; a log has many")
+    period = float(np.median(steps[distinct[1:] if distinct[1:].any() else steps > 0.0]))
+    if not 1.0 / FASTEST <= period <= 1.0 / SLOWEST:
         raise StudyError(
-            f"the samples are {period:.3g} s apart, too far for the motion of a leg; if column {name} is not in seconds, name it "
-            f"{name}_ms, {name}_us or {name}_ns"
+            f"the samples are {period:.3g} s apart, too {'near' if period < 1.0 / FASTEST else 'far'} for the motion of a leg; if "
+            f"column {name} is not in seconds, name it {name}_ms, {name}_us or {name}_ns"
         )
     return start, time[distinct], known[distinct]

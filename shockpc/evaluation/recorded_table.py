@@ -27,9 +27,9 @@ from shockpc.landing.posture import set_many, settable_joints
 from shockpc.landing.resolve import with_definite_contacts
 from shockpc.landing.scene import Contact, Scene
 from shockpc.robot.mjcf import qpos_order, qvel_order
+from shockpc.text.arguments import LARGEST_NUMBER
 from shockpc.text.errors import ShockError, StudyError
 from shockpc.text.printed import listed
-from shockpc.text.toml import LARGEST_NUMBER
 
 DEG = np.pi / 180.0
 

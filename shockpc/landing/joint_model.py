@@ -17,10 +17,10 @@ from shockpc.core.spatial import Array
 from shockpc.landing.scene import JointModelName, Joints
 from shockpc.robot.drives import Drive, drives_like, drives_of, read_drives
 from shockpc.robot.robot import Drives, Robot
+from shockpc.text.arguments import LARGEST_NUMBER
 from shockpc.text.errors import SceneError
 from shockpc.text.paths import inputs, is_path
 from shockpc.text.printed import listed
-from shockpc.text.toml import LARGEST_NUMBER
 
 
 class JointModel(NamedTuple):

@@ -24,9 +24,9 @@ from shockpc.core.spatial import Array
 from shockpc.core.spectrum import amplification
 from shockpc.landing.scene import GRAVITY, Part
 from shockpc.robot.robot import Robot
+from shockpc.text.arguments import LARGEST_NUMBER
 from shockpc.text.errors import SceneError
 from shockpc.text.printed import printable
-from shockpc.text.toml import LARGEST_NUMBER
 
 IMPULSIVE = 0.3
 """Length of a pulse in periods of a part, below which only its velocity change counts."""
@@ -212,7 +212,7 @@ def _rating(part: Part) -> tuple[Pulse, float]:
         pulse, size = pulse_from(f"{shape}:{length}{unit}"), float(peak)
     except ValueError:
         raise refusal from None
-    if not (1.0 / LARGEST_NUMBER <= size <= LARGEST_NUMBER and 1.0 / LARGEST_NUMBER <= pulse.length <= LARGEST_NUMBER):
+    if not 1.0 / LARGEST_NUMBER <= size <= LARGEST_NUMBER:
         raise refusal
     return pulse, size
 

@@ -2,10 +2,13 @@
 
 import dataclasses
 import functools
+import math
+import re
 from collections.abc import Mapping
+from numbers import Real
 from typing import Any, NamedTuple, TypeVar
 
-from shockpc.text.arguments import typed
+from shockpc.text.arguments import LARGEST_NUMBER, typed
 
 CHECKED = {"extra": "forbid", "allow_inf_nan": False}
 """How scene files are checked against the records they become: no unknown keys, no numbers that are not finite."""
@@ -36,9 +39,10 @@ class Option(NamedTuple):
         form: of the value on the command line, such as "X,Y,Z".
         name: on the command line; by default the field's.
         unit: of a number; empty without one.
-        least: the least value that is valid.
-        above: what a value has to be above.
-        greatest: the greatest value that is valid.
+        least: the minimum of its numbers; of those without one the negative `LARGEST_NUMBER`.
+        above: what its numbers have to be above.
+        greatest: the maximum of its numbers; of those without one `LARGEST_NUMBER`.
+        most: the maximum number of values in a list.
         varies: whether a sweep can vary it, by its name on the command line.
     """
 
@@ -51,11 +55,15 @@ class Option(NamedTuple):
     above: float | None = None
     greatest: float | None = None
     varies: bool = False
+    most: int | None = None
 
     @property
     def text(self) -> str:
-        """The help with the unit."""
-        return f"{self.help[:-1]} [{self.unit}]." if self.unit not in ("", "1") else self.help
+        """The help with the unit, and with the maximum unless it states that."""
+        stated = self.greatest is None or re.search(rf"\b{self.greatest:g}\b", self.help)
+        unit = self.unit if self.unit != "1" else ""
+        inside = ", ".join(filter(None, [unit, "" if stated else f"at most {self.greatest:g}"]))
+        return f"{self.help[:-1]} [{inside}]." if inside else self.help
 
     def stating(self, default: Any) -> "Option":
         """The option whose help states the default, if that is a number or a word."""
@@ -63,17 +71,28 @@ class Option(NamedTuple):
         return self._replace(help=f"{self.help[:-1]}; {default} by default.") if states else self
 
     def fault(self, value: Any) -> str:
-        """Why a number is not valid; empty if it is, or is no number."""
-        if not isinstance(value, float):
+        """Why a number is not valid, or one of a collection of numbers; empty if all are."""
+        value = value.tolist() if hasattr(value, "tolist") else value  # of NumPy
+        if isinstance(value, Mapping | tuple | list):
+            if self.most is not None and len(value) > self.most:
+                return f"must have at most {self.most} values, got {len(value)}"
+            return next(filter(None, map(self.fault, value.values() if isinstance(value, Mapping) else value)), "")
+        if not isinstance(value, Real) or isinstance(value, bool):
             return ""
+        if not math.isfinite(value):
+            return f"must be finite, got {float(value):g}"
+        low = -LARGEST_NUMBER if self.least is None else self.least
+        high = LARGEST_NUMBER if self.greatest is None else self.greatest
         bounds = (
-            ("≥", self.least, self.least is None or value >= self.least),
-            (">", self.above, self.above is None or value > self.above),
-            ("≤", self.greatest, self.greatest is None or value <= self.greatest),
+            ("≥", low, value >= low, self.least is not None),
+            (">", self.above, self.above is None or value > self.above, self.above is not None),
+            ("≤", high, value <= high, self.greatest is not None),
         )
-        wanted = [f"{sign} {bound:g}" for sign, bound, _ in bounds if bound is not None]
-        unit = f" {self.unit}" if self.unit not in ("", "1") else ""
-        return "" if all(holds for *_, holds in bounds) else f"must be {' and '.join(wanted)}{unit}, got {value:g}"
+        if all(holds for *_, holds, _ in bounds):
+            return ""
+        wanted = [f"{sign} {bound:g}" for sign, bound, holds, stated in bounds if stated or not holds]
+        unit = "" if self.unit in ("", "1") or ";" in self.unit else f" {self.unit}"
+        return f"must be {' and '.join(wanted)}{unit}, got {float(value):g}"
 
 
 def option(default: Any, help_: str, heading: str, form: str | None = None, **further: Any) -> Any:

@@ -17,10 +17,11 @@ from shockpc.core.frozen import frozen
 from shockpc.core.spatial import freeze
 from shockpc.robot.catalogue import project_robots_folder
 from shockpc.robot.robot import Drives, Robot
+from shockpc.text.arguments import LARGEST_NUMBER
 from shockpc.text.errors import SceneError, UnknownName
 from shockpc.text.paths import read_file
 from shockpc.text.printed import listed
-from shockpc.text.toml import LARGEST_NUMBER, converted, reading
+from shockpc.text.toml import converted, reading
 
 PUBLIC = ("published", "derived")
 """Status of drives that are taken unless the scene says otherwise."""

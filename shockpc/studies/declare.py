@@ -13,7 +13,7 @@ from collections.abc import Callable, Mapping, Sequence
 from typing import Annotated, Any, NamedTuple, TypeAlias, TypeVar, get_args
 
 from shockpc.landing.record import Option, describe
-from shockpc.text.arguments import checked
+from shockpc.text.arguments import checked, is_numeric
 
 F = TypeVar("F", bound=Callable[..., Any])
 
@@ -99,11 +99,11 @@ def study(
                 parameters[name] = StudyParameter(kind, option, parameter.default)
                 parameter = parameter.replace(annotation=kind)
             plain.append(parameter)
-        describe(
-            function, {name: one.option._replace(unit=one.option.unit.replace("deg", "rad")) for name, one in parameters.items()}
-        )
+        in_si = {name: one.option._replace(unit=one.option.unit.replace("deg", "rad")) for name, one in parameters.items()}
+        describe(function, in_si)
         # Without the options, because Python's help prints annotations whole.
-        call = checked(function, signature.replace(parameters=plain), {name: one.option.fault for name, one in parameters.items()})
+        faults = {name: in_si[name].fault for name, one in parameters.items() if is_numeric(one.kind)}
+        call = checked(function, signature.replace(parameters=plain), faults)
         vars(call)["study"] = Study(parameters, examples, more, typed, without, uses)
         return call
 

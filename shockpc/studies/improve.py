@@ -171,9 +171,10 @@ def improve(
             "Search",
             "N",
             least=0.0,
+            greatest=1000.0,
         ),
     ] = None,
-    seed: Annotated[int, Option("Seed of the random numbers.", "Search", "N", least=0.0)] = 0,
+    seed: Annotated[int, Option("Seed of the random numbers.", "Search", "N", least=0.0, greatest=1e15)] = 0,
     trace: Trace | None = None,
 ) -> Improvement:
     """Find where a number is the least bad in the worst of some landings.

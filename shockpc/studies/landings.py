@@ -113,7 +113,13 @@ def landings(
     rank: Annotated[str | None, Option("Order the landings by a quantity, the worst first.", "Table", "KEY[@PLACE]")] = None,
     prove: Annotated[
         int,
-        Option("Landings that are compared with a proof, besides those that need one.", "How it is computed", "N", least=0.0),
+        Option(
+            "Landings that are compared with a proof, besides those that need one.",
+            "How it is computed",
+            "N",
+            least=0.0,
+            greatest=1e6,
+        ),
     ] = 20,
 ) -> Evaluation[RecordedLandings]:
     """The landings of a recorded table, checked; computed part by part as the result is iterated over, or at once by `table`.

@@ -31,9 +31,9 @@ from shockpc.profile import ILL_CONDITIONED
 from shockpc.quantities.profile import ShockProfile
 from shockpc.robot.robot import Joint, Robot
 from shockpc.studies.declare import study
+from shockpc.text.arguments import LARGEST_NUMBER
 from shockpc.text.errors import SolveError, StudyError
 from shockpc.text.printed import UNITS, in_degrees
-from shockpc.text.toml import LARGEST_NUMBER
 
 STRIKES = (-30.0, 75.0)
 """Strike angles of landings that are looked at if none are given [deg]."""

@@ -212,7 +212,7 @@ def sensitivity(
         ),
     ] = (),
     percent: Annotated[
-        float, Option("How far, in per cent of the range or of the size.", "Changes", "P", above=0.0, greatest=100.0)
+        float, Option("How far, in per cent of the range or of the size.", "Changes", "P", least=1e-3, greatest=100.0)
     ] = 1.0,
     trace: Trace | None = None,
 ) -> Sensitivity:

@@ -8,7 +8,7 @@ from shockpc.evaluation.columns import Column, selected
 from shockpc.evaluation.evaluate import Evaluation
 from shockpc.evaluation.landings import refuse_unused_ground
 from shockpc.evaluation.variation import Vary
-from shockpc.evaluation.varied import VariedLandings, varied_landings
+from shockpc.evaluation.varied import MOST_ROWS, VariedLandings, varied_landings
 from shockpc.landing.places import Place, body_places, moving_point
 from shockpc.landing.record import Option
 from shockpc.landing.scene import Point, Scene
@@ -54,10 +54,11 @@ def sweep(
             "What varies",
             "N",
             least=1.0,
+            greatest=MOST_ROWS,
         ),
     ] = None,
     lhs: Annotated[bool, Option("Draw the sample as a Latin hypercube.", "What varies")] = False,
-    seed: Annotated[int, Option("Seed of the random numbers.", "What varies", "N", least=0.0)] = 0,
+    seed: Annotated[int, Option("Seed of the random numbers.", "What varies", "N", least=0.0, greatest=1e15)] = 0,
     at: Sequence[Point | str] = (),
     bodies: Annotated[
         Sequence[str],
@@ -80,7 +81,13 @@ def sweep(
     ] = False,
     prove: Annotated[
         int,
-        Option("Random landings that are compared with a proof, besides those that need one.", "What is computed", "N", least=0.0),
+        Option(
+            "Random landings that are compared with a proof, besides those that need one.",
+            "What is computed",
+            "N",
+            least=0.0,
+            greatest=1e6,
+        ),
     ] = 100,
 ) -> Evaluation[VariedLandings]:
     """Many landings that differ from one, checked; computed part by part as the result is iterated over, or at once by `table`.

@@ -11,6 +11,9 @@ from typing import Any, Literal, TypeVar, Union, cast, get_args, get_origin
 
 from shockpc.text.errors import StudyError
 
+LARGEST_NUMBER = 1e12
+"""Largest number of an option or a record without a maximum, in whatever unit: beyond it squares run out of range."""
+
 F = TypeVar("F", bound=Callable[..., Any])
 
 typed: set[str] = set()
@@ -20,14 +23,14 @@ typed: set[str] = set()
 def checked(
     function: F,
     signature: inspect.Signature | None = None,
-    fault_of: Mapping[str, Callable[[float], str]] | None = None,
+    fault_of: Mapping[str, Callable[[Any], str]] | None = None,
 ) -> F:
     """The function, which raises a StudyError before it is called with an argument that its annotations or bounds do not allow.
 
     Args:
         function: whose arguments are checked.
         signature: as it is documented, by default the function's.
-        fault_of: what is wrong with a number, empty if nothing is, by parameter.
+        fault_of: what is wrong with the numbers of an argument, empty if nothing is, by parameter.
     """
     signature = signature or inspect.signature(function)
     kinds = {name: parameter.annotation for name, parameter in signature.parameters.items()}
@@ -38,12 +41,17 @@ def checked(
             if not _fits(value, kinds[name]):
                 wanted = re.sub(r"\b(?:\w+\.)+", "", inspect.formatannotation(kinds[name]))
                 raise StudyError(f"{name} is {reprlib.repr(value)}, of type {type(value).__name__}; it has to be {wanted}")
-            if fault_of and name in fault_of and isinstance(value, numbers.Real) and (fault := fault_of[name](float(value))):
+            if fault_of and name in fault_of and (fault := fault_of[name](value)):
                 raise StudyError(f"{name} {fault}")
         return function(*args, **kwargs)
 
     vars(call)["__signature__"] = signature
     return cast(F, call)
+
+
+def is_numeric(kind: Any) -> bool:
+    """Whether a type is that of numbers, or of collections of numbers."""
+    return kind in (int, float) or any(map(is_numeric, get_args(kind)))
 
 
 def _fits(value: Any, kind: Any) -> bool:

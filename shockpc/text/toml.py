@@ -18,12 +18,9 @@ from typing import Any, Literal, get_args, get_origin
 
 import numpy as np
 
+from shockpc.text.arguments import LARGEST_NUMBER
 from shockpc.text.errors import ShockError
 from shockpc.text.paths import read_file
-
-LARGEST_NUMBER = 1e12
-"""Largest number of a record, in whatever unit: beyond it squares run out of range."""
-
 
 _DEEP_KEY = r"""(?<![\w-])(?:(?:[\w-]++|"[^"\n]*+"|'[^'\n]*+')[ \t]*+\.[ \t]*+){20}"""
 

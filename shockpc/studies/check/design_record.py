@@ -8,9 +8,9 @@ import numpy as np
 
 from shockpc.core.spatial import Array
 from shockpc.landing.landing import PosedLanding
+from shockpc.text.arguments import LARGEST_NUMBER
 from shockpc.text.names import glob_of
 from shockpc.text.printed import few, printable
-from shockpc.text.toml import LARGEST_NUMBER
 
 MODEL = {"joint_model": "joint model", "drives": "drives"}
 """What a design has once, with its name in texts."""

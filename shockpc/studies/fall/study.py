@@ -156,6 +156,7 @@ def fall(
             "V",
             unit="m/s",
             above=0.0,
+            greatest=30.0,
         ),
     ] = None,
     drop: Annotated[
@@ -170,7 +171,7 @@ def fall(
         ),
     ] = None,
     attitudes: Annotated[
-        int | None, Option("Drop it in so many attitudes that are spread over all instead.", "Fall", "N", least=1.0)
+        int | None, Option("Drop it in so many attitudes that are spread over all instead.", "Fall", "N", least=1.0, greatest=1e4)
     ] = None,
     within_height: Annotated[float, Option("Height within which parts strike together.", "Fall", "H", unit="m", above=0.0)] = 1e-3,
     least: Annotated[

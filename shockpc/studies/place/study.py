@@ -206,6 +206,7 @@ def place(
             "Sensors",
             "N",
             least=1.0,
+            greatest=20.0,
         ),
     ] = 1,
     alternatives: Annotated[
