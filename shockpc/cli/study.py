@@ -234,7 +234,8 @@ def _read(
     if kind == "log":
         robot, scenes = scenes_from(typed[1], options)
         contacts = {contact.frame: contact for scene in scenes for contact in scene.contact}
-        return robot, {"log": names, "scene": dataclasses.replace(scenes[0], contact=tuple(contacts.values()))}
+        watched = {"contacts": tuple(contacts)} if options.contact else {}
+        return robot, {"log": names, "scene": dataclasses.replace(scenes[0], contact=tuple(contacts.values())), **watched}
     if kind == "table":
         from shockpc.cli.tables import table_and_scene
 

@@ -56,7 +56,7 @@ def heights(profile: "ShockProfile") -> Iterator[Diagnostic]:
         low = max(below.values())
         text = (
             f"{listed(below, 4)} {'reach up to' if len(below) > 1 else 'reaches'} {low:.2g} m{along} below the contact point; "
-            "strike the lowest point with --contact-point lowest"
+            'strike the lowest point, at = "lowest" (--contact-point lowest)'
         )
         yield Diagnostic("height", "+".join(below), low, text)
     first, last = names[int(np.argmin(lowest))], names[int(np.argmax(lowest))]
@@ -71,7 +71,10 @@ def heights(profile: "ShockProfile") -> Iterator[Diagnostic]:
         together = others & np.array([body in struck for body, carried in enumerate(outline.shapes) for _ in carried])
         # The struck body itself is named where it reaches as low as another, on whose posture the warning then does not depend.
         if surface[together].min(initial=np.inf) <= surface[others].min() + here.tolerance:
-            others, remedy = together, "it moves with the contact, so strike it: --contact with its name, --contact-point lowest"
+            others, remedy = (
+                together,
+                'it moves with the contact, so strike it: name it as contact, with at = "lowest" (--contact-point lowest)',
+            )
         k = int(np.argmin(np.where(others, surface, np.inf)))
         meets = f'so flat ground meets "{shapes[k].link}" first'
         text = f'"{first}": {low:.2g} m of the robot{along} is below the contact, {meets}; {remedy}'
