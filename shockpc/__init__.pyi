@@ -60,6 +60,7 @@ from .studies.touchdowns import Touchdowns as Touchdowns
 from .studies.touchdowns import touchdowns as touchdowns
 from .testing import assert_shock as assert_shock
 from .text.diagnostic import Diagnostic as Diagnostic
+from .text.diagnostic import ShockWarning as ShockWarning
 from .text.errors import DefectError as DefectError
 from .text.errors import OutputError as OutputError
 from .text.errors import RobotError as RobotError

@@ -30,6 +30,7 @@ from shockpc.landing.scene_file import robot_of
 from shockpc.quantities.profile import ShockProfile
 from shockpc.robot.robot import Robot
 from shockpc.text.arguments import checked
+from shockpc.text.diagnostic import warn
 from shockpc.text.errors import SceneError
 from shockpc.text.trace import Trace
 
@@ -54,7 +55,17 @@ def shock_profile(scene: Scene, robot: Robot | None = None, trace: Trace | None 
 
     Raises:
         ShockError: the robot, the scene or the model does not allow it; the text says what to change.
+
+    Warns:
+        ShockWarning: what `health.warnings` holds.
     """
+    profile = profile_of_scene(scene, robot, trace)
+    warn(lambda: profile.health.warnings)
+    return profile
+
+
+def profile_of_scene(scene: Scene, robot: Robot | None = None, trace: Trace | None = None) -> ShockProfile:
+    """The same without Python warnings, for what gives these as a part of its result."""
     trace = trace or Trace()
     with trace.stage("robot file"):
         robot = robot or robot_of(scene)

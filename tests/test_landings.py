@@ -587,6 +587,20 @@ def test_statistics_of_a_noisy_measurement():
     assert one.statistics["r"][1] < values["r"] < one.statistics["r"][2]
 
 
+def test_rows_with_contacts_of_their_own_need_none_of_the_scene():
+    """The same as with the scene's contact given; a row without a contact is no landing, and has not that of another row."""
+    columns = table(3) | {"contact": np.array(["RF_FOOT", "LF_FOOT+RF_FOOT", ""]), "name": np.array(["a", "b", "c"])}
+    bare, robot = Scene(robot="anymal_b"), known_robot("anymal_b")
+    found = landings.landings(columns, bare).table()
+    filled = columns | {"contact": np.array(["RF_FOOT", "LF_FOOT+RF_FOOT", "LF_FOOT"])}
+    given = landings.landings(filled, SCENE, robot=robot).table()
+    np.testing.assert_allclose(found.values("shock@imu_link")[:2], given.values("shock@imu_link")[:2], rtol=1e-12)
+    assert list(found.messages) == [2]
+    assert found.to_pandas()[["name", "contact"]][:2].values.tolist() == [["a", "RF_FOOT"], ["b", "LF_FOOT+RF_FOOT"]]
+    after = filled | {f"after_{name}": columns[f"before_{name}"] + 0.1 for name in JOINTS}
+    assert compare_measured(after, {"free": bare}, robot).agreements[0].n == 3
+
+
 def test_statistics_of_few_landings_say_of_how_many():
     """Nine of twelve are predicted: too few for a correlation and for intervals."""
     robot = known_robot("anymal_b")

@@ -2,6 +2,7 @@
 
 import math
 import re
+import warnings
 from dataclasses import replace
 from pathlib import Path
 
@@ -12,7 +13,21 @@ from commands import run
 from robot_texts import LIMIT, arm, joint, link, mjcf, refused, urdf, written
 from trees import known_robot, robot_from
 
-from shockpc import Contact, Joints, Point, Posture, Robot, Scene, SceneError, Strike, read_scene, shock_profile
+from shockpc import (
+    Contact,
+    Design,
+    Joints,
+    Point,
+    Posture,
+    Robot,
+    Scene,
+    SceneError,
+    ShockWarning,
+    Strike,
+    compare,
+    read_scene,
+    shock_profile,
+)
 from shockpc.evaluation.cost import ShockCost
 from shockpc.evaluation.summary import summarise
 from shockpc.landing.dynamics import dynamics
@@ -368,6 +383,26 @@ def test_contacts_at_two_heights_are_not_feasible(dog: Robot, base: str):
         posture = Posture(base_rpy_deg=(0, angle, 0), joints_deg={"*_knee": 10})
         profile = shock_profile(Scene(robot=dog.label, contact=("FL", "HL"), base=base, posture=posture), dog)
         assert profile.value("feasible", "robot")[0] == allowed
+
+
+def test_warnings_of_a_landing_are_python_warnings(capfd):
+    """Once for each cause, at the line that asked; the command does not give them twice."""
+    scene = Scene(robot="anymal_b", contact=Contact(frame="LF_SHANK", at="frame"))
+    with pytest.warns(ShockWarning, match="LF_SHANK") as caught:
+        profile = shock_profile(scene)
+    found = [warning.message.diagnostic for warning in caught if warning.category is ShockWarning]
+    assert found == list(profile.health.warnings)
+    assert {warning.filename for warning in caught} == {__file__}
+    assert any('at = "lowest"' in str(one) for one in found)
+    other = replace(scene, strike=Strike(speed=2.0))
+    with pytest.warns(ShockWarning) as caught:
+        compare([Design(name, one, known_robot("anymal_b")) for name, one in (("a", scene), ("b", other))])
+    assert len(caught) == len(found)
+    with warnings.catch_warnings():
+        warnings.simplefilter("always")
+        outcome = run(capfd, "analyze", "anymal_b", "--contact", "LF_SHANK", "--contact-point", "frame")
+    assert "0.25 m of the robot" in outcome.out
+    assert "ShockWarning" not in outcome.out + outcome.err
 
 
 def test_an_impact_that_makes_energy_is_not_feasible_in_any_study():

@@ -296,6 +296,19 @@ def test_velocities_are_given_at_every_rate_that_has_some(here, jitter):
     assert landing.message.count("310 ms") == landing.message.count("no velocities 1 ms after it, as") == 1
 
 
+def test_all_feet_are_looked_at_whatever_strikes_in_the_scene(here):
+    """As the command does; `contacts` restricts it, and the table's own contacts are enough for a scene without any."""
+    scene = scene_of(here, STEPPER, "left_foot")
+    found = shockpc.touchdowns(stepping(), scene)
+    assert found.frames == ("left_foot", "right_foot")
+    assert shockpc.touchdowns(stepping(), scene, contacts=["right_foot"]).frames == ("right_foot",)
+    few = shockpc.touchdowns({name: x for name, x in stepping().items() if name != "right_leg"}, scene)
+    assert few.frames == ("left_foot",)
+    assert any("right_foot" in text and "right_leg" in text for text in few.warnings)
+    rows = shockpc.landings(found.table, Scene(robot=scene.robot)).table().to_pandas()
+    assert rows[["name", "contact"]].values.tolist() == [["1", "left_foot+right_foot"]]
+
+
 def test_a_window_with_too_few_samples_is_refused(here):
     with pytest.raises(StudyError, match="at least 4 ms"):
         stepped(here, stepping(500.0), window=2.0)

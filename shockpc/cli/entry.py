@@ -10,6 +10,7 @@ from collections.abc import Sequence
 
 from shockpc.cli.process import command, prepare, print_error, received, write_stdout
 from shockpc.text.arguments import typed
+from shockpc.text.diagnostic import ShockWarning
 from shockpc.text.errors import DefectError, ShockError, SolveError
 from shockpc.text.paths import inputs
 from shockpc.text.printed import visible
@@ -54,7 +55,9 @@ def main(words: Sequence[str]) -> int:
     try:
         from shockpc.cli.app import app_for
 
-        with contextlib.redirect_stdout(printed):
+        # What a command reports holds the warnings of its landings.
+        with contextlib.redirect_stdout(printed), warnings.catch_warnings():
+            warnings.simplefilter("ignore", ShockWarning)
             code: int = app_for(words)(list(words) or ["--help"], standalone_mode=False, prog_name="shockpc") or 0
         if code != INTERRUPTED:
             write_stdout(printed.getvalue())

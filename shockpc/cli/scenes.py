@@ -2,7 +2,6 @@
 
 import dataclasses
 from collections.abc import Iterable, Mapping
-from contextlib import suppress
 from pathlib import Path
 from typing import Any, TypeVar
 
@@ -128,14 +127,11 @@ def with_contact(robot: str, options: SceneOptions, contacts: list[str]) -> tupl
     scene = _scene_of(robot)
     if options.contact or scene.contact:
         return options, contacts
-    given = list(dict.fromkeys(filter(str.strip, contacts)))
-    loaded, chosen = _robot_of(_with_file(scene, options), given), given[:1]
-    for text in given:
-        with suppress(ShockError):
-            if len(landing_frames(loaded, text)) == 1:
-                chosen = [text]
-                break
-    return options._replace(contact=tuple(chosen)), [text or " " for text in contacts]
+    from shockpc.evaluation.recorded import first_contact
+
+    loaded = _robot_of(_with_file(scene, options), filter(str.strip, contacts))
+    chosen = first_contact(loaded, contacts)
+    return options._replace(contact=(chosen,) if chosen else ()), [text or " " for text in contacts]
 
 
 def file_names(scenes: list[Scene]) -> list[str]:

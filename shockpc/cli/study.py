@@ -242,7 +242,8 @@ def _read(
         contacts = {
             contact.frame: contact for scene in sorted(scenes, key=lambda one: len(one.contact)) for contact in scene.contact
         }
-        return robot, {"log": names, "scene": dataclasses.replace(scenes[0], contact=tuple(contacts.values()))}
+        watched = {"contacts": tuple(contacts)} if options.contact else {}
+        return robot, {"log": names, "scene": dataclasses.replace(scenes[0], contact=tuple(contacts.values())), **watched}
     if kind == "table":
         from shockpc.cli.tables import table_and_scene
 

@@ -17,6 +17,7 @@ from shockpc.evaluation.table import Table
 from shockpc.landing.scene import Scene
 from shockpc.quantities.profile import ShockProfile
 from shockpc.robot.robot import Robot
+from shockpc.text.diagnostic import warn
 from shockpc.text.errors import DefectError, ShockError, refusal
 from shockpc.text.trace import Trace
 
@@ -266,7 +267,7 @@ def _unpickled(pickled: bytes) -> Evaluation[Any]:
 def proven(
     cases: Mapping[str, tuple[Scene, Robot]], trace: Trace | None = None, done: Callable[[str], object] | None = None
 ) -> dict[str, ShockProfile | ShockError]:
-    """Landings one by one, each with its proof: the profiles by name, or why there is none.
+    """Landings one by one, each with its proof: the profiles by name, or why there is none. Their warnings are Python warnings.
 
     Args:
         cases: scene and robot of each landing, by name.
@@ -284,6 +285,7 @@ def proven(
         results[name] = table.looks[0] if table.looks else table.refusals[0]
         if done is not None:
             done(name)
+    warn(lambda: (one for profile in results.values() if isinstance(profile, ShockProfile) for one in profile.health.warnings))
     return results
 
 

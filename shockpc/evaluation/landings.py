@@ -14,7 +14,7 @@ from shockpc.landing.landing import OfLanding, PosedLanding
 from shockpc.landing.level_feet import with_contacts
 from shockpc.landing.scene import Scene
 from shockpc.landing.scene_file import robot_of
-from shockpc.profile import shock_profile
+from shockpc.profile import profile_of_scene
 from shockpc.quantities.profile import ShockProfile
 from shockpc.quantities.quantity import Quantity
 from shockpc.robot.robot import Robot
@@ -225,12 +225,12 @@ class ListedLandings:
             landings = list(scenes)
         except Exception as error:
             labels = {"robot": np.array([name]), "contact": np.array([""])}
-            return Chunk(labels, [Refusal(np.zeros(1, dtype=int), refusal(error))], lambda i: shock_profile(landings[i], robot))
+            return Chunk(labels, [Refusal(np.zeros(1, dtype=int), refusal(error))], lambda i: profile_of_scene(landings[i], robot))
         labels = {
             "robot": np.array([name] * len(landings), dtype=str),
             "contact": np.array(list(map(contact_name, landings)), dtype=str),
         }
-        return Chunk(labels, (), lambda i: shock_profile(landings[i], robot, self.trace))
+        return Chunk(labels, (), lambda i: profile_of_scene(landings[i], robot, self.trace))
 
 
 def landings_by_name(cases: Mapping[str, tuple[Scene, Robot]], trace: Trace | None = None) -> ListedLandings:

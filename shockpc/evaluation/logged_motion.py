@@ -1,7 +1,8 @@
 """The motion of a robot in a log: its configurations, and velocities as slopes of straight lines through them."""
 
 import functools
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
+from dataclasses import replace
 from typing import Literal
 
 import numpy as np
@@ -11,11 +12,14 @@ from shockpc.core.spatial import Array, cross
 from shockpc.evaluation.column_names import column_name
 from shockpc.evaluation.logs import Log
 from shockpc.evaluation.recorded_table import rows_of
-from shockpc.landing.contact import locate_lowest_point
+from shockpc.landing.contact import foot_contact, locate_lowest_point
 from shockpc.landing.dynamics import dynamics
 from shockpc.landing.landing import PosedLanding
+from shockpc.landing.resolve import landing_of
 from shockpc.landing.rows import block_point
-from shockpc.landing.scene import GRAVITY
+from shockpc.landing.scene import GRAVITY, Contact, Scene
+from shockpc.robot.landmarks import each_foot
+from shockpc.robot.robot import Robot
 from shockpc.text.printed import listed
 
 StatePart = Literal["joints", "base"]
@@ -212,3 +216,24 @@ class LoggedMotion:
             least, greatest = min(lags.values()), max(lags.values())
             extent = f"{least:.1f}" if greatest - least < 0.05 else f"{least:.1f} to {greatest:.1f}"
             yield f"rates lag behind the slopes of their positions by {extent} ms, and are not used: {listed(lags, 8)}"
+
+
+def watched_motion(log: Log, scene: Scene, robot: Robot, frames: Sequence[str] | None = None) -> LoggedMotion:
+    """The motion of a robot and of what may touch down: some frames, or all feet and the contacts of the scene.
+
+    A contact of the scene stands for the foot of its body. Where the log lacks what the heights of the other feet follow from, the
+    scene's contacts are watched alone.
+    """
+    given = {contact.frame: contact for contact in scene.contact}
+    if frames is not None:
+        alone = replace(scene, contact=tuple(given.get(frame, Contact(frame=frame)) for frame in frames))
+        return LoggedMotion(log, landing_of(alone, robot))
+    bodies = {robot.frame(frame).body for frame in given if frame in robot.frames}
+    feet = [foot for foot in each_foot(robot) if robot.frame(foot).body not in bodies]
+    every = replace(scene, contact=(*scene.contact, *(foot_contact(robot, foot) for foot in feet)))
+    motion = LoggedMotion(log, landing_of(every, robot))
+    if feet and given and motion.unknown:
+        lacking = listed(motion.unknown, 4)
+        motion = LoggedMotion(log, landing_of(scene, robot))
+        motion.warnings.append(f"{listed(feet, 8)}: no touchdowns are looked for, because the log lacks {lacking}")
+    return motion

@@ -24,7 +24,7 @@ from shockpc.landing.freedom import free_columns
 from shockpc.landing.landing import PosedLanding
 from shockpc.landing.posture import displaced, fixed_joints
 from shockpc.landing.rows import row_jacobian
-from shockpc.profile import profile_of, shock_profile
+from shockpc.profile import profile_of, profile_of_scene
 from shockpc.quantities.profile import ShockProfile
 from shockpc.robot.changes import Property, links_with_mass, varied_bodies, with_inertias
 from shockpc.robot.robot import Joint, Robot
@@ -152,7 +152,7 @@ class VariedOneByOne(LandingsBeside):
 
         def profile(i: int) -> ShockProfile:
             if i in as_swept:
-                return shock_profile(*as_swept[i].case(0))
+                return profile_of_scene(*as_swept[i].case(0))
             whole = robot
             if self.parameters[i // n].rates.keys() & {"mass", "com", "inertia"}:
                 whole = with_inertias(robot, inertias.mass[i], inertias.com[i], inertias.inertia[i])

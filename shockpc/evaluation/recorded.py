@@ -3,25 +3,29 @@
 import contextlib
 import functools
 import hashlib
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from typing import Any
 
 import numpy as np
 
 from shockpc.core.spatial import Array
+from shockpc.evaluation.column_names import named_columns
 from shockpc.evaluation.columns import Column, selected
 from shockpc.evaluation.evaluate import Evaluation
 from shockpc.evaluation.landings import ROWS, Chunk, Group, Refusal
 from shockpc.evaluation.recorded_rows import RecordedRows
+from shockpc.evaluation.recorded_table import empty_cells, rows_of
 from shockpc.landing.closure import assemble, closure_block, follow, moved_joints
+from shockpc.landing.contact import landing_frames
 from shockpc.landing.dynamics import dynamics
 from shockpc.landing.landing import PosedLanding
 from shockpc.landing.motion import Motion, with_loops
 from shockpc.landing.places import Place, point_places
 from shockpc.landing.posture import fixed_joints, refuse_beyond_turn
 from shockpc.landing.resolve import landing_of
-from shockpc.landing.scene import Posture, Scene, Strike
+from shockpc.landing.scene import Contact, Posture, Scene, Strike
+from shockpc.landing.scene_file import robot_of
 from shockpc.profile import profile_of
 from shockpc.quantities.profile import ShockProfile
 from shockpc.quantities.table import Selection, select
@@ -316,6 +320,42 @@ def with_torque(landing: PosedLanding, effort: Array) -> PosedLanding:
         return landing
     model = landing.joint_model
     return replace(landing, joint_model=model._replace(torque=np.where(np.isfinite(effort), effort, model.torque)))
+
+
+def first_contact(robot: Robot, texts: Iterable[str]) -> str:
+    """The first text that means one landing of the robot; the first that is not empty if none does."""
+    given = list(dict.fromkeys(filter(str.strip, texts)))
+    for text in given:
+        with contextlib.suppress(ShockError):
+            if len(landing_frames(robot, text)) == 1:
+                return text
+    return next(iter(given), "")
+
+
+def robot_of_table(columns: Mapping[str, np.ndarray], scene: Scene) -> Robot:
+    """The robot of a scene, with the geoms that strike in rows of a table where the scene has no contact.
+
+    Raises:
+        ShockError: as for `robot_of`.
+    """
+    texts = [] if scene.contact else dict.fromkeys(map(str, np.ravel(columns.get("contact", ())).tolist()))
+    return robot_of(scene, [name.strip() for text in texts for name in (text, *text.split("+")) if name.strip()])
+
+
+def rows_of_table(
+    columns: Mapping[str, np.ndarray], scene: Scene, robot: Robot, rename: Mapping[str, str] | None = None
+) -> RecordedRows:
+    """The rows of a table, as `rows_of` gives them, with a scene that gives what the table does not.
+
+    Where the scene has no contact, every row has to have its own: one without any is refused, and has not those of another.
+    """
+    columns = named_columns(columns, robot, rename or {})
+    if not scene.contact and "contact" in columns:
+        texts = np.where(empty_cells(columns["contact"]), " ", columns["contact"].astype(str))
+        text, columns = first_contact(robot, texts.ravel().tolist()), {**columns, "contact": texts}
+        frames = landing_frames(robot, text)[0] if text else ()
+        scene = replace(scene, contact=tuple(Contact(frame=frame) for frame in frames))
+    return rows_of(columns, landing_of(scene, robot))
 
 
 def recorded_landings(

@@ -1,12 +1,13 @@
 """Recorded landings as rows: configurations, motions before the impact, contacts, and what was measured."""
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from typing import NamedTuple
 
 import numpy as np
 
 from shockpc.core.spatial import Array
+from shockpc.landing.contact import contact_name
 from shockpc.landing.landing import PosedLanding
 from shockpc.landing.motion import Motion
 from shockpc.landing.resolve import landing_of
@@ -40,7 +41,7 @@ class RecordedRows(NamedTuple):
     """The rows of a table.
 
     Attributes:
-        labels: (n,) each: "row", the names of the rows, by default their numbers; and "time", if the table has it.
+        labels: (n,) each: "name", by default the numbers of the rows; "contact", what strikes; and "time", if the table has it.
         Q: (n, nq) configurations; what the table does not give is the scene's.
         before: motions before the impact, one for each row.
         scenes: landings of which the rows are, in whatever posture and motion.
@@ -80,7 +81,7 @@ class RecordedRows(NamedTuple):
     @property
     def names(self) -> np.ndarray:
         """Names (n,) of the rows."""
-        return self.labels["row"]
+        return self.labels["name"]
 
     def key(self, row: int) -> tuple[int, float | None]:
         """What decides the landing of a row, whatever its posture and motion: the number of its scene, and its friction."""
@@ -101,6 +102,11 @@ class RecordedRows(NamedTuple):
             row_scenes=self.row_scenes[a:b],
             messages={i - a: text for i, text in self.messages.items() if a <= i < b},
         )
+
+
+def contacts_of(scenes: Sequence[Scene], index: np.ndarray) -> np.ndarray:
+    """What strikes in rows (n,), as `contact_name` has it. Args: index, (n,) which of the scenes each row is of."""
+    return np.array([contact_name(scene) for scene in scenes])[index]
 
 
 def rows_of_scenes(scenes: Mapping[str, Scene | ShockError], robot: Robot) -> RecordedRows:
@@ -148,8 +154,9 @@ def rows_of_scenes(scenes: Mapping[str, Scene | ShockError], robot: Robot) -> Re
         rows["friction"][i] = np.nan if scene.friction is None else scene.friction
         for k, contact in enumerate(scene.contact):
             rows["contacts"][i, k] = np.nan if contact.velocity is None else contact.velocity
+    labels = {"name": np.array(list(scenes)), "contact": contacts_of(shared, index)}
     return RecordedRows(
-        {"row": np.array(list(scenes))}, rows["q"], Motion(rows["velocity"], rows["omega"], rows["rates"]), tuple(shared), index,
+        labels, rows["q"], Motion(rows["velocity"], rows["omega"], rows["rates"]), tuple(shared), index,
         rows["contacts"], rows["friction"], 0.0 * rows["rates"] + np.nan, robot.joint_names, robot.joint_names,
         ("posture, motion, contacts, joint model",), (),
         row_scenes=tuple(landings[i].scene if i in landings else None for i in range(len(scenes))),

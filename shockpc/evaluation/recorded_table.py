@@ -18,7 +18,7 @@ from shockpc.evaluation.column_names import (
     named_columns,
     twice,
 )
-from shockpc.evaluation.recorded_rows import Measured, RecordedRows
+from shockpc.evaluation.recorded_rows import Measured, RecordedRows, contacts_of
 from shockpc.evaluation.table_files import number
 from shockpc.landing.contact import contacts_like, landing_frames
 from shockpc.landing.landing import PosedLanding
@@ -160,8 +160,9 @@ class _Reader:
         scenes, index, velocities = self._scenes(friction)
         if len(self.messages) == n:
             raise _in_rows(np.arange(n), self.messages[0])
+        labels = self._labels(contacts_of(scenes, index))
         return RecordedRows(
-            self._labels(), self.Q, before, scenes, index, velocities, friction, self.effort, tuple(self.positions),
+            labels, self.Q, before, scenes, index, velocities, friction, self.effort, tuple(self.positions),
             tuple(self.moving), *self._origins(), tuple(self._measured(*column, before) for column in self.after),
             messages=dict(sorted(self.messages.items())), warnings=tuple(self.warnings),
         )  # fmt: skip
@@ -323,13 +324,14 @@ class _Reader:
             self.rates[:, :6] = 0.0
             self.in_body |= {"wx", "wy", "wz"}
 
-    def _labels(self) -> dict[str, np.ndarray]:
+    def _labels(self, contacts: np.ndarray) -> dict[str, np.ndarray]:
         labels = {"row": np.arange(self.n)}
         for key, names in LABELS.items():
             for name in reversed([name for name in names if name in self.columns and name not in self.robot.joint_names]):
                 labels[key] = self.columns[name]
         rows = [f"{name:g}" if isinstance(name, float) else str(name) for name in labels.pop("row").tolist()]
-        return {"row": np.array(rows), **{key: x if x.dtype.kind in "fiu" else x.astype(str) for key, x in labels.items()}}
+        labels = {key: x if x.dtype.kind in "fiu" else x.astype(str) for key, x in labels.items()}
+        return {"name": np.array(rows), "contact": contacts, **labels}
 
     def _scenes(self, friction: Array) -> tuple[tuple[Scene, ...], np.ndarray, Array]:
         """The scenes that differ in their contacts, in which of them have a velocity, or in the standing feet.

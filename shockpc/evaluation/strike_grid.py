@@ -13,7 +13,7 @@ from shockpc.evaluation.varied import VariedLandings
 from shockpc.evaluation.varied_scene import applied
 from shockpc.landing.resolve import close_loops
 from shockpc.landing.scene import Strike
-from shockpc.profile import shock_profile
+from shockpc.profile import profile_of_scene
 from shockpc.quantities.profile import ShockProfile
 
 PART = 1024
@@ -96,7 +96,7 @@ class StrikeGrid(LandingsBeside):
             x, y, z = self.velocities(angles.flat[i], speeds[i // S]).tolist()
             given = scene.strike
             strike = Strike(velocity=(x, y, z), angular_velocity=given.angular_velocity, joint_velocities=given.joint_velocities)
-            return shock_profile(replace(scene, strike=strike), robot)
+            return profile_of_scene(replace(scene, strike=strike), robot)
 
         labels = {self.headings[0]: np.repeat(values, S), self.headings[1]: angles.ravel()}
         return Chunk(labels, groups(), profile)

@@ -34,7 +34,7 @@ from shockpc.landing.posture import set_many
 from shockpc.landing.resolve import close_loops, resolve, with_definite_contacts
 from shockpc.landing.scene import GRAVITY, Contact, Scene, Strike
 from shockpc.landing.scene_file import check_scene, plane_of, robot_of
-from shockpc.profile import shock_profile
+from shockpc.profile import profile_of_scene
 from shockpc.quantities.profile import ShockProfile
 from shockpc.robot.changes import Change, Property, changed, varied_bodies
 from shockpc.robot.robot import Robot
@@ -188,7 +188,7 @@ class VariedLandings:
         return np.concatenate(Q), np.concatenate(strikes)
 
     def case(self, row: int) -> tuple[Scene, Robot]:
-        """The landing of one row, as `shock_profile` takes it.
+        """The landing of one row, as `profile_of_scene` takes it.
 
         Raises:
             ShockError: there is no such landing.
@@ -206,7 +206,7 @@ class VariedLandings:
         labels = {variation.column: np.broadcast_to(values[variation], (b - a, S)).ravel() for variation in self.variations}
 
         def profile(i: int) -> ShockProfile:
-            return shock_profile(*self._case(_picked(values, *divmod(i, S)), i % S))
+            return profile_of_scene(*self._case(_picked(values, *divmod(i, S)), i % S))
 
         return Chunk(labels, self._groups(values, b - a), profile)
 

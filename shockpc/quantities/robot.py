@@ -55,7 +55,7 @@ def _energy_made(impact: Impact, places: Places) -> Array:
     """Kinetic energy (N, S, 1) that the impact would make [J]; 0 where it loses some, or gains no more than rounding."""
     made = -_energy_lost(impact, places).astype(float)
     work = np.abs((impact.along(impact.independent_impulse) * impact.along(_approach(impact))).astype(float)).sum(axis=-1)
-    return np.asarray(np.where(made > ROUNDING * _one(work), made, 0.0 * made))
+    return np.asarray(np.where(made > ROUNDING * _one(work), made, 0.0 * made + 0.0))
 
 
 def _motors_work(impact: Impact) -> bool:

@@ -20,16 +20,13 @@ import numpy as np
 
 from shockpc.core.spatial import Array
 from shockpc.evaluation.prediction import SCALE, Predicted, Predictor, coordinate, energy_norms, energy_roots, mobilities
-from shockpc.evaluation.recorded import RecordedLandings
-from shockpc.evaluation.recorded_table import rows_of
+from shockpc.evaluation.recorded import RecordedLandings, robot_of_table, rows_of_table
 from shockpc.evaluation.table import Table
 from shockpc.evaluation.table_files import columns_of
 from shockpc.evaluation.variation import Variation, Vary, pairs, variation
 from shockpc.evaluation.varied_scene import applied
 from shockpc.landing.record import Option
-from shockpc.landing.resolve import landing_of
 from shockpc.landing.scene import Scene
-from shockpc.landing.scene_file import robot_of
 from shockpc.robot.robot import Robot
 from shockpc.studies.declare import RenameOption, study
 from shockpc.text.errors import StudyError
@@ -198,8 +195,9 @@ def identify(
         StudyError: a range is not valid, or the table has too little to find unknowns from.
         ShockError: the table cannot be read, or no landing can be computed.
     """
-    robot = robot or robot_of(scene)
-    rows = rows_of(columns_of(table), landing_of(scene, robot), rename)
+    columns = columns_of(table)
+    robot = robot or robot_of_table(columns, scene)
+    rows = rows_of_table(columns, scene, robot, rename)
     unknowns = tuple(_unknown(robot, *one) for one in pairs(unknown))
     if not unknowns or len({one.subject for one in unknowns}) < len(unknowns):
         raise StudyError("give each unknown once, as NAME=LOW:HIGH, such as friction=0:1.5")

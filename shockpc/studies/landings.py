@@ -10,15 +10,12 @@ from shockpc.core.spatial import Array
 from shockpc.evaluation.evaluate import Evaluation
 from shockpc.evaluation.landings import refuse_unused_ground
 from shockpc.evaluation.prediction import base_in_world, coordinate, energy_norms, mobilities, predicted_later, predicting
-from shockpc.evaluation.recorded import RecordedLandings, recorded_landings
+from shockpc.evaluation.recorded import RecordedLandings, recorded_landings, robot_of_table, rows_of_table
 from shockpc.evaluation.recorded_rows import Measured, RecordedRows
-from shockpc.evaluation.recorded_table import rows_of
 from shockpc.evaluation.table import Table
 from shockpc.evaluation.table_files import columns_of
 from shockpc.landing.record import Option
-from shockpc.landing.resolve import landing_of
 from shockpc.landing.scene import Scene
-from shockpc.landing.scene_file import robot_of
 from shockpc.quantities.table import select
 from shockpc.robot.robot import Robot
 from shockpc.studies.declare import QuantityOption, RenameOption, study
@@ -126,14 +123,15 @@ def landings(
 
     Args:
         table: a CSV, Parquet or NPZ file, or its columns by name, such as the table of `touchdowns`; as `rows_of` takes them.
-        scene: gives what the table does not.
+        scene: gives what the table does not; without contacts every row has to name its own.
         robot: the scene's robot, if it is loaded already.
 
     Raises:
         ShockError: the table cannot be read, a column names nothing in the robot, or the scene cannot be resolved.
     """
-    robot = robot or robot_of(scene)
-    rows = rows_of(columns_of(table), landing_of(scene, robot), rename)
+    columns = columns_of(table)
+    robot = robot or robot_of_table(columns, scene)
+    rows = rows_of_table(columns, scene, robot, rename)
     evaluation = recorded_landings(rows, robot, quantities, prove=prove, rank=rank)
     refuse_unused(scene, rows, evaluation)
     return evaluation
@@ -180,7 +178,7 @@ def compare_measured(
     agreements: list[Agreement] = []
     failures: list[tuple[str, str, str]] = []
     for model, scene in scenes.items():
-        rows = rows_of(columns, landing_of(scene, robot), rename)
+        rows = rows_of_table(columns, scene, robot, rename)
         if not rows.measured:
             raise StudyError("the table has no column of what was measured after the impact, such as after_JOINT or after_vz")
         study = RecordedLandings(robot, rows, by_friction=True)

@@ -9,7 +9,7 @@ import bisect
 import os
 import re
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Annotated, Any, NamedTuple
 
@@ -17,14 +17,12 @@ import numpy as np
 
 from shockpc.core.kinks import FEWEST, foot_landings
 from shockpc.core.spatial import Array
-from shockpc.evaluation.logged_motion import PARTS, TWIST, LoggedMotion, StatePart
+from shockpc.evaluation.logged_motion import PARTS, TWIST, LoggedMotion, StatePart, watched_motion
 from shockpc.evaluation.logs import Log, read_log
 from shockpc.evaluation.table import Table
 from shockpc.landing.record import Option
-from shockpc.landing.resolve import landing_of
 from shockpc.landing.scene import GRAVITY, JOINT_MODEL, RESULTS, STRIKE, Scene
 from shockpc.landing.scene_file import robot_of
-from shockpc.robot.landmarks import each_foot
 from shockpc.robot.robot import Robot
 from shockpc.studies.declare import RenameOption, study
 from shockpc.text.errors import StudyError, UnknownName
@@ -141,6 +139,7 @@ def touchdowns(
     scene: Scene,
     *,
     robot: Robot | None = None,
+    contacts: Sequence[str] | None = None,
     rename: RenameOption = None,
     topics: Annotated[
         Sequence[str],
@@ -193,9 +192,10 @@ def touchdowns(
 
     Args:
         log: a table with a column of times, a bag, or the columns of such a table by name.
-        scene: the robot, and the contacts that are looked at, all feet if it has none; gives the joints that the log does not. Its
-            strike, joint model, friction and so on are not used: they are what `landings` takes of the same scene.
+        scene: the robot; gives the joints that the log does not, and contacts that are looked at besides the feet. Its strike,
+            joint model, friction and so on are not used: they are what `landings` takes of the same scene.
         robot: the scene's robot, if it is loaded already.
+        contacts: frames that are looked at; by default all feet, and the contacts of the scene.
 
     Raises:
         ShockError: the log cannot be read, or lacks what touchdowns follow from.
@@ -203,12 +203,9 @@ def touchdowns(
     if len(set(after)) < len(after):
         raise StudyError("a time after touchdowns is given twice; give each once")
     robot = robot or robot_of(scene)
-    if not scene.contact:
-        scene = replace(scene, contact=each_foot(robot))
-    landing = landing_of(scene, robot)
     source = Path(log) if isinstance(log, str | os.PathLike) else log
     series = read_log(source, robot, rename or {}, topics)
-    finder = _Finder(LoggedMotion(series, landing), series, flags or {}, contact_force)
+    finder = _Finder(watched_motion(series, scene, robot, contacts), series, flags or {}, contact_force)
     return finder.found(within_time / 1e3, tuple(time / 1e3 for time in after), None if window is None else window / 1e3)
 
 

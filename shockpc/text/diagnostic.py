@@ -1,7 +1,9 @@
 """What a user should know about a result: a warning as a record, so that no code decides by the words of a message."""
 
 import re
-from collections.abc import Iterable
+import sys
+import warnings
+from collections.abc import Callable, Iterable
 from typing import NamedTuple, TypeVar
 
 from shockpc.text.printed import few
@@ -71,3 +73,35 @@ def by_cause(warnings: Iterable[Diagnostic]) -> tuple[Diagnostic, ...]:
         else:
             found.append(worst._replace(subject="+".join(names), text=f"{worst} ({len(names)} alike: {few(names, 4)})"))
     return tuple(found)
+
+
+class ShockWarning(UserWarning):
+    """A Python warning of a landing; its text is that of the diagnostic.
+
+    Args:
+        diagnostic: the record, which is an attribute too.
+    """
+
+    def __init__(self, diagnostic: Diagnostic) -> None:
+        self.diagnostic = diagnostic
+        super().__init__(diagnostic)
+
+
+def warn(found: Callable[[], Iterable[Diagnostic]]) -> None:
+    """Give diagnostics as Python warnings, once for each cause, whatever its numbers, at the line outside the package that asked.
+
+    Args:
+        found: gives them; it is not called where a filter ignores `ShockWarning`, as some take time to find.
+    """
+    plain = (
+        action
+        for action, text, kind, module, line in warnings.filters
+        if not (text or module or line) and issubclass(ShockWarning, kind)
+    )
+    if next(plain, "") == "ignore":
+        return
+    level, frame = 1, sys._getframe()
+    while frame is not None and frame.f_globals.get("__name__", "").partition(".")[0] == __name__.partition(".")[0]:
+        level, frame = level + 1, frame.f_back
+    for one in by_cause(found()):
+        warnings.warn(ShockWarning(one), stacklevel=level)

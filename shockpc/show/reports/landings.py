@@ -111,7 +111,9 @@ def _rows(
     """A row for every landing. Args: exact, whether all columns are wanted, for programs."""
     names = _numbers(study, results) if exact else tuple(column.name for column in _shown(results))
     labels, messages = study.table.labels, exact or bool(results.messages)
-    heads = {"row": "landing"} | {column.name: column.heading for column in results.computed}
+    if not exact and len(set(labels["contact"].tolist())) == 1:
+        labels = {name: values for name, values in labels.items() if name != "contact"}  # as the header says
+    heads = {"name": "landing"} | {column.name: column.heading for column in results.computed}
     rows: list[Row] = []
     for i in order[:most]:
         values = (results.columns[name][i] for name in names)
@@ -227,7 +229,7 @@ def _document(
         "rows": [
             {
                 "landing": str(study.table.names[i]),
-                **{name: values[i].item() for name, values in study.table.labels.items() if name != "row"},
+                **{name: values[i].item() for name, values in study.table.labels.items() if name != "name"},
                 **{name: results.columns[name][i] for name in _numbers(study, results)},
                 "message": results.messages.get(i),
             }

@@ -28,6 +28,7 @@ from shockpc.robot.slack import LIMIT_SLACK
 from shockpc.studies.declare import QuantityOption, study
 from shockpc.studies.fall.body import Rigid
 from shockpc.studies.fall.strikes import FallStrike, Tip, drops, strikes_of, tip_over
+from shockpc.text.diagnostic import warn
 from shockpc.text.errors import DefectError, ShockError, StudyError
 from shockpc.text.printed import listed
 from shockpc.text.trace import Trace
@@ -258,6 +259,7 @@ def fall(
     if not results:
         raise next(iter(table.refusals.values()))
     failures |= {strikes[i].name: refusal for i, refusal in table.refusals.items()}
+    warn(lambda: (one for result in results for one in result.profile.health.warnings if one.kind != "height"))
     return Falls(
         robot=robot, rank=rank, quantities=texts, tips=tuple(tips), strikes=tuple(strikes), results=tuple(results),
         table=replace(table, looks={}), failures=tuple(failures.items()), drop=drop, notes=tuple(dict.fromkeys(notes)),
