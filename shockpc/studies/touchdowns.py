@@ -22,7 +22,7 @@ from shockpc.evaluation.logs import Log, read_log
 from shockpc.evaluation.table import Table
 from shockpc.landing.record import Option
 from shockpc.landing.resolve import landing_of
-from shockpc.landing.scene import GRAVITY, JOINT_MODEL, RESULTS, STRIKE, Scene
+from shockpc.landing.scene import GRAVITY, JOINT_MODEL, RESULTS, STRIKE, Contact, Scene
 from shockpc.landing.scene_file import robot_of
 from shockpc.robot.landmarks import each_foot
 from shockpc.robot.robot import Robot
@@ -131,6 +131,7 @@ class Touchdowns:
         "slide",
         "directions",
         "flat",
+        "contact_kind",
         "stance",
         "restitution",
         "restitution_along",
@@ -191,7 +192,7 @@ def touchdowns(
         raise StudyError("times after a touchdown are 0.001 … 10000 ms, each once")
     robot = robot or robot_of(scene)
     if not scene.contact:
-        scene = replace(scene, contact=each_foot(robot))
+        scene = replace(scene, contact=tuple(Contact(frame=foot) for foot in each_foot(robot)))
     landing = landing_of(scene, robot)
     source = Path(log) if isinstance(log, str | os.PathLike) else log
     series = read_log(source, robot, rename or {}, topics)
