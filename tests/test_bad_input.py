@@ -194,7 +194,7 @@ analyze leg:: --contact => option '--contact' requires an argument
 analyze leg:: heel => unexpected extra argument(s) (heel)
 analyze leg --contact heel:: --format yaml => 'yaml' is not one of 'table', 'json', 'csv', 'markdown'
 analyze leg --contact heel:: --base loose => 'loose' is not one of 'free', 'planar', 'fixed'
-analyze leg --contact heel:: --contact-point deepest => 'deepest' is not one of 'frame', 'lowest'
+analyze leg --contact heel:: --contact-point deepest => 'deepest' is not one of 'auto', 'frame', 'lowest'
 analyze dog/dog.urdf.xacro --package dog_description=dog --contact lf_foot:: --xacro paylod:=2 => "paylod"; nearest: "payload"
 robots:: leg --xacro mas:=3 => has no xacro argument "mas"; nearest: "mass"
 analyze => missing argument 'ROBOT'. To see what is valid: shockpc analyze --help

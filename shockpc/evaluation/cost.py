@@ -20,13 +20,14 @@ from shockpc.evaluation.landings import common_robot, named_scenes, refuse_groun
 from shockpc.evaluation.variation import OFFSET, Vary, pairs
 from shockpc.evaluation.varied import VariedLandings, varied_landings
 from shockpc.evaluation.varied_scene import present_value, with_offsets
+from shockpc.landing.auto_contact import most_inside
 from shockpc.landing.landing import PosedLanding
 from shockpc.landing.places import Place
 from shockpc.landing.posture import difference
 from shockpc.landing.resolve import resolve
 from shockpc.landing.scene import Scene, Strike
 from shockpc.quantities.contacts import IMPULSE, REDUNDANT
-from shockpc.quantities.heights import CLEARANCE, HEIGHTS, REACH, SPREAD, most_inside, on_ground, without_shapes
+from shockpc.quantities.heights import CLEARANCE, HEIGHTS, REACH, SPREAD, on_ground, without_shapes
 from shockpc.quantities.quantity import Quantity
 from shockpc.quantities.robot import ENERGY_LOST, ROUNDING
 from shockpc.quantities.table import Selection

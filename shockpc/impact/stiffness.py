@@ -29,8 +29,9 @@ from shockpc.impact.stops import stop_rows, with_stops
 from shockpc.landing.landing import PosedLanding
 from shockpc.landing.motion import mass_lifted
 from shockpc.landing.places import Place
+from shockpc.landing.record import spelled
 from shockpc.landing.rows import Block, block_point
-from shockpc.landing.scene import GRAVITY
+from shockpc.landing.scene import GRAVITY, Contact
 from shockpc.text.diagnostic import Diagnostic
 from shockpc.text.errors import SolveError
 from shockpc.text.printed import few
@@ -87,7 +88,7 @@ class CompliantLanding:
         if np.abs(self._rows.stop).max() > LEAST_HELD * moving:
             raise SolveError(
                 "a flat contact turns before the impact, and on contacts of finite stiffness it would have to stop turning at "
-                "once; let it not turn, or make it a point"
+                f"once; let it not turn, or make it a point: {spelled(Contact, 'kind', 'point')}"
             )
         rows, state, nv = self._rows, landing.state, landing.robot.model.nv
         # Stops are contacts that are open at first, where their joint does not move towards them.

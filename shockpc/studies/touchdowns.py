@@ -129,6 +129,7 @@ class Touchdowns:
         "slide",
         "directions",
         "flat",
+        "contact_kind",
         "stance",
         "restitution",
         "restitution_along",
