@@ -106,7 +106,8 @@ def test_never_worse_than_random_landings_and_the_same_from_another_seed(any_gro
     assert allowed.sum() == 10_000 if any_ground else allowed.sum() > 50
     assert first.values[0][1] <= random[allowed].min()
     assert cost.feasible(first.x)
-    assert any_ground or all(profile.value("feasible", "robot")[0] == 1.0 for profile in first.after.values())
+    ground = [profile.value("feasible", "robot")[0] + profile.value("needs_tilt", "robot")[0] for profile in first.after.values()]
+    assert any_ground or ground == [1.0] * len(ground)
 
 
 def test_a_constraint_holds_the_optimum_and_is_named():
@@ -223,10 +224,10 @@ def test_constraints_of_the_ground_are_those_of_feasible(feet):
     cost = ShockCost(scene, "shock@imu_link", vary, robot)
     width = np.ptp(cost.bounds, axis=1)
     X = cost.bounds[:, 0] + width * np.random.default_rng(0).random((2000, len(vary)))
-    selection, places = selected(cost.groups[0].first, "feasible")
-    column = Column(selection, places[0])
-    allowed = Evaluation(cost.groups[0].at(X), (column,), prove=0).table().columns[column.name]
-    np.testing.assert_array_equal(worst_and_allowed(cost, X)[1], allowed == 1.0)
+    chosen = [selected(cost.groups[0].first, key) for key in ("feasible", "needs_tilt")]
+    columns = tuple(Column(selection, places[0]) for selection, places in chosen)
+    allowed = Evaluation(cost.groups[0].at(X), columns, prove=0).table().feasible
+    np.testing.assert_array_equal(worst_and_allowed(cost, X)[1], allowed)
     assert 5 < allowed.sum() < 1900
     _, found = cost.linearized(X[:5])
     chosen = [k for k, term in enumerate(cost.terms) if term.column.selection.name == "reach"]

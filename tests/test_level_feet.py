@@ -101,8 +101,8 @@ def made(tmp_path_factory):
 @pytest.mark.parametrize(
     ("name", "expected"),
     [
-        ("go2", GO2), ("anymal_b", ANYMAL), ("hyq", HYQ), ("g1", G1), ("talos", TALOS), ("q_calf.urdf", CALF), ("q_ankle.urdf", ANKLE),
-        ("b_soles.urdf", SOLES), ("q_uneven.urdf", UNEVEN),
+        ("go2", GO2), ("anymal_b", ANYMAL), ("hyq", HYQ), ("g1", G1), ("talos", TALOS), ("q_calf.urdf", CALF),
+        ("q_ankle.urdf", ANKLE), ("b_soles.urdf", SOLES), ("q_uneven.urdf", UNEVEN),
     ],
 )  # fmt: skip
 def test_landings_without_contacts_are_all_level_feet_edges_and_single_feet(made, name, expected):

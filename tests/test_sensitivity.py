@@ -643,13 +643,13 @@ def test_ranges_as_a_mapping():
 
 
 def test_groups_and_feet_on_the_command_line(capfd, tmp_path):
-    """A robot lands on each of its feet; the figure has the colours of better and worse."""
+    """A robot lands on all level feet, on edges and on each foot; the figure has the colours of better and worse."""
     words = ("sensitivity", "hyq", "--at", "trunk_imu", "--group", "*_lowerleg")
     text = good(capfd, *words, "--out", tmp_path)
-    assert "the worst of 4 landings; the worst is" in text
+    assert "the worst of 9 landings; the worst is" in text
     assert "shock, opposite change" in text
     document = json.loads((tmp_path / "sensitivity.json").read_text())
-    assert [len(document["landings"]), document["over"], document["worse"]] == [4, "worst", "greater"]
+    assert [len(document["landings"]), document["over"], document["worse"]] == [9, "worst", "greater"]
     svg = (tmp_path / "sensitivity.svg").read_text()
     assert all(word in svg for word in ("worse", "better", "the opposite change"))
     assert "no body or joint" in run(capfd, *words[:4], "--group", "calf").err

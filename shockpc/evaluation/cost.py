@@ -100,7 +100,7 @@ class ShockCost:
         variables: ranges by subject, as in `variation`: {"*_KFE": "-120:-10", "mass:base": "0.8x:1.2x"}, or pairs of both.
         robot: the scenes' robot, if it is loaded already.
         keep: constraints, KEY@PLACES<=LIMIT or >=LIMIT; of a number that may be negative its magnitude counts.
-        ground: whether flat ground has to allow the landings, as `feasible` says.
+        ground: whether flat ground has to allow the landings, as `feasible` says, or `needs_tilt` where other feet are level.
 
     Attributes:
         column: the number at the first of its places.

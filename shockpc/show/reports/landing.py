@@ -152,7 +152,7 @@ def analyze_report(
         brief=None if whole else answers,
         page="summary",
         body=lambda _: [Lines([("shock", worst_text(landings))]), landings_sheet(landings), sheet(), *_damage_picture(profiles)],
-        sheets={"summary": sheet, "landings": lambda: landings_sheet(landings)},
+        sheets={"summary": sheet},
         warnings=[f"not computed: {line}" for line in cause_lines(causes(reasons), "landings", len(reasons))],
         document=lambda: {"failures": [{"landing": name, "reason": reason} for name, reason in reasons]} if reasons else {},
         others=picture_files("damage_boundary"),
