@@ -460,3 +460,10 @@ def test_warnings_of_several_landings_are_one_for_each_cause():
     first, second = shared_warnings(landings)
     assert first == f"warning: {found['c'][0]} (in c, less in 1 more)"
     assert second == f"warning: {found['b'][0]} (in b, less in 1 more)"
+
+
+def test_a_number_is_no_formula():
+    """A spreadsheet computes texts that begin like a formula; a number that a text holds stays one."""
+    cells = ["-30.5", "+1e-3", "-30 … 5", "=1+2", "-1-2"]
+    rows = list(csv.reader(io.StringIO(as_csv(Sheet("", ("a",), [(cell,) for cell in cells])))))[1:]
+    assert [row[0] for row in rows] == ["-30.5", "+1e-3", "'-30 … 5", "'=1+2", "'-1-2"]
