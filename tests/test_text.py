@@ -24,8 +24,8 @@ from shockpc.quantities.table import select
 from shockpc.show.reports.landing import accuracy_line, analyze_report, landing_report
 from shockpc.show.reports.landing_tables import contacts_sheet, directions_sheet
 from shockpc.show.tables import Lines, Sheet, as_csv, as_markdown, as_text, escaped, rounded
-from shockpc.show.wording import header_lines
-from shockpc.text.diagnostic import Diagnostic
+from shockpc.show.wording import header_lines, shared_warnings
+from shockpc.text.diagnostic import Diagnostic, by_cause
 from shockpc.text.printed import cause_lines, causes, message, printable
 
 
@@ -443,3 +443,27 @@ def test_tables_have_at_most_four_digits(capfd, tmp_path, command):
     numbers = [number for row in rows for number in re.findall(r"(?<![\w.:=])\d+\.\d+", row)]
     assert numbers
     assert [number for number in numbers if len(number.replace(".", "").lstrip("0")) > 4] == []
+
+
+def test_warnings_of_several_landings_are_one_for_each_cause():
+    """The worst of them, with where else it is, in the order of their effect; those of one landing with the number of places."""
+    stop, pull = "{} is driven beyond its end stop at {} rad/s", '"{}" would have to be pulled by {} N s'
+    found = {
+        "a": [Diagnostic("limits", f"j{k}", 0.1 * k, stop.format(f"j{k}", 0.1 * k)) for k in range(1, 6)],
+        "b": [Diagnostic("limits", "j1", 2.0, stop.format("j1", 2.0)), Diagnostic("contact", "b", -1.0, pull.format("b", 1.0))],
+        "c": [Diagnostic("contact", "c", -3.0, pull.format("c", 3.0))],
+    }
+    (merged,) = by_cause(found["a"])
+    assert str(merged) == f"{found['a'][4]} (5 alike: j5, j4, j3, j2 and 1 more)"
+    assert (merged.subject, merged.value) == ("j5+j4+j3+j2+j1", 0.5)
+    landings = {name: SimpleNamespace(health=SimpleNamespace(warnings=by_cause(every))) for name, every in found.items()}
+    first, second = shared_warnings(landings)
+    assert first == f"warning: {found['c'][0]} (in c, less in 1 more)"
+    assert second == f"warning: {found['b'][0]} (in b, less in 1 more)"
+
+
+def test_a_number_is_no_formula():
+    """A spreadsheet computes texts that begin like a formula; a number that a text holds stays one."""
+    cells = ["-30.5", "+1e-3", "-30 … 5", "=1+2", "-1-2"]
+    rows = list(csv.reader(io.StringIO(as_csv(Sheet("", ("a",), [(cell,) for cell in cells])))))[1:]
+    assert [row[0] for row in rows] == ["-30.5", "+1e-3", "'-30 … 5", "'=1+2", "'-1-2"]

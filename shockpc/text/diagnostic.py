@@ -41,7 +41,7 @@ class Diagnostic(NamedTuple):
     def cause(self) -> tuple[str, str]:
         """Its kind, and its text without names and numbers: warnings of several places have one cause where these are equal."""
         names = sorted(filter(None, self.subject.split("+")), key=len, reverse=True)
-        parts = [r" \(\d+ alike: .*\)$", *map(re.escape, names), '"[^"]*"', r"[-+]?\d[\d.e+-]*"]
+        parts = [r" \(\d+ alike: .*\)$", *(rf"(?<!\w){re.escape(name)}(?!\w)" for name in names), '"[^"]*"', r"[-+]?\d[\d.e+-]*"]
         return self.kind, re.sub("|".join(parts), "", self.text)
 
     @property
