@@ -51,6 +51,7 @@ try:
     from shockpc.evaluation import table_files as tables
     from shockpc.robot import child, urdf
     from shockpc.robot import files as robot_files
+    from shockpc.robot.urdf_numbers import numbers
     from shockpc.show.row_files import RowFiles
     from shockpc.text import printed
 except ModuleNotFoundError as missing:
@@ -303,11 +304,9 @@ def _waiting(path: Path, *_: Any) -> BinaryIO:
 
 
 def _any_mass(subject: str, owner: ElementTree.Element, tag: str, *more: Any, **named: Any) -> Any:
-    values = _numbers(subject, owner, tag, *more, **named)
+    values = numbers(subject, owner, tag, *more, **named)
     return np.abs(values) if tag == "mass" else values
 
-
-_numbers = urdf._numbers
 
 _SQUARE = tuple((re.compile(rf"(?:.*/)?joint_states?/(.+)/{end}"), "q_{}") for end in ("position", "velocity"))
 
@@ -330,7 +329,7 @@ DEFECTS = {
     "fence": Defect("outside", ((robot_files.OpenFolders, "contain", lambda *_: True),)),
     # MJCF files are read in an interpreter of their own.
     "fence of MJCF": Defect("outside", ((child, "_CODE", child._CODE.replace("serve()", f"{_NO_FENCE}serve()")),)),
-    "mass": Defect("mass", ((urdf, "_numbers", _any_mass),)),
+    "mass": Defect("mass", ((urdf, "numbers", _any_mass),)),
     "field": Defect("field", ((tables.csv, "Error", KeyError),)),
     "member": Defect("member", ((tables, "_read_npz", _old_arrays),)),
     "growth": Defect("growth", ((tables, "_refuse_size", lambda *_: None),)),

@@ -277,8 +277,8 @@ def test_a_part_of_a_joint_that_cannot_be_judged_says_why(capfd, here):
     part = Part(name="gear", joint="slide")
     profile = shock_profile(Scene(robot="weak.urdf", contact="foot", pulse="half-sine:5ms", part=(part,)))
     assert [one.text for one in profile.health.warnings if one.kind == "part"] == [
-        "gear is not judged: it needs a momentary torque; give the part a momentary_torque, because the robot's file has no effort "
-        "limit of its joint"
+        "gear is not judged: it needs a momentary torque; give the part a momentary_torque, because no effort limit above zero "
+        "of its joint is read from the file"
     ]
 
 

@@ -63,6 +63,7 @@ REPORTED = {
     at_top('<loop_joint name="close"><link1 link="base"/></loop_joint>'): ('"close"', "left open"),
     at_top('<loop_joint name="close"><link1 link="base"/><link2 link="tap"/></loop_joint>'): ('"tap"', "left open"),
     at_top('<loop_joint name="c" type="screw"><link1 link="base"/><link2 link="tip"/></loop_joint>'): ('"screw"', "left open"),
+    at_top('<frame name="f" link="tip" xzy="0 0 1"/>'): ('frame "f"', "xzy of frame"),
     at_top('<transmission name="t"><joint name="elbow"/><actuator name="m"><machanicalReduction>9</machanicalReduction></actuator>'
            '</transmission>'): ('actuator "m"', "<machanicalReduction>", "nearest: <mechanicalReduction>"),
     at_top('<mujoco><compiler settotalmass="5"/></mujoco>'): ("settotalmass", '"5"'),
@@ -328,3 +329,18 @@ def test_the_size_of_a_robot_without_shapes_is_that_of_its_frames():
     (text,) = [finding.text for finding in check_robot(robot) if "gyration" in finding.text]
     assert "0.4 m" in text
     assert "without shapes" in text
+
+
+def test_shapes_of_drake_are_read():
+    """A capsule and an ellipsoid with Drake's prefix reach as far as they say, also after an element that is no shape."""
+    shapes = (
+        '<drake:declare_convex/><drake:capsule radius="0.1" length="0.4"/>',
+        '<drake:ellipsoid a="0.1" b="0.2" c="0.3"/>',
+    )
+    text = arm(tip=link("tip", more="".join(f"<collision><geometry>{shape}</geometry></collision>" for shape in shapes)))
+    robot = robot_from(text)
+    found = outline(robot, "collision")
+    assert (robot.warnings, found.warnings) == ((), ())
+    capsule, ellipsoid = found.shapes[1]
+    np.testing.assert_allclose(capsule.reach(np.eye(3)), [0.1, 0.1, 0.3], atol=1e-15)
+    np.testing.assert_allclose(ellipsoid.reach(np.eye(3)), [0.1, 0.2, 0.3], atol=1e-15)

@@ -29,7 +29,7 @@ NO_TIME = f"{NO_PULSE}, nor the part the duration of its torque; or the joint ha
 NEEDS_TORQUE, NEEDS_TIME = "needs a momentary torque", "needs a pulse, stiffness or duration"
 NEEDS_ROTOR, NEEDS_STIFFNESS = "needs the rotor of its spring", "needs a contact stiffness"
 REMEDIES = {
-    NEEDS_TORQUE: "; give the part a momentary_torque, because no effort limit of its joint is read from the robot's file",
+    NEEDS_TORQUE: "; give the part a momentary_torque, because no effort limit above zero of its joint is read from the file",
     NEEDS_TIME: "; give the scene a pulse or a contact stiffness, or the part a torque_duration",
     NEEDS_ROTOR: ", which decides the spring's torque; give it with --rotor, and a contact stiffness",
     NEEDS_STIFFNESS: ", because its spring gives its torque after the instant of the impact",

@@ -30,6 +30,8 @@ _MOST = 20
 """How many kinds are reported of one treatment; of more only the number."""
 _TRIES = 500
 """How many unknown names of one file are compared with known ones where unknown names are allowed."""
+_STRICT = ("link", "joint", "loop_joint", "drake:ball_constraint", "frame", "drake:frame", "fixed_frame")
+"""Elements of <robot> in which every unknown name is reported."""
 _ALL = "*"
 _NAMELESS = ("collision", "visual", "parent", "child")
 
@@ -170,7 +172,7 @@ class _Walk(NamedTuple):
             elif inner.deep is None or inner.below:
                 if strict and not part.attrib and len(part) == 0 and (text := (part.text or "").strip()):
                     self.add(_TEXT, f"<{tag}>", holder, f'"{printable(text, 60)}"')
-                self.read(part, inner, holder, strict or (not node.path and tag in ("link", "joint")))
+                self.read(part, inner, holder, strict or (not node.path and tag in _STRICT))
         for first, *others in copies.values():
             apart = [text for other in others for text in _differences(first, other)]
             if apart:
@@ -186,7 +188,7 @@ def _hint(kind: _Kind) -> str:
     form = "<{}>" if kind.what.startswith("<") else "{}"
     if near := _nearest(kind.name, kind.known, _NEAREST) if kind.name else "":
         return f"; nearest: {form.format(near)}"
-    return f"; known are {', '.join(map(form.format, kind.known))}" if kind.known else ""
+    return f"; known are {few([form.format(one) for one in kind.known], 6)}" if kind.known else ""
 
 
 def _nearest(name: str, known: tuple[str, ...], cutoff: float) -> str:
