@@ -49,7 +49,7 @@ def test_arguments_of_another_type_or_beyond_their_bounds_are_refused(study):
             with pytest.raises(shockpc.StudyError, match=f"^{name} is .* it has to be "):
                 study(**given | {name: value})
         option = options[name].option if name in options else None
-        for number in (1e13, -1e13, float("nan")) if option and is_numeric(kind) else ():
+        for number in (1e13, -1e13, float("nan"), 10**400) if option and is_numeric(kind) else ():
             with pytest.raises(shockpc.StudyError, match=f"^{name} must be |^{name} is .* it has to be "):
                 study(**given | {name: filled(kind, number)})
         assert option is None or kind not in (int, int | None) or option.greatest is not None

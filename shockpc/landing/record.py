@@ -5,7 +5,6 @@ import functools
 import math
 import re
 from collections.abc import Mapping
-from numbers import Real
 from typing import Any, NamedTuple, TypeVar
 
 from shockpc.text.arguments import LARGEST_NUMBER, typed
@@ -77,11 +76,14 @@ class Option(NamedTuple):
             if self.most is not None and len(value) > self.most:
                 return f"must have at most {self.most} values, got {len(value)}"
             return next(filter(None, map(self.fault, value.values() if isinstance(value, Mapping) else value)), "")
-        if not isinstance(value, Real) or isinstance(value, bool):
+        if not isinstance(value, int | float) or isinstance(value, bool):
             return ""
+        # An integer may be too large for a double.
+        if isinstance(value, int):
+            value = float(value) if abs(value) < LARGEST_NUMBER**2 else math.inf if value > 0 else -math.inf
         if not math.isfinite(value):
-            return f"must be finite, got {float(value):g}"
-        low = -LARGEST_NUMBER if self.least is None else self.least
+            return f"must be finite, got {value:g}"
+        low = self.least if self.least is not None else -math.inf if self.above is not None else -LARGEST_NUMBER
         high = LARGEST_NUMBER if self.greatest is None else self.greatest
         bounds = (
             ("≥", low, value >= low, self.least is not None),
@@ -92,7 +94,7 @@ class Option(NamedTuple):
             return ""
         wanted = [f"{sign} {bound:g}" for sign, bound, holds, stated in bounds if stated or not holds]
         unit = "" if self.unit in ("", "1") or ";" in self.unit else f" {self.unit}"
-        return f"must be {' and '.join(wanted)}{unit}, got {float(value):g}"
+        return f"must be {' and '.join(wanted)}{unit}, got {value:g}"
 
 
 def option(default: Any, help_: str, heading: str, form: str | None = None, **further: Any) -> Any:

@@ -82,10 +82,10 @@ def unknown_names(model: Element, until_1_6: bool) -> Iterator[str]:
             if len({tostring(child, encoding="unicode").strip() for child in parent.findall(single)}) > 1:
                 differing.setdefault((single, parent.tag), []).append(owner)
         waiting += [(child, owner) for child in reversed(parent) if child.tag in elements and child.tag in known]
-    for (shown, tag, near), owners in found.items():
+    for (shown, tag, nearest), owners in found.items():
         more = f" and {len(owners) - 1} more" if len(owners) > 1 else ""
         inside = "" if owners[0].startswith(f'{tag} "') else f" in <{tag}>"
-        yield f"{owners[0]} has {shown}{inside}{more}, which SDFormat does not have there, so it is not read{near}"
+        yield f"{owners[0]} has {shown}{inside}{more}, which SDFormat does not have there, so it is not read{nearest}"
     for (single, inside), owners in differing.items():
         more = f" and {len(owners) - 1} more" if len(owners) > 1 else ""
         yield f"{owners[0]} has several <{single}> in <{inside}>{more}, which differ; the first applies"
