@@ -612,7 +612,7 @@ def test_rows_that_level_ground_does_not_allow(anymal, friction):
         for name in columns:
             np.testing.assert_array_equal(kept[name], columns[name][allowed | (not feasible)])
         summary = summary_of(one)
-        assert summary.refused == (np.sum(~allowed), np.sum(pulled), np.sum(below & ~pulled))
+        assert summary.refused == (np.sum(~allowed), np.sum(pulled), 0, np.sum(below & ~pulled))
         (extent,) = summary.extents
         assert shock[extent.best_row] == shock[allowed].min() > shock.min()
         assert shock[extent.greatest_row] == shock[allowed | (not feasible)].max()

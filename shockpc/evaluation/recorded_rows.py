@@ -106,7 +106,7 @@ class RecordedRows(NamedTuple):
 
 def contacts_of(scenes: Sequence[Scene], index: np.ndarray) -> np.ndarray:
     """What strikes in rows (n,), as `contact_name` has it. Args: index, (n,) which of the scenes each row is of."""
-    return np.array([contact_name(scene) for scene in scenes])[index]
+    return np.asarray(np.array([contact_name(scene) for scene in scenes])[index])
 
 
 def rows_of_scenes(scenes: Mapping[str, Scene | ShockError], robot: Robot) -> RecordedRows:

@@ -4,6 +4,7 @@ import re
 import sys
 import warnings
 from collections.abc import Callable, Iterable
+from types import FrameType
 from typing import NamedTuple, TypeVar
 
 from shockpc.text.printed import few
@@ -100,7 +101,8 @@ def warn(found: Callable[[], Iterable[Diagnostic]]) -> None:
     )
     if next(plain, "") == "ignore":
         return
-    level, frame = 1, sys._getframe()
+    level = 1
+    frame: FrameType | None = sys._getframe()
     while frame is not None and frame.f_globals.get("__name__", "").partition(".")[0] == __name__.partition(".")[0]:
         level, frame = level + 1, frame.f_back
     for one in by_cause(found()):
