@@ -56,7 +56,7 @@ def lying(profile: "ShockProfile") -> Iterator[Diagnostic]:
     axis = int(np.abs(towards).argmax())
     turn = TURNS.get((axis, int(np.sign(towards[axis]))))
     remedy = f"turn it with --base-rpy {turn}" if turn else "set its joints with --set, or turn it with --base-rpy"
-    text = f"the robot does not stand in this posture: its feet, {listed((foot.name for foot in feet), 4)}, {found}; {remedy}"
+    text = f"the robot does not stand in this posture; {remedy}: its feet, {listed((foot.name for foot in feet), 4)}, {found}"
     yield Diagnostic("standing", robot.bodies[0].name, max(ground - belly, beside), text)
 
 
