@@ -12,7 +12,7 @@ from shockpc.core.spatial import Array, cross
 from shockpc.evaluation.column_names import column_name
 from shockpc.evaluation.logs import Log
 from shockpc.evaluation.recorded_table import rows_of
-from shockpc.landing.contact import foot_contact, locate_lowest_point
+from shockpc.landing.contact import locate_lowest_point
 from shockpc.landing.dynamics import dynamics
 from shockpc.landing.landing import PosedLanding
 from shockpc.landing.resolve import landing_of
@@ -230,7 +230,7 @@ def watched_motion(log: Log, scene: Scene, robot: Robot, frames: Sequence[str] |
         return LoggedMotion(log, landing_of(alone, robot))
     bodies = {robot.frame(frame).body for frame in given if frame in robot.frames}
     feet = [foot for foot in each_foot(robot) if robot.frame(foot).body not in bodies]
-    every = replace(scene, contact=(*scene.contact, *(foot_contact(robot, foot) for foot in feet)))
+    every = replace(scene, contact=(*scene.contact, *(Contact(frame=foot) for foot in feet)))
     motion = LoggedMotion(log, landing_of(every, robot))
     if feet and given and motion.unknown:
         lacking = listed(motion.unknown, 4)
