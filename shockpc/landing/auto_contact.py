@@ -38,6 +38,9 @@ PLANE, FLAT = 0.1, 0.5
 """Height above the face under the centre of pressure up to which points belong to that face, as a share of the ground's tolerance;
 share of the area near the ground that the face of a sole has at least: it is 0.1 for a ball, 0.3 for a wheel."""
 
+WIDE = 1.5
+"""Width of the sole in which a frame without geometry lies, in units of `most_inside`: the end of a beam is narrower [1]."""
+
 LEVEL = 1e-9
 """Height up to which points are equally high, whatever the ground's tolerance is [m]."""
 
@@ -119,7 +122,7 @@ def _lands_flat(landing: PosedLanding, sole: Block, shapes: Sequence[Shape], in_
         landing: whose other contacts are left out.
         sole: the rows of the contact, flat.
         shapes: of its link.
-        in_the_middle: whether its point has to lie in the middle of that area, so that it is no toe.
+        in_the_middle: whether its point has to lie in the middle of a wide area: a toe and the end of a beam do not.
     """
     state, up = landing.state, sole.normal
     rotation, position = state.rotation[0, sole.body], state.position[0, sole.body]
@@ -140,7 +143,8 @@ def _lands_flat(landing: PosedLanding, sole: Block, shapes: Sequence[Shape], in_
         return False
     ends = np.stack([(face @ _DIRECTIONS).min(axis=0), (face @ _DIRECTIONS).max(axis=0)])
     beside = np.abs((block_point(state, sole)[0] - centre) @ axes.T @ _DIRECTIONS - ends.mean(axis=0))
-    return not in_the_middle or bool(np.all(beside <= np.ptp(ends, axis=0) / 4.0))
+    width = np.ptp(ends, axis=0)
+    return not in_the_middle or bool(width.min() > WIDE * most_inside(landing.robot) and np.all(beside <= width / 4.0))
 
 
 def _above_face(flat: Array, height: Array) -> Array:
