@@ -27,9 +27,10 @@ from shockpc import (
     shock_maps,
     shock_profile,
 )
-from shockpc.evaluation.columns import Column, selected
+from shockpc.evaluation.columns import ground_columns
 from shockpc.evaluation.evaluate import Evaluation
 from shockpc.landing.scene_file import read_scene
+from shockpc.quantities.robot import NEEDS_TILT
 from shockpc.show.reports.improve import improve_report
 
 
@@ -106,7 +107,7 @@ def test_never_worse_than_random_landings_and_the_same_from_another_seed(any_gro
     assert allowed.sum() == 10_000 if any_ground else allowed.sum() > 50
     assert first.values[0][1] <= random[allowed].min()
     assert cost.feasible(first.x)
-    ground = [profile.value("feasible", "robot")[0] + profile.value("needs_tilt", "robot")[0] for profile in first.after.values()]
+    ground = [profile.value("feasible", "robot")[0] + profile.values(NEEDS_TILT)[0] for profile in first.after.values()]
     assert any_ground or ground == [1.0] * len(ground)
 
 
@@ -224,9 +225,7 @@ def test_constraints_of_the_ground_are_those_of_feasible(feet):
     cost = ShockCost(scene, "shock@imu_link", vary, robot)
     width = np.ptp(cost.bounds, axis=1)
     X = cost.bounds[:, 0] + width * np.random.default_rng(0).random((2000, len(vary)))
-    chosen = [selected(cost.groups[0].first, key) for key in ("feasible", "needs_tilt")]
-    columns = tuple(Column(selection, places[0]) for selection, places in chosen)
-    allowed = Evaluation(cost.groups[0].at(X), columns, prove=0).table().feasible
+    allowed = Evaluation(cost.groups[0].at(X), ground_columns(cost.groups[0].first), prove=0).table().feasible
     np.testing.assert_array_equal(worst_and_allowed(cost, X)[1], allowed)
     assert 5 < allowed.sum() < 1900
     _, found = cost.linearized(X[:5])

@@ -11,6 +11,7 @@ import shockpc
 from shockpc import Scene, shock_profile
 from shockpc.landing.level_feet import default_landings
 from shockpc.landing.scene import Contact, Posture, Strike
+from shockpc.quantities.robot import NEEDS_TILT
 from shockpc.robot.load import load_robot
 
 # Shock at an IMU, 1 m/s straight down in the default posture, of an independent dense solution (CRBA, frame Jacobians).
@@ -157,7 +158,7 @@ def test_feasible_is_a_drop_on_all_level_feet():
 
     def values(feet: str, **scene) -> list[float]:
         profile = shock_profile(Scene(robot="go2", contact=tuple(feet.split("+")), **scene))
-        return [float(profile.value(key, "robot")[0]) for key in ("feasible", "needs_tilt")]
+        return [float(profile.value("feasible", "robot")[0]), float(profile.values(NEEDS_TILT)[0])]
 
     assert values("FL_foot+FR_foot+RL_foot+RR_foot") == [1.0, 0.0]
     assert values(PAIR[0]) == values("FL_foot") == [0.0, 1.0]

@@ -10,7 +10,7 @@ import numpy as np
 from scipy.interpolate import CubicSpline
 
 from shockpc.core.spatial import Array
-from shockpc.evaluation.columns import Column
+from shockpc.evaluation.columns import Column, ground_columns
 from shockpc.evaluation.crossings import crossings, vertices
 from shockpc.evaluation.evaluate import Evaluation
 from shockpc.evaluation.strike_grid import StrikeGrid
@@ -19,7 +19,6 @@ from shockpc.evaluation.variation import Variation
 from shockpc.landing.joint_path import JointPath
 from shockpc.landing.landing import PosedLanding
 from shockpc.profile import ILL_CONDITIONED
-from shockpc.quantities.table import select
 from shockpc.robot.robot import Joint
 
 ANGLES = 43
@@ -106,7 +105,7 @@ class StrikeScan:
             self.values, self._Q, unreachable = self._path.along(values, fine)
         single, spread = np.unique([*(low for low, high in targets if low == high), *self.strikes]), _angles(*self.strikes)
         self.angles = np.sort([*single, *spread[np.abs(spread[:, None] - single).min(axis=1) > BESIDE]])
-        ground = tuple(Column(select(key), landing.places("robot")[0]) for key in ("feasible", "needs_tilt"))
+        ground = ground_columns(landing)
         shape = len(self.values), len(self.angles)
         table = self._table(self.values, np.broadcast_to(self.angles, shape), (target, *ground), self._Q)
         self.numbers, self._feasible = self._read(table, shape), table.feasible.reshape(shape)

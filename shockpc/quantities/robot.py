@@ -181,8 +181,6 @@ ROBOT = (
         missing="the robot has no geometry, or no contact is on flat ground"),
     Quantity("feasible", "robot", "whether a drop on flat ground is this landing, on all level feet", "1", "less", _feasible,
         missing=GAINS, role="feasible"),
-    Quantity("needs_tilt", "robot", "whether it is one if the robot is tilted a little, as other feet are level", "1", "neither",
-        _needs_tilt, missing=GAINS, role="tilt", path=None),
     _health("rank", "independent contact and closure rows", worse="neither"),
     _health("rows", "contact and closure rows", worse="neither"),
     _health("error_bound", "proven error of the jumps, for the robot as loaded"),
@@ -190,3 +188,7 @@ ROBOT = (
     _health("data_sensitivity", "effect of the last digit of the data"),
     _health("bits", "precision of the proof", "bit", "neither"),
 )  # fmt: skip
+
+NEEDS_TILT = Quantity("needs_tilt", "robot", "whether it is one if the robot is tilted a little, as other feet are level", "1",
+    "neither", _needs_tilt, missing=GAINS, role="tilt")  # fmt: skip
+"""A column of sweeps beside `feasible`, by which landings on some of several level feet are kept."""

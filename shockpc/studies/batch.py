@@ -20,6 +20,7 @@ from shockpc.landing.places import Place
 from shockpc.landing.record import Option
 from shockpc.landing.scene import Scene
 from shockpc.quantities.profile import ShockProfile
+from shockpc.quantities.robot import NEEDS_TILT
 from shockpc.quantities.table import Selection, select
 from shockpc.robot.load import load_robot
 from shockpc.robot.robot import Robot
@@ -29,7 +30,7 @@ from shockpc.text.errors import StudyError
 
 STANDARD = (
     "mass", "ropc", "shock_max", "shock_com", "shock_free", "shock_locked", "mass_sticking", "friction_needed", "feasible",
-    "needs_tilt", "robot.error_bound",
+    "robot.error_bound",
 )  # fmt: skip
 """Quantities of every row."""
 
@@ -50,6 +51,7 @@ class BatchRow:
             several places the worst; None where there is none.
         sensors: shock at each of the robot's sensors, and at each point of the scene [1].
         warnings: of the landing.
+        needs_tilt: whether flat ground allows it only if the robot is tilted a little, as other feet are level.
         scene: what was computed, with every default filled in.
         picture: what the caller's `look` made of the profile; None without it.
     """
@@ -64,6 +66,7 @@ class BatchRow:
     values: Mapping[str, float | None]
     sensors: Mapping[str, float]
     warnings: tuple[Diagnostic, ...]
+    needs_tilt: bool
     scene: Scene = field(repr=False)
     picture: Any = field(default=None, repr=False)
 
@@ -219,6 +222,7 @@ def _row(look: Callable[[ShockProfile], Any] | None, texts: Mapping[str, str], p
         values={name: _worst(profile, trunk, text) for name, text in texts.items()},
         sensors={point.frame: point.shock for point in profile.points},
         warnings=profile.health.warnings,
+        needs_tilt=bool(profile.values(NEEDS_TILT)[0] == 1.0),
         scene=profile.scene,
         picture=None if look is None else look(profile),
     )

@@ -4,7 +4,7 @@ from collections.abc import Sequence
 from dataclasses import replace
 from typing import Annotated
 
-from shockpc.evaluation.columns import Column, selected
+from shockpc.evaluation.columns import Column, ground_columns, selected
 from shockpc.evaluation.evaluate import Evaluation
 from shockpc.evaluation.landings import refuse_unused_ground
 from shockpc.evaluation.variation import Vary
@@ -17,7 +17,7 @@ from shockpc.robot.robot import Robot
 from shockpc.studies.declare import QuantityOption, study
 from shockpc.text.errors import StudyError
 
-FEASIBILITY = ("friction_needed", "pull", "energy_made", "depth", "feasible", "needs_tilt")
+FEASIBILITY = ("friction_needed", "pull", "energy_made", "depth", "feasible")
 """Quantities of every row that tell whether flat ground allows the landing."""
 
 
@@ -135,5 +135,6 @@ def _columns(
         if not chosen:
             raise StudyError(f'"{text}": the robot has no sensor, and no point is given; name a frame: {text}@{robot.links[0]}')
         columns += [Column(selection, place, requested=text in quantities) for place in chosen]
+    columns += ground_columns(landing)[1:]
     # A further quantity replaces a column of the same name.
     return tuple({column.name: column for column in columns}.values())

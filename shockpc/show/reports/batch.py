@@ -20,7 +20,7 @@ NO_DRIVES = {"free": "nothing gives a reflected inertia; stiff gearboxes change 
 """What a joint model without drives of the catalogue means."""
 
 
-SECOND = ("ropc", "friction_needed", "feasible", "needs_tilt", "error_bound")
+SECOND = ("ropc", "friction_needed", "feasible", "error_bound")
 """Standard quantities that are not on a terminal, unless landings are ranked by one."""
 
 WHOLE = ("posture", "drives", "sensors and points [-]", "warnings", "failure")
@@ -75,7 +75,7 @@ def _causes(batch: Batch) -> list[Cause]:
 
 
 def _record(row: BatchRow) -> dict[str, Any]:
-    values = {key: value for key, value in vars(row).items() if key not in ("values", "picture")}
+    values = {key: value for key, value in vars(row).items() if key not in ("values", "picture", "needs_tilt")}
     values["warnings"] = list(map(str, row.warnings))
     return {"source": row.source, "robot": row.robot, "contact": row.contact, "trunk": row.trunk, **row.values, **values}
 
@@ -159,9 +159,7 @@ def _notes(batch: Batch) -> Iterable[str]:
         bent = "with straight legs bent where they can be"
         yield f"in the neutral posture, {bent}, which is taken where no standing one is known: {', '.join(neutral)}"
     refused = [
-        f"{short.get(row.robot, row.robot)} {row.contact}"
-        for row in rows
-        if row.values["feasible"] == row.values["needs_tilt"] == 0.0
+        f"{short.get(row.robot, row.robot)} {row.contact}" for row in rows if row.values["feasible"] == 0.0 and not row.needs_tilt
     ]
     if refused:
         yield f"flat ground does not allow {count(len(refused), 'landing')}, as the warnings say: {', '.join(refused)}"
