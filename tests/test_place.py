@@ -323,7 +323,7 @@ ONE = landings(feet=("LF_FOOT",), angles=(45.0,))
         ({"within": ((1.0, 1.0, 1.0), (2.0, 2.0, 2.0))}, ["outside base", "x -0.2"]),
         ({"within": ((0.1, 0.0, 0.0), (0.0, 1.0, 1.0))}, ["no x between 0.1 and 0"]),
         ({"within": ((0.0, 0.0, 0.05), (0.01, 0.01, 0.06)), "surface": True}, ["no place on the surface"]),
-        ({"within": ((-1e308, 0.0, 0.0), (1e308, 1.0, 1.0))}, ["up to 1e+06"]),
+        ({"within": ((-1e308, 0.0, 0.0), (1e308, 1.0, 1.0))}, ["within must be ≥ -1e+06 and ≤ 1e+06 m"]),
         ({"count": 0}, ["count must be ≥ 1"]),
         ({"alternatives": 100}, ["≤ 20"]),
         ({"weights": {"LF": 1.0}}, ['"LF"', "LF_FOOT 45"]),

@@ -511,9 +511,9 @@ def test_a_change_of_a_link_changes_that_link_alone():
     ("vary", "options", "error", "words"),
     [
         ({}, {}, StudyError, "nothing varies"),
-        ({"*_KFE": [1]}, {"seed": -1}, StudyError, "seed must be ≥ 0, got -1"),
+        ({"*_KFE": [1]}, {"seed": -1}, StudyError, "seed must be ≥ 0 and ≤ 1e+15, got -1"),
         ({"*_KFE": [1]}, {"prove": -1}, StudyError, "prove must be ≥ 0"),
-        ({}, {"sample": 10**12}, StudyError, "1e+12 landings are more than 1e+08"),
+        ({}, {"sample": 10**12}, StudyError, "sample must be ≥ 1 and ≤ 1e+08, got 1e+12"),
         ({"*_KFE": "-90:-30:1000000", "speed": "1:2:1000000"}, {}, StudyError, "1e+12 landings"),
         ({"*_KFE": "0:1:0"}, {}, StudyError, "from 1 to 1000000"),
         ({"*_KFE": "0:1:1e3"}, {}, StudyError, "from 1 to 1000000"),

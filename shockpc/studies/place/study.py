@@ -193,7 +193,12 @@ def place(
     within: Annotated[
         Box | None,
         Option(
-            "Only in this box of the body's frame, whatever the geometry.", "Where a sensor may be", "X0:X1,Y0:Y1,Z0:Z1", unit="m"
+            "Only in this box of the body's frame, whatever the geometry.",
+            "Where a sensor may be",
+            "X0:X1,Y0:Y1,Z0:Z1",
+            unit="m",
+            least=-1e6,
+            greatest=1e6,
         ),
     ] = None,
     surface: Annotated[
