@@ -206,9 +206,8 @@ def test_motors_that_hold_the_weight_bring_a_robot_to_rest():
     weight, rates = profile.robot.mass * GRAVITY, quantity("joint", "delta_qd")
 
     def end(profile):
-        found = profile.stiffness
-        jumps = found.impact_at(found.motion.duration).delta_qd[0, :, 0]
-        return found.motion.at([found.motion.duration]).force[0][found.motion.elements.normal].sum(), jumps
+        found = CompliantLanding(profile.landing, until=0.02)
+        return found.motion.at([0.02]).force[0][found.motion.elements.normal].sum(), found.impact_at(0.02).delta_qd[0, :, 0]
 
     force, jump = end(profile)
     assert force == pytest.approx(weight, rel=1e-6)
@@ -257,7 +256,7 @@ def test_a_loaded_spring_of_a_file_pushes(here):
 
 
 def test_a_damper_beside_the_spring(capfd, here):
-    """ζ = c / (2 √(k m)) makes e = exp(−2ζ acos ζ / √(1 − ζ²)); the same as that restitution."""
+    """ζ = c / (2 √(k m)): the force k x + c ẋ starts at c v, and turns at ω_d t = 3 acos ζ mod π; the mass returns at e v."""
     (here / "box.urdf").write_text(BOX)
     words = ("box.urdf", "--contact", "box", "--contact-stiffness", K, "--no-gravity")
     zeta = 300.0 / (2.0 * math.sqrt(K * 2.0))
@@ -265,9 +264,14 @@ def test_a_damper_beside_the_spring(capfd, here):
     found = document(capfd, *words, "--contact-damping", 300)["stiffness"]
     (contact,) = found["contacts"]
     assert contact["restitution"] == pytest.approx(e, rel=1e-12)
-    (same,) = document(capfd, *words, "--restitution", repr(e))["stiffness"]["contacts"]
-    assert contact.pop("frame") == same.pop("frame")
-    assert contact == pytest.approx(same, rel=1e-9)
+    omega, angle = math.sqrt(K / 2.0), math.acos(zeta)
+    damped = omega * math.sqrt(1.0 - zeta**2)
+    turn = (3.0 * angle) % math.pi / damped
+    force = 2.0 * omega**2 / damped * math.exp(-zeta * omega * turn) * abs(math.sin(damped * turn - 2.0 * angle))
+    assert contact["peak_force"] == pytest.approx(force, rel=1e-9)
+    assert contact["peak_force_time"] == pytest.approx(turn, rel=1e-6)
+    (strong,) = document(capfd, *words, "--contact-damping", 3000)["stiffness"]["contacts"]
+    assert (strong["peak_force"], strong["peak_force_time"]) == (pytest.approx(3000.0, rel=1e-9), 0.0)
     text = good(capfd, "analyze", *words, "--contact-damping", 300)
     assert f"the damping makes a restitution of {e:.3g} at box" in text
     assert "contacts of 100000 N/m, 300 N s/m" in text

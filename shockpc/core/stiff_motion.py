@@ -196,9 +196,9 @@ class StiffMotion(NamedTuple):
                 force = level + float(((1.0 + growth(segment.rate * t)) @ wave).real)
                 low, high = (t, high) if excess < 0.0 else (low, t)
                 t = t - excess / force if force > 0.0 else high
-                t = t if low < t < high else (low + high) / 2.0
-                if abs(t - last) <= 1e-8 * segment.length:
+                if force > 0.0 and abs(t - last) <= 1e-8 * segment.length:
                     break
+                t = t if low < t < high else (low + high) / 2.0
             times[i] = segment.start + t if total > 0.0 else 0.0
         return times
 

@@ -45,9 +45,6 @@ SMALLEST_PIVOT = 1e-7
 MOST_SEGMENTS = 4000
 """Bound of the number of segments of a motion."""
 
-STAYS_OPEN = 10.0
-"""Times the motion so far for which all contacts have to stay open, so that it has ended: what closes later is another impact."""
-
 UNDONE_ANGLE = 1e-3
 """Angle of the fastest element [rad] within which a reversal that is undone is no event: a tiny oscillation of a row at a turn."""
 
@@ -109,8 +106,8 @@ def simulate_landing(
         raise ValueError("no contact approaches the ground")
     modes, segments, events = state.modes(), list[Segment](), list[Event]()
     time, simultaneous = 0.0, 0
-    while until is not None or not state.over or state.closes_again(STAYS_OPEN * time):
-        segment, hit = state.step(time, np.inf if until is None else until - time)
+    while True:
+        segment, hit = state.step(time, None if until is None else until - time)
         simultaneous += 1
         if segment is not None:
             segments.append(segment)
