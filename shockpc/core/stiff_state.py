@@ -312,7 +312,13 @@ class State:
         start = [rates, forces, self.gap, forces + damper @ u, push * self.gap + self.viscous * rates]
         linear = [falling, zero, drifting, zero, push * drifting + self.viscous * falling]
         square = [zero, zero, falling / 2.0, zero, push * falling / 2.0]
-        wave = [of_rate, of_force, of_gap, of_force + along(of_damper, speed), push[:, None] * of_gap + self.viscous[:, None] * of_rate]
+        wave = [
+            of_rate,
+            of_force,
+            of_gap,
+            of_force + along(of_damper, speed),
+            push[:, None] * of_gap + self.viscous[:, None] * of_rate,
+        ]
         bound: Array | float = np.inf
         if of_dampers is not None:
             of_forces = np.hypot(np.linalg.norm(of_z, axis=1), np.linalg.norm(of_held, axis=1))
