@@ -56,7 +56,8 @@ class Damped(NamedTuple):
 
 def undamped(sigma: Array, deflection: Array, velocity: Array) -> Oscillations:
     """The oscillations of modes of the frequencies sigma (d,), from a deflection (d,) and a velocity (d,)."""
-    turning: ComplexArray = np.asarray(deflection - 1j * np.where(sigma > 0.0, velocity, 0.0), dtype=complex)
+    turning = np.empty(len(sigma), dtype=complex)
+    turning.real, turning.imag = deflection, np.where(sigma > 0.0, -velocity, 0.0)
     return Oscillations(1j * sigma, turning, 1j * turning, (np.inf, np.inf))
 
 

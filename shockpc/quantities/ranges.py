@@ -75,7 +75,8 @@ def _shares(impact: Impact, places: Places) -> Array:
     """The largest of these peaks (1, 1, n), of the range."""
     if impact.landing.scene.range_g is None:
         return np.full((1, 1, len(places)), np.nan)
-    return np.max([peaks.max(axis=1) for _, peaks in _peaks(impact, places)], axis=0)[None, None] / impact.landing.scene.range_g
+    largest = np.max([peaks.max(axis=1) for _, peaks in _peaks(impact, places)], axis=0)
+    return np.asarray(largest[None, None] / impact.landing.scene.range_g)
 
 
 def sensor_peaks(profile: "ShockProfile", places: Sequence[Place]) -> list[SensorPeak]:
