@@ -56,9 +56,11 @@ class Damped(NamedTuple):
 
 def undamped(sigma: Array, deflection: Array, velocity: Array) -> Oscillations:
     """The oscillations of modes of the frequencies sigma (d,), from a deflection (d,) and a velocity (d,)."""
-    turning = np.empty(len(sigma), dtype=complex)
+    turning: ComplexArray = np.empty(len(sigma), dtype=complex)
     turning.real, turning.imag = deflection, np.where(sigma > 0.0, -velocity, 0.0)
-    return Oscillations(1j * sigma, turning, 1j * turning, (np.inf, np.inf))
+    rate: ComplexArray = np.zeros(len(sigma), dtype=complex)
+    rate.imag = sigma
+    return Oscillations(rate, turning, 1j * turning, (np.inf, np.inf))
 
 
 def damped_modes(sigma: Array, dampers: Array) -> Damped:

@@ -92,6 +92,5 @@ def sensor_peaks(profile: "ShockProfile", places: Sequence[Place]) -> list[Senso
 
 RANGES = (
     Quantity("range_share", "point", "largest peak along an axis, of the sensor's range", "1", "greater", _shares,
-        missing="the scene gives no range", needs_posture=True, unproven=True,
-        lacks=lambda landing: "" if landing.scene.range_g else "range_share needs a range_g, and the scene has none"),
+        missing="the scene gives no range", needs_posture=True, unproven=True),
 )  # fmt: skip
