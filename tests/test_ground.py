@@ -683,3 +683,31 @@ def test_a_column_without_values_says_why(capfd, here):
     for words in (("sweep", *robot, "--vary", "strike-angle=0,5", "--out", "swept"), ("landings", "log.csv", *robot)):
         assert "peak_force@FL_foot has no value: the scene gives no contact stiffness" in good(capfd, *words)
     assert "has no value" not in good(capfd, "landings", "log.csv", *robot, "--contact-stiffness", 1e5, "--no-gravity")
+
+
+ROD = """<robot name="rod"><link name="world"/><link name="arm"><inertial><origin xyz="0.5 0 0"/><mass value="1"/>
+<inertia ixx="1e-5" iyy="0.08333333333333333" izz="0.08333333333333333" ixy="0" ixz="0" iyz="0"/></inertial></link>
+<joint name="pivot" type="continuous"><parent link="world"/><child link="arm"/><axis xyz="0 1 0"/></joint></robot>"""
+
+
+def test_a_fixed_base_holds_a_robot_against_gravity(here):
+    """A level rod that turns about its end and lands on its tip, f = A (1 − cos ωt) + B sin ωt of its weight and its speed.
+
+    Held, it falls with 3/2 g x at x, so a sensor near the pivot measures nearly 1 g, and the pivot carries a quarter of the weight.
+    """
+    (here / "rod.urdf").write_text(ROD)
+    rod, near = load_robot(here / "rod.urdf"), 0.02
+    contact = Contact(frame="arm", offset=(1.0, 0.0, 0.0), kind="point")
+    point, strike = Point(frame="arm", offset=(near, 0.0, 0.0)), Strike(joint_velocities={"pivot": 0.01})
+    scene = Scene(robot="rod", contact=(contact,), point=(point,), strike=strike, base="fixed", contact_stiffness=K, range_g=1.0)
+    profile = shock_profile(scene, rod)
+    # The equation of the tip's deflection: I = 1/3 kg m², so m_eff = 1/3 kg and half of the weight is on the tip at rest.
+    rest, speed = 0.5 * GRAVITY, 0.01 * math.sqrt(K / 3.0)
+    force = rest + math.hypot(rest, speed)
+    acceleration = GRAVITY - 1.5 * near * GRAVITY + 3.0 * near * force
+    assert profile.value("peak_force", "contact")[0] == pytest.approx(force, rel=1e-9)
+    assert profile.value("peak_acceleration", "point")[0] == pytest.approx(acceleration / GRAVITY, rel=1e-9)
+    assert profile.value("peak_joint_force", "joint")[0] == pytest.approx(GRAVITY / 4.0 + force / 2.0, rel=1e-9)
+    (warned,) = [warning for warning in profile.health.warnings if warning.kind == "sensor"]
+    assert warned.value == pytest.approx(acceleration / GRAVITY, rel=1e-9)
+    assert profile.value("range_share", "point")[0] == pytest.approx(acceleration / GRAVITY, rel=1e-9)

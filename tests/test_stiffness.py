@@ -396,7 +396,7 @@ def test_dampers_in_parallel_agree_with_steps_in_time(seed, ratio):
 
 
 def test_a_tangential_damper_starts_with_a_force_too():
-    """A point mass that strikes at an angle: each row is a spring and a damper, here critical, f = m v ω (1 + ω t) … at t = 0 c v."""
+    """A point mass that strikes at an angle: each row is a spring and a damper, here critical, whose force starts at c v."""
     m, k = 2.0, 1e4
     omega = np.sqrt(k / m)
     elements = sticking(np.eye(3), k)._replace(damping=2.0 * m * omega)

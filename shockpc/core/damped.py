@@ -56,8 +56,11 @@ class Damped(NamedTuple):
 
 def undamped(sigma: Array, deflection: Array, velocity: Array) -> Oscillations:
     """The oscillations of modes of the frequencies sigma (d,), from a deflection (d,) and a velocity (d,)."""
-    turning = deflection - 1j * np.where(sigma > 0.0, velocity, 0.0)
-    return Oscillations(1j * sigma, turning, 1j * turning, (np.inf, np.inf))
+    turning: ComplexArray = np.empty(len(sigma), dtype=complex)
+    turning.real, turning.imag = deflection, np.where(sigma > 0.0, -velocity, 0.0)
+    rate: ComplexArray = np.zeros(len(sigma), dtype=complex)
+    rate.imag = sigma
+    return Oscillations(rate, turning, 1j * turning, (np.inf, np.inf))
 
 
 def damped_modes(sigma: Array, dampers: Array) -> Damped:
@@ -92,11 +95,11 @@ def damped(modes: Damped, deflection: Array, velocity: Array) -> Oscillations:
     state, m = np.concatenate([deflection[moves], velocity[moves]]), int(np.count_nonzero(moves))
     # One of each two conjugate ones, twice.
     kept = rate.imag >= 0.0
-    full = np.zeros((2, len(moves), int(np.count_nonzero(kept))), dtype=complex)
+    deflections, velocities = np.zeros((2, len(moves), int(np.count_nonzero(kept))), dtype=complex)
     parts = (vectors * (inverse @ state) * np.where(rate.imag > 0.0, 2.0, 1.0))[:, kept]
-    full[:, moves] = parts[:m], parts[m:]
+    deflections[moves], velocities[moves] = parts[:m], parts[m:]
     first = A @ state
-    return Oscillations(rate[kept], *full, (float(np.linalg.norm(first)), float(np.linalg.norm(A @ first))))
+    return Oscillations(rate[kept], deflections, velocities, (float(np.linalg.norm(first)), float(np.linalg.norm(A @ first))))
 
 
 def along(rows: Array, waves: ComplexArray) -> ComplexArray:

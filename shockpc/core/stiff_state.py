@@ -36,7 +36,7 @@ STAYS_OPEN = 10.0
 """Times the motion so far for which all contacts have to stay open, so that it has ended: what closes later is another impact."""
 
 EASED = 0.01
-"""Share of the largest force and compression of a contact, and of the speed of the impact, below which what follows is not noticeable."""
+"""Share of the largest force and compression of a contact, and of the speed of the impact, below which nothing is noticeable."""
 
 
 class Loaded(NamedTuple):
@@ -77,8 +77,8 @@ class Free(NamedTuple):
         forces: (r,) of all elements at the start, without those of dampers.
         rest: (r,) part of the forces that stays constant.
         oscillations: in modes.
-        start, linear, square, wave, bound: (5r, ...) as in `Signals`, of rate, force, gap, force with damper, and of the force that a
-            contact with a damper that is open would have.
+        start, linear, square, wave, bound: (5r, ...) as in `Signals`, of rate, force, gap, force with damper, and of the force
+            that an open contact with a damper would have.
     """
 
     loaded: Loaded
@@ -156,7 +156,7 @@ class State:
         return not (self.mode[self.grounded] != OPEN).any()
 
     def _over(self, motion: "Free") -> bool:
-        """Whether the impact is over: no contact is compressed further or rebounds, and none carries more than constant forces make.
+        """Whether no contact is compressed further or rebounds, and none carries more than constant forces make.
 
         A contact carries no more where its force, which oscillates about what constant forces make, is below that, or oscillates
         little. Without constant forces all contacts are open then.
@@ -222,7 +222,7 @@ class State:
             # Nothing presses what is held on the ground, so that it is released.
             return None, (int(np.flatnonzero(rigid & self.elements.normal)[0]), OPENS)
         motion, watched = self._motion(), list(self._watched())
-        (rate, deflection, velocity, _), loaded = motion.oscillations, motion.loaded
+        (rate, _, velocity, _), loaded = motion.oscillations, motion.loaded
         total = motion.start[TOTAL * len(self.z) : PUSH * len(self.z)]
         self.largest = np.where(self.viscous > 0.0, np.maximum(self.largest, -self.slope * total), self.largest)
         eases = ((self.mode == UNLOADING) | ((self.mode == LOADING) & self.slow)) & self.elements.normal & bool(self.pull.any())
@@ -273,8 +273,8 @@ class State:
         # The scaled forces of all elements are to_all · z + held · u + balance.
         to_all, held, balance = np.diag(sprung.astype(float)), np.zeros((r, d)), np.zeros(r)
         if len(fixed):
-            # From H u̇ = 0 with u̇ = −Fᵀz − GᵀGu − Hᵀm + c follows m = (H Hᵀ)⁻¹ H (c − Fᵀz − GᵀGu); of dependent rows each takes the
-            # least share.
+            # From H u̇ = 0 with u̇ = −Fᵀz − GᵀGu − Hᵀm + c follows m = (H Hᵀ)⁻¹ H (c − Fᵀz − GᵀGu); of dependent rows each takes
+            # the least share.
             H, size = self.W[fixed] / self.length[fixed, None], (self.slope * self.length)[fixed]
             least = np.linalg.pinv(H.T, rcond=1e-9)
             still = H.T @ least
@@ -312,14 +312,21 @@ class State:
         start = [rates, forces, self.gap, forces + damper @ u, push * self.gap + self.viscous * rates]
         linear = [falling, zero, drifting, zero, push * drifting + self.viscous * falling]
         square = [zero, zero, falling / 2.0, zero, push * falling / 2.0]
-        wave = [of_rate, of_force, of_gap, of_force + along(of_damper, speed), push[:, None] * of_gap + self.viscous[:, None] * of_rate]
+        wave = [
+            of_rate,
+            of_force,
+            of_gap,
+            of_force + along(of_damper, speed),
+            push[:, None] * of_gap + self.viscous[:, None] * of_rate,
+        ]
         bound: Array | float = np.inf
         if of_dampers is not None:
             of_forces = np.hypot(np.linalg.norm(of_z, axis=1), np.linalg.norm(of_held, axis=1))
             of_total = np.hypot(np.linalg.norm(of_z, axis=1), np.linalg.norm(of_held + of_damper, axis=1))
             sizes = [self.length * second, of_forces * second, self.length * first, of_total * second]
             bound = np.concatenate([*sizes, push * sizes[GAP] + self.viscous * sizes[RATE]])
-        return Free(loaded, u, forces, rest, oscillations, *map(np.concatenate, (start, linear, square, wave)), bound)
+        parts = np.concatenate(start), np.concatenate(linear), np.concatenate(square)
+        return Free(loaded, u, forces, rest, oscillations, *parts, np.concatenate(wave), bound)
 
     def _signals(self, motion: Free, watched: list[tuple[int, int, bool, float, float, float]]) -> tuple[np.ndarray, Signals]:
         """The rows of some signals, and these."""
