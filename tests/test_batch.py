@@ -151,7 +151,7 @@ def test_an_unexpected_error_is_the_message_of_its_row(monkeypatch):
             raise ZeroDivisionError("odd")
         return computed(scene, robot, trace)
 
-    monkeypatch.setattr("shockpc.evaluation.landings.shock_profile", fail_once)
+    monkeypatch.setattr("shockpc.evaluation.evaluate.shock_profile", fail_once)
     found = batch(["anymal_b"])
     assert len(found.rows) == 3
     (failure,) = found.failures

@@ -239,7 +239,8 @@ class StrikeScan:
     def _table(self, values: Array, angles: Array, computed: tuple[Column, ...], Q: Array | None) -> Table:
         varied = replace(self._varied, values=tuple((self._scale * values).tolist()))
         grid = StrikeGrid(self._landing, varied, angles, Q)
-        return Evaluation(grid, computed, prove=0, trusted=ILL_CONDITIONED).table().without_defects()
+        feasible = (select("feasible"),)
+        return Evaluation(grid, computed, prove=0, trusted=ILL_CONDITIONED, elsewhere=feasible).table().without_defects()
 
     def _configurations(self, values: Array) -> Array | None:
         """The configurations (m, nq) with the joint at values (m,), followed from the nearest of the grid."""

@@ -37,7 +37,7 @@ from shockpc.profile import shock_profile
 from shockpc.quantities.profile import ShockProfile
 from shockpc.robot.changes import Change, Property, changed, varied_bodies
 from shockpc.robot.robot import Robot
-from shockpc.text.errors import ShockError, StudyError, refusal
+from shockpc.text.errors import ShockError, StudyError, attempt
 
 MOST_ROWS = 10**8
 """Rows of a sweep: so many take an hour, and a column of them 0.8 GB."""
@@ -142,6 +142,11 @@ class VariedLandings:
         """Whether a contact that would be pulled opens, because there is friction."""
         return self.scene.friction is not None or any(one.kind == "friction" for one in self.variations)
 
+    @property
+    def base_scene(self) -> Scene:
+        """The first landing, which also has a friction or a contact stiffness that varies."""
+        return self.first.scene
+
     def compared(self, count: int) -> np.ndarray:
         """Random rows (n,), at most so many."""
         return np.random.default_rng([self.seed, 2]).choice(self.rows, min(count, self.rows), replace=False, shuffle=False)
@@ -226,10 +231,8 @@ class VariedLandings:
         _, code = np.unique(np.stack(codes), axis=1, return_inverse=True)
         order = np.argsort(code.ravel(), kind="stable")
         for group in np.split(order, np.flatnonzero(np.diff(code.ravel()[order])) + 1):
-            try:
-                yield group, resolve(*self._case({variation: x[group[0]] for variation, x in choices.items()}))
-            except Exception as error:
-                yield group, refusal(error)
+            choice = {variation: x[group[0]] for variation, x in choices.items()}
+            yield group, attempt(lambda choice=choice: resolve(*self._case(choice)))
 
     @functools.cached_property
     def first(self) -> PosedLanding:

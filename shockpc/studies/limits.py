@@ -16,8 +16,6 @@ import numpy as np
 from shockpc.core.spatial import Array, Plane
 from shockpc.evaluation.columns import Column, column, columns, target_text
 from shockpc.evaluation.crossings import crossings, kinks, vertices
-from shockpc.evaluation.evaluate import profiles
-from shockpc.evaluation.landings import refuse_ground
 from shockpc.evaluation.strike_scan import ANGLES, Bound, StrikeScan
 from shockpc.evaluation.table import Table
 from shockpc.evaluation.variation import ATTITUDE, Variation, kind_of, motion_range, variation
@@ -27,7 +25,7 @@ from shockpc.landing.posture import set_many, settable_joints
 from shockpc.landing.record import Option
 from shockpc.landing.scene import Point, Scene
 from shockpc.landing.scene_file import robot_of
-from shockpc.profile import ILL_CONDITIONED
+from shockpc.profile import ILL_CONDITIONED, shock_profile
 from shockpc.quantities.profile import ShockProfile
 from shockpc.robot.robot import Joint, Robot
 from shockpc.studies.declare import study
@@ -284,7 +282,7 @@ def limits(
             f"a bound of {bound.value:g} is not valid; give one above zero, such as 0.1, and at most {LARGEST_NUMBER:g}"
         )
     robot = robot or robot_of(scene)
-    (profile,) = profiles({"": (scene, robot)})
+    profile = shock_profile(scene, robot)
     landing, plane = profile.landing, profile.landing.plane
     number = column(profile, target_text(target, [scene]))
     entry = number.selection.quantity
@@ -293,8 +291,6 @@ def limits(
             f"the {entry.worse} value of {number.name} is the worse one; bound it by {'max' if bound.below else 'min'}"
         )
     per_landing = entry.per_landing(profile.scene)
-    if not entry.of_ground(scene):
-        refuse_ground(scene, friction=False)  # what is feasible depends on the friction
     varied, joints, (low, high) = _varied(robot, joint, joint_range)
     refuse_given_otherwise(scene, varied.kind)
     unit = joints[0].unit if joints else varied.unit.replace("deg", "rad")

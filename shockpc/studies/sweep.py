@@ -6,7 +6,6 @@ from typing import Annotated
 
 from shockpc.evaluation.columns import Column, selected
 from shockpc.evaluation.evaluate import Evaluation
-from shockpc.evaluation.landings import refuse_unused_ground
 from shockpc.evaluation.variation import Vary
 from shockpc.evaluation.varied import VariedLandings, varied_landings
 from shockpc.landing.places import Place, body_places, moving_point
@@ -98,7 +97,6 @@ def sweep(
         replace(scene, point=points), vary, robot=robot, vary_each=vary_each, sample=sample, lhs=lhs, seed=seed
     )
     columns = _columns(source, points, bodies, quantities)
-    refuse_unused_ground(source.first.scene, (column.selection.quantity for column in columns))
     return Evaluation(source, columns, prove, feasible)
 
 
