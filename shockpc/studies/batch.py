@@ -24,16 +24,13 @@ from shockpc.robot.landmarks import each_foot
 from shockpc.robot.load import load_robot
 from shockpc.robot.robot import Robot
 from shockpc.studies.declare import QuantityOption, study
-from shockpc.text.errors import DefectError, ShockError, StudyError, attempt
+from shockpc.text.errors import ShockError, StudyError, attempt, traces
 
 STANDARD = (
     "mass", "ropc", "shock_max", "shock_com", "shock_free", "shock_locked", "mass_sticking", "friction_needed", "feasible",
     "robot.error_bound",
 )  # fmt: skip
 """Quantities of every row."""
-
-HEADINGS = ("robot", "contact")
-"""What tells the rows apart."""
 
 Read = Callable[[str], tuple[Robot, Iterable[Scene]]]
 """From a name, such as that of a robot or its file, to the robot and its landings."""
@@ -81,18 +78,11 @@ class Failure:
         robot: its name, or its file.
         contact: what strikes; empty if the robot or all of its landings are concerned.
         reason: what was found and what to change.
-        defect: description of an unexpected exception, an error in shockpc itself; else empty.
     """
 
     robot: str
     contact: str
     reason: str
-    defect: str = ""
-
-    @classmethod
-    def of(cls, robot: str, contact: str, error: ShockError) -> "Failure":
-        """The failure that an error is."""
-        return cls(robot, contact, str(error), error.trace if isinstance(error, DefectError) else "")
 
 
 class Batch(NamedTuple):
@@ -179,9 +169,10 @@ def batch(
         raise StudyError("no robot is given; give at least one name or file")
     texts = {text.removeprefix("robot."): text for text in (*STANDARD, *quantities, rank)}
     wanted = tuple(select(text.partition("@")[0]) for text in texts.values())
-    found = list[BatchRow | Failure]()
+    found, defects = list[BatchRow | Failure](), list[str]()
     for source, part in zip(names, in_order(executor, functools.partial(_landed, read, wanted, look, texts), names), strict=True):
-        found += part
+        found += part[0]
+        defects += part[1]
         if done is not None:
             done(source)
     rows = [one for one in found if isinstance(one, BatchRow)]
@@ -192,18 +183,22 @@ def batch(
     rows.sort(
         key=lambda row: (selection.worse(_number(row, name)), select("shock_com").worse(_number(row, "shock_com"))), reverse=True
     )
-    columns = {name: np.array([getattr(one, name) for one in found], dtype=str) for name in HEADINGS}
+    names = [one.source if isinstance(one, BatchRow) else one.robot for one in found]
+    columns = {"robot": np.array(names, dtype=str), "contact": np.array([one.contact for one in found], dtype=str)}
     columns |= {text: np.array([_number(one, text) for one in found]) for text in texts}
     columns["proven"] = np.array([isinstance(one, BatchRow) for one in found], dtype=bool)
     messages = {i: one.reason for i, one in enumerate(found) if isinstance(one, Failure)}
-    table = Table((), columns, messages, defects=tuple(one.defect for one in failures if one.defect))
+    table = Table((), columns, messages, defects=tuple(defects))
     return Batch(tuple(texts), name, tuple(rows), tuple(failures), table)
 
 
 def _landed(
     read: Read, wanted: tuple[Selection, ...], look: Callable[[ShockProfile], Any] | None, texts: Mapping[str, str], name: str
-) -> list[BatchRow | Failure]:
-    """The landings of a robot; one failure if it cannot be read, or gives a friction or a stiffness on which no number depends."""
+) -> tuple[list[BatchRow | Failure], list[str]]:
+    """The landings of a robot, and descriptions of unexpected exceptions.
+
+    There is one failure if it cannot be read, or gives a friction or a stiffness on which no number depends.
+    """
 
     def landed() -> tuple[list[Scene], dict[str, ShockProfile | ShockError]]:
         robot, read_scenes = read(name)
@@ -212,12 +207,11 @@ def _landed(
 
     found = attempt(landed)
     if isinstance(found, ShockError):
-        return [Failure.of(name, "", found)]
-    rows = list[BatchRow | Failure]()
-    for scene, profile in zip(found[0], found[1].values(), strict=True):
-        row = profile if isinstance(profile, ShockError) else attempt(_row, look, texts, name, profile)
-        rows.append(Failure.of(name, contact_name(scene), row) if isinstance(row, ShockError) else row)
-    return rows
+        return [Failure(name, "", str(found))], traces([found])
+    rows = [one if isinstance(one, ShockError) else attempt(_row, look, texts, name, one) for one in found[1].values()]
+    pairs = zip(found[0], rows, strict=True)
+    named = [Failure(name, contact_name(scene), str(row)) if isinstance(row, ShockError) else row for scene, row in pairs]
+    return named, traces(rows)
 
 
 def _number(row: BatchRow | Failure, text: str) -> float:

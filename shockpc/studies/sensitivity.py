@@ -7,7 +7,7 @@ several landings the number is the worst of them or their mean, and its change i
 
 import math
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import Annotated, NamedTuple, cast
 
 import numpy as np
@@ -375,6 +375,8 @@ def _slopes(profile: ShockProfile, wanted: Mapping[ParameterKey, Parameter], num
         number: the number.
     """
     varied = {key: parameter for key, parameter in wanted.items() if not parameter.reason}
+    # Before the formulas, so that a ground on which the number does not depend is refused with them too.
+    evaluation = Evaluation(VariedOneByOne(profile.landing, tuple(varied.values())), (number,), prove=0, trusted=TRUSTED)
     slopes = {key: _Slope(np.nan, reason=parameter.reason) for key, parameter in wanted.items()} | _formulas(
         profile, varied, number
     )
@@ -382,7 +384,7 @@ def _slopes(profile: ShockProfile, wanted: Mapping[ParameterKey, Parameter], num
     if not varied:
         return slopes
     source = VariedOneByOne(profile.landing, tuple(varied.values()))
-    table = Evaluation(source, (number,), prove=0, trusted=TRUSTED).table().without_defects()
+    table = replace(evaluation, landings=source).table().without_defects()
     here = _number(profile, number)
     after, before = np.moveaxis(table.values(number).reshape(-1, 2, len(STEPS) // 2), 1, 0)
     steps = source.steps[:, None] * STEPS[: len(STEPS) // 2]
