@@ -30,8 +30,9 @@ FINER = 5
 LEAST = 33
 """Values of a scan, at least."""
 
-ROUNDS = 12
-"""How often values are added to a scan where its spline meets the bound, at most; two or three times are usual."""
+ROUNDS = 6
+"""How often values are added to a scan where its spline meets the bound, at most; two or three times are usual, and where
+branches meet in an extremum it would go on for long."""
 
 NEAR = 0.002
 """How far beside the vertex of a first parabola the strike angles of a second one are [rad], whose vertex is then off by 1e-9."""
