@@ -9,7 +9,9 @@ from trees import known_robot
 
 import shockpc
 from shockpc import Contact, Design, Joints, Part, Posture, Scene, Strike, StudyError, shock_profile
-from shockpc.evaluation.columns import places_at
+from shockpc.evaluation.columns import Column, places_at, selected
+from shockpc.evaluation.evaluate import Evaluation, proven
+from shockpc.evaluation.varied import varied_landings
 from shockpc.quantities.table import QUANTITIES, select
 from shockpc.studies.check.budgets import Budget, Budgets, Case
 from shockpc.studies.check.study import check_budgets
@@ -108,3 +110,22 @@ def test_a_number_is_the_same_in_every_study(name, study, proven):
     assert len(computed) > 20
     for key, value in computed.items():
         assert expected[key] == pytest.approx(value, rel=1e-10, abs=1e-10 * sizes[key[0]], nan_ok=True), key
+
+
+@pytest.mark.parametrize("given", [{"contact_stiffness": 1e5}, {"friction": 0.5}])
+def test_a_new_study_refuses_options_without_effect(given):
+    """A study that is written here, with columns or with profiles, asks nothing of the ground; the engine does."""
+    scene = replace(PLAIN, **given)
+
+    def by_columns(key):
+        source = varied_landings(scene, {"speed": [1.0, 2.0]}, robot=known_robot("anymal_b"))
+        selection, places = selected(source.first, key)
+        return Evaluation(source, (Column(selection, places[0]),), prove=0).table()
+
+    def by_profiles(key):
+        return proven({"landing": (scene, known_robot("anymal_b"))}, [select(key)])
+
+    for study in (by_columns, by_profiles):
+        with pytest.raises(StudyError, match=next(iter(given)).replace("_", " ")):
+            study("shock_com")
+        assert len(study("shock_com_friction" if "friction" in given else "peak_force"))

@@ -34,7 +34,14 @@ def kinetic(robot, q, v):
 
 
 @pytest.mark.parametrize(
-    "text", ["mass:*_SHANK=0.9x", "com-z:base_inertia=-0.03", "inertia:LF_THIGH=1.7x", "mass:base_inertia=20; com-y:*_HIP=0.01"]
+    "text",
+    [
+        "mass:*_SHANK=0.9x",
+        "com-z:base_inertia=-0.03",
+        "inertia:LF_THIGH=1.7x",
+        "inertia-xz:LF_THIGH=0.002",
+        "mass:base_inertia=20; com-y:*_HIP=0.01",
+    ],
 )
 def test_bodies_and_model_agree_after_a_change(dog, text):
     """The kinetic energy of Pinocchio's model is the sum over the bodies' records."""
@@ -206,6 +213,7 @@ def test_geometry_moves_with_its_link(dog):
         ("mass:base=-1", "below zero"),
         ("inertia:base=0.2", "six entries"),
         ("com-x:base=2x", "metres"),
+        ("inertia-xy:base=2x", "not by a factor"),
         (" ; ", "holds no change"),
     ],
 )

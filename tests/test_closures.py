@@ -10,9 +10,9 @@ from robot_texts import LIMIT, joint, link, refused, urdf
 from trees import known_robot, robot_from
 
 from shockpc import Closure, Contact, Joints, LoopEnd, Posture, Scene, SceneError, Strike, UnknownName, resolve, shock_profile
+from shockpc.evaluation.varied import varied_landings
 from shockpc.landing.closure import closure_block, closure_gap, loop_of
 from shockpc.landing.dynamics import dynamics
-from shockpc.landing.joint_path import JointPath
 from shockpc.landing.rows import row_jacobian
 from shockpc.landing.scene_file import robot_of
 from shockpc.paper.landings import land, scene
@@ -518,9 +518,9 @@ def test_rates_that_open_a_loop_are_refused(rates, locked):
 def test_postures_beside_a_landing_have_its_number_of_independent_rows(name, joint):
     """It is that of the same search started from each of them; and loops stay closed on the way there."""
     landing = resolve(case := scene(name), robot_of(case))
-    path = JointPath(landing, [landing.robot.joint(joint)])
     value = landing.robot.joint(joint).value(landing.q)
-    Q = path.at(value + np.array([-2e-3, 1e-4, 2e-3]), np.repeat(landing.q[None], 3, axis=0))
+    beside = varied_landings(case, {joint: np.degrees(value + np.array([-2e-3, 1e-4, 2e-3]))}, robot=landing.robot)
+    Q = np.array([resolve(*beside.case(row)).q for row in range(3)])
     state = dynamics(landing.robot, Q)
     blocks = landing.rows(state)
     beside, anew = landing.most_independent(state, blocks), landing.mechanism.most_independent(blocks, state)

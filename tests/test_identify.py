@@ -11,7 +11,7 @@ from identify_draws import BLOCKS, blocks, csv_text, leg, leg_scene, simulated
 
 from shockpc import Joints, Rotor, Scene, StudyError, identify, read_scene, resolve, shock_profile, sweep
 from shockpc.core.friction import solve_each, solve_friction
-from shockpc.evaluation.evaluate import Evaluation
+from shockpc.evaluation.columns import proven_columns
 from shockpc.evaluation.prediction import Predictor, base_in_world, energy_norms, mobilities, predicting
 from shockpc.evaluation.recorded import RecordedLandings
 from shockpc.evaluation.recorded_table import rows_of
@@ -67,7 +67,10 @@ def test_predictions_are_those_of_the_landings(kind):
     predictor = Predictor(rows, robot, unknowns, rows.measured)
     study = predictor.study((0.3, 0.25)[: len(unknowns)])
     keys = predicting(study, friction=kind == "friction")
-    expected = base_in_world(study, keys, Evaluation(study, tuple(keys.values()), prove=None).table().columns)
+    chunk = study.chunk(0, study.data(0))
+    list(chunk.groups)
+    landings = [proven_columns(chunk.profile(i), tuple(keys.values())) for i in range(study.rows)]
+    expected = base_in_world(study, keys, {name: np.array([landing[name] for landing in landings]) for name in landings[0]})
     found = predictor((0.3, 0.25)[: len(unknowns)])
     np.testing.assert_allclose(found.jumps, np.stack([expected[m.key] for m in rows.measured], axis=1), atol=1e-10)
 

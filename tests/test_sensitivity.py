@@ -507,6 +507,7 @@ def test_a_group_changes_by_one_factor():
         ("mass:lf_upperleg", "2:4", 2.0, None, None),
         ("inertia:*_upperleg", "0.5x:2x", 1.5, 0.999, 1.001),
         ("com-z:trunk", "-0.01:0.03", 0.04, -1e-3, 1e-3),
+        ("inertia-xz:trunk", "-0.2:0.2", 0.4, -1e-2, 1e-2),
         ("armature:*_kfe_joint", "0.01:0.1", 0.09, 0.0199, 0.0201),
         ("lf_kfe_joint", "-100:-60", math.radians(40.0), None, None),
         ("strike-angle", "0,10,30", math.radians(30.0), 19.99, 20.01),

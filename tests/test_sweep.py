@@ -83,7 +83,7 @@ def test_grid_of_everything_equals_the_single_analysis(anymal):
     vary = {
         "*_KFE": "-90:-30:2", "base-pitch": [0, 12], "strike-angle": "-20:40:2", "speed": [0.5], "contact": "LF_FOOT,RH_FOOT",
         "offset-z": [0, -0.02], "mass:base": "1x:3e6x:2", "com-x:LF_THIGH": [0.03], "inertia:LF_SHANK": "2x,3x",
-        "armature:*": "0,0.05",
+        "armature:*": "0,0.05", "inertia-yz:LF_THIGH": [0.002],
     }  # fmt: skip
     made = sweep(
         ANYMAL, robot=anymal, vary=vary, at=["imu_link", Point(frame="LF_SHANK", offset=(0, 0, 0.1))], bodies=["base", "LF_THIGH"]

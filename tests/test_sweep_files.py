@@ -401,7 +401,7 @@ def test_folder_of_another_sweep_is_refused(capfd, stick, tmp_path):
         (("--jobs", "0"), "must be ≥ 1 and ≤ 512, got 0"),
         (("--vary", "knee"), "a range is drawn from by --sample N"),
         (("--vary", "=3"), "is not NAME=VALUE"),
-        (("--velocity", "0.3,0,-1", "--vary", "strike-angle=0,30"), "strike-angle is varied, but the velocity is given"),
+        (("--velocity", "0.3,0,-1", "--vary", "speed=1,2"), "speed is varied, but the velocity is given"),
         (("--cluster", "tcp://127.0.0.1:9", "--vary", "knee=0:1:2"), "no Dask scheduler answers at"),
     ],
 )

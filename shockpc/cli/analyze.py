@@ -65,7 +65,7 @@ def analyze(
     else:
         from shockpc.evaluation.evaluate import proven
 
-        results = proven({name: (scene, loaded) for name, scene in zip(names, scenes, strict=True)}, trace)
+        results = proven({name: (scene, loaded) for name, scene in zip(names, scenes, strict=True)}, None, trace)
     profiles = {name: found for name, found in results.items() if isinstance(found, ShockProfile)}
     failures = {name: found for name, found in results.items() if isinstance(found, ShockError)}
     if not profiles:

@@ -4,7 +4,7 @@ import functools
 import pickle
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from concurrent.futures import Executor
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 from typing import Any, Generic, TypeVar
 
 import numpy as np
@@ -12,13 +12,15 @@ import numpy as np
 from shockpc.core.threads import one_thread
 from shockpc.evaluation.columns import Column, columns, columns_at_times, double_difference, not_approaching, proven_columns
 from shockpc.evaluation.executor import in_order
-from shockpc.evaluation.landings import Chunk, Group, Landings, Refusal, landings_by_name
+from shockpc.evaluation.landings import Chunk, Group, Landings, Refusal, refuse_unused_ground
 from shockpc.evaluation.table import Table
 from shockpc.landing.scene import Scene
+from shockpc.profile import profile_of_scene
 from shockpc.quantities.profile import ShockProfile
+from shockpc.quantities.table import Selection
 from shockpc.robot.robot import Robot
 from shockpc.text.diagnostic import warn
-from shockpc.text.errors import DefectError, ShockError, refusal
+from shockpc.text.errors import DefectError, ShockError, attempt, refusal
 from shockpc.text.trace import Trace
 
 TRUSTED = 1e10
@@ -38,21 +40,27 @@ class Evaluation(Generic[L]):
     Attributes:
         landings: the source of the rows.
         computed: the columns.
-        prove: number of rows that are compared with a proof, besides those that need one; None proves every row, and computes none
-            in double precision.
+        prove: number of rows that are compared with a proof, besides those that need one.
         feasible: whether rows that flat ground does not allow, tilted a little or not, are left out. Those without a result are
             not.
-        look: is called with the profile of every row, where every row is proven; what it gives is kept.
         trusted: condition up to which rows keep the numbers of double precision also where contacts or loops are redundant, or the
             quantity is otherwise proven in one posture at a time; None where all of these need a proof.
+        elsewhere: what the study computes of these landings besides the columns.
+
+    Raises:
+        StudyError: the landings have a friction or a contact stiffness on which nothing depends that is computed.
     """
 
     landings: L
     computed: tuple[Column, ...] = field(default=(), repr=False)
-    prove: int | None = 100
+    prove: int = 100
     feasible: bool = False
-    look: Callable[[ShockProfile], Any] | None = field(default=None, repr=False)
     trusted: float | None = None
+    elsewhere: tuple[Selection, ...] = field(default=(), repr=False)
+
+    def __post_init__(self) -> None:
+        if (scene := self.landings.base_scene) is not None:
+            refuse_unused_ground(scene, (*(column.selection for column in self.computed), *self.elsewhere))
 
     @property
     def headings(self) -> tuple[str, ...]:
@@ -109,32 +117,8 @@ class Evaluation(Generic[L]):
 
     def compute(self, k: int, data: Any) -> Table:
         """Compute a chunk. Args: data, what it needs of the source's rows."""
-        chunk = self.landings.chunk(k, data)
-        if self.prove is None:
-            return self._proven(k, chunk)
         with one_thread(self.landings.robot.model.nv):
-            return self._computed(k, chunk)
-
-    def _proven(self, k: int, chunk: Chunk) -> Table:
-        """The rows of a chunk, each with a proof alone."""
-        n, errors, looks = len(next(iter(chunk.labels.values()))), _Errors(), dict[int, Any]()
-        values = {column.name: np.full(n, np.nan) for column in self.computed}
-        for one in chunk.groups:
-            if isinstance(one, Refusal):
-                errors.note(one.postures.tolist(), one.error)
-        for i in range(n):
-            if i in errors.messages:
-                continue
-            with errors.of([i]):
-                profile = chunk.profile(i)
-                for name, value in (proven_columns(profile, self.computed) | self._later(chunk, i)).items():
-                    values[name][i] = value
-                if self.look is not None:
-                    looks[i] = self.look(profile)
-        proven = np.array([i not in errors.messages for i in range(n)], dtype=bool)
-        nothing = {name: np.full(n, np.nan) for name in ("condition", "double_error")}
-        results = {**chunk.labels, **values, **nothing, "proven": proven}
-        return replace(self._table(k, results, errors, (0, 0, 0)), looks=looks, refusals=errors.refusals)
+            return self._computed(k, self.landings.chunk(k, data))
 
     def _computed(self, k: int, chunk: Chunk) -> Table:
         """The rows of a chunk in double precision, with a proof where that is needed."""
@@ -151,7 +135,7 @@ class Evaluation(Generic[L]):
             with errors.of(rows.ravel()):
                 self._solve(group, rows, whole, prove, errors)
         flat = {name: x.ravel() for name, x in whole.items()}
-        compared = self.landings.compared(self.prove or 0)
+        compared = self.landings.compared(self.prove)
         compared = compared[(compared >= a * S) & (compared < b * S)] - a * S
         flags, tilts, pulls, gains = (
             [c.name for c in self.computed if c.selection.quantity.role == role] for role in ("feasible", "tilt", "pull", "gain")
@@ -227,7 +211,7 @@ class _Errors:
 
     def __init__(self) -> None:
         self._rows: Sequence[int] | np.ndarray = ()
-        self.messages, self.refusals, self.defects = dict[int, str](), dict[int, ShockError](), list[str]()
+        self.messages, self.defects = dict[int, str](), list[str]()
 
     def of(self, rows: Sequence[int] | np.ndarray) -> "_Errors":
         """The context of some rows."""
@@ -238,7 +222,6 @@ class _Errors:
         """Note the error of some rows, of which those keep theirs that have one."""
         for i in rows:
             self.messages.setdefault(i, str(error))
-            self.refusals.setdefault(i, error)
         if isinstance(error, DefectError):
             self.defects.append(error.trace)
 
@@ -265,42 +248,27 @@ def _unpickled(pickled: bytes) -> Evaluation[Any]:
 
 
 def proven(
-    cases: Mapping[str, tuple[Scene, Robot]], trace: Trace | None = None, done: Callable[[str], object] | None = None
+    cases: Mapping[str, tuple[Scene, Robot]],
+    selections: Sequence[Selection] | None,
+    trace: Trace | None = None,
+    done: Callable[[str], object] = str,
 ) -> dict[str, ShockProfile | ShockError]:
     """Landings one by one, each with its proof: the profiles by name, or why there is none. Their warnings are Python warnings.
 
     Args:
         cases: scene and robot of each landing, by name.
+        selections: what is read of the profiles; None where they are read as a whole, or columns of the same landings follow.
         trace: collects what each stage cost.
         done: is called with the name of each landing that is computed.
 
     Raises:
-        Exception: an unexpected one is not caught.
+        StudyError: a landing has a friction or a contact stiffness on which none of the selections depends.
     """
-    evaluation, results = (
-        Evaluation(landings_by_name(cases, trace), prove=None, look=_itself),
-        dict[str, ShockProfile | ShockError](),
-    )
-    for name, table in zip(cases, evaluation, strict=True):
-        results[name] = table.looks[0] if table.looks else table.refusals[0]
-        if done is not None:
-            done(name)
+    for scene, _ in cases.values() if selections is not None else ():
+        refuse_unused_ground(scene, selections or ())
+    results = dict[str, ShockProfile | ShockError]()
+    for name, (scene, robot) in cases.items():
+        results[name] = attempt(profile_of_scene, scene, robot, trace)
+        done(name)
     warn(lambda: (one for profile in results.values() if isinstance(profile, ShockProfile) for one in profile.health.warnings))
     return results
-
-
-def profiles(cases: Mapping[str, tuple[Scene, Robot]], trace: Trace | None = None) -> tuple[ShockProfile, ...]:
-    """The profiles of landings one by one, each with its proof.
-
-    Raises:
-        ShockError: one of them cannot be computed.
-    """
-    results = proven(cases, trace)
-    for result in results.values():
-        if isinstance(result, ShockError):
-            raise result
-    return tuple(result for result in results.values() if isinstance(result, ShockProfile))
-
-
-def _itself(profile: ShockProfile) -> ShockProfile:
-    return profile

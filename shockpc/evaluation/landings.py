@@ -14,12 +14,10 @@ from shockpc.landing.landing import OfLanding, PosedLanding
 from shockpc.landing.level_feet import with_contacts
 from shockpc.landing.scene import Scene
 from shockpc.landing.scene_file import robot_of
-from shockpc.profile import profile_of_scene
 from shockpc.quantities.profile import ShockProfile
-from shockpc.quantities.quantity import Quantity
+from shockpc.quantities.table import Selection
 from shockpc.robot.robot import Robot
-from shockpc.text.errors import ShockError, StudyError, refusal
-from shockpc.text.trace import Trace
+from shockpc.text.errors import ShockError, StudyError
 
 ROWS = 16384
 """Largest number of rows of a chunk."""
@@ -119,6 +117,10 @@ class Landings(Protocol):
         """Number of rows."""
 
     @property
+    def base_scene(self) -> Scene | None:
+        """The landing from which the rows differ, on whose ground some number has to depend; None where rows have their own."""
+
+    @property
     def description(self) -> dict[str, Any]:
         """What the rows depend on, besides scene and robot."""
 
@@ -145,6 +147,11 @@ class LandingsBeside(OfLanding):
     further = ()
 
     @property
+    def base_scene(self) -> Scene:
+        """That one."""
+        return self.scene
+
+    @property
     def kinds(self) -> tuple[str, ...]:
         """What varies, as `Variation.kind`."""
         raise NotImplementedError
@@ -160,87 +167,6 @@ class LandingsBeside(OfLanding):
 
     def data(self, k: int) -> None:
         """Nothing."""
-
-
-Read = Callable[[str], tuple[Robot, Iterable[Scene]]]
-"""From a name, such as that of a robot or its file, to the robot and its landings."""
-
-HEADINGS = ("robot", "contact")
-"""What tells the rows apart."""
-
-
-@dataclass(frozen=True, eq=False)
-class ListedLandings:
-    """Landings that have nothing in common, those of each name a chunk, each solved with its proof alone.
-
-    Attributes:
-        names: such as those of robots, or their files.
-        read: finds the landings of each.
-        trace: collects what each stage cost.
-    """
-
-    names: tuple[str, ...]
-    read: Read = field(repr=False)
-    trace: Trace | None = field(default=None, repr=False)
-
-    noun, headings, strikes, further, opens = "batch", HEADINGS, 1, (), False
-
-    @property
-    def rows(self) -> int:
-        """Number of names: that of their landings is not known before they are read."""
-        return len(self.names)
-
-    @property
-    def chunks(self) -> tuple[tuple[int, int], ...]:
-        """One for each name."""
-        return tuple((i, i + 1) for i in range(self.rows))
-
-    @property
-    def robot(self) -> Robot:
-        """The first robot."""
-        return self.read(self.names[0])[0]
-
-    @property
-    def scene(self) -> Scene:
-        """The first landing."""
-        return next(iter(self.read(self.names[0])[1]))
-
-    @property
-    def description(self) -> dict[str, Any]:
-        """The names."""
-        return {"robots": list(self.names)}
-
-    def compared(self, count: int) -> np.ndarray:
-        """None: every row is proven."""
-        return np.arange(0)
-
-    def data(self, k: int) -> None:
-        """Nothing: the names are known."""
-
-    def chunk(self, k: int, data: None) -> Chunk:
-        """The landings of one name; one row with the reason if they cannot be read."""
-        name = self.names[k]
-        try:
-            robot, scenes = self.read(name)
-            landings = list(scenes)
-        except Exception as error:
-            labels = {"robot": np.array([name]), "contact": np.array([""])}
-            return Chunk(labels, [Refusal(np.zeros(1, dtype=int), refusal(error))], lambda i: profile_of_scene(landings[i], robot))
-        labels = {
-            "robot": np.array([name] * len(landings), dtype=str),
-            "contact": np.array(list(map(contact_name, landings)), dtype=str),
-        }
-        return Chunk(labels, (), lambda i: profile_of_scene(landings[i], robot, self.trace))
-
-
-def landings_by_name(cases: Mapping[str, tuple[Scene, Robot]], trace: Trace | None = None) -> ListedLandings:
-    """Landings by name, each with its robot. Args: trace, collects what each stage cost."""
-
-    def read(name: str) -> tuple[Robot, list[Scene]]:
-        scene, robot = cases[name]
-        return robot, [scene]
-
-    return ListedLandings(tuple(cases), read, trace)
 
 
 def named_scenes(landings: Scene | Mapping[str, Scene]) -> dict[str, Scene]:
@@ -311,16 +237,16 @@ def refuse_ground(scene: Scene, *, friction: bool = True, others: str = NAME_ONE
         )
 
 
-def refuse_unused_ground(scene: Scene, quantities: Iterable[Quantity]) -> None:
-    """Refuse a friction or a contact stiffness on which none of the quantities of a study depends.
+def refuse_unused_ground(scene: Scene, selections: Iterable[Selection]) -> None:
+    """Refuse a friction or a contact stiffness on which nothing depends that a study computes.
 
     Args:
         scene: a landing of the study.
-        quantities: what is computed; whether flat ground allows the landing depends on the friction.
+        selections: what is computed; whether flat ground allows the landing depends on the friction.
 
     Raises:
         StudyError: the scene gives one.
     """
-    entries = tuple(quantities)
+    entries = tuple(selection.quantity for selection in selections)
     if not any(entry.of_ground(scene) for entry in entries):
         refuse_ground(scene, friction=not any(entry.decided_by_ground for entry in entries))

@@ -224,16 +224,17 @@ def link_parameters(robot: Robot, what: Property, pattern: str, factor: bool) ->
     Returns: the part of each body; the effect is the sum of theirs.
     """
     links = links_with_mass(robot, pattern)
-    moved, h = what.startswith("com"), 1e-5
-    about = {link: 0.0 if moved else 1.0 if factor else mass for link, mass in links.items()}
+    moved, added, h = what.startswith("com"), what.startswith("inertia-"), 1e-5
+    about = {link: 0.0 if moved or added else 1.0 if factor else mass for link, mass in links.items()}
     # The bodies' inertias are smooth functions of each value, so that about ten digits of their differences are left.
     near = [(what, link, np.array([value + h, value - h]), factor) for link, value in about.items()]
     rates = {name: (x[0] - x[1]) / (2.0 * h) for name, x in zip(Inertias._fields, varied_bodies(robot, near), strict=False)}
-    kind = "com" if moved else "inertia" if what == "inertia" else "proportion"
-    unit = "1" if factor else "m" if moved else "kg"
+    kind, axis = ("proportion", "") if what == "mass" else what.partition("-")[::2]
+    unit = "1" if factor else "m" if moved else "kg m²" if added else "kg"
     for i in sorted({robot.frames[link].body for link in links}):
-        axis, name = what[-1] if moved else "", f"{pattern} on {robot.bodies[i].name}"
-        size = 1.0 if factor else float(robot.gyration[i] if moved else robot.masses[i])
+        name = f"{pattern} on {robot.bodies[i].name}"
+        moment = float(np.trace(robot.inertias[i])) / 3.0
+        size = 1.0 if factor else float(robot.gyration[i]) if moved else moment if added else float(robot.masses[i])
         yield Parameter(kind, axis, name, math.nan, unit, size, {key: _of_one(x[i], i, x) for key, x in rates.items()})
 
 

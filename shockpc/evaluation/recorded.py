@@ -54,7 +54,7 @@ class RecordedLandings:
     table: RecordedRows = field(repr=False)
     by_friction: bool = False
 
-    noun, strikes, opens = "table", 1, False
+    noun, strikes, opens, base_scene = "table", 1, False, None
 
     def __getstate__(self) -> dict[str, Any]:
         # The rows are sent with the chunks that they are of.

@@ -12,7 +12,7 @@ from shockpc.core.spatial import Array
 from shockpc.evaluation.columns import Column, percentile
 from shockpc.quantities.table import selections
 from shockpc.text.arguments import checked
-from shockpc.text.errors import DefectError, ShockError, StudyError
+from shockpc.text.errors import DefectError, StudyError
 from shockpc.text.printed import listed
 
 
@@ -30,8 +30,6 @@ class Table:
         refused: numbers of rows that flat ground does not allow, left out or not: those in which it would pull a contact, the
             others in which the impact would make energy, and the others, in which another link is below it.
         defects: descriptions of unexpected exceptions, which are errors in shockpc itself.
-        looks: what was made of the profile of every row that has one, by its index, where that was asked for.
-        refusals: the errors of which the messages are, where every row is proven.
         first: number of the first row.
         label_units: units of columns by heading, where neither the heading nor a quantity tells it.
     """
@@ -41,8 +39,6 @@ class Table:
     messages: Mapping[int, str] = field(repr=False)
     refused: tuple[int, int, int] = (0, 0, 0)
     defects: tuple[str, ...] = field(default=(), repr=False)
-    looks: Mapping[int, Any] = field(default_factory=dict, repr=False)
-    refusals: Mapping[int, ShockError] = field(default_factory=dict, repr=False)
     first: int = 0
     label_units: Mapping[str, str] = field(default_factory=dict, repr=False)
 
@@ -70,17 +66,12 @@ class Table:
         parts = list(tables)
         starts = np.cumsum([0, *map(len, parts)]).tolist()
 
-        def shifted(name: str) -> dict[int, Any]:
-            return {start + i: x for start, part in zip(starts, parts, strict=False) for i, x in getattr(part, name).items()}
-
         return cls(
             parts[0].computed,
             {name: np.concatenate([part.columns[name] for part in parts]) for name in parts[0].columns},
-            shifted("messages"),
+            {start + i: text for start, part in zip(starts, parts, strict=False) for i, text in part.messages.items()},
             cast(tuple[int, int, int], tuple(map(sum, zip(*(part.refused for part in parts), strict=True)))),
             tuple(itertools.chain.from_iterable(part.defects for part in parts)),
-            shifted("looks"),
-            shifted("refusals"),
             parts[0].first,
         )
 

@@ -27,6 +27,7 @@ STRIKE = {one.name: one.unit for one in options_of(Strike).values() if one.varie
 ATTITUDE = {"base-roll": "deg", "base-pitch": "deg", "base-yaw": "deg"}
 OFFSET = {"offset-x": "m", "offset-y": "m", "offset-z": "m"}
 OF_A_LINK = {"mass": "kg", "com-x": "m", "com-y": "m", "com-z": "m", "inertia": "-"}
+OF_A_LINK |= {f"inertia-{entry}": "kg m²" for entry in ("xx", "yy", "zz", "xy", "xz", "yz")}
 OF_THE_GROUND = {
     one.name: one.unit.replace("1", "-") for record in (Scene, Contact) for one in options_of(record).values() if one.varies
 }
@@ -171,8 +172,8 @@ def variation(robot: Robot, subject: str, values: "str | float | Iterable[float 
     Args:
         robot: the robot.
         subject: "*_KFE", "joint:speed", "strike-angle", "speed", "base-pitch", "contact", "offset-x", "friction", "mass:LINK",
-            "com-z:LINK", "inertia:LINK", "armature:JOINTS", "rotor:JOINTS", "joint-stiffness:JOINTS", "place:JOINTS" and so on; a
-            name that is none of these words is a joint, or a pattern of joints.
+            "com-z:LINK", "inertia:LINK", "inertia-xx:LINK", "armature:JOINTS", "rotor:JOINTS", "joint-stiffness:JOINTS",
+            "place:JOINTS" and so on; a name that is none of these words is a joint, or a pattern of joints.
         values: numbers or names; or a text: "a:b:n" for n values from a to b, "a,b,c" for these, "a:b" for a range to draw from,
             uniformly or, of factors of armature and stiffness and with ":log" after it, uniformly in the logarithm; "m±s" to draw
             from a normal distribution of mean m and standard deviation s, of a centre of mass also "±s"; an x after each number, or
@@ -195,7 +196,12 @@ def variation(robot: Robot, subject: str, values: "str | float | Iterable[float 
             f"{subject}: a factor such as 0.8x or ±5% applies to mass:LINK, inertia:LINK, armature:JOINT, joint-stiffness:JOINT "
             f"and place:JOINT only; give values in {unit or 'SI units'}"
         )
-    if law == "normal" and isinstance(values, str) and values.startswith(("±", "+-")) and not (factor or kind.startswith("com")):
+    if (
+        law == "normal"
+        and isinstance(values, str)
+        and values.startswith(("±", "+-"))
+        and not (factor or kind.startswith(("com", "inertia-")))
+    ):
         raise StudyError(f"{subject}: {values} has no mean; give it too, such as 1{values}")
     if kind == "inertia" and not factor:
         raise StudyError(f"{subject}: the moments of inertia are varied by factors; give them with an x, such as 0.5x:2x:4")

@@ -38,10 +38,13 @@ from shockpc.profile import profile_of_scene
 from shockpc.quantities.profile import ShockProfile
 from shockpc.robot.changes import Change, Property, changed, varied_bodies
 from shockpc.robot.robot import Robot
-from shockpc.text.errors import ShockError, StudyError, refusal
+from shockpc.text.errors import ShockError, StudyError, attempt
 
 MOST_ROWS = 10**8
 """Rows of a sweep: so many take an hour, and a column of them 0.8 GB."""
+
+CLOSED = 4096
+"""Postures whose closed loops are kept, at most."""
 
 DEG = math.pi / 180.0
 
@@ -165,6 +168,11 @@ class VariedLandings:
         """Whether a contact that would be pulled opens, because there is friction."""
         return self.scene.friction is not None or any(one.kind == "friction" for one in self.variations)
 
+    @property
+    def base_scene(self) -> Scene:
+        """The first landing, which also has a friction or a contact stiffness that varies."""
+        return self.first.scene
+
     def compared(self, count: int) -> np.ndarray:
         """Random rows (n,), at most so many."""
         return np.random.default_rng([self.seed, 2]).choice(self.rows, min(count, self.rows), replace=False, shuffle=False)
@@ -174,8 +182,17 @@ class VariedLandings:
 
     def at(self, given: Array) -> "VariedLandings":
         """The same landings with these values (n, v)."""
-        other = replace(self, given=given, sample=len(given))
-        vars(other)["first"] = self.first  # which does not depend on them
+        return self._beside(given=given, sample=len(given))
+
+    def with_values(self, *values: Array) -> "VariedLandings":
+        """The same grid with other values (n,) of each variation."""
+        pairs = zip(self.variations, values, strict=True)
+        return self._beside(variations=tuple(replace(varied, values=tuple(x.tolist())) for varied, x in pairs))
+
+    def _beside(self, **changes: Any) -> "VariedLandings":
+        """The same landings but for some fields, on which neither the first landing nor how loops are closed depends."""
+        other = replace(self, **changes)
+        vars(other).update(first=self.first, _closed=self._closed)
         return other
 
     def resolved(self) -> tuple[Array, Array]:
@@ -244,15 +261,17 @@ class VariedLandings:
         choices = {
             variation: x[:, 0] for variation, x in values.items() if variation.stage < 2 and (variation.stage == 0 or self.separate)
         }
-        codes = [np.arange(m) if self.separate else np.zeros(m, dtype=int)]
-        codes += [np.unique(x, return_inverse=True)[1] for x in choices.values()]
+        codes = [np.zeros(m, dtype=int), *(np.unique(x, return_inverse=True)[1] for x in choices.values())]
         _, code = np.unique(np.stack(codes), axis=1, return_inverse=True)
         order = np.argsort(code.ravel(), kind="stable")
         for group in np.split(order, np.flatnonzero(np.diff(code.ravel()[order])) + 1):
-            try:
-                yield group, resolve(*self._case({variation: x[group[0]] for variation, x in choices.items()}))
-            except Exception as error:
-                yield group, refusal(error)
+            choice = {variation: x[group[0]] for variation, x in choices.items()}
+            yield group, attempt(lambda choice=choice: resolve(*self._case(choice)))
+
+    @functools.cached_property
+    def _closed(self) -> dict[str, Scene]:
+        """Scenes with closed loops, by their postures."""
+        return {}
 
     @functools.cached_property
     def first(self) -> PosedLanding:
@@ -321,12 +340,14 @@ class VariedLandings:
             velocity = [one.vector(landing.plane) for one in self.struck.values()] if several else landing.before.velocity
             return np.broadcast_to(velocity, (len(rows), self.strikes, 3))
         strike = landing.scene.strike
-        speed = varied.get("speed", np.array([[1.0 if strike.speed is None else strike.speed]]))
-        theta = varied.get("strike-angle", np.array([[strike.strike_angle_deg or 0.0]])) * DEG
+        before, normal = landing.before.velocity, landing.plane.normal
+        outside = (before @ normal) * normal
+        speed = varied.get("speed", np.array([[np.linalg.norm(before - outside)]]))
+        theta = varied.get("strike-angle", np.array([[math.degrees(landing.strike_angle)]])) * DEG
         if strike.drop_height is not None:
             speed = math.sqrt(2.0 * GRAVITY * strike.drop_height) / np.cos(theta)
         up = np.array([0.0, 0.0, 1.0])
-        velocity = speed[..., None] * (np.sin(theta)[..., None] * landing.plane.forward - np.cos(theta)[..., None] * up)
+        velocity = outside + speed[..., None] * (np.sin(theta)[..., None] * landing.plane.forward - np.cos(theta)[..., None] * up)
         return np.broadcast_to(velocity, (len(rows), self.strikes, 3))
 
     def _case(self, choice: dict[Variation, Any], strike: int = 0) -> tuple[Scene, Robot]:
@@ -344,8 +365,17 @@ class VariedLandings:
         if changes:
             robot = changed(robot, changes)  # at once, as each robot reads the places of its frames anew
         if any(variation.moves for variation in choice) and self.separate:
-            scene = close_loops(scene, self.first)
+            scene = self._with_closed_loops(scene)
         return scene, robot
+
+    def _with_closed_loops(self, scene: Scene) -> Scene:
+        """As `close_loops` from the first landing, which takes longer than what follows, so that the last postures are kept."""
+        key = repr((scene.posture, scene.assemble))
+        if key not in self._closed:
+            if len(self._closed) == CLOSED:
+                self._closed.clear()
+            self._closed[key] = close_loops(scene, self.first)
+        return replace(scene, posture=self._closed[key].posture, assemble=self._closed[key].assemble)
 
 
 def _picked(values: dict[Variation, np.ndarray], solve: int, strike: int) -> dict[Variation, Any]:

@@ -22,6 +22,7 @@ from shockpc.landing.contact import contact_name, contacts_like
 from shockpc.landing.joint_model import JointModel, joint_model
 from shockpc.landing.landing import PosedLanding
 from shockpc.landing.scene import Joints, Rotor, Scene
+from shockpc.landing.scene_file import plane_of, with_plane
 from shockpc.robot.changes import Change, Property, changed, links_with_mass
 from shockpc.robot.robot import Robot
 from shockpc.text.errors import StudyError
@@ -40,15 +41,11 @@ def refuse_given_otherwise(scene: Scene, kind: str) -> None:
         kind: of what varies.
 
     Raises:
-        StudyError: the strike is a vector, has a forward speed or, where the speed varies, a drop height; or the base's attitude is
-            a quaternion.
+        StudyError: the speed varies, and the strike is a vector or a drop height; or the base's attitude is a quaternion.
     """
     strike = scene.strike
-    if kind in ("strike-angle", "speed"):
-        if strike.velocity is not None or (kind == "speed" and strike.drop_height is not None):
-            raise StudyError(f"{kind} is varied, but the velocity is given as a vector or a drop height; leave that out")
-        if strike.forward_speed is not None:
-            raise StudyError(f"{kind} is varied, but the scene gives a forward speed; leave that out")
+    if kind == "speed" and (strike.velocity is not None or strike.drop_height is not None):
+        raise StudyError("speed is varied, but the velocity is given as a vector or a drop height; leave that out")
     if kind in ATTITUDE and scene.posture.base_quaternion is not None:
         raise StudyError("the base's attitude is varied, but the scene gives it as a quaternion; give base_rpy_deg instead")
 
@@ -88,9 +85,11 @@ def applied(scene: Scene, robot: Robot, varied: Variation, value: Any) -> tuple[
         angles = list(posture.base_rpy_deg or (0.0, 0.0, 0.0))
         angles[list(ATTITUDE).index(varied.kind)] = float(value)
         return replace(scene, posture=replace(posture, base_rpy_deg=(angles[0], angles[1], angles[2]))), robot
-    if varied.kind in ("strike-angle", "speed"):
-        strike = replace(strike, speed=float(value)) if varied.kind == "speed" else replace(strike, strike_angle_deg=float(value))
-        return replace(scene, strike=strike), robot
+    if varied.kind == "speed":
+        return replace(scene, strike=replace(strike, speed=float(value))), robot
+    if varied.kind == "strike-angle":
+        scene = with_plane(scene)  # that of the scene as it is given, in which the strike turns
+        return replace(scene, strike=strike.turned(float(value), plane_of(scene))), robot
     if varied.kind == "contact":
         names = [str(value)] if str(value) in robot.frames else str(value).split("+")
         return replace(scene, contact=contacts_like(scene.contact, names)), robot

@@ -9,7 +9,7 @@ import json
 import math
 import os
 from collections.abc import Collection, Mapping, Sequence
-from dataclasses import field
+from dataclasses import field, replace
 from typing import TYPE_CHECKING, Any, Literal
 
 from shockpc.core.frozen import frozen
@@ -251,6 +251,22 @@ class Strike(Record):
         None, "Angular velocity of the base, world axes.", STRIKE, "WX,WY,WZ", unit="rad/s"
     )
     joint_velocities: Mapping[str, float] = field(default_factory=dict)
+
+    def turned(self, angle: float, plane: "Plane") -> "Strike":
+        """The same at another strike angle [deg].
+
+        The part of the velocity that is in the plane turns, and the part out of the plane stays; after a fall from a drop height
+        the vertical component stays, and the forward one changes.
+
+        Raises:
+            SceneError: as for `vector`.
+        """
+        if self.velocity is None:
+            return replace(self, strike_angle_deg=angle, forward_speed=None)
+        velocity, theta = self.vector(plane), math.radians(angle)
+        within = velocity - (velocity @ plane.normal) * plane.normal
+        turned = velocity - within + math.hypot(*within) * (math.sin(theta) * plane.forward - [0.0, 0.0, math.cos(theta)])
+        return replace(self, velocity=tuple(turned.tolist()))
 
     def vector(self, plane: "Plane") -> "Array":
         """The velocity (3,) in world axes [m/s]: speed · (sin θ · forward − cos θ · z).

@@ -15,7 +15,8 @@ from shockpc.text.diagnostic import Diagnostic
 from shockpc.text.errors import StudyError
 from shockpc.text.printed import listed
 
-Property = Literal["mass", "inertia", "com-x", "com-y", "com-z", "armature", "place"]
+Entry = Literal["inertia-xx", "inertia-yy", "inertia-zz", "inertia-xy", "inertia-xz", "inertia-yz"]
+Property = Literal["mass", "inertia", "com-x", "com-y", "com-z", Entry, "armature", "place"]
 """What can be changed."""
 
 SMALL = 0.01
@@ -30,11 +31,13 @@ class Change:
 
     Attributes:
         what: mass of a link, with its inertia in proportion and its centre of mass where it was [kg]; inertia of a link about its
-            centre of mass; position of the centre of mass along x, y or z of the link's frame [m]; armature of a joint, its
+            centre of mass, all of it or an entry in axes of the link's frame [kg m²]; position of the centre of mass along x, y or
+            z of that frame [m]; armature of a joint, its
             reflected inertia [kg m²; kg for a prismatic joint]; place of a joint, which may be fixed, with all that it carries: its
             origin in the frame of the link that carries it, such as (0, 0, -length) of a knee [m].
         pattern: name or glob of links, for armature and place of joints.
-        value: the new value, or what the present one is multiplied by; for the centre of mass, how far it moves.
+        value: the new value, or what the present one is multiplied by; of the centre of mass, and of an entry of the inertia,
+            what is added.
         factor: whether the present value is multiplied.
     """
 
@@ -49,19 +52,19 @@ class Change:
         Raises:
             StudyError: the value is not finite, not above zero, or not of the kind that the property takes.
         """
-        what, com, values = self.what, self.what.startswith("com"), np.ravel(self.value)
+        what, shift, values = self.what, self.what.startswith(("com", "inertia-")), np.ravel(self.value)
         place = what == "place" and not self.factor
         faults = {
             "the value has to be a finite number": not np.isfinite(values).all(),
             f"a place is three numbers [m] or a factor; give for example {what}:{self.pattern}=0,0,-0.3": len(values) != 3
             and place,
             "the value has to be one number": len(values) != 1 and not place,
-            f"a centre of mass is moved by metres, not by a factor; give for example {what}:trunk=0.02": com and self.factor,
-            "an inertia has six entries, so it is changed by a factor; give for example inertia:trunk=1.1x": (
-                what == "inertia" and not self.factor
-            ),
+            f"a centre of mass is moved by metres, and an entry of an inertia by kg m², not by a factor; give for example "
+            f"{what}:trunk=0.02": shift and self.factor,
+            "an inertia has six entries, so it is changed by a factor; give for example inertia:trunk=1.1x, or an entry, such as "
+            "inertia-xx:trunk=0.01": (what == "inertia" and not self.factor),
             "the value may not be below zero, and a factor of an inertia has to be above zero": (
-                not (com or place) and (values.min() < 0.0 or (values.min() == 0.0 and what == "inertia"))
+                not (shift or place) and (values.min() < 0.0 or (values.min() == 0.0 and what == "inertia"))
             ),
         }
         for message, wrong in faults.items():
@@ -212,6 +215,11 @@ def _changed_inertia(
     """Mass (...), lever (..., 3) and inertia (..., 3, 3) of a link after a change by values x (...), as in `Change`."""
     if what.startswith("com"):
         return mass, lever + x[..., None] * np.eye(3)["xyz".index(what[-1])], inertia
+    if what.startswith("inertia-"):
+        one = np.zeros((3, 3))
+        j, k = ("xyz".index(axis) for axis in what[-2:])
+        one[[j, k], [k, j]] = 1.0
+        return mass, lever, inertia + x[..., None, None] * one
     ratio = x if factor else x / mass
     return mass * ratio if what == "mass" else mass, lever, inertia * ratio[..., None, None]
 

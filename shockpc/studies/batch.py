@@ -4,15 +4,15 @@ import functools
 import math
 from collections.abc import Callable, Iterable, Mapping
 from concurrent.futures import Executor
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Annotated, Any, NamedTuple
 
 import numpy as np
 
 from shockpc.evaluation.columns import selected
-from shockpc.evaluation.evaluate import Evaluation
-from shockpc.evaluation.landings import HEADINGS, ListedLandings, Read, refuse_unused_ground
+from shockpc.evaluation.evaluate import proven
+from shockpc.evaluation.executor import in_order
 from shockpc.evaluation.table import Table
 from shockpc.landing.contact import contact_name
 from shockpc.landing.level_feet import with_contacts
@@ -26,13 +26,16 @@ from shockpc.robot.load import load_robot
 from shockpc.robot.robot import Robot
 from shockpc.studies.declare import QuantityOption, study
 from shockpc.text.diagnostic import Diagnostic
-from shockpc.text.errors import StudyError
+from shockpc.text.errors import ShockError, StudyError, attempt, traces
 
 STANDARD = (
     "mass", "ropc", "shock_max", "shock_com", "shock_free", "shock_locked", "mass_sticking", "friction_needed", "feasible",
     "robot.error_bound",
 )  # fmt: skip
 """Quantities of every row."""
+
+Read = Callable[[str], tuple[Robot, Iterable[Scene]]]
+"""From a name, such as that of a robot or its file, to the robot and its landings."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -171,48 +174,61 @@ def batch(
         raise StudyError("no robot is given; give at least one name or file")
     texts = {text.removeprefix("robot."): text for text in (*STANDARD, *quantities, rank)}
     wanted = tuple(select(text.partition("@")[0]) for text in texts.values())
-    evaluation = Evaluation(
-        ListedLandings(tuple(names), functools.partial(_read, read, wanted)), prove=None, look=functools.partial(_row, look, texts)
-    )
-    tables = []
-    for source, part in zip(names, evaluation.tables(executor), strict=True):
-        tables.append(replace(part, looks={i: replace(row, source=source) for i, row in part.looks.items()}))
+    found, defects = list[BatchRow | Failure](), list[str]()
+    for source, part in zip(names, in_order(executor, functools.partial(_landed, read, wanted, look, texts), names), strict=True):
+        found += part[0]
+        defects += part[1]
         if done is not None:
             done(source)
-    table = Table.joined(tables)
-    rows = list(table.looks.values())
-    labels = [table.columns[name].tolist() for name in HEADINGS]
-    failures = [Failure(labels[0][i], labels[1][i], text) for i, text in table.messages.items()]
+    rows = [one for one in found if isinstance(one, BatchRow)]
+    failures = [one for one in found if isinstance(one, Failure)]
     name = rank.removeprefix("robot.")
     selection = select(rank.partition("@")[0])
 
     rows.sort(
         key=lambda row: (selection.worse(_number(row, name)), select("shock_com").worse(_number(row, "shock_com"))), reverse=True
     )
-    values = {text: np.array([_number(table.looks.get(i), text) for i in range(len(table))]) for text in texts}
-    columns = {**{name: table.columns[name] for name in HEADINGS}, **values, "proven": table.columns["proven"]}
-    return Batch(tuple(texts), name, tuple(rows), tuple(failures), replace(table, columns=columns, looks={}))
+    names = [one.source if isinstance(one, BatchRow) else one.robot for one in found]
+    columns = {"robot": np.array(names, dtype=str), "contact": np.array([one.contact for one in found], dtype=str)}
+    columns |= {text: np.array([_number(one, text) for one in found]) for text in texts}
+    columns["proven"] = np.array([isinstance(one, BatchRow) for one in found], dtype=bool)
+    messages = {i: one.reason for i, one in enumerate(found) if isinstance(one, Failure)}
+    table = Table((), columns, messages, defects=tuple(defects))
+    return Batch(tuple(texts), name, tuple(rows), tuple(failures), table)
 
 
-def _read(read: Read, wanted: tuple[Selection, ...], name: str) -> tuple[Robot, list[Scene]]:
-    """The landings of a robot, none of which gives a friction or a stiffness on which no number depends."""
-    robot, scenes = read(name)
-    scenes = list(scenes)
-    for scene in scenes:
-        refuse_unused_ground(scene, (selection.quantity for selection in wanted))
-    return robot, scenes
+def _landed(
+    read: Read, wanted: tuple[Selection, ...], look: Callable[[ShockProfile], Any] | None, texts: Mapping[str, str], name: str
+) -> tuple[list[BatchRow | Failure], list[str]]:
+    """The landings of a robot, and descriptions of unexpected exceptions.
+
+    There is one failure if it cannot be read, or gives a friction or a stiffness on which no number depends.
+    """
+
+    def landed() -> tuple[list[Scene], dict[str, ShockProfile | ShockError]]:
+        robot, read_scenes = read(name)
+        scenes = list(read_scenes)
+        return scenes, proven({str(k): (scene, robot) for k, scene in enumerate(scenes)}, wanted)
+
+    found = attempt(landed)
+    if isinstance(found, ShockError):
+        return [Failure(name, "", str(found))], traces([found])
+    rows = [one if isinstance(one, ShockError) else attempt(_row, look, texts, name, one) for one in found[1].values()]
+    pairs = zip(found[0], rows, strict=True)
+    named = [Failure(name, contact_name(scene), str(row)) if isinstance(row, ShockError) else row for scene, row in pairs]
+    return named, traces(rows)
 
 
-def _number(row: BatchRow | None, text: str) -> float:
-    value = None if row is None else row.values[text]
+def _number(row: BatchRow | Failure, text: str) -> float:
+    value = row.values[text] if isinstance(row, BatchRow) else None
     return math.nan if value is None else value
 
 
-def _row(look: Callable[[ShockProfile], Any] | None, texts: Mapping[str, str], profile: ShockProfile) -> BatchRow:
+def _row(look: Callable[[ShockProfile], Any] | None, texts: Mapping[str, str], source: str, profile: ShockProfile) -> BatchRow:
     trunk = profile.places("body")[int(np.argmax(profile.robot.masses))]
     model = profile.landing.joint_model
     return BatchRow(
-        source="",
+        source=source,
         robot=profile.robot.label,
         contact=contact_name(profile.scene),
         trunk=trunk.name,

@@ -7,7 +7,6 @@ from typing import Annotated, NamedTuple
 
 from shockpc.evaluation.columns import selected
 from shockpc.evaluation.evaluate import proven
-from shockpc.evaluation.landings import refuse_unused_ground
 from shockpc.evaluation.table import Table
 from shockpc.landing.places import Place, PlaceKind
 from shockpc.landing.record import Option
@@ -183,8 +182,9 @@ def compare(
         Sequence[str],
         Option(
             "A change of the one design, such as 'mass:*_shank=0.9x; armature:*=0.01', which makes another design; "
-            "mass, inertia (a factor), com-x, com-y, com-z (moved by) of links, armature of joints, place of joints, fixed ones "
-            "too, in the frame of the link that carries them, such as 'place:*_KFE=0,0,-0.3' or =1.1x for longer thighs.",
+            "mass, inertia (a factor), inertia-xx … -yz (added), com-x, -y, -z (moved by) of links, armature of joints, place of "
+            "joints, fixed ones too, in the frame of the link that carries them, such as 'place:*_KFE=0,0,-0.3' or =1.1x for "
+            "longer thighs.",
             "Designs",
             "CHANGES",
             "change",
@@ -209,9 +209,7 @@ def compare(
         raise StudyError("one design cannot be compared; give another one, or a change of it with --change")
     slides = all(design.scene.friction is not None for design in every)
     texts = tuple(dict.fromkeys((*quantities, *(WITH_FRICTION if slides else STANDARD))))
-    for design in every:
-        refuse_unused_ground(design.scene, (select(text.partition("@")[0]).quantity for text in texts))
-    profiles = _profiles(every)
+    profiles = _profiles(every, [select(text.partition("@")[0]) for text in texts])
     for pair in pairs:
         if not any(any(matching(profiles[0], profile, *pair).values()) for profile in profiles[1:]):
             names = "; ".join(
@@ -246,9 +244,9 @@ def _nothing(designs: Sequence[Design], profiles: Sequence[ShockProfile], matche
     return f'"{text}" cannot be compared, because the designs have no {quantity.of}s in common: {owned}; {rule}'
 
 
-def _profiles(designs: Sequence[Design]) -> tuple[ShockProfile, ...]:
+def _profiles(designs: Sequence[Design], selections: Sequence[Selection]) -> tuple[ShockProfile, ...]:
     """The profiles of designs; a refusal names the design."""
-    results = proven({str(k): (design.scene, design.robot) for k, design in enumerate(designs)})
+    results = proven({str(k): (design.scene, design.robot) for k, design in enumerate(designs)}, selections)
     for design, result in zip(designs, results.values(), strict=True):
         if isinstance(result, (SceneError, SolveError)):
             raise type(result)(f"{design.label}: {result}", **result.data)

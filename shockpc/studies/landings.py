@@ -151,7 +151,7 @@ def refuse_unused(scene: Scene, rows: RecordedRows, evaluation: Evaluation[Recor
     """
     compared = rows.measured if scene.contact_stiffness is None else [one for one in rows.measured if one.time is not None]
     if not compared:
-        refuse_unused_ground(scene, (column.selection.quantity for column in evaluation.computed))
+        refuse_unused_ground(scene, (column.selection for column in evaluation.computed))
 
 
 def compare_measured(

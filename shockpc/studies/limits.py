@@ -1,7 +1,7 @@
 """Which values of a joint, or of what else varies, keep a number below a bound: the shock at a point, a torque, a friction.
 
-The number is computed on a grid of values and strike angles, of which rows that need a proof are proven. Where a cubic spline of it
-meets the bound the landing is computed too, until a limit is known to `FINE` of the range.
+The number is computed on the rows of a sweep over values and strike angles. Where a cubic spline of it meets the bound rows are
+added, until a limit is known to `FINE` of the range.
 """
 
 import functools
@@ -15,19 +15,16 @@ import numpy as np
 
 from shockpc.core.spatial import Array, Plane
 from shockpc.evaluation.columns import Column, column, columns, target_text
-from shockpc.evaluation.crossings import crossings, kinks, vertices
-from shockpc.evaluation.evaluate import profiles
-from shockpc.evaluation.landings import refuse_ground
-from shockpc.evaluation.strike_scan import ANGLES, Bound, StrikeScan
+from shockpc.evaluation.strike_scan import ANGLES, LEAST, Bound, StrikeScan
 from shockpc.evaluation.table import Table
 from shockpc.evaluation.variation import ATTITUDE, OFFSET, Variation, kind_of, motion_range, variation
-from shockpc.evaluation.varied_scene import present_value, refuse_given_otherwise, with_offsets
+from shockpc.evaluation.varied_scene import present_value, with_offsets
 from shockpc.landing.landing import PosedLanding
 from shockpc.landing.posture import set_many, settable_joints
 from shockpc.landing.record import Option
 from shockpc.landing.scene import Point, Scene
 from shockpc.landing.scene_file import robot_of
-from shockpc.profile import ILL_CONDITIONED
+from shockpc.profile import ILL_CONDITIONED, shock_profile
 from shockpc.quantities.profile import ShockProfile
 from shockpc.robot.robot import Joint, Robot
 from shockpc.studies.declare import study
@@ -52,9 +49,6 @@ STEP = {"rad": math.radians(0.1), "m": 1e-4}
 FINE = {"rad": 1e-6, "m": 1e-9}
 """To which a limit is found: far below 0.01° and 0.01 mm. Of other variations it is 1e-8 of the range."""
 
-CLOSABLE = 0.1
-"""Share of `STEP` to which the value is found beyond which a loop cannot be closed."""
-
 MOST_POSTURES = 200_000
 """Largest number of postures of a scan."""
 
@@ -66,9 +60,6 @@ MOST_PROOFS = 2000
 
 UNCHANGED = 1e-9
 """Share of a number by which rounding may change it."""
-
-ROUNDS = 12
-"""How often landings are added to a scan where its spline meets the bound, at most; two or three times are usual."""
 
 NOT_LIMITED = {
     "strike-angle": "strike angles are what limits are found for; give their range with --strikes",
@@ -300,7 +291,7 @@ def limits(
     robot = robot or robot_of(scene)
     varied, joints, (low, high) = _varied(robot, joint, joint_range)
     scene = with_offsets(scene) if varied.kind in OFFSET else scene
-    (profile,) = profiles({"": (scene, robot)})
+    profile = shock_profile(scene, robot)
     landing, plane = profile.landing, profile.landing.plane
     number = column(profile, target_text(target, [scene]))
     entry = number.selection.quantity
@@ -309,9 +300,6 @@ def limits(
             f"the {entry.worse} value of {number.name} is the worse one; bound it by {'max' if bound.below else 'min'}"
         )
     per_landing = entry.per_landing(profile.scene)
-    if not entry.of_ground(scene):
-        refuse_ground(scene, friction=False)  # what is feasible depends on the friction
-    refuse_given_otherwise(scene, varied.kind)
     unit = joints[0].unit if joints else varied.unit.replace("deg", "rad")
     if joints and landing.loops and landing.before.joint_rates.any():
         raise StudyError("how fast joints of a loop move depends on the posture; leave the joint velocities out")
@@ -331,10 +319,9 @@ def limits(
             f"a step of {_value(step, unit)} from {_value(low, unit)} to {_value(high, unit)} is not possible; "
             f"give one above zero that makes at most {MOST_POSTURES} postures"
         )
-    values = np.linspace(low, high, math.ceil((high - low) / step - 1e-9) + 1)
+    values = np.linspace(low, high, int(np.maximum(LEAST, math.ceil((high - low) / step - 1e-9) + 1)))
     scale = math.degrees(1.0) if unit == "rad" else 1.0
-    closable = CLOSABLE * STEP.get(unit, 0.0)
-    scan = StrikeScan(landing, number, bound, varied, joints, values, scale, _targets(angle, *angles), closable)
+    scan = StrikeScan(landing, joint, number, bound, values, scale, _targets(angle, *angles))
     if scan.unreachable and np.isnan(scan.at_scene_strike).all():
         raise SolveError(f"no posture from {_value(low, unit)} to {_value(high, unit)} has a result: {scan.unreachable[0][2]}")
     ends: tuple[End, End] = ("range" if scan.values[0] <= low else "loop", "range" if scan.values[-1] >= high else "loop")
@@ -410,20 +397,9 @@ def _targets(angle: float, low: float, high: float) -> tuple[tuple[float, float]
 
 
 def _limits(scan: StrikeScan, bound: Bound, ends: tuple[End, End], fine: float) -> Iterator[StrikeLimits]:
-    """The intervals of the joint that keep the bound at each of the scan's targets.
-
-    Landings are added where the spline of the number meets the bound, and at extrema that could reach it, until all are known.
-    """
-    columns = np.searchsorted(scan.angles, [low for low, _ in scan.targets])
-    numbers = [scan.numbers[:, k] if low == high else scan.worst[0] for k, (low, high) in zip(columns, scan.targets, strict=True)]
-    samples = [(scan.values, number) for number in numbers]
-    for _ in range(ROUNDS):
-        added = [_still_to_compute(x, bound.excess(number), fine) for x, number in samples]
-        if not any(map(len, added)):
-            break
-        pairs = zip(samples, added, scan.at(added), strict=True)
-        samples = [_merged(np.append(x, more), np.append(number, known)) for (x, number), more, known in pairs]
-    for strikes, (x, number) in zip(scan.targets, samples, strict=True):
+    """The intervals of the joint that keep the bound at each of the scan's targets."""
+    x, numbers = scan.limited(fine)
+    for strikes, number in zip(scan.targets, numbers, strict=True):
         beyond = bound.excess(number)
         inside = beyond <= 0.0
         i = np.flatnonzero(inside[1:] != inside[:-1])
@@ -441,28 +417,6 @@ def _runs(values: Array, holds: np.ndarray) -> Iterator[tuple[float, float]]:
     """First and last value (n,) of each run of those for which something holds (n,)."""
     change = np.flatnonzero(np.diff(np.concatenate([[False], holds, [False]])))
     yield from zip(values[change[::2]].tolist(), values[change[1::2] - 1].tolist(), strict=True)
-
-
-def _merged(x: Array, y: Array) -> tuple[Array, Array]:
-    order = np.argsort(x)
-    return x[order], y[order]
-
-
-def _still_to_compute(x: Array, beyond: Array, fine: float) -> Array:
-    """Where landings are still to be computed: at roots of the spline, and at extrema that may reach the bound, or are the best.
-
-    Between two values alone, which make no spline, in the middle.
-    """
-    if len(x) < 3:
-        return (x[1:] + x[:-1])[np.diff(x) > 2.0 * fine] / 2.0
-    # A step changes the number by about as much on one side of an extremum as on the other.
-    before, here, after = np.where(beyond[1:-1] > 0.0, 1.0, -1.0) * np.stack([beyond[:-2], beyond[1:-1], beyond[2:]])
-    turning = (here <= np.minimum(before, after)) & (here < np.maximum(before, after) - here)
-    turning[np.clip(np.argmin(beyond) - 1, 0, len(turning) - 1)] = True
-    three = np.flatnonzero(turning)[:, None] + np.arange(3)
-    extrema = np.concatenate([vertices(x[three], beyond[three]), kinks(x, beyond)])
-    places = np.unique([*crossings(x, beyond[None])[1], *extrema])
-    return np.asarray(places[np.abs(places[:, None] - x).min(axis=1) > fine])
 
 
 def _strike_range(plane: Plane, given: tuple[float, float] | None) -> tuple[float, float]:

@@ -7,17 +7,17 @@ several landings the number is the worst of them or their mean, and its change i
 
 import math
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import Annotated, NamedTuple, cast
 
 import numpy as np
 
 from shockpc.core.spatial import Array, read_only
 from shockpc.evaluation.columns import Column, column, target_text
-from shockpc.evaluation.evaluate import TRUSTED, Evaluation, profiles
+from shockpc.evaluation.evaluate import TRUSTED, Evaluation
 from shockpc.evaluation.gradients import has_gradient
 from shockpc.evaluation.gradients import slopes as exact_slopes
-from shockpc.evaluation.landings import common_robot, named_scenes, refuse_unused_ground, with_default_landings
+from shockpc.evaluation.landings import common_robot, named_scenes, with_default_landings
 from shockpc.evaluation.one_by_one import (
     STEPS,
     Parameter,
@@ -31,6 +31,7 @@ from shockpc.evaluation.table import Table
 from shockpc.evaluation.variation import OF_A_LINK, Variation, Vary, pairs, refuse_repeated, variation
 from shockpc.landing.record import Option
 from shockpc.landing.scene import Point, Scene
+from shockpc.profile import shock_profile
 from shockpc.quantities.profile import ShockProfile
 from shockpc.robot.changes import Property
 from shockpc.robot.robot import Robot
@@ -243,12 +244,10 @@ def sensitivity(
             "groups are of all parameters, and vary names those that change, of which a glob is one; leave one of the two out"
         )
     refuse_repeated(robot, chosen)
-    solved = profiles({name: (scene, robot) for name, scene in scenes.items()}, trace)
+    solved = tuple(shock_profile(scene, robot, trace) for scene in scenes.values())
     text = target_text(target, scenes.values())
     numbers = [column(profile, text) for profile in solved]
     number = numbers[0]
-    for scene in scenes.values():
-        refuse_unused_ground(scene, [number.selection.quantity])
     values = np.array([_value(*pair) for pair in zip(solved, numbers, strict=True)])
     by_landing = [{parameter[:3]: parameter for parameter in parameters(profile.landing)} for profile in solved]
     share = percent / 100.0
@@ -390,6 +389,8 @@ def _slopes(profile: ShockProfile, wanted: Mapping[ParameterKey, Parameter], num
         number: the number.
     """
     varied = {key: parameter for key, parameter in wanted.items() if not parameter.reason}
+    # Before the formulas, so that a ground on which the number does not depend is refused with them too.
+    evaluation = Evaluation(VariedOneByOne(profile.landing, tuple(varied.values())), (number,), prove=0, trusted=TRUSTED)
     slopes = {key: _Slope(np.nan, reason=parameter.reason) for key, parameter in wanted.items()} | _formulas(
         profile, varied, number
     )
@@ -397,7 +398,7 @@ def _slopes(profile: ShockProfile, wanted: Mapping[ParameterKey, Parameter], num
     if not varied:
         return slopes
     source = VariedOneByOne(profile.landing, tuple(varied.values()))
-    table = Evaluation(source, (number,), prove=0, trusted=TRUSTED).table().without_defects()
+    table = replace(evaluation, landings=source).table().without_defects()
     here = _number(profile, number)
     after, before = np.moveaxis(table.values(number).reshape(-1, 2, len(STEPS) // 2), 1, 0)
     steps = source.steps[:, None] * STEPS[: len(STEPS) // 2]

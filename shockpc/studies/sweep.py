@@ -6,7 +6,6 @@ from typing import Annotated
 
 from shockpc.evaluation.columns import Column, ground_columns, selected
 from shockpc.evaluation.evaluate import Evaluation
-from shockpc.evaluation.landings import refuse_unused_ground
 from shockpc.evaluation.variation import Vary
 from shockpc.evaluation.varied import MOST_ROWS, VariedLandings, varied_landings
 from shockpc.landing.places import Place, body_places, moving_point
@@ -34,9 +33,10 @@ def sweep(
             "Quantity and values: a:b:n, a list a,b,c or, with --sample, a range a:b, a:b:log (log-uniform) or m±s (normal; also "
             "m+-s). Quantities are a joint or a glob [deg; m if prismatic], base-roll, base-pitch, base-yaw, strike-angle [deg], "
             "speed [m/s], contact (names), offset-x, -y, -z [m], friction, contact-stiffness [N/m], mass:LINKS [kg], com-x:LINKS, "
-            "-y, -z (a shift) [m], inertia:LINKS, armature:JOINTS [kg m²], joint-stiffness:JOINTS (of springs; counts with a "
-            "contact stiffness) [N m/rad], place:JOINTS (lengths, of a robot for each row); of masses, inertias, armature, springs "
-            "and places factors, 0.8x:1.2x:9 or ±5% (a standard deviation).",
+            "-y, -z (a shift) [m], inertia:LINKS, inertia-xx:LINKS, -yy, -zz, -xy, -xz, -yz (what is added) [kg m²], "
+            "armature:JOINTS [kg m²], joint-stiffness:JOINTS (of springs; counts with a contact stiffness) [N m/rad], "
+            "place:JOINTS (lengths, of a robot for each row); of masses, inertias, armature, springs and places factors, "
+            "0.8x:1.2x:9 or ±5% (a standard deviation).",
             "What varies",
             "NAME=VALUES",
         ),
@@ -106,7 +106,6 @@ def sweep(
         replace(scene, point=points), vary, robot=robot, vary_each=vary_each, sample=sample, lhs=lhs, seed=seed
     )
     columns = _columns(source, points, bodies, quantities)
-    refuse_unused_ground(source.first.scene, (column.selection.quantity for column in columns))
     return Evaluation(source, columns, prove, feasible)
 
 

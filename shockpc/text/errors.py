@@ -14,10 +14,12 @@ an error in shockpc itself, as any other exception. Codes 0 (done) and 1 (a budg
 """
 
 import re
-from collections.abc import Iterable
-from typing import Any
+from collections.abc import Callable, Iterable
+from typing import Any, TypeVar
 
 from shockpc.text.printed import printable
+
+T = TypeVar("T")
 
 
 class ShockError(Exception):
@@ -142,6 +144,14 @@ def refusal(error: Exception) -> ShockError:
     where = f"{place.filename.rpartition('/')[2]}, line {place.lineno}"
     text = f"an error in shockpc itself, please report it: {type(error).__name__} in {where}: {error}"
     return DefectError(text, "".join(traceback.format_exception(error)))
+
+
+def attempt(compute: Callable[..., T], *given: Any) -> T | ShockError:
+    """The value of a function of what is given, or the error of one landing of many that it raises, as `refusal`."""
+    try:
+        return compute(*given)
+    except Exception as error:
+        return refusal(error)
 
 
 def traces(errors: Iterable[object]) -> list[str]:

@@ -210,7 +210,7 @@ def check_budgets(
     profiles: dict[str, ShockProfile] = {}
     bound = 0.0
     results = proven(
-        {str(k): (plan.scene, plan.robot) for k, plan in enumerate(planned)}, done=lambda k: done(planned[int(k)].case.name)
+        {str(k): (plan.scene, plan.robot) for k, plan in enumerate(planned)}, None, done=lambda k: done(planned[int(k)].case.name)
     )
     defects = traces(results.values())
     for plan, result in zip(planned, results.values(), strict=True):
@@ -259,7 +259,7 @@ def _plan(given: Budgets, baseline: Baseline | None, renewing: bool, cases: dict
             try:
                 robot = robot_of(scene)
                 landing = resolve(scene, robot)
-                refuse_unused_ground(scene, (budget.selection.quantity for _, budget in belonging))
+                refuse_unused_ground(scene, (budget.selection for _, budget in belonging))
                 cases[case.name] = case_record(landing, angle is None)
                 if baseline is not None:
                     refuse_other_scene(baseline, case.name, cases[case.name])
@@ -267,7 +267,8 @@ def _plan(given: Budgets, baseline: Baseline | None, renewing: bool, cases: dict
                     wanted[k] = _places(landing, budget.selection.quantity, budget.at)
                     if baseline is not None and budget.baseline_tolerance is not None:
                         _refuse_missing(baseline, [OutcomeKey(case.name, angle, place.name, budget.metric) for place in wanted[k]])
-                designs = _designs(case, scene, robot, [given.budgets[k].selection for k in sampled], [wanted[k] for k in sampled])
+                asked = tuple(budget.selection for _, budget in belonging)
+                designs = _designs(case, scene, robot, [(given.budgets[k].selection, wanted[k]) for k in sampled], asked)
             except ShockError as refusal:
                 raise StudyError(f'case "{printable(case.name)}": {refusal}', **refusal.data) from None
             yield _Planned(case, angle, scene, robot, wanted, designs)
@@ -287,19 +288,27 @@ def _places(landing: PosedLanding, quantity: Quantity, at: str) -> tuple[Place, 
 
 
 def _designs(
-    case: Case, scene: Scene, robot: Robot, selections: Sequence[Selection], places: Sequence[tuple[Place, ...]]
+    case: Case, scene: Scene, robot: Robot, chosen: Sequence[tuple[Selection, tuple[Place, ...]]], asked: tuple[Selection, ...]
 ) -> Evaluation[VariedLandings] | None:
-    """The random designs of a landing, with a column for each number whose percentile has a limit; None without any."""
-    if not selections:
+    """The random designs of a landing, with a column for each number whose percentile has a limit; None without any.
+
+    Args:
+        case: says what varies.
+        scene: the landing.
+        robot: its robot.
+        chosen: those numbers, each with its places.
+        asked: the quantities of all budgets of the landing.
+    """
+    if not chosen:
         return None
     vary, each = (
         [(unknown.quantity, unknown.values) for unknown in case.vary if unknown.quantity],
         [(unknown.each, unknown.values) for unknown in case.vary if unknown.each],
     )
     source = varied_landings(scene, vary, robot=robot, vary_each=each, sample=int(case.designs), lhs=True, keep_joints=True)
-    wanted = [Column(selection, place) for selection, chosen in zip(selections, places, strict=True) for place in chosen]
+    wanted = [Column(selection, place) for selection, places in chosen for place in places]
     wanted.append(Column(select("energy_made"), source.first.places("robot")[0]))
-    return Evaluation(source, tuple({column.name: column for column in wanted}.values()), prove=0)
+    return Evaluation(source, tuple({column.name: column for column in wanted}.values()), prove=0, elsewhere=asked)
 
 
 def _percentiles(planned: _Planned, budgets: Sequence[Budget], table: Table) -> tuple[dict[int, list[float]], str]:

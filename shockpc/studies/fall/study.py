@@ -12,8 +12,8 @@ from typing import Annotated, Literal, NamedTuple
 import numpy as np
 
 from shockpc.evaluation.columns import selected
-from shockpc.evaluation.evaluate import Evaluation
-from shockpc.evaluation.landings import common_robot, landings_by_name, named_scenes, refuse_unused_ground
+from shockpc.evaluation.evaluate import proven
+from shockpc.evaluation.landings import common_robot, named_scenes
 from shockpc.evaluation.table import Table
 from shockpc.evaluation.variation import Vary, pairs
 from shockpc.evaluation.varied_scene import scene_grid
@@ -21,7 +21,7 @@ from shockpc.landing.ratings import TorqueStrength, torque_limits
 from shockpc.landing.record import Option
 from shockpc.landing.scene import CONTACT, STRIKE, Contact, Joints, Scene
 from shockpc.quantities.profile import ShockProfile
-from shockpc.quantities.table import select
+from shockpc.quantities.table import Selection, select
 from shockpc.robot.geometry import drawn_outline, outline
 from shockpc.robot.robot import Robot
 from shockpc.robot.slack import LIMIT_SLACK
@@ -29,7 +29,7 @@ from shockpc.studies.declare import QuantityOption, study
 from shockpc.studies.fall.body import Rigid
 from shockpc.studies.fall.strikes import FallStrike, Tip, drops, strikes_of, tip_over
 from shockpc.text.diagnostic import warn
-from shockpc.text.errors import DefectError, ShockError, StudyError
+from shockpc.text.errors import DefectError, ShockError, StudyError, traces
 from shockpc.text.printed import listed
 from shockpc.text.trace import Trace
 
@@ -233,7 +233,6 @@ def fall(
     tips, strikes, failures, notes = list[Tip](), list[FallStrike](), dict[str, ShockError](), list[str]()
     for posture, scene in scenes.items():
         _refuse_options(scene)
-        refuse_unused_ground(scene, (one.quantity for one in (ranked, *others)))
         with trace.stage("posture and geometry"):
             rigid = Rigid.of(scene, robot)
         notes += _notes(rigid)
@@ -254,16 +253,16 @@ def fall(
             "; ".join(f"{name}: {text}" for name, text in failures.items())
             or f"nothing strikes at {least:g} m/s or more: the robot rolls or comes to rest; a smaller --least lists slower ones"
         )
-    table = _evaluated(strikes, robot, texts, trace)
-    results = sorted(table.looks.values(), key=lambda one: -float(ranked.worse(one.values[rank])))
+    found, refused = _results(strikes, robot, [ranked, *others], texts, trace)
+    results = sorted(found.values(), key=lambda one: -float(ranked.worse(one.values[rank])))
     if not results:
-        raise next(iter(table.refusals.values()))
-    failures |= {strikes[i].name: refusal for i, refusal in table.refusals.items()}
+        raise next(iter(refused.values()))
+    failures |= refused
     warn(lambda: (one for result in results for one in result.profile.health.warnings if one.kind != "height"))
     return Falls(
         robot=robot, rank=rank, quantities=texts, tips=tuple(tips), strikes=tuple(strikes), results=tuple(results),
-        table=replace(table, looks={}), failures=tuple(failures.items()), drop=drop, notes=tuple(dict.fromkeys(notes)),
-        margins=_margins(results) if parts or efforts else (),
+        table=_table(strikes, found, refused, texts), failures=tuple(failures.items()), drop=drop,
+        notes=tuple(dict.fromkeys(notes)), margins=_margins(results) if parts or efforts else (),
     )  # fmt: skip
 
 
@@ -336,22 +335,37 @@ def _heading(heading: str | float) -> tuple[str, float]:
     return str(heading) if heading in HEADINGS else f"{angle:g} deg", math.radians(angle)
 
 
-def _evaluated(strikes: Sequence[FallStrike], robot: Robot, texts: Sequence[str], trace: Trace) -> Table:
-    """The landings of all strikes, with columns that tell them apart and the worst value of each quantity."""
+def _results(
+    strikes: Sequence[FallStrike], robot: Robot, selections: Sequence[Selection], texts: Sequence[str], trace: Trace
+) -> tuple[dict[str, StrikeResult], dict[str, ShockError]]:
+    """The landings of strikes by their names, and why others have none."""
     cases = {strike.name: (strike.scene, robot) for strike in strikes}
     if len(cases) < len(strikes):
         raise StudyError("two falls have one name; give each posture and heading once")
-    evaluation = Evaluation(landings_by_name(cases, trace), prove=None, look=lambda profile: profile)
-    table = evaluation.table()
-    free, locked = _trunks_with(strikes, robot, "free", trace), _trunks_with(strikes, robot, "locked", trace)
-    trunks = [free.looks, {i: _trunk(profile) for i, profile in table.looks.items()}, locked.looks]
-    refusals = dict(table.refusals)
-    for one in (free, locked):
-        refusals |= {i: error for i, error in one.refusals.items() if isinstance(error, DefectError)}
-    looks = {
-        i: _result(strikes[i], profile, texts, tuple(by_strike.get(i, math.nan) for by_strike in trunks))
-        for i, profile in table.looks.items()
+
+    def with_joints(model: Literal["free", "locked"]) -> dict[str, tuple[Scene, Robot]]:
+        return {name: (replace(scene, joints=Joints(model=model)), robot) for name, (scene, _) in cases.items()}
+
+    landed = [proven(one, selections, trace) for one in (with_joints("free"), cases, with_joints("locked"))]
+    refused = {
+        name: error
+        for k, results in enumerate(landed)
+        for name, error in results.items()
+        if isinstance(error, ShockError) and (k == 1 or isinstance(error, DefectError))
     }
+    found = {
+        strike.name: _result(strike, profile, texts, tuple(_trunk(results[strike.name]) for results in landed))
+        for strike in strikes
+        if isinstance(profile := landed[1][strike.name], ShockProfile)
+    }
+    return found, refused
+
+
+def _table(
+    strikes: Sequence[FallStrike], found: Mapping[str, StrikeResult], refused: Mapping[str, ShockError], texts: Sequence[str]
+) -> Table:
+    """All strikes, with columns that tell them apart and the worst value of each quantity."""
+    looks = {i: found[strike.name] for i, strike in enumerate(strikes) if strike.name in found}
     columns = {
         key: np.array([getattr(one, key) for one in strikes]) for key in ("fall", "number", "motion", "rate", "speed", "energy")
     }
@@ -364,18 +378,15 @@ def _evaluated(strikes: Sequence[FallStrike], robot: Robot, texts: Sequence[str]
     columns |= {f"trunk {model}": trunk[:, k] for k, model in enumerate(("free", "as modelled", "locked"))}
     units = {"rotation": "deg", "rate": "rad/s", "speed": "m/s", "energy": "J"} | {f"{text} at": "" for text in texts}
     units |= {name: "m/s" for name in columns if name.startswith("trunk ")}
-    columns["proven"] = table.columns["proven"]
-    return replace(table, columns=columns, looks=looks, label_units=units, refusals=refusals)
+    columns["proven"] = np.array([i in looks for i in range(len(strikes))])
+    messages = {i: str(refused[strike.name]) for i, strike in enumerate(strikes) if strike.name in refused and i not in looks}
+    return Table((), columns, messages, defects=tuple(traces(refused.values())), label_units=units)
 
 
-def _trunks_with(strikes: Sequence[FallStrike], robot: Robot, model: Literal["free", "locked"], trace: Trace) -> Table:
-    """The same with other joints: `_trunk` of each strike of which there is a verdict."""
-    cases = {strike.name: (replace(strike.scene, joints=Joints(model=model)), robot) for strike in strikes}
-    return Evaluation(landings_by_name(cases, trace), prove=None, look=_trunk).table()
-
-
-def _trunk(profile: ShockProfile) -> float:
-    """|Δv| of the heaviest body's centre of mass, with friction where it is given [m/s]."""
+def _trunk(profile: ShockProfile | ShockError) -> float:
+    """|Δv| of the heaviest body's centre of mass, with friction where it is given [m/s]; NaN without a verdict."""
+    if isinstance(profile, ShockError):
+        return math.nan
     key = "shock_com" if profile.scene.friction is None else "shock_com_friction"
     return float(profile.value(key, "body")[int(np.argmax(profile.robot.masses))]) * profile.v_in
 

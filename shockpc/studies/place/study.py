@@ -313,7 +313,7 @@ def _profiles(
     landings: Mapping[str, Scene], robot: Robot, progress: Callable[[str], None]
 ) -> tuple[dict[str, ShockProfile], tuple[tuple[str, ShockError], ...]]:
     """The landings' results by name, and those that could not be computed."""
-    results = proven({name: (scene, robot) for name, scene in landings.items()}, done=progress)
+    results = proven({name: (scene, robot) for name, scene in landings.items()}, None, done=progress)
     failures = [(name, result) for name, result in results.items() if isinstance(result, ShockError)]
     if len(failures) == len(results):
         raise failures[0][1]
