@@ -10,7 +10,7 @@ from standing import quadruped, soles
 import shockpc
 from shockpc import Scene, shock_profile
 from shockpc.landing.level_feet import default_landings
-from shockpc.landing.scene import Contact, Posture, Strike
+from shockpc.landing.scene import Contact, Joints, Posture, Strike
 from shockpc.quantities.robot import NEEDS_TILT
 from shockpc.robot.load import load_robot
 
@@ -112,6 +112,15 @@ def test_landings_without_contacts_are_all_level_feet_edges_and_single_feet(made
     assert landed(robot, scene) == list(expected)
     found = [at_imu(shock_profile(Scene(robot=path, contact=contacts), robot)) for contacts in default_landings(robot, scene)]
     np.testing.assert_allclose(found, list(expected.values()), rtol=0, atol=1e-6)
+
+
+def test_soles_carry_a_landing_together_that_tips_each_alone(made):
+    """With locked joints the centre of mass is between the soles; it comes to rest on both, and pivots on one."""
+    path = str(made / "b_soles.urdf")
+    for feet, kind, shock in ((("left_foot", "right_foot"), "flat", 1.0), (("left_foot",), "point", 0.993471)):
+        profile = shock_profile(Scene(robot=path, contact=feet, joints=Joints(model="locked")))
+        assert {contact.kind for contact in profile.scene.contact} == {kind}
+        assert at_imu(profile) == pytest.approx(shock, abs=1e-6)
 
 
 def test_the_tolerance_the_tilt_and_the_normal_decide_which_feet_are_level(made):

@@ -7,16 +7,17 @@ pivot, and the shock be several times too small. The centre of pressure of a rou
 """
 
 import math
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 
 import numpy as np
 
 from shockpc.core.impulse import solve_impact
+from shockpc.core.memo import memoized
 from shockpc.core.spatial import Array, cross
-from shockpc.landing.contact import across, contact_block, locate_lowest_point
+from shockpc.landing.contact import across, contact_block
 from shockpc.landing.landing import PosedLanding
-from shockpc.landing.rows import Block, block_point
+from shockpc.landing.rows import Block, block_point, slices_of
 from shockpc.landing.scene import Contact
 from shockpc.robot.geometry import Shape, robot_size, shapes_of
 from shockpc.robot.robot import Robot
@@ -56,95 +57,141 @@ def most_inside(robot: Robot) -> float:
 def resolve_contacts(landing: PosedLanding) -> PosedLanding:
     """The landing with all contacts at a definite point and of a definite kind; what a scene gives stays as it is.
 
+    Contacts that have a sole are flat first. Those whose sole does not carry the landing are points, until all others' do.
+
     Args:
         landing: its rows take contacts that are not resolved as points at their frames.
     """
-    contacts, warnings = zip(*(_resolved(landing, k) for k in range(len(landing.contacts))), strict=True)
-    blocks = (
-        block if contact == given else _block(landing, contact, block)
-        for contact, given, block in zip(contacts, landing.scene.contact, landing.contacts, strict=True)
-    )
-    return replace(
-        landing,
-        scene=replace(landing.scene, contact=contacts),
-        contacts=tuple(blocks),
-        warnings=(*landing.warnings, *(one for one in warnings if one is not None)),
-    )
+    given, blocks = landing.scene.contact, landing.contacts
+    if not any("auto" in (contact.at, contact.kind) for contact in given):
+        return landing
+    found, soles, warnings = [], dict[int, Array](), []
+    for k, (contact, block) in enumerate(zip(given, blocks, strict=True)):
+        definite, sole, warning = _placed(landing, contact, block)
+        found.append(definite)
+        if sole is not None:
+            soles[k] = sole
+        if warning is not None:
+            warnings.append(warning)
+    landing = replace(landing, warnings=(*landing.warnings, *warnings))
+    while True:
+        contacts = tuple(replace(contact, kind="flat") if k in soles else contact for k, contact in enumerate(found))
+        rows = tuple(_block(landing, *three) for three in zip(contacts, given, blocks, strict=True))
+        landing = replace(landing, scene=replace(landing.scene, contact=contacts), contacts=rows)
+        if not (tipping := _tipping(landing, soles) if soles else set()):
+            return landing
+        soles = {k: sole for k, sole in soles.items() if k not in tipping}
 
 
-def _block(landing: PosedLanding, contact: Contact, block: Block) -> Block:
-    """The rows of a contact. Args: block, the same as a point at the frame."""
-    return block if block.kind == "stop" else contact_block(landing.robot, contact, block.normal)
+def _block(landing: PosedLanding, contact: Contact, given: Contact, block: Block) -> Block:
+    """The rows of a contact. Args: given, block, the same before it was resolved."""
+    return block if block.kind == "stop" or contact == given else contact_block(landing.robot, contact, block.normal)
 
 
-def _resolved(landing: PosedLanding, number: int) -> tuple[Contact, Diagnostic | None]:
-    """A contact at a definite point and of a definite kind, and a warning where its geometry could not be read."""
-    contact, block = landing.scene.contact[number], landing.contacts[number]
+def _placed(landing: PosedLanding, contact: Contact, block: Block) -> tuple[Contact, Array | None, Diagnostic | None]:
+    """A contact at a definite point, its `_sole` if its kind is open, and a warning where its geometry could not be read."""
     if "auto" not in (contact.at, contact.kind):
-        return contact, None
+        return contact, None, None
     open_at, open_kind = contact.at == "auto", contact.kind == "auto"
     definite = replace(contact, at="frame" if open_at else contact.at, kind="point" if open_kind else contact.kind)
     if block.kind == "stop" or any(contact.offset):
-        return definite, None
-    robot = landing.robot
+        return definite, None, None
+    robot, state = landing.robot, landing.state
+    rotation, position = state.rotation[0, block.body], state.position[0, block.body]
     shapes, unread = shapes_of(robot, contact.frame)
-    if shapes and open_at and (depth := _depth(landing, block, shapes)) > INSIDE + SHARE * robot_size(robot, False):
+    up = block.normal @ rotation
+    if shapes and open_at and (depth := _depth(block, shapes, up)) > INSIDE + SHARE * robot_size(robot, False):
         definite = replace(definite, at="frame" if depth <= most_inside(robot) else "lowest")
-    if open_kind:
-        sole = shapes
-        if not shapes and not unread and robot.parents[block.body] >= 0:
-            # A frame without shapes may lie in a sole of its body; one of the base marks a point.
-            body = tuple(shape for link in robot.bodies[block.body].links for shape in shapes_of(robot, link)[0])
-            sole = body if body and abs(_depth(landing, block, body)) <= most_inside(robot) else ()
-        if sole and _lands_flat(landing, _block(landing, replace(definite, kind="flat"), block), sole, not shapes):
-            definite = replace(definite, kind="flat")
+    sole = None
+    if open_kind and (shapes or not unread):
+        face = _sole(robot, contact.frame, (float(up[0]), float(up[1]), float(up[2])), landing.scene.ground_tolerance)
+        sole = None if face is None else position + face @ rotation.T
     if not unread:
-        return definite, None
+        return definite, sole, None
     names = listed(dict.fromkeys(lost.mesh or lost.reason for lost in unread), 3)
     text = (
         f'the geometry of contact "{contact.frame}" could not be read ({names}), so '
         + ("its other shapes alone decide where it strikes" if shapes else "it strikes at the origin of its frame, as a point")
         + "; say where the meshes are (packages), or give the point by an offset"
     )
-    return definite, Diagnostic("geometry", contact.frame, None, text)
+    return definite, sole, Diagnostic("geometry", contact.frame, None, text)
 
 
-def _depth(landing: PosedLanding, block: Block, shapes: Sequence[Shape]) -> float:
-    """Height of a frame's origin above the lowest point of its link's shapes [m]. Args: block, at the frame."""
-    up = block.normal @ landing.state.rotation[0, block.body]
-    return float(up @ np.reshape(block.point, 3)) + max(float(shape.reach(-up[None])[0]) for shape in shapes)
-
-
-def _lands_flat(landing: PosedLanding, sole: Block, shapes: Sequence[Shape], in_the_middle: bool) -> bool:
-    """Whether the centre of pressure of the flat landing of one contact lies in the area by which it touches the ground.
+def _depth(block: Block, shapes: Sequence[Shape], up: Array) -> float:
+    """Height of a frame's origin above the lowest point of some shapes of its body [m].
 
     Args:
-        landing: whose other contacts are left out.
-        sole: the rows of the contact, flat.
+        block: at the frame.
         shapes: of its link.
-        in_the_middle: whether its point has to lie in the middle of a wide area: a toe and the end of a beam do not.
+        up: (3,) the ground's normal, in the axes of the body.
     """
-    state, up = landing.state, sole.normal
-    rotation, position = state.rotation[0, sole.body], state.position[0, sole.body]
-    down = -up @ rotation
-    low = float(up @ position) - max(float(shape.reach(down[None])[0]) for shape in shapes)
-    centre = _centre_of_pressure(landing, sole, low)
-    # Round feet end here: their centre of pressure is beside all that they have.
-    axes = np.array(across(up))
-    for direction in (*axes, *-axes):
-        reach = max(float(shape.reach((direction @ rotation)[None])[0]) for shape in shapes)
-        if not direction @ (centre - position) < reach:
-            return False
-    tolerance = landing.scene.ground_tolerance + LEVEL
-    points = np.concatenate([_below(shape, rotation, position, up, low + tolerance) for shape in shapes])
-    flat, height = (points - centre) @ axes.T, points @ up
-    face = flat[_above_face(flat, height - low) <= PLANE * tolerance]
-    if not len(face) or not _area(face) > FLAT * _area(flat):
-        return False
-    ends = np.stack([(face @ _DIRECTIONS).min(axis=0), (face @ _DIRECTIONS).max(axis=0)])
-    beside = np.abs((block_point(state, sole)[0] - centre) @ axes.T @ _DIRECTIONS - ends.mean(axis=0))
-    width = np.ptp(ends, axis=0)
-    return not in_the_middle or bool(width.min() > WIDE * most_inside(landing.robot) and np.all(beside <= width / 4.0))
+    return float(up @ np.reshape(block.point, 3)) - _low(shapes, up)
+
+
+def _low(shapes: Sequence[Shape], up: Array) -> float:
+    """Height of the lowest point of some shapes over the origin of their body [m]. Args: up, (3,) in the body's axes."""
+    return -max(float(shape.reach(-up[None])[0]) for shape in shapes)
+
+
+@memoized(most=100)
+def _sole(robot: Robot, name: str, normal: tuple[float, float, float], tolerance: float) -> Array | None:
+    """Points (n, 3) of the face by which a frame's geometry lies on the ground, in the frame of its body [m].
+
+    None if most of what is near the ground is round. A frame without geometry may lie in the middle of a sole of its body: a toe
+    and the end of a beam do not.
+
+    Args:
+        robot: the robot.
+        name: of the frame.
+        normal: unit normal of the ground, in the axes of the body.
+        tolerance: of the ground [m].
+    """
+    frame, up = robot.frame(name), np.array(normal)
+    shapes, _ = shapes_of(robot, name)
+    of_body = not shapes
+    if of_body:
+        # A frame of the base marks a point.
+        links = robot.bodies[frame.body].links if robot.parents[frame.body] >= 0 else ()
+        shapes = tuple(shape for link in links for shape in shapes_of(robot, link)[0])
+    if not shapes or (of_body and abs(up @ frame.offset - _low(shapes, up)) > most_inside(robot)):
+        return None
+    low, tolerance, axes = _low(shapes, up), tolerance + LEVEL, np.array(across(up))
+    points = np.concatenate([_below(shape, up, low + tolerance) for shape in shapes])
+    flat = points @ axes.T
+    outer = _outer(flat)
+    points = points[_above_face(flat - outer.mean(axis=0), points @ up - low) <= PLANE * tolerance]
+    if not len(points) or not _area(_outer(points @ axes.T)) > FLAT * _area(outer):
+        return None
+    if of_body:
+        aside = (points - frame.offset) @ axes.T @ _DIRECTIONS
+        width = np.ptp(aside, axis=0)
+        if not (width.min() > WIDE * most_inside(robot) and np.all(np.abs(aside.min(axis=0) + aside.max(axis=0)) <= width / 2.0)):
+            return None
+    return points
+
+
+def _tipping(landing: PosedLanding, soles: Mapping[int, Array]) -> set[int]:
+    """Which soles do not carry a landing in which they are flat: the centre of pressure is beside their face.
+
+    Args:
+        landing: which has them as flat contacts.
+        soles: their faces (n, 3), from the base, by the number of the contact [m].
+    """
+    state = landing.state
+    equation = landing.equation(state)
+    most = landing.most_independent(state, equation.blocks)
+    solution = solve_impact(equation.inertia, equation.J_c, equation.b, equation.terms, equation.tolerance, most)
+    tipping, parts = set(), slices_of(equation.blocks)
+    for k, face in soles.items():
+        block, impulse = equation.blocks[k], solution.impulse[0, parts[k], 3]
+        n, up = len(block.forces), block.normal
+        force = impulse[:n] @ block.forces
+        # Moment about each point of the face; along an edge that tips it is of one sign.
+        moment = impulse[n:] @ block.moments + cross(block_point(state, block) - face, force)
+        aside = cross(up, moment) @ np.transpose(across(up)) @ _DIRECTIONS
+        if not (force @ up > 0.0 and np.all(aside.min(axis=0) <= 0.0)):
+            tipping.add(k)
+    return tipping
 
 
 def _above_face(flat: Array, height: Array) -> Array:
@@ -172,48 +219,35 @@ def _above_face(flat: Array, height: Array) -> Array:
     return above[3:] if chosen.min() > 2 else np.full(len(flat), np.inf)
 
 
-def _area(flat: Array) -> float:
-    """Area of the hull of points (n, 2), from those that are farthest in some directions [m²]."""
-    x, y = flat[(flat @ _DIRECTIONS).argmax(axis=0)].T
+def _outer(flat: Array) -> Array:
+    """Of points (n, 2) those (64, 2) that are the farthest in each of the directions; their mean is a middle of the hull."""
+    (x, y), (dx, dy) = flat.T, _DIRECTIONS[:, : _DIRECTIONS.shape[1] // 2, None]
+    along = dx * x + dy * y
+    return np.asarray(flat[np.concatenate([along.argmax(axis=1), along.argmin(axis=1)])])
+
+
+def _area(outer: Array) -> float:
+    """Area of a polygon by its corners (n, 2) [m²]."""
+    x, y = outer.T
     return float(0.5 * (x @ np.roll(y, -1) - y @ np.roll(x, -1)))
 
 
-def _centre_of_pressure(landing: PosedLanding, sole: Block, low: float) -> Array:
-    """Where (3,) the impulse of a flat contact alone acts on the ground, from the base [m]; NaN where there is none.
+def _below(shape: Shape, up: Array, height: float) -> Array:
+    """Points (n, 3) whose hull is the part of a shape below a height [m]; round shapes are represented by points on them.
 
-    Args:
-        landing: whose other contacts are left out.
-        sole: the rows of the contact.
-        low: height of the ground from the base along its normal [m].
+    All is in the frame of the body.
     """
-    state, up = landing.state, sole.normal
-    alone = replace(landing, contacts=(sole,))
-    equation = alone.equation(state)
-    most = alone.most_independent(state, equation.blocks)
-    solution = solve_impact(equation.inertia, equation.J_c, equation.b, equation.terms, equation.tolerance, most)
-    impulse, n = solution.impulse[0, : sole.size, 3], len(sole.forces)
-    point = block_point(state, locate_lowest_point(sole, state.rotation[:, sole.body]))[0]
-    on_ground = point - (up @ point - low) * up
-    force = impulse[:n] @ sole.forces
-    moment = impulse[n:] @ sole.moments + cross(point - on_ground, force)
-    with np.errstate(all="ignore"):
-        return np.asarray(on_ground + cross(up, moment) / (force @ up))
-
-
-def _below(shape: Shape, rotation: Array, position: Array, up: Array, least: float) -> Array:
-    """Points (n, 3) whose hull is the part of a shape below a height [m]; round shapes are represented by points on them."""
     if shape.mesh is not None:
         points, edges = shape.mesh.vertices, shape.mesh.triangles[:, [[0, 1], [1, 2], [2, 0]]].reshape(-1, 2)
     else:
         points = shape.points
         if shape.rounding.any():
-            points = (points[:, None] + _ball(up @ rotation @ shape.rounding) @ shape.rounding.T).reshape(-1, 3)
+            points = (points[:, None] + _ball(up @ shape.rounding) @ shape.rounding.T).reshape(-1, 3)
         edges = np.stack(np.triu_indices(len(points), 1), axis=1)
-    world = position + points @ rotation.T
-    over = world @ up - least
+    over = points @ up - height
     one, other = edges[over[edges[:, 0]] * over[edges[:, 1]] < 0.0].T
     share = (over[one] / (over[one] - over[other]))[:, None]
-    return np.concatenate([world[over <= 0.0], world[one] + share * (world[other] - world[one])])
+    return np.concatenate([points[over <= 0.0], points[one] + share * (points[other] - points[one])])
 
 
 def _ball(axis: Array) -> Array:

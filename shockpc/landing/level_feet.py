@@ -13,13 +13,14 @@ import numpy as np
 
 from shockpc.core.memo import memoized
 from shockpc.core.spatial import Array
+from shockpc.landing.auto_contact import LEVEL, most_inside
 from shockpc.landing.closure import all_loops, assemble
 from shockpc.landing.dynamics import dynamics
 from shockpc.landing.landing import Landing, PosedLanding
 from shockpc.landing.posture import configuration, fixed_joints
 from shockpc.landing.scene import Contact, Scene
 from shockpc.landing.scene_file import check_scene, ground_normal, plane_of
-from shockpc.robot.geometry import Shape, body_outline
+from shockpc.robot.geometry import Shape, body_outline, shapes_of
 from shockpc.robot.landmarks import each_foot, recognised
 from shockpc.robot.robot import Robot
 from shockpc.text.errors import SceneError
@@ -27,7 +28,7 @@ from shockpc.text.errors import SceneError
 STRAIGHT = 0.01
 """Distance from an edge of the support polygon up to which a foot lies on it, as a share of the largest distance of two feet."""
 
-LIKE = ("directions", "restitution", "restitution_along", "normal", "velocity")
+LIKE = ("directions", "restitution", "restitution_along", "normal")
 """What the feet that land together have in common with the one that is given."""
 
 
@@ -64,22 +65,29 @@ def foot_points(robot: Robot, rotation: Array, position: Array, up: Array) -> Fo
     return FootPoints(feet, np.array([frame.body for frame in frames], dtype=int), points)
 
 
-def feet_beside(landing: Landing, rotation: Array, position: Array, ground: Array) -> np.ndarray:
+def feet_beside(landing: Landing, rotation: Array, position: Array) -> np.ndarray:
     """Which feet (N, n) do not strike in N postures, and are as low as the contacts; none of tips that are not recognised as feet.
 
     Args:
         landing: names the contacts.
         rotation: as for `foot_points`.
         position: as for `foot_points`.
-        ground: (N,) height of the lowest contact over the base, which counts where no foot strikes [m].
     """
-    robot = landing.robot
+    robot, up = landing.robot, landing.up
     if not recognised(robot):
-        return np.zeros((len(ground), len(each_foot(robot))), dtype=bool)
-    feet = foot_points(robot, rotation, position, landing.up)
-    height, struck = feet.points @ landing.up, np.isin(feet.bodies, [contact.body for contact in landing.contacts])
-    lowest = height[:, struck].min(axis=1) if struck.any() else ground
-    return np.asarray(~struck & (np.abs(height - lowest[:, None]) <= landing.scene.ground_tolerance))
+        return np.zeros((len(rotation), len(each_foot(robot))), dtype=bool)
+    feet, tolerance = foot_points(robot, rotation, position, up), landing.scene.ground_tolerance + LEVEL
+    height = feet.points @ up
+    lowest = np.full(len(rotation), np.inf)
+    for contact in landing.contacts:
+        shapes, R = shapes_of(robot, contact.frame)[0] if contact.kind == "contact" else (), rotation[:, contact.body]
+        low, inside = (_lowest(shapes, -up @ R), 0.0) if shapes else (robot.frame(contact.frame).offset, most_inside(robot))
+        reached = (position[:, contact.body] + (R @ low[..., None])[..., 0]) @ up
+        # A contact stands for the foot of its body, unless it is on a part of the leg above that.
+        foot = height[:, feet.bodies == contact.body].min(axis=1, initial=np.inf)
+        lowest = np.minimum(lowest, np.where(reached <= foot + inside + tolerance, foot, reached))
+    struck = np.isin(feet.bodies, [contact.body for contact in landing.contacts])
+    return np.asarray(~struck & (np.abs(height - lowest[:, None]) <= tolerance))
 
 
 def together(landing: PosedLanding) -> Scene | None:
@@ -90,9 +98,7 @@ def together(landing: PosedLanding) -> Scene | None:
     scene = landing.scene
     if landing.base == "fixed" or landing.stance or not landing.translates:
         return None
-    first = landing.blocks[0]
-    ground = (landing.state.position[:, first.body] + landing.state.rotation[:, first.body] @ first.point) @ landing.up
-    beside = feet_beside(landing, landing.state.rotation, landing.state.position, ground)[0]
+    beside = feet_beside(landing, landing.state.rotation, landing.state.position)[0]
     others = [foot for foot, level in zip(each_foot(landing.robot), beside.tolist(), strict=True) if level]
     like = Contact(**{name: getattr(scene.contact[0], name) for name in LIKE}, frame="")
     return replace(scene, contact=(*scene.contact, *(replace(like, frame=name) for name in others))) if others else None
@@ -149,7 +155,7 @@ def _together(robot: Robot, scene: Scene, normal: tuple[float, float, float] | N
     state = dynamics(robot, q[None])
     feet = foot_points(robot, state.rotation, state.position, up)
     height = feet.points[0] @ up
-    level = np.flatnonzero(height <= height.min() + scene.ground_tolerance)
+    level = np.flatnonzero(height <= height.min() + scene.ground_tolerance + LEVEL)
     if len(level) < 2:
         return []
     every = tuple(feet.names[k] for k in level)

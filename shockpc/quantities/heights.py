@@ -7,7 +7,7 @@ import numpy as np
 
 from shockpc.core.memo import memoized
 from shockpc.core.spatial import Array
-from shockpc.landing.auto_contact import most_inside
+from shockpc.landing.auto_contact import LEVEL, most_inside
 from shockpc.landing.dynamics import Dynamics
 from shockpc.landing.landing import Landing
 from shockpc.landing.places import Place
@@ -15,9 +15,6 @@ from shockpc.landing.rows import Block, block_point, wrenches
 from shockpc.quantities.quantity import Quantity
 from shockpc.robot.geometry import body_outline
 from shockpc.robot.robot import Robot
-
-SAME = 1e-9
-"""Difference in height up to which all of several bodies are measured, so that the first is named [m]."""
 
 
 class Levels(NamedTuple):
@@ -102,7 +99,7 @@ def levels(landing: Landing, rotation: Array, position: Array, points: Array, ev
     # np.einsum takes five times as long for this product.
     rising, height = np.tensordot(rotation, up, axes=(2, 0)).transpose(1, 0, 2), (position @ up).T
     low = height + (rising @ centre[..., None])[..., 0] - (np.abs(rising) @ half[..., None])[..., 0]
-    least = ground + SAME
+    least = ground + LEVEL
     for body, n, corners, axes in sorted(bodies, key=lambda entry: (entry[0] not in carriers, low[entry[0]].sum())):
         near = np.arange(len(ground)) if every else (low[body] <= least).nonzero()[0]
         if near.size:
@@ -112,7 +109,7 @@ def levels(landing: Landing, rotation: Array, position: Array, points: Array, ev
                 reach += np.sqrt(((axes @ towards) ** 2).reshape(3, len(n), -1).sum(axis=0))
             surface[n[:, None], near] = reached = height[body, near] - reach
             if body not in carriers:
-                least[near] = np.minimum(least[near], reached.min(axis=0) + SAME)
+                least[near] = np.minimum(least[near], reached.min(axis=0) + LEVEL)
     surface = surface.T
     core = surface + np.linalg.norm(pieces.rounding, axis=1).min(axis=1)
     inside, height = most_inside(robot), points @ up
@@ -127,7 +124,7 @@ def levels(landing: Landing, rotation: Array, position: Array, points: Array, ev
             touching = np.where(core[:, body] >= height[:, k, None] - inside, surface[:, body], np.inf)
         contacts[:, k] = touching.min(axis=1, initial=np.inf)
     lowest, others = np.minimum(height, contacts), np.logical_not(struck.any(axis=0))
-    return Levels(core, surface, lowest, struck, others, inside, landing.scene.ground_tolerance)
+    return Levels(core, surface, lowest, struck, others, inside, landing.scene.ground_tolerance + LEVEL)
 
 
 def _relative(landing: Landing, state: Dynamics, blocks: Sequence[Block], places: Sequence[Place]) -> tuple[Levels, Array]:

@@ -122,9 +122,9 @@ def _others_level(impact: Impact) -> Array:
     """
     landing, state = impact.landing, impact.state
     level = np.zeros(len(state.J), dtype=bool)
-    if landing.base != "fixed" and not landing.stance and (here := _levels(impact)) is not None:
+    if landing.base != "fixed" and not landing.stance and on_ground(landing):
         rotation, position = (part.astype(float, copy=False) for part in (state.rotation, state.position))
-        beside = feet_beside(landing, rotation, position, here.contacts.min(axis=1))
+        beside = feet_beside(landing, rotation, position)
         before = landing.before
         turns = before.omega.any(axis=-1) | before.joint_rates.any(axis=-1)
         driven = any(contact.velocity is not None for contact in landing.contacts)

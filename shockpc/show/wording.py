@@ -14,7 +14,7 @@ from shockpc.quantities.accuracy import SHARE
 from shockpc.quantities.profile import ShockProfile
 from shockpc.quantities.quantity import Quantity
 from shockpc.robot.drives import similar_robots
-from shockpc.robot.landmarks import BENT, each_foot, recognised
+from shockpc.robot.landmarks import BENT, each_foot, feet, recognised
 from shockpc.robot.robot import WORLD, Robot
 from shockpc.text.diagnostic import alike
 from shockpc.text.printed import UNITS, few, listed, printable
@@ -52,12 +52,13 @@ def mostly_off_plane(profile: ShockProfile) -> np.ndarray:
 
 def landing_text(profile: ShockProfile) -> str:
     """Which landing it is: on all feet together, some contacts together, or one alone."""
-    names, robot = contact_name(profile), profile.robot
-    struck, feet = sorted(contact.body for contact in profile.landing.contacts), each_foot(robot)
+    names, robot, contacts = contact_name(profile), profile.robot, profile.landing.contacts
+    struck, each = sorted(contact.body for contact in contacts), each_foot(robot)
     if len(struck) == 1:
         return f"{names} alone"
-    if recognised(robot) and struck == sorted(robot.frame(foot).body for foot in feet):
-        return f"{'both' if len(feet) == 2 else f'all {number_text(len(feet))}'} feet together"
+    on_feet = recognised(robot) and all(contact.frame in feet(robot) for contact in contacts)
+    if on_feet and struck == sorted(robot.frame(foot).body for foot in each):
+        return f"{'both' if len(each) == 2 else f'all {number_text(len(each))}'} feet together"
     return f"{names} together"
 
 
