@@ -24,11 +24,13 @@ from shockpc.robot.tree import add_joint, axis_joint
 from shockpc.robot.urdf_drives import read_drives, with_rest
 from shockpc.robot.urdf_numbers import numbers, place_of, vector
 from shockpc.robot.urdf_places import add_places, ball_joints, read_loops
-from shockpc.robot.urdf_tags import unread
+from shockpc.robot.tags import URDF, unread
 from shockpc.text.errors import RobotError
 from shockpc.text.printed import listed
 
 _JOINT_TYPES = ("revolute", "continuous", "prismatic", "fixed", "floating", "planar")
+_PLACED = ("link", "joint", "loop_joint", "frame", "drake:frame", "fixed_frame", "sensor")
+"""Elements of <robot> that hold places which are read."""
 _Order: TypeAlias = dict[str, tuple[str, str]]
 
 
@@ -46,7 +48,7 @@ def read(source: RobotSource, xacro: Mapping[str, str]) -> RobotSource:
         warnings = (f"{path.name}: {reason}",)
     text = _without_quaternions(text, path.name)
     root = shared_xml(text, path.name)
-    found = unread(root)
+    found = unread(root, URDF)
     if refused := [one.text for one in found if one.treatment == "refuse"]:
         raise RobotError(f"{path.name}: {'; '.join(refused)}")
     warnings += tuple(f"{path.name}: {one.text}" for one in found if one.treatment == "warn")
@@ -65,7 +67,7 @@ def _without_quaternions(text: str, name: str) -> str:
     root = copy.deepcopy(shared_xml(text, name))
     version = root.get("version", "")
     for owner in root:
-        for part in owner.iter() if owner.tag != "gazebo" else ():
+        for part in owner.iter() if owner.tag in _PLACED else ():
             if (written := part.attrib.pop("quat_xyzw", None)) is None:
                 continue
             subject, what = f'{name}: {owner.tag} "{owner.get("name", "")}"', f'quat_xyzw="{written}" of its <{part.tag}>'
