@@ -20,11 +20,11 @@ from shockpc.robot.catalogue import find_srdf
 from shockpc.robot.files import shared_xml
 from shockpc.robot.robot import WORLD, Mimic, Robot, RobotSource
 from shockpc.robot.slack import refuse_tree
+from shockpc.robot.tags import URDF, unread
 from shockpc.robot.tree import add_joint, axis_joint
 from shockpc.robot.urdf_drives import read_drives, with_rest
 from shockpc.robot.urdf_numbers import numbers, place_of, vector
 from shockpc.robot.urdf_places import add_places, ball_joints, read_loops
-from shockpc.robot.tags import URDF, unread
 from shockpc.text.errors import RobotError
 from shockpc.text.printed import listed
 
