@@ -36,7 +36,7 @@ import pathlib, shockpc.profile, sys, time
 def slow(*_):
     pathlib.Path("ready").touch()
     time.sleep(60)
-shockpc.profile.shock_profile = slow
+shockpc.profile.profile_of_scene = slow
 from shockpc.cli.entry import entry
 entry()
 """

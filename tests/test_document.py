@@ -82,7 +82,7 @@ RECORDS = {
     "placement": "position:vector rotation:matrix",
     "strike": "direction:vector shock:float",
     "point": f"frame:str body:str delta_v:vector shock:float {STRIKES} peak_g:float? position:vector shock_free:float? "
-    "shock_locked:float? shock_springs_free:float?",
+    "shock_locked:float? shock_springs_free:float? range_share:float?",
     "contact": FOOT,
     "health": "rank:int rows:int error_bound:float? body_error_bounds:float?* double_error:float data_sensitivity:float? bits:int "
     "warnings:warning*",

@@ -206,9 +206,8 @@ def test_motors_that_hold_the_weight_bring_a_robot_to_rest():
     weight, rates = profile.robot.mass * GRAVITY, quantity("joint", "delta_qd")
 
     def end(profile):
-        found = profile.stiffness
-        jumps = found.impact_at(found.motion.duration).delta_qd[0, :, 0]
-        return found.motion.at([found.motion.duration]).force[0][found.motion.elements.normal].sum(), jumps
+        found = CompliantLanding(profile.landing, until=0.02)
+        return found.motion.at([0.02]).force[0][found.motion.elements.normal].sum(), found.impact_at(0.02).delta_qd[0, :, 0]
 
     force, jump = end(profile)
     assert force == pytest.approx(weight, rel=1e-6)
@@ -257,7 +256,7 @@ def test_a_loaded_spring_of_a_file_pushes(here):
 
 
 def test_a_damper_beside_the_spring(capfd, here):
-    """ζ = c / (2 √(k m)) makes e = exp(−2ζ acos ζ / √(1 − ζ²)); the same as that restitution."""
+    """ζ = c / (2 √(k m)): the force k x + c ẋ starts at c v, and turns at ω_d t = 3 acos ζ mod π; the mass returns at e v."""
     (here / "box.urdf").write_text(BOX)
     words = ("box.urdf", "--contact", "box", "--contact-stiffness", K, "--no-gravity")
     zeta = 300.0 / (2.0 * math.sqrt(K * 2.0))
@@ -265,9 +264,14 @@ def test_a_damper_beside_the_spring(capfd, here):
     found = document(capfd, *words, "--contact-damping", 300)["stiffness"]
     (contact,) = found["contacts"]
     assert contact["restitution"] == pytest.approx(e, rel=1e-12)
-    (same,) = document(capfd, *words, "--restitution", repr(e))["stiffness"]["contacts"]
-    assert contact.pop("frame") == same.pop("frame")
-    assert contact == pytest.approx(same, rel=1e-9)
+    omega, angle = math.sqrt(K / 2.0), math.acos(zeta)
+    damped = omega * math.sqrt(1.0 - zeta**2)
+    turn = (3.0 * angle) % math.pi / damped
+    force = 2.0 * omega**2 / damped * math.exp(-zeta * omega * turn) * abs(math.sin(damped * turn - 2.0 * angle))
+    assert contact["peak_force"] == pytest.approx(force, rel=1e-9)
+    assert contact["peak_force_time"] == pytest.approx(turn, rel=1e-6)
+    (strong,) = document(capfd, *words, "--contact-damping", 3000)["stiffness"]["contacts"]
+    assert (strong["peak_force"], strong["peak_force_time"]) == (pytest.approx(3000.0, rel=1e-9), 0.0)
     text = good(capfd, "analyze", *words, "--contact-damping", 300)
     assert f"the damping makes a restitution of {e:.3g} at box" in text
     assert "contacts of 100000 N/m, 300 N s/m" in text
@@ -679,3 +683,31 @@ def test_a_column_without_values_says_why(capfd, here):
     for words in (("sweep", *robot, "--vary", "strike-angle=0,5", "--out", "swept"), ("landings", "log.csv", *robot)):
         assert "peak_force@FL_foot has no value: the scene gives no contact stiffness" in good(capfd, *words)
     assert "has no value" not in good(capfd, "landings", "log.csv", *robot, "--contact-stiffness", 1e5, "--no-gravity")
+
+
+ROD = """<robot name="rod"><link name="world"/><link name="arm"><inertial><origin xyz="0.5 0 0"/><mass value="1"/>
+<inertia ixx="1e-5" iyy="0.08333333333333333" izz="0.08333333333333333" ixy="0" ixz="0" iyz="0"/></inertial></link>
+<joint name="pivot" type="continuous"><parent link="world"/><child link="arm"/><axis xyz="0 1 0"/></joint></robot>"""
+
+
+def test_a_fixed_base_holds_a_robot_against_gravity(here):
+    """A level rod that turns about its end and lands on its tip, f = A (1 − cos ωt) + B sin ωt of its weight and its speed.
+
+    Held, it falls with 3/2 g x at x, so a sensor near the pivot measures nearly 1 g, and the pivot carries a quarter of the weight.
+    """
+    (here / "rod.urdf").write_text(ROD)
+    rod, near = load_robot(here / "rod.urdf"), 0.02
+    contact = Contact(frame="arm", offset=(1.0, 0.0, 0.0), kind="point")
+    point, strike = Point(frame="arm", offset=(near, 0.0, 0.0)), Strike(joint_velocities={"pivot": 0.01})
+    scene = Scene(robot="rod", contact=(contact,), point=(point,), strike=strike, base="fixed", contact_stiffness=K, range_g=1.0)
+    profile = shock_profile(scene, rod)
+    # The equation of the tip's deflection: I = 1/3 kg m², so m_eff = 1/3 kg and half of the weight is on the tip at rest.
+    rest, speed = 0.5 * GRAVITY, 0.01 * math.sqrt(K / 3.0)
+    force = rest + math.hypot(rest, speed)
+    acceleration = GRAVITY - 1.5 * near * GRAVITY + 3.0 * near * force
+    assert profile.value("peak_force", "contact")[0] == pytest.approx(force, rel=1e-9)
+    assert profile.value("peak_acceleration", "point")[0] == pytest.approx(acceleration / GRAVITY, rel=1e-9)
+    assert profile.value("peak_joint_force", "joint")[0] == pytest.approx(GRAVITY / 4.0 + force / 2.0, rel=1e-9)
+    (warned,) = [warning for warning in profile.health.warnings if warning.kind == "sensor"]
+    assert warned.value == pytest.approx(acceleration / GRAVITY, rel=1e-9)
+    assert profile.value("range_share", "point")[0] == pytest.approx(acceleration / GRAVITY, rel=1e-9)

@@ -197,8 +197,8 @@ def test_loop_that_cannot_be_closed_ends_the_range():
 @pytest.mark.parametrize(
     ("changes", "text"),
     [
-        ({"bound": 0.0}, "a bound of 0 is not valid"),
-        ({"bound": math.nan}, "a bound of nan"),
+        ({"bound": 0.0}, "max must be > 0, got 0"),
+        ({"bound": math.nan}, "max must be finite, got nan"),
         (
             {"joint_range": (0.0, -1.0)},
             "the range of joint .* is from 0° to −57.3°; give its least and greatest value with --range",
@@ -206,7 +206,7 @@ def test_loop_that_cannot_be_closed_ends_the_range():
         ({"strikes": (0.0, 1.6)}, "strike angles from 0° to 91.67° are not a range of landings"),
         ({"step": 0.0}, "a step of 0° from −150° to 0° is not possible"),
         ({"step": 1e-9}, "a step of 5.7.*e.08° from .* at most 200000 postures"),
-        ({"bound": 1e308}, "at most 1e.12"),
+        ({"bound": 1e308}, "max must be > 0 and ≤ 1e.12"),
     ],
 )
 def test_questions_without_an_answer(changes, text):

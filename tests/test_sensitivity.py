@@ -368,7 +368,7 @@ def test_a_lowest_point_that_jumps():
     box = '<geom name="foot" type="box" size="0.1 0.05 0.02" pos="0 0 -0.3" mass="0"/>'
     leg = f'<body name="leg"><joint name="j" axis="0 1 0"/><inertial pos="0 0 -.1" mass="1" diaginertia=".1 .2 .25"/>{box}</body>'
     robot = robot_from(mjcf(floating(leg)), ".xml")
-    study = sensitivity(Scene(robot="m", contact=(Contact(frame="leg", at="lowest"),)), Point(frame="leg"), robot)
+    study = sensitivity(Scene(robot="m", contact=(Contact(frame="leg", at="lowest", kind="point"),)), Point(frame="leg"), robot)
     assert "lowest point jumps" in changes(study)["angle", "", "j"].reason
     assert not changes(study)["mass", "", "leg"].reason
 

@@ -353,6 +353,88 @@ def test_frequencies_far_apart(contact, spring, rotor):
     np.testing.assert_allclose(history.jump[0], jump, atol=1e-9 * np.abs(jump).max())
 
 
+def kelvin_voigt(M, elements, velocity, gravity, end):
+    """Forces at 400 times until an end: every contact max(0, −k x − c ẋ) while x ≤ 0, by Runge and Kutta."""
+    B, k, c, n = elements.rows, elements.stiffness, np.broadcast_to(elements.damping, len(elements.rows)), len(M)
+    grounded, inverse = elements.contact >= 0, np.linalg.inv(M)
+
+    def force(y):
+        x = B @ y[:n]
+        f = -k * x - c * (B @ y[n:])
+        return np.where(grounded & ((f < 0.0) | (x > 0.0)), 0.0, f)
+
+    def rate(_, y):
+        return np.concatenate([y[n:], inverse @ (B.T @ force(y)) + gravity])
+
+    t = np.linspace(0.0, end, 401)
+    motion = solve_ivp(rate, (0.0, end), np.append(np.zeros(n), velocity), t_eval=t, rtol=1e-8, atol=1e-10, max_step=end / 1000)
+    return t, np.array([force(y) for y in motion.y.T]), motion.y.T[:, n:]
+
+
+@pytest.mark.parametrize("seed", [1, 4])
+@pytest.mark.parametrize("ratio", [0.1, 1.0, 4.0])
+def test_dampers_in_parallel_agree_with_steps_in_time(seed, ratio):
+    """Contacts of springs and dampers, which separate where they would pull and close again, under gravity, beside springs."""
+    rng = np.random.default_rng(seed)
+    X, rows = rng.normal(size=(6, 9)), rng.normal(size=(5, 6))
+    M, velocity = X @ X.T, -rows[0] - rows[1] - rows[2]
+    own = 1.0 / np.einsum("ri,ij,rj->r", rows[:3], np.linalg.inv(M), rows[:3])
+    elements = with_springs(normals(rows[:3], 1e4), rows[3:], 3e3)
+    elements = elements._replace(damping=np.append(2.0 * ratio * np.sqrt(1e4 * own), [0.0, 0.0]))
+    gravity = 3.0 * np.linalg.solve(M, -rows[:3].sum(axis=0))
+    end = 0.4
+    motion = simulate_landing(M, elements, velocity, until=end, gravity=gravity)
+    t, force, speed = kelvin_voigt(M, elements, velocity, gravity, end)
+    found = motion.at(t)
+    assert any(event.kind == "opens" for event in motion.events)
+    np.testing.assert_allclose(velocity + found.jump, speed, atol=2e-4 * np.abs(speed).max())
+    # A force that jumps does so at a slightly different time.
+    wrong = np.abs(found.force - force).max(axis=1) > 1e-3 * np.abs(force).max()
+    assert np.count_nonzero(wrong) <= 3
+    largest = np.abs(force).max(axis=0)
+    np.testing.assert_allclose(motion.peak(np.eye(5)[:, None])[0], largest, atol=1e-2 * largest.max())
+
+
+def test_a_tangential_damper_starts_with_a_force_too():
+    """A point mass that strikes at an angle: each row is a spring and a damper, here critical, whose force starts at c v."""
+    m, k = 2.0, 1e4
+    omega = np.sqrt(k / m)
+    elements = sticking(np.eye(3), k)._replace(damping=2.0 * m * omega)
+    motion = simulate_landing(m * np.eye(3), elements, np.array([0.3, 0.0, -1.0]))
+    # x = v t exp(−ωt): force 2 ω v m (1 − ωt/2) exp(−ωt), zero at ωt = 2.
+    assert motion.duration == pytest.approx(2.0 / omega, rel=1e-7)
+    t = np.linspace(0.0, motion.duration, 9)
+    expected = 2.0 * m * omega * (1.0 - omega * t / 2.0) * np.exp(-omega * t)
+    np.testing.assert_allclose(motion.at(t).force, np.outer(expected, [-0.3, 0.0, 1.0]), atol=1e-6)
+
+
+def test_many_springs_and_few_dampers():
+    """A hundred masses in a row, a damper at the foot: the energy falls by what the damper takes, and the end is found soon."""
+    n = 100
+    rows, springs = np.eye(1, n), np.eye(n - 1, n) - np.eye(n - 1, n, 1)
+    elements = with_springs(normals(rows, 1e5), springs, 1e6)._replace(damping=np.append(40.0, np.zeros(n - 1)))
+    motion = simulate_landing(np.eye(n) / n, elements, -np.ones(n))
+    history = motion.at(np.linspace(0.0, motion.duration, 4001))
+    qd, k = -1.0 + history.jump, elements.stiffness
+    lost = 40.0 * np.trapezoid(qd[:, 0] ** 2, dx=motion.duration / 4000)
+    kinetic = (qd**2).sum(axis=1) / n / 2.0
+    springs_left = (history.force[-1, 1:] ** 2 / k[1:]).sum() / 2.0 + k[0] * history.displacement[-1, 0] ** 2 / 2.0
+    assert kinetic[-1] + springs_left + lost == pytest.approx(0.5, rel=1e-3)
+
+
+def test_a_spring_that_rings_does_not_prolong_the_landing():
+    """A rotor rings on its spring without loss; the landing ends where the contacts carry no more than constant forces make."""
+    rng = np.random.default_rng(0)
+    for _ in range(10):
+        M, rows, velocity, _ = landing(int(rng.integers(1000)), contacts=2)
+        joints, inertia = rng.normal(size=(2, 6)), 10.0 ** rng.uniform(-2.0, 1.0, 2)
+        full, contact, springs, before = attach_rotors(M, rows, velocity, joints, inertia)
+        elements = with_springs(sticking(contact, 1e4), springs, 10.0 ** rng.uniform(1.0, 5.0, 2))
+        gravity = np.append(-3.0 * np.linalg.solve(M, rows[2] + rows[5]), [0.0, 0.0])
+        for pull in (0.0 * gravity, gravity):
+            assert len(simulate_landing(full, elements, before, gravity=pull).segments) < 400
+
+
 # Contacts and outputs
 
 

@@ -17,10 +17,7 @@ from shockpc.core.crossing import ComplexArray
 from shockpc.core.spatial import Array
 
 PARALLEL = 1e6
-"""Size of coefficients, relative to the state, from which eigenvectors count as parallel."""
-
-RESIDUAL = 1e-9
-"""Share of the state that the sum of all oscillations may miss."""
+"""Size of the coefficients of a state of length 1 from which eigenvectors, of length 1 too, count as parallel."""
 
 CHANGED = (0.0, 1e-9, 1e-8, 1e-7, 1e-6)
 """Shares by which dampers are larger, until the eigenvectors span all states."""
@@ -31,7 +28,7 @@ class Oscillations(NamedTuple):
 
     Attributes:
         rate: (k,) λ [rad/s].
-        deflection, velocity: (d, k) p and υ [√J].
+        deflection, velocity: (d, k) p and υ [√J]; (d,) the diagonals where each mode is one oscillation.
         bounds: of the lengths of the first and second derivatives of (p, υ), infinite without dampers [√J/s, √J/s²].
     """
 
@@ -41,43 +38,70 @@ class Oscillations(NamedTuple):
     bounds: tuple[float, float]
 
 
+class Damped(NamedTuple):
+    """The eigenvectors of modes with dampers.
+
+    Attributes:
+        moves: (d,) which of the modes have a frequency, m of them.
+        A: (2m, 2m) the rates of (p, υ).
+        rate, vectors, inverse: eigenvalues, eigenvectors, and the inverse of their matrix.
+    """
+
+    moves: np.ndarray
+    A: Array
+    rate: ComplexArray
+    vectors: ComplexArray
+    inverse: ComplexArray
+
+
 def undamped(sigma: Array, deflection: Array, velocity: Array) -> Oscillations:
     """The oscillations of modes of the frequencies sigma (d,), from a deflection (d,) and a velocity (d,)."""
-    turning = np.diag(deflection - 1j * np.where(sigma > 0.0, velocity, 0.0))
-    return Oscillations(1j * sigma, turning, 1j * turning, (np.inf, np.inf))
+    turning: ComplexArray = np.empty(len(sigma), dtype=complex)
+    turning.real, turning.imag = deflection, np.where(sigma > 0.0, -velocity, 0.0)
+    rate: ComplexArray = np.zeros(len(sigma), dtype=complex)
+    rate.imag = sigma
+    return Oscillations(rate, turning, 1j * turning, (np.inf, np.inf))
 
 
-def damped(sigma: Array, dampers: Array, deflection: Array, velocity: Array) -> Oscillations:
-    """The same with dampers.
+def damped_modes(sigma: Array, dampers: Array) -> Damped:
+    """The eigenvectors of modes with dampers.
 
     Args:
         sigma: (d,) frequencies without dampers [rad/s].
         dampers: (k, d) √c times the velocity of each damper for unit velocities of the modes; zero for modes without frequency.
-        deflection, velocity: (d,) at the start.
 
     Raises:
-        ArithmeticError: the eigenvectors do not span all states.
+        ArithmeticError: they do not span all states.
     """
     moves = sigma > 0.0
     s, G, m = sigma[moves], dampers[:, moves], int(np.count_nonzero(moves))
-    state = np.concatenate([deflection[moves], velocity[moves]])
-    size, differ = float(np.linalg.norm(state)), 1.0 + np.arange(len(G)) / max(len(G), 1)
+    differ = 1.0 + np.arange(len(G)) / max(len(G), 1)
     for change in CHANGED:
         A = np.block([[np.zeros((m, m)), np.diag(s)], [np.diag(-s), -(G.T * (1.0 + change * differ)) @ G]])
         rate, vectors = np.linalg.eig(A)
         try:
-            share = np.linalg.solve(vectors, state + 0.0j)
+            inverse = np.linalg.inv(vectors)
         except np.linalg.LinAlgError:
             continue
-        if np.abs(share).max(initial=0.0) <= PARALLEL * size and np.linalg.norm(vectors @ share - state) <= RESIDUAL * size:
-            break
-    else:
-        raise ArithmeticError("the oscillations of contacts with dampers cannot be told apart; change the damping slightly")
-    # One of each two conjugate ones, twice. No oscillation grows.
+        if np.abs(inverse).max(initial=0.0) <= PARALLEL:
+            # No oscillation grows.
+            return Damped(moves, A, np.minimum(rate.real, 0.0) + 1j * rate.imag, vectors + 0.0j, inverse + 0.0j)
+    raise ArithmeticError("the oscillations of contacts with dampers cannot be told apart; change the damping slightly")
+
+
+def damped(modes: Damped, deflection: Array, velocity: Array) -> Oscillations:
+    """The oscillations of modes with dampers, from a deflection (d,) and a velocity (d,)."""
+    moves, A, rate, vectors, inverse = modes
+    state, m = np.concatenate([deflection[moves], velocity[moves]]), int(np.count_nonzero(moves))
+    # One of each two conjugate ones, twice.
     kept = rate.imag >= 0.0
-    rate = np.minimum(rate.real, 0.0) + 1j * rate.imag
-    full = np.zeros((2, len(sigma), int(np.count_nonzero(kept))), dtype=complex)
-    parts = (vectors * share * np.where(rate.imag > 0.0, 2.0, 1.0))[:, kept]
-    full[:, moves] = parts[:m], parts[m:]
+    deflections, velocities = np.zeros((2, len(moves), int(np.count_nonzero(kept))), dtype=complex)
+    parts = (vectors * (inverse @ state) * np.where(rate.imag > 0.0, 2.0, 1.0))[:, kept]
+    deflections[moves], velocities[moves] = parts[:m], parts[m:]
     first = A @ state
-    return Oscillations(rate[kept], *full, (float(np.linalg.norm(first)), float(np.linalg.norm(A @ first))))
+    return Oscillations(rate[kept], deflections, velocities, (float(np.linalg.norm(first)), float(np.linalg.norm(A @ first))))
+
+
+def along(rows: Array, waves: ComplexArray) -> ComplexArray:
+    """Rows (r, d) of modes times their waves (d, k), or a diagonal (d,) of these: (r, k)."""
+    return np.asarray(rows * waves if waves.ndim == 1 else rows @ waves)

@@ -40,7 +40,7 @@ class Elements(NamedTuple):
         restitution: (r,) e from 0 to 1; 1 for a spring without loss.
         contact: (r,) number of the contact that a row belongs to, −1 for a spring between bodies.
         normal: (r,) whether a row is the normal of its contact, along which the ground pushes. Each contact has one.
-        damping: (r,) c of a viscous damper beside the spring [N s/m, N m s/rad]; zero for none. Where there is one, e has no effect.
+        damping: (r,) c of a viscous damper beside the spring [N s/m, N m s/rad]; zero for none. With one, e has no effect.
         load: (r,) force on the robot along the row at the impact [N, N m]: of a spring between bodies that is deflected already, or
             constant where the stiffness is zero. Contacts have none.
     """
@@ -196,9 +196,9 @@ class StiffMotion(NamedTuple):
                 force = level + float(((1.0 + growth(segment.rate * t)) @ wave).real)
                 low, high = (t, high) if excess < 0.0 else (low, t)
                 t = t - excess / force if force > 0.0 else high
-                t = t if low < t < high else (low + high) / 2.0
-                if abs(t - last) <= 1e-8 * segment.length:
+                if force > 0.0 and abs(t - last) <= 1e-8 * segment.length:
                     break
+                t = t if low < t < high else (low + high) / 2.0
             times[i] = segment.start + t if total > 0.0 else 0.0
         return times
 

@@ -6,7 +6,7 @@ from typing import NamedTuple
 import numpy as np
 
 from shockpc.core.crossing import ComplexArray, Effort, Signals, changes, first_crossing
-from shockpc.core.damped import Oscillations, damped, undamped
+from shockpc.core.damped import Damped, Oscillations, along, damped, damped_modes, undamped
 from shockpc.core.spatial import Array
 from shockpc.core.stiff_motion import Elements, Modes, Segment
 
@@ -32,8 +32,11 @@ NEGLIGIBLE = 1e-11
 DEPENDENT = 1e-13
 """Share of the largest frequency below which that of a mode is rounding: its rows are dependent, or it moves no spring."""
 
+STAYS_OPEN = 10.0
+"""Times the motion so far for which all contacts have to stay open, so that it has ended: what closes later is another impact."""
+
 EASED = 0.01
-"""Share of the largest force and compression of a contact, and of the speed of the impact, below which what follows is not noticeable."""
+"""Share of the largest force and compression of a contact, and of the speed of the impact, below which nothing is noticeable."""
 
 
 class Loaded(NamedTuple):
@@ -46,7 +49,7 @@ class Loaded(NamedTuple):
         to_all, held: (r, r) and (r, d) from z and u to the forces of all elements, of a held row with what dampers press on it.
         balance: (r,) the same of constant forces.
         damper: (r, d) from u to the forces of dampers.
-        G: (k, d) √c times the velocities of dampers that act.
+        damped: the modes with the dampers that act; None without one.
         pull: (d,) rate at which constant forces change u.
         U, sigma, V: the modes, of the frequencies sigma (m,).
     """
@@ -58,7 +61,7 @@ class Loaded(NamedTuple):
     held: Array
     balance: Array
     damper: Array
-    G: Array
+    damped: Damped | None
     pull: Array
     U: Array
     sigma: Array
@@ -74,8 +77,8 @@ class Free(NamedTuple):
         forces: (r,) of all elements at the start, without those of dampers.
         rest: (r,) part of the forces that stays constant.
         oscillations: in modes.
-        start, linear, square, wave, bound: (5r, ...) as in `Signals`, of rate, force, gap, force with damper, and of the force that a
-            contact with a damper that is open would have.
+        start, linear, square, wave, bound: (5r, ...) as in `Signals`, of rate, force, gap, force with damper, and of the force
+            that an open contact with a damper would have.
     """
 
     loaded: Loaded
@@ -109,8 +112,8 @@ class State:
         displacement: (d,) ∫u dt.
         noise: size of z and u that counts as rounding.
         fastest: largest natural frequency of a single element [rad/s].
-        done: (r,) rows of contacts for which the impact is over while they are closed.
-        eased, slow: (r,) normals to which that has happened since they closed.
+        slow: (r,) normals of contacts with a damper that are hardly compressed further.
+        slipped: (r,) normals of contacts whose tangential springs are open.
         effort: of the search for events.
     """
 
@@ -135,8 +138,7 @@ class State:
         self.steady = np.where(self.sprung, 0.0, load)
         self.pull = free + self.W.T @ self.steady
         self.jump, self.displacement = np.zeros((2, len(self.u)))
-        self.eased, self.slow = np.zeros((2, len(self.W)), dtype=bool)
-        self.done = self.grounded & ~self.lossy
+        self.slow, self.slipped = np.zeros((2, len(self.W)), dtype=bool)
         # What single contacts come to rest at counts like the speed.
         speed, single = float(np.linalg.norm(self.u)), (self.slope * self.length)[elements.normal]
         self.noise = NEGLIGIBLE * (speed + float(np.linalg.norm(self.pull)) / float(single.min()))
@@ -153,10 +155,30 @@ class State:
         """Whether all contacts are open."""
         return not (self.mode[self.grounded] != OPEN).any()
 
-    @property
-    def over(self) -> bool:
-        """Whether each contact is open, or what the impact adds to its force is over."""
-        return not (self.grounded & ~self.done & (self.mode != OPEN)).any()
+    def _over(self, motion: "Free") -> bool:
+        """Whether no contact is compressed further or rebounds, and none carries more than constant forces make.
+
+        A contact carries no more where its force, which oscillates about what constant forces make, is below that, or oscillates
+        little. Without constant forces all contacts are open then.
+        """
+        if self.separated or not self.pull.any():
+            return self.separated
+        rate = self.W @ (self.u + self.jump)
+        closed, held = self.grounded & (self.mode != OPEN), (self.mode == UNLOADING) & self.rigid
+        moves = np.abs(motion.wave[: len(self.z)]).sum(axis=1) > self.slowly
+        loading = (self.mode == LOADING) & self.lossy & ~self.slow & (self.elements.normal | moves)
+        rebounds = self.elements.normal & ~held & (rate > 2.0 * self.noise * self.length)
+        if np.any(closed & (loading | rebounds)):
+            return False
+        normal = np.flatnonzero(closed & self.elements.normal)
+        return not np.any(self._excess(motion)[normal] > 4.0 * self._push_noise()[normal])
+
+    def _excess(self, motion: "Free") -> Array:
+        """Forces (r,) that press beyond what constant forces make; −∞ where they oscillate little."""
+        count = len(self.z)
+        amplitude = np.abs(motion.wave[TOTAL * count : PUSH * count]).sum(axis=1) * self.slope
+        beyond = motion.rest - motion.start[TOTAL * count : PUSH * count]
+        return np.where(amplitude <= EASED * self.largest, -np.inf, beyond)
 
     def modes(self) -> Modes:
         """The modes of the elements that are loaded now, without dampers."""
@@ -165,10 +187,10 @@ class State:
         moves, k = sigma > 0.0, self.elements.stiffness[:, None]
         shape = (self.slope[:, None] * (to_all @ U))[:, moves]
         participation = np.divide(shape**2, k, out=np.zeros_like(shape), where=k > 0.0)
-        amplitude = np.abs(shape * np.diagonal(motion.oscillations.deflection)[moves])
+        amplitude = np.abs(shape * motion.oscillations.deflection[moves])
         return Modes(sigma[moves] / (2.0 * np.pi), (V.T @ motion.u)[moves] ** 2 / 2.0, participation, amplitude)
 
-    def closes_again(self, horizon: float) -> bool:
+    def _closes_again(self, motion: "Free", horizon: float) -> bool:
         """Whether an open contact closes within a horizon [s] noticeably, if constant forces change no velocity.
 
         As it would without force: it then goes beyond where it closes by more than a share of its largest compression.
@@ -176,7 +198,7 @@ class State:
         watched = [one for one in self._watched() if one[1] == CLOSES]
         if not watched:
             return False
-        motion, count = self._motion(), len(self.z)
+        count = len(self.z)
         row, signals = self._signals(motion, watched)
         # What falls in the force that it would have; the rate of a gap does not.
         fall = np.concatenate([np.zeros(PUSH * count), self.viscous * motion.linear[:count]])
@@ -187,8 +209,10 @@ class State:
         )
         return first_crossing(motion.oscillations.rate, signals, horizon, self.effort)[1] is not None
 
-    def step(self, time: float, horizon: float) -> tuple[Segment | None, tuple[int, int] | None]:
+    def step(self, time: float, horizon: float | None) -> tuple[Segment | None, tuple[int, int] | None]:
         """Go to the next event, at most by a horizon [s]; the segment until then, if any, and the element and what happens to it.
+
+        Without a horizon there is neither where the impact is over.
 
         Watched are the rate of what is loaded, the force of what is unloaded and the gap of open contacts: an element changes when
         its number falls below −tolerance.
@@ -198,29 +222,29 @@ class State:
             # Nothing presses what is held on the ground, so that it is released.
             return None, (int(np.flatnonzero(rigid & self.elements.normal)[0]), OPENS)
         motion, watched = self._motion(), list(self._watched())
-        (rate, deflection, velocity, _), loaded = motion.oscillations, motion.loaded
+        (rate, _, velocity, _), loaded = motion.oscillations, motion.loaded
         total = motion.start[TOTAL * len(self.z) : PUSH * len(self.z)]
         self.largest = np.where(self.viscous > 0.0, np.maximum(self.largest, -self.slope * total), self.largest)
-        eases = (self.mode == UNLOADING) | self.slow
-        eases &= self.elements.normal & (self.mode != OPEN) & ~self.done & ~self.eased
-        # Without constant forces a contact opens where it eases.
-        for i in np.flatnonzero(eases & bool(self.pull.any())).tolist():
-            small = np.abs(motion.wave[TOTAL * len(self.z) + i]).sum() * self.slope[i] <= EASED * self.largest[i]
-            watched.append((i, EASES, False, 2.0 * self._push_noise()[i], -np.inf if small else float(motion.rest[i]), -1.0))
+        eases = ((self.mode == UNLOADING) | ((self.mode == LOADING) & self.slow)) & self.elements.normal & bool(self.pull.any())
+        for i in np.flatnonzero(eases & (self._excess(motion) > 4.0 * self._push_noise())).tolist():
+            watched.append((i, EASES, False, 2.0 * self._push_noise()[i], float(motion.rest[i]), -1.0))
         _, signals = self._signals(motion, watched)
         early = np.where(signals.either, np.inf, signals.start + signals.tolerance)
         if early.min(initial=np.inf) < 0.0:
             return None, watched[int(early.argmin())][:2]
+        if horizon is None and self._over(motion) and not self._closes_again(motion, STAYS_OPEN * time):
+            return None, None
+        horizon = np.inf if horizon is None else horizon
         length, first = first_crossing(rate, signals, horizon, self.effort)
         count, still = len(self.z), loaded.sigma == 0.0
-        drift, acceleration = (loaded.V @ np.where(still, loaded.V.T @ along, 0.0) for along in (motion.u, loaded.pull))
+        drift, acceleration = (loaded.V @ np.where(still, loaded.V.T @ part, 0.0) for part in (motion.u, loaded.pull))
         segment = Segment(
             time,
             length,
             rate,
             self.steady - self.slope * motion.rest,
             -self.slope[:, None] * motion.wave[TOTAL * count : PUSH * count],
-            loaded.V @ velocity,
+            along(loaded.V, velocity),
             drift,
             acceleration,
             self.jump,
@@ -249,8 +273,8 @@ class State:
         # The scaled forces of all elements are to_all · z + held · u + balance.
         to_all, held, balance = np.diag(sprung.astype(float)), np.zeros((r, d)), np.zeros(r)
         if len(fixed):
-            # From H u̇ = 0 with u̇ = −Fᵀz − GᵀGu − Hᵀm + c follows m = (H Hᵀ)⁻¹ H (c − Fᵀz − GᵀGu); of dependent rows each takes the
-            # least share.
+            # From H u̇ = 0 with u̇ = −Fᵀz − GᵀGu − Hᵀm + c follows m = (H Hᵀ)⁻¹ H (c − Fᵀz − GᵀGu); of dependent rows each takes
+            # the least share.
             H, size = self.W[fixed] / self.length[fixed, None], (self.slope * self.length)[fixed]
             least = np.linalg.pinv(H.T, rcond=1e-9)
             still = H.T @ least
@@ -259,14 +283,15 @@ class State:
             F, G, pull = F - F @ still, G - G @ still, pull - still @ pull
         U, sigma, Vt = np.linalg.svd(F, full_matrices=False)
         sigma[sigma < DEPENDENT * sigma.max(initial=0.0)] = 0.0
-        loaded = Loaded(fixed, sprung, still, to_all, held, balance, damper, G, pull, U, sigma, Vt.T)
+        of_dampers = damped_modes(sigma, G @ Vt.T) if len(G) else None
+        loaded = Loaded(fixed, sprung, still, to_all, held, balance, damper, of_dampers, pull, U, sigma, Vt.T)
         self._known = key, loaded
         return loaded
 
     def _motion(self, dampers: bool = True) -> Free:
         """The motion until the next event. What held rows stop is at rest from now on."""
         loaded = self._loaded(dampers)
-        _, sprung, still, to_all, held, balance, damper, G, pull, U, sigma, V = loaded
+        _, sprung, still, to_all, held, balance, damper, of_dampers, pull, U, sigma, V = loaded
         if len(loaded.fixed):
             self.jump = self.jump - still @ (self.u + self.jump)
         u, z = self.u + self.jump, np.where(sprung, self.z, 0.0)
@@ -275,29 +300,33 @@ class State:
         # From the deflection in which they are at rest.
         velocity, pulled = V.T @ u, V.T @ pull
         deflection = np.where(moves, U.T @ z - inverse * pulled, 0.0)
-        if len(G):
-            oscillations = damped(sigma, G @ V, deflection, velocity)
-        else:
-            oscillations = undamped(sigma, deflection, velocity)
+        oscillations = undamped(sigma, deflection, velocity) if of_dampers is None else damped(of_dampers, deflection, velocity)
         rate, p, speed, (first, second) = oscillations
         of_u, of_z, of_held, of_damper = self.W @ V, to_all @ U, held @ V, damper @ V
         forces = to_all @ z + held @ u + balance
         rest = forces - of_z @ deflection - of_held @ np.where(moves, velocity, 0.0)
         falling, drifting, zero = of_u @ np.where(moves, 0.0, pulled), of_u @ np.where(moves, 0.0, velocity), np.zeros(len(z))
         path = np.divide(speed, rate, out=np.zeros_like(speed), where=rate != 0.0)
-        of_rate, of_force, of_gap = of_u @ speed, of_z @ p + of_held @ speed, of_u @ path
-        along, push = self.W @ u, np.sqrt(self.elements.stiffness)
-        start = [along, forces, self.gap, forces + damper @ u, push * self.gap + self.viscous * along]
+        of_rate, of_force, of_gap = along(of_u, speed), along(of_z, p) + along(of_held, speed), along(of_u, path)
+        rates, push = self.W @ u, np.sqrt(self.elements.stiffness)
+        start = [rates, forces, self.gap, forces + damper @ u, push * self.gap + self.viscous * rates]
         linear = [falling, zero, drifting, zero, push * drifting + self.viscous * falling]
         square = [zero, zero, falling / 2.0, zero, push * falling / 2.0]
-        wave = [of_rate, of_force, of_gap, of_force + of_damper @ speed, push[:, None] * of_gap + self.viscous[:, None] * of_rate]
+        wave = [
+            of_rate,
+            of_force,
+            of_gap,
+            of_force + along(of_damper, speed),
+            push[:, None] * of_gap + self.viscous[:, None] * of_rate,
+        ]
         bound: Array | float = np.inf
-        if len(G):
+        if of_dampers is not None:
             of_forces = np.hypot(np.linalg.norm(of_z, axis=1), np.linalg.norm(of_held, axis=1))
             of_total = np.hypot(np.linalg.norm(of_z, axis=1), np.linalg.norm(of_held + of_damper, axis=1))
             sizes = [self.length * second, of_forces * second, self.length * first, of_total * second]
             bound = np.concatenate([*sizes, push * sizes[GAP] + self.viscous * sizes[RATE]])
-        return Free(loaded, u, forces, rest, oscillations, *map(np.concatenate, (start, linear, square, wave)), bound)
+        parts = np.concatenate(start), np.concatenate(linear), np.concatenate(square)
+        return Free(loaded, u, forces, rest, oscillations, *parts, np.concatenate(wave), bound)
 
     def _signals(self, motion: Free, watched: list[tuple[int, int, bool, float, float, float]]) -> tuple[np.ndarray, Signals]:
         """The rows of some signals, and these."""
@@ -320,7 +349,7 @@ class State:
         """What can change: element, event, whether its number counts with the sign that it has first, tolerance, constant, sign."""
         # Numbers of Python, because those of NumPy take ten times as long one by one.
         deflection, peak, rigid, noise = self.z.tolist(), self.peak.tolist(), self.rigid.tolist(), self.noise
-        turning, viscous, gap = (self.eased & ~self.done).tolist(), self.viscous.tolist(), self.gap.tolist()
+        viscous, gap, rate = self.viscous.tolist(), self.gap.tolist(), (self.W @ (self.u + self.jump)).tolist()
         for i, (mode, normal, length) in enumerate(zip(self.mode.tolist(), self.normal, self.length.tolist(), strict=True)):
             if mode == LOADING and self.lossy[i]:
                 # A contact is loaded against its normal; an element without force, in the direction in which it moves first.
@@ -330,11 +359,12 @@ class State:
                     yield i, SLOWS, False, 0.0, -float(self.slowly[i]), -1.0
             elif mode == UNLOADING:
                 loaded = -1.0 if normal or peak[i] < 0.0 else 1.0
-                push = noise * (1.0 + viscous[i] * length)
+                # After a slip the force of a contact with a damper goes on from zero.
+                push = noise * (1.0 + viscous[i] * length) * (2.0 if viscous[i] and self.slipped[i] else 1.0)
                 # What is held by no force is released.
                 yield i, OPENS if normal else REVERSES, False, -noise if rigid[i] else push, 0.0, loaded
                 yield i, RELOADS, False, noise, abs(peak[i]), -loaded
-                if turning[i] and not rigid[i]:
+                if normal and not rigid[i] and rate[i] > 2.0 * noise * length:
                     yield i, TURNS, False, 2.0 * noise * length, 0.0, 1.0
             elif mode == OPEN and normal:
                 tolerance = noise * length / self.fastest
@@ -348,30 +378,27 @@ class State:
         rows = self.elements.contact == self.elements.contact[i]
         if kind in (EASES, TURNS, SLOWS, CLEARS):
             self.slow[i] |= kind == SLOWS
-            self.eased[i] |= kind == EASES
-            rebounds = self.W[i] @ (self.u + self.jump) > self.noise * self.length[i]
-            self.done[i] |= kind == TURNS or (kind == EASES and (bool(self.rigid[i]) or not rebounds))
             return kind
         if kind == UNLOADS:
             self.mode[i], self.slope[i], self.z[i] = UNLOADING, self.slope[i] / e, self.z[i] * e
             self.peak[i] = self.z[i]
             self.largest[i] = max(self.largest[i], self.slope[i] * abs(self.z[i]))
-            self.done[i] |= not self.normal[i]
             return kind
         if kind in (RELOADS, REVERSES):
-            self.mode[i], self.slope[i], self.eased[i] = LOADING, self.slope[i] * e, False
+            self.mode[i], self.slope[i] = LOADING, self.slope[i] * e
             # The force of a row that is held jumps where another one is held too; the row is then loaded from its peak.
             self.z[i] = 0.0 if kind == REVERSES else self.peak[i] if self.rigid[i] else self.z[i] / e
             return kind
-        if kind == OPENS and self.rigid[i] and np.any(self.mode[rows & ~self.elements.normal] != OPEN):
+        slips = bool(self.rigid[i]) or self.damping[i] > 0.0
+        if kind == OPENS and slips and np.any(self.mode[rows & ~self.elements.normal] != OPEN):
             rows, kind = rows & ~self.elements.normal, SLIPS
         # The ground under a contact with a damper keeps its place.
         gap = self.gap[i] if kind == CLOSES else self.z[i] / np.sqrt(self.elements.stiffness[i])
         self.mode[rows], self.z[rows], self.gap[rows] = LOADING if kind == CLOSES else OPEN, 0.0, 0.0
         self.slope[rows] = np.sqrt(self.elements.stiffness[rows])
-        self.done[rows], self.eased[rows], self.slow[rows] = ~self.lossy[rows], False, False
+        self.slow[rows], self.slipped[i] = False, kind == SLIPS
         if self.damping[i] > 0.0 and kind == CLOSES:
             self.z[i], self.largest[i] = self.slope[i] * gap, 0.0
-        elif self.damping[i] > 0.0:
+        elif self.damping[i] > 0.0 and kind == OPENS:
             self.gap[i] = gap
         return kind

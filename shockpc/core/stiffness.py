@@ -5,32 +5,37 @@ The geometry is frozen. What remains is a linear system, excited by the velocity
     M ẍ + Σ_i B_iᵀ κ_i (B_i x − a_i) = M g + Σ_j B_jᵀ τ_j,    x(0) = 0,    ẋ(0) = q̇⁻
 
 Each *element* i is a spring of stiffness κ along one row B_i (a row of a contact, or the deflection of a spring in a joint) that
-is without force at B_i x = a_i; one without stiffness gives a constant force τ, as a motor. With g, the accelerations of free fall,
-M = LLᵀ, u = Lᵀẋ and z_i = √κ_i (B_i x − a_i), that is
+is without force at B_i x = a_i; one without stiffness gives a constant force τ, as a motor. With g, the accelerations of free
+fall, M = LLᵀ, u = Lᵀẋ and z_i = √κ_i (B_i x − a_i), that is
 
     ż = F u,    u̇ = −Fᵀ z + c,    c = Lᵀg + L⁻¹ Σ_j B_jᵀ τ_j,    F = diag(√κ) B L⁻ᵀ = U diag(σ) Vᵀ
 
 The singular values σ are the natural frequencies. (Uᵀz − Vᵀc/σ, Vᵀu) rotate by the angles σt: forces oscillate about those that
-balance c. Velocities that no spring resists, orthogonal to V, change at the rate of their part of c; u is the part along the
-rows of all elements. F Fᵀ is the Delassus matrix of step 1, scaled by the stiffness.
+balance c. Velocities that no spring resists, orthogonal to V, change at the rate of their part of c; u is the part along the rows
+of all elements. F Fᵀ is the Delassus matrix of step 1, scaled by the stiffness.
 
 Restitution is hysteresis (Walton and Braun 1986, J. Rheol. 30:949): an element is loaded with the stiffness k and, after its
 largest force, unloaded with k / e², which returns the share e² of its energy. A single row then returns −e times its velocity,
-exactly and for every mass, and its largest force does not depend on e. A viscous damper instead starts with a step of the force,
-does not reach e = 0, and gives each effective mass another e: it counts as the e that it gives the mode that carries its element
-(`damper_restitution`). With e = 0 a row is held at rest until its force has fallen to zero
-(with a small e > 0, a contact on which the robot presses hops instead, and is loaded anew); where all rows have e = 0, the final
-velocity is the one of Eq. 4 for every stiffness, unless a row is released while another one is loaded. Rows are separate elements:
-tangents with e < 1 or of two stiffnesses make the result depend on their axes.
+exactly and for every mass, and its largest force does not depend on e. With e = 0 a row is held at rest until its force has
+fallen to zero (with a small e > 0, a contact on which the robot presses hops instead, and is loaded anew); where all rows have e
+= 0, the final velocity is the one of Eq. 4 for every stiffness, unless a row is released while another one is loaded. Rows are
+separate elements: tangents with e < 1 or of two stiffnesses make the result depend on their axes.
 
-A contact opens where its normal force falls to zero; its tangential springs lose their energy. Where the normal is held, the
-contact *slips* first: without tangential forces it may press on the ground again, and then stays closed without friction. A contact
-closes where it opened, with all springs at rest.
-Between these events the solution is exact; they are found in order (`crossing`).
+A viscous damper c beside a spring adds the force −c B_i ẋ; its element has no restitution. At the first touch the force starts at
+c times the speed of approach. u̇ has −D u more, D = L⁻¹ Σ_i B_iᵀ c_i B_i L⁻ᵀ, and the motion is a sum of oscillations that decay
+(`damped`).
 
-Gravity brings a contact that has opened back to the ground, which is another impact, or it keeps a contact closed, which then
-stands. So a landing lasts as long as it would without constant forces, until all contacts are open and stay so; and, where a
-contact is compressed or rebounds then, until it no longer does. On ever stiffer contacts all this tends to the impulse.
+A contact opens where its normal force falls to zero; its tangential springs lose their energy. Where the normal is held or has a
+damper, the contact *slips* first: without tangential forces it may press on the ground again, and then stays closed without
+friction. A contact closes where it opened, with all springs at rest. The ground under a contact with a damper recovers: it
+presses where the point is below the place of the first touch and k x + c ẋ is not positive, so that it does not pull. Between
+these events the solution is exact; they are found in order (`crossing`).
+
+A landing ends when each contact is open, or is no longer compressed, does not rebound and carries no more than constant forces
+make: its force, which oscillates about that, is below it, or oscillates by less than `EASED` of the largest force. An open
+contact must not close again within `STAYS_OPEN` times the motion so far; what constant forces change in its velocity is left out
+there, for gravity brings it back to the ground, which is another impact, and so are contacts that would go down by less than
+`EASED` of the compression. Springs between bodies may go on oscillating. On ever stiffer contacts all this tends to the impulse.
 """
 
 import numpy as np
@@ -44,9 +49,6 @@ SMALLEST_PIVOT = 1e-7
 
 MOST_SEGMENTS = 4000
 """Bound of the number of segments of a motion."""
-
-STAYS_OPEN = 10.0
-"""Times the motion so far for which all contacts have to stay open, so that it has ended: what closes later is another impact."""
 
 UNDONE_ANGLE = 1e-3
 """Angle of the fastest element [rad] within which a reversal that is undone is no event: a tiny oscillation of a row at a turn."""
@@ -90,8 +92,8 @@ def simulate_landing(
         M: (n, n) inertia of the coordinates [kg, kg m, kg m²].
         elements: springs of the contacts and between bodies, and constant forces.
         velocity: (n,) q̇⁻ [rad/s, m/s].
-        until: time at which the motion ends [s]; by default, when all contacts open and stay so (`STAYS_OPEN`), without constant
-            forces. Until a later time, springs between bodies oscillate and contacts may close again.
+        until: time at which the motion ends [s]; by default, when the impact is over at all contacts. Until a later time, springs
+            between bodies oscillate and contacts may close again.
         gravity: (n,) accelerations of free fall [rad/s², m/s²]; none by default.
 
     Raises:
@@ -109,8 +111,8 @@ def simulate_landing(
         raise ValueError("no contact approaches the ground")
     modes, segments, events = state.modes(), list[Segment](), list[Event]()
     time, simultaneous = 0.0, 0
-    while until is not None or not state.over or state.closes_again(STAYS_OPEN * time):
-        segment, hit = state.step(time, np.inf if until is None else until - time)
+    while True:
+        segment, hit = state.step(time, None if until is None else until - time)
         simultaneous += 1
         if segment is not None:
             segments.append(segment)

@@ -215,7 +215,7 @@ class CompliantLanding:
         return linear
 
     def readout(self, compute: Compute, places: Sequence[Place]) -> tuple[Array, Array]:
-        """What gives a quantity, n vectors linear in jumps and impulses: (n, k, r) of the forces of the elements; (n, k) constant."""
+        """What gives a quantity, n vectors linear in jumps and impulses, of the forces: (n, k, r), and a constant (n, k)."""
         values = np.asarray(compute(self._linear, places), dtype=float)[0, : len(self.number) + 1]
         values = values.reshape(*values.shape[:2], -1).transpose(1, 2, 0)
         return np.ascontiguousarray(values[..., :-1]), values[..., -1]

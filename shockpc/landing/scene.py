@@ -480,8 +480,8 @@ class Scene(Record):
     tangential_stiffness: float | None = None
     contact_damping: float | None = option(
         None,
-        "Damping of these contacts along the normal, in place of --restitution: taken as the restitution of the mode that carries "
-        "the contact's force.",
+        "Damping of these contacts, in place of --restitution: a damper beside each of their springs, along the normal and the "
+        "ground. The force starts at C times the speed of approach, and the contact separates where it would pull.",
         RESULTS,
         "C",
         unit="N s/m",

@@ -75,7 +75,8 @@ def _shares(impact: Impact, places: Places) -> Array:
     """The largest of these peaks (1, 1, n), of the range."""
     if impact.landing.scene.range_g is None:
         return np.full((1, 1, len(places)), np.nan)
-    return np.max([peaks.max(axis=1) for _, peaks in _peaks(impact, places)], axis=0)[None, None] / impact.landing.scene.range_g
+    largest = np.max([peaks.max(axis=1) for _, peaks in _peaks(impact, places)], axis=0)
+    return np.asarray(largest[None, None] / impact.landing.scene.range_g)
 
 
 def sensor_peaks(profile: "ShockProfile", places: Sequence[Place]) -> list[SensorPeak]:
@@ -91,6 +92,5 @@ def sensor_peaks(profile: "ShockProfile", places: Sequence[Place]) -> list[Senso
 
 RANGES = (
     Quantity("range_share", "point", "largest peak along an axis, of the sensor's range", "1", "greater", _shares,
-        missing="the scene gives no range", needs_posture=True, unproven=True,
-        lacks=lambda landing: "" if landing.scene.range_g else "range_share needs a range_g, and the scene has none"),
+        missing="the scene gives no range", needs_posture=True, unproven=True),
 )  # fmt: skip

@@ -31,7 +31,6 @@ from shockpc.profile import ILL_CONDITIONED
 from shockpc.quantities.profile import ShockProfile
 from shockpc.robot.robot import Joint, Robot
 from shockpc.studies.declare import study
-from shockpc.text.arguments import LARGEST_NUMBER
 from shockpc.text.errors import SolveError, StudyError
 from shockpc.text.printed import UNITS, in_degrees
 
@@ -241,11 +240,14 @@ def limits(
     target: str | Point,
     max: Annotated[
         float | None,
-        Option("The bound, in the unit of the number, or of its magnitude: the greatest value allowed.", "Question", "VALUE"),
+        Option(
+            "The bound, in the unit of the number, or of its magnitude: the greatest value allowed.", "Question", "VALUE", above=0.0
+        ),
     ] = None,
     *,
     min: Annotated[
-        float | None, Option("The least value allowed, of a number of which less is worse: a margin.", "Question", "VALUE")
+        float | None,
+        Option("The least value allowed, of a number of which less is worse: a margin.", "Question", "VALUE", above=0.0),
     ] = None,
     joint_range: Annotated[
         tuple[float, float] | None,
@@ -295,10 +297,6 @@ def limits(
     if len(bounds) != 1:
         raise StudyError("one bound is needed: max for the greatest value that is allowed, or min for the least")
     bound = bounds[0]
-    if not 0.0 < bound.value <= LARGEST_NUMBER:
-        raise StudyError(
-            f"a bound of {bound.value:g} is not valid; give one above zero, such as 0.1, and at most {LARGEST_NUMBER:g}"
-        )
     robot = robot or robot_of(scene)
     varied, joints, (low, high) = _varied(robot, joint, joint_range)
     scene = with_offsets(scene) if varied.kind in OFFSET else scene
