@@ -23,7 +23,7 @@ from shockpc.robot.slack import refuse_tree
 from shockpc.robot.tags import URDF, unread
 from shockpc.robot.tree import add_joint, axis_joint
 from shockpc.robot.urdf_drives import read_drives, with_rest
-from shockpc.robot.urdf_numbers import numbers, place_of, vector
+from shockpc.robot.urdf_numbers import grouped, numbers, place_of, vector
 from shockpc.robot.urdf_places import add_places, ball_joints, read_loops
 from shockpc.text.errors import RobotError
 from shockpc.text.printed import listed
@@ -317,7 +317,8 @@ def _moving(joint: Element, subject: str) -> pin.JointModel:
 
 def _mimics(joints: dict[str, Element]) -> tuple[tuple[Mimic, ...], list[str]]:
     """The joints that follow others, and a warning for each that follows no joint of the file."""
-    mimics, warnings = [], []
+    mimics: list[Mimic] = []
+    faults: list[tuple[str, str, str]] = []
     for name, joint in joints.items():
         rules, subject = joint.findall("mimic"), f'joint "{name}"'
         if len(rules) > 1:
@@ -326,12 +327,12 @@ def _mimics(joints: dict[str, Element]) -> tuple[tuple[Mimic, ...], list[str]]:
             leader = rule.get("joint", "")
             if leader == name or leader not in joints:
                 fault = "itself" if leader == name else f'"{leader}", which does not exist'
-                warnings.append(f"{subject} mimics {fault}; it is computed as a joint that moves freely")
+                faults.append(("joint", name, f"mimics {fault}, so it moves freely"))
             elif joint.get("type") != "fixed":
                 (multiplier,) = numbers(subject, joint, "mimic", "multiplier", "1", "rad/rad")
                 (offset,) = numbers(subject, joint, "mimic", "offset", "0", "rad")
                 mimics.append(Mimic(name, {leader: float(multiplier)}, float(offset)))
-    return tuple(mimics), warnings
+    return tuple(mimics), list(grouped(faults))
 
 
 def _needs_xacro(root: Element) -> bool:
