@@ -33,6 +33,13 @@ def at_top(*parts: str) -> str:
     return arm().replace("</robot>", f"{''.join(parts)}</robot>")
 
 
+def transmission(joint_part: str = "", actuator: str = "", more: str = "", attributes: str = "") -> str:
+    return (
+        f'<transmission name="t">{more}<joint name="elbow"{attributes}>{joint_part}</joint><actuator name="a">{actuator}</actuator>'
+        "</transmission>"
+    )
+
+
 REPORTED = {
     elbow('<orgin xyz="0 0 1"/>'): ('joint "elbow"', "<orgin>", "nearest: <origin>"),
     elbow('<Origin xyz="0 0 1"/>'): ("<Origin>", "nearest: <origin>"),
@@ -160,6 +167,11 @@ def test_quaternions_are_rotations_of_every_origin(version: str):
         (elbow('<origin quat_xyzw="0 0 0 1" rpy="0 0 0"/>'), "1.1", ('"elbow"', "rpy", "quat_xyzw")),
         (elbow('<origin quat_xyzw="0 0 0 0"/>'), "1.1", ('"elbow"', "quat_xyzw")),
         (arm(), "2.0", ("version", '"2.0"')),
+        (
+            at_top(transmission("<rotor_inertia value='1'/><gear_ratio value='1e160'/>")),
+            "",
+            ("reflected inertia", "cannot be computed"),
+        ),
         (tip("").replace("<mass ", "<mas "), "", ("<mass>", "<mas>")),
         (at_top('<drake:joint name="ball" type="ball"/>'), "", ('"ball"', "drake:joint")),
     ],
@@ -180,13 +192,6 @@ def test_armature_of_dynamics_is_the_reflected_inertia_at_the_joint():
     assert "joint/dynamics armature" in note
     (warning,) = robot_from(elbow('<dynamics armature="0.02" rotor_inertia="0.03"/>')).warnings
     assert "0.02 and 0.03" in warning
-
-
-def transmission(joint_part: str = "", actuator: str = "", more: str = "", attributes: str = "") -> str:
-    return (
-        f'<transmission name="t">{more}<joint name="elbow"{attributes}>{joint_part}</joint><actuator name="a">{actuator}</actuator>'
-        "</transmission>"
-    )
 
 
 @pytest.mark.parametrize(
