@@ -114,7 +114,7 @@ MESHES = "".join(
     f'<visual><geometry><mesh filename="{name}"/></geometry></visual>'
     for name in ("here.stl", "package://dog/a.stl", "../b.stl", "c.stl", "d.stl", "d.stl")
 )
-LOST = "missing, or outside the folders that may be read: {}; contact points and extremes over a body leave them out"
+LOST = "missing, or outside the folders that may be read: {}; a contact on a link without other geometry strikes"
 SHELL = '<link name="shell"><visual><geometry><sphere radius="1"/></geometry></visual></link><link name="frame"/>'
 SENSOR = link("sensor", "0.01", inertia("0.001", "0.001", "0.003"))
 LOST_MJCF = mjcf(floating(body("b", BODY, HINGE)), '<compiler meshdir="meshes"/><asset><mesh name="m" file="a.stl"/></asset>')
@@ -175,7 +175,7 @@ FOUND: dict[str, list[tuple[str, str, str]]] = {
     arm(tip=link("tip", more=MESHES)): [("warning", "4 of 5 meshes", LOST.format('"a.stl", "b.stl", "c.stl" and 1 more'))],
     # What an analysis warns of.
     arm(elbow=joint("elbow", "base", "tip", more=f'{LIMIT}<mimic joint="nobody"/>')): [
-        ("warning", "dog.urdf", 'joint "elbow" mimics "nobody", which does not exist; it is computed as a joint that moves freely')
+        ("warning", "dog.urdf", 'joint "elbow": mimics "nobody", which does not exist, so it moves freely')
     ],
     # Inertias that no body has are MuJoCo's to refuse.
     LOST_MJCF: [

@@ -291,6 +291,37 @@ def test_a_straight_limb_that_nobody_chose(dog: Robot):
     bent = robot_from(DOG.replace('_calf" pos="0 0 -.2"', '_calf" pos="0 0 -.2" euler="0 40 0"'), ".xml")
     assert warned(bent, "posture", contact=("FL",)) == []
     assert warned(dog, "posture", contact=("trunk",)) == []
+    every = warned(dog, "posture", contact=("FL", "HL"))
+    assert [(one.subject, "2 alike" in one.text) for one in every] == [("FL+HL", True)]
+
+
+SQUARE = [(0.2, 0.1), (0.2, -0.1), (-0.2, 0.1), (-0.2, -0.1)]
+HEXAGON = [(math.cos(k * math.pi / 3), math.sin(k * math.pi / 3)) for k in range(6)]
+
+
+@pytest.mark.parametrize(
+    ("feet", "turn"),
+    [
+        ([(x, y, -0.3) for x, y in SQUARE], None),
+        ([(x, -0.3, y) for x, y in SQUARE], "90,0,0"),
+        ([(-0.3, x, y) for x, y in SQUARE], "0,-90,0"),
+        ([(x, y, 0.3) for x, y in SQUARE], "180,0,0"),
+        ([(x, y, 0.0) for x, y in HEXAGON], ""),
+    ],
+)
+def test_a_robot_that_lies_is_told_the_turn_by_which_it_stands(feet: list[tuple[float, float, float]], turn: str | None):
+    """Which does that; legs that sprawl to all sides are not put down by a turn, so none is named."""
+    legs = []
+    for k, (x, y, z) in enumerate(feet):
+        legs += [link(f"leg{k}_thigh", "0.1"), joint(f"hip{k}", "base", f"leg{k}_thigh")]
+        place = f'{LIMIT}<origin xyz="{x} {y} {z}"/>'
+        legs += [link(f"leg{k}_foot", "0.1"), joint(f"knee{k}", f"leg{k}_thigh", f"leg{k}_foot", more=place)]
+    robot = robot_from(urdf(link("base", "10"), *legs))
+    found = warned(robot, "standing", contact=("leg0_foot",), posture=Posture(reference="neutral"))
+    assert [re.findall(r"--base-rpy ?([-\d,]*)", one.text) for one in found] == ([] if turn is None else [[turn]])
+    if turn:
+        rotation = pin.rpy.rpyToMatrix(np.radians([float(angle) for angle in turn.split(",")]))
+        assert (np.array(feet) @ rotation.T)[:, 2] == pytest.approx(-0.3)
 
 
 # Units

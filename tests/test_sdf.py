@@ -145,13 +145,15 @@ def test_a_joint_follows_another(in_joint: str, tmp_path: Path):
 
 
 UNKNOWN = {
-    "<mass>5</mass>": ("<mas>6</mas>", ["trunk", "<mas>", "nearest: mass"]),
-    "<pose>0 0 .5 0 0 0</pose>": ('<pose degree="1">0 0 .5 0 0 0</pose>', ["trunk", '"degree"', "nearest: degrees"]),
-    LIMIT: ("<limits><lower>-1</lower></limits>", ["knee", "<limits>", "nearest: limit"]),
+    "<mass>5</mass>": ("<mas>6</mas>", ["trunk", "<mas>", "nearest: <mass>"]),
+    "<pose>0 0 .5 0 0 0</pose>": ('<pose degree="1">0 0 .5 0 0 0</pose>', ["trunk", "degree of", "nearest: degrees"]),
+    LIMIT: ("<limits><lower>-1</lower></limits>", ["knee", "<limits>", "nearest: <limit>"]),
     "<child>": ("<use_parent_model_frame>1</use_parent_model_frame><child>", ["knee", "<use_parent_model_frame>"]),
-    "</model>": ('<lnik name="battery"/></model>', ["leg", "<lnik>", "nearest: link"]),
+    "</model>": ('<lnik name="battery"/></model>', ['"battery"', "<lnik>", "nearest: <link>"]),
     ENDS: (f"{ENDS}<pose>0 0 0 0 0 0</pose><pose>0 0 1 0 0 0</pose>", ["knee", "<pose>", "first"]),
-    '<sensor type="imu"': ('<kinematic>1</kinematic><sensor type="imu"', ["<kinematic>"]),
+    LIMIT + "</axis>": (f"{LIMIT}</axis><drake:rotr_inertia>1</drake:rotr_inertia>", ["knee", "nearest: <drake:rotor_inertia>"]),
+    "<axis>": ("<axis><drake:gear_ratio>9</drake:gear_ratio>", ["knee", "joint/axis/drake:gear_ratio"]),
+    '<sensor type="imu"': ('<kinematic>1</kinematic><sensor type="imu"', ["trunk", "link/kinematic"]),
 }
 
 

@@ -27,10 +27,10 @@ MIMIC = '<mimic joint="{}"/>'
 LEAD = LIMIT + MIMIC.format("lead")
 CORRECTED = {
     arm(elbow=joint("elbow", "base", "tip", more=LIMIT + MIMIC.format("nobody"))): (
-        'joint "elbow" mimics "nobody", which does not exist; it is computed as a joint that moves freely'
+        'joint "elbow": mimics "nobody", which does not exist, so it moves freely'
     ),
     arm(elbow=joint("elbow", "base", "tip", more=LIMIT + MIMIC.format("elbow"))): (
-        'joint "elbow" mimics itself; it is computed as a joint that moves freely'
+        'joint "elbow": mimics itself, so it moves freely'
     ),
 }
 

@@ -18,7 +18,7 @@ from shockpc.robot.checkup import check_robot
 from shockpc.robot.files import parse_xml
 from shockpc.robot.geometry import outline
 from shockpc.robot.landmarks import sensors
-from shockpc.robot.urdf_tags import unread
+from shockpc.robot.tags import URDF, unread
 
 
 def elbow(more: str = "", kind: str = "revolute") -> str:
@@ -31,6 +31,13 @@ def tip(more: str) -> str:
 
 def at_top(*parts: str) -> str:
     return arm().replace("</robot>", f"{''.join(parts)}</robot>")
+
+
+def transmission(joint_part: str = "", actuator: str = "", more: str = "", attributes: str = "") -> str:
+    return (
+        f'<transmission name="t">{more}<joint name="elbow"{attributes}>{joint_part}</joint><actuator name="a">{actuator}</actuator>'
+        "</transmission>"
+    )
 
 
 REPORTED = {
@@ -66,6 +73,14 @@ REPORTED = {
     at_top('<frame name="f" link="tip" xzy="0 0 1"/>'): ('frame "f"', "xzy of frame"),
     at_top('<transmission name="t"><joint name="elbow"/><actuator name="m"><machanicalReduction>9</machanicalReduction></actuator>'
            '</transmission>'): ('actuator "m"', "<machanicalReduction>", "nearest: <mechanicalReduction>"),
+    at_top('<transmission name="t"><joint name="elbow"/><actuator name="m"><drake:rotr_inertia value="1"/></actuator>'
+           '</transmission>'): ('actuator "m"', "<drake:rotr_inertia>", "nearest: <drake:rotor_inertia>"),
+    at_top('<gazebo reference="tip"><inertial><mass>3</mass></inertial></gazebo>'): ('gazebo "tip"', "gazebo/inertial"),
+    at_top('<gazebo><static> True </static></gazebo>'): ("gazebo/static", "--base fixed"),
+    at_top('<Joint name="a" type="fixed"><parent link="base"/></Joint>'): ('Joint "a"', "Joint/parent"),
+    at_top('<module><link name="battery"/></module>'): ("<module>",),
+    at_top('<sensor name="imu" type="imu"><parent link="tip"/><orgin xyz="0 0 1"/></sensor>'): ('"imu"', "nearest: <origin>"),
+    at_top('<sensor name="imu" type="imu"><parent link="tip"/><origin xzy="0 0 1"/></sensor>'): ('"imu"', "xzy of sensor/origin"),
     at_top('<mujoco><compiler settotalmass="5"/></mujoco>'): ("settotalmass", '"5"'),
     at_top('<include filename="leg.xacro"/>'): ("include",),
 }  # fmt: skip
@@ -82,12 +97,14 @@ def test_what_is_not_read_is_one_warning_that_names_it(text: str):
 HARMLESS = [
     elbow('<origin xyz="0 0 1"/><origin xyz="0 0 1.0" rpy="0 0 0"/>'),
     elbow('<limit lower="-1" upper="1" effort="1" velocity="1"/><calibration rising="0"/><dynamics friction="0.2"/>'),
+    elbow('<limit lower="-1" upper="1" effort="1" velocity="9"/><dynamics damping="1" friction="2"/><dynamics damping="1.0"/>'),
     elbow('<safety_controller k_velocity="1"/><vendor:thing link="tip" orgin="1"/><axis xyz="0 1 0" rpy="0 0 0"/>'),
     tip('<origin xyz="0 0 0"/><gravity>1</gravity><visual name="v"><geometry><box size="1 1 1"/></geometry><material/></visual>'),
     arm(tip=link("tip", inertia=INERTIA.replace("/>", ' izx="0.0" iyx="0"/>'))),
     at_top(
         "<vendor:thing link='tip'/>", "<something_else/>", "<gazebo reference='tip'><orgin/></gazebo>", "<mujoco><option/></mujoco>"
     ),
+    at_top('<vendor:thing quat_xyzw="0 0 0 1"/>', "<gazebo><static>0</static></gazebo>"),
     at_top('<material name="tip"/>', '<mujoco><compiler inertiafromgeom="false" settotalmass="-1"/></mujoco>'),
 ]
 
@@ -106,7 +123,7 @@ def test_many_of_a_kind_are_one_warning_with_their_number_in_milliseconds():
     seconds = []
     for _ in range(5):
         start = time.process_time()
-        collision, origin = unread(root)
+        collision, origin = unread(root, URDF)
         seconds.append(time.process_time() - start)
     assert "100 × <colision>" in collision.text
     assert "99 × <orgin>" in origin.text
@@ -150,6 +167,12 @@ def test_quaternions_are_rotations_of_every_origin(version: str):
         (elbow('<origin quat_xyzw="0 0 0 1" rpy="0 0 0"/>'), "1.1", ('"elbow"', "rpy", "quat_xyzw")),
         (elbow('<origin quat_xyzw="0 0 0 0"/>'), "1.1", ('"elbow"', "quat_xyzw")),
         (arm(), "2.0", ("version", '"2.0"')),
+        (
+            at_top(transmission("<rotor_inertia value='1'/><gear_ratio value='1e160'/>")),
+            "",
+            ("reflected inertia", "cannot be computed"),
+        ),
+        (tip("").replace("<mass ", "<mas "), "", ("<mass>", "<mas>")),
         (at_top('<drake:joint name="ball" type="ball"/>'), "", ('"ball"', "drake:joint")),
     ],
 )
@@ -169,13 +192,6 @@ def test_armature_of_dynamics_is_the_reflected_inertia_at_the_joint():
     assert "joint/dynamics armature" in note
     (warning,) = robot_from(elbow('<dynamics armature="0.02" rotor_inertia="0.03"/>')).warnings
     assert "0.02 and 0.03" in warning
-
-
-def transmission(joint_part: str = "", actuator: str = "", more: str = "", attributes: str = "") -> str:
-    return (
-        f'<transmission name="t">{more}<joint name="elbow"{attributes}>{joint_part}</joint><actuator name="a">{actuator}</actuator>'
-        "</transmission>"
-    )
 
 
 @pytest.mark.parametrize(

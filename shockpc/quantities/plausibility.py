@@ -97,17 +97,16 @@ def straight(profile: "ShockProfile") -> Iterator[Diagnostic]:
         here, elsewhere = np.sum(size > STRAIGHT * size.max(initial=0.0), axis=1)
         if here < elsewhere:
             limbs.append(k)
-    if limbs:
-        factors, names = profile.value("mitigation", "contact")[limbs], [landing.contacts[k].frame for k in limbs]
-        least = None if np.isnan(factors).all() else float(np.nanmin(factors))
-        remedy = "the file a keyframe" if robot.source.kind == "mjcf" else "reference postures with --srdf"
-        if robot.postures:
-            remedy = f"one of its postures with --posture: {listed(robot.postures, 4)}"
-        text = (
-            f"no standing posture found: neutral, with straight {'limb' if len(limbs) == 1 else 'limbs'} at {listed(names, 4)}"
-            f"{'' if least is None else f'; mitigation {least:.2g}'}; set joints with --set, or give {remedy}"
+    remedy = "the file a keyframe" if robot.source.kind == "mjcf" else "reference postures with --srdf"
+    if robot.postures:
+        remedy = f"one of its postures with --posture: {listed(robot.postures, 4)}"
+    for k in limbs:
+        name, factor = landing.contacts[k].frame, float(profile.value("mitigation", "contact")[k])
+        text = f'no standing posture found: neutral, with a straight limb at "{name}"'
+        text += "" if math.isnan(factor) else f"; mitigation {factor:.2g}"
+        yield Diagnostic(
+            "posture", name, None if math.isnan(factor) else factor, f"{text}; set joints with --set, or give {remedy}"
         )
-        yield Diagnostic("posture", "+".join(names), least, text)
 
 
 def angles(profile: "ShockProfile") -> Iterator[Diagnostic]:

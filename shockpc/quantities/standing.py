@@ -19,7 +19,7 @@ BESIDE = 0.1
 """Distance of the centre of mass from the support of three feet or more, as a share of its height, up to which they carry it."""
 
 TURNS = {(0, 1): "0,90,0", (0, -1): "0,-90,0", (1, 1): "-90,0,0", (1, -1): "90,0,0", (2, 1): "180,0,0"}
-"""What turns the axis of the base along which the feet lie, and its sign, downward: roll, pitch, yaw [deg]."""
+"""What turns the axis of the base along which all feet lie, and its sign, downward: roll, pitch, yaw [deg]."""
 
 
 def lying(profile: "ShockProfile") -> Iterator[Diagnostic]:
@@ -52,9 +52,10 @@ def lying(profile: "ShockProfile") -> Iterator[Diagnostic]:
         found = f"have the centre of mass {beside:.2g} m beside their support and {above:.2g} m above it"
     else:
         return
-    towards = rotation[0].T @ (places.mean(axis=0) - com)
-    axis = int(np.abs(towards).argmax())
-    turn = TURNS.get((axis, int(np.sign(towards[axis]))))
+    towards = (places - com) @ rotation[0]
+    axis = int(np.abs(towards.mean(axis=0)).argmax())
+    sides = set(np.sign(towards[:, axis]).tolist())  # of legs that sprawl both, so no turn brings all of them below
+    turn = TURNS.get((axis, int(sides.pop()))) if len(sides) == 1 else None
     remedy = f"turn it with --base-rpy {turn}" if turn else "set its joints with --set, or turn it with --base-rpy"
     text = f"the robot does not stand in this posture; {remedy}: its feet, {listed((foot.name for foot in feet), 4)}, {found}"
     yield Diagnostic("standing", robot.bodies[0].name, max(ground - belly, beside), text)

@@ -14,9 +14,9 @@ from shockpc.robot.files import shared_xml
 from shockpc.robot.geometry import inflated_inertias, size_text
 from shockpc.robot.robot import Robot, RobotSource
 from shockpc.robot.slack import inertia_fault, negative_moment
+from shockpc.robot.tags import URDF, unread
 from shockpc.robot.urdf_numbers import vector
 from shockpc.robot.urdf_places import AXIS
-from shockpc.robot.urdf_tags import unread
 from shockpc.text.errors import RobotError
 from shockpc.text.printed import listed
 
@@ -78,7 +78,7 @@ def _read(robot: Robot, root: Element) -> Iterator[tuple[Level, str, str, str]]:
     for warning in (*robot.source.warnings, *robot.notes):
         yield "warning", "", file, warning.removeprefix(f"{file}: ")
     if robot.source.kind == "urdf":
-        for one in unread(root):
+        for one in unread(root, URDF):
             if one.treatment == "note":
                 yield "note", "", file, one.text
         for loop in robot.loops:

@@ -103,7 +103,7 @@ def shared_robot(
 
 def _robot_of(source: RobotSource, frames: Sequence[str], built: dict[Hashable, Robot]) -> Robot:
     """A robot of a source. Args: built, those that there are already, to which this one is added."""
-    with _naming(source.path.name):
+    with _naming(source.path.name, source.warnings):
         format_ = format_of(source)
         chosen = format_.choose(source, frames)
         if chosen not in built:
@@ -112,12 +112,13 @@ def _robot_of(source: RobotSource, frames: Sequence[str], built: dict[Hashable, 
 
 
 @contextlib.contextmanager
-def _naming(file: str) -> Iterator[None]:
-    """Begin the messages of refusals with the name of the file."""
+def _naming(file: str, unread: Sequence[str] = ()) -> Iterator[None]:
+    """Begin the messages of refusals with the name of the file, and add what of it is not read, which is often the cause."""
     try:
         yield
     except RobotError as refusal:
-        raise RobotError(str(refusal) if str(refusal).startswith(file) else f"{file}: {refusal}", **refusal.data) from None
+        text = "; ".join((str(refusal), *unread[:2])).replace(f"{file}: ", "")
+        raise RobotError(text if text.startswith(file) else f"{file}: {text}", **refusal.data) from None
 
 
 def _finished(robot: Robot, srdf: Path | None) -> Robot:

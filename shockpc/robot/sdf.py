@@ -15,8 +15,8 @@ import pinocchio as pin
 from shockpc.core.spatial import Array
 from shockpc.robot.files import parse_xml
 from shockpc.robot.robot import WORLD, RobotSource
-from shockpc.robot.sdf_names import unknown_names
 from shockpc.robot.slack import refuse_count
+from shockpc.robot.tags import SDF, SDF_UNTIL_1_6, unread
 from shockpc.robot.urdf import build, choose, with_postures
 from shockpc.robot.urdf_numbers import vector
 from shockpc.text.errors import RobotError
@@ -30,14 +30,6 @@ _JOINTS = ("revolute", "continuous", "prismatic", "fixed")
 _SIZES = {"box": ("size",), "sphere": ("radius",), "cylinder": ("radius", "length"), "capsule": ("radius", "length")}
 _MOMENTS = {"ixx": "1", "iyy": "1", "izz": "1", "ixy": "0", "ixz": "0", "iyz": "0"}
 _REFUSED = ("model", "include", "joint/axis2", "link/collision/geometry/mesh/submesh")
-_NOTED = {
-    "link/kinematic": "such a body would not yield",
-    "link/inertial/fluid_added_mass": "it counts in water only",
-    "joint/axis/initial_position": "a posture is given with --set",
-    **dict.fromkeys(("drake:joint", "drake:ball_constraint", "drake:linear_bushing_rpy"), "what it joins is computed apart"),
-}
-"""What is left out and may change a landing, and what that means."""
-
 _DEFAULTS = {
     "inertial": "1 kg and 1 kg m²",
     "inertial/mass": "1 kg",
@@ -74,13 +66,14 @@ def read(source: RobotSource, xacro: Mapping[str, str]) -> RobotSource:
     poses, name = _Poses(model, int(version[1])), model.get("name") or source.robot_name
     moved = listed(link for link in poses.above if link in poses.named and not poses.of(link).isApprox(poses.carried(link), 1e-12))
     notes = [f"the frames of links {moved} are moved to the joints that carry them, as in a URDF"] if moved else []
-    notes += [*_notes(model), *unknown_names(model, until_1_6=int(version[1]) <= _POSE_FRAME)]
+    tables = (SDF, SDF_UNTIL_1_6) if int(version[1]) <= _POSE_FRAME else (SDF,)
+    notes += [*_notes(model), *(one.text for one in unread(model, *tables))]
     text = tostring(_urdf(model, name, poses), encoding="unicode")
     return with_postures(replace(source, xml=text, robot_name=name, warnings=tuple(f"{file}: {note}" for note in notes)))
 
 
 def _notes(model: Element) -> Iterator[str]:
-    """What is said of numbers that links do not give, and of elements that are left out."""
+    """What is said of numbers that links do not give."""
     bare: dict[str, list[str]] = {}
     for link in model.findall("link"):
         absent = (path for path in _DEFAULTS if link.find(path) is None or (path != "inertial" and not _text(link, path)))
@@ -88,10 +81,6 @@ def _notes(model: Element) -> Iterator[str]:
     for path in filter(None, bare):
         taken = f"no <{path.rpartition('/')[2]}>, for which SDFormat takes {_DEFAULTS[path]}"
         yield f"links {listed(bare[path])} have {taken}; write it if they have less"
-    for path, meaning in _NOTED.items():
-        parts = [part for part in model.findall(path) if len(part) or (part.text or "").strip().lower() not in ("", "false", "0")]
-        if parts:
-            yield f"<{parts[0].tag}> is not read ({len(parts)} of the model); {meaning}"
 
 
 class _Poses:

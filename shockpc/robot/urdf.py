@@ -20,15 +20,17 @@ from shockpc.robot.catalogue import find_srdf
 from shockpc.robot.files import shared_xml
 from shockpc.robot.robot import WORLD, Mimic, Robot, RobotSource
 from shockpc.robot.slack import refuse_tree
+from shockpc.robot.tags import URDF, unread
 from shockpc.robot.tree import add_joint, axis_joint
 from shockpc.robot.urdf_drives import read_drives, with_rest
-from shockpc.robot.urdf_numbers import numbers, place_of, vector
+from shockpc.robot.urdf_numbers import grouped, numbers, place_of, vector
 from shockpc.robot.urdf_places import add_places, ball_joints, read_loops
-from shockpc.robot.urdf_tags import unread
 from shockpc.text.errors import RobotError
 from shockpc.text.printed import listed
 
 _JOINT_TYPES = ("revolute", "continuous", "prismatic", "fixed", "floating", "planar")
+_PLACED = ("link", "joint", "loop_joint", "frame", "drake:frame", "fixed_frame", "sensor")
+"""Elements of <robot> that hold places which are read."""
 _Order: TypeAlias = dict[str, tuple[str, str]]
 
 
@@ -46,7 +48,7 @@ def read(source: RobotSource, xacro: Mapping[str, str]) -> RobotSource:
         warnings = (f"{path.name}: {reason}",)
     text = _without_quaternions(text, path.name)
     root = shared_xml(text, path.name)
-    found = unread(root)
+    found = unread(root, URDF)
     if refused := [one.text for one in found if one.treatment == "refuse"]:
         raise RobotError(f"{path.name}: {'; '.join(refused)}")
     warnings += tuple(f"{path.name}: {one.text}" for one in found if one.treatment == "warn")
@@ -65,7 +67,7 @@ def _without_quaternions(text: str, name: str) -> str:
     root = copy.deepcopy(shared_xml(text, name))
     version = root.get("version", "")
     for owner in root:
-        for part in owner.iter() if owner.tag != "gazebo" else ():
+        for part in owner.iter() if owner.tag in _PLACED else ():
             if (written := part.attrib.pop("quat_xyzw", None)) is None:
                 continue
             subject, what = f'{name}: {owner.tag} "{owner.get("name", "")}"', f'quat_xyzw="{written}" of its <{part.tag}>'
@@ -315,7 +317,8 @@ def _moving(joint: Element, subject: str) -> pin.JointModel:
 
 def _mimics(joints: dict[str, Element]) -> tuple[tuple[Mimic, ...], list[str]]:
     """The joints that follow others, and a warning for each that follows no joint of the file."""
-    mimics, warnings = [], []
+    mimics: list[Mimic] = []
+    faults: list[tuple[str, str, str]] = []
     for name, joint in joints.items():
         rules, subject = joint.findall("mimic"), f'joint "{name}"'
         if len(rules) > 1:
@@ -324,12 +327,12 @@ def _mimics(joints: dict[str, Element]) -> tuple[tuple[Mimic, ...], list[str]]:
             leader = rule.get("joint", "")
             if leader == name or leader not in joints:
                 fault = "itself" if leader == name else f'"{leader}", which does not exist'
-                warnings.append(f"{subject} mimics {fault}; it is computed as a joint that moves freely")
+                faults.append(("joint", name, f"mimics {fault}, so it moves freely"))
             elif joint.get("type") != "fixed":
                 (multiplier,) = numbers(subject, joint, "mimic", "multiplier", "1", "rad/rad")
                 (offset,) = numbers(subject, joint, "mimic", "offset", "0", "rad")
                 mimics.append(Mimic(name, {leader: float(multiplier)}, float(offset)))
-    return tuple(mimics), warnings
+    return tuple(mimics), list(grouped(faults))
 
 
 def _needs_xacro(root: Element) -> bool:

@@ -85,7 +85,7 @@ def read_drives(root: Element, joints: dict[str, Element], model: pin.Model) -> 
                 raise RobotError(f'joint "{names[0]}": {text}', joints=names)
             faults.append(("joint", names[0], f"{text}, so it is not read"))
         elif inertia:
-            give(inertias, names[0], "reflected inertia", inertia * ratio**2)
+            give(inertias, names[0], "reflected inertia", inertia * ratio * ratio)
         elif written:
             give(ratios, names[0], "gear ratio", ratio)
     for name, inertia in inertias.items():

@@ -1,9 +1,9 @@
-"""What in a URDF is not read although it may change a shock, by the table of tags and attributes in urdf_tags.csv.
+"""What in a URDF or SDFormat file is not read although it may change a shock, by tables of tags and attributes.
 
-A row of the table has a path of tags from the root, the names at that path, of which "(element)" is the element itself and the
-others are its attributes, and a treatment: read; no effect on a shock; note, which the check-up reports; warn; refuse. Braces list
-alternatives, "**" is all below, and "*" all attributes. `when` is the key of a test in `_TESTS` that a value has to pass to be
-reported. Of an element that may stand `once` the first copy counts; of several shapes in one geometry the first.
+A row of a table has a path of tags from the root, the names at that path, of which "(element)" is the element itself, "(text)" its
+text and the others are its attributes, and a treatment: read; no effect on a shock; note, which the check-up reports; warn;
+refuse. Braces list alternatives, "**" is all below, and "*" all attributes. `when` is the key of a test in `_TESTS` that a value
+has to pass to be reported. Of an element that may stand `once` the first copy counts; of several shapes in one geometry the first.
 """
 
 import csv
@@ -21,18 +21,21 @@ from shockpc.text.printed import few, listed, printable
 
 Treatment: TypeAlias = Literal["read", "no effect", "note", "warn", "refuse"]
 
-_TABLE = Path(__file__).with_name("urdf_tags.csv")
+_FOLDER = Path(__file__).parent
+URDF, SDF, SDF_UNTIL_1_6 = "urdf_tags.csv", "sdf_tags.csv", "sdf_tags_until_1_6.csv"
+"""The tables: of a <robot>, of a <model>, and of what only its versions until 1.6 have besides."""
+
 _CLOSE = 0.7
 """Similarity from which an unknown name is taken for a misspelt one where unknown names are allowed, as `difflib` has it."""
-_NEAREST = 0.5
+_NEAREST = 0.6
 """Similarity from which a known name is offered for an unknown one."""
 _MOST = 20
 """How many kinds are reported of one treatment; of more only the number."""
 _TRIES = 500
 """How many unknown names of one file are compared with known ones where unknown names are allowed."""
-_STRICT = ("link", "joint", "loop_joint", "drake:ball_constraint", "frame", "drake:frame", "fixed_frame")
-"""Elements of <robot> in which every unknown name is reported."""
-_ALL = "*"
+_STRICT = ("link", "joint", "loop_joint", "drake:ball_constraint", "frame", "drake:frame", "fixed_frame", "sensor")
+"""Elements of the root in which every unknown name is reported."""
+_ALL, _TEXT_OF = "*", "(text)"
 _NAMELESS = ("collision", "visual", "parent", "child")
 
 
@@ -73,14 +76,20 @@ class _Node:
         return {tag: node.element for tag, node in self.below.items() if node.element is not None}
 
 
+_NOWHERE = _Node("")
 _TWICE = _Rule("warn", "", "stands twice in one element, and the copies differ; the first counts")
-_TEXT = _Rule("warn", "", "holds text and no attributes, which is not read: URDF writes its numbers as attributes")
+_TEXT = _Rule("warn", "", "holds text and no attributes, which is not read: its numbers are written as attributes")
 
 
-def unread(root: Element) -> tuple[Unread, ...]:
-    """What a URDF holds that is not read although it may change a shock; one record for each kind. Args: root, its <robot>."""
+def unread(root: Element, *tables: str) -> tuple[Unread, ...]:
+    """What a file holds that is not read although it may change a shock; one record for each kind.
+
+    Args:
+        root: its <robot> or <model>.
+        tables: those of its format.
+    """
     walk = _Walk(frozenset(part.get("name", "") for part in root if part.tag in ("link", "joint")), {}, {})
-    walk.read(root, _table(), root, strict=False)
+    walk.read(root, _table(*tables), root, strict=False)
     records: dict[Treatment, list[Unread]] = {}
     for kind, places in walk.kinds.items():
         several = records.setdefault(kind.treatment, [])
@@ -123,18 +132,28 @@ class _Walk(NamedTuple):
         """Note a name that is in no row of the table. Args: holder, the element in which it is; known, the names there."""
         kind = "element" if what.startswith("<") else "attribute"
         consequence = f"is no {kind} of <{holder.tag}> that is known, so it is not read"
-        self._note(_Kind("warn", what, consequence, name, tuple(one for one in known if one != _ALL)), owner)
+        self._note(_Kind("warn", what, consequence, name, tuple(one for one in known if one not in (_ALL, _TEXT_OF))), owner)
 
     def _note(self, kind: _Kind, owner: Element, value: str = "") -> None:
         name = owner.get("name") or owner.get("reference") or ""
-        place = (f"{owner.tag} {name}", value) if owner.tag != "robot" else ("", value)
+        place = (f"{owner.tag} {name}", value) if owner.tag not in ("robot", "model") else ("", value)
         self.kinds.setdefault(kind, []).append(place)
 
-    def close(self, name: str, known: Mapping[str, _Rule], path: str) -> bool:
-        """Whether an unknown name is close to a known one that matters, for the first unknown names of a file."""
+    def reported(self, name: str, known: Mapping[str, _Rule], path: str, strict: bool) -> bool:
+        """Whether an unknown name is reported: where every one is, or if it is close to a known one that matters.
+
+        A name with a prefix is one of another program unless it is close to a known one with that prefix. Only the first unknown
+        names of a file are compared.
+        """
+        prefix, colon, bare = name.rpartition(":")
+        if strict and not colon:
+            return True
         if (path, name) not in self.near and len(self.near) < _TRIES:
-            matter = tuple(one for one, rule in known.items() if rule.treatment != "no effect")
-            self.near[path, name] = bool(_nearest(name, matter, _CLOSE))
+            start = f"{prefix}:" if colon else ""
+            matter = tuple(
+                one.removeprefix(start) for one, rule in known.items() if one.startswith(start) and rule.treatment != "no effect"
+            )
+            self.near[path, name] = bool(_nearest(bare, matter, _CLOSE))
         return self.near.get((path, name), False)
 
     def read(self, element: Element, node: _Node, owner: Element, strict: bool) -> None:
@@ -150,7 +169,7 @@ class _Walk(NamedTuple):
             rule = node.attributes.get(key)
             if rule is None:
                 known = node.attributes
-                if ":" not in key and _ALL not in known and (strict or self.close(key, known, f"{node.path} ")):
+                if _ALL not in known and self.reported(key, known, f"{node.path} ", strict):
                     self.add_unknown(f"{key} of {node.path or element.tag}", key, known, element, owner)
             elif rule.consequence and _TESTS[rule.when](value, element, key):
                 self.add(rule, f"{node.path} {key}".lstrip(), owner, f'"{printable(value, 60)}"')
@@ -160,27 +179,33 @@ class _Walk(NamedTuple):
             # Names of shapes and references to links say less than the link that holds them.
             holder = part if tag not in _NAMELESS and (part.get("name") or part.get("reference")) else owner
             if inner is None or inner.element is None:
-                if node.deep is None and ":" not in tag:
-                    tags = node.tags
-                    if strict or self.close(tag, tags, node.path) or (not node.path and self._names_one(part)):
-                        self.add_unknown(f"<{tag}>", tag, tags, element, holder)
+                at_top, tags = not node.path and ":" not in tag, node.tags
+                if self.reported(tag, tags, node.path, strict and node.deep is None) or (at_top and self._names_one(part)):
+                    self.add_unknown(f"<{tag}>", tag, tags, element, holder)
                 continue
             if inner.once:
                 copies.setdefault(inner.once if inner.once != "once" else tag, []).append(part)
+            text = (part.text or "").strip()
             if inner.element.consequence:
-                self.add(inner.element, inner.path, holder)
+                if _TESTS[inner.element.when](text, part, tag):
+                    self.add(inner.element, inner.path, holder)
             elif inner.deep is None or inner.below:
-                if strict and not part.attrib and len(part) == 0 and (text := (part.text or "").strip()):
+                if strict and text and not part.attrib and len(part) == 0 and not inner.attributes.keys() & {_ALL, _TEXT_OF}:
                     self.add(_TEXT, f"<{tag}>", holder, f'"{printable(text, 60)}"')
                 self.read(part, inner, holder, strict or (not node.path and tag in _STRICT))
         for first, *others in copies.values():
-            apart = [text for other in others for text in _differences(first, other)]
+            inner = node.below.get(first.tag, _NOWHERE)
+            apart = [text for other in others for text in _differences(first, other, inner)]
             if apart:
                 self.add(_TWICE, f"{node.path} <{first.tag}>", owner, f"({few(apart, 6)})")
 
     def _names_one(self, element: Element) -> bool:
-        """Whether an attribute or a text in an element is the name of a link or joint."""
-        return any(value in self.named for part in element.iter() for value in (*part.attrib.values(), (part.text or "").strip()))
+        """Whether an element holds a link, a joint or a mass, or the name of a link or joint as an attribute or a text."""
+        return any(
+            part.tag in ("link", "joint", "inertial") or value in self.named
+            for part in element.iter()
+            for value in (*part.attrib.values(), (part.text or "").strip())
+        )
 
 
 def _hint(kind: _Kind) -> str:
@@ -210,25 +235,36 @@ def _subjects(places: list[tuple[str, str]]) -> str:
     return f"{', '.join(texts)}: " * bool(texts) + f"{len(places)} × " * (len(places) > 1)
 
 
-def _differences(first: Element, other: Element, within: str = "") -> Iterator[str]:
-    """What differs between two elements, with both values; a number that is not written counts as zero."""
+def _differences(first: Element, other: Element, node: _Node, within: str = "") -> Iterator[str]:
+    """What differs between two elements, with both values; a number that is not written counts as zero.
+
+    Args:
+        first: the element that counts.
+        other: the other.
+        node: what the table says of them; what has no effect may differ.
+        within: the tags from the first elements to these, for messages.
+    """
     if first.tag != other.tag:
         yield f"<{first.tag}> and <{other.tag}>"
         return
-    for key in dict.fromkeys((*first.attrib, *other.attrib)):
-        one, two = first.get(key, ""), other.get(key, "")
+    pairs = [
+        (f"{key} ", first.get(key, ""), other.get(key, ""))
+        for key in dict.fromkeys((*first.attrib, *other.attrib))
+        if node.attributes.get(key, _TWICE).treatment != "no effect"
+    ]
+    for key, one, two in (*pairs, ("", (first.text or "").strip(), (other.text or "").strip())):
         numbers = _numbers(one)
         if one != two and (numbers is None or numbers != _numbers(two)):
-            yield f"{within}{key} {one or 'not given'} and {two or 'not given'}"
-    if (first.text or "").strip() != (other.text or "").strip():
-        yield f"{within}{(first.text or '').strip()} and {(other.text or '').strip()}"
+            yield f"{within}{key}{one or 'not given'} and {two or 'not given'}"
     ones, others = ({part.tag: part for part in reversed(element)} for element in (first, other))
     for tag in dict.fromkeys((*ones, *others)):
-        one_part, two_part = ones.get(tag), others.get(tag)
+        one_part, two_part, inner = ones.get(tag), others.get(tag), node.below.get(tag, _NOWHERE)
+        if inner.element is not None and inner.element.treatment == "no effect":
+            continue
         if one_part is None or two_part is None:
             yield f"<{tag}> in one of them"
         else:
-            yield from _differences(one_part, two_part, f"{tag} ")
+            yield from _differences(one_part, two_part, inner, f"{within}{tag} ")
 
 
 def _numbers(text: str) -> list[float] | None:
@@ -260,11 +296,11 @@ _TESTS: dict[str, Callable[[str, Element, str], bool]] = {
 
 
 @functools.cache
-def _table() -> _Node:
-    """The table as a tree of tags, from <robot>."""
+def _table(*tables: str) -> _Node:
+    """Tables as one tree of tags, from the root."""
     top = _Node("")
-    with _TABLE.open(encoding="utf-8", newline="") as file:
-        for row in csv.DictReader(file):
+    for table in tables:
+        for row in csv.DictReader((_FOLDER / table).read_text(encoding="utf-8").splitlines()):
             rule = _Rule(cast(Treatment, row["treatment"]), row["when"], row["consequence"])
             parts = re.split(r"[{}]", row["path"])  # what is in braces comes at the odd places
             choices = [part.split(",") if k % 2 else [part] for k, part in enumerate(parts)]
