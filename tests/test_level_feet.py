@@ -13,6 +13,7 @@ from shockpc.landing.level_feet import default_landings
 from shockpc.landing.scene import Contact, Joints, Posture, Strike
 from shockpc.quantities.robot import NEEDS_TILT
 from shockpc.robot.load import load_robot
+from shockpc.text.errors import SceneError
 
 # Shock at an IMU, 1 m/s straight down in the default posture, of an independent dense solution (CRBA, frame Jacobians).
 GO2 = {
@@ -216,6 +217,16 @@ def test_commands_of_one_landing_ask_for_a_contact_all_level_feet_first(capfd, w
     )
     assert found.code == 2
     assert found.err.index("--contact FL_foot+FR_foot+RL_foot+RR_foot") > 0
+
+
+def test_a_scene_without_contacts_names_the_landing_on_all_level_feet():
+    with pytest.raises(SceneError, match='"FL_foot", "FR_foot", "RL_foot", "RR_foot"'):
+        shock_profile(Scene(robot="go2"))
+
+
+def test_a_contact_above_a_foot_does_not_stand_for_the_foot(capfd):
+    """The calf, struck 2 cm above its foot, is level with no foot."""
+    assert "level feet" not in good(capfd, "analyze", "go2", "--contact", "FL_calf")
 
 
 def test_standing_feet_leave_the_others_singly(capfd):

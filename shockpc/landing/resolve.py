@@ -14,6 +14,7 @@ from shockpc.landing.contact import contact_block
 from shockpc.landing.dynamics import dynamics
 from shockpc.landing.joint_model import joint_model
 from shockpc.landing.landing import PosedLanding, contact_velocity
+from shockpc.landing.level_feet import default_landings
 from shockpc.landing.motion import motion_of, rates_of, separating
 from shockpc.landing.posture import configuration, fixed_joints, outside_limits, reference_name
 from shockpc.landing.ratings import check_parts, strength, torque_limits
@@ -33,7 +34,11 @@ def _complete(scene: Scene, robot: Robot) -> Scene:
     """The scene with every default filled in and every path absolute, so that it says all that is computed."""
     scene = check_scene(scene)
     if not scene.contact:
-        raise SceneError(f'no contact is defined; name a link of robot "{robot.name}", such as "{robot.links[-1]}"')
+        first, *others = (f'"{contact.frame}"' for contact in default_landings(robot, scene)[0])
+        example = f'links of robot "{robot.name}", such as [{", ".join([first, *others])}]'
+        if not others:
+            example = f'a link of robot "{robot.name}", such as {first}'
+        raise SceneError(f"no contact is defined; name {example}")
     strike, base = scene.strike, scene.base or robot.usual_base
     only_stops = all(is_stop(robot, contact.frame) for contact in scene.contact)
     if strike == Strike(joint_velocities=strike.joint_velocities) and (only_stops or (base == "fixed" and strike.joint_velocities)):
