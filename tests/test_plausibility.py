@@ -299,6 +299,17 @@ SQUARE = [(0.2, 0.1), (0.2, -0.1), (-0.2, 0.1), (-0.2, -0.1)]
 HEXAGON = [(math.cos(k * math.pi / 3), math.sin(k * math.pi / 3)) for k in range(6)]
 
 
+def test_a_single_foot_whose_joints_are_set_may_be_beside_the_centre_of_mass():
+    """A leg on a rig lands as it is set; where nothing is set, it lies."""
+    foot = joint("knee", "thigh", "tip_foot", more=f'{LIMIT}<origin xyz="0 0 -0.3"/>')
+    robot = robot_from(urdf(link("base"), link("thigh"), link("tip_foot"), joint("hip", "base", "thigh"), foot))
+    for x, count in ((0.0, 0), (1.0, 1)):
+        moved = robot_from(robot.source.xml.replace('xyz="0 0 -0.3"', f'xyz="{x} 0 -0.3"'))
+        for set_, expected in (({}, count), ({"hip": 5.0}, 0)):
+            found = warned(moved, "standing", contact=("tip_foot",), posture=Posture(reference="neutral", joints_deg=set_))
+            assert len(found) == expected
+
+
 @pytest.mark.parametrize(
     ("feet", "turn"),
     [

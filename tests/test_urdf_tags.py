@@ -81,6 +81,8 @@ REPORTED = {
     at_top('<module><link name="battery"/></module>'): ("<module>",),
     at_top('<sensor name="imu" type="imu"><parent link="tip"/><orgin xyz="0 0 1"/></sensor>'): ('"imu"', "nearest: <origin>"),
     at_top('<sensor name="imu" type="imu"><parent link="tip"/><origin xzy="0 0 1"/></sensor>'): ('"imu"', "xzy of sensor/origin"),
+    at_top('<gazebo reference="tip"><sensor type="imu"><poze>0 0 1 0 0 0</poze></sensor></gazebo>'): ("nearest: <pose>",),
+    at_top('<mujoco><compiler settotalmas="5"/></mujoco>'): ("settotalmas of mujoco/compiler", "nearest: settotalmass"),
     at_top('<mujoco><compiler settotalmass="5"/></mujoco>'): ("settotalmass", '"5"'),
     at_top('<include filename="leg.xacro"/>'): ("include",),
 }  # fmt: skip

@@ -26,7 +26,7 @@ def lying(profile: "ShockProfile") -> Iterator[Diagnostic]:
     """A warning where the feet are not below the belly, or do not have the centre of mass above them.
 
     The belly is the lowest point of the base; without geometry it is its centre of mass. One or two feet may have the centre of
-    mass beside them, but not farther than it is above them.
+    mass beside them, but not farther than it is above them; a single one whose joints are set, as of a leg on a rig, anywhere.
     """
     landing, robot, posture = profile.landing, profile.robot, profile.landing.scene.posture
     feet = [robot.frame(name) for name in each_foot(robot) if ends_leg(robot, name, wheels=False)]
@@ -48,7 +48,7 @@ def lying(profile: "ShockProfile") -> Iterator[Diagnostic]:
     beside, above = _distance(places[:, :2], com[:2]), float(com[2]) - ground
     if ground > belly - landing.scene.ground_tolerance:
         found = f"lie {max(ground - belly, 0.0):.2g} m above the lowest point of the base"
-    elif beside > above * (BESIDE if len(feet) > 2 else 1.0):
+    elif beside > above * (BESIDE if len(feet) > 2 else 1.0) and not (len(feet) == 1 and (posture.joints or posture.joints_deg)):
         found = f"have the centre of mass {beside:.2g} m beside their support and {above:.2g} m above it"
     else:
         return

@@ -169,7 +169,7 @@ class _Walk(NamedTuple):
             rule = node.attributes.get(key)
             if rule is None:
                 known = node.attributes
-                if _ALL not in known and self.reported(key, known, f"{node.path} ", strict):
+                if self.reported(key, known, f"{node.path} ", strict and _ALL not in known):
                     self.add_unknown(f"{key} of {node.path or element.tag}", key, known, element, owner)
             elif rule.consequence and _TESTS[rule.when](value, element, key):
                 self.add(rule, f"{node.path} {key}".lstrip(), owner, f'"{printable(value, 60)}"')
