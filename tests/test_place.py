@@ -47,7 +47,7 @@ def slope(found):
     return float(np.linalg.norm(found.A, axis=(1, 2), ord=2).max())
 
 
-@pytest.mark.parametrize("seed", range(6))
+@pytest.mark.parametrize("seed", range(2))
 @pytest.mark.parametrize("weighted", [False, True])
 def test_the_least_shock_in_a_box_is_that_of_a_fine_grid(seed, weighted):
     low, high = np.array([-0.2, -0.1, 0.05]), np.array([0.3, 0.2, 0.4])
@@ -63,7 +63,7 @@ def test_the_least_shock_in_a_box_is_that_of_a_fine_grid(seed, weighted):
     assert float(found.at(optimum.place[None])[0]) == pytest.approx(optimum.value, abs=1e-15)
 
 
-@pytest.mark.parametrize("seed", range(4))
+@pytest.mark.parametrize("seed", range(2))
 @pytest.mark.parametrize("shape", ["capsule", "cylinder"])
 def test_the_least_shock_in_a_rounded_hull_cut_by_a_plane_is_that_of_a_fine_grid(seed, shape):
     ends, radius = np.array([[-0.1, 0.0, 0.0], [0.2, 0.1, 0.0]]), 0.08
@@ -126,14 +126,14 @@ def test_many_landings_give_the_optimum_of_all_of_them():
 BOXES = (([-0.3, -0.2, -0.1], [0.2, 0.2, 0.1]), ([0.0, -0.1, -0.2], [0.5, 0.1, 0.3]))
 
 
-@pytest.mark.parametrize("seed", range(4))
+@pytest.mark.parametrize("seed", range(2))
 def test_the_best_place_of_a_union_is_in_its_best_piece(seed):
     found, cells = fields(seed), [ConvexCell(corners(*one)) for one in BOXES]
     best = next(best_places(found, cells))
     assert best.value == pytest.approx(min(least_shock(found, cell).value for cell in cells), abs=TOLERANCE)
 
 
-@pytest.mark.parametrize("seed", range(4))
+@pytest.mark.parametrize("seed", range(2))
 def test_the_best_place_on_a_surface_is_that_of_a_fine_grid_on_it(seed):
     """Two boxes that overlap: what of one lies inside the other is not surface."""
     found = fields(seed)
@@ -147,7 +147,7 @@ def test_the_best_place_on_a_surface_is_that_of_a_fine_grid_on_it(seed):
     brute, reach = np.inf, 0.0
     for low, high in BOXES:
         for k, end in itertools.product(range(3), (0, 1)):
-            points, near = lattice(low, high, 81)
+            points, near = lattice(low, high, 41)
             points = points[points[:, k] == points[:, k].max()] if end else points[points[:, k] == points[:, k].min()]
             hidden = [np.all((points > np.array(a) + 1e-9) & (points < np.array(b) - 1e-9), axis=1) for a, b in BOXES]
             brute, reach = min(brute, float(found.at(points[~np.any(hidden, axis=0)]).min())), max(reach, near)
@@ -156,7 +156,7 @@ def test_the_best_place_on_a_surface_is_that_of_a_fine_grid_on_it(seed):
     assert best.value <= best.bound + TOLERANCE
 
 
-@pytest.mark.parametrize("seed", range(4))
+@pytest.mark.parametrize("seed", range(2))
 def test_alternatives_are_the_best_places_of_a_fine_grid_at_the_distance(seed):
     found, apart = fields(seed), 0.11
     cells = [ConvexCell(corners(*one)) for one in BOXES]
@@ -172,7 +172,7 @@ def test_alternatives_are_the_best_places_of_a_fine_grid_at_the_distance(seed):
     assert [one.value for one in ranked] == sorted(one.value for one in ranked)
 
 
-@pytest.mark.parametrize("seed", range(4))
+@pytest.mark.parametrize("seed", range(2))
 @pytest.mark.parametrize(("count", "weighted"), [(2, False), (3, False), (2, True)])
 def test_several_sensors_are_the_best_of_all_partitions(seed, count, weighted):
     """Six landings on two or three sensors: every assignment is tried."""
