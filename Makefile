@@ -1,8 +1,22 @@
 # Commands for people and for CI. Every target installs what it needs.
-PYTHON ?= python3.11
+# The first Python that is at least 3.11 and can make environments, unless PYTHON is given; uv, where it is there, finds one itself.
+PYTHON ?= $(shell for python in python3.11 python3.12 python3.13 python3.14 python3; do \
+	"$$python" -c "import ensurepip, sys; sys.exit(sys.version_info < (3, 11))" 2> /dev/null && echo "$$python" && break; done)
 BIN := .venv/bin
 
-.PHONY: demo paper gallery test check bench validate soak intervals fuzz install clean
+# Into .venv, with the extras of the argument.
+define install
+	@if command -v uv > /dev/null; then \
+		uv venv --quiet --allow-existing --python "$(or $(PYTHON),3.13)" .venv && uv pip install --quiet --python "$(BIN)/python" --editable "$(1)"; \
+	elif [ -n "$(PYTHON)" ]; then \
+		"$(PYTHON)" -m venv .venv && "$(BIN)/python" -m pip install --quiet --disable-pip-version-check --editable "$(1)"; \
+	else \
+		echo "No Python from 3.11 to 3.14 with the module venv was found. Install one (on Debian and Ubuntu: apt install python3 python3-venv)" \
+			"or uv, or name one: make PYTHON=/path/to/python3" >&2; exit 2; \
+	fi
+endef
+
+.PHONY: demo paper gallery test check bench validate slow soak intervals fuzz install clean
 
 demo: .venv/.run
 	@"$(BIN)/shockpc" analyze quadruped --contact hind_foot --plane xz --out out/quadruped
@@ -41,7 +55,7 @@ gallery: paper .venv/.dev
 	@cp out/fall/fall.svg out/part/damage_boundary.svg out/identify/identify.svg out/sweep/sweep.svg out/compare/compare.svg out/limits/limits.svg out/sensitivity/sensitivity.svg out/place/place.svg robots/gallery/
 
 test: .venv/.dev
-	@"$(BIN)/python" -m pytest -n auto --dist worksteal
+	@"$(BIN)/python" -m pytest -n auto --dist worksteal --durations 10
 
 check: .venv/.dev
 	@"$(BIN)/ruff" format --check shockpc tests
@@ -71,10 +85,14 @@ validate: .venv/.dev
 	@"$(BIN)/shockpc" identify out/validate/elbow.csv $(UNKNOWN) --out out/validate/elbow_identified
 	@"$(BIN)/shockpc" identify robots/measured/elbow/elbow_landings.csv $(UNKNOWN) --out out/validate/elbow_all_identified
 
-# Reported bounds against an independent solution on random landings; after an interrupt it says how to continue.
+# Tests that take longer than the suite has for them.
+slow: .venv/.dev
+	@"$(BIN)/python" -m pytest -n auto -m slow --durations 10
+
+# These, and reported bounds against an independent solution on random landings; after an interrupt it says how to continue.
 N ?= 100000
 FROM ?= 0
-soak: .venv/.dev
+soak: slow
 	@"$(BIN)/python" tests/soak.py "$(N)" --from "$(FROM)"
 
 # How often the intervals of shockpc identify hold the true values of simulated landings; N draws, 300 unless it is given.
@@ -88,13 +106,11 @@ fuzz: .venv/.dev
 install: .venv/.run
 
 .venv/.run: pyproject.toml
-	@"$(PYTHON)" -m venv .venv
-	@"$(BIN)/python" -m pip install --quiet --disable-pip-version-check --editable .
+	$(call install,.)
 	@touch "$@"
 
 .venv/.dev: pyproject.toml
-	@"$(PYTHON)" -m venv .venv
-	@"$(BIN)/python" -m pip install --quiet --disable-pip-version-check --editable ".[dev]"
+	$(call install,.[dev])
 	@touch "$@" .venv/.run
 
 clean:

@@ -5,6 +5,7 @@ To look further than the fixed examples: python -m pytest --hypothesis-profile e
 
 import os
 import signal
+import sys
 
 # Threads of small products wait for one another by computing, which takes several times as long where others compute as well.
 os.environ["OPENBLAS_NUM_THREADS"] = os.environ["OMP_NUM_THREADS"] = "1"
@@ -15,6 +16,10 @@ from hypothesis import HealthCheck, settings
 
 from shockpc.show.figure import style
 from shockpc.text.paths import inputs
+
+# Tests start hundreds of interpreters; without compiled files each compiles the whole package anew.
+sys.dont_write_bytecode = False
+os.environ.pop("PYTHONDONTWRITEBYTECODE", None)
 
 style.DPI = 50  # no test looks at the pixels of a figure
 

@@ -12,6 +12,8 @@ from trees import known_robot
 from shockpc.landing.scene import Contact, Scene, Strike
 from shockpc.profile import shock_profile
 
+pytestmark = pytest.mark.smoke
+
 GYRATION_2 = 1.0 / 12.0
 """Square of the radius of gyration of a rod that is 1 m long [m²]."""
 

@@ -17,6 +17,8 @@ from shockpc.show.document import document
 from shockpc.text.diagnostic import Diagnostic
 from shockpc.text.printed import json_text
 
+pytestmark = pytest.mark.smoke
+
 DOG = {"robot": str(ROBOTS / "dog" / "dog.urdf.xacro"), "packages": {"dog_description": str(ROBOTS / "dog")}}
 FEET = tuple(Contact(frame=f"{name}_foot") for name in ("lf", "rf", "lh", "rh"))
 SCENES = {

@@ -7,6 +7,8 @@ from hypothesis import strategies as st
 
 from shockpc.core.impulse import TOLERANCE, choose_rows, solve_impact, weakest_columns
 
+pytestmark = pytest.mark.smoke
+
 SEEDS = st.integers(0, 2**32 - 1)
 SIZES = st.integers(1, 12)
 TIGHT = 1e-9  # conditions up to 1e6 in what is drawn here

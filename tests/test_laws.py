@@ -12,6 +12,8 @@ from trees import MJCF_KINDS, SLIDES, Hit, Joint, Landing, Mechanism
 
 from shockpc import Strike, shock_profile
 
+pytestmark = pytest.mark.smoke
+
 CLOSE = 1e-9  # masses over three decades in trees of 15 bodies: the reference loses up to four digits of 2e-16
 SEEDS = st.integers(0, 2**32 - 1)
 ANY = trees.landings() | trees.landings(kinds=MJCF_KINDS)

@@ -55,7 +55,7 @@ def inside(allowed, value):
     return any(one.low <= value <= one.high for one in allowed)
 
 
-@pytest.mark.parametrize("bound", [0.0052, 0.0065, 0.02, 0.05, 0.1, 0.3])
+@pytest.mark.parametrize("bound", [0.0052, 0.02, 0.1])
 def test_intervals_against_a_dense_sweep(bound):
     """Every value of a sweep ten times as dense is allowed where its shock is below the bound, and only there."""
     found, dense = hyq(bound, step=math.radians(0.5)), hyq(1.0, step=math.radians(0.05))

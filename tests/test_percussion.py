@@ -10,6 +10,8 @@ from shockpc.core.percussion import off_plane_share, percussion, shock_at, trans
 from shockpc.core.spatial import plane_from, velocity_at
 from shockpc.impact.exact.balls import balls
 
+pytestmark = pytest.mark.smoke
+
 VECTORS = arrays(float, 3, elements=st.floats(-10.0, 10.0, allow_subnormal=False))
 NORMALS = VECTORS.filter(lambda n: np.linalg.norm(n) > 0.1).map(lambda n: n / np.linalg.norm(n))
 SAGITTAL = np.array([0.0, -1.0, 0.0])

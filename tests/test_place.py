@@ -47,7 +47,7 @@ def slope(found):
     return float(np.linalg.norm(found.A, axis=(1, 2), ord=2).max())
 
 
-@pytest.mark.parametrize("seed", range(6))
+@pytest.mark.parametrize("seed", range(2))
 @pytest.mark.parametrize("weighted", [False, True])
 def test_the_least_shock_in_a_box_is_that_of_a_fine_grid(seed, weighted):
     low, high = np.array([-0.2, -0.1, 0.05]), np.array([0.3, 0.2, 0.4])
@@ -63,7 +63,7 @@ def test_the_least_shock_in_a_box_is_that_of_a_fine_grid(seed, weighted):
     assert float(found.at(optimum.place[None])[0]) == pytest.approx(optimum.value, abs=1e-15)
 
 
-@pytest.mark.parametrize("seed", range(4))
+@pytest.mark.parametrize("seed", range(2))
 @pytest.mark.parametrize("shape", ["capsule", "cylinder"])
 def test_the_least_shock_in_a_rounded_hull_cut_by_a_plane_is_that_of_a_fine_grid(seed, shape):
     ends, radius = np.array([[-0.1, 0.0, 0.0], [0.2, 0.1, 0.0]]), 0.08
@@ -126,14 +126,14 @@ def test_many_landings_give_the_optimum_of_all_of_them():
 BOXES = (([-0.3, -0.2, -0.1], [0.2, 0.2, 0.1]), ([0.0, -0.1, -0.2], [0.5, 0.1, 0.3]))
 
 
-@pytest.mark.parametrize("seed", range(4))
+@pytest.mark.parametrize("seed", range(2))
 def test_the_best_place_of_a_union_is_in_its_best_piece(seed):
     found, cells = fields(seed), [ConvexCell(corners(*one)) for one in BOXES]
     best = next(best_places(found, cells))
     assert best.value == pytest.approx(min(least_shock(found, cell).value for cell in cells), abs=TOLERANCE)
 
 
-@pytest.mark.parametrize("seed", range(4))
+@pytest.mark.parametrize("seed", range(2))
 def test_the_best_place_on_a_surface_is_that_of_a_fine_grid_on_it(seed):
     """Two boxes that overlap: what of one lies inside the other is not surface."""
     found = fields(seed)
@@ -147,7 +147,7 @@ def test_the_best_place_on_a_surface_is_that_of_a_fine_grid_on_it(seed):
     brute, reach = np.inf, 0.0
     for low, high in BOXES:
         for k, end in itertools.product(range(3), (0, 1)):
-            points, near = lattice(low, high, 81)
+            points, near = lattice(low, high, 41)
             points = points[points[:, k] == points[:, k].max()] if end else points[points[:, k] == points[:, k].min()]
             hidden = [np.all((points > np.array(a) + 1e-9) & (points < np.array(b) - 1e-9), axis=1) for a, b in BOXES]
             brute, reach = min(brute, float(found.at(points[~np.any(hidden, axis=0)]).min())), max(reach, near)
@@ -156,7 +156,7 @@ def test_the_best_place_on_a_surface_is_that_of_a_fine_grid_on_it(seed):
     assert best.value <= best.bound + TOLERANCE
 
 
-@pytest.mark.parametrize("seed", range(4))
+@pytest.mark.parametrize("seed", range(2))
 def test_alternatives_are_the_best_places_of_a_fine_grid_at_the_distance(seed):
     found, apart = fields(seed), 0.11
     cells = [ConvexCell(corners(*one)) for one in BOXES]
@@ -172,7 +172,7 @@ def test_alternatives_are_the_best_places_of_a_fine_grid_at_the_distance(seed):
     assert [one.value for one in ranked] == sorted(one.value for one in ranked)
 
 
-@pytest.mark.parametrize("seed", range(4))
+@pytest.mark.parametrize("seed", range(2))
 @pytest.mark.parametrize(("count", "weighted"), [(2, False), (3, False), (2, True)])
 def test_several_sensors_are_the_best_of_all_partitions(seed, count, weighted):
     """Six landings on two or three sensors: every assignment is tried."""
@@ -270,9 +270,11 @@ def test_margins_are_peaks_of_the_pulse_along_the_axes(study):
     np.testing.assert_allclose(one.margin.left, 1.0 - peaks / 2.0, rtol=1e-12)
 
 
-def test_a_box_replaces_the_geometry_and_limits_the_surface():
+def test_a_box_replaces_the_geometry_and_limits_the_surface(tmp_path):
     box_ = ((0.1, -0.05, 0.0), (0.2, 0.05, 0.1))
-    few = landings(feet=("LF_FOOT",))
+    body = '<link name="body"><collision><geometry><box size="0.4 0.3 0.2"/></geometry></collision>'
+    (tmp_path / "stick.urdf").write_text(STICK.replace('<link name="body">', body))
+    few = landings(str(tmp_path / "stick.urdf"), ("foot",))
     inside = shockpc.place(few, within=box_, alternatives=0)
     assert np.all(inside.places[0].position >= np.array(box_[0]) - 1e-8)
     assert np.all(inside.places[0].position <= np.array(box_[1]) + 1e-8)
@@ -280,8 +282,8 @@ def test_a_box_replaces_the_geometry_and_limits_the_surface():
     above = shockpc.place(few, within=(low, high), surface=True, alternatives=0)
     anywhere = shockpc.place(few, surface=True, alternatives=0)
     assert above.places[0].position[2] >= -1e-8
-    assert above.combined >= anywhere.combined - 1e-12
-    assert anywhere.combined >= shockpc.place(few, alternatives=0).combined - 1e-12
+    assert above.combined >= anywhere.combined - TOLERANCE
+    assert anywhere.combined >= shockpc.place(few, alternatives=0).combined - TOLERANCE
 
 
 def test_a_surface_is_what_one_sees():

@@ -13,6 +13,8 @@ from trees import known_robot, robot_from
 from shockpc import Contact, Joints, Point, Posture, Scene, SceneError, SolveError, Strike, StudyError, shock_maps, shock_profile
 from shockpc.landing.scene import GRAVITY
 
+pytestmark = pytest.mark.smoke
+
 
 def box():
     """A body of 2 kg with its origin in the middle and no joints."""

@@ -25,6 +25,8 @@ from shockpc.show.document import document as document_of
 from shockpc.text.errors import SceneError, ShockError
 from shockpc.text.printed import json_text
 
+pytestmark = pytest.mark.smoke
+
 EVERY_KEY = """\
 robot = "dog/dog.urdf.xacro"
 base = "planar"

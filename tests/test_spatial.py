@@ -10,6 +10,8 @@ from shockpc import Scene, SceneError
 from shockpc.core.spatial import cross_matrix, plane_from, velocity_at
 from shockpc.landing.scene_file import plane_of
 
+pytestmark = pytest.mark.smoke
+
 VECTORS = arrays(float, 3, elements=st.floats(-10.0, 10.0, allow_subnormal=False))
 X, Y, Z = np.eye(3)
 

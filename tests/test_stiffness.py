@@ -13,7 +13,7 @@ from shockpc.core.impulse import TOLERANCE, solve_impact
 from shockpc.core.stiff_motion import Elements
 from shockpc.core.stiffness import attach_rotors, damper_restitution, simulate_landing
 
-SEEDS = range(6)
+SEEDS = range(3)
 
 
 def normals(rows, stiffness=1e4, restitution=1.0):
@@ -244,7 +244,7 @@ def test_steps_in_time_agree(seed, tangential, normal):
 
 
 @pytest.mark.parametrize("e", [0.0, 0.05, 0.5])
-@pytest.mark.parametrize("seed", [1, 2, 4, 7, 10])
+@pytest.mark.parametrize("seed", [1, 4, 7])
 def test_matrix_exponentials_agree(seed, e):
     """Three contacts and springs: peak forces, final velocity and the time of 99 % of each normal impulse.
 
@@ -264,7 +264,7 @@ def test_matrix_exponentials_agree(seed, e):
 
 
 @pytest.mark.parametrize("e", [0.0, 0.05, 0.5, 1.0])
-@pytest.mark.parametrize("seed", [1, 4, 7])
+@pytest.mark.parametrize("seed", [1, 4])
 def test_matrix_exponentials_agree_under_constant_forces(seed, e):
     """As before, with accelerations of free fall, springs that are loaded before the impact, and constant forces of motors."""
     M, rows, velocity, rng = landing(seed, contacts=3)

@@ -280,8 +280,10 @@ def test_damaged_part_is_computed_again(capfd, undamaged, tmp_path, damage):
     assert files(out) == files(whole)
 
 
-@pytest.mark.parametrize("kind", ["link", "dangling link", "pipe"])
-@pytest.mark.parametrize("name", ["sweep.json", "rows", "checksums", "rows/part-00000.X", "checksums/part-00000.sha256"])
+@pytest.mark.parametrize(("name", "kind"), [
+    ("sweep.json", "link"), ("sweep.json", "pipe"), ("rows", "link"), ("checksums", "dangling link"), ("rows/part-00000.X", "link"),
+    ("rows/part-00000.X", "pipe"), ("checksums/part-00000.sha256", "dangling link"), ("checksums/part-00000.sha256", "pipe"),
+])  # fmt: skip
 def test_links_and_pipes_in_a_folder_are_refused(capfd, undamaged, tmp_path, name, kind):
     """A link would be followed to a file that is no part of the study, and a pipe waited for."""
     words, whole, _ = undamaged
