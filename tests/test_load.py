@@ -115,7 +115,8 @@ def test_three_ways_to_load_a_robot_give_the_same_jumps(name: str):
     """By name, as a yourdfpy.URDF, and as a pinocchio.Model that Pinocchio's parser read."""
     robot = load_robot(name)
     path, srdf = str(robot.source.path), None if robot.source.srdf is None else str(robot.source.srdf)
-    scene = Scene(robot=name, contact=robot.bodies[-1].name, joints=Joints(drives="none"))  # known by name alone
+    contact = Contact(frame=robot.bodies[-1].name, at="frame", kind="point")  # a model has no geometry
+    scene = Scene(robot=name, contact=contact, joints=Joints(drives="none"))  # known by name alone
     expected = shock_profile(scene, robot)
     others = [load_robot(yourdfpy.URDF.load(path, load_meshes=False, build_scene_graph=False), srdf=srdf)]
     if not robot.mimics:  # which Pinocchio reads as independent joints

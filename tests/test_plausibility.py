@@ -451,7 +451,9 @@ def test_warnings_of_a_landing_are_python_warnings(capfd):
 def test_an_impact_that_makes_energy_is_not_feasible_in_any_study():
     """Restitution along the normal and an approach along the ground; it makes ½ λ · (v⁻ + v⁺), along the ground alone."""
     robot = known_robot("anymal_b")
-    scene = Scene(robot="anymal_b", contact=(Contact(frame="LF_FOOT", restitution=1.0),), point=(Point(frame="imu_link"),))
+    tilted = Posture(base_rpy_deg=(-3.0, 3.0, 0.0))  # no other foot is level
+    contact = (Contact(frame="LF_FOOT", restitution=1.0),)
+    scene = Scene(robot="anymal_b", posture=tilted, contact=contact, point=(Point(frame="imu_link"),))
     angles = np.array([-20.0, -5.0, 0.0, 20.0])
     struck = [replace(scene, strike=Strike(strike_angle_deg=angle)) for angle in angles.tolist()]
     profiles = [shock_profile(one, robot) for one in struck]
@@ -482,7 +484,7 @@ def test_an_impact_that_makes_energy_is_not_feasible_in_any_study():
     found = limits(scene, "mass:base", Point(frame="imu_link"), 1.0, **span)
     assert [bool(one.feasible) for one in found.limits] == [one.strikes[0] >= 0.0 for one in found.limits]
     varied = (DesignVariation(quantity="strike-angle", values="-20:0"),)
-    case = Case(name="steep", robot="anymal_b", contact=scene.contact, vary=varied, designs=8)
+    case = Case(name="steep", robot="anymal_b", posture=tilted, contact=contact, vary=varied, designs=8)
     budget = Budget(metric="shock", at="imu_link", max=1.0, percentile=50.0)
     notes = check_budgets(Budgets(cases=(case,), budgets=(budget,), path=None, lines=())).notes
     assert any("steep" in note and "energy in 8 of 8 designs" in note for note in notes)

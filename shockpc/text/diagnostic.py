@@ -105,5 +105,5 @@ def warn(found: Callable[[], Iterable[Diagnostic]]) -> None:
     frame: FrameType | None = sys._getframe()
     while frame is not None and frame.f_globals.get("__name__", "").partition(".")[0] == __name__.partition(".")[0]:
         level, frame = level + 1, frame.f_back
-    for one in by_cause(found()):
+    for one in by_cause({(one.cause, one.subject): one for one in found()}.values()):
         warnings.warn(ShockWarning(one), stacklevel=level)
