@@ -95,7 +95,7 @@ def first_crossing(rate: ComplexArray, signals: Signals, horizon: float, effort:
         value = start + t[:, None] * (linear + t[:, None] * square) + changes(t[:, None] * rate, wave)
         # Between two samples a signal lies above the parabola through them that curves by the bound.
         change, curve = value[1:] - value[:-1], np.maximum(bound * ((b - a) / count) ** 2 / 2.0, 1e-300)
-        dips = (np.abs(change) < curve) & (value[:-1] < (curve - change) ** 2 / (4.0 * curve))
+        dips = (np.abs(change) < curve) & (4.0 * curve * value[:-1] < (curve - change) ** 2)
         crosses = value[1:] < 0.0
         for k in np.nonzero((dips | crosses).any(axis=1))[0].tolist():
             if depth and dips[k].any() and (event := search(t[k], t[k + 1], 16, depth - 1)):

@@ -209,10 +209,10 @@ class State:
         )
         return first_crossing(motion.oscillations.rate, signals, horizon, self.effort)[1] is not None
 
-    def step(self, time: float, horizon: float | None) -> tuple[Segment | None, tuple[int, int] | None]:
+    def step(self, time: float, horizon: float, may_end: bool) -> tuple[Segment | None, tuple[int, int] | None]:
         """Go to the next event, at most by a horizon [s]; the segment until then, if any, and the element and what happens to it.
 
-        Without a horizon there is neither where the impact is over.
+        Where the motion may end there is neither once the impact is over.
 
         Watched are the rate of what is loaded, the force of what is unloaded and the gap of open contacts: an element changes when
         its number falls below −tolerance.
@@ -232,9 +232,8 @@ class State:
         early = np.where(signals.either, np.inf, signals.start + signals.tolerance)
         if early.min(initial=np.inf) < 0.0:
             return None, watched[int(early.argmin())][:2]
-        if horizon is None and self._over(motion) and not self._closes_again(motion, STAYS_OPEN * time):
+        if may_end and self._over(motion) and not self._closes_again(motion, STAYS_OPEN * time):
             return None, None
-        horizon = np.inf if horizon is None else horizon
         length, first = first_crossing(rate, signals, horizon, self.effort)
         count, still = len(self.z), loaded.sigma == 0.0
         drift, acceleration = (loaded.V @ np.where(still, loaded.V.T @ part, 0.0) for part in (motion.u, loaded.pull))

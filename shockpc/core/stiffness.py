@@ -47,6 +47,10 @@ from shockpc.core.stiff_state import EVENTS, State
 SMALLEST_PIVOT = 1e-7
 """Smallest diagonal entry of the Cholesky factor of M, scaled to a unit diagonal, with which M counts as positive definite."""
 
+LONGEST = 2.0
+"""Periods of the slowest mode after which a motion ends at the latest: springs without loss may press contacts on the ground again
+and again."""
+
 MOST_SEGMENTS = 4000
 """Bound of the number of segments of a motion."""
 
@@ -92,8 +96,8 @@ def simulate_landing(
         M: (n, n) inertia of the coordinates [kg, kg m, kg m²].
         elements: springs of the contacts and between bodies, and constant forces.
         velocity: (n,) q̇⁻ [rad/s, m/s].
-        until: time at which the motion ends [s]; by default, when the impact is over at all contacts. Until a later time, springs
-            between bodies oscillate and contacts may close again.
+        until: time at which the motion ends [s]; by default, when the impact is over at all contacts, at the latest after `LONGEST`
+            periods of the slowest mode. Until a later time, springs between bodies oscillate and contacts may close again.
         gravity: (n,) accelerations of free fall [rad/s², m/s²]; none by default.
 
     Raises:
@@ -111,8 +115,9 @@ def simulate_landing(
         raise ValueError("no contact approaches the ground")
     modes, segments, events = state.modes(), list[Segment](), list[Event]()
     time, simultaneous = 0.0, 0
+    end = LONGEST / float(modes.frequency[-1]) if until is None else until
     while True:
-        segment, hit = state.step(time, None if until is None else until - time)
+        segment, hit = state.step(time, end - time, until is None)
         simultaneous += 1
         if segment is not None:
             segments.append(segment)

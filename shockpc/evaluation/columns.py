@@ -20,7 +20,6 @@ from shockpc.landing.stops import at_stops, driven_beyond, missed_stops
 from shockpc.profile import impact_jumps, needs_proof
 from shockpc.quantities.profile import ShockProfile
 from shockpc.quantities.quantity import Quantity, evaluate
-from shockpc.quantities.robot import NEEDS_TILT
 from shockpc.quantities.table import Selection, select, selections
 from shockpc.text.errors import ShockError, SolveError, StudyError
 from shockpc.text.printed import listed
@@ -160,7 +159,7 @@ def column(profile: ShockProfile, text: str) -> Column:
 def ground_columns(landing: PosedLanding) -> tuple[Column, ...]:
     """Whether flat ground allows a landing, and whether only a small tilt makes it so."""
     (robot,) = landing.places("robot")
-    return Column(select("feasible"), robot), Column(Selection(NEEDS_TILT.key, NEEDS_TILT), robot)
+    return Column(select("feasible"), robot), Column(select("needs_tilt"), robot)
 
 
 class Postures(NamedTuple):
