@@ -127,10 +127,10 @@ def test_a_constraint_holds_the_optimum_and_is_named():
     held = improve(scene, "shock@imu_link", vary=LEGS, robot=robot, starts=2, keep=[f"joint_impulse@LF_KFE<={float(limit)!r}"])
     assert held.after[""].value("joint_impulse", "joint")[names.index("LF_KFE")] <= limit
     assert held.values[0][1] >= free.values[0][1]
-    exactly = improve(scene, "shock@imu_link", vary={"LF_HFE": "20:50"}, robot=robot, starts=2, keep="depth<=0", any_ground=True)
+    exactly = improve(scene, "shock@imu_link", vary={"LF_HFE": "40:50"}, robot=robot, starts=0, keep="depth<=0", any_ground=True)
     assert exactly.after[""].value("depth", "robot")[0] == 0.0  # which is never below zero
     with pytest.raises(StudyError, match="no point meets the constraints"):
-        improve(scene, "shock@imu_link", vary=LEGS, robot=robot, starts=1, keep=["joint_impulse@LF_KFE<=1e-3"])
+        improve(scene, "shock@imu_link", vary={"LF_KFE": "-60:-50"}, robot=robot, starts=0, keep=["joint_impulse@LF_KFE<=1e-3"])
 
 
 @pytest.mark.parametrize(
