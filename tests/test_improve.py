@@ -83,15 +83,15 @@ def test_two_links_by_brute_force():
 
 
 def test_anymal_against_a_grid_of_maps():
-    """The trunk's IMU over HFE and KFE, 160 000 postures by `shock_maps`, for two strikes."""
+    """The trunk's IMU over HFE and KFE, 40 000 postures by `shock_maps`, for two strikes."""
     robot = known_robot("anymal_b")
     angles = (-15.0, 20.0)
     scenes = {f"{angle:g} deg": anymal(strike=Strike(strike_angle_deg=angle)) for angle in angles}
     found = improve(scenes, "shock@imu_link", vary=LEGS, robot=robot, any_ground=True)
     landing = resolve(scenes["20 deg"], robot)
-    hfe, knee = (np.radians(np.linspace(*span, 400)) for span in found.costs[0].bounds)
-    Q = np.repeat(landing.q[None], 400 * 400, axis=0)
-    Q[:, robot.joint("LF_HFE").q.start], Q[:, robot.joint("LF_KFE").q.start] = np.repeat(hfe, 400), np.tile(knee, 400)
+    hfe, knee = (np.radians(np.linspace(*span, 200)) for span in found.costs[0].bounds)
+    Q = np.repeat(landing.q[None], 200 * 200, axis=0)
+    Q[:, robot.joint("LF_HFE").q.start], Q[:, robot.joint("LF_KFE").q.start] = np.repeat(hfe, 200), np.tile(knee, 200)
     strikes = [(np.sin(np.radians(a)), 0.0, -np.cos(np.radians(a))) for a in angles]
     grid = shock_maps(landing, Q).worst("imu_link", strikes).shock.min()
     optimum = found.values[0][1]
@@ -102,16 +102,16 @@ def test_anymal_against_a_grid_of_maps():
 
 @pytest.mark.parametrize("any_ground", [False, True])
 def test_never_worse_than_random_landings_and_the_same_from_another_seed(any_ground):
-    """10 000 random landings; on any ground all of them are allowed."""
+    """2 000 random landings; on any ground all of them are allowed."""
     robot = known_robot("anymal_b")
     scenes = {f"e = {e}": anymal(restitution=e) for e in (0.0, 0.3)}
     vary = [*LEGS, ("LF_HAA", "-25:25"), ("base-pitch", "-15:15"), ("strike-angle", "0:25")]
     first, other = (improve(scenes, "shock@imu_link", vary=vary, robot=robot, seed=seed, any_ground=any_ground) for seed in (0, 1))
     assert other.values[0][1] == pytest.approx(first.values[0][1], abs=1e-5)
     cost = first.costs[0]
-    X = cost.bounds[:, 0] + np.random.default_rng(5).random((10_000, len(vary))) * np.ptp(cost.bounds, axis=1)
+    X = cost.bounds[:, 0] + np.random.default_rng(5).random((2_000, len(vary))) * np.ptp(cost.bounds, axis=1)
     random, allowed = worst_and_allowed(cost, X)
-    assert allowed.sum() == 10_000 if any_ground else allowed.sum() > 50
+    assert allowed.sum() == 2_000 if any_ground else allowed.sum() > 10
     assert first.values[0][1] <= random[allowed].min()
     assert cost.feasible(first.x)
     ground = [profile.value("feasible", "robot")[0] + profile.values(NEEDS_TILT)[0] for profile in first.after.values()]
@@ -127,10 +127,10 @@ def test_a_constraint_holds_the_optimum_and_is_named():
     held = improve(scene, "shock@imu_link", vary=LEGS, robot=robot, starts=2, keep=[f"joint_impulse@LF_KFE<={float(limit)!r}"])
     assert held.after[""].value("joint_impulse", "joint")[names.index("LF_KFE")] <= limit
     assert held.values[0][1] >= free.values[0][1]
-    exactly = improve(scene, "shock@imu_link", vary={"LF_HFE": "20:50"}, robot=robot, starts=2, keep="depth<=0", any_ground=True)
+    exactly = improve(scene, "shock@imu_link", vary={"LF_HFE": "40:50"}, robot=robot, starts=0, keep="depth<=0", any_ground=True)
     assert exactly.after[""].value("depth", "robot")[0] == 0.0  # which is never below zero
     with pytest.raises(StudyError, match="no point meets the constraints"):
-        improve(scene, "shock@imu_link", vary=LEGS, robot=robot, starts=1, keep=["joint_impulse@LF_KFE<=1e-3"])
+        improve(scene, "shock@imu_link", vary={"LF_KFE": "-60:-50"}, robot=robot, starts=0, keep=["joint_impulse@LF_KFE<=1e-3"])
 
 
 @pytest.mark.parametrize(

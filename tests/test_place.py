@@ -5,6 +5,7 @@ import functools
 import itertools
 import json
 import math
+import re
 import sys
 
 import numpy as np
@@ -282,6 +283,8 @@ def test_a_box_replaces_the_geometry_and_limits_the_surface(tmp_path):
     above = shockpc.place(few, within=(low, high), surface=True, alternatives=0)
     anywhere = shockpc.place(few, surface=True, alternatives=0)
     assert above.places[0].position[2] >= -1e-8
+    with pytest.raises(shockpc.ShockError, match="no place on the surface"):
+        shockpc.place(few, within=((0.0, 0.0, 0.05), (0.01, 0.01, 0.06)), surface=True)
     assert above.combined >= anywhere.combined - TOLERANCE
     assert anywhere.combined >= shockpc.place(few, alternatives=0).combined - TOLERANCE
 
@@ -324,7 +327,6 @@ ONE = landings(feet=("LF_FOOT",), angles=(45.0,))
         ({"body": "bse"}, ['no body "bse"', '"base"']),
         ({"within": ((1.0, 1.0, 1.0), (2.0, 2.0, 2.0))}, ["outside base", "x -0.2"]),
         ({"within": ((0.1, 0.0, 0.0), (0.0, 1.0, 1.0))}, ["no x between 0.1 and 0"]),
-        ({"within": ((0.0, 0.0, 0.05), (0.01, 0.01, 0.06)), "surface": True}, ["no place on the surface"]),
         ({"within": ((-1e308, 0.0, 0.0), (1e308, 1.0, 1.0))}, ["within must be ≥ -1e+06 and ≤ 1e+06 m"]),
         ({"count": 0}, ["count must be ≥ 1"]),
         ({"alternatives": 100}, ["≤ 20"]),
@@ -355,10 +357,10 @@ def test_a_landing_that_cannot_be_computed_is_named_with_its_reason(capfd):
 
 
 def test_the_table_names_the_gain_and_the_gap(capfd):
-    text = good(capfd, "place", "anymal_b", "--vary", "strike-angle=-30:75:8")
-    assert "landings     72: all four feet together, 4 edges of their support, four single feet" in text
-    assert "imu_link sees 0.0487, the best place (-0.045, -0.02, 0.068) 0.047; a factor of 1.04" in text
-    assert "optimum: no place inside the collision geometry of base (9 convex pieces) is below 0.0465008 (gap" in text
+    text = good(capfd, "place", "anymal_b")
+    assert re.search(r"landings +9: .*4 edges.*single feet", text)
+    assert re.search(r"imu_link sees 0\.0487, the best place \(.*\) 0\.0468; a factor of 1\.04", text)
+    assert re.search(r"optimum: .*\(9 convex pieces\) is below 0\.0463\d+ \(gap", text)
 
 
 def test_document_and_files(capfd, tmp_path):

@@ -420,7 +420,7 @@ class Robot:
     @cached_property
     def mass(self) -> float:
         """Of all bodies [kg]."""
-        return sum(body.mass for body in self.bodies)
+        return float(sum(self.masses))  # rounded as in a landing, which `sum` of Python's own numbers is not since 3.12
 
     @cached_property
     def masses(self) -> Array:
