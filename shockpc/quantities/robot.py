@@ -164,32 +164,6 @@ def _health(key: str, title: str, unit: str = "1", worse: Literal["greater", "ne
 ENERGY_LOST = Quantity("energy_lost", "robot", "kinetic energy lost", "J", "greater", _energy_lost, _energy_size, DRIVEN,
     path="energy.lost")  # fmt: skip
 
-ROBOT = (
-    Quantity("mass", "robot", "mass", "kg", "neither", _mass),
-    Quantity("v_in", "robot", "speed that shock is relative to", "m/s", "neither", lambda i, p: _one(i.v_in), lambda i,
-        x: 1e-12 * float(np.abs(np.concatenate(i.landing.before)).max())),
-    Quantity("total_impulse", "robot", "impulse of the ground, world axes", "N s", "greater", lambda i,
-        p: _one(i.ground_impulse[0]), _force_size, vector=True, also=("friction",), path="total.impulse"),
-    Quantity("total_moment", "robot", "its moment about the centre of mass, world axes", "N m s", "greater", lambda i,
-        p: _one(i.ground_impulse[1]), _moment_size, vector=True, also=("friction",), path="total.moment"),
-    ENERGY_LOST,
-    Quantity("energy_share", "robot", "kinetic energy lost, of that before", "1", "greater", _energy_share, lambda i, x: 1.0,
-        UNKNOWN, path="energy.share"),
-    Quantity("energy_made", "robot", "kinetic energy that the impact would make", "J", "greater", _energy_made, missing=DRIVEN,
-        path="energy.made", role="gain"),
-    Quantity("depth", "robot", "depth of other geometry below the contacts", "m", "greater", _depth,
-        missing="the robot has no geometry, or no contact is on flat ground"),
-    Quantity("feasible", "robot", "whether a drop on flat ground is this landing, on all level feet", "1", "less", _feasible,
-        missing=GAINS, role="feasible"),
-    NEEDS_TILT,
-    _health("rank", "independent contact and closure rows", worse="neither"),
-    _health("rows", "contact and closure rows", worse="neither"),
-    _health("error_bound", "proven error of the jumps, for the robot as loaded"),
-    _health("double_error", "error of double precision"),
-    _health("data_sensitivity", "effect of the last digit of the data"),
-    _health("bits", "precision of the proof", "bit", "neither"),
-)  # fmt: skip
-
 NEEDS_TILT = Quantity("needs_tilt", "robot", "whether it is one if the robot is tilted a little, as other feet are level", "1",
     "neither", _needs_tilt, missing=GAINS, role="tilt", path=None)  # fmt: skip
 
