@@ -48,7 +48,8 @@ class Column(NamedTuple):
             return head
         title, bracket, unit = head.partition(" [")
         unit = unit.removesuffix("]") if bracket else ""
-        return cls(re.sub(r"[^\w@.:/+-]+", "_", title).strip("_") + "_deg" * (unit == "deg"), title, unit)
+        key = re.sub(r"[^\w@.:/+-]+", "_", title.replace(" - ", " minus ")).strip("_")
+        return cls(key + "_deg" * (unit == "deg"), title, unit)
 
     @property
     def exact_unit(self) -> str:
