@@ -49,7 +49,7 @@ class Column(NamedTuple):
         title, bracket, unit = head.partition(" [")
         unit = unit.removesuffix("]") if bracket else ""
         key = re.sub(r"[^\w@.:/+-]+", "_", title.replace(" - ", " minus ")).strip("_")
-        return cls(key + "_deg" * (unit == "deg"), title, unit)
+        return cls(key.removesuffix("_deg") + "_deg" * (unit == "deg"), title.removesuffix("_deg"), unit)
 
     @property
     def exact_unit(self) -> str:
@@ -211,7 +211,7 @@ def _plain(cell: Cell) -> Cell:
 
 
 def _empty(cell: Cell) -> bool:
-    return cell is None or (isinstance(cell, float) and math.isnan(cell))
+    return cell in (None, "") or (isinstance(cell, float) and math.isnan(cell))
 
 
 def csv_text(rows: Iterable[Sequence[Cell]]) -> str:
