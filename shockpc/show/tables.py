@@ -255,7 +255,7 @@ def exact(cell: Cell) -> str:
     """A cell with all digits, empty where there is nothing; a text is printable and no formula, as a number is none."""
     if isinstance(cell, str):
         text = printable(cell)
-        return f"'{text}" if text.lstrip(" ").startswith(_FORMULA) and not _NUMBER.fullmatch(text) else text
+        return f"'{text}" if text.lstrip(" ").startswith(_FORMULA) and not _NUMBER.fullmatch(text) and text != "-" else text
     if isinstance(cell, int):
         return exact_text(cell)
     return "" if cell is None or math.isnan(cell) else repr(float(cell) + 0.0)
