@@ -435,7 +435,9 @@ def test_a_disc_lands_on_its_edge_and_then_flat(tmp_path):
 
 def test_a_fall_without_a_strike_of_that_speed_is_listed(falls):
     """With what it does until it rests, beside those that strike."""
-    front = fall_report(replace(falls, strikes=tuple(strike for strike in falls.strikes if strike.fall == "front")))
+    strikes = tuple(strike for strike in falls.strikes if strike.fall == "front")
+    results = tuple(result for result in falls.results if result.strike.fall == "front")
+    front = fall_report(replace(falls, strikes=strikes, results=results))
     (row,) = [row for row in front.text("table").splitlines() if row.startswith("left  ")]
     assert "pivots to" in row
     assert row.split()[-3:] == ["0", "–", "–"]

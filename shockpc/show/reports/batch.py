@@ -79,7 +79,7 @@ def _sheet(batch: Batch) -> Sheet:
     short = batch.short_names
     for row, rank in zip(batch.rows, batch.ranks, strict=True):
         imus = {name: shock for name, shock in row.sensors.items() if is_imu(name)}
-        imu: Row = max(imus.items(), key=lambda pair: pair[1], default=(None, None))
+        imu = max(imus.items(), key=lambda pair: pair[1], default=(None, None))
         # A robot by its name or file needs no scene; a scene is known by its name.
         scene = row.source if row.source.endswith(".toml") else None
         cells: Row = (scene, row.robot, short.get(row.robot, row.robot), row.contact, row.trunk, row.joint_model, row.drives_known)

@@ -66,7 +66,7 @@ def _sheet(check: Check, outcomes: Sequence[Outcome]) -> Sheet:
         "limit": list(limits),
         "verdict": [one.reason if one.status == "exceeded" else limit for one, limit in zip(outcomes, limits, strict=True)],
     }
-    return Sheet.of("", {heads[key]: cells for key, cells in columns.items()} | words)
+    return Sheet.of("", {**{heads[key]: cells for key, cells in columns.items()}, **words})
 
 
 def check_sheet(check: Check, for_terminal: bool = True, most: int | None = None) -> Sheet:

@@ -12,7 +12,7 @@ from shockpc.landing.scene_file import scene_text
 from shockpc.show.document import record
 from shockpc.show.reports.compare import compare_report
 from shockpc.show.reports.report import Picture, Report, Section, picture_files
-from shockpc.show.tables import Lines, Sheet, sheet_of
+from shockpc.show.tables import Lines, Row, Sheet, sheet_of
 from shockpc.show.wording import at_place, count, proof_text, shared_lines, shared_warnings, size_at_place
 from shockpc.studies.compare import STANDARD, WITH_FRICTION, Design, compare
 from shockpc.studies.improve import Improvement
@@ -101,7 +101,7 @@ def _variables(study: Improvement) -> Sheet:
 
 
 def _quantities(study: Improvement) -> Sheet:
-    rows = [(cost.quantity, cost.column.unit, *values) for cost, values in zip(study.costs, study.values, strict=True)]
+    rows: list[Row] = [(cost.quantity, cost.column.unit, *values) for cost, values in zip(study.costs, study.values, strict=True)]
     return Sheet("numbers", ("quantity", "unit", "as given", "optimum"), rows)
 
 

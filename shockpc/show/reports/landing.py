@@ -364,7 +364,7 @@ def _side_by_side(profiles: Sequence[ShockProfile], bodies: Sequence[int] | None
     rows: list[Row] = [(first.bodies[i], *(profile.shock_com[i] for profile in profiles)) for i in shown]
     points = zip(*(profile.points for profile in profiles), strict=True)
     rows += [(f"at {same[0].frame}", *(point.shock for point in same)) for same in points]
-    header = ("shock at", *(Column(name, name, "-") for name in map(contact_name, profiles)))
+    header: list[str | Column] = ["shock at", *(Column(name, name, "-") for name in map(contact_name, profiles))]
     return Sheet("summary: shock at each body's CoM and at each point, by contact", header, rows)
 
 

@@ -85,7 +85,8 @@ def landing_tables(profile: ShockProfile, bodies: Sequence[int] | None = None) -
 def shown_tables(profile: ShockProfile, bodies: Sequence[int] | None, most: int | None) -> dict[str, Callable[[], Sheet]]:
     """The tables with the columns and rows that people read. Args: bodies, as above; most, rows of long tables, None for all."""
     tables = landing_tables(profile, bodies)
-    views = {name: functools.partial(lambda make: make().known(), make) for name, make in tables.items()}
+    views: dict[str, Callable[[], Sheet]] = {}
+    views |= {name: functools.partial(lambda make: make().known(), make) for name, make in tables.items()}
     views["bodies"] = functools.partial(moved_bodies, profile, bodies)
     for name, view in (("directions", extreme_directions), ("joints", loads_sheet), ("modes", largest_modes)):
         if name in tables:
@@ -158,7 +159,9 @@ def worst_bodies(profile: ShockProfile, most: int | None, bodies: Sequence[int] 
     """The bodies of the largest shocks, those first, and the heaviest. Args: most, their number; None for all."""
     sheet = moved_bodies(profile, bodies).only("body", "shock_com", "shock_max", "ropc", "copc_x", "copc_y", "copc_z", "motion")
     heaviest = profile.bodies[int(profile.robot.masses.argmax())]
-    return sheet.largest(most, "body", [math.inf if row[0] == heaviest else row[1] for row in sheet.rows]).ranked("shock_com")
+    return sheet.largest(most, "body", [math.inf if row[0] == heaviest else float(row[1] or 0.0) for row in sheet.rows]).ranked(
+        "shock_com"
+    )
 
 
 def contacts_sheet(profile: ShockProfile) -> Sheet:
@@ -185,8 +188,10 @@ def directions_sheet(profile: ShockProfile) -> Sheet:
     found = profile.directions
     rows = [(f"CoM of {profile.bodies[i]}", *(part[i] for part in found)) for i in np.flatnonzero(profile.moved).tolist()]
     rows += [(point.frame, *point.directions) for point in profile.points]
-    header = ("place", "most severe [-]", "most x [-]", "most y [-]", "most z [-]")
-    header += ("least severe [-]", "least x [-]", "least y [-]", "least z [-]", "to the ground")
+    header = (
+        "place", "most severe [-]", "most x [-]", "most y [-]", "most z [-]",
+        "least severe [-]", "least x [-]", "least y [-]", "least z [-]", "to the ground",
+    )  # fmt: skip
     cells: list[Row] = []
     for place, most, most_shock, least, least_shock in rows:
         way = "parallel" if abs(least @ profile.landing.up) < PARALLEL else "towards"

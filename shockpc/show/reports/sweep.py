@@ -69,7 +69,7 @@ def _sheet(summary: Summary[VariedLandings]) -> Sheet:
         least = _options(sweep, best)[0] if best >= 0 and one.column.selection.quantity.worse != "neither" else None
         named = one.column.name, one.column.unit
         rows.append((*named, one.least, low, one.median, *high, one.greatest, *ends, options, least))
-    header = (
+    header: tuple[str | Column, ...] = (
         "quantity", "unit", "least", shares[0], "median", *shares[1:], "greatest", "row of least", "row of greatest",
         "most severe", "least severe",
     )  # fmt: skip
@@ -82,7 +82,10 @@ def _correlations(summary: Summary[VariedLandings], most: int | None) -> Sheet:
     rows: list[Row] = [(one.column, *map(float, row)) for one, row in zip(summary.varied, summary.correlations, strict=True)]
     strongest = np.abs(np.nan_to_num(summary.correlations)).max(axis=1, initial=0.0).tolist()
     chance = f"of {summary.ranked} landings; two columns that do not depend on one another reach {summary.chance:.2g}"
-    header = ("rank correlation of", *(Column(one.column.name, f"with {one.column.name}") for one in summary.extents))
+    header: list[str | Column] = [
+        "rank correlation of",
+        *(Column(one.column.name, f"with {one.column.name}") for one in summary.extents),
+    ]
     sheet = Sheet("what the results depend on", header, rows).largest(most, "varied quantity", strongest)
     return sheet._replace(notes=(chance, *sheet.notes))
 
