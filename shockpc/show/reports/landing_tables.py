@@ -157,11 +157,11 @@ def moved_bodies(profile: ShockProfile, bodies: Sequence[int] | None = None) -> 
 
 def worst_bodies(profile: ShockProfile, most: int | None, bodies: Sequence[int] | None = None) -> Sheet:
     """The bodies of the largest shocks, those first, and the heaviest. Args: most, their number; None for all."""
-    sheet = moved_bodies(profile, bodies).only("body", "shock_com", "shock_max", "ropc", "copc_x", "copc_y", "copc_z", "motion")
-    heaviest = profile.bodies[int(profile.robot.masses.argmax())]
-    return sheet.largest(most, "body", [math.inf if row[0] == heaviest else float(row[1] or 0.0) for row in sheet.rows]).ranked(
-        "shock_com"
-    )
+    whole, heaviest = moved_bodies(profile, bodies), profile.bodies[int(profile.robot.masses.argmax())]
+    notes = [note for note in whole.notes if not note.startswith("out of plane")]  # as the column `motion` says
+    sheet = whole.only("body", "shock_com", "shock_max", "ropc", "copc_x", "copc_y", "copc_z", "motion")._replace(notes=notes)
+    sizes = [math.inf if row[0] == heaviest else float(row[1] or 0.0) for row in sheet.rows]
+    return sheet.largest(most, "body", sizes).ranked("shock_com")
 
 
 def contacts_sheet(profile: ShockProfile) -> Sheet:
