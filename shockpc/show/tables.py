@@ -115,7 +115,7 @@ class Sheet(NamedTuple):
         Args:
             most: largest number of rows; None for all.
             noun: what a row is.
-            sizes: of the rows; without, the first rows are the largest.
+            sizes: of the rows; without, the first rows are shown.
         """
         if most is None or len(self.rows) <= most:
             return self
@@ -125,9 +125,10 @@ class Sheet(NamedTuple):
 
 
 def sheet_of(table: "Table", title: str = "", notes: Sequence[str] = ()) -> Sheet:
-    """The columns of a study's table, of the rows without a message."""
-    rows = list(zip(*(x.tolist() for x in table.columns.values()), strict=True))
+    """The columns of a study's table, of the rows without a message; in the units of sheets."""
     heads = [Column.of(name if " [" in name or not unit else f"{name} [{unit}]") for name, unit in table.units.items()]
+    columns = (x * SHOWN[head.unit][1] if head.unit in SHOWN else x for head, x in zip(heads, table.columns.values(), strict=True))
+    rows = list(zip(*(x.tolist() for x in columns), strict=True))
     return Sheet(title, heads, [row for i, row in enumerate(rows) if i not in table.messages], notes)
 
 

@@ -125,7 +125,7 @@ class Comparison:
         for differences in self.quantities:
             for row in differences.rows:
                 named = differences.selection.name, differences.selection.quantity.unit.replace("1", "-"), row.place
-                shares = (x / abs(row.values[0]) if x is not None and row.values[0] else None for x in row.changes)
+                shares = (100.0 * x / abs(row.values[0]) if x is not None and row.values[0] else None for x in row.changes)
                 rows.append((*named, *row.values, *row.changes, *(x if x is None or math.isfinite(x) else None for x in shares)))
         changes = (*(f"{name} - {first}" for name in others), *(f"change of {name} [%]" for name in others))
         return Table.of_rows(("quantity", "unit", "place", first, *others, *changes), rows)

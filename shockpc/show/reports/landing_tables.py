@@ -41,6 +41,10 @@ JOINTS = {
 }
 """Headings of those of joints that people read; the others are headed by their keys."""
 
+PEAKS = {"peak_acceleration": "peak [g]", "peak_acceleration_time": "at [ms]"}
+JUMPS = {"shock_compressed": "end of compression [-]", "shock_separated": "end of contact [-]", "shock": "impulse model [-]"}
+"""Those of the tables of contacts of finite stiffness."""
+
 OPTIONAL = (
     "joints", "parts", "joint_models", "directions", "friction_contacts", "friction_shocks", "stiffness_contacts",
     "stiffness_points", "stiffness_shocks", "modes", "posture",
@@ -62,6 +66,7 @@ def landing_tables(profile: ShockProfile, bodies: Sequence[int] | None = None) -
         bodies: indices of the only bodies that are shown.
     """
     friction, moving = profile.friction, any(block.kind != "stop" for block in profile.landing.contacts)
+    rubbed = {"shock": "sticking [-]", "shock_friction": f"friction {profile.scene.friction or 0.0:g} [-]"}
     jointed, slides = bool(profile.robot.joint_names), friction is not None and friction.impact is not None
     makers: dict[str, tuple[Any, Callable[[ShockProfile], Sheet]]] = {
         "bodies": (True, functools.partial(bodies_sheet, bodies=bodies)),
@@ -72,10 +77,16 @@ def landing_tables(profile: ShockProfile, bodies: Sequence[int] | None = None) -
         "directions": (moving, directions_sheet),
         "joints": (jointed, joints_sheet),
         "friction_contacts": (slides, friction_contacts_sheet),
-        "friction_shocks": (slides, friction_shocks_sheet),
+        "friction_shocks": (slides, lambda profile: Sheet.of("effect of friction", _shocks_at(profile, rubbed))),
         "stiffness_contacts": (profile.stiffness, stiffness_contacts_sheet),
-        "stiffness_points": (profile.stiffness and profile.points, stiffness_points_sheet),
-        "stiffness_shocks": (profile.stiffness, stiffness_shocks_sheet),
+        "stiffness_points": (
+            profile.stiffness and profile.points,
+            lambda profile: Sheet.of("peak accelerations on these contacts", _at(profile, "point", PEAKS)),
+        ),
+        "stiffness_shocks": (
+            profile.stiffness,
+            lambda profile: Sheet.of("velocity jumps on these contacts", _shocks_at(profile, JUMPS)),
+        ),
         "modes": (profile.stiffness, modes_sheet),
         "posture": (jointed, posture_sheet),
     }
@@ -88,9 +99,11 @@ def shown_tables(profile: ShockProfile, bodies: Sequence[int] | None, most: int 
     views: dict[str, Callable[[], Sheet]] = {}
     views |= {name: functools.partial(lambda make: make().known(), make) for name, make in tables.items()}
     views["bodies"] = functools.partial(moved_bodies, profile, bodies)
-    for name, view in (("directions", extreme_directions), ("joints", loads_sheet), ("modes", largest_modes)):
+    for name, view in (("directions", extreme_directions), ("joints", loads_sheet)):
         if name in tables:
             views[name] = functools.partial(view, profile, most)
+    if "modes" in tables:
+        views["modes"] = lambda: modes_sheet(profile).largest(most, "mode")
     if not profile.points:
         del views["points"]
     if profile.stiffness is not None and "joints" in tables:
@@ -335,29 +348,11 @@ def friction_contacts_sheet(profile: ShockProfile) -> Sheet:
     return Sheet.of(title, {**columns, "state": profile.friction.state})
 
 
-def friction_shocks_sheet(profile: ShockProfile) -> Sheet:
-    """What friction changes at the heaviest body and at points."""
-    headed = {"shock": "sticking [-]", "shock_friction": f"friction {profile.scene.friction:g} [-]"}
-    return Sheet.of("effect of friction", _shocks_at(profile, headed))
-
-
 def stiffness_contacts_sheet(profile: ShockProfile) -> Sheet:
     """Forces on contacts of finite stiffness, and their times."""
     forces = {"duration": "99 % of the impulse in [ms]", "peak_force": "peak force [N]", "peak_force_time": "at [ms]"}
     title = f"contacts of {stiffness_text(profile)} (frozen geometry{_forces(profile)}; double precision, not proven)"
     return Sheet.of(title, _at(profile, "contact", forces))
-
-
-def stiffness_points_sheet(profile: ShockProfile) -> Sheet:
-    """Accelerations on contacts of finite stiffness, and their times."""
-    peaks = {"peak_acceleration": "peak [g]", "peak_acceleration_time": "at [ms]"}
-    return Sheet.of("peak accelerations on these contacts", _at(profile, "point", peaks))
-
-
-def stiffness_shocks_sheet(profile: ShockProfile) -> Sheet:
-    """Velocity jumps on contacts of finite stiffness."""
-    ends = {"shock_compressed": "end of compression [-]", "shock_separated": "end of contact [-]", "shock": "impulse model [-]"}
-    return Sheet.of("velocity jumps on these contacts", _shocks_at(profile, ends))
 
 
 def modes_sheet(profile: ShockProfile) -> Sheet:
@@ -368,11 +363,6 @@ def modes_sheet(profile: ShockProfile) -> Sheet:
     for place, share in zip(profile.places("contact"), profile.stiffness.force_shares, strict=False):
         carried[f"of the force of {place.name} [%]"] = share
     return Sheet.of("modes, and the normal force that they carry", carried)
-
-
-def largest_modes(profile: ShockProfile, most: int | None) -> Sheet:
-    """The first modes."""
-    return modes_sheet(profile).largest(most, "mode")
 
 
 def _forces(profile: ShockProfile) -> str:
