@@ -12,6 +12,7 @@ from test_table import STUDIES
 from trees import known_robot
 
 from shockpc import shock_profile
+from shockpc.evaluation.summary import summarise
 from shockpc.quantities.table import QUANTITIES
 from shockpc.show.reports.batch import batch_report
 from shockpc.show.reports.check import check_report
@@ -22,6 +23,7 @@ from shockpc.show.reports.improve import improve_report
 from shockpc.show.reports.landing import analyze_report
 from shockpc.show.reports.landings import landings_report
 from shockpc.show.reports.place import place_report
+from shockpc.show.reports.sweep import sweep_report
 from shockpc.show.reports.touchdowns import touchdowns_report
 from shockpc.show.tables import SHOWN, Sheet, as_csv, as_markdown, as_records, as_text, escaped
 
@@ -35,6 +37,7 @@ REPORTS = {
     "improve": improve_report,
     "landings": lambda found: landings_report("log.csv", found.landings, found.table()),
     "place": place_report,
+    "sweep": lambda found: sweep_report(summarise(found, found.table(), found.landings.variations)),
     "touchdowns": lambda found: touchdowns_report(Path("log.csv"), found),
 }
 
@@ -85,6 +88,11 @@ def is_part(sheet, whole):
         return False
     rows = [tuple(map(str, row)) for row in whole.only(*(one.key for one in sheet.columns)).rows]
     return all(tuple(map(str, row)) in rows for row in sheet.rows)
+
+
+def test_every_study_is_among_these():
+    """But for two, whose documents have records of their own."""
+    assert STUDIES.keys() - REPORTS.keys() == {"limits", "sensitivity"}
 
 
 @pytest.mark.parametrize("name", REPORTS)
