@@ -132,7 +132,7 @@ def test_every_quantity_is_that_of_an_analysis(capfd, here):
     (here / "landing.toml").write_text(SCENE + gear + sensor)
     write(here, CASE, *every_quantity())
     analysis = json.loads(good(capfd, "analyze", "landing.toml", "--format", "json"))
-    outcomes = document(capfd, code=3)["outcomes"]
+    outcomes = document(capfd, code=3)["tables"]["check"]
     compared = set()
     for outcome in outcomes:
         expected = in_document(analysis, outcome)
@@ -174,7 +174,7 @@ def test_numbers_of_either_sign_need_both_limits_and_may_drift_in_neither_direct
         for entry in before["values"]:
             entry["value"] *= factor
         (here / "changed.json").write_text(json.dumps(before))
-        outcomes = document(capfd, "--baseline", "changed.json", code=1)["outcomes"]
+        outcomes = document(capfd, "--baseline", "changed.json", code=1)["tables"]["check"]
         assert {one["status"] for one in outcomes} == {"exceeded"}
 
 
@@ -229,7 +229,7 @@ def test_a_case_may_change_its_scene_file_or_need_none(capfd, here):
         f'[[case]]\nname = "inline"\n{inline}',
         budget(at="knee", metric="joint_impulse", max=9),
     )
-    fast, inline = (one["value"] for one in document(capfd)["outcomes"])
+    fast, inline = (one["value"] for one in document(capfd)["tables"]["check"])
     assert fast == pytest.approx(2.0 * inline, rel=1e-14)
 
 
@@ -265,7 +265,7 @@ def test_redundant_contacts_have_no_single_impulse(capfd, here):
     (here / "stick.urdf").write_text(ROBOT.replace("</robot>", twin))
     (here / "landing.toml").write_text(SCENE + '[[contact]]\nframe = "twin"\n')
     write(here, CASE, *(budget(metric=metric, max=9) for metric in ("joint_impulse", "joint_moment", "friction_needed", "impulse")))
-    outcomes = document(capfd, code=3)["outcomes"]
+    outcomes = document(capfd, code=3)["tables"]["check"]
     assert [one["value"] for one in outcomes] == [None] * 6
     assert all("redundant" in one["reason"] and "not determined" in one["reason"] for one in outcomes)
 
@@ -279,15 +279,15 @@ def test_budgets_in_a_pyproject(capfd, here):
     plain = document(capfd, code=1)
     nested = (ANGLES + FAILS).replace("[[", "[[tool.shockpc.")
     write(here, '[project]\nname = "dog"\n', nested, name="pyproject.toml")
-    assert [one["value"] for one in document(capfd, "pyproject.toml", code=1)["outcomes"]] == [
-        one["value"] for one in plain["outcomes"]
+    assert [one["value"] for one in document(capfd, "pyproject.toml", code=1)["tables"]["check"]] == [
+        one["value"] for one in plain["tables"]["check"]
     ]
     write(here, CASE, PASSES)
     assert document(capfd)["file"].endswith("budgets.toml")
     (here / "budgets.toml").unlink()
     found = document(capfd, code=1)
     assert found["file"] == str(here / "pyproject.toml")
-    assert [one["line"] for one in found["outcomes"]] == [7, 7, 7]
+    assert [one["line"] for one in found["tables"]["check"]] == [7, 7, 7]
     (here / "pyproject.toml").write_text('[project]\nname = "dog"\n')
     assert "no table [tool.shockpc]" in refusal(capfd)
     (here / "pyproject.toml").unlink()
@@ -371,12 +371,12 @@ def test_text_and_json(capfd, here):
     assert outcome.out.startswith("budgets of 1 landing: 1 passed, 1 exceeded; jumps proven to ")
     rows = [line.split()[0] for line in outcome.out.splitlines() if line.startswith(("exceeded", "passed"))]
     found = document(capfd, code=1)
-    assert found["schema"] == "shockpc.check/1"
+    assert found["schema"] == "shockpc.check/2"
     assert (found["exit_code"], found["counts"]) == (1, {"passed": 1, "exceeded": 1, "not_computed": 0, "skipped": 0})
     assert 0.0 < found["error_bound"] <= 1e-15
-    assert [one["case"] for one in found["outcomes"]] == [ODD, ODD]
-    assert [one["status"] for one in found["outcomes"]] == rows == ["exceeded", "passed"]
-    assert (reason := found["outcomes"][0]["reason"]) == f"{found['outcomes'][0]['value']:.6g} is above max 0.001"
+    assert [one["case"] for one in found["tables"]["check"]] == [ODD, ODD]
+    assert [one["status"] for one in found["tables"]["check"]] == rows == ["exceeded", "passed"]
+    assert (reason := found["tables"]["check"][0]["reason"]) == f"{found['tables']['check'][0]['value']:.6g} is above max 0.001"
     assert outcome.out.count(reason) == outcome.out.count("exceeded  ") == 1
 
 
@@ -386,7 +386,7 @@ def test_an_infinite_radius_is_a_value(capfd, here):
     text = ROBOT.replace('xyz="0.01 0 0.05"', 'xyz="0 0 0.05"')
     (here / "stick.urdf").write_text(text)
     write(here, CASE, budget(at="body", metric="ropc", max=1e9), budget(at="body", metric="ropc", min=1))
-    above, below = document(capfd, code=1)["outcomes"]
+    above, below = document(capfd, code=1)["tables"]["check"]
     assert (above["value"], above["status"], below["status"]) == ("inf", "exceeded", "passed")
     assert run(capfd, "check", "--baseline", "base.json", "--update-baseline").code == 1
     assert run(capfd, "check", "--baseline", "base.json").code == 1
@@ -514,7 +514,7 @@ def test_markdown_shows_the_change_against_the_baseline(capfd, here):
     outcome = run(capfd, "check", "--baseline", "base.json", "--format", "markdown")
     assert (outcome.code, outcome.err) == (1, "")
     (row,) = table(outcome.out)
-    value = document(capfd, "--baseline", "base.json", code=1)["outcomes"][0]["value"]
+    value = document(capfd, "--baseline", "base.json", code=1)["tables"]["check"][0]["value"]
     assert float(row["value"]) == pytest.approx(value, rel=1e-3)
     assert float(row["baseline"]) == pytest.approx(before, rel=1e-3)
     assert float(row["change [%]"]) == pytest.approx(100.0 * (value / before - 1.0), rel=1e-3)
@@ -564,9 +564,9 @@ def test_folder_of_results(capfd, here):
     assert {path.name for path in (here / "out").iterdir()} == files
     with (here / "out" / "check.csv").open(encoding="utf-8", newline="") as file:
         rows = list(csv.DictReader(file))
-    found = json.loads((here / "out" / "check.json").read_text())["outcomes"]
+    found = json.loads((here / "out" / "check.json").read_text())["tables"]["check"]
     assert [float(row["value"]) for row in rows] == [one["value"] for one in found]
-    assert [float(row["strike_angle_deg"]) for row in rows] == [-10, -10, 0, 0, 15, 15, 30, 30]
+    assert [float(row["strike_angle [deg]"]) for row in rows] == [-10, -10, 0, 0, 15, 15, 30, 30]
     passed = sum(one["status"] == "passed" for one in found)
     assert f"Budgets: {passed} passed, {len(found) - passed} exceeded" in (here / "out" / "report.html").read_text(encoding="utf-8")
 
@@ -584,7 +584,7 @@ def test_a_baseline_agrees_with_itself(capfd, here):
     good(capfd, "check", "--baseline", "base.json", "--update-baseline")
     text = (here / "base.json").read_text(encoding="utf-8")
     found = document(capfd, "--baseline", "base.json")
-    assert {one["change"] for one in found["outcomes"]} == {0.0}
+    assert {one["change"] for one in found["tables"]["check"]} == {0.0}
     base = json.loads(text)
     assert base["shockpc"] == shockpc.__version__
     assert base["designs"][0]["joint_model"] == "free"
@@ -627,7 +627,7 @@ def test_tolerance_of_a_baseline(capfd, here, keys, factor, code):
     scaled = re.sub(r'(mass value|i[xyz]{2})="([^"]*)"', lambda found: f'{found[1]}="{float(found[2]) * factor!r}"', ROBOT)
     (here / "stick.urdf").write_text(scaled)
     found = document(capfd, "--baseline", "base.json", code=code)
-    assert found["outcomes"][0]["change"] == pytest.approx(factor - 1.0, abs=1e-5)
+    assert found["tables"]["check"][0]["change"] == pytest.approx(factor - 1.0, abs=1e-5)
 
 
 @pytest.mark.parametrize(
@@ -700,7 +700,7 @@ def test_baselines_that_cannot_be_used(capfd, here):
     write(here, CASE, PASSES, budget(at="body", metric="shock", baseline_tolerance="5%"))
     assert 'has no shock at "body (centre of mass)"' in refusal(capfd, "--baseline", "base.json")
     write(here, CASE, budget(at="body", metric="shock", max=9))
-    assert document(capfd, "--baseline", "base.json")["outcomes"][0]["baseline"] is None
+    assert document(capfd, "--baseline", "base.json")["tables"]["check"][0]["baseline"] is None
     write(here, CASE.replace('"land"', '"other"'), PASSES)
     assert 'has no case "other"' in refusal(capfd, "--baseline", "base.json")
 
@@ -794,7 +794,7 @@ def test_the_command_of_a_row_gives_its_number(capfd, here):
     )
     write(here, CASE.replace('"land"', '"land \'a\'"'), "strike_angle_deg = [-10, 0.1]\n", changes,
           *(budget(at=at, metric=metric, min=-1e-9, max=-1e-9) for metric, at in wanted))  # fmt: skip
-    for outcome in document(capfd, code=1)["outcomes"]:
+    for outcome in document(capfd, code=1)["tables"]["check"]:
         (first, *words), place = shlex.split(outcome["command"]), outcome["at"]
         assert first == "shockpc"
         analysis = json.loads(good(capfd, *words, "--format", "json"))
@@ -809,12 +809,12 @@ def test_the_command_of_a_row_gives_its_number(capfd, here):
 
 def test_the_command_of_a_percentile_gives_its_number(capfd, here):
     write(here, VARIES, budget(at="imu_link", metric="shock", percentile=95, max=1e-6))
-    (outcome,) = document(capfd, code=1)["outcomes"]
+    (outcome,) = document(capfd, code=1)["tables"]["check"]
     words = shlex.split(outcome["command"])[1:]
     good(capfd, *words, "--prove=0", "--format=csv")
     summary = json.loads((here / "designs" / "summary.json").read_text())
-    shown = next(column for column in summary["quantities"] if column["quantity"] == "shock@imu_link")
-    assert shown["percentiles"]["95"] == pytest.approx(outcome["value"], rel=1e-12)
+    shown = next(row for row in summary["tables"]["summary"] if row["quantity"] == "shock@imu_link")
+    assert shown["percentile_95"] == pytest.approx(outcome["value"], rel=1e-12)
 
 
 def test_a_case_that_is_not_there_is_refused(capfd, here):
@@ -871,7 +871,7 @@ def test_assert_shock(here):
     assert str(failure.value).startswith("landing: shock at imu_link: ")
     value = next(point.shock for point in shock_profile(scene).points if point.frame == "imu_link")
     (row,) = [line for line in str(failure.value).splitlines() if line.startswith("exceeded")]
-    assert row.split()[:6] == ["exceeded", "landing", "imu_link", "shock", "[-]", f"{value:.4f}"]
+    assert row.split()[:6] == ["exceeded", "landing", "imu_link", "shock", "-", f"{value:.4f}"]
     assert "is above max 0.001" in row
 
 
@@ -1023,4 +1023,4 @@ def test_a_case_may_give_a_drop_height(capfd, here):
     write(here, CASE + "drop_height = 0.2\n", budget(metric="delta_v", at="*", max=9))
     (case,) = read_budgets(here / "budgets.toml").cases
     assert case.landings[0][1].strike.drop_height == 0.2
-    assert document(capfd)["outcomes"]
+    assert document(capfd)["tables"]["check"]

@@ -76,9 +76,9 @@ def test_xacro_with_arguments_and_package(capfd, here, monkeypatch):
     assert out.count("\nstrike       1 m/s, 30 deg from the vertical: velocity (0.5, 0, -0.866) m/s\n") == 4
     summary = out.partition("\nsummary: ")[2].splitlines()
     assert summary[1].split() == ["shock", "at", *FEET]
-    assert [line.split()[0] for line in summary[3:]] == ["trunk", "lf_leg", "lh_leg", "rf_leg", "rh_leg", "at"]
+    assert [line.split()[0] for line in summary[4:]] == ["trunk", "lf_leg", "lh_leg", "rf_leg", "rh_leg", "at"]
     # The dog is its mirror image: left and right feet do the same to the trunk.
-    assert len(set(summary[3].split()[1:])) == 2
+    assert len(set(summary[4].split()[1:])) == 2
 
 
 # Contacts
@@ -246,7 +246,7 @@ def test_names_of_files_stay_inside_the_folder(capfd, here):
     before = {*here.iterdir()}
     good(capfd, "analyze", "odd.urdf", "--contact", "*", "--out", "out/deep")
     assert {*here.iterdir()} - before == {here / "out"}
-    assert listed(here / "out/deep") == {"x" * 200, "_.", "_._foot", "summary.csv", "summary.md"}
+    assert listed(here / "out/deep") == {"x" * 200, "_.", "_._foot", "summary.csv", "landings.csv", "summary.md"}
 
 
 def test_a_folder_and_a_scene_for_each_landing(capfd, here):
@@ -257,13 +257,13 @@ def test_a_folder_and_a_scene_for_each_landing(capfd, here):
     found = document(capfd, *words, "--out", "out", "--save-scene", "landing.toml")
     names, frames = ["A_FOOT", "a_foot-2", "a_foot-3"], ["A_FOOT", "a/foot", "a:foot"]
     assert contacts(found) == frames
-    assert listed(here / "out") == {*names, "summary.csv", "summary.md"}
+    assert listed(here / "out") == {*names, "summary.csv", "landings.csv", "summary.md"}
     assert {path.name for path in here.glob("*.toml")} == {f"landing.{name}.toml" for name in names}
     for name, one in zip(names, found, strict=True):
         assert json.loads((here / "out" / name / "profile.json").read_text(encoding="utf-8")) == one
         assert document(capfd, f"landing.{name}.toml") == one
     summary = list(csv.reader(io.StringIO((here / "out/summary.csv").read_text(encoding="utf-8"))))
-    assert summary[0] == ["shock at", *frames]
+    assert summary[0] == ["shock at", *(f"{frame} [-]" for frame in frames)]
     assert [float(x) for x in summary[1][1:]] == [one["bodies"][0]["shock_com"] for one in found]
     assert good(capfd, "analyze", *words, "--format", "markdown").endswith((here / "out/summary.md").read_text(encoding="utf-8"))
 

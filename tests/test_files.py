@@ -198,6 +198,9 @@ FILES = {
     "points.csv",
     "contacts.csv",
     "joints.csv",
+    "joint_models.csv",
+    "directions.csv",
+    "posture.csv",
     "report.html",
     "report.md",
     "shock.svg",
@@ -227,7 +230,7 @@ def test_folder_of_a_landing(tmp_path, profile):
 def test_several_landings_and_then_one(tmp_path, profile):
     """A folder for each and a summary; one landing later, the files of its names are new and the others as they were."""
     write_report_folder(tmp_path, analyze_report({"a": profile, "b": profile}))
-    of_each, shared = FILES - {"report.html"}, {"report.html", "summary.csv", "summary.md"}
+    of_each, shared = FILES - {"report.html"}, {"report.html", "summary.csv", "landings.csv", "summary.md"}
     several = {f"{name}/{file}" for name in "ab" for file in of_each} | shared
     assert listing(tmp_path) == several
     page, summary = ((tmp_path / name).read_bytes() for name in ("report.html", "summary.csv"))

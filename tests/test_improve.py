@@ -348,9 +348,9 @@ def test_the_command_writes_the_optimum(tmp_path, capfd):
     files = sorted((tmp_path / "out").glob("optimum-*.toml"))
     assert len(files) == 2
     shocks = [shock_profile(read_scene(file)).points[0].shock for file in files]
-    (number,) = document["quantities"]
-    assert max(shocks) == pytest.approx(number["after"], rel=1e-12)
-    assert number["after"] < number["before"]
+    (number,) = document["tables"]["quantities"]
+    assert max(shocks) == pytest.approx(number["optimum"], rel=1e-12)
+    assert number["optimum"] < number["as_given"]
     assert all((tmp_path / "out" / f"{name}.svg").stat().st_size > 1e4 for name in ("compare", "runs"))
     assert run(capfd, *words).code == 0
     assert [file.name for file in (tmp_path / "out").glob("optimum-*.toml")] == ["optimum-1.toml"]

@@ -268,7 +268,7 @@ def test_what_looks_like_degrees_by_limits_is_a_warning(here, capfd):
         capfd, "landings", here / "log.csv", here / "legs.urdf", "--contact", "limited", "--format", "json", "--out", "out"
     )
     assert outcome.code == 0
-    assert [row["message"] for row in json.loads(outcome.out)["rows"]] == [None, None]
+    assert [row["message"] for row in json.loads(outcome.out)["tables"]["landings"]] == [None, None]
     warnings = [line for line in (here / "out" / "report.md").read_text().splitlines() if "looks like degrees" in line]
     assert len(warnings) == 2
     assert "column limited: 40 in row 1 looks like degrees (the limits are -1 and 1 rad)" in warnings[0]
@@ -443,7 +443,7 @@ def test_contacts_of_a_table_keep_what_the_scene_says_of_them(here, capfd):
     (here / "scene.toml").write_text('robot = "anymal_b"\n[[contact]]\nframe = "RF_FOOT"\nrestitution = 0.5\n')
     written(here / "log.csv", {"vz": np.array([-1.0, -1.0]), "contact": np.array(["LF_FOOT", ""])})
     words = ("--quantity", "delta_v@imu_link", "--format", "json")
-    rows = json.loads(good(capfd, "landings", "log.csv", "scene.toml", *words))["rows"]
+    rows = json.loads(good(capfd, "landings", "log.csv", "scene.toml", *words))["tables"]["landings"]
     for row, foot in zip(rows, ("LF_FOOT", "RF_FOOT"), strict=True):
         analysis = ("analyze", "anymal_b", "--contact", foot, "--restitution", 0.5, "--velocity=0,0,-1", "--format", "json")
         (point,) = [point for point in json.loads(good(capfd, *analysis))["points"] if point["frame"] == "imu_link"]
@@ -457,7 +457,8 @@ def test_a_first_row_without_a_valid_contact_is_a_message_of_that_row(here, capf
     (here / "scene.toml").write_text('robot = "anymal_b"\ncontact = "LH_FOOT"\n')
     words = ("--quantity", "delta_v@imu_link", "--format", "json")
     rows, others = (
-        json.loads(run(capfd, "landings", "log.csv", scene, *words).out)["rows"] for scene in ("anymal_b", "scene.toml")
+        json.loads(run(capfd, "landings", "log.csv", scene, *words).out)["tables"]["landings"]
+        for scene in ("anymal_b", "scene.toml")
     )
     assert (rows[0]["delta_v@imu_link"], rows[1:]) == (None, others[1:])
     assert "contact" in rows[0]["message"]
@@ -614,7 +615,7 @@ def test_statistics_of_few_landings_say_of_how_many():
         assert np.isnan(one.statistics["r"]).all()
         assert np.isnan([interval for _, *interval in one.statistics.values()]).all()
         assert np.isfinite(one.statistics["error"][0])
-    assert {row[3] for row in agreement_sheet(comparison, full=True).rows} == {"9"}
+    assert {row[4] for row in agreement_sheet(comparison, full=True).rows} == {9}
 
 
 def test_equal_measured_jumps_have_no_correlation():
@@ -708,7 +709,7 @@ def test_the_error_in_the_energy_norm():
 def test_a_group_of_one_joint_is_shown():
     columns = table() | {"after_LF_KFE": np.linspace(-1.0, 1.0, 6)}
     comparison = compare_measured(columns, {"free": SCENE}, known_robot("anymal_b"))
-    assert [row[2] for row in agreement_sheet(comparison).rows] == ["joint rates [rad/s]"]
+    assert {row[2:4] for row in agreement_sheet(comparison).rows} == {("joint rates", "rad/s")}
 
 
 def test_base_velocities_are_compared_in_world_axes():
@@ -817,6 +818,16 @@ def test_velocities_at_a_time_are_columns():
     assert len(replace(falls, computed=wanted).table().messages) == 6
 
 
+def statistics_of(sheet, k):
+    """The statistics of a table as the guide shows them, by joint model and what a column says, of times in ms."""
+    found = {}
+    for row in sheet.rows:
+        value, low, high = row[-3:]
+        text = "–" if np.isnan(value) else f"{value:.2f}" + ("" if np.isnan(low) else f" ({low:.2f} … {high:.2f})")
+        found.setdefault((row[0], round(1e3 * row[k], 6) if k == 1 else row[k]), []).append(text)
+    return found
+
+
 def test_measured_landings_of_cassie(monkeypatch):
     """The guide's table is what the benchmark computes; intervals of single joints, which it does not show, are left out."""
     statistics = landings._statistics
@@ -824,10 +835,10 @@ def test_measured_landings_of_cassie(monkeypatch):
     monkeypatch.setattr(landings, "_statistics", lambda y, x, energy: statistics(y, x, energy) if y.shape[1] > 1 else none)
     text = (Path(__file__).parents[1] / "shockpc" / "guide" / "logs.md").read_text(encoding="utf-8")
     lines = re.findall(r"^\| (.*springs.*) \| (\d+) ms \| (\S+) \| (\S+) \| (.*) \| (\S+) \| (\S+) \|$", text, re.MULTILINE)
-    sheet = {(row[0], row[1]): row[4:] for row in measured_landings().rows}
+    sheet = statistics_of(measured_landings(), 1)
     assert len(lines) == 9
     for model, time, *shown in lines:
-        found = sheet[model, time][:5]
+        found = sheet[model, float(time)][:5]
         assert [cell if k == 2 else cell.split()[0] for k, cell in enumerate(found)] == shown
 
 
@@ -836,7 +847,7 @@ def test_measured_tosses_of_two_hinged_blocks():
     root = Path(__file__).parents[1]
     text = (root / "robots" / "measured" / "README.md").read_text(encoding="utf-8")
     lines = re.findall(r"^\| (sticks|friction.*?) \| (.*) \| (\S+) \| (\S+) \| (\S+) \|$", text, re.MULTILINE)
-    sheet = {(row[0], row[2].split(" [")[0]): row[4:] for row in measured_tosses().rows}
+    sheet = statistics_of(measured_tosses(), 2)
     assert [law for law, *_ in lines] == list(LAWS)
     for law, energy, *hinge in lines:
         assert sheet[law, "all velocities"][3] == energy
@@ -874,7 +885,7 @@ def test_the_command_ranks_and_prints_a_row_as_a_scene(here, capfd):
     values = [float(row["delta_v@imu_link [m/s]"]) for row in rows]
     assert values == sorted(values, reverse=True)
     document = json.loads((here / "out" / "landings.json").read_text())
-    assert [row["delta_v@imu_link"] for row in document["rows"]] == values
+    assert [row["delta_v@imu_link"] for row in document["tables"]["landings"]] == values
     assert {"landings.svg", "landings.csv", "report.md"} <= {file.name for file in (here / "out").iterdir()}
     scene = run(capfd, "landings", here / "log.csv", *words, "--command", rows[0]["landing"]).out
     (here / "worst.toml").write_text(scene)
@@ -939,7 +950,7 @@ def test_a_folder_of_scenes_is_a_table(here, capfd):
     (here / "scenes" / "budgets.toml").write_text("[[budget]]\nmax = 1\n")
     outcome = run(capfd, "landings", here / "scenes", "--rank", "shock@imu_link", "--format", "json", "--prove", 0)
     assert (outcome.code, outcome.err.count("1 of 4 landings could not be computed")) == (0, 1)
-    rows = json.loads(outcome.out)["rows"]
+    rows = json.loads(outcome.out)["tables"]["landings"]
     assert [row["landing"] for row in rows if row["message"]] == ["budgets"]
     assert sorted(row["landing"] for row in rows) == ["budgets", "jump 0", "jump 1", "jump 2"]
     for row in rows[:3]:
@@ -974,7 +985,7 @@ def test_measured_cells_that_are_empty_are_left_out_of_figure_and_report(here, c
     text = good(capfd, "landings", here / "log.csv", "anymal_b", *words)
     assert "friction     0.4; what was measured is compared with the motion with friction" in text
     document = json.loads((here / "out" / "landings.json").read_text())
-    found = {one["quantity"]: one["error"]["value"] for one in document["measured"]}
+    found = {one["quantity"]: one["value"] for one in document["tables"]["measured"] if one["statistic"] == "error"}
     assert found["joint rates"] == found["LF_KFE"] > 0.0
     assert found["RH_KFE"] is None
     assert (here / "out" / "measured.svg").exists()
@@ -1029,8 +1040,8 @@ def test_joint_models_are_compared_with_the_drives_that_each_of_them_has(here, c
     def predicted(*words):
         outcome = run(capfd, "landings", here / "log.csv", "go2", "--contact", "FL_foot", "--prove", 0, "--format", "json", *words)
         assert (outcome.code, outcome.err) == (0, "")
-        found = json.loads(outcome.out)["measured"]
-        return {one["model"]: [row for row in found if row["model"] == one["model"]] for one in found}
+        found = json.loads(outcome.out)["tables"]["measured"]
+        return {one["joint_model"]: [row for row in found if row["joint_model"] == one["joint_model"]] for one in found}
 
     together = predicted(*drives, "--joints", ",".join(models))
     assert together == {model: predicted(*words, "--joints", model)[model] for model, words in models.items()}
@@ -1045,8 +1056,11 @@ def test_rigid_springs_are_left_out_where_there_are_none(here, capfd):
     assert outcome.code == 0
     assert 'joint model rigid is left out, because no joint of "anymal" has a spring' in outcome.err
     document = json.loads(outcome.out)
-    assert list(dict.fromkeys(one["model"] for one in document["measured"])) == ["locked", "free"]
-    assert document["rows"] == json.loads(good(capfd, "landings", here / "log.csv", "anymal_b", *words, "locked"))["rows"]
+    assert list(dict.fromkeys(one["joint_model"] for one in document["tables"]["measured"])) == ["locked", "free"]
+    assert (
+        document["tables"]["landings"]
+        == json.loads(good(capfd, "landings", here / "log.csv", "anymal_b", *words, "locked"))["tables"]["landings"]
+    )
 
 
 @pytest.mark.parametrize(
@@ -1269,6 +1283,6 @@ def test_an_inertia_that_is_singular_in_double_precision_has_no_energy(capfd, he
     (here / "log.csv").write_text("contact,q_knee,before_knee,vz,after_knee\nshin,0.1,0,-1,0.5\nshin,0.2,0.1,-1,0.5\n")
     outcome = run(capfd, "landings", "log.csv", "heavy.urdf", "--format", "json")
     assert outcome.code == 0, outcome.err
-    (agreement,) = json.loads(outcome.out)["measured"]
-    assert agreement["error (energy)"]["value"] is None
-    assert agreement["error"]["value"] > 0.0
+    agreement = {row["statistic"]: row["value"] for row in json.loads(outcome.out)["tables"]["measured"]}
+    assert agreement["error (energy)"] is None
+    assert agreement["error"] > 0.0

@@ -366,12 +366,14 @@ def test_the_table_names_the_gain_and_the_gap(capfd):
 def test_document_and_files(capfd, tmp_path):
     words = ("place", "anymal_b", "--contact", "LF_FOOT", "--vary", "strike-angle=0,30", "--count", 2, "--pulse", "half-sine:5ms")
     document = json.loads(good(capfd, *words, "--format", "json", "--out", tmp_path))
-    assert document["schema"] == "shockpc.place/1"
+    assert document["schema"] == "shockpc.place/2"
     assert [one["landing"] for one in document["landings"]] == ["LF_FOOT strike-angle=0", "LF_FOOT strike-angle=30"]
-    assert document["combined"] == max(min(one["shock"][k] for one in document["places"]) for k in range(2))
-    assert document["places"][0]["margin"]["left"] is None
+    felt, names = document["tables"]["landings"], [row["place"] for row in document["tables"]["places"] if row["bound"] is not None]
+    assert document["combined"] == max(min(row[name] for name in names if name.startswith("sensor ")) for row in felt)
+    assert document["tables"]["margins"][0].keys() == {"place", "peak_x", "peak_y", "peak_z"}
     assert {path.name for path in tmp_path.iterdir()} == {
-        "landings.csv", "place.json", "place.png", "place.svg", "places.csv", "report.html", "report.md",
+        "landings.csv", "velocity_changes.csv", "margins.csv",
+        "place.json", "place.png", "place.svg", "places.csv", "report.html", "report.md",
     }  # fmt: skip
     assert json.loads((tmp_path / "place.json").read_text()) == document
     svg = (tmp_path / "place.svg").read_text()
@@ -395,7 +397,7 @@ def test_scene_files_postures_and_weights_on_the_command_line(capfd, tmp_path):
     document = json.loads(good(capfd, *words))
     names = ["jump LF_FOOT *_KFE=-80", "jump LF_FOOT *_KFE=-60", "fall RH_FOOT *_KFE=-80", "fall RH_FOOT *_KFE=-60"]
     assert [one["landing"] for one in document["landings"]] == names
-    assert [one["weight"] for one in document["landings"]] == pytest.approx([1 / 3, 1 / 3, 1 / 6, 1 / 6])
+    assert [one["weight"] for one in document["tables"]["landings"]] == pytest.approx([1 / 3, 1 / 3, 1 / 6, 1 / 6])
     assert document["compared_by"] == "weighted mean"
 
 

@@ -423,7 +423,7 @@ def test_command(capfd, tmp_path):
     assert (first["unit"], effect["unit"]) == ("deg", "rad")
     assert float(first["step"]) == pytest.approx(math.degrees(effect["step"]), abs=1e-11)
     assert f"{float(first['value']):.4g} deg" in table
-    assert f"{float(first['shock [%]']):.3f}" in table
+    assert f"{100.0 * float(first['change of shock [-]']):.3f}" in table
     assert {file.name for file in tmp_path.iterdir() if file.name[0] != "."} == {
         "sensitivity.json", "sensitivity.csv", "report.md", "report.html", "sensitivity.svg", "sensitivity.png",
     }  # fmt: skip

@@ -151,7 +151,7 @@ def found_touchdowns(budget: float = 0.0) -> Sheet:
 
 
 def _compared(motions: Sequence[Simulated], step: int, noise: float, scene: Scene, robot: Robot) -> Iterator[Cell]:
-    """Touchdowns, how many of them are found and how many others are, and the median by how much these are late [ms]."""
+    """Touchdowns, how many of them are found and how many others are, and the median by how much these are late [s]."""
     known, invented, late = 0, 0, list[float]()
     for seed, motion in enumerate(motions):
         columns = motion.log(step, noise, seed)
@@ -165,4 +165,4 @@ def _compared(motions: Sequence[Simulated], step: int, noise: float, scene: Scen
                     left.remove(nearest)
                     late.append(nearest - true)
             invented += len(left)
-    yield from (known, len(late), invented, 1e3 * float(np.median(late)) if late else None)
+    yield from (known, len(late), invented, float(np.median(late)) if late else None)

@@ -184,9 +184,9 @@ def _spectra(profile: ShockProfile, stiffness: "CompliantLanding") -> dict[str, 
     }
 
 
-def headed(name: str, content: dict[str, Any]) -> dict[str, Any]:
+def headed(name: str, content: dict[str, Any], version: int = 1) -> dict[str, Any]:
     """A document: its schema, what computed it, and what was found, as JSON holds it."""
-    return {"schema": f"shockpc.{name}/1", "shockpc": shockpc.__version__, "pinocchio": PINOCCHIO, **_plain(content)}
+    return {"schema": f"shockpc.{name}/{version}", "shockpc": shockpc.__version__, "pinocchio": PINOCCHIO, **_plain(content)}
 
 
 def record(instance: object, *keys: str) -> dict[str, Any]:

@@ -120,12 +120,14 @@ class Comparison:
     def table(self) -> Table:
         """A row for each quantity at each place that the designs have in common: its values, and their changes from the first."""
         first, *others = self.letters
-        rows = (
-            (differences.selection.name, differences.selection.quantity.unit, row.place, *row.values, *row.changes)
-            for differences in self.quantities
-            for row in differences.rows
-        )
-        return Table.of_rows(("quantity", "unit", "place", first, *others, *(f"{name} - {first}" for name in others)), rows)
+        rows = []
+        for differences in self.quantities:
+            for row in differences.rows:
+                named = differences.selection.name, differences.selection.quantity.unit.replace("1", "-"), row.place
+                shares = (100.0 * x / abs(row.values[0]) if x is not None and row.values[0] else None for x in row.changes)
+                rows.append((*named, *row.values, *row.changes, *(x if x is None or math.isfinite(x) else None for x in shares)))
+        changes = (*(f"{name} - {first}" for name in others), *(f"change of {name} [%]" for name in others))
+        return Table.of_rows(("quantity", "unit", "place", first, *others, *changes), rows)
 
 
 def design_with(design: Design, changes: Sequence[Change]) -> Design:

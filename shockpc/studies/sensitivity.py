@@ -155,7 +155,17 @@ class Sensitivity:
         """A row for each effect as `ranked`, then those without a derivative, whose messages say why; angles in degrees."""
         name = self.target.selection.name
         target = f"{name} [{self.target.unit}]"
-        header = ("parameter", "of", "value", "unit", "step", target, f"{name} [%]", f"opposite {target}", f"error {target}")
+        header = (
+            "parameter",
+            "of",
+            "value",
+            "unit",
+            "step",
+            target,
+            f"change of {name} [%]",
+            f"opposite {target}",
+            f"error {target}",
+        )
         effects = (*self.ranked, *(effect for effect in self.effects if effect.reason))
         rows = []
         for x in effects:

@@ -34,7 +34,7 @@ from shockpc.show.figure.view import body_shapes, numbered
 from shockpc.show.html.charts import CONFIG, STYLES, history, picture, placed
 from shockpc.show.html.surfaces import Surface, surfaces
 from shockpc.show.reports.report import Picture, Report, Section
-from shockpc.show.tables import Cell, Lines, Sheet, rounded
+from shockpc.show.tables import Cell, Column, Lines, Sheet, numeric
 from shockpc.show.wording import BRACKETED, robot_name
 from shockpc.text.printed import printable
 
@@ -180,25 +180,25 @@ def _block(block: Section) -> str:
 
 def _table(sheet: Sheet) -> str:
     """A table that a click on a heading sorts; numbers with all digits are in an attribute."""
-    numeric = [any(isinstance(row[k], float) for row in sheet.rows) for k in range(len(sheet.header))]
+    right, columns = numeric(sheet), sheet.columns
     notes = "".join(f'<p class="note">{_text(note)}</p>' for note in sheet.notes)
-    rows = "".join(f"<tr>{''.join(map(_cell, row, numeric))}</tr>" for row in sheet.rows)
-    head = _head(sheet.header, numeric)
+    rows = "".join(f"<tr>{''.join(map(_cell, columns, row, right))}</tr>" for row in sheet.rows)
+    head = _head(columns, right)
     return f'<div class="scroll"><table><caption>{_text(sheet.title)}</caption>{head}<tbody>{rows}</tbody></table></div>{notes}'
 
 
-def _head(header: Sequence[str], numeric: Sequence[bool]) -> str:
+def _head(columns: Sequence[Column], to_the_right: Sequence[bool]) -> str:
     cells = []
-    for title, right in zip(header, numeric, strict=True):
-        name, bracket, unit = title.partition(" [")
-        cells.append(f"<th{'' if right else ' class=name'}>{_breakable(name)}<small>{_text(bracket.strip() + unit)}</small></th>")
+    for column, right in zip(columns, to_the_right, strict=True):
+        unit = f"[{_text(column.unit)}]" if column.unit else ""
+        cells.append(f"<th{'' if right else ' class=name'}>{_breakable(column.title)}<small>{unit}</small></th>")
     return f"<thead><tr>{''.join(cells)}</tr></thead>"
 
 
-def _cell(cell: Cell, numeric: bool) -> str:
+def _cell(column: Column, cell: Cell, right: bool) -> str:
     # The representation of a number of NumPy has the name of its type, which no script reads.
-    value = f' data-v="{float(cell)!r}"' if isinstance(cell, float) and math.isfinite(cell) else ""
-    return f"<td{value}{'' if numeric else ' class=name'}>{_breakable(rounded(cell))}</td>"
+    value = f' data-v="{float(cell)!r}"' if isinstance(cell, float | int) and math.isfinite(cell) else ""
+    return f"<td{value}{'' if right else ' class=name'}>{_breakable(column.shown(cell))}</td>"
 
 
 def _view(shown: Mapping[str, ShockProfile], every: int) -> str:
@@ -231,7 +231,8 @@ def _view(shown: Mapping[str, ShockProfile], every: int) -> str:
     joints = ["", "joint", "along the axis [N m s, N s]", "force [N s]", "moment [N m s]"]
     doubtful = f"; in brackets if over {100.0 * BRACKETED:.0f} % of the motion is out of the plane"
     live = [
-        f'<div class="scroll live"><table id="{key}"><caption>{title}</caption>{_head(header, [k > 1 for k in range(len(header))])}'
+        f'<div class="scroll live"><table id="{key}"><caption>{title}</caption>'
+        f"{_head([*map(Column.of, header)], [k > 1 for k in range(len(header))])}"
         "<tbody></tbody></table></div>"
         for key, title, header in (
             ("point-rows", "sensors and points, for this strike (Δv in the frame's axes)", points),

@@ -1,13 +1,11 @@
 """A batch: one row for each landing, ranked by a quantity, and a sheet of pictures where the batch has them."""
 
 from collections.abc import Iterable
-from pathlib import Path
-from typing import Any
 
 from shockpc.quantities.table import select
 from shockpc.robot.landmarks import BENT, is_imu
 from shockpc.show.reports.report import Picture, Report, picture_files
-from shockpc.show.tables import Lines, Row, Sheet
+from shockpc.show.tables import Column, Lines, Row, Sheet
 from shockpc.show.wording import STICKING, count, proof_text, without_value
 from shockpc.studies.batch import Batch, BatchRow
 from shockpc.text.diagnostic import alike
@@ -23,9 +21,6 @@ NO_DRIVES = {"free": "nothing gives a reflected inertia; stiff gearboxes change 
 SECOND = ("ropc", "friction_needed", "feasible", "error_bound")
 """Standard quantities that are not on a terminal, unless landings are ranked by one."""
 
-WHOLE = ("posture", "drives", "sensors and points [-]", "warnings", "failure")
-"""The last columns of the CSV file."""
-
 
 def batch_report(batch: Batch) -> Report:
     """The landings of many robots; the Markdown document also has their warnings."""
@@ -36,16 +31,16 @@ def batch_report(batch: Batch) -> Report:
     return Report(
         name="batch",
         title="Landings of robots",
-        body=lambda full: [*picture, *([_sheet(batch)] if batch.rows else []), *([Lines(warnings)] if full else [])],
+        body=lambda full: [*picture, *([_for_people(batch)] if batch.rows else []), *([Lines(warnings)] if full else [])],
         closing=[f"not computed: {line}" for line in cause_lines(_causes(batch), "landings", CAUSES)],
-        sheets={"batch": lambda: _sheet(batch, for_terminal=False)},
+        sheets={"batch": lambda: _sheet(batch), "sensors": lambda: _sensors(batch)},
         document=lambda: {
-            "rows": [
-                {**_record(row), "rank_with_joint_model": int(rank.split()[0])}
-                for row, rank in zip(batch.rows, batch.ranks, strict=True)
+            "rank": batch.rank,
+            "landings": [
+                {key: getattr(row, key) for key in ("source", "robot", "contact", "scene", "warnings")} for row in batch.rows
             ],
-            "failures": list(map(vars, batch.failures)),
         },
+        tables=True,
         others=picture_files("sheet"),
     )
 
@@ -74,52 +69,46 @@ def _causes(batch: Batch) -> list[Cause]:
     return causes(zip(names, (one.reason for one in batch.failures), strict=True))
 
 
-def _record(row: BatchRow) -> dict[str, Any]:
-    values = {key: value for key, value in vars(row).items() if key not in ("values", "picture", "needs_tilt")}
-    values["warnings"] = list(map(str, row.warnings))
-    return {"source": row.source, "robot": row.robot, "contact": row.contact, "trunk": row.trunk, **row.values, **values}
-
-
-def _sheet(batch: Batch, for_terminal: bool = True) -> Sheet:
-    """One row for each landing. Args: for_terminal, without columns of second rank, the other sensors, and what failed."""
-    names = list(batch.columns)
-    if for_terminal:
-        free = all(row.joint_model == "free" for row in batch.rows)
-        left_out = [name for name in SECOND if name != batch.rank] + ["shock_com"] * free
-        names = [name for name in names if name not in left_out]
-    units = (select(name.partition("@")[0]).quantity.unit.replace("1", "-") for name in names)
-    # A robot by its name or file needs no second column for that; a scene is known by its name.
-    scenes = not for_terminal or any(row.source.endswith(".toml") for row in batch.rows)
-    ranks, models = batch.ranks, len({row.joint_model for row in batch.rows})
-    ranked = models > 1 or not for_terminal
-    header = [*(["scene"] if scenes else []), "robot", "contact", *([] if for_terminal else ["trunk"]), "joints"]
-    header += [*(["rank"] if ranked else []), *(f"{name} [{unit}]" for name, unit in zip(names, units, strict=True))]
-    header += ["at IMU [-]"] if for_terminal else ["IMU", "at IMU [-]", *WHOLE]
+def _sheet(batch: Batch) -> Sheet:
+    """One row for each landing, the worst first, then what failed."""
+    units = (select(name.partition("@")[0]).quantity.unit.replace("1", "-") for name in batch.columns)
+    header: list[str | Column] = ["scene", "robot", "name", "contact", "trunk", "joints", "drives known", "rank"]
+    header += [Column(name, name, unit) for name, unit in zip(batch.columns, units, strict=True)]
+    header += ["IMU", "at IMU [-]", "posture", "drives", "warnings", "failure"]
     rows: list[Row] = []
-    short = batch.short_names if for_terminal else {}
-    marked = for_terminal and not all(row.drives_known for row in batch.rows)
-    for row, rank in zip(batch.rows, ranks, strict=True):
+    short = batch.short_names
+    for row, rank in zip(batch.rows, batch.ranks, strict=True):
         imus = {name: shock for name, shock in row.sensors.items() if is_imu(name)}
         imu = max(imus.items(), key=lambda pair: pair[1], default=(None, None))
-        source = (_scene_of(row, for_terminal),) if scenes else ()
-        joints = f"{row.joint_model}{' *' * (row.drives_known and marked)}"
-        cells: Row = (*source, short.get(row.robot, row.robot), row.contact, *([] if for_terminal else [row.trunk]), joints)
-        cells += (*([rank] if ranked else []), *(row.values[name] for name in names), *imu[for_terminal:])
-        if not for_terminal:
-            sensors = "; ".join(f"{name}={value!r}" for name, value in row.sensors.items())
-            cells += (_posture(row), row.drives or None, sensors, "; ".join(map(str, row.warnings)), None)
-        rows.append(cells)
-    if not for_terminal:
-        failed = [(None, failure.robot, failure.contact) for failure in batch.failures]
-        rows += [(*what, *[None] * (len(header) - 4), one.reason) for what, one in zip(failed, batch.failures, strict=True)]
-    title = f"{count(len(batch.rows), 'landing')}, ranked by {batch.rank}"
-    ranking = ["rank: among the landings of the same joint model"] if ranked else []
-    return Sheet(title, header, rows, [*ranking, *_notes(batch)] if for_terminal else ())
+        # A robot by its name or file needs no scene; a scene is known by its name.
+        scene = row.source if row.source.endswith(".toml") else None
+        cells: Row = (scene, row.robot, short.get(row.robot, row.robot), row.contact, row.trunk, row.joint_model, row.drives_known)
+        cells += (rank, *(row.values[name] for name in batch.columns), *imu)
+        rows.append((*cells, _posture(row), row.drives or None, "; ".join(map(str, row.warnings)) or None, None))
+    for one in batch.failures:
+        named = (None, one.robot, short.get(one.robot, one.robot), one.contact or None)
+        rows.append((*named, *[None] * (len(header) - 5), one.reason))
+    return Sheet(f"{count(len(batch.rows), 'landing')}, ranked by {batch.rank}", header, rows)
 
 
-def _scene_of(row: BatchRow, short: bool) -> str | None:
-    """The scene of a row, if it has one. Args: short, without its folder."""
-    return None if not row.source.endswith(".toml") else Path(row.source).name if short else row.source
+def _sensors(batch: Batch) -> Sheet:
+    """The shock at each sensor and point of each landing."""
+    rows = [(row.robot, row.contact, name, shock) for row in batch.rows for name, shock in row.sensors.items()]
+    return Sheet("shock at sensors and points", ("robot", "contact", "at", "shock [-]"), rows)
+
+
+def _for_people(batch: Batch) -> Sheet:
+    """The landings without columns of second rank, and without those that say the same of every row."""
+    models, known = {row.joint_model for row in batch.rows}, {row.drives_known for row in batch.rows}
+    left_out = [name for name in SECOND if name != batch.rank] + ["shock_com"] * (models == {"free"})
+    left_out += ["rank"] * (len(models) == 1) + ["drives_known"] * (len(known) == 1)
+    left_out += ["robot", "trunk", "IMU", "posture", "drives", "warnings", "failure"]
+    sheet = _sheet(batch).where(lambda row: row["failure"] is None).without(*left_out)
+    left_out = ["scene"] * all(row[0] is None for row in sheet.rows)
+    sheet = sheet.without(*left_out)
+    header = [column._replace(title="robot") if column.key == "name" else column for column in sheet.columns]
+    ranking = ["rank: among the landings of the same joint model"] * (len(models) > 1)
+    return sheet._replace(header=header, notes=[*ranking, *_notes(batch)])
 
 
 def _notes(batch: Batch) -> Iterable[str]:
@@ -144,7 +133,7 @@ def _notes(batch: Batch) -> Iterable[str]:
         f"{model}{f', {drives}' if drives else ''}: {', '.join(of)}" for (model, drives), of in models.items()
     )
     if any(row.drives_known for row in rows) and not all(row.drives_known for row in rows):
-        yield "*: what drives the joints is known; compare landings of the same joint model, as their rank does"
+        yield "drives known: what drives the joints; compare landings of the same joint model, as their rank does"
     if any(row.drives and row.joint_model != "free" and row.scene.joints.drives is None for row in rows):
         yield "with free joints: --joints free"
     if any(sum(map(is_imu, row.sensors)) > 1 for row in rows):

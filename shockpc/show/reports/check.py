@@ -1,16 +1,16 @@
 """The check of budgets as a table, and for other programs: JSON, CSV, JUnit, GitHub's workflow commands, and Markdown."""
 
-import math
 import os
 from collections.abc import Sequence
+from dataclasses import replace
 from pathlib import Path
-from typing import Any, get_args
+from typing import get_args
 from xml.etree import ElementTree as ET
 
 from shockpc.show.document import record
 from shockpc.show.files import destination
 from shockpc.show.reports.report import Report
-from shockpc.show.tables import Cell, Lines, Sheet, as_markdown, sheet_of
+from shockpc.show.tables import Cell, Column, Lines, Sheet, as_markdown, sheet_of
 from shockpc.show.wording import count, proof_text
 from shockpc.studies.check.budgets import Budget
 from shockpc.studies.check.study import MOST_CHANGES, Check, Outcome, Status
@@ -38,20 +38,35 @@ def check_report(check: Check) -> Report:
         title=f"Budgets: {_verdicts(check)}",
         body=lambda full: [check_sheet(check, for_terminal=not full), *_commands(check)],
         lead=1,
-        sheets={"check": lambda: sheet_of(check.table)},
+        sheets={"check": lambda: _sheet(check, check.outcomes)},
         document=lambda: {
             "file": check.path,
             "exit_code": check.exit_code,
             "counts": {status.replace(" ", "_"): check.count(status) for status in get_args(Status)},
             **record(check, "landings", "error_bound"),
-            "outcomes": list(map(_record, check.outcomes)),
             "changes": check.changes,
             "notes": check.notes,
         },
+        tables=True,
         formats={"junit": lambda: _junit(check), "github": lambda: _github_commands(check)},
         more=lambda _: {"junit.xml": _junit(check)},
         landings=check.profiles,
     )
+
+
+def _sheet(check: Check, outcomes: Sequence[Outcome]) -> Sheet:
+    """All that is known of some outcomes."""
+    sheet = sheet_of(replace(check, outcomes=tuple(outcomes)).table)
+    columns = {column.key: list(cells) for column, cells in zip(sheet.columns, zip(*sheet.rows, strict=True), strict=True)}
+    heads = {column.key: column for column in sheet.columns} | {"change": Column("change", "change", "%")}
+    limits = [_limit_text(outcome.budget) for outcome in outcomes]
+    words: dict[str, list[Cell]] = {
+        "result": ["warning" if outcome.status == "exceeded" and not outcome.fails else outcome.status for outcome in outcomes],
+        "landing": [_landing_text(outcome) for outcome in outcomes],
+        "limit": list(limits),
+        "verdict": [one.reason if one.status == "exceeded" else limit for one, limit in zip(outcomes, limits, strict=True)],
+    }
+    return Sheet.of("", {**{heads[key]: cells for key, cells in columns.items()}, **words})
 
 
 def check_sheet(check: Check, for_terminal: bool = True, most: int | None = None) -> Sheet:
@@ -64,22 +79,13 @@ def check_sheet(check: Check, for_terminal: bool = True, most: int | None = None
         most: largest number of rows; a note counts the others.
     """
     shown = sorted(check.outcomes, key=lambda outcome: (not outcome.fails, not outcome.reason))[:most]
-    unmet = any(outcome.reason for outcome in shown)
-    columns: dict[str, list[Cell]] = {
-        "result": ["warning" if outcome.status == "exceeded" and not outcome.fails else outcome.status for outcome in shown],
-        "landing": [_landing_text(outcome) for outcome in shown],
-        "at": [outcome.at for outcome in shown],
-        "metric": [f"{outcome.budget.metric} [{outcome.budget.selection.quantity.unit.replace('1', '-')}]" for outcome in shown],
-        "value": [outcome.value for outcome in shown],
-        "limit": [
-            outcome.reason if for_terminal and outcome.status == "exceeded" else _limit_text(outcome.budget) for outcome in shown
-        ],
-        "baseline": [outcome.baseline for outcome in shown],
-        "change [%]": [None if outcome.change is None else 100.0 * outcome.change for outcome in shown],
-        "reason": [None if for_terminal or not unmet else outcome.reason for outcome in shown],
-    }
+    words = ("verdict",) if for_terminal else ("limit", "reason")
     # A column without any entry tells nothing.
-    kept = {head: cells for head, cells in columns.items() if head == "value" or any(cell is not None for cell in cells)}
+    kept = _sheet(check, shown).only(
+        "result", "landing", "at", "metric", "unit", "value", words[0], "baseline", "change", *words[1:]
+    )
+    kept = kept.known()
+    header = [column._replace(title="limit") if column.key == "verdict" else column for column in kept.columns]
     missing = causes(
         (place_text(outcome), outcome.reason) for outcome in shown if outcome.status == "not computed" and for_terminal
     )
@@ -88,7 +94,7 @@ def check_sheet(check: Check, for_terminal: bool = True, most: int | None = None
     notes += [f"joint model of {case}: {model}" for case in cases if (model := _joint_model(check, case))]
     if left := len(check.outcomes) - len(shown):
         notes.append(f"{count(left, 'row')} not shown")
-    return Sheet(_summary_text(check), list(kept), list(zip(*kept.values(), strict=True)), [*notes, *check.notes])
+    return kept._replace(title=_summary_text(check), header=header, notes=[*notes, *check.notes])
 
 
 def _commands(check: Check) -> list[Lines]:
@@ -108,11 +114,6 @@ def _explained(check: Check, outcome: Outcome) -> str:
     since, again = f"; since the baseline: {changes}" if changes else "", f"; {outcome.command}" if outcome.command else ""
     joints = f"; joint model {model}" if (model := _joint_model(check, outcome.case)) else ""
     return printable(f"{place_text(outcome)}: {outcome.reason}{joints}{since}{again}")
-
-
-def _record(outcome: Outcome) -> dict[str, Any]:
-    row = outcome.record
-    return row | {key: "inf" if row[key] == math.inf else row[key] for key in ("value", "baseline")}
 
 
 def _verdicts(check: Check) -> str:

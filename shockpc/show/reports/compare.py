@@ -5,7 +5,7 @@ from typing import Any
 
 from shockpc.show.document import record
 from shockpc.show.reports.report import Picture, Report
-from shockpc.show.tables import Lines, Row, Sheet, sheet_of
+from shockpc.show.tables import Column, Lines, Sheet, sheet_of
 from shockpc.show.wording import contact_name, count, strike_text
 from shockpc.studies.compare import Comparison, Differences
 from shockpc.text.diagnostic import alike
@@ -30,7 +30,7 @@ def compare_report(comparison: Comparison) -> Report:
         body=lambda full: [
             Lines(header),
             Picture("compare", "what changes between the designs", "compare:draw_comparison", (comparison, header)),
-            *(_sheet(comparison, differences, letters, None if full else 8) for differences in comparison.quantities),
+            *(_sheet(comparison, differences, None if full else 8) for differences in comparison.quantities),
         ],
         lead=2,
         closing=[
@@ -42,6 +42,7 @@ def compare_report(comparison: Comparison) -> Report:
         warnings=_warnings(comparison, letters),
         sheets={"compare": lambda: sheet_of(comparison.table)},
         document=lambda: _document(comparison),
+        tables=True,
         landings={f"{k}: {design.label}": profile for k, design, profile in zip(letters, designs, profiles, strict=True)},
     )
 
@@ -62,13 +63,7 @@ def _document(comparison: Comparison) -> dict[str, Any]:
             for design, profile in zip(comparison.designs, comparison.profiles, strict=True)
         ],
         "quantities": [
-            {
-                "quantity": entry.selection.name,
-                **record(entry.selection.quantity, "title", "unit"),
-                "rows": [
-                    {entry.selection.quantity.of: row.place, "values": row.values, "changes": row.changes} for row in entry.rows
-                ],
-            }
+            {"quantity": entry.selection.name, **record(entry.selection.quantity, "title", "unit")}
             for entry in comparison.quantities
         ],
         "unmatched": [
@@ -124,23 +119,15 @@ def _warnings(comparison: Comparison, letters: list[str]) -> list[str]:
     return lines
 
 
-def _sheet(comparison: Comparison, differences: Differences, names: list[str], most: int | None) -> Sheet:
+def _sheet(comparison: Comparison, differences: Differences, most: int | None) -> Sheet:
     """One quantity. Args: most, rows to show, those of the largest changes; None for all."""
     selection, quantity = differences.selection, differences.selection.quantity
-    unit = quantity.unit.replace("1", "-")
-    header = [quantity.of, *(f"{name} [{unit}]" for name in names)]
-    for name in names[1:]:
-        header += [f"{name} − {names[0]} [{unit}]", f"of {names[0]} [%]"]
-    rows: list[Row] = []
-    for row in differences.rows:
-        cells: Row = (row.place, *row.values)
-        for change in row.changes:
-            share = 100.0 * change / abs(row.values[0]) if change is not None and row.values[0] else None
-            cells += (change, share if share is not None and math.isfinite(share) else None)
-        rows.append(cells)
+    sheet = sheet_of(comparison.table).where(lambda row: row["quantity"] == selection.name).without("quantity", "unit")
+    units = [column._replace(unit=column.unit or quantity.unit.replace("1", "-")) for column in sheet.columns[1:]]
+    sheet = sheet._replace(title=f"{quantity.title} ({selection.name})", header=[Column("place", quantity.of), *units])
     # Rows are in the order of their sizes, but for those that every table has.
     sizes = [math.inf if row.always else -k for k, row in enumerate(differences.rows)]
-    sheet = Sheet(f"{quantity.title} ({selection.name})", header, rows).largest(most, quantity.of, sizes)
+    sheet = sheet.largest(most, quantity.of, sizes)
     shared = quantity.shared and any(profile.redundant for profile in comparison.profiles)
     notes = ["of the contact impulses of least norm, because rows are redundant"] * shared
     notes += [f"ranked by the change of {quantity.reciprocal}"] * bool(quantity.reciprocal)

@@ -8,10 +8,9 @@ from typing import Any
 import numpy as np
 
 from shockpc.landing.ratings import torque_limits
-from shockpc.quantities.table import select
 from shockpc.show.document import record
 from shockpc.show.reports.report import Picture, Report
-from shockpc.show.tables import Lines, Row, Sheet
+from shockpc.show.tables import Column, Lines, Row, Sheet
 from shockpc.show.wording import count, header_lines, shared_warnings
 from shockpc.studies.fall.strikes import FallStrike, Tip
 from shockpc.studies.fall.study import EFFORTS, Falls, StrikeResult
@@ -40,7 +39,7 @@ def fall_report(falls: Falls) -> Report:
             *([picture] if falls.results else []),
             *([_tips(falls)] if falls.tips else []),
             _strikes(falls, full),
-            *([_margins(falls, None if full else ROWS)] if _judged(falls) else []),
+            *([_margins(falls).largest(None if full else ROWS, "margin")] if _judged(falls) else []),
         ],
         lead=2 + bool(falls.results) + bool(falls.tips),
         closing=[
@@ -48,10 +47,11 @@ def fall_report(falls: Falls) -> Report:
         ],
         warnings=[*(f"warning: {tip.name}: {text}" for tip in falls.tips for text in tip.warnings), *_warnings(falls)],
         sheets={
-            "strikes": lambda: _spreadsheet(falls),
+            "strikes": lambda: _every_strike(falls),
             "falls": lambda: _tips(falls),
-            **({"margins": lambda: _margins(falls, None)} if _judged(falls) else {}),
+            **({"margins": lambda: _margins(falls)} if _judged(falls) else {}),
         },
+        tables=True,
         document=lambda: _document(falls),
         others=("margins.csv",),
         landings=dict(list(profiles.items())[:PAGE]),
@@ -118,16 +118,17 @@ def _tips(falls: Falls) -> Sheet:
     rows: list[Row] = []
     for tip in falls.tips:
         strikes = [strike for strike in falls.strikes if strike.fall == tip.name]
-        first = (struck_words(strikes[0]), strikes[0].speed) if strikes else ("", None)
-        fastest = max(((strike.speed, strike.number) for strike in strikes), default=None)
+        first = (struck_words(strikes[0]), strikes[0].speed) if strikes else (None, None)
+        speed, number = max(((strike.speed, strike.number) for strike in strikes), default=(None, None))
         rows.append(
             (
                 tip.name, in_degrees(tip.balance), tip.least_push, moves(tip, strikes[0].rotation if strikes else math.inf),
-                *first, f"{len(strikes)}", fastest and f"{fastest[1]}: {fastest[0]:.3g}",
+                *first, len(strikes), number, speed,
             )
         )  # fmt: skip
     header = (
-        "fall", "balance [deg]", "least push [m/s]", "motion [deg]", "first strike", "speed [m/s]", "strikes", "fastest [m/s]",
+        "fall", "balance [deg]", "least push [m/s]", "motion [deg]", "first strike", "speed [m/s]", "strikes",
+        "fastest", "at most [m/s]",
     )  # fmt: skip
     note = "balance: rotation from which it falls by itself; least push: speed that a level push has to give to its centre of mass"
     return Sheet(f"{count(len(rows), 'fall')}, each followed until the robot rests", header, rows, [note])
@@ -145,21 +146,15 @@ def struck_words(strike: FallStrike) -> str:
 
 def _strikes(falls: Falls, full: bool) -> Sheet:
     """The strikes, the worst first. Args: full, whether with all rows and columns."""
-    rows: list[Row] = []
-    tipping = bool(falls.tips)
-    for result in falls.results:
-        strike = result.strike
-        rotated = (in_degrees(strike.rotation),) if tipping else ()
-        moved = (strike.motion, strike.rate) if tipping and full else ()
-        places = {text: (result.places[text] or None,) if full or text == falls.rank else () for text in falls.quantities}
-        values = (cell for text in falls.quantities for cell in (result.values[text], *places[text]))
-        stop = (_stop(result),) if full else ()
-        rows.append((strike.name, struck_words(strike), *moved, *rotated, strike.speed, *values, *result.trunk, *stop))
-    heads = [head for text in falls.quantities for head in (f"{text} [{_unit(text)}]", *["at"] * (full or text == falls.rank))]
-    header = (
-        "strike", "struck", *("before", "rate [rad/s]") * (tipping and full), *("rotated [deg]",) * tipping, "speed [m/s]", *heads,
-        "trunk free [m/s]", "modelled [m/s]", "locked [m/s]", *("first at its stop",) * full,
-    )  # fmt: skip
+    every, tipping = _every_strike(falls), bool(falls.tips)
+    name = [column.key for column in every.columns].index("strike")
+    by_name = {row[name]: row for row in every.rows}
+    values = [key for text in falls.quantities for key in (text, *[f"{text}_at"] * (full or text == falls.rank))]
+    keys = [
+        "strike", "struck_links", *("motion", "rate") * (tipping and full), *("rotation_deg",) * tipping, "speed", *values,
+        "trunk_free", "trunk_as_modelled", "trunk_locked", *("first_at_its_stop", "stop_after") * full,
+    ]  # fmt: skip
+    sheet = every._replace(rows=[by_name[result.strike.name] for result in falls.results]).only(*keys)
     stops = {one.strike.name: text for one in falls.results if not full and (text := _stop(one))}
     listings: dict[str, dict[str, str]] = {
         "within 5 mm of striking too": {one.strike.name: listed(one.strike.near) for one in falls.results if one.strike.near},
@@ -169,7 +164,7 @@ def _strikes(falls: Falls, full: bool) -> Sheet:
         "first at its stop if rates stay": stops,
     }
     notes = [
-        "struck: links that meet the ground together, with their speeds if they differ; speed: of the fastest towards the ground",
+        "struck links: that meet the ground together, with their speeds if they differ; speed: of the fastest towards the ground",
         "trunk: |Δv| at the heaviest body's centre of mass with free, modelled and locked joints, any of which may be the largest",
         *(
             f"{what}: " + "; ".join(f"{text} ({name})" for name, text in itertools.islice(named.items(), 4))
@@ -178,7 +173,7 @@ def _strikes(falls: Falls, full: bool) -> Sheet:
         ),
         "places, rates and stops of every strike: --out DIR, --format md or json" * (not full),
     ]
-    sheet = Sheet(f"{count(len(falls.results), 'strike')}, ranked by {falls.rank}", header, rows, list(filter(None, notes)))
+    sheet = sheet._replace(title=f"{count(len(falls.results), 'strike')}, ranked by {falls.rank}", notes=list(filter(None, notes)))
     return sheet.largest(None if full else ROWS, "strike")
 
 
@@ -187,9 +182,9 @@ def _judged(falls: Falls) -> bool:
     return bool(falls.margins) or EFFORTS in falls.quantities
 
 
-def _margins(falls: Falls, most: int | None) -> Sheet:
+def _margins(falls: Falls) -> Sheet:
     """What comes nearest to what it withstands, with the strike in which it does."""
-    rows: list[Row] = [(one.name, one.kind, one.margin, one.torque, one.withstands, one.strike) for one in falls.margins[:most]]
+    rows: list[Row] = [(one.name, one.kind, one.margin, one.torque, one.withstands, one.strike) for one in falls.margins]
     scene, robot = falls.results[0].profile.scene, falls.robot
     limits, named = torque_limits(robot, scene.part)[0], {one.name for one in falls.margins}
     bare = [joint.name for joint in robot.single_joints if joint.axis is not None and np.isnan(limits[joint.v.start])]
@@ -203,32 +198,39 @@ def _margins(falls: Falls, most: int | None) -> Sheet:
         notes.append(f"torque: peak of one that has the pulse {scene.pulse} and the impulse along the axis")
     if scene.friction is not None:
         notes.append("of contacts that stick")
-    if left := len(falls.margins) - len(rows):
-        notes.insert(0, f"{left} with larger margins not shown; --out writes all")
     header = ("part or joint", "kind", "margin [-]", "torque [N m, N]", "withstands [N m, N]", "strike")
     title = "margins (factor on the speed of the strike below which it survives), each in the worst strike"
     return Sheet(title, header, rows, notes)
-
-
-def _unit(text: str) -> str:
-    return select(text.partition("@")[0]).quantity.unit.replace("1", "-")
 
 
 def _stop(result: StrikeResult) -> str | None:
     return None if result.stop is None else f"{result.stop[0]} {1e3 * result.stop[1]:.3g} ms"
 
 
-def _spreadsheet(falls: Falls) -> Sheet:
-    """All strikes in the order in which they happen, with all digits."""
-    columns = {name: values.tolist() for name, values in falls.table.columns.items() if name not in ("landing", "proven")}
-    messages = [falls.table.messages.get(i) for i in range(len(falls.table))]
-    rows = [(*(cell if cell != "" else None for cell in row), text) for *row, text in zip(*columns.values(), messages, strict=True)]
-    header = [f"{name} [{unit}]" if (unit := falls.table.units[name]) else name for name in columns]
-    return Sheet("", [*header, "failure"], rows)
+def _every_strike(falls: Falls) -> Sheet:
+    """All strikes in the order in which they happen."""
+    table, stop_of = falls.table, {one.strike.name: one.stop for one in falls.results}
+    known = {(one.fall, one.number): one for one in falls.strikes}
+    keys = zip(table.columns["fall"].tolist(), table.columns["number"].tolist(), strict=True)
+    strikes = [known.get(key) for key in keys]
+    names = [one and one.name for one in strikes]
+    stops = [stop_of.get(name or "") for name in names]
+    columns: dict[Any, Any] = {}
+    for name, values in table.columns.items():
+        if name not in ("landing", "proven"):
+            columns[name, table.units[name]] = [cell if cell != "" else None for cell in values.tolist()]
+        if name == "number":
+            columns["strike", ""] = names
+        if name == "struck":
+            columns["struck links", ""] = [one and struck_words(one) for one in strikes]
+    columns["first at its stop", ""] = [stop and stop[0] for stop in stops]
+    columns["stop after", "ms"] = [stop and float(stop[1]) for stop in stops]
+    columns["failure", ""] = [table.messages.get(i) for i in range(len(table))]
+    return Sheet.of("", {Column.of(f"{name} [{unit}]" if unit else name): cells for (name, unit), cells in columns.items()})
 
 
 def _document(falls: Falls) -> dict[str, Any]:
-    """The document, schema `shockpc.fall/1`: angles in degrees, strikes the worst first."""
+    """The document, beside its tables, schema `shockpc.fall/2`: angles in degrees, strikes the worst first."""
     return {
         "rank": falls.rank,
         "drop": falls.drop,
@@ -236,8 +238,7 @@ def _document(falls: Falls) -> dict[str, Any]:
             {
                 "fall": tip.name,
                 "forward": tip.forward,
-                "balance_deg": in_degrees(tip.balance),
-                **record(tip, "least_push", "hinged"),
+                "hinged": tip.hinged,
                 "rests": tip.fall.rests,
                 "phases": [
                     {"motion": phase.kind, "from_deg": in_degrees(phase.start.theta), "to_deg": in_degrees(phase.end.theta),
@@ -250,19 +251,13 @@ def _document(falls: Falls) -> dict[str, Any]:
         ],
         "strikes": [
             {
-                **record(result.strike, "fall", "number", "struck", "near", "pressing", "stands", "motion"),
-                "rotation_deg": in_degrees(result.strike.rotation),
-                **record(result.strike, "rate", "energy"),
-                "values": {text: {"value": value, "at": result.places[text] or None} for text, value in result.values.items()},
-                "trunk": dict(zip(("free", "as_modelled", "locked"), result.trunk, strict=True)),
-                "stop": result.stop and dict(zip(("joint", "time"), result.stop, strict=True)),
+                **record(result.strike, "fall", "number", "struck", "near", "pressing", "stands"),
                 "remark": result.strike.remark or None,
                 "warnings": result.profile.health.warnings,
                 "scene": result.profile.scene,
             }
             for result in falls.results
         ],
-        "margins": [one._asdict() for one in falls.margins],
         "failures": [{"fall": name, "reason": str(reason)} for name, reason in falls.failures],
         "notes": falls.notes,
     }  # fmt: skip

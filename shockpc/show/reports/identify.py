@@ -13,9 +13,8 @@ from shockpc.evaluation.prediction import SCALE
 from shockpc.evaluation.variation import OF_A_LINK
 from shockpc.landing.joint_model import joint_model
 from shockpc.landing.scene_file import scene_text
-from shockpc.show.document import record
 from shockpc.show.reports.report import Picture, Report
-from shockpc.show.tables import Lines, Row, Sheet, sheet_of
+from shockpc.show.tables import Lines, Sheet, sheet_of
 from shockpc.show.wording import count, robot_line
 from shockpc.studies.identify import ERRORS, Identification
 from shockpc.text.printed import cause_lines, causes, few, listed
@@ -41,8 +40,14 @@ def identify_report(file: Path, study: Identification) -> Report:
             Picture("identify", "error over each unknown, and predicted against measured jumps", "identify:draw", (study,)),
         ],
         closing=[*study.statements, *_closing(study)],
-        sheets={"identify": lambda: sheet_of(study.table), "landings": lambda: _landings(study)},
+        sheets={
+            "identify": lambda: _unknowns(study),
+            "errors": lambda: _errors(study),
+            "landings": lambda: _landings(study),
+            "scans": lambda: _scans(study),
+        },
         document=lambda: _document(study, table),
+        tables=True,
         more=lambda folder: _files(study, table, folder),
         others=(DRIVES,),
     )
@@ -65,14 +70,8 @@ def _header(study: Identification, table: str) -> Iterator[tuple[str, str]]:
 
 
 def _unknowns(study: Identification) -> Sheet:
-    rows: list[Row] = []
-    for one in study.unknowns:
-        low, high = one.variation.span or (math.nan, math.nan)
-        interval = None if math.isnan(one.low) else f"{one.low:.4g} … {one.high:.4g}"
-        name = f"{one.variation.subject} [{one.variation.unit}]"
-        rows.append((name, f"{one.value:.4g}", interval, f"{low:g} … {high:g}", one.state))
-    notes = ["95 % interval: by drawing landings with replacement (expanded percentiles)"]
-    return Sheet("unknowns", ("unknown", "value", "95 % interval", "range", "state"), rows, notes)
+    note = "low, high: 95 % interval, by drawing landings with replacement (expanded percentiles); least, greatest: the range"
+    return sheet_of(study.table, "unknowns", [note])
 
 
 def _errors(study: Identification) -> Sheet:
@@ -80,17 +79,23 @@ def _errors(study: Identification) -> Sheet:
         "before": "the scene as it is given", "after": "the values found", "left out": "the same, on landings left out",
         "free impulse": "the best impulse at the contacts, whatever its law",
     }  # fmt: skip
-    rows: list[Row] = [(words[name], None if math.isnan(x := study.errors[name]) else f"{x:.3f}") for name in ERRORS]
+    rows = [(name, words[name], study.errors[name]) for name in ERRORS]
     note = "median over the landings of ‖predicted − measured‖ / ‖measured‖ in the energy norm √(ΔᵀHΔ); no jump has the error 1"
-    return Sheet("error of the predicted jumps", ("prediction with", "error"), rows, [note])
+    return Sheet("error of the predicted jumps", ("error", "prediction with", "median [-]"), rows, [note])
 
 
 def _landings(study: Identification) -> Sheet:
     names, messages = study.predictor.rows.names, dict(study.predictor.rows.messages) | dict(study.messages)
-    rows: list[Row] = [
-        (str(names[i]), *(float(study.landing_errors[key][i]) for key in ERRORS), messages.get(i)) for i in range(len(names))
-    ]
-    return Sheet("landings", ("landing", *(f"error {key}" for key in ERRORS), "message"), rows)
+    errors = {f"error {key} [-]": study.landing_errors[key] for key in ERRORS}
+    why = [messages.get(i) for i in range(len(names))]
+    return Sheet.of("landings", {"landing": list(map(str, names)), **errors, "message": why})
+
+
+def _scans(study: Identification) -> Sheet:
+    """The error over the range of each unknown, with the others as they were found."""
+    scans = [(one.variation, study.scan(j)) for j, one in enumerate(study.unknowns)]
+    rows = [(one.subject, one.unit, float(x), float(y)) for one, scan in scans for x, y in zip(*scan, strict=True)]
+    return Sheet("error over each unknown", ("unknown", "unit", "value", "error"), rows)
 
 
 def _closing(study: Identification) -> Iterator[str]:
@@ -118,22 +123,9 @@ def _document(study: Identification, table: str) -> dict[str, Any]:
         "landings": len(study.used),
         "used": int(study.used.sum()),
         "measured": [column.name for column in study.predictor.measured],
-        "unknowns": [
-            {
-                "name": one.variation.subject,
-                "unit": one.variation.unit,
-                **record(one, "value", "low", "high"),
-                "range": one.variation.span,
-                "state": one.state,
-                "error_over_range": pairs(zip(*study.scan(j), strict=True)),
-            }
-            for j, one in enumerate(study.unknowns)
-        ],
-        "errors": {name.replace(" ", "_"): study.errors[name] for name in ERRORS},
         "correlation": pairs(study.correlation),
         "singular_values": study.singular,
         "statements": study.statements,
-        "messages": {str(study.predictor.rows.names[i]): text for i, text in study.messages.items()},
     }
 
 

@@ -12,7 +12,7 @@ from shockpc.landing.scene_file import scene_text
 from shockpc.show.document import record
 from shockpc.show.reports.compare import compare_report
 from shockpc.show.reports.report import Picture, Report, Section, picture_files
-from shockpc.show.tables import Lines, Sheet, sheet_of
+from shockpc.show.tables import Lines, Row, Sheet, sheet_of
 from shockpc.show.wording import at_place, count, proof_text, shared_lines, shared_warnings, size_at_place
 from shockpc.studies.compare import STANDARD, WITH_FRICTION, Design, compare
 from shockpc.studies.improve import Improvement
@@ -46,7 +46,8 @@ def improve_report(study: Improvement) -> Report:
         lead=1 + 2 * len(figures),
         closing=compared.closing,
         warnings=shared_warnings(study.after),
-        sheets=sheets,
+        sheets={**sheets, "quantities": lambda: _quantities(study), "compare": compared.sheets["compare"]},
+        tables=True,
         document=lambda: _document(study),
         more=lambda folder: {
             f"optimum-{k}.toml": scene_text(profile.scene, folder) for k, profile in enumerate(study.after.values(), start=1)
@@ -99,6 +100,11 @@ def _variables(study: Improvement) -> Sheet:
     return sheet_of(study.table, "what each variable does", notes)
 
 
+def _quantities(study: Improvement) -> Sheet:
+    rows: list[Row] = [(cost.quantity, cost.column.unit, *values) for cost, values in zip(study.costs, study.values, strict=True)]
+    return Sheet("numbers", ("quantity", "unit", "as given", "optimum"), rows)
+
+
 def _front(study: Improvement) -> Sheet:
     numbers = [size_at_place(cost.quantity, cost.column) for cost in study.costs]
     rows = [(*point.values.tolist(), *point.x.tolist()) for point in study.front]
@@ -106,14 +112,10 @@ def _front(study: Improvement) -> Sheet:
 
 
 def _document(study: Improvement) -> dict[str, Any]:
-    """The document, schema `shockpc.improve/1`; variables in the units of their names."""
+    """The document, schema `shockpc.improve/2`."""
     return {
-        "quantities": [
-            {"quantity": cost.quantity, "before": before, "after": after}
-            for cost, (before, after) in zip(study.costs, study.values, strict=True)
-        ],
         "worst": study.worst or None,
-        **record(study, "active", "variables", "runs", "agreeing", "seed", "front"),
+        **record(study, "active", "runs", "agreeing", "seed"),
         "landings": [
             {"landing": name or None, "before": study.before[name].scene, "after": profile.scene}
             for name, profile in study.after.items()

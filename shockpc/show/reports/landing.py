@@ -1,6 +1,5 @@
 """The results of landings: the lines of each with its tables, and their shocks side by side where there are several."""
 
-import functools
 import math
 import textwrap
 from collections.abc import Mapping, Sequence
@@ -19,25 +18,16 @@ from shockpc.quantities.records import ContactImpulse
 from shockpc.quantities.table import quantity
 from shockpc.robot.robot import STOP
 from shockpc.show.document import content
-from shockpc.show.reports.answer import WORST, landing_lines, moving_bodies, shocks_sheet, worst_first
 from shockpc.show.reports.landing_tables import (
-    bodies_sheet,
-    bracket_sheet,
-    contacts_sheet,
-    directions_sheet,
-    every_body_sheet,
-    friction_sheets,
-    joints_sheet,
-    loads_sheet,
-    parts_sheet,
-    points_sheet,
-    posture_sheet,
-    stiffness_sheets,
+    OPTIONAL,
+    landing_tables,
+    shown_tables,
     stiffness_text,
+    worst_bodies,
 )
 from shockpc.show.reports.report import Picture, Report, Section, picture_files
 from shockpc.show.reports.several import Reports, landings_sheet, worst_text
-from shockpc.show.tables import Lines, Sheet, rounded
+from shockpc.show.tables import Column, Lines, Row, Sheet, rounded
 from shockpc.show.wording import (
     contact_name,
     contacts_text,
@@ -54,11 +44,17 @@ from shockpc.show.wording import (
 from shockpc.text.errors import ShockError
 from shockpc.text.printed import cause_lines, causes, few
 
-DETAILS = ("velocity jumps on these contacts", "modes, and the normal force that they carry")
-"""Tables of a landing on contacts of finite stiffness that the answer leaves out."""
+ANSWER = (
+    "points", "parts", "joint_models", "joints", "friction_contacts", "friction_shocks", "stiffness_contacts", "stiffness_points",
+    "peaks",
+)  # fmt: skip
+"""Tables of an answer after that of the bodies."""
 
-JOINTS = 3
-"""Joints in the tables of an answer."""
+WORST, JOINTS = 6, 3
+"""Bodies, the heaviest among them unless they are asked for by name, and joints in the tables of an answer."""
+
+USUAL = {"posture": "standing", "base": "falls freely", "plane": "xz"}
+"""Beginnings of lines of the header that say what is so unless options say otherwise."""
 
 MORE = "--all prints everything that was computed"
 """The last line of an answer."""
@@ -77,9 +73,9 @@ def landing_report(
 ) -> Report:
     """Everything of one landing; of the bodies only those that are given by their indices, save in the document.
 
-    The files are profile.json, bodies.csv, points.csv, contacts.csv, joints.csv, report.md, shock.svg and shock.png; with parts
-    also parts.csv and damage_boundary.svg, with a contact stiffness time.svg, and on request spectrum.svg, the shock response
-    spectrum, which then is in profile.json too. On a terminal the answer alone is shown, or with `whole` all tables.
+    The files are profile.json, a CSV file of each table, report.md, shock.svg and shock.png; with parts also damage_boundary.svg,
+    with a contact stiffness time.svg, and on request spectrum.svg, the shock response spectrum, which then is in profile.json too.
+    On a terminal the answer alone is shown, or with `whole` all tables.
     """
     return Report(
         name="profile",
@@ -88,7 +84,7 @@ def landing_report(
             Lines([*_summary(profile), *_level_feet(remark)]),
             Lines(header_lines(profile)),
             Picture("shock", f"shock profile of {robot_name(profile.robot)}", "landing:draw_landing", (profile,)),
-            *_tables(profile, bodies, None if full else 6),
+            *(make() for make in shown_tables(profile, bodies, None if full else 6).values()),
             *_damage_picture([profile]),
             *_time_pictures(profile, spectrum),
         ],
@@ -102,15 +98,9 @@ def landing_report(
             accuracy_line(profile),
         ],
         warnings=warning_lines(profile),
-        sheets={
-            "bodies": lambda: every_body_sheet(profile, bodies),
-            "points": lambda: points_sheet(profile),
-            "contacts": lambda: contacts_sheet(profile),
-            **({"joints": lambda: joints_sheet(profile)} if profile.loads else {}),
-            **({"parts": lambda: parts_sheet(profile)} if profile.parts else {}),
-        },
+        sheets=landing_tables(profile, bodies),
         document=lambda: content(profile, spectrum),
-        others=("joints.csv", "parts.csv", *picture_files("damage_boundary", "time", "spectrum")),
+        others=(*(f"{name}.csv" for name in OPTIONAL), *picture_files("damage_boundary", "time", "spectrum")),
         landings={contact_name(profile): profile},
     )
 
@@ -137,13 +127,13 @@ def analyze_report(
     if len(parts) == 1 and not failures:
         return next(iter(parts.values()))
     profiles, reasons = list(landings.values()), [(name, str(reason)) for name, reason in failures.items()]
-    sheet = functools.partial(_side_by_side, profiles, bodies, None)
+    sheets = {"summary": lambda: _side_by_side(profiles, bodies), "landings": lambda: landings_sheet(landings)}
 
     def answers() -> list[Section]:
         head = [("shock", worst_text(landings)), *landing_lines(shared_lines(landings))]
         head += [("contact", contacts_text(profiles))]
         head += [CLEAN] * (not any(profile.health.warnings for profile in profiles))
-        asked = [_side_by_side(profiles, bodies, None)] if bodies else []
+        asked = [sheets["summary"]()] if bodies else []
         head += _level_feet(remark)
         return [Lines(head), landings_sheet(landings), *asked, Lines([MORE]), Lines(shared_warnings(landings))]
 
@@ -151,8 +141,13 @@ def analyze_report(
         name="summary",
         brief=None if whole else answers,
         page="summary",
-        body=lambda _: [Lines([("shock", worst_text(landings))]), landings_sheet(landings), sheet(), *_damage_picture(profiles)],
-        sheets={"summary": sheet},
+        body=lambda _: [
+            Lines([("shock", worst_text(landings))]),
+            landings_sheet(landings),
+            sheets["summary"](),
+            *_damage_picture(profiles),
+        ],
+        sheets=sheets,
         warnings=[f"not computed: {line}" for line in cause_lines(causes(reasons), "landings", len(reasons))],
         document=lambda: {"failures": [{"landing": name, "reason": reason} for name, reason in reasons]} if reasons else {},
         others=picture_files("damage_boundary"),
@@ -259,21 +254,21 @@ def _answer(profile: ShockProfile, bodies: Sequence[int] | None, remark: str) ->
     """The summary, the landing, shocks and joint impulses with the worst first, and what decides on them."""
     doubles = [name for name, given in (("friction", profile.friction), ("stiffness", profile.stiffness)) if given]
     numbers = "proven" + "".join(f"; those with {name} in double precision" for name in doubles)
-    ground = [sheet for sheet in (*friction_sheets(profile), *stiffness_sheets(profile, JOINTS)) if sheet.title not in DETAILS]
-    loads = worst_first(loads_sheet(profile, None))
-    left = {"body": 0 if bodies else len(moving_bodies(profile, None)) - WORST, "joint": len(loads.rows) - JOINTS}
-    others = " and ".join(count(n, noun) for noun, n in left.items() if n > 0)
-    more = MORE + f", also of {others} with smaller values" * bool(others)
+    tables = shown_tables(profile, bodies, JOINTS)
+    known = "points" if profile.robot.joint_names else "joint_models"  # that table has the shock at points too
+    shown = [make() for name, make in tables.items() if name in ANSWER and name != known]
     return [
         Lines([*_summary_with_ground(profile), ("numbers", numbers), *_level_feet(remark)]),
         Lines(landing_lines(header_lines(profile)[1:])),
-        shocks_sheet(profile, bodies),
-        *([parts_sheet(profile)] if profile.parts else []),
-        *([bracket_sheet(profile)] if profile.robot.joint_names else []),
-        *([loads._replace(rows=loads.rows[:JOINTS])] if loads.rows else []),
-        *ground,
-        Lines([*_stop_lines(profile), *_ground_lines(profile), *_margin_lines(profile), more]),
+        worst_bodies(profile, None if bodies else WORST, bodies),
+        *shown,
+        Lines([*_stop_lines(profile), *_ground_lines(profile), *_margin_lines(profile), MORE]),
     ]
+
+
+def landing_lines(lines: Sequence[tuple[str, str]]) -> list[tuple[str, str]]:
+    """The lines of the header that say something of this landing."""
+    return [(name, text) for name, text in lines if name not in USUAL or not text.startswith(USUAL[name])]
 
 
 def accuracy_line(profile: ShockProfile) -> str:
@@ -283,22 +278,6 @@ def accuracy_line(profile: ShockProfile) -> str:
     double = f"was off by {health.double_error:.0e}" if math.isfinite(health.double_error) else "finds no solution"
     data = f"last-digit changes of the data move it by {health.data_sensitivity:.0e}"
     return f"accuracy: {proven}; double precision alone {double}; {data}"
-
-
-def _tables(profile: ShockProfile, bodies: Sequence[int] | None, most: int | None) -> list[Sheet]:
-    """Points, joint models and loads only where there are any, long tables cut to their largest rows."""
-    return [
-        bodies_sheet(profile, bodies),
-        *([points_sheet(profile)] if profile.points else []),
-        *([parts_sheet(profile)] if profile.parts else []),
-        contacts_sheet(profile),
-        *([bracket_sheet(profile)] if profile.robot.joint_names else []),
-        *([directions_sheet(profile, most)] if any(block.kind != "stop" for block in profile.landing.contacts) else []),
-        *([loads_sheet(profile, most)] if profile.loads else []),
-        *friction_sheets(profile),
-        *stiffness_sheets(profile, most),
-        *([posture_sheet(profile)] if profile.robot.joint_names else []),
-    ]
 
 
 def _damage_picture(profiles: Sequence[ShockProfile]) -> list[Picture]:
@@ -378,20 +357,15 @@ def _ground_lines(profile: ShockProfile) -> list[str]:
     return [f"{name}: {lost}, residual {sliding.residual:.0e}, not proven{others}; {rest}"]
 
 
-def _side_by_side(profiles: Sequence[ShockProfile], bodies: Sequence[int] | None, most: int | None) -> Sheet:
-    """Several landings side by side: shock at bodies' centres of mass and at every point. Args: most, bodies; None for all."""
+def _side_by_side(profiles: Sequence[ShockProfile], bodies: Sequence[int] | None) -> Sheet:
+    """Several landings side by side: shock at bodies' centres of mass and at every point. Args: bodies; None for all."""
     first = profiles[0]
-    shown = [
-        i for i in range(len(first.bodies)) if (bodies is None or i in bodies) and any(profile.moved[i] for profile in profiles)
-    ]
-    shocks = [tuple(profile.shock_com[i] for profile in profiles) for i in shown]
-    trunk = int(first.robot.masses.argmax())
-    sizes = [math.inf if i == trunk else max(by_landing) for i, by_landing in zip(shown, shocks, strict=True)]
-    rows = [(first.bodies[i], *by_landing) for i, by_landing in zip(shown, shocks, strict=True)]
-    header = ("shock at", *map(contact_name, profiles))
-    sheet = Sheet("summary: shock at each body's CoM and at each point [-], by contact", header, rows).largest(most, "body", sizes)
+    shown = [i for i in range(len(first.bodies)) if (bodies is None or i in bodies) and any(one.moved[i] for one in profiles)]
+    rows: list[Row] = [(first.bodies[i], *(profile.shock_com[i] for profile in profiles)) for i in shown]
     points = zip(*(profile.points for profile in profiles), strict=True)
-    return sheet._replace(rows=[*sheet.rows, *((f"at {same[0].frame}", *(point.shock for point in same)) for same in points)])
+    rows += [(f"at {same[0].frame}", *(point.shock for point in same)) for same in points]
+    header: list[str | Column] = ["shock at", *(Column(name, name, "-") for name in map(contact_name, profiles))]
+    return Sheet("summary: shock at each body's CoM and at each point, by contact", header, rows)
 
 
 def _balance_lines(profile: ShockProfile) -> list[str]:

@@ -1,19 +1,17 @@
 """The landings of a table: ranges of every quantity, the landings themselves, and measured jumps against predicted ones."""
 
-import math
 from collections.abc import Iterator, Mapping, Sequence
-from typing import Any
 
 import numpy as np
 
-from shockpc.evaluation.columns import Column
+from shockpc.evaluation.columns import Column as Computed
 from shockpc.evaluation.recorded import CLOSED_BY, RATES_BY, RecordedLandings
 from shockpc.evaluation.table import Table
 from shockpc.quantities.profile import ShockProfile
 from shockpc.show.reports.report import Picture, Report, Section, picture_files
-from shockpc.show.tables import Lines, Row, Sheet
+from shockpc.show.tables import Column, Lines, Row, Sheet
 from shockpc.show.wording import JOINT_MODELS, LEFT_OUT, count, proof_lines, robot_line, shown_as, without_value
-from shockpc.studies.landings import FEWEST, STATISTICS, Agreement, Validation
+from shockpc.studies.landings import FEWEST, STATISTICS, Validation
 from shockpc.text.printed import cause_lines, causes, few
 
 ROWS = 10
@@ -28,7 +26,7 @@ MEASURED_NOTES = (
     "count by their kinetic energy, those that were not measured by the least that is possible",
     "skill: 1 − Σ(predicted − measured)² / Σ measured², against no jump; (mean): against the mean of the other landings; "
     "below 0 is worse than these",
-    "n: landings that were measured and predicted, of which the others of the row are; in brackets: 95 % interval, by drawing "
+    "n: landings that were measured and predicted, of which the others of the row are; low, high: 95 % interval, by drawing "
     f"landings with replacement; of fewer than {FEWEST} landings there is neither an interval nor r",
     "gravity and the drives act between the two measurements, and are no part of the prediction",
 )
@@ -38,7 +36,7 @@ def landings_report(
     table: str,
     landings: RecordedLandings,
     results: Table,
-    rank: Column | None = None,
+    rank: Computed | None = None,
     validation: Validation | None = None,
     worst: Mapping[str, ShockProfile] | None = None,
 ) -> Report:
@@ -61,11 +59,11 @@ def landings_report(
             yield agreement_sheet(validation, full)
         yield _extents(landings, results)
         yield Picture("landings", "distributions of the results", "landings:draw_landings", (landings, results))
-        yield _rows(landings, results, order, rank, None if full else ROWS)
+        yield _shown_rows(landings, results, order, rank).largest(None if full else ROWS, "landing")
 
-    sheets = {"landings": lambda: _rows(landings, results, order, rank, None, exact=True)}
+    sheets = {"landings": lambda: _rows(landings, results, order), "quantities": lambda: _extents(landings, results)}
     if validation is not None:
-        sheets["measured"] = lambda: _measured(validation)
+        sheets["measured"] = lambda: agreement_sheet(validation, full=True)
     return Report(
         name="landings",
         title=f"Landings of {table}",
@@ -74,7 +72,14 @@ def landings_report(
         closing=list(_closing(landings, results, validation)),
         warnings=[*_making_energy(landings, results), *_warnings(landings)],
         sheets=sheets,
-        document=lambda: _document(table, landings, results, order, validation),
+        document=lambda: {
+            "table": table,
+            "robot": landings.robot.name,
+            "scene": landings.first.scene,
+            "given": landings.table.given,
+            "of_scene": landings.table.missing,
+        },
+        tables=True,
         others=("measured.csv", *picture_files("measured")),
         landings=worst or {},
     )
@@ -101,68 +106,45 @@ def _extents(landings: RecordedLandings, results: Table) -> Sheet:
         values = results.columns[column.name]
         known, worst = values[np.isfinite(values)], results.worst(1, column)
         extent = np.quantile(known, (0.0, 0.5, 0.95, 1.0)).tolist() if known.size else [None] * 4
-        rows.append((column.heading, *extent, str(landings.table.names[worst[0]]) if worst else None))
-    return Sheet("quantities", ("quantity", "least", "median", "95 %", "greatest", "worst in landing"), rows)
+        rows.append((column.name, column.unit, *extent, str(landings.table.names[worst[0]]) if worst else None))
+    percentile = Column("percentile_95", "95 %")
+    return Sheet("quantities", ("quantity", "unit", "least", "median", percentile, "greatest", "worst in landing"), rows)
 
 
-def _rows(
-    study: RecordedLandings, results: Table, order: Sequence[int], rank: Column | None, most: int | None, exact: bool = False
-) -> Sheet:
-    """A row for every landing. Args: exact, whether all columns are wanted, for programs."""
-    names = _numbers(study, results) if exact else tuple(column.name for column in _shown(results))
-    labels, messages = study.table.labels, exact or bool(results.messages)
-    if not exact and len(set(labels["contact"].tolist())) == 1:
-        labels = {name: values for name, values in labels.items() if name != "contact"}  # as the header says
-    heads = {"name": "landing"} | {column.name: column.heading for column in results.computed}
-    rows: list[Row] = []
-    for i in order[:most]:
-        values = (results.columns[name][i] for name in names)
-        cells = (("no", "yes")[int(value)] if value.dtype.kind == "b" else float(value) for value in values)
-        rows.append((*(values[i].item() for values in labels.values()), *cells, *[results.messages.get(i)] * messages))
-    header = (*(heads.get(name, name) for name in (*labels, *names)), *["message"] * messages)
+def _rows(study: RecordedLandings, results: Table, order: Sequence[int]) -> Sheet:
+    """A row for every landing."""
+    units, labels = results.units, study.table.labels
+    columns = {**labels, **{name: values for name, values in results.columns.items() if name not in labels}}
+    header = [Column("landing", "landing"), *(Column(name, name, units.get(name, "")) for name in columns if name != "name")]
+    cells = [columns["name"], *(values for name, values in columns.items() if name != "name")]
+    rows = [(*(values[i].item() for values in cells), results.messages.get(i)) for i in order]
+    return Sheet("landings", [*header, "message"], rows)
+
+
+def _shown_rows(study: RecordedLandings, results: Table, order: Sequence[int], rank: Computed | None) -> Sheet:
+    """The same with the columns that people read."""
+    labels = ["landing" if name == "name" else name for name in study.table.labels]
+    if len(set(study.table.labels["contact"].tolist())) == 1:
+        labels.remove("contact")  # as the header says
+    names = (*labels, *(column.name for column in _shown(results)), *["message"] * bool(results.messages))
     title = "landings" if rank is None else f"landings, ranked by {rank.name}"
-    left = len(order) - len(rows)
-    return Sheet(title, header, rows, [f"{count(left, 'landing')} not shown; --out or --format csv gives all"] if left else ())
+    return _rows(study, results, order).only(*names)._replace(title=title)
 
 
-def _shown(results: Table) -> list[Column]:
+def _shown(results: Table) -> list[Computed]:
     """The columns that people read: what was asked for, and the energy made if there is some."""
     return [column for column in results.computed if column in results.main or (results.columns[column.name] > 0.0).any()]
-
-
-def _numbers(study: RecordedLandings, results: Table) -> list[str]:
-    """The headings of the columns of numbers."""
-    return [name for name in results.columns if name not in study.table.labels]
 
 
 def agreement_sheet(validation: Validation, full: bool = False) -> Sheet:
     """How well measured and predicted jumps agree. Args: full, whether single quantities are listed besides their groups."""
     rows: list[Row] = []
-    for agreement in validation.agreements:
-        if full or agreement.group:
-            time = None if agreement.time is None else f"{agreement.time:g}"
-            statistics = (_interval(*agreement.statistics[key]) for key in STATISTICS)
-            name = f"{agreement.name} [{agreement.unit}]"
-            rows.append((agreement.model, time, name, str(agreement.n), *statistics))
-    header = ("joint model", "after [ms]", "quantity", "n", *STATISTICS)
+    for one in validation.agreements:
+        if full or one.group:
+            named = one.model, None if one.time is None else 1e-3 * one.time, one.name, one.unit, one.n
+            rows += [(*named, key, *one.statistics[key]) for key in STATISTICS]
+    header = ("joint model", "after [ms]", "quantity", "unit", "n", "statistic", "value", "low", "high")
     return Sheet("measured against predicted jumps", header, rows, MEASURED_NOTES)
-
-
-def _interval(value: float, low: float, high: float) -> str | None:
-    """A statistic with its interval."""
-    if math.isnan(value):
-        return None
-    return f"{value:.2f}" + ("" if math.isnan(low) else f" ({low:.2f} … {high:.2f})")
-
-
-def _measured(validation: Validation) -> Sheet:
-    """The same with all digits."""
-    rows = [
-        (each.model, each.time, each.name, each.unit, each.n, *(x for key in STATISTICS for x in each.statistics[key]))
-        for each in validation.agreements
-    ]
-    statistics = (f"{key}{end}" for key in STATISTICS for end in ("", " low", " high"))
-    return Sheet("", ("joint model", "after [ms]", "quantity", "unit", "n", *statistics), rows)
 
 
 def _closing(study: RecordedLandings, results: Table, validation: Validation | None) -> Iterator[str]:
@@ -214,32 +196,3 @@ def _warnings(landings: RecordedLandings) -> Iterator[str]:
             if n := int(np.sum(outside > 1e-4)):
                 most = shown_as(float(outside.max()), joint.unit)
                 yield f'warning: joint "{joint.name}" is outside its limits in {count(n, "landing")}, by at most {most}'
-
-
-def _document(
-    table: str, study: RecordedLandings, results: Table, order: Sequence[int], validation: Validation | None
-) -> dict[str, Any]:
-    return {
-        "table": table,
-        "robot": study.robot.name,
-        "scene": study.first.scene,
-        "given": study.table.given,
-        "of_scene": study.table.missing,
-        "columns": [{"name": column.name, "unit": column.selection.quantity.unit} for column in results.computed],
-        "rows": [
-            {
-                "landing": str(study.table.names[i]),
-                **{name: values[i].item() for name, values in study.table.labels.items() if name != "name"},
-                **{name: results.columns[name][i] for name in _numbers(study, results)},
-                "message": results.messages.get(i),
-            }
-            for i in order
-        ],
-        "measured": [_agreement(each) for each in validation.agreements] if validation else [],
-    }
-
-
-def _agreement(each: Agreement) -> dict[str, Any]:
-    """How well one quantity, or group, agrees."""
-    statistics = {key: dict(zip(("value", "low", "high"), each.statistics[key], strict=True)) for key in STATISTICS}
-    return {"model": each.model, "time_ms": each.time, "quantity": each.name, "unit": each.unit, "n": each.n, **statistics}

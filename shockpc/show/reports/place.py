@@ -7,9 +7,9 @@ import numpy as np
 from shockpc.quantities.profile import ShockProfile
 from shockpc.show.document import record
 from shockpc.show.reports.report import Picture, Report
-from shockpc.show.tables import Lines, Row, Sheet, sheet_of
+from shockpc.show.tables import Column, Lines, Row, Sheet, sheet_of
 from shockpc.show.wording import count, proof_text, robot_name, shared_lines, shared_warnings
-from shockpc.studies.place.study import PlaceStudy, SensorPlace
+from shockpc.studies.place.study import PlaceStudy
 from shockpc.text.printed import cause_lines, causes, few, listed
 
 
@@ -27,8 +27,8 @@ def place_report(study: PlaceStudy) -> Report:
         body=lambda full: [
             Lines([*shared_lines(_named(study)), ("where", study.region.text), ("compared by", f"{number} over the landings")]),
             Picture("place", "greatest shock over the body", "place:draw_place", (study,)),
-            _places(study),
-            *_margins(study),
+            _places(study).without("present", "bound"),
+            *([_margins(study)] if _judged(study) else []),
             _landings(study, None if full else 6),
         ],
         lead=3,
@@ -39,8 +39,15 @@ def place_report(study: PlaceStudy) -> Report:
             *(f"warning: {text}" for text in study.region.warnings),
             *shared_warnings(_named(study), "sensor"),
         ],
-        sheets={"places": lambda: _places(study), "landings": lambda: _landings(study)},
+        sheets={
+            "places": lambda: _places(study),
+            "landings": lambda: _landings(study),
+            "velocity_changes": lambda: _changes(study),
+            **({"margins": lambda: _margins(study)} if _judged(study) else {}),
+        },
         document=lambda: _document(study),
+        tables=True,
+        others=("margins.csv",),
         landings=_named(study),
     )
 
@@ -50,41 +57,24 @@ def _named(study: PlaceStudy) -> dict[str, ShockProfile]:
 
 
 def _document(study: PlaceStudy) -> dict[str, Any]:
-    weights = [None] * len(study.landings) if study.weights is None else study.weights
     return {
         "robot": {"name": study.robot.name, "file": study.robot.label},
         "body": study.robot.bodies[study.body].name,
         "region": study.region.text,
         "compared_by": "greatest" if study.weights is None else "weighted mean",
-        "today": [_place(one) for one in study.today],
-        "places": [_place(one) for one in study.places],
         **record(study, "count", "combined", "bound", "gap"),
         "proven": study.complete,
         "apart": study.apart,
         "landings": [
             {
                 "landing": name,
-                "weight": weight,
-                "sensor": study.places[sensor].name,
                 "copc": profile.copc[study.body],
                 **record(profile.health, "error_bound", "warnings"),
                 "scene": profile.scene,
             }
-            for name, weight, sensor, profile in zip(study.landings, weights, study.assigned, study.profiles, strict=True)
+            for name, profile in _named(study).items()
         ],
         "failures": [{"landing": name, "reason": str(reason)} for name, reason in study.failures],
-    }
-
-
-def _place(one: SensorPlace) -> dict[str, Any]:
-    margin = one.margin
-    return {
-        **record(one, "name", "position"),
-        "greatest": one.shocks.max(),
-        **record(one, "combined", "bound"),
-        "shock": one.shocks,
-        "delta_v": one.delta_v,
-        "margin": margin and record(margin, "peak_g", "left"),
     }
 
 
@@ -97,31 +87,50 @@ def _places(study: PlaceStudy) -> Sheet:
     if study.combined > (1.0 + 1e-6) * study.least:
         notes.insert(0, f"among places within 1 % of the optimum, {study.least:.4g}, each has the least mean over the landings")
     title = f"places on {study.robot.bodies[study.body].name} (in its frame; shock relative to the strike)"
-    return sheet_of(study.table, title, notes)
+    sheet, found = sheet_of(study.table, title, notes), (*study.today, *study.places)
+    more = [(one.bound is None, one.bound) for one in found] + [(False, None)] * (len(sheet.rows) - len(found))
+    rows = [(*row, *cells) for row, cells in zip(sheet.rows, more, strict=True)]
+    return sheet._replace(header=[*sheet.header, "present", "bound [-]"], rows=rows)
+
+
+def _changes(study: PlaceStudy) -> Sheet:
+    """The jump of velocity at each place in each landing."""
+    rows = [
+        (one.name, name, float(shock), *jump)
+        for one in (*study.today, *study.places)
+        for name, shock, jump in zip(study.landings, one.shocks, one.delta_v.tolist(), strict=True)
+    ]
+    return Sheet("jumps of velocity", ("place", "landing", "shock [-]", "Δv x [m/s]", "Δv y [m/s]", "Δv z [m/s]"), rows)
+
+
+def _judged(study: PlaceStudy) -> bool:
+    """Whether peaks are compared with the range of a sensor."""
+    return any(one.margin is not None for one in (*study.today, *study.places))
 
 
 def _landings(study: PlaceStudy, most: int | None = None) -> Sheet:
     """The shock at each place in each landing. Args: most, rows to show, those of the greatest shock."""
     places = (*study.today, *study.places)
     shocks = np.array([one.shocks for one in places]).T
-    weights = np.zeros((len(shocks), 0)) if study.weights is None else study.weights[:, None]
-    rows: list[Row] = [(name, *row) for name, row in zip(study.landings, np.hstack([weights, shocks]), strict=True)]
-    header = ["landing", *(["weight [-]"] * weights.shape[1]), *(f"{one.name} [-]" for one in places)]
-    return Sheet("shock in each landing", header, rows).largest(most, "landing", shocks.max(axis=1).tolist())
+    weights = {} if study.weights is None else {"weight [-]": study.weights}
+    felt = {Column(one.name, one.name, "-"): one.shocks for one in places}
+    least = {"least at": [study.places[k].name for k in study.assigned]} if study.count > 1 else {}
+    sheet = Sheet.of("shock in each landing", {"landing": study.landings, **weights, **felt, **least})
+    return sheet.largest(most, "landing", shocks.max(axis=1).tolist())
 
 
-def _margins(study: PlaceStudy) -> list[Sheet]:
-    """Peaks along the axes of each sensor with what is left of its range; nothing without a pulse."""
-    places = [(one.name, one.margin) for one in (*study.today, *study.places) if one.margin is not None]
-    if not places:
-        return []
+def _margins(study: PlaceStudy) -> Sheet:
+    """Peaks along the axes of each sensor with what is left of its range."""
     scene = study.profiles[0].scene
     span = "" if scene.range_g is None else f", range {scene.range_g:g} g"
-    along: list[Row] = [(name, *margin.peak_g, *(() if margin.left is None else 100.0 * margin.left)) for name, margin in places]
-    header = ["place", "peak x [g]", "y [g]", "z [g]", *(["left x [%]", "y [%]", "z [%]"] if span else [])]
+    along: list[Row] = []
+    for one in (*study.today, *study.places):
+        if one.margin is not None:
+            along.append((one.name, *one.margin.peak_g, *((None,) * 3 if one.margin.left is None else one.margin.left)))
+    header = ("place", *(f"peak {axis} [g]" for axis in "xyz"), *(f"left {axis} [%]" for axis in "xyz"))
     note = "axes: those of the present sensors; for new places those of the body"
     title = f"peak acceleration along each axis (pulse {scene.pulse}{span}; left: share of the range)"
-    return [Sheet(title, header, along, [note])]
+    return Sheet(title, header, along, [note]).known()
 
 
 def _gains(study: PlaceStudy) -> list[str]:

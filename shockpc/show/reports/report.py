@@ -6,7 +6,7 @@ from typing import Any, NamedTuple
 
 from shockpc.quantities.profile import ShockProfile
 from shockpc.show.document import headed
-from shockpc.show.tables import Lines, Sheet, as_csv, as_markdown, as_text, escaped
+from shockpc.show.tables import Lines, Sheet, as_csv, as_markdown, as_records, as_text, escaped
 from shockpc.text.printed import json_text
 
 
@@ -54,7 +54,7 @@ class Report(NamedTuple):
         body: lines, tables and figures in the order of reading; the argument is whether all rows are wanted, as in the Markdown
             document, or on a terminal those of the largest values.
         sheets: the tables with all digits, by the name of their CSV file; the first one is what --format csv prints.
-        document: the JSON document without its head; `null` where a thing does not exist, positions in metres.
+        document: the JSON document without its head and tables; `null` where a thing does not exist, positions in metres.
         title: heading of the Markdown document.
         page: name of the file of that document.
         lead: how many sections of the whole body are the answer of the command, which report.html has before the view, with the
@@ -66,6 +66,7 @@ class Report(NamedTuple):
         more: contents of further files by name, which may hold paths relative to the folder that they are written in.
         others: names of the files that only some reports of the command have, this one perhaps not.
         landings: those that report.html shows in three dimensions, by name.
+        tables: whether the document holds the rows of the sheets, by name, and the units of their keys.
         parts: the reports of several results by the names of their folders. Their texts and documents are put together, and the
             body of this report follows, and its document if that has an entry.
     """
@@ -84,6 +85,7 @@ class Report(NamedTuple):
     more: Callable[[Path], Mapping[str, str]] = lambda _: {}
     others: Sequence[str] = ()
     landings: Mapping[str, ShockProfile] = {}
+    tables: bool = False
     parts: Mapping[str, "Report"] = {}
 
     def text(self, format_: str) -> str:
@@ -101,6 +103,10 @@ class Report(NamedTuple):
     def json(self) -> Any:
         """The document with its head, or a list of those of several results."""
         document = self.document()
+        if self.tables:
+            sheets = {name: sheet() for name, sheet in self.sheets.items()}
+            units = {name: {one.key: one.exact_unit for one in sheet.columns if one.unit} for name, sheet in sheets.items()}
+            return headed(self.name, {**document, "tables": {name: as_records(sheets[name]) for name in sheets}, "units": units}, 2)
         parts = [part.json() for part in self.parts.values()]
         return [*parts, *([headed(self.name, document)] if document else [])] if parts else headed(self.name, document)
 

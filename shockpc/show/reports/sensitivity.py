@@ -104,13 +104,13 @@ def _table(study: Sensitivity, most: int | None) -> Sheet:
     single = len(study.landings) == 1
     for effect in study.ranked:
         now = None if effect.unit == "1" or math.isnan(effect.value) else shown_as(effect.value, effect.unit, 4).removesuffix(" -")
-        changes = (effect.up, 100.0 * effect.up / study.value, *(() if single else (100.0 * study.opposite(effect) / study.value,)))
+        changes = (effect.up, effect.up / study.value, *(() if single else (study.opposite(effect) / study.value,)))
         rows.append((change_words(effect), effect.name or None, now, step_words(effect), *changes))
     key, unit = study.target.selection.name, study.target.unit
     opposite_head = () if single else (f"{key}, opposite change [%]",)
-    header = ("parameter", "of", "now", "change", f"{key} [{unit}]", f"{key} [%]", *opposite_head)
+    header = ("parameter", "of", "now", "change", f"{key} [{unit}]", f"change of {key} [%]", *opposite_head)
     title = f"effect on the {study.target.title}{'' if single else f', {_over(study)}'}"
-    sheet = Sheet(title, header, rows).largest(most, "parameter")
+    sheet = Sheet(title, header, rows).largest(most, "parameter", range(len(rows), 0, -1))
     without: dict[str, list[str]] = {}
     for effect in study.effects:
         if effect.reason:

@@ -15,9 +15,6 @@ from shockpc.text.printed import few
 PLACES = 3
 """Sensors and points in the table."""
 
-WORST = "worst"
-"""What marks the worst landing."""
-
 
 class Reports(Mapping[str, Report]):
     """The report of each landing by its name, made when it is read: the table of several landings needs none of them."""
@@ -98,7 +95,7 @@ def landings_sheet(landings: Mapping[str, ShockProfile]) -> Sheet:
     mu = profiles[0].scene.friction if shock != "shock" else None
     worst = [int(np.nanargmax(column)) if np.isfinite(column).any() else -1 for column in shocks.T[:PLACES]]
     peak = _peaks(profiles)
-    header = ["landing", "", *(f"{name} [-]" for name in names[:PLACES])]
+    header = ["landing", "worst at", *(f"{name} [-]" for name in names[:PLACES])]
     header += [f"joints free{_at(names)} [-]", f"locked{_at(names)} [-]", *([] if peak is None else [f"peak{_at(names)} [g]"])]
     header += ["largest joint impulse [N s]", "through", "effective mass [kg]"]
     rows: list[Row] = []
@@ -110,8 +107,13 @@ def landings_sheet(landings: Mapping[str, ShockProfile]) -> Sheet:
         )
         size, joint = _largest(profile, impulse)
         marks = [name for name, number in zip(names, worst, strict=False) if number == k]
-        mark = WORST if len(marks) == len(worst) else f"{WORST} at {few(marks, PLACES)}" if marks else ""
-        cells: list[Cell] = [contact_name(profile), mark, *shocks[k, :PLACES].tolist(), row.free, row.locked]
+        cells: list[Cell] = [
+            contact_name(profile),
+            few(marks, PLACES) if marks else "",
+            *shocks[k, :PLACES].tolist(),
+            row.free,
+            row.locked,
+        ]
         rows.append((*cells, *([] if peak is None else [peak[k]]), size, joint, profile.effective_mass))
     notes = [] if mu is None else [f"shock and joint impulse with friction {mu:g}; joints free and locked of contacts that stick"]
     if len(names) > PLACES:

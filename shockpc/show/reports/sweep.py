@@ -3,7 +3,6 @@
 import itertools
 import shlex
 from collections.abc import Iterator
-from typing import Any
 
 import numpy as np
 
@@ -12,7 +11,7 @@ from shockpc.evaluation.variation import OF_THE_GROUND, STRIKE, beyond_limits
 from shockpc.evaluation.varied import VariedLandings
 from shockpc.show.document import record
 from shockpc.show.reports.report import Picture, Report
-from shockpc.show.tables import Lines, Row, Sheet
+from shockpc.show.tables import Column, Lines, Row, Sheet
 from shockpc.show.wording import LEFT_OUT, STICKING, proof_lines, robot_name, without_value
 from shockpc.text.printed import cause_lines
 
@@ -31,7 +30,7 @@ def sweep_report(summary: Summary[VariedLandings]) -> Report:
         title=f"Sweep of {robot_name(summary.evaluation.landings.robot)}",
         page="summary",
         body=lambda whole: [
-            _sheet(summary),
+            _sheet(summary).without("most_severe", "least_severe"),
             *([_correlations(summary, None if whole else STRONGEST)] if summary.varied else []),
             Picture("sweep", "results over the sweep", "sweep:draw_sweep", (summary,)),
             Lines(list(_lines(summary)), whole=True),
@@ -47,26 +46,10 @@ def sweep_report(summary: Summary[VariedLandings]) -> Report:
             **record(summary, "failed", "proven", "compared", "largest_error"),
             "not_feasible": summary.refused._asdict(),
             "messages": [{"text": one.text, "rows": one.rows, "first": one.first} for one in summary.messages],
-            "quantities": [_record(summary, k) for k in range(len(summary.extents))],
         },
+        tables=True,
         others=("correlations.csv",),
     )
-
-
-def _record(summary: Summary[VariedLandings], k: int) -> dict[str, Any]:
-    """The range of a quantity, what it depends on, and its most and least severe landings as options of `shockpc analyze`."""
-    sweep, extent = summary.evaluation.landings, summary.extents[k]
-    row, best = _most_severe(extent), extent.best_row
-    return {
-        "quantity": extent.column.name,
-        "unit": extent.column.selection.quantity.unit,
-        **record(extent, "least", "median", "greatest"),
-        "percentiles": {str(share): x for share, x in zip(PERCENTILES, extent.percentiles, strict=True)},
-        **{key: getattr(extent, key) if row >= 0 else None for key in ("least_row", "greatest_row")},
-        "most_severe": _options(sweep, row)[0] if row >= 0 else None,
-        "least_severe": _options(sweep, best)[0] if best >= 0 and extent.column.selection.quantity.worse != "neither" else None,
-        "rank_correlations": {one.subject: float(x) for one, x in zip(summary.varied, summary.correlations[:, k], strict=True)},
-    }
 
 
 def _most_severe(extent: Extent) -> int:
@@ -75,18 +58,23 @@ def _most_severe(extent: Extent) -> int:
 
 
 def _sheet(summary: Summary[VariedLandings]) -> Sheet:
-    """One row for each quantity at each place: its range, of a sample with percentiles, and where the ends are."""
-    sample = summary.evaluation.landings.sample is not None
-    rows: list[Row] = []
+    """One row for each quantity at each place: its range, of a sample with percentiles, where the ends are, and their options."""
+    sweep, rows = summary.evaluation.landings, list[Row]()
+    shares = [Column(f"percentile_{share:g}", f"{share:g} %") for share in PERCENTILES]
     for one in summary.extents:
-        places = (str(one.least_row), str(one.greatest_row)) if one.greatest_row >= 0 else (None, None)
-        low, *high = one.percentiles
-        inner = (low, one.median, *high) if sample else (one.median,)
-        rows.append((one.column.heading, one.least, *inner, one.greatest, *places))
-    low_head, *high_heads = (f"{share} %" for share in PERCENTILES)
-    inner_heads = (low_head, "median", *high_heads) if sample else ("median",)
-    header = ("quantity", "least", *inner_heads, "greatest", "row of least", "row of greatest")
-    return Sheet(f"sweep of {robot_name(summary.evaluation.landings.robot)}: {summary.rows} landings", header, rows)
+        ends = (one.least_row, one.greatest_row) if one.greatest_row >= 0 else (None, None)
+        low, *high = one.percentiles if sweep.sample is not None else [None] * len(shares)
+        worst, best = _most_severe(one), one.best_row
+        options = _options(sweep, worst)[0] if worst >= 0 else None
+        least = _options(sweep, best)[0] if best >= 0 and one.column.selection.quantity.worse != "neither" else None
+        named = one.column.name, one.column.unit
+        rows.append((*named, one.least, low, one.median, *high, one.greatest, *ends, options, least))
+    header: tuple[str | Column, ...] = (
+        "quantity", "unit", "least", shares[0], "median", *shares[1:], "greatest", "row of least", "row of greatest",
+        "most severe", "least severe",
+    )  # fmt: skip
+    sheet = Sheet(f"sweep of {robot_name(sweep.robot)}: {summary.rows} landings", header, rows)
+    return sheet if sweep.sample is not None else sheet.without(*(share.key for share in shares))
 
 
 def _correlations(summary: Summary[VariedLandings], most: int | None) -> Sheet:
@@ -94,7 +82,10 @@ def _correlations(summary: Summary[VariedLandings], most: int | None) -> Sheet:
     rows: list[Row] = [(one.column, *map(float, row)) for one, row in zip(summary.varied, summary.correlations, strict=True)]
     strongest = np.abs(np.nan_to_num(summary.correlations)).max(axis=1, initial=0.0).tolist()
     chance = f"of {summary.ranked} landings; two columns that do not depend on one another reach {summary.chance:.2g}"
-    header = ("rank correlation of", *(f"with {one.column.name}" for one in summary.extents))
+    header: list[str | Column] = [
+        "rank correlation of",
+        *(Column(one.column.name, f"with {one.column.name}") for one in summary.extents),
+    ]
     sheet = Sheet("what the results depend on", header, rows).largest(most, "varied quantity", strongest)
     return sheet._replace(notes=(chance, *sheet.notes))
 

@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 
 from shockpc.show.reports.report import Picture, Report
-from shockpc.show.tables import Lines, Row, Sheet, sheet_of
+from shockpc.show.tables import Column, Lines, Row, Sheet, sheet_of
 from shockpc.show.wording import count, robot_line
 from shockpc.studies.touchdowns import Touchdowns
 from shockpc.text.printed import few
@@ -15,7 +15,7 @@ from shockpc.text.printed import few
 ROWS = 12
 """Landings that are shown on a terminal."""
 
-NOTE = "fall: speed at which the contacts came down, by their heights"
+NOTE = "fall: speed at which the contacts came down, by their heights, the greatest of several"
 
 
 def touchdowns_report(log: Path, study: Touchdowns) -> Report:
@@ -23,7 +23,10 @@ def touchdowns_report(log: Path, study: Touchdowns) -> Report:
 
     def body(full: bool) -> Iterator[Lines | Sheet | Picture]:
         yield Lines(list(_header(log, study)))
-        yield _landings(study, None if full else ROWS)
+        sheet = _landings(study).without("time_last", "in_table")
+        known = sheet.known()
+        notes = [NOTE] if "fall" in (column.key for column in known.columns) else []
+        yield known._replace(notes=notes).largest(None if full else ROWS, "landing")
         yield Picture("touchdowns", "heights of the feet, touchdowns and windows", "touchdowns:draw_touchdowns", (study,))
 
     return Report(
@@ -32,7 +35,8 @@ def touchdowns_report(log: Path, study: Touchdowns) -> Report:
         body=body,
         closing=list(_closing(study)),
         warnings=[f"warning: {text}" for text in study.warnings],
-        sheets={"touchdowns": lambda: sheet_of(study.table)},
+        sheets={"touchdowns": lambda: _table(study), "landings": lambda: _landings(study), "falls": lambda: _falls(study)},
+        tables=True,
         document=lambda: _document(log, study),
     )
 
@@ -54,23 +58,29 @@ def _header(log: Path, study: Touchdowns) -> Iterator[tuple[str, str]]:
     yield "windows", ", ".join(windows) or "no velocities"
 
 
-def _landings(study: Touchdowns, most: int | None) -> Sheet:
+def _table(study: Touchdowns) -> Sheet:
+    """The table that `shockpc landings` takes, whose columns have its names alone."""
+    sheet = sheet_of(study.table)
+    return sheet._replace(header=[Column(name, name) for name in study.table.columns])
+
+
+def _landings(study: Touchdowns) -> Sheet:
+    """Every landing that was found, in the table or not."""
     rows: list[Row] = []
     time = study.log.time
-    for landing in study.landings[:most]:
-        falls = [f"{speed:.2f}" for speed in landing.speeds if not np.isnan(speed)]
-        apart = 1e3 * (time[landing.last] - time[landing.first])
-        start = f"{study.log.start + time[landing.first]:.4f}"
-        rows.append(
-            (landing.name, start, "+".join(landing.contacts), "+".join(landing.stance) or None,
-             ", ".join(falls) or None, apart, landing.message or None)
-        )  # fmt: skip
-    header = ("landing", "time [s]", "contact", "stance", "fall [m/s]", "apart [ms]", "message")
-    keep = [k for k in range(len(header)) if k < 3 or any(row[k] is not None for row in rows)]
-    left = len(study.landings) - len(rows)
-    notes = [NOTE] if 4 in keep else []
-    notes += [f"{count(left, 'landing')} not shown; --out or --format json gives all"] if left else []
-    return Sheet("touchdowns", [header[k] for k in keep], [[row[k] for k in keep] for row in rows], notes)
+    for landing in study.landings:
+        first, last = (study.log.start + float(time[k]) for k in (landing.first, landing.last))
+        fall = max((speed for speed in landing.speeds if not np.isnan(speed)), default=None)
+        named = "+".join(landing.contacts), "+".join(landing.stance) or None
+        rows.append((landing.name, first, last, *named, fall, last - first, landing.table, landing.message or None))
+    header = ("landing", "time [s]", "time last [s]", "contact", "stance", "fall [m/s]", "apart [ms]", "in table", "message")
+    return Sheet("touchdowns", header, rows)
+
+
+def _falls(study: Touchdowns) -> Sheet:
+    """The speed of each contact of a landing."""
+    rows = [(one.name, *pair) for one in study.landings for pair in zip(one.contacts, one.speeds, strict=True)]
+    return Sheet("falls", ("landing", "contact", "fall [m/s]"), rows)
 
 
 def _closing(study: Touchdowns) -> Iterator[str]:
@@ -93,18 +103,5 @@ def _document(log: Path, study: Touchdowns) -> dict[str, Any]:
         "contacts": study.frames,
         "flags": dict(study.flagged),
         "windows": {part: window if np.isfinite(window) else None for part, window in study.window.items()},
-        "landings": [
-            {
-                "landing": landing.name,
-                "time": study.log.start + time[landing.first],
-                "time_last": study.log.start + time[landing.last],
-                "contact": landing.contacts,
-                "stance": landing.stance,
-                "fall_speed": [None if np.isnan(speed) else speed for speed in landing.speeds],
-                "in_table": landing.table,
-                "message": landing.message,
-            }
-            for landing in study.landings
-        ],
         "warnings": study.warnings,
     }

@@ -85,7 +85,7 @@ class Outcome:
             "strike_angle_deg": self.strike_angle_deg,
             "at": self.at,
             "metric": budget.metric,
-            "unit": budget.selection.quantity.unit,
+            "unit": budget.selection.quantity.unit.replace("1", "-"),
             "value": self.value,
             **{key: getattr(budget, key) for key in ("max", "min", "percentile")},
             "baseline": self.baseline,

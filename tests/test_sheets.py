@@ -1,0 +1,120 @@
+"""One description of a table: terminal, Markdown, CSV and JSON of every study show the same cells."""
+
+import csv
+import io
+import json
+from dataclasses import replace
+from pathlib import Path
+
+import pytest
+from test_agreement import SCENES
+from test_table import STUDIES
+from trees import known_robot
+
+from shockpc import shock_profile
+from shockpc.evaluation.summary import summarise
+from shockpc.quantities.table import QUANTITIES
+from shockpc.show.reports.batch import batch_report
+from shockpc.show.reports.check import check_report
+from shockpc.show.reports.compare import compare_report
+from shockpc.show.reports.fall import fall_report
+from shockpc.show.reports.identify import identify_report
+from shockpc.show.reports.improve import improve_report
+from shockpc.show.reports.landing import analyze_report
+from shockpc.show.reports.landings import landings_report
+from shockpc.show.reports.place import place_report
+from shockpc.show.reports.sweep import sweep_report
+from shockpc.show.reports.touchdowns import touchdowns_report
+from shockpc.show.tables import SHOWN, Sheet, as_csv, as_markdown, as_records, as_text, escaped
+
+WORDS = ("-", "s", "m", "m/s", "rad/s", "kg", "N", "N s", "N m s", "N m", "J", "Hz", "g", "deg")
+REPORTS = {
+    "batch": batch_report,
+    "check_budgets": check_report,
+    "compare": compare_report,
+    "fall": fall_report,
+    "identify": lambda found: identify_report(Path("tosses.csv"), found),
+    "improve": improve_report,
+    "landings": lambda found: landings_report("log.csv", found.landings, found.table()),
+    "place": place_report,
+    "sweep": lambda found: sweep_report(summarise(found, found.table(), found.landings.variations)),
+    "touchdowns": lambda found: touchdowns_report(Path("log.csv"), found),
+}
+
+
+def known(cell):
+    return cell is not None and cell == cell
+
+
+def check(report):
+    """Every cell of CSV is that of JSON, and every table for people is a part of one of these, with the same cells."""
+    sheets = {name: sheet() for name, sheet in report.sheets.items()}
+    written = json.loads(report.text("json")) if report.tables else {}
+    assert not report.tables or (written["schema"], list(written["tables"])) == (f"shockpc.{report.name}/2", list(sheets))
+    for name, sheet in sheets.items():
+        keys, headings = [one.key for one in sheet.columns], [one.heading(exact=True) for one in sheet.columns]
+        assert len(set(keys)) == len(keys), name
+        assert len(set(headings)) == len(headings), name
+        header, *lines = csv.reader(io.StringIO(as_csv(sheet)))
+        assert header == headings
+        records = written["tables"][name] if written else json.loads(json.dumps(as_records(sheet)))
+        assert [list(row) for row in records] == [keys] * len(lines)
+        for row, line in zip(records, lines, strict=True):
+            for value, cell in zip(row.values(), line, strict=True):
+                if isinstance(value, str):
+                    assert cell.removeprefix("'") == value
+                else:
+                    assert cell == ("" if value is None else ("no", "yes")[value] if isinstance(value, bool) else repr(value))
+        if written:
+            assert written["units"][name] == {one.key: one.exact_unit for one in sheet.columns if one.unit}
+        assert not {one.exact_unit for one in sheet.columns} & SHOWN.keys()
+    blocks = [*report.body(True), *report.body(False), *(report.brief() if report.brief else ())]
+    shown = [block for block in blocks if isinstance(block, Sheet)]
+    assert shown
+    for sheet in shown:
+        assert any(is_part(sheet, whole) for whole in sheets.values()), sheet
+        text, markdown = as_text(sheet), as_markdown(sheet)
+        for row in sheet.rows:
+            for column, cell in zip(sheet.columns, row, strict=True):
+                assert escaped(column.shown(cell)) in markdown
+                assert column.shown(cell)[:30] in text
+    return sheets
+
+
+def is_part(sheet, whole):
+    """Whether a table has only cells of another, under the same keys and with the same units."""
+    units = {one.key: one.exact_unit for one in whole.columns}
+    if not all(one.exact_unit in ("", units.get(one.key), *WORDS) and one.key in units for one in sheet.columns):
+        return False
+    rows = [tuple(map(str, row)) for row in whole.only(*(one.key for one in sheet.columns)).rows]
+    return all(tuple(map(str, row)) in rows for row in sheet.rows)
+
+
+def test_every_study_is_among_these():
+    """But for two, whose documents have records of their own."""
+    assert STUDIES.keys() - REPORTS.keys() == {"limits", "sensitivity"}
+
+
+@pytest.mark.parametrize("name", REPORTS)
+def test_every_format_of_a_study_has_the_same_cells(name, tmp_path):
+    found = STUDIES[name][0](tmp_path)
+    check(REPORTS[name](found))
+
+
+@pytest.mark.parametrize("name", SCENES)
+def test_every_format_of_a_landing_has_the_same_cells(name):
+    """And each number of a quantity is that of the document."""
+    profile = shock_profile(SCENES[name], known_robot("anymal_b"))
+    report = analyze_report({"one": profile})
+    sheets, read = check(report), json.loads(report.text("json"))
+    quantities = {entry.key: entry for entry in QUANTITIES if entry.of == "body"}
+    compared = 0
+    for k, row in enumerate(sheets["bodies"].rows):
+        for column, cell in zip(sheets["bodies"].columns, row, strict=True):
+            entry = quantities.get(column.key)
+            if entry is not None and isinstance(read["bodies"][k].get(entry.path or entry.key), float):
+                assert read["bodies"][k][entry.path or entry.key] == cell
+                compared += 1
+    assert compared > 3 * len(profile.bodies)
+    other = shock_profile(replace(SCENES[name], contact="RF_FOOT", stance=()), known_robot("anymal_b"))
+    check(analyze_report({"one": profile, "other": other}))
