@@ -207,8 +207,11 @@ def test_one_robot_has_everything_in_common_with_its_changes(found):
 
 def test_a_warning_names_its_designs():
     """A knee strikes where the shank reaches lower; both designs do so, the second one on two legs."""
-    dogs = [Design(name, Scene(robot="go2", contact=tuple(Contact(frame=f"{leg}_calf") for leg in legs)), load_robot("go2"))
-            for name, legs in (("one", ["FL"]), ("two", ["FL", "FR"]))]  # fmt: skip
+    knees = {
+        name: tuple(Contact(frame=f"{leg}_calf", at="frame") for leg in legs)
+        for name, legs in (("one", ["FL"]), ("two", ["FL", "FR"]))
+    }
+    dogs = [Design(name, Scene(robot="go2", contact=contact), load_robot("go2")) for name, contact in knees.items()]
     closing = compare_report(compare([dogs[0], dogs[0], dogs[1]])).warnings
     assert [line.partition(": ")[0] for line in closing if "reach" in line] == ["warning of A and B", "warning of C"]
 
@@ -316,13 +319,13 @@ def test_different_joint_models_are_said_to_be_part_of_the_changes(capfd):
     ("words", "told"),
     [
         (("go2", "--contact", "FL_foot"), "one design cannot be compared"),
-        (("go2", "hyq", "--contact", "*_foot"), "4 landings"),
-        (("go2", "hyq", "--contact", "*"), "31 landings: base, FL_hip, FL_thigh, FL_calf, FL_foot, FL_calf_rotor and 25 more"),
+        (("go2", "hyq", "--contact", "*_foot"), "has 4: FL_foot"),
+        (("go2", "hyq", "--contact", "*"), "has 31: base, FL_hip, FL_thigh, FL_calf, FL_foot, FL_calf_rotor and 25 more"),
         (("go2", "a1", "--contact", "FL_foot", "--change", "mass:base=2"), "several are given"),
         (("go2", "--contact", "FL_foot", "--change", "weight"), "is not a change"),
         (("go2", "--contact", "FL_foot", "--change", "mass:FL_cal=2x"), 'nearest: "FL_calf"'),
         (("go2", "nosuch", "--contact", "FL_foot"), 'no robot "nosuch"'),
-        (("go2", "a1"), 'go2" is given 4 landings: FL_foot'),
+        (("go2", "a1"), 'go2" has 9: FL_foot+FR_foot+RL_foot+RR_foot'),
     ],
 )
 def test_bad_arguments_are_refused(capfd, words, told):

@@ -68,8 +68,8 @@ FOOT = (
 RECORDS = {
     "document": "schema:str shockpc:str pinocchio:str robot:robot scene:dict v_in:float bodies:body* points:point* "
     "contacts:contact* joint_model:str health:health stance:foot* total:total energy:energy joints:joint* bracket:row* "
-    "assembly:assembly? loads_unique:bool depth:float? feasible:float friction:sliding? stiffness:springs? drives:drives "
-    "margin_lost:lost? parts:part*",
+    "assembly:assembly? loads_unique:bool depth:float? feasible:float needs_tilt:float friction:sliding? stiffness:springs? "
+    "drives:drives margin_lost:lost? parts:part*",
     "lost": "contact_stiffness:float? place:str refused:str",
     "part": "part:str body:str joint:str? critical:critical? withstands:torque? delta_v:vector? shock:float? "
     "velocity_margin:float? peak_g:float? acceleration_margin:float? along:float? torque:float? "

@@ -164,7 +164,7 @@ def bent(robot: Robot, scale: float = 1.0) -> Posture:
 
 def landing(robot: Robot, *contacts: Contact | str, strike: Strike = OBLIQUE, **parts: Any) -> Built:
     """A robot, and its landing on contacts or on the origins of frames; other parts of the scene by name."""
-    contact = tuple(Contact(frame=frame) if isinstance(frame, str) else frame for frame in contacts)
+    contact = tuple(Contact(frame=one, at="frame", kind="point") if isinstance(one, str) else one for one in contacts)
     return robot, Scene(robot=robot.name, strike=strike, contact=contact, **parts)
 
 

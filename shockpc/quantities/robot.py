@@ -165,7 +165,7 @@ ENERGY_LOST = Quantity("energy_lost", "robot", "kinetic energy lost", "J", "grea
     path="energy.lost")  # fmt: skip
 
 NEEDS_TILT = Quantity("needs_tilt", "robot", "whether it is one if the robot is tilted a little, as other feet are level", "1",
-    "neither", _needs_tilt, missing=GAINS, role="tilt", path=None)  # fmt: skip
+    "neither", _needs_tilt, missing=GAINS, role="tilt")  # fmt: skip
 
 ROBOT = (
     Quantity("mass", "robot", "mass", "kg", "neither", _mass),

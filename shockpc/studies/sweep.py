@@ -30,13 +30,12 @@ def sweep(
     vary: Annotated[
         Vary,
         Option(
-            "Quantity and values: a:b:n, a list a,b,c or, with --sample, a range a:b, a:b:log (log-uniform) or m±s (normal; also "
-            "m+-s). Quantities are a joint or a glob [deg; m if prismatic], base-roll, base-pitch, base-yaw, strike-angle [deg], "
+            "Quantity and values: a:b:n, a list a,b,c or, with --sample, a range a:b, a:b:log (log-uniform) or m±s (normal). "
+            "Quantities are a joint or a glob [deg; m if prismatic], base-roll, base-pitch, base-yaw, strike-angle [deg], "
             "speed [m/s], contact (names), offset-x, -y, -z [m], friction, contact-stiffness [N/m], mass:LINKS [kg], com-x:LINKS, "
             "-y, -z (a shift) [m], inertia:LINKS, inertia-xx:LINKS, -yy, -zz, -xy, -xz, -yz (what is added) [kg m²], "
-            "armature:JOINTS [kg m²], joint-stiffness:JOINTS (of springs; counts with a contact stiffness) [N m/rad], "
-            "place:JOINTS (lengths, of a robot for each row); of masses, inertias, armature, springs and places factors, "
-            "0.8x:1.2x:9 or ±5% (a standard deviation).",
+            "armature:JOINTS [kg m²], joint-stiffness:JOINTS [N m/rad], place:JOINTS (lengths); of masses, inertias, armature, "
+            "springs and places also factors, 0.8x:1.2x:9 or ±5% (a standard deviation).",
             "What varies",
             "NAME=VALUES",
         ),
@@ -49,8 +48,7 @@ def sweep(
     sample: Annotated[
         int | None,
         Option(
-            "Random landings instead of the grid. If neither a joint nor what the robot and the ground are is varied, all joints "
-            "are, within their limits.",
+            "Random landings instead of the grid. If no joint, robot or ground property is varied, all joints are, within limits.",
             "What varies",
             "N",
             least=1.0,
@@ -73,9 +71,8 @@ def sweep(
     feasible: Annotated[
         bool,
         Option(
-            "Keep only landings that flat ground allows, which pulls no contact and meets no other link first, and that make no "
-            "energy; with --friction contacts slide and open instead. Landings on some of several level feet are kept. The summary "
-            "counts the others.",
+            "Keep only landings that flat ground allows: no contact is pulled, no other link is met first and no energy is made; "
+            "with --friction contacts slide and open instead. Those on some of several level feet are kept.",
             "What is computed",
         ),
     ] = False,
