@@ -96,7 +96,9 @@ class Sheet(NamedTuple):
         return self.only(*(column.key for column in self.columns if column.key not in keys))
 
     def known(self) -> "Sheet":
-        """The columns in which some row has a cell."""
+        """The columns in which some row has a cell; all columns of a table without rows, of which nothing is known."""
+        if not self.rows:
+            return self
         return self.only(*(column.key for k, column in enumerate(self.columns) if not all(_empty(row[k]) for row in self.rows)))
 
     def where(self, kept: Callable[[dict[str, Cell]], bool]) -> "Sheet":
