@@ -57,7 +57,8 @@ def test_large_robots_are_evaluated_without_data_that_grow_with_the_cube(monkeyp
 def test_the_jump_is_that_of_pinocchio(name, restitution):
     """One sticking foot, or two on different legs: Δq̇ is that of pin.impulseDynamics; of q̇⁻ only J q̇⁻ matters."""
     for feet in {FEET[name][:1], FEET[name]}:
-        contacts = tuple(Contact(frame=foot, restitution=restitution, restitution_along="directions") for foot in feet)
+        given = {"at": "frame", "kind": "point", "restitution": restitution, "restitution_along": "directions"}
+        contacts = tuple(Contact(frame=foot, **given) for foot in feet)
         # Slanted, so that nothing is symmetric by accident.
         scene = Scene(robot=name, contact=contacts, strike=Strike(velocity=(0.3, -0.1, -1.0)), joints=Joints(drives="none"))
         profile = shock_profile(scene, known_robot(name))
