@@ -29,7 +29,7 @@ from shockpc.studies.declare import QuantityOption, study
 from shockpc.studies.fall.body import Rigid
 from shockpc.studies.fall.strikes import FallStrike, Tip, drops, strikes_of, tip_over
 from shockpc.text.diagnostic import warn
-from shockpc.text.errors import DefectError, ShockError, StudyError, traces
+from shockpc.text.errors import DefectError, ShockError, StudyError, attempt, traces
 from shockpc.text.printed import listed
 from shockpc.text.trace import Trace
 
@@ -353,11 +353,13 @@ def _results(
         for name, error in results.items()
         if isinstance(error, ShockError) and (k == 1 or isinstance(error, DefectError))
     }
-    found = {
-        strike.name: _result(strike, profile, texts, tuple(_trunk(results[strike.name]) for results in landed))
+    made = {
+        strike.name: attempt(_result, strike, profile, texts, [results[strike.name] for results in landed])
         for strike in strikes
         if isinstance(profile := landed[1][strike.name], ShockProfile)
     }
+    refused |= {name: error for name, error in made.items() if isinstance(error, ShockError)}
+    found = {name: result for name, result in made.items() if isinstance(result, StrikeResult)}
     return found, refused
 
 
@@ -391,7 +393,10 @@ def _trunk(profile: ShockProfile | ShockError) -> float:
     return float(profile.value(key, "body")[int(np.argmax(profile.robot.masses))]) * profile.v_in
 
 
-def _result(strike: FallStrike, profile: ShockProfile, texts: Sequence[str], trunk: tuple[float, ...]) -> StrikeResult:
+def _result(
+    strike: FallStrike, profile: ShockProfile, texts: Sequence[str], landed: Sequence[ShockProfile | ShockError]
+) -> StrikeResult:
+    """What is kept of a strike. Args: landed, the same landing with joints free, as modelled and locked."""
     values, places = {}, {}
     for text in texts:
         values[text], places[text] = math.nan, ""
@@ -405,7 +410,7 @@ def _result(strike: FallStrike, profile: ShockProfile, texts: Sequence[str], tru
         if np.isfinite(numbers).any():
             k = int(np.argmax(selection.worse(numbers)))
             values[text], places[text] = float(numbers[k]), where[k].name
-    return StrikeResult(strike, values, places, trunk, _first_stop(profile), profile)
+    return StrikeResult(strike, values, places, tuple(map(_trunk, landed)), _first_stop(profile), profile)
 
 
 def _first_stop(profile: ShockProfile) -> tuple[str, float] | None:
