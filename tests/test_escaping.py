@@ -86,10 +86,10 @@ def check_text(text, workflow=False):
 
 
 def check_csv(text):
-    """All rows have as many cells, and no spreadsheet computes one of them."""
+    """All rows have as many cells, and no spreadsheet computes one of them; a lone "-", the unit of 1, is text there."""
     rows = list(csv.reader(text.splitlines()))
     assert len({len(row) for row in rows}) == 1
-    assert [cell for row in rows for cell in row if re.match(r"\s*[=+@＝]|\s*-(?![\d.])", cell)] == []
+    assert [cell for row in rows for cell in row if re.match(r"\s*[=+@＝]|\s*-(?![\d.]|$)", cell)] == []
 
 
 def check_markdown(text):
