@@ -272,3 +272,16 @@ def proven(
         done(name)
     warn(lambda: (one for profile in results.values() if isinstance(profile, ShockProfile) for one in profile.health.warnings))
     return results
+
+
+def profiles(cases: Mapping[str, tuple[Scene, Robot]], trace: Trace | None = None) -> dict[str, ShockProfile]:
+    """Like `proven`, for landings that a study reads as a whole, but raises if one of them cannot be computed.
+
+    Raises:
+        ShockError: the first of these.
+    """
+    results = proven(cases, None, trace)
+    for result in results.values():
+        if isinstance(result, ShockError):
+            raise result
+    return {name: result for name, result in results.items() if isinstance(result, ShockProfile)}

@@ -15,6 +15,7 @@ import numpy as np
 from shockpc.core.spatial import Array, read_only
 from shockpc.evaluation.columns import proven_columns
 from shockpc.evaluation.cost import ShockCost
+from shockpc.evaluation.evaluate import profiles
 from shockpc.evaluation.landings import common_robot, named_scenes, with_default_landings
 from shockpc.evaluation.search import OPTIMUM_TOLERANCE, ROUGH, RUNS, SLOW, Run, search, starting_points
 from shockpc.evaluation.table import Table
@@ -23,7 +24,6 @@ from shockpc.evaluation.varied_scene import scene_grid
 from shockpc.landing.record import Option
 from shockpc.landing.resolve import resolve
 from shockpc.landing.scene import Scene
-from shockpc.profile import shock_profile
 from shockpc.quantities.profile import ShockProfile
 from shockpc.robot.landmarks import is_imu, sensors
 from shockpc.robot.robot import Robot
@@ -227,7 +227,7 @@ def improve(
     cost, *others = costs
     with trace.stage("runs"):
         if not np.isfinite(cost.worst(np.stack(starting_points(cost, 1, seed)))).any():
-            _profiles(cost.cases(cost.x0))  # which says why, of a robot that has no landing in any posture
+            profiles(cost.cases(cost.x0))  # which says why, of a robot that has no landing in any posture
         begun = [starting_points(one, starts, seed) for one in costs]
         runs = search(cost, begun[0])
     if not np.isfinite(runs[0].value):
@@ -239,17 +239,12 @@ def improve(
         front = _front(costs, x, begun[-1], seed, lambda limit: make(cost.quantity, keep=[*keep, limit])) if others else ()
     with trace.stage("proof"):
         landed = ({name: (scene, robot) for name, scene in cost.scenes.items()}, cost.cases(x))
-        given, after = (_profiles(cases) for cases in landed)
+        given, after = (profiles(cases) for cases in landed)
         values = tuple(tuple(_proven(one, found)[0] for found in (given, after)) for one in costs)
     return Improvement(
         costs, read_only(x), given, after, values, _proven(cost, after)[1], _holding(cost, x), _variables(cost, x),
         tuple(run.history for run in runs), agreeing, front, seed, tuple(chosen),
     )  # fmt: skip
-
-
-def _profiles(cases: Mapping[str, tuple[Scene, Robot]]) -> dict[str, ShockProfile]:
-    """Each landing with its proof. Raises: ShockError, one of them cannot be computed."""
-    return {name: shock_profile(scene, robot) for name, (scene, robot) in cases.items()}
 
 
 def _usual_quantities(robot: Robot, scenes: Iterable[Scene]) -> tuple[str, ...]:
@@ -285,7 +280,7 @@ def _refusal(cost: ShockCost, runs: Sequence[Run]) -> str:
     missed = np.isinf(measures) | (cost.constraints & (measures < 0.0))
     k = int(missed.sum(axis=1).argmin())
     if lacking := [cost.terms[j].column for j in np.flatnonzero(np.isinf(measures[k]))]:
-        _profiles(cost.cases(runs[k].x))  # which says why there is none, where there is no landing
+        profiles(cost.cases(runs[k].x))  # which says why there is none, where there is no landing
         names, why = few(list(dict.fromkeys(one.title for one in lacking)), 4), lacking[0].selection.quantity.missing
         found = f"{names} has no value at the best point that was found" + (f" ({why})" if why else "")
         return f"{found}; choose another quantity or other places, or change the ranges"

@@ -15,6 +15,7 @@ import numpy as np
 
 from shockpc.core.spatial import Array, Plane
 from shockpc.evaluation.columns import Column, column, columns, target_text
+from shockpc.evaluation.evaluate import profiles
 from shockpc.evaluation.strike_scan import ANGLES, LEAST, Bound, StrikeScan
 from shockpc.evaluation.table import Table
 from shockpc.evaluation.variation import ATTITUDE, OFFSET, Variation, kind_of, motion_range, variation
@@ -24,7 +25,7 @@ from shockpc.landing.posture import set_many, settable_joints
 from shockpc.landing.record import Option
 from shockpc.landing.scene import Point, Scene
 from shockpc.landing.scene_file import robot_of
-from shockpc.profile import ILL_CONDITIONED, shock_profile
+from shockpc.profile import ILL_CONDITIONED
 from shockpc.quantities.profile import ShockProfile
 from shockpc.robot.robot import Joint, Robot
 from shockpc.studies.declare import study
@@ -291,7 +292,7 @@ def limits(
     robot = robot or robot_of(scene)
     varied, joints, (low, high) = _varied(robot, joint, joint_range)
     scene = with_offsets(scene) if varied.kind in OFFSET else scene
-    profile = shock_profile(scene, robot)
+    (profile,) = profiles({"": (scene, robot)}).values()
     landing, plane = profile.landing, profile.landing.plane
     number = column(profile, target_text(target, [scene]))
     entry = number.selection.quantity

@@ -14,7 +14,7 @@ import numpy as np
 
 from shockpc.core.spatial import Array, read_only
 from shockpc.evaluation.columns import Column, column, target_text
-from shockpc.evaluation.evaluate import TRUSTED, Evaluation
+from shockpc.evaluation.evaluate import TRUSTED, Evaluation, profiles
 from shockpc.evaluation.gradients import has_gradient
 from shockpc.evaluation.gradients import slopes as exact_slopes
 from shockpc.evaluation.landings import common_robot, named_scenes, with_default_landings
@@ -31,7 +31,6 @@ from shockpc.evaluation.table import Table
 from shockpc.evaluation.variation import OF_A_LINK, Variation, Vary, pairs, refuse_repeated, variation
 from shockpc.landing.record import Option
 from shockpc.landing.scene import Point, Scene
-from shockpc.profile import shock_profile
 from shockpc.quantities.profile import ShockProfile
 from shockpc.robot.changes import Property
 from shockpc.robot.robot import Robot
@@ -254,7 +253,7 @@ def sensitivity(
             "groups are of all parameters, and vary names those that change, of which a glob is one; leave one of the two out"
         )
     refuse_repeated(robot, chosen)
-    solved = tuple(shock_profile(scene, robot, trace) for scene in scenes.values())
+    solved = tuple(profiles({name: (scene, robot) for name, scene in scenes.items()}, trace).values())
     text = target_text(target, scenes.values())
     numbers = [column(profile, text) for profile in solved]
     number = numbers[0]
