@@ -517,7 +517,7 @@ def test_a_gradient_counts_end_stops():
 
 def test_a_singular_posture_has_the_gradient_of_differences():
     """Contacts at a hip and the trunk, whose distance the hip does not change as it stands: six rows, of which five count."""
-    contacts = tuple(Contact(frame=frame) for frame in ("root_joint", "FR_thigh_shoulder"))
+    contacts = tuple(Contact(frame=frame, at="frame") for frame in ("root_joint", "FR_thigh_shoulder"))
     scene = Scene(robot="laikago", contact=contacts)
     cost = ShockCost(scene, "shock_com@FR_hip", {"base-roll": "-30:10"}, known_robot("laikago"), ground=False)
     slope = (cost([-9.999]) - cost([-10.001])) / 2e-3
