@@ -50,6 +50,9 @@ MOST_ROWS = 10**8
 CLOSED = 4096
 """Postures whose closed loops are kept, at most."""
 
+MOVED = 1e-6
+"""By how much closing loops may move a joint that varies [deg, m]."""
+
 DEG = math.pi / 180.0
 
 
@@ -375,11 +378,23 @@ class VariedLandings:
             elif edits := robot_changes(robot, variation, value):
                 changes += edits
             else:
+                if variation.kind in COMPONENT and self.separate:  # from where closing the loops has put it
+                    joints = several_joints(robot, variation.subject, variation.kind, variation.target)
+                    closed = {joint.name: joint.coordinates(self.first.q) for joint, _ in joints}
+                    posture = replace(scene.posture, joint_quaternions=closed | scene.posture.joint_quaternions)
+                    scene = replace(scene, posture=posture)
                 scene, robot = applied(scene, robot, variation, value)
         if changes:
             robot = changed(robot, changes)  # at once, as each robot reads the places of its frames anew
         if any(variation.moves for variation in choice) and self.separate:
             scene = self._with_closed_loops(scene)
+            for variation, value in choice.items():
+                for joint in variation.joints(robot) if variation.kind == "joint" else ():
+                    if abs(scene.posture.joints_deg.get(joint.name, value) - value) > MOVED:
+                        raise StudyError(
+                            f'{variation.subject}: closing the loops moves "{joint.name}" away from {value:g} {variation.unit}; '
+                            "let other joints move with --assemble"
+                        )
         return scene, robot
 
     def _with_closed_loops(self, scene: Scene) -> Scene:

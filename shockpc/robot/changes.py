@@ -303,6 +303,11 @@ def links_with_mass(robot: Robot, pattern: str, model: pin.Model | None = None) 
     return {name: masses[name] for name in names}
 
 
+def link_inertia(robot: Robot, link: str) -> pin.Inertia:
+    """The inertia of a link without that of the links that are fixed to it, in its frame. Args: link, its exact name."""
+    return _frame(robot.model, link).inertia
+
+
 def _small_parts(robot: Robot, model: pin.Model, change: Change, links: Mapping[str, float]) -> Iterator[Diagnostic]:
     """A warning for each body of which the links hold next to no mass."""
     for i, body in enumerate(robot.bodies):
