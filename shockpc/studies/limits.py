@@ -5,7 +5,6 @@ added, until a limit is known to `FINE` of the range.
 """
 
 import functools
-import itertools
 import math
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field
@@ -105,11 +104,26 @@ class StrikeLimits(NamedTuple):
     best_at: float
 
     @property
+    def pieces(self) -> list[tuple[float, float, str, str, bool]]:
+        """The allowed intervals, cut where flat ground begins or ceases to allow the landing, ascending [rad, m].
+
+        Returns: least and greatest value, what ends the piece at each ("ground" beside the ends of an interval), and whether flat
+            ground allows it.
+        """
+        pieces = list[tuple[float, float, str, str, bool]]()
+        for low, high, low_end, high_end in self.allowed:
+            runs = [(max(low, a), min(high, b)) for a, b in self.feasible if a <= high and b >= low]
+            edges = [low, *(end for run in runs for end in run), high]
+            gaps = [(a, b, False) for a, b in zip(edges[::2], edges[1::2], strict=True) if a < b or not runs]
+            ends = {low: low_end} | ({high: high_end} if high > low else {})
+            for a, b, feasible in sorted([*gaps, *((a, b, True) for a, b in runs)]):
+                pieces.append((a, b, ends.get(a, "ground"), high_end if b == high else "ground", feasible))
+        return pieces
+
+    @property
     def usable(self) -> tuple[tuple[float, float], ...]:
         """Values of the joint that are both allowed and feasible, ascending [rad, m]."""
-        pairs = itertools.product(self.allowed, self.feasible)
-        both = ((max(interval.low, low), min(interval.high, high)) for interval, (low, high) in pairs)
-        return tuple(sorted(part for part in both if part[0] <= part[1]))
+        return tuple((low, high) for low, high, _, _, feasible in self.pieces if feasible)
 
 
 @dataclass(frozen=True, eq=False)
@@ -167,31 +181,23 @@ class JointLimits:
 
     @property
     def table(self) -> Table:
-        """At every strike angle, and over the range, a row for each interval of values: those allowed, those feasible, and both.
+        """At each strike angle, and over the range, a row for each interval of values that keep the bound, without ends if none do.
 
-        A row without ends says that there are none. An end is that of the bound, of the range, of a loop, or of what the ground
-        allows.
+        An end is that of the bound, of the range, of a loop, or of what the ground allows.
         """
         unit = self.shown_unit
-        best = f"{'greatest' if self.bound.below else 'least'} {self.target.selection.name} [{self.target.unit}]"
-        header = (
-            "least strike angle [deg]", "greatest strike angle [deg]", "values", f"low [{unit}]", f"high [{unit}]", "low end",
-            "high end", best, f"at [{unit}]",
-        )  # fmt: skip
-        return Table.of_rows(header, (row for one in self.limits for row in self._rows(one)))
+        ends = f"low [{unit}]", f"high [{unit}]", "low end", "high end", "feasible"
+        return Table.of_rows(
+            ("strike from [deg]", "strike to [deg]", *ends),
+            (self._row(one, piece) for one in self.limits for piece in one.pieces or [None]),
+        )
 
-    def _rows(self, one: StrikeLimits) -> Iterator[tuple[float | str | None, ...]]:
-        strikes, best = tuple(map(in_degrees, one.strikes)), (one.best, self.shown(one.best_at))
-        ends: dict[float, str] = dict.fromkeys(self.range, "range")
-        allowed = {end: name for interval in one.allowed for end, name in zip(interval[:2], interval[2:], strict=True)}
-        runs = {"allowed": [run[:2] for run in one.allowed], "feasible": one.feasible, "both": one.usable}
-        for values, intervals in runs.items():
-            named = ends if values == "feasible" else ends | allowed
-            for low, high in intervals:
-                names = (named.get(end, "ground") for end in (low, high))
-                yield (*strikes, values, self.shown(low), self.shown(high), *names, *best)
-            if not intervals:
-                yield (*strikes, values, None, None, None, None, *best)
+    def _row(self, one: StrikeLimits, piece: tuple[float, float, str, str, bool] | None) -> tuple[float | str | None, ...]:
+        strikes = map(in_degrees, one.strikes)
+        if piece is None:
+            return (*strikes, *(None,) * 5)
+        low, high, low_end, high_end, feasible = piece
+        return (*strikes, self.shown(low), self.shown(high), low_end, high_end, "yes" if feasible else "no")
 
     @functools.cached_property
     def unchanged(self) -> bool:
