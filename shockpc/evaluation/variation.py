@@ -14,7 +14,8 @@ from shockpc.landing.posture import refuse_beyond_turn, settable_joints
 from shockpc.landing.record import options_of
 from shockpc.landing.scene import Contact, Scene, Strike
 from shockpc.robot.changes import links_with_mass
-from shockpc.robot.robot import Joint, Robot
+from shockpc.robot.elements import Joint
+from shockpc.robot.robot import Robot
 from shockpc.text.errors import StudyError
 
 OF_THE_SCENE = {one.name: field for field, one in options_of(Scene).items() if one.varies}

@@ -16,7 +16,8 @@ from shockpc.landing.dynamics import Dynamics, dynamics
 from shockpc.landing.freedom import free_columns
 from shockpc.landing.rows import Block, row_jacobian, world_point
 from shockpc.landing.scene import Closure
-from shockpc.robot.robot import Loop, Robot
+from shockpc.robot.elements import Loop
+from shockpc.robot.robot import Robot
 from shockpc.text.diagnostic import Diagnostic
 from shockpc.text.errors import SceneError
 from shockpc.text.printed import few, listed

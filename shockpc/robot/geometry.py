@@ -18,9 +18,10 @@ import pinocchio as pin
 from shockpc.core.extremes import Pieces
 from shockpc.core.memo import memoized
 from shockpc.core.spatial import Array, read_only
+from shockpc.robot.elements import Body, Frame
 from shockpc.robot.files import shared_xml
 from shockpc.robot.meshes import Mesh, hull, outer_vertices, read_mesh
-from shockpc.robot.robot import Body, Frame, Robot, RobotSource
+from shockpc.robot.robot import Robot, RobotSource
 from shockpc.robot.tree import rotation
 from shockpc.robot.urdf_numbers import vector
 from shockpc.text.errors import RobotError
