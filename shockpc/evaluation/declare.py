@@ -39,7 +39,7 @@ RenameOption: TypeAlias = Annotated[
         "map",
     ),
 ]
-"""Names of the columns of a table or a log, as `shockpc.evaluation.recorded_table.rows_of` takes them."""
+"""Names of the columns of a table or a log, as `shockpc.recorded.table.rows_of` takes them."""
 
 
 class StudyParameter(NamedTuple):

@@ -16,8 +16,8 @@ def paper(
 ) -> None:
     from shockpc.cli.output import emit
     from shockpc.cli.progress import shown_trace
-    from shockpc.paper.figures import paper_figures
-    from shockpc.show.reports.paper import paper_report
+    from shockpc.paper.report import paper_report
+    from shockpc.paper.study import paper_figures
 
     chosen = paper_figures(figures)
     with shown_trace().stage("claims of the paper"):

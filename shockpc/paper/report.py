@@ -5,10 +5,10 @@ from typing import Any
 
 from shockpc.landing.scene_file import scene_text
 from shockpc.paper.claim import Claim, PaperFigure
-from shockpc.paper.figures import FIGURES
 from shockpc.paper.landings import scene
+from shockpc.paper.study import FIGURES
 from shockpc.show.document import record
-from shockpc.show.reports.report import Picture, Report, Section, picture_files
+from shockpc.show.report import Picture, Report, Section, picture_files
 from shockpc.show.tables import Lines, Row, Sheet
 
 OUTCOMES = ("does not hold", "as interpreted", "holds")
@@ -58,7 +58,7 @@ def paper_picture(figure: PaperFigure) -> Picture:
     labels, captions = [panel.label for panel in figure.panels], [[panel.words] for panel in figure.panels]
     title = f"Figure {figure.number}: {figure.title}"
     drawn = (figure.profiles, title, labels, captions, figure.note)
-    return Picture(f"figure{figure.number}", title, "paper:draw_panels", drawn)
+    return Picture(f"figure{figure.number}", title, "paper.figure:draw_panels", drawn)
 
 
 def _outcome(claim: Claim) -> str:

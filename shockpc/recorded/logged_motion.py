@@ -7,18 +7,18 @@ from typing import Literal
 
 import numpy as np
 
-from shockpc.core.kinks import FEWEST, noise, slope_noise
 from shockpc.core.spatial import Array, cross
-from shockpc.evaluation.column_names import column_name
-from shockpc.evaluation.logs import Log
-from shockpc.evaluation.recorded_table import rows_of
 from shockpc.landing.contact import locate_lowest_point
 from shockpc.landing.dynamics import dynamics
 from shockpc.landing.landing import PosedLanding
 from shockpc.landing.resolve import landing_of
 from shockpc.landing.rows import block_point
 from shockpc.landing.scene import GRAVITY, Contact, Scene
-from shockpc.robot.landmarks import each_foot
+from shockpc.recorded.column_names import column_name
+from shockpc.recorded.detection import FEWEST, noise, slope_noise
+from shockpc.recorded.logs import Log
+from shockpc.recorded.table import rows_of
+from shockpc.robot.feet_and_sensors import each_foot
 from shockpc.robot.robot import Robot
 from shockpc.text.printed import listed
 

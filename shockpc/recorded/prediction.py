@@ -12,9 +12,7 @@ from shockpc.core.memo import memoized
 from shockpc.core.spatial import Array
 from shockpc.evaluation.columns import Column, postures, selected
 from shockpc.evaluation.evaluate import TRUSTED, Evaluation
-from shockpc.evaluation.landings import Refusal
-from shockpc.evaluation.recorded import RecordedLandings
-from shockpc.evaluation.recorded_rows import Measured, RecordedRows
+from shockpc.evaluation.source import Refusal
 from shockpc.evaluation.variation import Variation
 from shockpc.evaluation.varied_scene import applied
 from shockpc.impact.friction import FrictionProblem, friction_problem, friction_problems, joined
@@ -25,6 +23,8 @@ from shockpc.landing.places import Place, body_places
 from shockpc.landing.rows import Equation
 from shockpc.landing.scene import Scene
 from shockpc.quantities.table import select, selections
+from shockpc.recorded.rows import Measured, RecordedRows
+from shockpc.recorded.source import RecordedLandings
 from shockpc.robot.robot import Robot
 from shockpc.text.errors import DefectError, ShockError, StudyError
 

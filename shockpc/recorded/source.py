@@ -10,12 +10,9 @@ from typing import Any
 import numpy as np
 
 from shockpc.core.spatial import Array
-from shockpc.evaluation.column_names import named_columns
 from shockpc.evaluation.columns import Column, selected
 from shockpc.evaluation.evaluate import Evaluation
-from shockpc.evaluation.landings import ROWS, Chunk, Group, Refusal
-from shockpc.evaluation.recorded_rows import RecordedRows
-from shockpc.evaluation.recorded_table import empty_cells, rows_of
+from shockpc.evaluation.source import ROWS, Chunk, Group, Refusal
 from shockpc.landing.closure import assemble, closure_block, follow, moved_joints
 from shockpc.landing.contact import landing_frames
 from shockpc.landing.dynamics import dynamics
@@ -29,6 +26,9 @@ from shockpc.landing.scene_file import robot_of
 from shockpc.profile import profile_of
 from shockpc.quantities.profile import ShockProfile
 from shockpc.quantities.table import Selection, select
+from shockpc.recorded.column_names import named_columns
+from shockpc.recorded.rows import RecordedRows
+from shockpc.recorded.table import empty_cells, rows_of
 from shockpc.robot.robot import Robot
 from shockpc.text.errors import SceneError, ShockError, StudyError, UnknownName
 from shockpc.text.printed import listed

@@ -8,7 +8,13 @@ from typing import Any
 import numpy as np
 
 from shockpc.core.spatial import Array
-from shockpc.evaluation.column_names import (
+from shockpc.landing.contact import contacts_like, landing_frames
+from shockpc.landing.landing import PosedLanding
+from shockpc.landing.motion import Motion
+from shockpc.landing.posture import set_many, settable_joints
+from shockpc.landing.resolve import with_definite_contacts
+from shockpc.landing.scene import Contact, Scene
+from shockpc.recorded.column_names import (
     CONTACT_VELOCITY,
     FRICTION,
     LABELS,
@@ -18,14 +24,8 @@ from shockpc.evaluation.column_names import (
     named_columns,
     twice,
 )
-from shockpc.evaluation.recorded_rows import Measured, RecordedRows, contacts_of
-from shockpc.evaluation.table_files import number
-from shockpc.landing.contact import contacts_like, landing_frames
-from shockpc.landing.landing import PosedLanding
-from shockpc.landing.motion import Motion
-from shockpc.landing.posture import set_many, settable_joints
-from shockpc.landing.resolve import with_definite_contacts
-from shockpc.landing.scene import Contact, Scene
+from shockpc.recorded.files import number
+from shockpc.recorded.rows import Measured, RecordedRows, contacts_of
 from shockpc.robot.mjcf import qpos_order, qvel_order
 from shockpc.text.arguments import LARGEST_NUMBER
 from shockpc.text.errors import ShockError, StudyError

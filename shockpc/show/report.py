@@ -16,7 +16,7 @@ class Picture(NamedTuple):
     Attributes:
         name: of the files.
         caption: what it shows.
-        drawn_by: "module:function" in `shockpc.show.figure`.
+        drawn_by: "module:function", the module without `shockpc.`.
         arguments: of that function.
     """
 
@@ -29,7 +29,9 @@ class Picture(NamedTuple):
         """The figure of matplotlib."""
         import pkgutil
 
-        return pkgutil.resolve_name(f"shockpc.show.figure.{self.drawn_by}")(*self.arguments)
+        import shockpc.show.figure  # noqa: F401 (refuses wrong settings of matplotlib)
+
+        return pkgutil.resolve_name(f"shockpc.{self.drawn_by}")(*self.arguments)
 
     def files(self) -> dict[str, bytes]:
         """The figure as SVG and PNG, by file name."""

@@ -43,8 +43,8 @@ def analyze(
         from shockpc.landing.scene_file import scene_text
         from shockpc.profile import shock_profile
         from shockpc.quantities.profile import ShockProfile
-        from shockpc.show.reports.landing import accuracy_line, analyze_report
-        from shockpc.show.reports.several import level_text
+        from shockpc.studies.analyze.report import accuracy_line, analyze_report
+        from shockpc.studies.analyze.several import level_text
         from shockpc.text.errors import ShockError, StudyError, traces
     loaded, scenes = scenes_from(robot, options, trace)
     if force and save_scene is None:

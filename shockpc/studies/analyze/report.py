@@ -18,15 +18,7 @@ from shockpc.quantities.records import ContactImpulse
 from shockpc.quantities.table import quantity
 from shockpc.robot.robot import STOP
 from shockpc.show.document import content
-from shockpc.show.reports.landing_tables import (
-    OPTIONAL,
-    landing_tables,
-    shown_tables,
-    stiffness_text,
-    worst_bodies,
-)
-from shockpc.show.reports.report import Picture, Report, Section, picture_files
-from shockpc.show.reports.several import Reports, landings_sheet, worst_text
+from shockpc.show.report import Picture, Report, Section, picture_files
 from shockpc.show.tables import Column, Lines, Row, Sheet, rounded
 from shockpc.show.wording import (
     contact_name,
@@ -40,6 +32,14 @@ from shockpc.show.wording import (
     shared_warnings,
     shown_as,
     warning_lines,
+)
+from shockpc.studies.analyze.several import Reports, landings_sheet, worst_text
+from shockpc.studies.analyze.tables import (
+    OPTIONAL,
+    landing_tables,
+    shown_tables,
+    stiffness_text,
+    worst_bodies,
 )
 from shockpc.text.errors import ShockError
 from shockpc.text.printed import cause_lines, causes, few
@@ -83,7 +83,7 @@ def landing_report(
         body=lambda full: [
             Lines([*_summary(profile), *_level_feet(remark)]),
             Lines(header_lines(profile)),
-            Picture("shock", f"shock profile of {robot_name(profile.robot)}", "landing:draw_landing", (profile,)),
+            Picture("shock", f"shock profile of {robot_name(profile.robot)}", "show.figure.landing:draw_landing", (profile,)),
             *(make() for make in shown_tables(profile, bodies, None if full else 6).values()),
             *_damage_picture([profile]),
             *_time_pictures(profile, spectrum),
@@ -286,7 +286,10 @@ def _damage_picture(profiles: Sequence[ShockProfile]) -> list[Picture]:
         return []
     return [
         Picture(
-            "damage_boundary", f"damage boundary of parts of {robot_name(profiles[0].robot)}", "damage:draw_damage", (profiles,)
+            "damage_boundary",
+            f"damage boundary of parts of {robot_name(profiles[0].robot)}",
+            "studies.analyze.damage:draw_damage",
+            (profiles,),
         )
     ]
 
@@ -296,9 +299,23 @@ def _time_pictures(profile: ShockProfile, spectrum: bool) -> list[Picture]:
     if profile.stiffness is None:
         return []
     name = robot_name(profile.robot)
-    pictures = [Picture("time", f"forces, accelerations and torques of {name} over time", "history:draw_time", (profile,))]
+    pictures = [
+        Picture(
+            "time",
+            f"forces, accelerations and torques of {name} over time",
+            "studies.analyze.history:draw_time",
+            (profile,),
+        )
+    ]
     if spectrum and any(place.body >= 0 for place in profile.places("point")):
-        pictures.append(Picture("spectrum", f"shock response spectrum of points of {name}", "history:draw_spectrum", (profile,)))
+        pictures.append(
+            Picture(
+                "spectrum",
+                f"shock response spectrum of points of {name}",
+                "studies.analyze.history:draw_spectrum",
+                (profile,),
+            )
+        )
     return pictures
 
 

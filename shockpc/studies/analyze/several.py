@@ -7,7 +7,7 @@ import numpy as np
 
 from shockpc.quantities.profile import ShockProfile
 from shockpc.quantities.table import quantity
-from shockpc.show.reports.report import Report
+from shockpc.show.report import Report
 from shockpc.show.tables import Cell, Row, Sheet, rounded
 from shockpc.show.wording import contact_name, landing_text
 from shockpc.text.printed import few

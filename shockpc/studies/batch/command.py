@@ -12,8 +12,8 @@ from shockpc.cli.scenes import scenes_from
 from shockpc.cli.study import given, help_of, refuse_unasked, study_options
 from shockpc.evaluation.executor import executor
 from shockpc.robot.catalogue import robots_of_set
-from shockpc.show.reports.batch import batch_report
-from shockpc.studies.batch import batch as study
+from shockpc.studies.batch.report import batch_report
+from shockpc.studies.batch.study import batch as study
 from shockpc.text.errors import StudyError
 
 _in_robots = group("Robots")

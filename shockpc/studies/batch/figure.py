@@ -10,7 +10,7 @@ from shockpc.show.figure.layout import MARGIN, Page
 from shockpc.show.figure.picture import draw_bodies, draw_velocities
 from shockpc.show.figure.view import windows_of
 from shockpc.show.tables import rounded
-from shockpc.studies.batch import Batch
+from shockpc.studies.batch.study import Batch
 from shockpc.text.printed import printable
 
 COLUMNS = 8

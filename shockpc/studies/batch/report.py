@@ -3,11 +3,11 @@
 from collections.abc import Iterable
 
 from shockpc.quantities.table import select
-from shockpc.robot.landmarks import BENT, is_imu
-from shockpc.show.reports.report import Picture, Report, picture_files
+from shockpc.robot.feet_and_sensors import BENT, is_imu
+from shockpc.show.report import Picture, Report, picture_files
 from shockpc.show.tables import Column, Lines, Row, Sheet
 from shockpc.show.wording import STICKING, count, proof_text, without_value
-from shockpc.studies.batch import Batch, BatchRow
+from shockpc.studies.batch.study import Batch, BatchRow
 from shockpc.text.diagnostic import alike
 from shockpc.text.printed import Cause, cause_lines, causes, few
 
@@ -26,7 +26,7 @@ def batch_report(batch: Batch) -> Report:
     """The landings of many robots; the Markdown document also has their warnings."""
     caption = f"the worst landing of each robot, ranked by {batch.rank}"
     drawn = any(row.picture is not None for row in batch.rows)
-    picture = [Picture("sheet", caption, "batch:draw_contact_sheet", (batch,))] if drawn else []
+    picture = [Picture("sheet", caption, "studies.batch.figure:draw_contact_sheet", (batch,))] if drawn else []
     warnings = _warnings(batch)
     return Report(
         name="batch",

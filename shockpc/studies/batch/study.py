@@ -11,6 +11,7 @@ from typing import Annotated, Any, NamedTuple
 import numpy as np
 
 from shockpc.evaluation.columns import selected
+from shockpc.evaluation.declare import QuantityOption, study
 from shockpc.evaluation.evaluate import proven
 from shockpc.evaluation.executor import in_order
 from shockpc.evaluation.table import Table
@@ -24,7 +25,6 @@ from shockpc.quantities.robot import NEEDS_TILT
 from shockpc.quantities.table import Selection, select
 from shockpc.robot.load import load_robot
 from shockpc.robot.robot import Robot
-from shockpc.studies.declare import QuantityOption, study
 from shockpc.text.diagnostic import Diagnostic
 from shockpc.text.errors import ShockError, StudyError, attempt, traces
 

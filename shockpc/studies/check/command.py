@@ -95,10 +95,10 @@ def check(
 ) -> int:
     from shockpc.cli.output import exit_code, write_report
     from shockpc.cli.progress import progress
+    from shockpc.evaluation.budgets import budgets_file
     from shockpc.show.files import destination, write_file
-    from shockpc.show.reports.check import append_summary, check_report
     from shockpc.studies.check.baseline import baseline_text
-    from shockpc.studies.check.budgets import budgets_file
+    from shockpc.studies.check.report import append_summary, check_report
     from shockpc.studies.check.study import check_budgets
     from shockpc.text.errors import OutputError, StudyError
 

@@ -7,12 +7,12 @@ from pathlib import Path
 from typing import get_args
 from xml.etree import ElementTree as ET
 
+from shockpc.evaluation.budgets import Budget
 from shockpc.show.document import record
 from shockpc.show.files import destination
-from shockpc.show.reports.report import Report
+from shockpc.show.report import Report
 from shockpc.show.tables import Cell, Column, Lines, Sheet, as_markdown, sheet_of
 from shockpc.show.wording import count, proof_text
-from shockpc.studies.check.budgets import Budget
 from shockpc.studies.check.study import MOST_CHANGES, Check, Outcome, Status
 from shockpc.text.errors import OutputError
 from shockpc.text.printed import cause_lines, causes, few, printable

@@ -11,7 +11,7 @@ from shockpc.show.figure.layout import LEFT, Page
 from shockpc.show.figure.picture import letter
 from shockpc.show.figure.style import CURVES, INK, PAPER
 from shockpc.show.figure.view import View, view_of, windows_of
-from shockpc.studies.compare import STANDARD, WITH_FRICTION, Comparison, Difference, Differences
+from shockpc.studies.compare.study import STANDARD, WITH_FRICTION, Comparison, Difference, Differences
 from shockpc.text.printed import printable
 
 DRAWN_QUANTITIES = ("shock", "shock_com", "joint_impulse", "mass_sticking", *WITH_FRICTION[:2], "joint_impulse_friction")

@@ -4,10 +4,10 @@ import math
 from typing import Any
 
 from shockpc.show.document import record
-from shockpc.show.reports.report import Picture, Report
+from shockpc.show.report import Picture, Report
 from shockpc.show.tables import Column, Lines, Sheet, sheet_of
 from shockpc.show.wording import contact_name, count, strike_text
-from shockpc.studies.compare import Comparison, Differences
+from shockpc.studies.compare.study import Comparison, Differences
 from shockpc.text.diagnostic import alike
 from shockpc.text.printed import few
 
@@ -29,7 +29,12 @@ def compare_report(comparison: Comparison) -> Report:
         title="Comparison",
         body=lambda full: [
             Lines(header),
-            Picture("compare", "what changes between the designs", "compare:draw_comparison", (comparison, header)),
+            Picture(
+                "compare",
+                "what changes between the designs",
+                "studies.compare.figure:draw_comparison",
+                (comparison, header),
+            ),
             *(_sheet(comparison, differences, None if full else 8) for differences in comparison.quantities),
         ],
         lead=2,

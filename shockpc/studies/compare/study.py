@@ -6,40 +6,22 @@ from dataclasses import dataclass, field, replace
 from typing import Annotated, NamedTuple
 
 from shockpc.evaluation.columns import selected
+from shockpc.evaluation.declare import QuantityOption, study
+from shockpc.evaluation.designs import Design
 from shockpc.evaluation.evaluate import proven
 from shockpc.evaluation.table import Table
 from shockpc.landing.places import Place, PlaceKind
 from shockpc.landing.record import Option
-from shockpc.landing.scene import Scene
 from shockpc.quantities.profile import ShockProfile
 from shockpc.quantities.table import Selection, select
 from shockpc.robot.changes import Change, changed, read_changes
-from shockpc.robot.robot import Robot
-from shockpc.studies.declare import QuantityOption, study
-from shockpc.studies.partners import KINDS, Partners, matching, partners
+from shockpc.studies.compare.partners import KINDS, Partners, matching, partners
 from shockpc.text.errors import SceneError, ShockError, SolveError, StudyError
 from shockpc.text.printed import listed
 
 STANDARD = ("shock", "shock_com", "shock_max", "ropc", "mass_sticking", "mass_frictionless", "joint_impulse", "joint_moment")
 WITH_FRICTION = ("shock_friction", "shock_com_friction", "ropc_friction", "joint_impulse_friction", "joint_moment_friction")
 """Quantities that are always compared: of contacts that stick, or with friction where all designs land with friction."""
-
-
-@dataclass(frozen=True, eq=False)
-class Design:
-    """One robot in one landing.
-
-    Attributes:
-        label: what tells it from the others.
-        scene: the landing.
-        robot: the robot.
-        changes: what was changed of the robot after it was loaded.
-    """
-
-    label: str
-    scene: Scene = field(repr=False)
-    robot: Robot = field(repr=False)
-    changes: tuple[Change, ...] = ()
 
 
 class Difference(NamedTuple):

@@ -9,7 +9,7 @@ import numpy as np
 
 from shockpc.landing.ratings import torque_limits
 from shockpc.show.document import record
-from shockpc.show.reports.report import Picture, Report
+from shockpc.show.report import Picture, Report
 from shockpc.show.tables import Column, Lines, Row, Sheet
 from shockpc.show.wording import count, header_lines, shared_warnings
 from shockpc.studies.fall.strikes import FallStrike, Tip
@@ -29,7 +29,7 @@ LIMITS = ("height", "contact", "limits")
 def fall_report(falls: Falls) -> Report:
     """The falls."""
     what = f"dropped from {falls.drop:g} m" if falls.drop is not None else "tipping over"
-    picture = Picture("fall", "the robot in the moment of the worst impacts", "fall:draw_falls", (falls,))
+    picture = Picture("fall", "the robot in the moment of the worst impacts", "studies.fall.figure:draw_falls", (falls,))
     profiles = {result.strike.name: result.profile for result in falls.results}
     return Report(
         name="fall",

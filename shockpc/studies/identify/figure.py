@@ -3,10 +3,9 @@
 import numpy as np
 from matplotlib.figure import Figure
 
-from shockpc.show.figure.landings import MARKERS
-from shockpc.show.figure.style import CURVES, INK, faded, new_chart, plain_numbers
+from shockpc.show.figure.style import CURVES, INK, MARKERS, faded, new_chart, plain_numbers
 from shockpc.show.wording import count, robot_name
-from shockpc.studies.identify import Identification
+from shockpc.studies.identify.study import Identification
 from shockpc.text.printed import printable
 
 CLEAR_MINIMUM = 0.2

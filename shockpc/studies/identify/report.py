@@ -9,14 +9,14 @@ from typing import Any
 
 import numpy as np
 
-from shockpc.evaluation.prediction import SCALE
 from shockpc.evaluation.variation import OF_A_LINK
 from shockpc.landing.joint_model import joint_model
 from shockpc.landing.scene_file import scene_text
-from shockpc.show.reports.report import Picture, Report
+from shockpc.recorded.prediction import SCALE
+from shockpc.show.report import Picture, Report
 from shockpc.show.tables import Lines, Sheet, sheet_of
 from shockpc.show.wording import count, robot_line
-from shockpc.studies.identify import ERRORS, Identification
+from shockpc.studies.identify.study import ERRORS, Identification
 from shockpc.text.printed import cause_lines, causes, few, listed
 from shockpc.text.toml import toml_lines
 

@@ -19,16 +19,16 @@ from typing import Annotated, Any, Literal, NamedTuple
 import numpy as np
 
 from shockpc.core.spatial import Array
-from shockpc.evaluation.prediction import SCALE, Predicted, Predictor, coordinate, energy_norms, energy_roots, mobilities
-from shockpc.evaluation.recorded import RecordedLandings, robot_of_table, rows_of_table
+from shockpc.evaluation.declare import RenameOption, study
 from shockpc.evaluation.table import Table
-from shockpc.evaluation.table_files import columns_of
 from shockpc.evaluation.variation import Variation, Vary, pairs, variation
 from shockpc.evaluation.varied_scene import applied
 from shockpc.landing.record import Option
 from shockpc.landing.scene import Scene
+from shockpc.recorded.files import columns_of
+from shockpc.recorded.prediction import SCALE, Predicted, Predictor, coordinate, energy_norms, energy_roots, mobilities
+from shockpc.recorded.source import RecordedLandings, robot_of_table, rows_of_table
 from shockpc.robot.robot import Robot
-from shockpc.studies.declare import RenameOption, study
 from shockpc.text.errors import StudyError
 from shockpc.text.printed import few, listed
 

@@ -6,7 +6,7 @@ from matplotlib.ticker import MaxNLocator
 
 from shockpc.show.figure.style import CURVES, INK, new_chart, plain_numbers
 from shockpc.show.wording import size_at_place
-from shockpc.studies.improve import Improvement
+from shockpc.studies.improve.study import Improvement
 
 
 def draw_runs(study: Improvement) -> Figure:

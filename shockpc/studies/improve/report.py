@@ -7,15 +7,16 @@ from typing import Any
 
 import numpy as np
 
+from shockpc.evaluation.designs import Design
 from shockpc.evaluation.variation import OF_A_LINK
 from shockpc.landing.scene_file import scene_text
 from shockpc.show.document import record
-from shockpc.show.reports.compare import compare_report
-from shockpc.show.reports.report import Picture, Report, Section, picture_files
+from shockpc.show.report import Picture, Report, Section, picture_files
 from shockpc.show.tables import Lines, Row, Sheet, sheet_of
 from shockpc.show.wording import at_place, count, proof_text, shared_lines, shared_warnings, size_at_place
-from shockpc.studies.compare import STANDARD, WITH_FRICTION, Design, compare
-from shockpc.studies.improve import Improvement
+from shockpc.studies.compare.report import compare_report
+from shockpc.studies.compare.study import STANDARD, WITH_FRICTION, compare
+from shockpc.studies.improve.study import Improvement
 from shockpc.text.printed import few
 
 
@@ -26,10 +27,10 @@ def improve_report(study: Improvement) -> Report:
     further = [text for text in quantities if "," not in text and text.partition("@")[0] not in (*STANDARD, *WITH_FRICTION)]
     compared = compare_report(compare([Design(label, one.scene, one.robot) for label, one in worst.items()], further))
     sheets: dict[str, Callable[[], Sheet]] = {"variables": lambda: _variables(study)}
-    figures = [Picture("runs", "the target over the steps of the runs", "improve:draw_runs", (study,))]
+    figures = [Picture("runs", "the target over the steps of the runs", "studies.improve.figure:draw_runs", (study,))]
     if study.front:
         sheets["front"] = lambda: _front(study)
-        figures.append(Picture("front", "the front of two numbers", "improve:draw_front", (study,)))
+        figures.append(Picture("front", "the front of two numbers", "studies.improve.figure:draw_front", (study,)))
 
     def body(full: bool) -> Iterator[Section]:
         yield Lines([*shared_lines(study.after), *_lines(study)])

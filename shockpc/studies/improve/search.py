@@ -13,7 +13,7 @@ import numpy as np
 from shockpc.core.spatial import Array
 from shockpc.core.threads import one_thread
 from shockpc.evaluation.cost import SLACK, ShockCost
-from shockpc.evaluation.lockstep import in_lockstep
+from shockpc.studies.improve.lockstep import in_lockstep
 
 RUNS, ROUGH, SLOW = 80, 36, 4
 """Runs by default; where derivatives are differences; and where each point needs a separate landing."""

@@ -15,9 +15,9 @@ import numpy as np
 from shockpc.core.spatial import Array, read_only
 from shockpc.evaluation.columns import proven_columns
 from shockpc.evaluation.cost import ShockCost
+from shockpc.evaluation.declare import study
 from shockpc.evaluation.evaluate import profiles
-from shockpc.evaluation.landings import common_robot, named_scenes, with_default_landings
-from shockpc.evaluation.search import OPTIMUM_TOLERANCE, ROUGH, RUNS, SLOW, Run, search, starting_points
+from shockpc.evaluation.source import common_robot, named_scenes, with_default_landings
 from shockpc.evaluation.table import Table
 from shockpc.evaluation.variation import Vary, motion_range, pairs
 from shockpc.evaluation.varied_scene import scene_grid
@@ -25,9 +25,9 @@ from shockpc.landing.record import Option
 from shockpc.landing.resolve import resolve
 from shockpc.landing.scene import Scene
 from shockpc.quantities.profile import ShockProfile
-from shockpc.robot.landmarks import is_imu, sensors
+from shockpc.robot.feet_and_sensors import is_imu, sensors
 from shockpc.robot.robot import Robot
-from shockpc.studies.declare import study
+from shockpc.studies.improve.search import OPTIMUM_TOLERANCE, ROUGH, RUNS, SLOW, Run, search, starting_points
 from shockpc.text.errors import StudyError
 from shockpc.text.printed import few
 from shockpc.text.trace import Trace

@@ -14,18 +14,18 @@ from shockpc.cli.rows import computed
 from shockpc.cli.scenes import scenes_in
 from shockpc.cli.study import given, help_of, refuse_unasked, study_options
 from shockpc.cli.tables import table_and_scene
-from shockpc.evaluation.recorded import recorded_landings
-from shockpc.evaluation.recorded_rows import rows_of_scenes
-from shockpc.evaluation.recorded_table import rows_of
 from shockpc.landing.joint_model import joint_model, with_model
 from shockpc.landing.posture import spelled_out
 from shockpc.landing.record import options_of
 from shockpc.landing.resolve import landing_of
 from shockpc.landing.scene import JointModelName, Joints, Scene
 from shockpc.landing.scene_file import scene_text
-from shockpc.show.reports.landings import landings_report
-from shockpc.studies.landings import compare_measured, refuse_unused
-from shockpc.studies.landings import landings as study
+from shockpc.recorded.rows import rows_of_scenes
+from shockpc.recorded.source import recorded_landings
+from shockpc.recorded.table import rows_of
+from shockpc.studies.landings.report import landings_report
+from shockpc.studies.landings.study import compare_measured, refuse_unused
+from shockpc.studies.landings.study import landings as study
 from shockpc.text.errors import DefectError, ShockError, StudyError
 
 _in_table, _in_joints = group("Table"), group(options_of(Joints)["model"].heading)

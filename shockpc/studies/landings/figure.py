@@ -6,11 +6,11 @@ import textwrap
 import numpy as np
 from matplotlib.figure import Figure
 
-from shockpc.evaluation.recorded import RecordedLandings
 from shockpc.evaluation.table import Table
-from shockpc.show.figure.style import CURVES, INK, histogram, new_chart
+from shockpc.recorded.source import RecordedLandings
+from shockpc.show.figure.style import CURVES, INK, MARKERS, histogram, new_chart
 from shockpc.show.wording import count, robot_name
-from shockpc.studies.landings import ALL, FEWEST, Agreement, Validation
+from shockpc.studies.landings.study import ALL, FEWEST, Agreement, Validation
 from shockpc.text.printed import printable
 
 MOST_PANELS, WORST, BINS = 8, 3, 60
@@ -18,9 +18,6 @@ MOST_PANELS, WORST, BINS = 8, 3, 60
 
 FRAME_REACH = 1.4
 """Half the width of the frame of a comparison, in greatest measured jumps; predictions beyond it are arrows on its edge."""
-
-MARKERS = ("o", "^", "s", "D")
-"""Of quantities whose colours are the same."""
 
 
 def draw_landings(study: RecordedLandings, results: Table) -> Figure:

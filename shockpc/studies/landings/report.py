@@ -5,13 +5,13 @@ from collections.abc import Iterator, Mapping, Sequence
 import numpy as np
 
 from shockpc.evaluation.columns import Column as Computed
-from shockpc.evaluation.recorded import CLOSED_BY, RATES_BY, RecordedLandings
 from shockpc.evaluation.table import Table
 from shockpc.quantities.profile import ShockProfile
-from shockpc.show.reports.report import Picture, Report, Section, picture_files
+from shockpc.recorded.source import CLOSED_BY, RATES_BY, RecordedLandings
+from shockpc.show.report import Picture, Report, Section, picture_files
 from shockpc.show.tables import Column, Lines, Row, Sheet
 from shockpc.show.wording import JOINT_MODELS, LEFT_OUT, count, proof_lines, robot_line, shown_as, without_value
-from shockpc.studies.landings import FEWEST, STATISTICS, Validation
+from shockpc.studies.landings.study import FEWEST, STATISTICS, Validation
 from shockpc.text.printed import cause_lines, causes, few
 
 ROWS = 10
@@ -55,10 +55,15 @@ def landings_report(
     def body(full: bool) -> Iterator[Section]:
         yield Lines(list(_header(table, landings)))
         if validation is not None:
-            yield Picture("measured", "measured over predicted jumps", "landings:draw_validation", (landings, validation))
+            yield Picture(
+                "measured",
+                "measured over predicted jumps",
+                "studies.landings.figure:draw_validation",
+                (landings, validation),
+            )
             yield agreement_sheet(validation, full)
         yield _extents(landings, results)
-        yield Picture("landings", "distributions of the results", "landings:draw_landings", (landings, results))
+        yield Picture("landings", "distributions of the results", "studies.landings.figure:draw_landings", (landings, results))
         yield _shown_rows(landings, results, order, rank).largest(None if full else ROWS, "landing")
 
     sheets = {"landings": lambda: _rows(landings, results, order), "quantities": lambda: _extents(landings, results)}

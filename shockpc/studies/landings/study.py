@@ -7,18 +7,18 @@ from typing import Annotated, Any, NamedTuple
 import numpy as np
 
 from shockpc.core.spatial import Array
+from shockpc.evaluation.declare import QuantityOption, RenameOption, study
 from shockpc.evaluation.evaluate import Evaluation
-from shockpc.evaluation.landings import refuse_unused_ground
-from shockpc.evaluation.prediction import base_in_world, coordinate, energy_norms, mobilities, predicted_later, predicting
-from shockpc.evaluation.recorded import RecordedLandings, recorded_landings, robot_of_table, rows_of_table
-from shockpc.evaluation.recorded_rows import Measured, RecordedRows
+from shockpc.evaluation.source import refuse_unused_ground
 from shockpc.evaluation.table import Table
-from shockpc.evaluation.table_files import columns_of
 from shockpc.landing.record import Option
 from shockpc.landing.scene import Scene
 from shockpc.quantities.table import select
+from shockpc.recorded.files import columns_of
+from shockpc.recorded.prediction import base_in_world, coordinate, energy_norms, mobilities, predicted_later, predicting
+from shockpc.recorded.rows import Measured, RecordedRows
+from shockpc.recorded.source import RecordedLandings, recorded_landings, robot_of_table, rows_of_table
 from shockpc.robot.robot import Robot
-from shockpc.studies.declare import QuantityOption, RenameOption, study
 from shockpc.text.errors import StudyError
 
 DRAWS, SEED = 2000, 0

@@ -8,7 +8,7 @@ from matplotlib.figure import Figure
 
 from shockpc.show.figure.style import BANDS, INK, PAPER, SHOCK, new_chart
 from shockpc.show.wording import contact_name, robot_name
-from shockpc.studies.limits import JointLimits
+from shockpc.studies.limits.study import JointLimits
 from shockpc.text.printed import UNITS, printable
 
 SHARES = (0.0, 0.1, 0.25, 0.5, 0.75, 1.0, 1.5, 2.0, 4.0)

@@ -5,10 +5,10 @@ from collections.abc import Callable
 from typing import Any
 
 from shockpc.evaluation.variation import OF_THE_GROUND
-from shockpc.show.reports.report import Picture, Report
+from shockpc.show.report import Picture, Report
 from shockpc.show.tables import Lines, Row, Sheet, sheet_of
 from shockpc.show.wording import header_lines, warning_lines
-from shockpc.studies.limits import JointLimits, StrikeLimits
+from shockpc.studies.limits.study import JointLimits, StrikeLimits
 from shockpc.text.printed import in_degrees
 
 MARKS = {"bound": "", "range": "*", "loop": "†"}
@@ -32,7 +32,12 @@ def limits_report(study: JointLimits) -> Report:
         title=f"Limits of {study.subject} for the {study.target.title}",
         body=lambda _: [
             Lines([*header_lines(study.profile), ("joint" if study.of_joints else "varied", scan)]),
-            Picture("limits", f"{study.target.title} over {study.subject} and strike angle", "limits:draw_limits", (study,)),
+            Picture(
+                "limits",
+                f"{study.target.title} over {study.subject} and strike angle",
+                "studies.limits.figure:draw_limits",
+                (study,),
+            ),
             _allowed(study),
             _postures(study, ROWS),
         ],

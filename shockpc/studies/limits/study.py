@@ -15,8 +15,8 @@ import numpy as np
 
 from shockpc.core.spatial import Array, Plane
 from shockpc.evaluation.columns import Column, column, columns, target_text
+from shockpc.evaluation.declare import study
 from shockpc.evaluation.evaluate import profiles
-from shockpc.evaluation.strike_scan import ANGLES, LEAST, Bound, StrikeScan
 from shockpc.evaluation.table import Table
 from shockpc.evaluation.variation import ATTITUDE, OFFSET, Variation, kind_of, motion_range, variation
 from shockpc.evaluation.varied_scene import present_value, with_offsets
@@ -28,7 +28,7 @@ from shockpc.landing.scene_file import robot_of
 from shockpc.profile import ILL_CONDITIONED
 from shockpc.quantities.profile import ShockProfile
 from shockpc.robot.robot import Joint, Robot
-from shockpc.studies.declare import study
+from shockpc.studies.limits.scan import ANGLES, LEAST, Bound, StrikeScan
 from shockpc.text.errors import SolveError, StudyError
 from shockpc.text.printed import UNITS, in_degrees
 

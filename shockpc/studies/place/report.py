@@ -6,7 +6,7 @@ import numpy as np
 
 from shockpc.quantities.profile import ShockProfile
 from shockpc.show.document import record
-from shockpc.show.reports.report import Picture, Report
+from shockpc.show.report import Picture, Report
 from shockpc.show.tables import Column, Lines, Row, Sheet, sheet_of
 from shockpc.show.wording import count, proof_text, robot_name, shared_lines, shared_warnings
 from shockpc.studies.place.study import PlaceStudy
@@ -26,7 +26,7 @@ def place_report(study: PlaceStudy) -> Report:
         title=f"Place of least shock on {study.robot.bodies[study.body].name} of {robot_name(study.robot)}",
         body=lambda full: [
             Lines([*shared_lines(_named(study)), ("where", study.region.text), ("compared by", f"{number} over the landings")]),
-            Picture("place", "greatest shock over the body", "place:draw_place", (study,)),
+            Picture("place", "greatest shock over the body", "studies.place.figure:draw_place", (study,)),
             _places(study).without("present", "bound"),
             *([_margins(study)] if _judged(study) else []),
             _landings(study, None if full else 6),

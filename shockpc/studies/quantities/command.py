@@ -20,6 +20,6 @@ def quantities(
     output: OutputOptions,
 ) -> None:
     from shockpc.cli.output import emit
-    from shockpc.show.reports.quantities import quantities_report
+    from shockpc.studies.quantities.report import quantities_report
 
     emit(quantities_report(pattern), output)

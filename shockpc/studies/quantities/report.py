@@ -2,7 +2,7 @@
 
 from shockpc.quantities.table import QUANTITIES
 from shockpc.show.document import record
-from shockpc.show.reports.report import Report
+from shockpc.show.report import Report
 from shockpc.show.tables import Sheet
 from shockpc.text.names import match
 

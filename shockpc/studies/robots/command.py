@@ -23,7 +23,7 @@ def robots(
 ) -> None:
     from shockpc.cli.output import emit
     from shockpc.robot.load import load_robot
-    from shockpc.show.reports.robots import robot_report, robots_report
+    from shockpc.studies.robots.report import robot_report, robots_report
     from shockpc.text.errors import StudyError
 
     if robot is None:

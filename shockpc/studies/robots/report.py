@@ -8,10 +8,10 @@ from shockpc.landing.dynamics import PINOCCHIO
 from shockpc.landing.posture import reference_name
 from shockpc.robot.checkup import check_robot
 from shockpc.robot.drives import Drive, catalogue_drives
-from shockpc.robot.landmarks import feet, sensors
+from shockpc.robot.feet_and_sensors import feet, sensors
 from shockpc.robot.robot import Robot
 from shockpc.show.document import record
-from shockpc.show.reports.report import Report
+from shockpc.show.report import Report
 from shockpc.show.tables import Lines, Row, Sheet
 from shockpc.show.wording import base_text, count
 from shockpc.text.errors import RobotError

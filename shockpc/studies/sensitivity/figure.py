@@ -6,9 +6,9 @@ from matplotlib.figure import Figure
 from matplotlib.patches import Patch
 
 from shockpc.show.figure.style import BANDS, CURVES, INK, new_chart
-from shockpc.show.reports.sensitivity import change_words, step_words
 from shockpc.show.wording import contact_name, count, robot_name
-from shockpc.studies.sensitivity import Sensitivity
+from shockpc.studies.sensitivity.report import change_words, step_words
+from shockpc.studies.sensitivity.study import Sensitivity
 from shockpc.text.printed import printable
 
 MOST_BARS = 16

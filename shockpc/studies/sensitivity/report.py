@@ -5,10 +5,10 @@ from collections.abc import Sequence
 from typing import Any
 
 from shockpc.show.document import record
-from shockpc.show.reports.report import Picture, Report
+from shockpc.show.report import Picture, Report
 from shockpc.show.tables import Lines, Row, Sheet, sheet_of
 from shockpc.show.wording import count, shared_lines, shared_warnings, shown_as
-from shockpc.studies.sensitivity import Effect, Sensitivity
+from shockpc.studies.sensitivity.study import Effect, Sensitivity
 from shockpc.text.printed import listed
 
 PARAMETERS = {
@@ -32,7 +32,12 @@ def sensitivity_report(study: Sensitivity) -> Report:
     now = f"{study.target.title}: {study.value:.4g} {study.target.unit}".removesuffix(" -")
     if len(landings) > 1:
         now += f", {_over(study)}; the worst is {study.worst}"
-    picture = Picture("sensitivity", f"the largest effects on the {study.target.title}", "sensitivity:draw_tornado", (study,))
+    picture = Picture(
+        "sensitivity",
+        f"the largest effects on the {study.target.title}",
+        "studies.sensitivity.figure:draw_tornado",
+        (study,),
+    )
     return Report(
         name="sensitivity",
         title=f"What changes the {study.target.title}",

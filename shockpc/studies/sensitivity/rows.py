@@ -14,7 +14,7 @@ from typing import Any, NamedTuple, TypeAlias
 import numpy as np
 
 from shockpc.core.spatial import Array
-from shockpc.evaluation.landings import Chunk, Group, LandingsBeside, Refusal
+from shockpc.evaluation.source import Chunk, Group, LandingsBeside, Refusal
 from shockpc.evaluation.variation import Variation
 from shockpc.evaluation.varied import VariedLandings
 from shockpc.evaluation.varied_scene import present_value, refuse_given_otherwise

@@ -14,11 +14,19 @@ import numpy as np
 
 from shockpc.core.spatial import Array, read_only
 from shockpc.evaluation.columns import Column, column, target_text
+from shockpc.evaluation.declare import study
 from shockpc.evaluation.evaluate import TRUSTED, Evaluation, profiles
 from shockpc.evaluation.gradients import has_gradient
 from shockpc.evaluation.gradients import slopes as exact_slopes
-from shockpc.evaluation.landings import common_robot, named_scenes, with_default_landings
-from shockpc.evaluation.one_by_one import (
+from shockpc.evaluation.source import common_robot, named_scenes, with_default_landings
+from shockpc.evaluation.table import Table
+from shockpc.evaluation.variation import OF_A_LINK, Variation, Vary, pairs, refuse_repeated, variation
+from shockpc.landing.record import Option
+from shockpc.landing.scene import Point, Scene
+from shockpc.quantities.profile import ShockProfile
+from shockpc.robot.changes import Property
+from shockpc.robot.robot import Robot
+from shockpc.studies.sensitivity.rows import (
     STEPS,
     Parameter,
     ParameterKind,
@@ -27,14 +35,6 @@ from shockpc.evaluation.one_by_one import (
     parameters,
     swept_parameter,
 )
-from shockpc.evaluation.table import Table
-from shockpc.evaluation.variation import OF_A_LINK, Variation, Vary, pairs, refuse_repeated, variation
-from shockpc.landing.record import Option
-from shockpc.landing.scene import Point, Scene
-from shockpc.quantities.profile import ShockProfile
-from shockpc.robot.changes import Property
-from shockpc.robot.robot import Robot
-from shockpc.studies.declare import study
 from shockpc.text.errors import StudyError
 from shockpc.text.printed import UNITS
 from shockpc.text.trace import Trace

@@ -8,10 +8,10 @@ from shockpc.cli.output import emit, exit_code
 from shockpc.cli.rows import computed
 from shockpc.cli.scenes import scenes_from, with_contact
 from shockpc.cli.study import given, help_of, refuse_unasked, refuse_varied, study_options
-from shockpc.evaluation.summary import summarise
 from shockpc.landing.contact import contact_name
-from shockpc.show.reports.sweep import sweep_report
-from shockpc.studies.sweep import sweep as study
+from shockpc.studies.sweep.report import sweep_report
+from shockpc.studies.sweep.study import sweep as study
+from shockpc.studies.sweep.summary import summarise
 from shockpc.text.errors import StudyError
 
 

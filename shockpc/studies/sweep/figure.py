@@ -11,11 +11,11 @@ from matplotlib.figure import Figure
 from matplotlib.ticker import MaxNLocator
 
 from shockpc.core.spatial import Array
-from shockpc.evaluation.summary import Extent, Summary
 from shockpc.evaluation.variation import Variation
 from shockpc.evaluation.varied import VariedLandings
 from shockpc.show.figure.style import CURVES, INK, PAPER, SHOCK, histogram, new_chart, shock_levels
 from shockpc.show.wording import robot_name
+from shockpc.studies.sweep.summary import Extent, Summary
 from shockpc.text.printed import printable
 
 MOST_CURVES, MAPS = len(CURVES), 4

@@ -6,13 +6,13 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from shockpc.evaluation.summary import PERCENTILES, Extent, Summary
 from shockpc.evaluation.variation import OF_THE_GROUND, STRIKE, beyond_limits
 from shockpc.evaluation.varied import VariedLandings
 from shockpc.show.document import record
-from shockpc.show.reports.report import Picture, Report
+from shockpc.show.report import Picture, Report
 from shockpc.show.tables import Column, Lines, Row, Sheet
 from shockpc.show.wording import LEFT_OUT, STICKING, proof_lines, robot_name, without_value
+from shockpc.studies.sweep.summary import PERCENTILES, Extent, Summary
 from shockpc.text.printed import cause_lines
 
 MESSAGES = 5
@@ -32,7 +32,7 @@ def sweep_report(summary: Summary[VariedLandings]) -> Report:
         body=lambda whole: [
             _sheet(summary).without("most_severe", "least_severe"),
             *([_correlations(summary, None if whole else STRONGEST)] if summary.varied else []),
-            Picture("sweep", "results over the sweep", "sweep:draw_sweep", (summary,)),
+            Picture("sweep", "results over the sweep", "studies.sweep.figure:draw_sweep", (summary,)),
             Lines(list(_lines(summary)), whole=True),
         ],
         sheets={

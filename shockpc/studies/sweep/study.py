@@ -5,6 +5,7 @@ from dataclasses import replace
 from typing import Annotated
 
 from shockpc.evaluation.columns import Column, ground_columns, selected
+from shockpc.evaluation.declare import QuantityOption, study
 from shockpc.evaluation.evaluate import Evaluation
 from shockpc.evaluation.variation import Vary
 from shockpc.evaluation.varied import MOST_ROWS, VariedLandings, varied_landings
@@ -13,7 +14,6 @@ from shockpc.landing.record import Option
 from shockpc.landing.scene import Point, Scene
 from shockpc.quantities.table import select
 from shockpc.robot.robot import Robot
-from shockpc.studies.declare import QuantityOption, study
 from shockpc.text.errors import StudyError
 
 FEASIBILITY = ("friction_needed", "pull", "energy_made", "depth", "feasible")

@@ -6,7 +6,7 @@ from matplotlib.figure import Figure
 
 from shockpc.show.figure.style import CURVES, INK, faded, new_chart
 from shockpc.show.wording import count, robot_name
-from shockpc.studies.touchdowns import Touchdown, Touchdowns
+from shockpc.studies.touchdowns.study import Touchdown, Touchdowns
 from shockpc.text.printed import printable
 
 PANELS, COLUMNS = 6, 3

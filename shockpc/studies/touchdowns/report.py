@@ -6,10 +6,10 @@ from typing import Any
 
 import numpy as np
 
-from shockpc.show.reports.report import Picture, Report
+from shockpc.show.report import Picture, Report
 from shockpc.show.tables import Column, Lines, Row, Sheet, sheet_of
 from shockpc.show.wording import count, robot_line
-from shockpc.studies.touchdowns import Touchdowns
+from shockpc.studies.touchdowns.study import Touchdowns
 from shockpc.text.printed import few
 
 ROWS = 12
@@ -27,7 +27,12 @@ def touchdowns_report(log: Path, study: Touchdowns) -> Report:
         known = sheet.known()
         notes = [NOTE] if "fall" in (column.key for column in known.columns) else []
         yield known._replace(notes=notes).largest(None if full else ROWS, "landing")
-        yield Picture("touchdowns", "heights of the feet, touchdowns and windows", "touchdowns:draw_touchdowns", (study,))
+        yield Picture(
+            "touchdowns",
+            "heights of the feet, touchdowns and windows",
+            "studies.touchdowns.figure:draw_touchdowns",
+            (study,),
+        )
 
     return Report(
         name="touchdowns",

@@ -15,16 +15,16 @@ from typing import Annotated, Any, NamedTuple
 
 import numpy as np
 
-from shockpc.core.kinks import FEWEST, foot_landings
 from shockpc.core.spatial import Array
-from shockpc.evaluation.logged_motion import PARTS, TWIST, LoggedMotion, StatePart, watched_motion
-from shockpc.evaluation.logs import Log, read_log
+from shockpc.evaluation.declare import RenameOption, study
 from shockpc.evaluation.table import Table
 from shockpc.landing.record import Option
 from shockpc.landing.scene import GRAVITY, JOINT_MODEL, RESULTS, STRIKE, Scene
 from shockpc.landing.scene_file import robot_of
+from shockpc.recorded.detection import FEWEST, foot_landings
+from shockpc.recorded.logged_motion import PARTS, TWIST, LoggedMotion, StatePart, watched_motion
+from shockpc.recorded.logs import Log, read_log
 from shockpc.robot.robot import Robot
-from shockpc.studies.declare import RenameOption, study
 from shockpc.text.errors import StudyError, UnknownName
 from shockpc.text.printed import few, listed
 

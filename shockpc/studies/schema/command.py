@@ -12,8 +12,8 @@ def schema(
 ) -> None:
     import json
 
+    from shockpc.evaluation.budgets import budgets_schema
     from shockpc.landing.scene_file import scene_schema
-    from shockpc.studies.check.budgets import budgets_schema
 
     text = json.dumps(budgets_schema() if file == "budgets" else scene_schema(), indent=1)
     sys.stdout.write(text + "\n")

@@ -6,7 +6,7 @@ from pathlib import Path
 from shockpc.cli.declare import argument, command
 from shockpc.text.errors import UnknownName
 
-FOLDER = Path(__file__).resolve().parent.parent / "guide"
+FOLDER = Path(__file__).resolve().parents[2] / "guide"
 """A page in Markdown for each topic."""
 
 
