@@ -10,8 +10,9 @@ import pinocchio as pin
 
 from shockpc.core.spatial import Array
 from shockpc.landing.scene import Posture, Scene
+from shockpc.robot.elements import Joint
 from shockpc.robot.feet_and_sensors import BENT, standing_posture
-from shockpc.robot.robot import Joint, Robot
+from shockpc.robot.robot import Robot
 from shockpc.robot.tolerances import LIMIT_SLACK
 from shockpc.text.arguments import checked
 from shockpc.text.diagnostic import Diagnostic, by_cause

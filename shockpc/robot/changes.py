@@ -8,8 +8,9 @@ from typing import Literal, get_args
 import numpy as np
 import pinocchio as pin
 
-from shockpc.core.spatial import Array, cross_matrix, freeze
-from shockpc.robot.robot import Drives, Robot
+from shockpc.core.spatial import Array, cross_matrix
+from shockpc.robot.elements import Drives
+from shockpc.robot.robot import Robot
 from shockpc.robot.tolerances import refuse_number
 from shockpc.text.diagnostic import Diagnostic
 from shockpc.text.errors import StudyError

@@ -27,7 +27,8 @@ from shockpc.landing.scene import Point, Scene
 from shockpc.landing.scene_file import robot_of
 from shockpc.profile import ILL_CONDITIONED
 from shockpc.quantities.profile import ShockProfile
-from shockpc.robot.robot import Joint, Robot
+from shockpc.robot.elements import Joint
+from shockpc.robot.robot import Robot
 from shockpc.studies.limits.scan import ANGLES, LEAST, Bound, StrikeScan
 from shockpc.text.errors import SolveError, StudyError
 from shockpc.text.printed import UNITS, in_degrees
