@@ -7,11 +7,12 @@ from typing import Any, TypeVar
 
 from shockpc.cli.options import SceneOptions
 from shockpc.landing.contact import contact_name, landing_frames, match_contacts
-from shockpc.landing.joint_model import with_model
+from shockpc.landing.joints import Joints, Rotor, with_model
 from shockpc.landing.level_feet import default_landings
 from shockpc.landing.ratings import part_from
-from shockpc.landing.scene import Contact, Joints, Posture, Rotor, Scene, Strike, replaced_ways
+from shockpc.landing.scene import Contact, Posture, Scene
 from shockpc.landing.scene_file import check_scene, plane_of, points_at, read_scene, robot_of
+from shockpc.landing.strike import Strike, replaced_ways
 from shockpc.robot.feet_and_sensors import each_foot
 from shockpc.robot.robot import Robot
 from shockpc.text.arguments import typed

@@ -25,7 +25,8 @@ from shockpc.landing.landing import PosedLanding
 from shockpc.landing.places import Place
 from shockpc.landing.posture import difference
 from shockpc.landing.resolve import resolve
-from shockpc.landing.scene import Scene, Strike
+from shockpc.landing.scene import Scene
+from shockpc.landing.strike import Strike
 from shockpc.quantities.contacts import IMPULSE, REDUNDANT
 from shockpc.quantities.heights import CLEARANCE, HEIGHTS, REACH, SPREAD, on_ground, without_shapes
 from shockpc.quantities.quantity import Quantity

@@ -12,7 +12,8 @@ from shockpc.core.spatial import Array
 from shockpc.landing.contact import landing_frames
 from shockpc.landing.posture import refuse_beyond_turn, settable_joints
 from shockpc.landing.record import options_of
-from shockpc.landing.scene import Contact, Scene, Strike
+from shockpc.landing.scene import Contact, Scene
+from shockpc.landing.strike import Strike
 from shockpc.robot.changes import links_with_mass
 from shockpc.robot.elements import Joint
 from shockpc.robot.robot import Robot

@@ -11,7 +11,7 @@ import numpy as np
 import pinocchio as pin
 
 from shockpc.core.spatial import Array, Plane
-from shockpc.landing.contact import unit_directions
+from shockpc.landing.directions import unit_directions
 from shockpc.landing.dynamics import Dynamics, dynamics
 from shockpc.landing.freedom import free_columns
 from shockpc.landing.rows import Block, row_jacobian, world_point

@@ -7,14 +7,14 @@ more than this one.
 """
 
 import functools
-from dataclasses import replace
+from collections.abc import Sequence
 from pathlib import Path
 from typing import NamedTuple
 
 import numpy as np
 
 from shockpc.core.spatial import Array
-from shockpc.landing.scene import JointModelName, Joints
+from shockpc.landing.joints import Joints
 from shockpc.robot.drives import drives_like, drives_of, read_drives
 from shockpc.robot.elements import Drive, Drives
 from shockpc.robot.robot import Robot
@@ -105,16 +105,7 @@ def joint_model(robot: Robot, joints: Joints) -> JointModel:
         stiffness[v], known[v] = _positive("the stiffness of joint", pattern, k), True
     for pattern, value in joints.torque.items():
         torque[_velocities(robot, pattern)] = value
-    locked = driven & (joints.model == "locked")
-    for pattern in joints.locked:
-        locked |= _velocities(robot, pattern)
-    for pattern in (*(pattern for pattern, _ in given), *joints.stiffness):
-        if locked[_velocities(robot, pattern)].all():
-            raise SceneError(
-                f'"{pattern}" is locked, so a reflected inertia or a spring changes nothing there; leave out the lock, or the '
-                "armature, rotor or stiffness",
-                joints=[pattern],
-            )
+    locked = _locked(robot, joints, [pattern for pattern, _ in given])
     if joints.model == "rigid":
         armature, locked = _with_rigid_springs(robot, armature, locked, rotor, drive_stiffness, stiffness)
         rotor, drive_stiffness = np.zeros(nv), np.full(nv, np.inf)
@@ -177,15 +168,6 @@ def _given(robot: Robot, joints: Joints) -> list[tuple[str, Drive]]:
                 joints=[pattern],
             )
     return given
-
-
-def with_model(joints: Joints, model: JointModelName | None) -> Joints:
-    """The joints with another model, without what has no effect on it: drives of free joints, springs too of locked ones."""
-    if model == "free":
-        joints = replace(joints, armature={}, rotor={}, drives=None)
-    if model == "locked":
-        joints = replace(joints, armature={}, rotor={}, stiffness={})
-    return replace(joints, model=model)
 
 
 def _with_rigid_springs(
@@ -257,6 +239,21 @@ def _driven(robot: Robot, pattern: str) -> list[str]:
             f'joint "{pattern}" of robot "{robot.name}" floats, so it has no drive; name a joint that has one', joints=[pattern]
         )
     return driven
+
+
+def _locked(robot: Robot, joints: Joints, patterns: Sequence[str]) -> np.ndarray:
+    """Which joint velocities (nv,) the scene locks. Args: patterns of the joints with a reflected inertia from the scene."""
+    locked = robot.actuated_dofs & (joints.model == "locked")
+    for pattern in joints.locked:
+        locked |= _velocities(robot, pattern)
+    for pattern in (*patterns, *joints.stiffness):
+        if locked[_velocities(robot, pattern)].all():
+            raise SceneError(
+                f'"{pattern}" is locked, so a reflected inertia or a spring changes nothing there; leave out the lock, or the '
+                "armature, rotor or stiffness",
+                joints=[pattern],
+            )
+    return locked
 
 
 def _refuse_split_followers(robot: Robot, locked: np.ndarray) -> None:

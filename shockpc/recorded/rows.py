@@ -11,7 +11,8 @@ from shockpc.landing.contact import contact_name
 from shockpc.landing.landing import PosedLanding
 from shockpc.landing.motion import Motion
 from shockpc.landing.resolve import landing_of
-from shockpc.landing.scene import Posture, Scene, Strike
+from shockpc.landing.scene import Posture, Scene
+from shockpc.landing.strike import Strike
 from shockpc.robot.robot import Robot
 from shockpc.text.errors import ShockError, StudyError
 

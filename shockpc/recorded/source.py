@@ -21,8 +21,9 @@ from shockpc.landing.motion import Motion, with_loops
 from shockpc.landing.places import Place, point_places
 from shockpc.landing.posture import fixed_joints, refuse_beyond_turn
 from shockpc.landing.resolve import landing_of
-from shockpc.landing.scene import Contact, Posture, Scene, Strike
+from shockpc.landing.scene import Contact, Posture, Scene
 from shockpc.landing.scene_file import robot_of
+from shockpc.landing.strike import Strike
 from shockpc.profile import profile_of
 from shockpc.quantities.profile import ShockProfile
 from shockpc.quantities.table import Selection, select

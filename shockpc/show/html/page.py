@@ -21,8 +21,8 @@ from shockpc.impact.exact.proof import Proof
 from shockpc.impact.impact import DoubleImpact
 from shockpc.impact.solve import CONTRADICTION, residual
 from shockpc.landing.places import PlaceKind
-from shockpc.landing.scene import GRAVITY
 from shockpc.landing.scene_file import scene_text
+from shockpc.landing.strike import GRAVITY
 from shockpc.quantities.bodies import ROUNDED
 from shockpc.quantities.points import point_velocity
 from shockpc.quantities.profile import ShockProfile

@@ -14,11 +14,12 @@ from shockpc.cli.rows import computed
 from shockpc.cli.scenes import scenes_in
 from shockpc.cli.study import given, help_of, refuse_unasked, study_options
 from shockpc.cli.tables import table_and_scene
-from shockpc.landing.joint_model import joint_model, with_model
+from shockpc.landing.joint_model import joint_model
+from shockpc.landing.joints import JointModelName, Joints, with_model
 from shockpc.landing.posture import spelled_out
 from shockpc.landing.record import options_of
 from shockpc.landing.resolve import landing_of
-from shockpc.landing.scene import JointModelName, Joints, Scene
+from shockpc.landing.scene import Scene
 from shockpc.landing.scene_file import scene_text
 from shockpc.recorded.rows import rows_of_scenes
 from shockpc.recorded.source import recorded_landings

@@ -18,9 +18,10 @@ import numpy as np
 from shockpc.core.spatial import Array
 from shockpc.evaluation.declare import RenameOption, study
 from shockpc.evaluation.table import Table
-from shockpc.landing.record import Option
-from shockpc.landing.scene import GRAVITY, JOINT_MODEL, RESULTS, STRIKE, Scene
+from shockpc.landing.record import JOINT_MODEL, RESULTS, STRIKE, Option
+from shockpc.landing.scene import Scene
 from shockpc.landing.scene_file import robot_of
+from shockpc.landing.strike import GRAVITY
 from shockpc.recorded.detection import FEWEST, foot_landings
 from shockpc.recorded.logged_motion import PARTS, TWIST, LoggedMotion, StatePart, watched_motion
 from shockpc.recorded.logs import Log, read_log
