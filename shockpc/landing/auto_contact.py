@@ -20,8 +20,9 @@ from shockpc.landing.directions import across
 from shockpc.landing.landing import PosedLanding
 from shockpc.landing.rows import Block, block_point, slices_of
 from shockpc.landing.scene import Contact
-from shockpc.robot.geometry import Shape, robot_size, shapes_of
+from shockpc.robot.geometry import robot_size, shapes_of
 from shockpc.robot.robot import Robot
+from shockpc.robot.shapes import Shape
 from shockpc.text.diagnostic import Diagnostic
 from shockpc.text.printed import listed
 

@@ -12,8 +12,9 @@ from shockpc.landing.directions import across, unit_directions
 from shockpc.landing.rows import Block
 from shockpc.landing.scene import Contact, Scene
 from shockpc.robot.feet_and_sensors import feet
-from shockpc.robot.geometry import Shape, body_outline, shapes_of
+from shockpc.robot.geometry import body_outline, shapes_of
 from shockpc.robot.robot import STOP, Robot
+from shockpc.robot.shapes import Shape
 from shockpc.text.errors import SceneError
 from shockpc.text.printed import listed
 
