@@ -95,8 +95,8 @@ def joint_model(robot: Robot, joints: Joints) -> JointModel:
     drives, given, of_drives = _drives(robot, joints), _given(robot, joints), np.zeros(nv, dtype=bool)
     layers = [(drives.by_joint.items(), True), (given, False)]
     for name, drive, from_drives in ((*item, from_drives) for layer, from_drives in layers for item in layer):
-        v, inertia, k = _velocities(robot, name), drive.reflected or 0.0, drive.drive_stiffness
-        armature[v], rotor[v], drive_stiffness[v] = (inertia, 0.0, np.inf) if k is None else (0.0, inertia, k)
+        v, inertia, spring = _velocities(robot, name), drive.reflected or 0.0, drive.drive_stiffness
+        armature[v], rotor[v], drive_stiffness[v] = (inertia, 0.0, np.inf) if spring is None else (0.0, inertia, spring)
         if drive.stiffness is not None:
             stiffness[v] = drive.stiffness
         known[v], of_drives[v] = True, from_drives
