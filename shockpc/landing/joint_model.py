@@ -92,14 +92,16 @@ def joint_model(robot: Robot, joints: Joints) -> JointModel:
     for name, k in robot.springs.items():
         v = _velocities(robot, name)
         stiffness[v], known[v] = k, True
-    drives, given, of_drives = _drives(robot, joints), _given(robot, joints), np.zeros(nv, dtype=bool)
-    layers = [(drives.by_joint.items(), True), (given, False)]
-    for name, drive, from_drives in ((*item, from_drives) for layer, from_drives in layers for item in layer):
+    drives, given = _drives(robot, joints), _given(robot, joints)
+    for name, drive in (*drives.by_joint.items(), *given):
         v, inertia, spring = _velocities(robot, name), drive.reflected or 0.0, drive.drive_stiffness
         armature[v], rotor[v], drive_stiffness[v] = (inertia, 0.0, np.inf) if spring is None else (0.0, inertia, spring)
         if drive.stiffness is not None:
             stiffness[v] = drive.stiffness
-        known[v], of_drives[v] = True, from_drives
+        known[v] = True
+    of_drives = robot.velocities(drives.by_joint)
+    for name, _ in given:
+        of_drives[_velocities(robot, name)] = False
     for pattern, k in joints.stiffness.items():
         v = _velocities(robot, pattern)
         stiffness[v], known[v] = _positive("the stiffness of joint", pattern, k), True
