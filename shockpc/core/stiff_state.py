@@ -7,6 +7,7 @@ import numpy as np
 
 from shockpc.core.crossing import ComplexArray, Effort, Signals, changes, first_crossing
 from shockpc.core.damped import Damped, Oscillations, along, damped, damped_modes, undamped
+from shockpc.core.memo import memoized
 from shockpc.core.spatial import Array
 from shockpc.core.stiff_motion import Elements, Modes, Segment
 
@@ -112,7 +113,7 @@ class State:
         displacement: (d,) ∫u dt.
         noise: size of z and u that counts as rounding.
         fastest: largest natural frequency of a single element [rad/s].
-        slow: (r,) normals of contacts with a damper that are hardly compressed further.
+        slow: (r,) normals of contacts with a damper that are compressed further only slowly.
         slipped: (r,) normals of contacts whose tangential springs are open.
         effort: of the search for events.
     """
@@ -148,7 +149,6 @@ class State:
         closing = elements.contact[approach]
         self.mode = np.where((elements.contact < 0) | np.any(elements.contact == closing[:, None], axis=0), LOADING, OPEN)
         self.slowly = EASED * float(np.max(-(self.W @ self.u)[approach] / self.length[approach], initial=0.0)) * self.length
-        self._known: tuple[bytes, Loaded] | None = None
 
     @property
     def separated(self) -> bool:
@@ -259,14 +259,24 @@ class State:
         return np.asarray((self.mode != OPEN) & ~rigid & self.sprung)
 
     def _loaded(self, dampers: bool) -> Loaded:
-        """What depends on the elements that are loaded; as before where these are."""
-        rigid = (self.mode == UNLOADING) & self.rigid
-        fixed, sprung = rigid.nonzero()[0], self._sprung(rigid)
-        key = b"".join((rigid.tobytes(), sprung.tobytes(), self.slope.tobytes(), bytes([dampers])))
-        if self._known is not None and self._known[0] == key:
-            return self._known[1]
+        """What depends on which elements are loaded now. Args: dampers, whether those act."""
+        held = (self.mode == UNLOADING) & self.rigid
+        return self._loaded_of(held.tobytes(), self._sprung(held).tobytes(), self.slope.tobytes(), dampers)
+
+    @memoized(most=64)
+    def _loaded_of(self, held_rows: bytes, sprung_rows: bytes, slopes: bytes, dampers: bool) -> Loaded:
+        """The same of some rows and slopes: where contacts open and close, the same are loaded again and again.
+
+        Args:
+            held_rows: bytes of a bool array (r,), which rows are held.
+            sprung_rows: the same, which have springs that are loaded.
+            slopes: bytes of the slopes (r,).
+            dampers: whether those act.
+        """
+        sprung, slope = np.frombuffer(sprung_rows, dtype=bool), np.frombuffer(slopes)
+        fixed = np.flatnonzero(np.frombuffer(held_rows, dtype=bool))
         r, d = self.W.shape
-        F, pull, still = np.where(sprung, self.slope, 0.0)[:, None] * self.W, self.pull, np.zeros((d, d))
+        F, pull, still = np.where(sprung, slope, 0.0)[:, None] * self.W, self.pull, np.zeros((d, d))
         acting = sprung & (self.damping > 0.0) & dampers
         damper, G = np.where(acting, self.viscous, 0.0)[:, None] * self.W, np.sqrt(self.damping[acting])[:, None] * self.W[acting]
         # The scaled forces of all elements are to_all · z + held · u + balance.
@@ -274,7 +284,7 @@ class State:
         if len(fixed):
             # From H u̇ = 0 with u̇ = −Fᵀz − GᵀGu − Hᵀm + c follows m = (H Hᵀ)⁻¹ H (c − Fᵀz − GᵀGu); of dependent rows each takes
             # the least share.
-            H, size = self.W[fixed] / self.length[fixed, None], (self.slope * self.length)[fixed]
+            H, size = self.W[fixed] / self.length[fixed, None], (slope * self.length)[fixed]
             least = np.linalg.pinv(H.T, rcond=1e-9)
             still = H.T @ least
             to_all[fixed], balance[fixed] = -(least @ F.T) / size[:, None], least @ pull / size
@@ -283,9 +293,7 @@ class State:
         U, sigma, Vt = np.linalg.svd(F, full_matrices=False)
         sigma[sigma < DEPENDENT * sigma.max(initial=0.0)] = 0.0
         of_dampers = damped_modes(sigma, G @ Vt.T) if len(G) else None
-        loaded = Loaded(fixed, sprung, still, to_all, held, balance, damper, of_dampers, pull, U, sigma, Vt.T)
-        self._known = key, loaded
-        return loaded
+        return Loaded(fixed, sprung, still, to_all, held, balance, damper, of_dampers, pull, U, sigma, Vt.T)
 
     def _motion(self, dampers: bool = True) -> Free:
         """The motion until the next event. What held rows stop is at rest from now on."""

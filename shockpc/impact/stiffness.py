@@ -21,6 +21,7 @@ from shockpc.core.spatial import Array, freeze
 from shockpc.core.spectrum import SAMPLES_A_PERIOD, shock_response
 from shockpc.core.stiff_motion import Elements, History
 from shockpc.core.stiffness import attach_rotors, damper_restitution, simulate_landing
+from shockpc.core.threads import one_thread
 from shockpc.impact.exact.proof import motion as size_of
 from shockpc.impact.friction import contact_rows, jumps_of
 from shockpc.impact.impact import ColumnImpact, DoubleImpact, Impact
@@ -144,7 +145,8 @@ class CompliantLanding:
         )
         self._velocity, self._normal = velocity, elements.normal & (self.number < c)
         try:
-            self.motion = simulate_landing(M, elements, velocity, until, gravity)
+            with one_thread(2 * len(M)):
+                self.motion = simulate_landing(M, elements, velocity, until, gravity)
         except (ArithmeticError, np.linalg.LinAlgError) as refusal:
             raise SolveError(f"no verdict for contacts of {k:g} N/m: {refusal}") from None
         self._peaks: dict[Any, tuple[Array, Array]] = {}
@@ -229,7 +231,8 @@ class CompliantLanding:
         key = compute, tuple((place.name, place.body, place.number, place.r.tobytes()) for place in places)
         if key not in self._peaks:
             try:
-                self._peaks[key] = self.motion.peak(*self.readout(compute, places))
+                with one_thread(len(self.number)):
+                    self._peaks[key] = self.motion.peak(*self.readout(compute, places))
             except ArithmeticError as refusal:
                 raise SolveError(f"no verdict for contacts of {self.landing.scene.contact_stiffness:g} N/m: {refusal}") from None
             freeze(self._peaks[key])
