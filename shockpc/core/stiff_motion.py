@@ -20,6 +20,7 @@ from shockpc.core.crossing import (
     real_sum,
 )
 from shockpc.core.spatial import Array
+from shockpc.core.stiff_events import Event
 
 NEAR_MAXIMUM, MOST_MAXIMA = 0.95, 64
 """Share of the largest squared sample from which a local maximum is refined; the largest number that is."""
@@ -52,14 +53,6 @@ class Elements(NamedTuple):
     normal: np.ndarray
     damping: Array | float = 0.0
     load: Array | float = 0.0
-
-
-class Event(NamedTuple):
-    """What happens to an element at a time [s], one of `EVENTS`; to a contact, at its normal."""
-
-    time: float
-    element: int
-    kind: str
 
 
 class Modes(NamedTuple):
