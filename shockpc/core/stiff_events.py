@@ -1,15 +1,16 @@
 """What elements of finite stiffness do, what can happen to them, and what tells of it."""
 
-from enum import IntEnum, StrEnum
+from enum import StrEnum
 from typing import NamedTuple
 
+OPEN, LOADING, UNLOADING = range(3)
+"""What an element does: it is without force, is loaded with its stiffness k, or is unloaded with k / e², and held where e = 0."""
 
-class Phase(IntEnum):
-    """An element is without force, is loaded with its stiffness k, or is unloaded with k / e², and held where e = 0."""
+RATE, FORCE, GAP, TOTAL, PUSH = range(5)
+"""Signals of an element: its rate, its force, its gap, its force with that of its damper.
 
-    OPEN = 0
-    LOADING = 1
-    UNLOADING = 2
+The last one is the force that an open contact with a damper would have on the ground that it has compressed.
+"""
 
 
 class EventKind(StrEnum):
@@ -35,40 +36,27 @@ damper is *slow*, with which its compression counts as ended; an open one has *c
 """
 
 
+WATCHED = {
+    EventKind.UNLOADS: RATE,
+    EventKind.RELOADS: FORCE,
+    EventKind.REVERSES: FORCE,
+    EventKind.SLIPS: FORCE,
+    EventKind.OPENS: TOTAL,
+    EventKind.CLOSES: GAP,
+    EventKind.EASES: TOTAL,
+    EventKind.TURNS: RATE,
+    EventKind.SLOWS: RATE,
+    EventKind.CLEARS: GAP,
+}
+"""The signal that tells of each event."""
+
+
 class Event(NamedTuple):
     """What happens to an element at a time [s]; to a contact, at its normal."""
 
     time: float
     element: int
     kind: EventKind
-
-
-class Signal(IntEnum):
-    """What is watched of an element: its rate, its force, its gap, its force with that of its damper.
-
-    The last one is the force that an open contact with a damper would have on the ground that it has compressed.
-    """
-
-    RATE = 0
-    FORCE = 1
-    GAP = 2
-    TOTAL = 3
-    PUSH = 4
-
-
-WATCHED = {
-    EventKind.UNLOADS: Signal.RATE,
-    EventKind.RELOADS: Signal.FORCE,
-    EventKind.REVERSES: Signal.FORCE,
-    EventKind.SLIPS: Signal.FORCE,
-    EventKind.OPENS: Signal.TOTAL,
-    EventKind.CLOSES: Signal.GAP,
-    EventKind.EASES: Signal.TOTAL,
-    EventKind.TURNS: Signal.RATE,
-    EventKind.SLOWS: Signal.RATE,
-    EventKind.CLEARS: Signal.GAP,
-}
-"""What tells of each event."""
 
 
 class Watch(NamedTuple):

@@ -9,7 +9,7 @@ from shockpc.core.crossing import ComplexArray, Effort, Signals, changes, first_
 from shockpc.core.damped import Damped, Oscillations, along, damped, damped_modes, undamped
 from shockpc.core.memo import memoized
 from shockpc.core.spatial import Array
-from shockpc.core.stiff_events import UNFELT, WATCHED, EventKind, Phase, Signal, Watch
+from shockpc.core.stiff_events import FORCE, GAP, LOADING, OPEN, PUSH, RATE, TOTAL, UNFELT, UNLOADING, WATCHED, EventKind, Watch
 from shockpc.core.stiff_motion import Elements, Modes, Segment
 
 NEGLIGIBLE = 1e-11
@@ -63,7 +63,7 @@ class Free(NamedTuple):
         forces: (r,) of all elements at the start, without those of dampers.
         rest: (r,) part of the forces that stays constant.
         oscillations: in modes.
-        start, linear, square, wave, bound: (5, r, ...) as in `Signals`, of each `Signal` of each element.
+        start, linear, square, wave, bound: (5, r, ...) as in `Signals`, of each signal of each element.
     """
 
     loaded: Loaded
@@ -96,7 +96,7 @@ class State:
         noise: size of z and u that counts as rounding.
         fastest: largest natural frequency of a single element [rad/s].
         slowly: (r,) rate up to which an element is slow.
-        phase: (r,) a `Phase` each. This and the next ones change.
+        phase: (r,) OPEN, LOADING or UNLOADING. This and the next ones change.
         slope: (r,) √κ.
         z: (r,) √κ (B x − a), zero where an element is open.
         peak: (r,) z at the start of unloading.
@@ -138,15 +138,13 @@ class State:
         self.effort = Effort()
         approach = elements.normal & (self.W @ self.u < -1e-13 * self.length * speed)
         closing = elements.contact[approach]
-        self.phase = np.where(
-            (elements.contact < 0) | np.any(elements.contact == closing[:, None], axis=0), Phase.LOADING, Phase.OPEN
-        )
+        self.phase = np.where((elements.contact < 0) | np.any(elements.contact == closing[:, None], axis=0), LOADING, OPEN)
         self.slowly = EASED * float(np.max(-(self.W @ self.u)[approach] / self.length[approach], initial=0.0)) * self.length
 
     @property
     def separated(self) -> bool:
         """Whether all contacts are open."""
-        return not (self.phase[self.grounded] != Phase.OPEN).any()
+        return not (self.phase[self.grounded] != OPEN).any()
 
     def _over(self, motion: "Free") -> bool:
         """Whether no contact is compressed further or rebounds, and none carries more than constant forces make.
@@ -157,9 +155,9 @@ class State:
         if self.separated or not self.pull.any():
             return self.separated
         rate = self.W @ (self.u + self.jump)
-        closed, held = self.grounded & (self.phase != Phase.OPEN), (self.phase == Phase.UNLOADING) & self.rigid
-        moves = np.abs(motion.wave[Signal.RATE]).sum(axis=1) > self.slowly
-        loading = (self.phase == Phase.LOADING) & self.lossy & ~self.slow & (self.elements.normal | moves)
+        closed, held = self.grounded & (self.phase != OPEN), (self.phase == UNLOADING) & self.rigid
+        moves = np.abs(motion.wave[RATE]).sum(axis=1) > self.slowly
+        loading = (self.phase == LOADING) & self.lossy & ~self.slow & (self.elements.normal | moves)
         rebounds = self.elements.normal & ~held & (rate > 2.0 * self.noise * self.length)
         if np.any(closed & (loading | rebounds)):
             return False
@@ -168,8 +166,8 @@ class State:
 
     def _excess(self, motion: "Free") -> Array:
         """Forces (r,) that press beyond what constant forces make; −∞ where they oscillate little."""
-        amplitude = np.abs(motion.wave[Signal.TOTAL]).sum(axis=1) * self.slope
-        beyond = motion.rest - motion.start[Signal.TOTAL]
+        amplitude = np.abs(motion.wave[TOTAL]).sum(axis=1) * self.slope
+        beyond = motion.rest - motion.start[TOTAL]
         return np.where(amplitude <= EASED * self.largest, -np.inf, beyond)
 
     def modes(self) -> Modes:
@@ -191,9 +189,9 @@ class State:
         if not watched:
             return False
         signal, signals = self._signals(motion, watched)
-        element, of_push = np.array([watch.element for watch in watched]), signal == Signal.PUSH
+        element, of_push = np.array([watch.element for watch in watched]), signal == PUSH
         # What falls in the force that it would have; the rate of a gap does not.
-        fall = np.where(of_push, (self.viscous * motion.linear[Signal.RATE])[element], 0.0)
+        fall = np.where(of_push, (self.viscous * motion.linear[RATE])[element], 0.0)
         depth = EASED * self.largest[element] / np.where(of_push, self.slope[element], self.elements.stiffness[element])
         signals = signals._replace(tolerance=signals.tolerance + depth, linear=signals.linear - fall, square=0.0 * signals.square)
         return first_crossing(motion.oscillations.rate, signals, horizon, self.effort)[1] is not None
@@ -204,19 +202,15 @@ class State:
         Where the motion may end there is neither once the impact is over. Watched are the rate of what is loaded, the force of what
         is unloaded and the gap of open contacts.
         """
-        rigid = (self.phase == Phase.UNLOADING) & self.rigid
+        rigid = (self.phase == UNLOADING) & self.rigid
         if rigid.any() and not (self._sprung(rigid).any() or self.pull.any()):
             # Nothing presses what is held on the ground, so that it is released.
             return None, Watch(int(np.flatnonzero(rigid & self.elements.normal)[0]), EventKind.OPENS, 0.0, 0.0, 1.0)
         motion, watched = self._motion(), list(self._watched())
         (rate, _, velocity, _), loaded = motion.oscillations, motion.loaded
-        total = motion.start[Signal.TOTAL]
+        total = motion.start[TOTAL]
         self.largest = np.where(self.viscous > 0.0, np.maximum(self.largest, -self.slope * total), self.largest)
-        eases = (
-            ((self.phase == Phase.UNLOADING) | ((self.phase == Phase.LOADING) & self.slow))
-            & self.elements.normal
-            & bool(self.pull.any())
-        )
+        eases = ((self.phase == UNLOADING) | ((self.phase == LOADING) & self.slow)) & self.elements.normal & bool(self.pull.any())
         for i in np.flatnonzero(eases & (self._excess(motion) > 4.0 * self._push_noise())).tolist():
             watched.append(Watch(i, EventKind.EASES, 2.0 * self._push_noise()[i], float(motion.rest[i]), -1.0))
         _, signals = self._signals(motion, watched)
@@ -233,7 +227,7 @@ class State:
             length,
             rate,
             self.steady - self.slope * motion.rest,
-            -self.slope[:, None] * motion.wave[Signal.TOTAL],
+            -self.slope[:, None] * motion.wave[TOTAL],
             along(loaded.V, velocity),
             drift,
             acceleration,
@@ -242,16 +236,16 @@ class State:
         )
         self.jump, displacement = segment.after(np.asarray(length))
         self.gap, self.displacement = self.gap + self.W @ (displacement - self.displacement), displacement
-        self.z = motion.forces + changes(length * rate, motion.wave[Signal.FORCE])
+        self.z = motion.forces + changes(length * rate, motion.wave[FORCE])
         return segment, None if first is None else watched[first]
 
     def _sprung(self, rigid: np.ndarray) -> np.ndarray:
         """The rows (r,) with springs that are loaded, with some rows held."""
-        return np.asarray((self.phase != Phase.OPEN) & ~rigid & self.sprung)
+        return np.asarray((self.phase != OPEN) & ~rigid & self.sprung)
 
     def _loaded(self, dampers: bool) -> Loaded:
         """What depends on which elements are loaded now. Args: dampers, whether those act."""
-        held = (self.phase == Phase.UNLOADING) & self.rigid
+        held = (self.phase == UNLOADING) & self.rigid
         return self._loaded_of(held.tobytes(), self._sprung(held).tobytes(), self.slope.tobytes(), dampers)
 
     @memoized(most=64)
@@ -317,18 +311,18 @@ class State:
             of_forces = np.hypot(np.linalg.norm(of_z, axis=1), np.linalg.norm(of_held, axis=1))
             of_total = np.hypot(np.linalg.norm(of_z, axis=1), np.linalg.norm(of_held + of_damper, axis=1))
             sizes = [self.length * second, of_forces * second, self.length * first, of_total * second]
-            bound = np.array([*sizes, push * sizes[Signal.GAP] + self.viscous * sizes[Signal.RATE]])
+            bound = np.array([*sizes, push * sizes[GAP] + self.viscous * sizes[RATE]])
         return Free(loaded, u, forces, rest, oscillations, start, linear, square, wave, bound)
 
     def _signals(self, motion: Free, watched: list[Watch]) -> tuple[np.ndarray, Signals]:
-        """What is watched: which `Signal` of each element, and these."""
+        """The signals of what is watched: which each is, and these."""
         element = np.array([watch.element for watch in watched], dtype=int)
         signal = np.array([WATCHED[watch.kind] for watch in watched], dtype=int)
         tolerance, offset, sign, either = np.array([watch[2:] for watch in watched], dtype=float).reshape(-1, 4).T
         # Within the ground that it has compressed, an open contact with a damper closes when it would be pressed.
         closes = np.array([watch.kind is EventKind.CLOSES for watch in watched], dtype=bool)
         inside = closes & (self.damping[element] > 0.0) & (self.gap[element] < -tolerance)
-        signal, tolerance = np.where(inside, Signal.PUSH, signal), np.where(inside, self._push_noise()[element], tolerance)
+        signal, tolerance = np.where(inside, PUSH, signal), np.where(inside, self._push_noise()[element], tolerance)
         row = signal, element
         bound = motion.bound[row] if isinstance(motion.bound, np.ndarray) else motion.bound
         start = offset + sign * motion.start[row]
@@ -345,14 +339,14 @@ class State:
         deflection, peak, rigid, noise = self.z.tolist(), self.peak.tolist(), self.rigid.tolist(), self.noise
         viscous, gap, rate = self.viscous.tolist(), self.gap.tolist(), (self.W @ (self.u + self.jump)).tolist()
         for i, (phase, normal, length) in enumerate(zip(self.phase.tolist(), self.normal, self.length.tolist(), strict=True)):
-            if phase == Phase.LOADING and self.lossy[i]:
+            if phase == LOADING and self.lossy[i]:
                 # A contact is loaded against its normal; an element without force, in the direction in which it moves first.
                 either = not normal and deflection[i] == 0.0
                 sign = -1.0 if normal or deflection[i] < 0.0 else 1.0
                 yield Watch(i, EventKind.UNLOADS, noise * length, 0.0, sign, either)
                 if viscous[i] and normal and not self.slow[i]:
                     yield Watch(i, EventKind.SLOWS, 0.0, -float(self.slowly[i]), -1.0)
-            elif phase == Phase.UNLOADING:
+            elif phase == UNLOADING:
                 loaded = -1.0 if normal or peak[i] < 0.0 else 1.0
                 # After a slip the force of a contact with a damper goes on from zero.
                 push = noise * (1.0 + viscous[i] * length) * (2.0 if viscous[i] and self.slipped[i] else 1.0)
@@ -362,7 +356,7 @@ class State:
                 yield Watch(i, EventKind.RELOADS, noise, abs(peak[i]), -loaded)
                 if normal and not rigid[i] and rate[i] > 2.0 * noise * length:
                     yield Watch(i, EventKind.TURNS, 2.0 * noise * length, 0.0, 1.0)
-            elif phase == Phase.OPEN and normal:
+            elif phase == OPEN and normal:
                 tolerance = noise * length / self.fastest
                 yield Watch(i, EventKind.CLOSES, tolerance, 0.0, 1.0)
                 if viscous[i] and gap[i] < -tolerance:
@@ -376,21 +370,21 @@ class State:
             self.slow[i] |= kind is EventKind.SLOWS
             return kind
         if kind is EventKind.UNLOADS:
-            self.phase[i], self.slope[i], self.z[i] = Phase.UNLOADING, self.slope[i] / e, self.z[i] * e
+            self.phase[i], self.slope[i], self.z[i] = UNLOADING, self.slope[i] / e, self.z[i] * e
             self.peak[i] = self.z[i]
             self.largest[i] = max(self.largest[i], self.slope[i] * abs(self.z[i]))
             return kind
         if kind in (EventKind.RELOADS, EventKind.REVERSES):
-            self.phase[i], self.slope[i] = Phase.LOADING, self.slope[i] * e
+            self.phase[i], self.slope[i] = LOADING, self.slope[i] * e
             # The force of a row that is held jumps where another one is held too; the row is then loaded from its peak.
             self.z[i] = 0.0 if kind is EventKind.REVERSES else self.peak[i] if self.rigid[i] else self.z[i] / e
             return kind
         slips = bool(self.rigid[i]) or self.damping[i] > 0.0
-        if kind is EventKind.OPENS and slips and np.any(self.phase[rows & ~self.elements.normal] != Phase.OPEN):
+        if kind is EventKind.OPENS and slips and np.any(self.phase[rows & ~self.elements.normal] != OPEN):
             rows, kind = rows & ~self.elements.normal, EventKind.SLIPS
         # The ground under a contact with a damper keeps its place.
         gap = self.gap[i] if kind is EventKind.CLOSES else self.z[i] / np.sqrt(self.elements.stiffness[i])
-        self.phase[rows], self.z[rows], self.gap[rows] = Phase.LOADING if kind is EventKind.CLOSES else Phase.OPEN, 0.0, 0.0
+        self.phase[rows], self.z[rows], self.gap[rows] = LOADING if kind is EventKind.CLOSES else OPEN, 0.0, 0.0
         self.slope[rows] = np.sqrt(self.elements.stiffness[rows])
         self.slow[rows], self.slipped[i] = False, kind is EventKind.SLIPS
         if self.damping[i] > 0.0 and kind is EventKind.CLOSES:
