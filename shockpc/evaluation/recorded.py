@@ -396,7 +396,7 @@ def recorded_landings(
 
 
 def _places(source: RecordedLandings, text: str) -> tuple[Selection, tuple[Place, ...]]:
-    """What QUANTITY[@PLACES] means in all landings of a table, of which only some may have a pulse or parts.
+    """What QUANTITY[@PLACES] means in all landings of a table, of which only some may have friction, or a contact.
 
     Raises:
         ShockError: it means nothing in any of them.
