@@ -143,10 +143,7 @@ class ShockCost:
         self.variations = varied.variations
         self.names = tuple(one.column for one in self.variations)
         self.bounds = np.array([one.ends for one in self.variations])
-        values = [
-            [0.0 if varied.kind.startswith("com-") else present_value(one, varied) for varied in self.variations]
-            for one in landings.values()
-        ]
+        values = [[present_value(one, varied) for varied in self.variations] for one in landings.values()]
         self.given = np.where(np.ptp(values, axis=0) == 0.0, values[0], np.nan)
         self.x0 = np.clip(np.where(np.isnan(values[0]), self.bounds.mean(axis=1), values[0]), *self.bounds.T)
         freeze(self.bounds, self.given, self.x0)

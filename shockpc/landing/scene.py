@@ -119,7 +119,8 @@ class Posture(Record):
         base_quaternion: attitude of the base as a quaternion x, y, z, w.
         joints: joint values by name or glob [rad; m for a prismatic joint].
         joints_deg: joint values by name or glob [deg; m for a prismatic joint].
-        joint_quaternions: rotations of ball joints by name, as quaternions x, y, z, w.
+        joint_quaternions: coordinates of joints of several degrees of freedom by name: of a ball joint its rotation as a quaternion
+            x, y, z, w, of a planar one x, y [m] and angle [rad], of a floating one its position [m] and quaternion.
     """
 
     reference: str | None = option(
@@ -136,7 +137,7 @@ class Posture(Record):
     base_quaternion: tuple[float, float, float, float] | None = None
     joints: Mapping[str, float] = field(default_factory=dict)
     joints_deg: Mapping[str, float] = field(default_factory=dict)
-    joint_quaternions: Mapping[str, tuple[float, float, float, float]] = field(default_factory=dict)
+    joint_quaternions: Mapping[str, tuple[float, ...]] = field(default_factory=dict)
 
 
 @frozen(kw_only=True)

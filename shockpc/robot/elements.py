@@ -81,6 +81,11 @@ class Joint(NamedTuple):
         """The coordinate of a joint of one degree of freedom [rad, m]. Args: q (nq,)."""
         return math.atan2(*q[self.q][::-1]) if self.kind == "continuous" else float(q[self.q.start])
 
+    def coordinates(self, q: Array) -> tuple[float, ...]:
+        """The coordinates of a joint of several degrees of freedom, of which a planar one has an angle [rad, m]. Args: q (nq,)."""
+        own = q[self.q].tolist()
+        return (*own[:2], math.atan2(own[3], own[2])) if self.kind == "planar" else tuple(own)
+
     def set(self, value: float, q: Array) -> None:
         """Set the coordinate of a joint of one degree of freedom [rad, m]. Args: q (nq,), which is changed."""
         q[self.q] = (math.cos(value), math.sin(value)) if self.kind == "continuous" else value
