@@ -54,8 +54,11 @@ def search(cost: ShockCost, starts: Sequence[Array]) -> list[Run]:
 
 def _run(cost: ShockCost, start: Array, minimize: Callable[..., Any], ask: Callable[[Array], tuple[Array, Array]]) -> Run:
     low, width, n, constraint = cost.bounds[:, 0], np.ptp(cost.bounds, axis=1), len(start), cost.constraints
-    worst, steps = float(ask(start)[0][~constraint].max()), list[tuple[float, Array]]()
-    scale = np.where(constraint, 1.0, -1.0 / (worst if 0.0 < worst < np.inf else 1.0))
+    measured = ask(start)[0]
+    if not np.isfinite(measured).all():  # what has no value has no slopes either, which a run would look for in vain
+        return Run(start, np.inf, np.array([np.nan]))
+    worst, steps = float(measured[~constraint].max()), list[tuple[float, Array]]()
+    scale = np.where(constraint, 1.0, -1.0 / (worst or 1.0))
 
     @functools.lru_cache(2)
     def at(shares: bytes) -> tuple[float, Array, Array]:
