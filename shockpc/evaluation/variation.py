@@ -12,9 +12,11 @@ from shockpc.core.spatial import Array
 from shockpc.landing.contact import landing_frames
 from shockpc.landing.posture import COMPONENTS, component, refuse_beyond_turn, settable_joints
 from shockpc.landing.record import options_of
-from shockpc.landing.scene import Contact, Scene, Strike
+from shockpc.landing.scene import Contact, Scene
+from shockpc.landing.strike import Strike
 from shockpc.robot.changes import ADDED, links_with_mass
-from shockpc.robot.robot import Joint, Robot
+from shockpc.robot.elements import Joint
+from shockpc.robot.robot import Robot
 from shockpc.text.errors import StudyError
 from shockpc.text.printed import listed
 

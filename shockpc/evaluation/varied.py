@@ -15,7 +15,7 @@ import numpy as np
 
 from shockpc.core.permutation import permuted
 from shockpc.core.spatial import Array
-from shockpc.evaluation.landings import GROUP, ROWS, Chunk, Group, Refusal
+from shockpc.evaluation.source import GROUP, ROWS, Chunk, Group, Refusal
 from shockpc.evaluation.variation import (
     ATTITUDE,
     COMPONENT,
@@ -36,8 +36,9 @@ from shockpc.landing.dynamics import Inertias
 from shockpc.landing.landing import PosedLanding
 from shockpc.landing.posture import displaced, set_many
 from shockpc.landing.resolve import close_loops, resolve, with_definite_contacts
-from shockpc.landing.scene import GRAVITY, Contact, Scene, Strike
+from shockpc.landing.scene import Contact, Scene
 from shockpc.landing.scene_file import check_scene, plane_of, robot_of
+from shockpc.landing.strike import GRAVITY, Strike
 from shockpc.profile import profile_of_scene
 from shockpc.quantities.profile import ShockProfile
 from shockpc.robot.changes import Change, Property, changed, varied_bodies

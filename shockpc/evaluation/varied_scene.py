@@ -22,9 +22,10 @@ from shockpc.evaluation.variation import (
 )
 from shockpc.landing.contact import contact_name, contacts_like
 from shockpc.landing.joint_model import JointModel, joint_model
+from shockpc.landing.joints import Joints, Rotor
 from shockpc.landing.landing import PosedLanding
 from shockpc.landing.posture import configuration, displaced
-from shockpc.landing.scene import Joints, Rotor, Scene
+from shockpc.landing.scene import Scene
 from shockpc.landing.scene_file import plane_of, with_plane
 from shockpc.robot.changes import ADDED, Change, Property, changed, links_with_mass
 from shockpc.robot.robot import Robot

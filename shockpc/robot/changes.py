@@ -8,9 +8,10 @@ from typing import Literal, get_args
 import numpy as np
 import pinocchio as pin
 
-from shockpc.core.spatial import Array, cross_matrix, freeze
-from shockpc.robot.robot import Drives, Robot
-from shockpc.robot.slack import refuse_number
+from shockpc.core.spatial import Array, cross_matrix
+from shockpc.robot.elements import Drives
+from shockpc.robot.robot import Robot
+from shockpc.robot.tolerances import refuse_number
 from shockpc.text.diagnostic import Diagnostic
 from shockpc.text.errors import StudyError
 from shockpc.text.printed import listed
@@ -173,44 +174,22 @@ def varied_bodies(robot: Robot, changes: Iterable[tuple[Property, str, Array, bo
     return mass, com, inertia
 
 
-def with_inertias(robot: Robot, mass: Array, com: Array, inertia: Array) -> Robot:
-    """The robot with other inertias of its bodies, also such as nothing has: below zero, as a step of a difference may be.
-
-    Args:
-        robot: the robot.
-        mass: (nb,) [kg].
-        com: (nb, 3) centres of mass in the bodies' frames [m].
-        inertia: (nb, 3, 3) about these, axes of the frames [kg m²].
-    """
-    model = pin.Model(robot.model)
-    for body, m, c, moment in zip(robot.bodies, mass, com, inertia, strict=True):
-        R, Y = body.rotation, pin.Inertia.Zero()  # whose constructor would refuse an inertia that none has
-        Y.mass, Y.lever, Y.inertia = float(m), R @ c + body.offset, R @ moment @ R.T
-        model.inertias[body.joint] = Y
-    return replace(robot, model=model)
-
-
 def _change_armature(robot: Robot, model: pin.Model, drives: Drives | None, change: Change) -> Drives | None:
     """Change the reflected inertia of some joints. Returns: the default drives; a joint that is given a number has none of them."""
-    chosen = robot.velocities(robot.match_joints(change.pattern))
-    if drives is not None:
-        factor = change.number if change.factor else 0.0
-        drives = drives._replace(
-            known=drives.known & (change.factor | ~chosen),
-            armature=np.where(chosen, factor * drives.armature, drives.armature),
-            rotor=np.where(chosen, factor * drives.rotor, drives.rotor),
-            drive_stiffness=np.where(chosen & (not change.factor), np.inf, drives.drive_stiffness),
-        )
-        freeze(drives)
-    given = model.armature[chosen].any() or (drives is not None and (drives.armature + drives.rotor)[chosen].any())
-    if change.factor and not given:
+    names = robot.match_joints(change.pattern)
+    chosen = robot.velocities(names)
+    by_joint = {} if drives is None else dict(drives.by_joint)
+    of_joints = {name: drive for name in names if (drive := by_joint.pop(name, None))}
+    if change.factor and not (model.armature[chosen].any() or any(drive.reflected for drive in of_joints.values())):
         reason = f'these joints of robot "{robot.name}" have no reflected inertia'
         raise StudyError(
-            f"change {change} has no effect, because {reason}; give a number, such as armature:{change.pattern}=0.01",
-            joints=robot.match_joints(change.pattern),
+            f"change {change} has no effect, because {reason}; give a number, such as armature:{change.pattern}=0.01", joints=names
         )
+    if change.factor:
+        for name, drive in of_joints.items():
+            by_joint[name] = replace(drive, armature=change.number * (drive.reflected or 0.0), rotor_inertia=None)
     model.armature[chosen] = model.armature[chosen] * change.number if change.factor else change.number
-    return drives
+    return None if drives is None else drives._replace(by_joint=by_joint)
 
 
 def _changed_inertia(
