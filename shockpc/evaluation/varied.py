@@ -334,7 +334,7 @@ class VariedLandings:
                 if variation.kind in COMPONENT and self.separate:  # from where closing the loops has put it
                     joints = several_joints(robot, variation.subject, variation.kind, variation.target)
                     closed = {joint.name: joint.coordinates(self.first.q) for joint, _ in joints}
-                    posture = replace(scene.posture, joint_quaternions=closed | scene.posture.joint_quaternions)
+                    posture = replace(scene.posture, joint_quaternions={**closed, **scene.posture.joint_quaternions})
                     scene = replace(scene, posture=posture)
                 scene, robot = applied(scene, robot, variation, value)
         if changes:

@@ -94,7 +94,10 @@ def velocities(landing: PosedLanding, varied: Mapping[str, Array]) -> Array:
     if strike.drop_height is not None:
         speed = math.sqrt(2.0 * GRAVITY * strike.drop_height) / np.cos(theta)
     up = np.array([0.0, 0.0, 1.0])
-    return outside + speed[..., None] * (np.sin(theta)[..., None] * landing.plane.forward - np.cos(theta)[..., None] * up)
+    velocity: Array = outside + speed[..., None] * (
+        np.sin(theta)[..., None] * landing.plane.forward - np.cos(theta)[..., None] * up
+    )
+    return velocity
 
 
 def _or(x: Array, present: Array | float) -> Array:

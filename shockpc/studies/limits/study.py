@@ -190,7 +190,7 @@ class JointLimits:
         ends = f"low [{unit}]", f"high [{unit}]", "low end", "high end", "feasible"
         return Table.of_rows(
             ("strike from [deg]", "strike to [deg]", *ends),
-            (self._row(one, piece) for one in self.limits for piece in one.pieces or [None]),
+            (self._row(one, piece) for one in self.limits for piece in one.pieces or (None,)),
         )
 
     def _row(self, one: StrikeLimits, piece: tuple[float, float, str, str, bool] | None) -> tuple[float | str | None, ...]:
