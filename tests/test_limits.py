@@ -391,8 +391,8 @@ def test_command(capfd, tmp_path):
         # The pieces of an interval follow one another; its ends are those that are found.
         ends = [(row["low_deg"], row["high_deg"], row["low_end"], row["high_end"]) for row in pieces]
         assert all(a[1] <= b[0] for a, b in itertools.pairwise(ends))
-        named = {(round(math.degrees(x), 8), end) for part in one.allowed for x, end in zip(part[:2], part[2:], strict=True)}
-        assert {(round(x, 8), name) for end in ends for x, name in zip(end[:2], end[2:], strict=True) if name != "ground"} == named
+        named = {(round(math.degrees(x), 6), end) for part in one.allowed for x, end in zip(part[:2], part[2:], strict=True)}
+        assert {(round(x, 6), name) for end in ends for x, name in zip(end[:2], end[2:], strict=True) if name != "ground"} == named
     assert f"{rows[-1]['high_deg']:.2f}  ground   bound" in table
     postures = pandas.read_csv(tmp_path / "postures.csv")
     assert set(map(str, postures.dtypes)) == {"float64"}
