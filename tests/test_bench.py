@@ -178,7 +178,8 @@ def test_a_small_suite_from_clock_to_report(tmp_path, monkeypatch):
     files = {
         "report.md",
         "report.html",
-        "cases.csv",
+        *(f"{name}.csv" for name in ("cases", "methods", "corners", "knee")),
+        *(f"{name.replace(' ', '_')}.csv" for name in COSTS),
         "bench.json",
         "error-against-run-time.svg",
         "error-against-run-time.png",
@@ -186,7 +187,7 @@ def test_a_small_suite_from_clock_to_report(tmp_path, monkeypatch):
     assert {path.name for path in tmp_path.iterdir()} == files
     report = (tmp_path / "report.md").read_text(encoding="utf-8")
     titles = ("### Corners", "### Knee", "### Costs", "### Many postures", "### Sweeps", "### Measured landings", "### Limits")
-    for text in (*titles, "| a command |", ", pin 4.", *OUTCOMES, "| 4 | sticking | 1.1e-16 | "):
+    for text in (*titles, "| a command |", ", pin 4.", *OUTCOMES, "| 4 | sticking | 1.11e-16 | "):
         assert text in report
     assert "| 1 | sticking | " not in report, "every method solves it"
     rows = list(csv.DictReader((tmp_path / "cases.csv").read_text(encoding="utf-8").splitlines()))

@@ -11,8 +11,10 @@ from test_agreement import SCENES
 from test_table import STUDIES
 from trees import known_robot
 
-from shockpc import shock_profile
+from shockpc import Scene, shock_profile
+from shockpc.bench.report import bench_report
 from shockpc.evaluation.summary import summarise
+from shockpc.paper.figures import FIGURES
 from shockpc.quantities.table import QUANTITIES
 from shockpc.show.reports.batch import batch_report
 from shockpc.show.reports.check import check_report
@@ -22,7 +24,10 @@ from shockpc.show.reports.identify import identify_report
 from shockpc.show.reports.improve import improve_report
 from shockpc.show.reports.landing import analyze_report
 from shockpc.show.reports.landings import landings_report
+from shockpc.show.reports.paper import paper_report
 from shockpc.show.reports.place import place_report
+from shockpc.show.reports.quantities import quantities_report
+from shockpc.show.reports.robots import robot_report, robots_report
 from shockpc.show.reports.sweep import sweep_report
 from shockpc.show.reports.touchdowns import touchdowns_report
 from shockpc.show.tables import SHOWN, Sheet, as_csv, as_markdown, as_records, as_text, escaped
@@ -99,6 +104,21 @@ def test_every_study_is_among_these():
 def test_every_format_of_a_study_has_the_same_cells(name, tmp_path):
     found = STUDIES[name][0](tmp_path)
     check(REPORTS[name](found))
+
+
+@pytest.mark.parametrize(
+    "made",
+    [
+        lambda: robots_report({"anymal_b": known_robot("anymal_b"), "none": None}, 1),
+        lambda: robot_report(known_robot("anymal_b")),
+        lambda: quantities_report("joint*"),
+        lambda: paper_report(FIGURES[:1]),
+        lambda: bench_report(known_robot("leg"), Scene(robot="leg", contact="heel"), 0.0),
+    ],
+    ids=["robots", "robot", "quantities", "paper", "bench"],
+)
+def test_every_format_of_what_is_no_study_has_the_same_cells(made):
+    check(made())
 
 
 @pytest.mark.parametrize("name", SCENES)

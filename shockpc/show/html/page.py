@@ -226,13 +226,13 @@ def _view(shown: Mapping[str, ShockProfile], every: int) -> str:
     bands = "".join(f'<span style="background:{colour}"><i>{edge}</i></span>' for colour, edge in zip(BANDS, edges, strict=True))
     points = ["", "sensor or point", "shock [-]", "Δv x [m/s]", "Δv y [m/s]", "Δv z [m/s]", *(["peak [g]"] if peak else [])]
     bodies = ["", "body", "shock at CoM [-]", "least drawn [-]", "greatest drawn [-]", "|Δω| [rad/s]"]
-    bodies += ["CoPc x [m]", "CoPc y [m]", "CoPc z [m]", "RoPc [m]"]
+    bodies += ["CoPc x [m]", "CoPc y [m]", "CoPc z [m]", "RoPc [m]", "motion"]
     contacts = ["", "contact or standing foot", "x [N s]", "y [N s]", "z [N s]", "friction to stick [-]"]
     joints = ["", "joint", "along the axis [N m s, N s]", "force [N s]", "moment [N m s]"]
-    doubtful = f"; in brackets if over {100.0 * BRACKETED:.0f} % of the motion is out of the plane"
+    doubtful = f"; mostly out of plane: over {100.0 * BRACKETED:.0f} % of the motion"
     live = [
         f'<div class="scroll live"><table id="{key}"><caption>{title}</caption>'
-        f"{_head([*map(Column.of, header)], [k > 1 for k in range(len(header))])}"
+        f"{_head([*map(Column.of, header)], [k > 1 and head != 'motion' for k, head in enumerate(header)])}"
         "<tbody></tbody></table></div>"
         for key, title, header in (
             ("point-rows", "sensors and points, for this strike (Δv in the frame's axes)", points),

@@ -122,8 +122,8 @@ def _columns(
         values = profile.values(entry, places)
         parts = dict(zip("xyz", values.T, strict=True)) if "{}" in head else {"": Selection(key, entry).scalar(values)}
         for axis, part in parts.items():
-            _, title, unit = Column.of(head.format(axis))
-            columns[Column(f"{key}_{axis}".removesuffix("_"), title, unit)] = part
+            column = Column.of(head.format(axis))._replace(key=f"{key}_{axis}".removesuffix("_"))
+            columns[column] = part
     return columns
 
 
