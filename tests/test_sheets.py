@@ -7,7 +7,7 @@ from dataclasses import replace
 from pathlib import Path
 
 import pytest
-from shockpc.paper.figures import FIGURES
+from shockpc.paper.study import FIGURES
 from test_agreement import SCENES
 from test_table import STUDIES
 from trees import known_robot
