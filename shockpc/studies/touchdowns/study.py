@@ -134,6 +134,7 @@ class Touchdowns:
         "restitution",
         "restitution_along",
     ),
+    reads="log",
 )
 def touchdowns(
     log: str | os.PathLike[str] | Mapping[str, Any],
