@@ -12,10 +12,10 @@ import pytest
 from commands import ROBOTS
 
 from shockpc import Contact, OutputError, Scene, shock_profile
-from shockpc.show.document import document as document_of
 from shockpc.show.files import check_folder, write_file, write_folder
 from shockpc.show.folder import write_report_folder
 from shockpc.studies.analyze.report import analyze_report, landing_report
+from shockpc.studies.analyze.report import document as document_of
 from shockpc.text.paths import read_file
 from shockpc.text.printed import json_text
 
@@ -198,9 +198,9 @@ FILES = {
     "points.csv",
     "contacts.csv",
     "joints.csv",
-    "joint_models.csv",
+    "shocks.csv",
+    "landing.csv",
     "directions.csv",
-    "posture.csv",
     "report.html",
     "report.md",
     "shock.svg",
@@ -218,11 +218,13 @@ def test_folder_of_a_landing(tmp_path, profile):
     assert (folder / "shock.svg").read_bytes().startswith(b"<?xml")
     document = json.loads(json_text(document_of(profile)))
     bodies = rows(folder / "bodies.csv")
-    assert [row[1] for row in bodies[1:]] == [body["body"] for body in document["bodies"]]
-    assert [float(row[bodies[0].index("shock at CoM [-]")]) for row in bodies[1:]] == [b["shock_com"] for b in document["bodies"]]
+    assert [row[1] for row in bodies[1:]] == [body["body"] for body in document["tables"]["bodies"]]
+    assert [float(row[bodies[0].index("shock at CoM [-]")]) for row in bodies[1:]] == [
+        b["shock_com"] for b in document["tables"]["bodies"]
+    ]
     points = rows(folder / "points.csv")
     assert [(row[0], row[1], float(row[5])) for row in points[1:]] == [
-        (p["frame"], p["body"], p["shock"]) for p in document["points"]
+        (p["point"], p["body"], p["shock"]) for p in document["tables"]["points"]
     ]
     assert [row[0] for row in rows(folder / "contacts.csv")[1:]] == ["lf_foot"]
 

@@ -16,7 +16,7 @@ import numpy as np
 import pinocchio as pin
 import pyarrow.parquet
 import pytest
-from commands import good, run
+from commands import good, run, vector
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from robot_texts import body, floating, mjcf
 from scipy.spatial.transform import Rotation
@@ -446,8 +446,8 @@ def test_contacts_of_a_table_keep_what_the_scene_says_of_them(here, capfd):
     rows = json.loads(good(capfd, "landings", "log.csv", "scene.toml", *words))["tables"]["landings"]
     for row, foot in zip(rows, ("LF_FOOT", "RF_FOOT"), strict=True):
         analysis = ("analyze", "anymal_b", "--contact", foot, "--restitution", 0.5, "--velocity=0,0,-1", "--format", "json")
-        (point,) = [point for point in json.loads(good(capfd, *analysis))["points"] if point["frame"] == "imu_link"]
-        assert row["delta_v@imu_link"] == pytest.approx(np.linalg.norm(point["delta_v"]), rel=1e-12)
+        (point,) = [point for point in json.loads(good(capfd, *analysis))["tables"]["points"] if point["point"] == "imu_link"]
+        assert row["delta_v@imu_link"] == pytest.approx(np.linalg.norm(vector(point, "delta_v")), rel=1e-12)
 
 
 @pytest.mark.parametrize("bad", ["LF_FOT", "*_FOOT", "", " "])
@@ -890,8 +890,8 @@ def test_the_command_ranks_and_prints_a_row_as_a_scene(here, capfd):
     scene = run(capfd, "landings", here / "log.csv", *words, "--command", rows[0]["landing"]).out
     (here / "worst.toml").write_text(scene)
     outcome = run(capfd, "analyze", here / "worst.toml", "--format", "json")
-    (imu,) = (point for point in json.loads(outcome.out)["points"] if point["frame"] == "imu_link")
-    assert np.linalg.norm(imu["delta_v"]) == pytest.approx(values[0], rel=1e-12)
+    (imu,) = (point for point in json.loads(outcome.out)["tables"]["points"] if point["point"] == "imu_link")
+    assert np.linalg.norm(vector(imu, "delta_v")) == pytest.approx(values[0], rel=1e-12)
 
 
 @pytest.mark.parametrize(

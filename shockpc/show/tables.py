@@ -130,6 +130,13 @@ class Sheet(NamedTuple):
         return self._replace(rows=[self.rows[k] for k in sorted(kept)], notes=(left, *self.notes))
 
 
+def joined(sheets: Sequence[Sheet]) -> Sheet:
+    """The rows of several tables below one another, with the columns that some of them have."""
+    columns = {column.key: column for sheet in sheets for column in sheet.columns}
+    cells = [dict(zip((column.key for column in sheet.columns), row, strict=True)) for sheet in sheets for row in sheet.rows]
+    return sheets[0]._replace(header=list(columns.values()), rows=[[row.get(key) for key in columns] for row in cells])
+
+
 def sheet_of(table: "Table", title: str = "", notes: Sequence[str] = ()) -> Sheet:
     """The columns of a study's table, of the rows without a message; in the units of sheets."""
     heads = [Column.of(name if " [" in name or not unit else f"{name} [{unit}]") for name, unit in table.units.items()]
