@@ -60,6 +60,9 @@ TITLES: dict[PlaceKind, dict[str, str]] = {
 }
 """Headings that people read, with {} for the component of a vector; other quantities are headed by their keys."""
 
+ALWAYS: dict[PlaceKind, tuple[str, ...]] = {"body": tuple(TITLES["body"]), "contact": ("impulse", "friction_needed")}
+"""Quantities that have a column even if no place has a value."""
+
 MODELS = ("shock_free", "shock", "shock_locked", "shock_springs_free", "shock_friction", "shock_compressed", "shock_separated")
 """Shocks of the table of these."""
 
@@ -97,10 +100,11 @@ def landing_tables(profile: ShockProfile, bodies: Sequence[int] | None = None) -
 def _quantities(profile: ShockProfile, kind: PlaceKind, places: Sequence[Place] | None = None, *keys: str) -> dict[Any, Any]:
     """Columns of the quantities of a kind that this landing has; of a vector three. Args: places, all without; keys, the same."""
     columns: dict[Any, Any] = {}
-    for key in keys or [entry.key for entry in quantities_of(kind) if entry.key not in EXTREMES]:
+    every = dict.fromkeys([*TITLES.get(kind, ()), *(entry.key for entry in quantities_of(kind) if entry.key not in EXTREMES)])
+    for key in keys or every:
         entry = quantity(kind, key)
         values = profile.values(entry, places)
-        if np.isnan(values).all():
+        if np.isnan(values).all() and key not in ALWAYS.get(kind, ()):
             continue
         unit = "" if entry.flag else f" [{'-' if entry.unit == '1' else entry.unit}]"
         head = TITLES.get(kind, {}).get(key, f"{key}{' {}' * entry.vector}{unit}")
