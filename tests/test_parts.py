@@ -416,7 +416,7 @@ def test_files_of_a_landing_with_parts(capfd, here):
     (row,) = csv.DictReader((here / "out" / "joints.csv").read_text().splitlines())
     profile = shock_profile(Scene(robot="stick.urdf", contact="foot", pulse="half-sine:5ms"))
     assert float(row["of the torque limit [-]"]) == profile.value("joint_torque_share", "joint")[0]
-    assert (here / "out" / "parts.csv").read_text().startswith("part,body,joint,|Δv| [m/s],critical [m/s],margin [-],peak [g]")
+    assert (here / "out" / "parts.csv").read_text().startswith("part,body,joint,|Δv| [m/s],critical [m/s],critical peak [g],both,")
     figure = (here / "out" / "damage_boundary.svg").read_text()
     assert all(text in figure for text in ("Damage boundary", "imu_link", "landing on foot", "peak acceleration [g]"))
     good(capfd, "analyze", *words[:3], "--out", "out")
