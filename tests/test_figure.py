@@ -27,8 +27,8 @@ from shockpc.core.spatial import plane_from
 from shockpc.landing.scene_file import with_plane
 from shockpc.paper.report import paper_picture
 from shockpc.paper.study import FIGURES, paper_figures
-from shockpc.robot.geometry import Shape
 from shockpc.robot.meshes import Mesh
+from shockpc.robot.shapes import Shape
 from shockpc.show.figure.landing import draw_landing
 from shockpc.show.figure.layout import Page
 from shockpc.show.figure.picture import LETTERS, PALE, SMALL, layers

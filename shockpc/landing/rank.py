@@ -14,7 +14,8 @@ from shockpc.landing.dynamics import Dynamics, dynamics
 from shockpc.landing.freedom import free_columns
 from shockpc.landing.rows import Block, row_jacobian, row_terms, row_tolerance
 from shockpc.landing.scene import Base
-from shockpc.robot.robot import Loop, Robot
+from shockpc.robot.elements import Loop
+from shockpc.robot.robot import Robot
 from shockpc.robot.rounding import rounding_of
 
 POSTURES = 2

@@ -7,7 +7,7 @@ import numpy as np
 from shockpc.core.spatial import Array
 from shockpc.impact.stiffness import CompliantLanding
 from shockpc.landing.places import Place
-from shockpc.landing.scene import GRAVITY
+from shockpc.landing.strike import GRAVITY
 from shockpc.quantities.points import point_velocity
 
 

@@ -17,8 +17,8 @@ import numpy as np
 from shockpc.core.pulse import peak_acceleration
 from shockpc.core.spatial import Array
 from shockpc.impact.solve import CONTRADICTION
-from shockpc.landing.scene import GRAVITY
 from shockpc.landing.scene_file import scene_text
+from shockpc.landing.strike import GRAVITY
 from shockpc.quantities.bodies import ROUNDED
 from shockpc.quantities.histories import contact_forces, point_accelerations
 from shockpc.quantities.profile import ShockProfile

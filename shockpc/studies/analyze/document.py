@@ -3,7 +3,7 @@
 import math
 from typing import TYPE_CHECKING, Any
 
-from shockpc.landing.scene import GRAVITY
+from shockpc.landing.strike import GRAVITY
 from shockpc.quantities.profile import ShockProfile
 from shockpc.quantities.table import quantity
 from shockpc.show.document import record

@@ -19,7 +19,8 @@ from shockpc.evaluation.varied_scene import scene_grid
 from shockpc.landing.places import Place, point_place, point_places
 from shockpc.landing.record import Option
 from shockpc.landing.resolve import pulse_of
-from shockpc.landing.scene import GRAVITY, Point, Scene
+from shockpc.landing.scene import Point, Scene
+from shockpc.landing.strike import GRAVITY
 from shockpc.quantities.profile import ShockProfile
 from shockpc.robot.robot import Robot
 from shockpc.studies.place.cone import ACCURACY, Optimum

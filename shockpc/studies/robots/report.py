@@ -6,7 +6,8 @@ from collections.abc import Mapping
 from shockpc.landing.dynamics import PINOCCHIO
 from shockpc.landing.posture import reference_name
 from shockpc.robot.checkup import check_robot
-from shockpc.robot.drives import Drive, catalogue_drives
+from shockpc.robot.drives import catalogue_drives
+from shockpc.robot.elements import Drive
 from shockpc.robot.feet_and_sensors import feet, sensors
 from shockpc.robot.robot import Robot
 from shockpc.show.document import record

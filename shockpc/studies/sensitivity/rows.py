@@ -27,7 +27,8 @@ from shockpc.landing.rows import row_jacobian
 from shockpc.profile import profile_of, profile_of_scene
 from shockpc.quantities.profile import ShockProfile
 from shockpc.robot.changes import Property, links_with_mass, varied_bodies, with_inertias
-from shockpc.robot.robot import Joint, Robot
+from shockpc.robot.elements import Joint
+from shockpc.robot.robot import Robot
 from shockpc.text.errors import ShockError
 
 ParameterKind: TypeAlias = str
