@@ -3,6 +3,7 @@
 import json
 import math
 
+import jsonschema
 import numpy as np
 import pytest
 from altered import Altered, health
@@ -12,6 +13,7 @@ from pydantic import TypeAdapter
 import shockpc
 from shockpc import Closure, Contact, Joints, LoopEnd, Part, Point, Posture, Scene, Strike, shock_profile
 from shockpc.landing.dynamics import PINOCCHIO
+from shockpc.landing.scene_file import scene_schema
 from shockpc.quantities.table import QUANTITIES
 from shockpc.show.document import headed
 from shockpc.studies.analyze.document import content
@@ -167,6 +169,7 @@ def test_scene_in_the_document_is_the_whole_scene(profile):
     read = json.loads(json_text(document(profile)))
     assert {"robot", "base", "plane", "posture", "strike", "contact"} <= set(read["scene"])
     assert "reference" in read["scene"]["posture"]
+    jsonschema.validate(read["scene"], scene_schema())
     again = TypeAdapter(Scene).validate_python(read["scene"])
     assert json_text(document(shock_profile(again))) == json_text(document(profile))
 

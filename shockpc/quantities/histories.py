@@ -19,4 +19,5 @@ def contact_forces(compliant: CompliantLanding, times: Array) -> Array:
 
 def point_accelerations(compliant: CompliantLanding, points: Sequence[Place], times: Array) -> Array:
     """Sizes (n, T) of the accelerations of points at times (T,) [g]."""
-    return np.linalg.norm(compliant.history(point_velocity, tuple(points), times), axis=2).T / GRAVITY
+    rates = compliant.history(point_velocity, tuple(points), times)
+    return np.asarray(np.linalg.norm(rates, axis=2).T / GRAVITY)
