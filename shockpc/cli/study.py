@@ -248,7 +248,8 @@ def _designs(inputs: Sequence[Any], options: SceneOptions, rename: Mapping[str, 
 def _table(inputs: Sequence[Any], options: SceneOptions, rename: Mapping[str, str], trace: Trace) -> tuple[Robot, dict[str, Any]]:
     from shockpc.cli.tables import table_and_scene
 
-    columns, robot, scene = table_and_scene(*inputs, options, rename)
+    file, robot_or_scene = inputs
+    columns, robot, scene = table_and_scene(file, robot_or_scene, options, rename)
     return robot, {"table": columns, "scene": scene, "robot": robot}
 
 

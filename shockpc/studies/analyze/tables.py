@@ -144,7 +144,8 @@ def landing_sheet(profile: ShockProfile) -> Sheet:
 
 def contacts_sheet(profile: ShockProfile) -> Sheet:
     """One row for each contact and each stance foot, and their sum where there are several."""
-    places, feet = profile.places("contact"), [*profile.contacts, *profile.stance]
+    places = profile.places("contact")
+    feet: list[ContactImpulse | StanceImpulse] = [*profile.contacts, *profile.stance]
     states = [None] * len(places) if profile.friction is None else profile.friction.state
     columns = {"contact": [place.name for place in places], **_quantities(profile, "contact"), "state": states}
     columns["what"] = [_what(profile, k, foot) for k, foot in enumerate(feet)]

@@ -98,7 +98,7 @@ def worst_bodies(profile: ShockProfile, most: int | None, bodies: Sequence[int] 
 def contacts_view(profile: ShockProfile) -> Sheet:
     """The impulses, and whether they need friction or a pull."""
     notes = []
-    if any(contact.impulse is None for contact in (*profile.contacts, *profile.stance)):
+    if any(foot.impulse is None for foot in profile.contacts) or any(foot.impulse is None for foot in profile.stance):
         notes.append("the contact rows are redundant, so only the sum of the impulses is unique")
     sheet = contacts_sheet(profile)
     if len(sheet.rows) > 1:
@@ -190,11 +190,17 @@ def joint_models(profile: ShockProfile) -> Sheet:
     return _view(shocks_sheet(profile), "effect of the joint model", headings, notes)
 
 
+def _each_contact(profile: ShockProfile) -> Sheet:
+    """The table of contacts without their total."""
+    sheet = contacts_sheet(profile)
+    return sheet._replace(rows=sheet.rows[: len(profile.places("contact"))])
+
+
 def friction_contacts(profile: ShockProfile) -> Sheet:
     """What friction changes at the contacts."""
     title = f"contacts with friction {profile.scene.friction:g} (world axes; double precision, not proven)"
     headings = {"contact": "", **_vector("impulse_friction", "impulse {} [N s]"), **_vector("slip", ""), "state": ""}
-    return _view(contacts_sheet(profile).where(lambda row: row["contact"] != "total"), title, headings)
+    return _view(_each_contact(profile), title, headings)
 
 
 def friction_shocks(profile: ShockProfile) -> Sheet:
@@ -207,7 +213,7 @@ def stiffness_contacts(profile: ShockProfile) -> Sheet:
     """Forces on contacts of finite stiffness, and their times."""
     title = f"contacts of {stiffness_text(profile)} (frozen geometry{_forces(profile)}; double precision, not proven)"
     headings = {"contact": "", "duration": "", "peak_force": "", "peak_force_time": ""}
-    return _view(contacts_sheet(profile).where(lambda row: row["contact"] != "total"), title, headings)
+    return _view(_each_contact(profile), title, headings)
 
 
 def stiffness_points(profile: ShockProfile) -> Sheet:
