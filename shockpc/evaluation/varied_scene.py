@@ -87,10 +87,10 @@ def applied(scene: Scene, robot: Robot, varied: Variation, value: Any) -> tuple[
         return replace(scene, posture=replace(posture, joints_deg={**others, varied.target: float(value)})), robot
     if varied.kind in COMPONENT:
         q, steps = configuration(robot, posture)[None], np.zeros((1, robot.model.nv))
-        moved = several_joints(robot, varied.subject, varied.kind, varied.target)
-        steps[0, [v for _, v in moved]] = math.radians(float(value)) if varied.unit == "deg" else float(value)
+        turned = several_joints(robot, varied.subject, varied.kind, varied.target)
+        steps[0, [v for _, v in turned]] = math.radians(float(value)) if varied.unit == "deg" else float(value)
         (q,) = displaced(robot, q, steps)
-        coordinates = {joint.name: joint.coordinates(q) for joint, _ in moved}
+        coordinates = {joint.name: joint.coordinates(q) for joint, _ in turned}
         return replace(scene, posture=replace(posture, joint_quaternions={**posture.joint_quaternions, **coordinates})), robot
     if varied.kind.startswith("base-"):
         angles = list(posture.base_rpy_deg or (0.0, 0.0, 0.0))
