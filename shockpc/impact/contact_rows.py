@@ -6,7 +6,7 @@ import numpy as np
 
 from shockpc.core.spatial import Array
 from shockpc.impact.solve import independent_rows, rows_as_meant
-from shockpc.landing.contact import across
+from shockpc.landing.directions import across
 from shockpc.landing.landing import PosedLanding
 from shockpc.landing.rows import NO_AXES, Block, Equation, slices_of
 

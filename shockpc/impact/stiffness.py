@@ -33,7 +33,8 @@ from shockpc.landing.motion import mass_lifted
 from shockpc.landing.places import Place
 from shockpc.landing.record import spelled
 from shockpc.landing.rows import Block, block_point
-from shockpc.landing.scene import GRAVITY, Contact
+from shockpc.landing.scene import Contact
+from shockpc.landing.strike import GRAVITY
 from shockpc.text.diagnostic import Diagnostic
 from shockpc.text.errors import SolveError
 from shockpc.text.printed import few

@@ -18,7 +18,8 @@ from shockpc.impact.contact_rows import contact_rows
 from shockpc.impact.friction import friction_of
 from shockpc.landing.landing import PosedLanding
 from shockpc.landing.resolve import landing_of
-from shockpc.landing.scene import GRAVITY, Scene
+from shockpc.landing.scene import Scene
+from shockpc.landing.strike import GRAVITY
 from shockpc.studies.fall.body import UP, Rigid, Spot
 from shockpc.studies.fall.motion import STICKS, CrossSection, Fall, Kind, Touch, follow_fall
 from shockpc.text.errors import SceneError, SolveError, StudyError

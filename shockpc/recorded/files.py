@@ -1,0 +1,246 @@
+"""Files of recorded landings: columns by name from CSV, Parquet and NPZ."""
+
+import collections
+import csv
+import functools
+import io
+import itertools
+import lzma
+import math
+import os
+import zipfile
+import zlib
+from collections.abc import Iterable, Mapping, Sequence
+from pathlib import Path
+from typing import IO, Any
+
+import numpy as np
+
+from shockpc.evaluation.table import Table
+from shockpc.robot.child import in_child
+from shockpc.text.errors import StudyError
+from shockpc.text.paths import open_file, usable_path
+
+BLOCK = 2**20
+"""Cells of a CSV file that are read together."""
+
+LARGEST_TABLE = 2**30
+"""Bytes of the largest table that is read, as a file and as arrays of numbers with 8 bytes each."""
+
+MOST_ROWS = 2**24
+"""Rows of the longest table that is read."""
+
+
+def columns_of(table: str | os.PathLike[str] | Mapping[str, Any] | Table) -> dict[str, np.ndarray]:
+    """The columns of recorded landings by name, from a file as `read_table` reads it, or as they are.
+
+    Raises:
+        StudyError: the file cannot be read, there are no rows, or a column holds neither real numbers nor texts.
+    """
+    if isinstance(table, str | os.PathLike):
+        return read_table(Path(table))
+    columns = table.columns if isinstance(table, Table) else table
+    return _checked({str(name): np.asarray(values) for name, values in columns.items()}, "this table")
+
+
+def read_table(path: Path) -> dict[str, np.ndarray]:
+    """The columns of a CSV, Parquet or NPZ file by name: numbers or texts, (n,); arrays of NPZ may be (n, k).
+
+    A column of a CSV file with a cell that is no number holds texts. Of a row that has not a cell for each column, only the text at
+    its beginning is kept, because of the others it is not known where they belong.
+
+    Raises:
+        StudyError: the file cannot be read, is no regular file, takes more than 1 GB, has no rows, a name twice, no row with a
+            cell for each column, or a column that holds neither real numbers nor texts.
+    """
+    path = usable_path(str(path))
+    readers = {".csv": _read_csv, ".parquet": _read_parquet, ".npz": _read_npz}
+    if (reader := readers.get(path.suffix.casefold())) is None:
+        raise StudyError(f'"{path}" is not a table of landings; valid are .csv, .parquet and .npz files')
+    try:
+        with open_file(path, "table", StudyError) as file:
+            _refuse_size(os.fstat(file.fileno()).st_size)
+            columns = reader(file)
+    except (OSError, ValueError, EOFError, RuntimeError, zipfile.BadZipFile, zlib.error, lzma.LZMAError) as refusal:
+        raise StudyError(f'table "{path}" cannot be read: {refusal}') from None
+    return _checked(columns, f'table "{path}"')
+
+
+def _checked(columns: dict[str, np.ndarray], what: str) -> dict[str, np.ndarray]:
+    """The columns of a table, which messages call by a name; refused if there are no rows, or neither numbers nor texts."""
+    for name, values in columns.items():
+        if values.ndim == 0 or values.dtype.kind not in "fiubOUM":
+            raise StudyError(f"{what}: {name} is {values.dtype} of shape {values.shape}; columns hold real numbers or texts")
+    if not columns or min(map(np.size, columns.values())) == 0:
+        raise StudyError(f"{what} has no rows")
+    return columns
+
+
+def _refuse_size(size: int) -> None:
+    """Refuse more than `LARGEST_TABLE` bytes."""
+    if size > LARGEST_TABLE:
+        limit = f"up to {LARGEST_TABLE // 2**20} MB are read"
+        raise ValueError(f"it takes {size / 2**20:.0f} MB, and {limit}; leave columns out, shorten texts, or split the table")
+
+
+def _refuse_rows(count: int) -> None:
+    """Refuse more than `MOST_ROWS` rows."""
+    if count > MOST_ROWS:
+        raise ValueError(f"it has {count:.3g} rows, and up to {MOST_ROWS} are read; split the table")
+
+
+def _refuse_twice(names: Iterable[str]) -> None:
+    """Refuse two columns of one name."""
+    if twice := [name for name, count in collections.Counter(names).items() if count > 1]:
+        raise ValueError(f'it has two columns "{twice[0]}"')
+
+
+def _text_size(cells: Sequence[object]) -> int:
+    """Bytes of texts as an array, in which each takes as much as the longest."""
+    return 4 * len(cells) * max((len(cell) for cell in cells if isinstance(cell, str)), default=0)
+
+
+def _read_csv(stream: IO[bytes]) -> dict[str, np.ndarray]:
+    blocks: list[list[np.ndarray]] = []
+    with io.TextIOWrapper(stream, "utf-8-sig", newline="") as text:
+        # Not strict, a quotation mark that is not closed would take the rest of the file into one cell.
+        lines = csv.reader(text, strict=True)
+        try:
+            header = [name.strip() for name in next(lines, [])]
+            _refuse_twice(header)
+            rows, count, size, wrong = (row for row in lines if row), 0, 0, list[str]()
+            while block := list(itertools.islice(rows, max(1, BLOCK // max(len(header), 1)))):
+                for i, row in enumerate(block):
+                    if len(row) != len(header):
+                        wrong.append(f"row {count + i} has {len(row)} cells, and the header {len(header)}")
+                        block[i] = [row[0] if _is_text(row[0]) else "", *[""] * (len(header) - 1)]
+                cells = list(zip(*block, strict=True))
+                # The first cell that is not empty decides whether a column holds texts.
+                first = (next(filter(str.strip, column), "") for column in cells)
+                texts = [column.dtype.kind == "U" for column in blocks[0]] if blocks else list(map(_is_text, first))
+                size += sum(_text_size(column) if text else 8 * len(column) for text, column in zip(texts, cells, strict=True))
+                _refuse_size(size)
+                blocks.append([np.char.strip(part) if text else _numbers(part) for text, part in zip(texts, cells, strict=True)])
+                count += len(block)
+                _refuse_rows(count)
+        except csv.Error as refusal:
+            raise ValueError(f"line {lines.line_num}: {refusal}; is a quotation mark not closed?") from None
+    if wrong and len(wrong) == count:
+        raise ValueError(wrong[0])
+    lengths = [max(columns[k].dtype.itemsize for columns in blocks) for k in range(len(header))] if blocks else []
+    _refuse_size(sum(lengths) * count)
+    return {name: np.concatenate([columns[k] for columns in blocks]) for k, name in enumerate(header if blocks else ())}
+
+
+def _is_text(cell: str) -> bool:
+    try:
+        number(cell)
+    except ValueError:
+        return bool(cell.strip())
+    return False
+
+
+def number(cell: str) -> float:
+    """A number as every program writes it; ValueError for what Python alone reads as one: 1_0, and digits of other scripts."""
+    _refuse_other_digits(cell)
+    return float(cell)
+
+
+def _refuse_other_digits(text: str) -> None:
+    if "_" in text or not text.isascii():
+        raise ValueError(f'"{text}" is not a number')
+
+
+def _numbers(cells: Sequence[str]) -> np.ndarray:
+    """Cells as numbers, NaN where they are empty; as texts, if one of them is no number."""
+    try:
+        _refuse_other_digits("".join(cells))
+        return np.array(cells, dtype=float)
+    except ValueError:
+        if any(map(_is_text, cells)):
+            return np.char.strip(cells)
+        return np.array([cell if cell.strip() else "nan" for cell in cells], dtype=float)
+
+
+def _read_npz(stream: IO[bytes]) -> dict[str, np.ndarray]:
+    with zipfile.ZipFile(stream) as archive:
+        members = archive.infolist()
+        _refuse_twice(member.filename.removesuffix(".npy") for member in members)
+        _refuse_size(sum(member.file_size for member in members))  # of which no more is read
+    stream.seek(0)
+    columns = dict[str, np.ndarray]()
+    with np.load(stream) as arrays:
+        for name in arrays.files:
+            try:
+                values = arrays[name]
+            except Exception as refusal:  # of many kinds, because a literal of Python is read
+                raise ValueError(f'its member "{name}" is no array: {refusal}') from None
+            if not isinstance(values, np.ndarray):
+                raise ValueError(f'its member "{name}" is no array')
+            _refuse_rows(math.prod(values.shape[:1]))
+            columns[name] = values
+    _refuse_size(sum(max(8 * x.size, x.nbytes * (4 if x.dtype.kind == "S" else 1)) for x in columns.values()))
+    return {name: np.char.decode(values) if values.dtype.kind == "S" else values for name, values in columns.items()}
+
+
+def _read_parquet(stream: IO[bytes]) -> dict[str, np.ndarray]:
+    try:
+        import pyarrow.parquet  # an extra
+    except ImportError:
+        raise StudyError(
+            'Parquet files need the package "pyarrow"; install it with: pip install pyarrow, or give a CSV or NPZ file'
+        ) from None
+    try:
+        file = pyarrow.parquet.ParquetFile(stream)
+        _refuse_rows(file.metadata.num_rows)
+        leaves = [file.schema.column(k) for k in range(file.metadata.num_columns)]
+        groups = [file.metadata.row_group(k) for k in range(file.metadata.num_row_groups)]
+        values = file.metadata.num_rows * len(leaves)
+        if any(leaf.max_repetition_level for leaf in leaves):
+            stream.seek(0)
+            length = in_child(functools.partial(_values_of_lists, stream.read()), ("pyarrow.parquet",))
+            if length is None:
+                raise ValueError("its header is corrupt")
+            values += length
+        _refuse_size(max(sum(group.total_byte_size for group in groups), 8 * values))
+        _refuse_twice(file.schema_arrow.names)
+        # A text that many rows share is kept once: a small file could take any memory if each row had a copy.
+        coded = [leaf.path for leaf in leaves if leaf.physical_type == "BYTE_ARRAY"]
+        file, batches, count = pyarrow.parquet.ParquetFile(stream, read_dictionary=coded), [], 0
+        for batch in file.iter_batches():
+            count += len(batch)
+            _refuse_rows(count)  # whatever the header says
+            batches.append(batch)
+        table = pyarrow.Table.from_batches(batches, file.schema_arrow)
+        columns = {name: _parquet_column(table[name]) for name in table.column_names}
+    except pyarrow.ArrowException as refusal:
+        raise ValueError(str(refusal)) from None
+    for name, values in columns.items():
+        if values.dtype.kind == "O":
+            texts = (cell.decode() if isinstance(cell, bytes) else cell for cell in values.tolist())
+            columns[name] = np.array(["" if cell is None else cell for cell in texts], dtype=object)
+    _refuse_size(sum(_text_size(values.tolist()) if values.dtype.kind == "O" else values.nbytes for values in columns.values()))
+    return columns
+
+
+def _values_of_lists(data: bytes) -> int:
+    """How many values the lists of a Parquet file have by its header; pyarrow ends the process where that is corrupt."""
+    import pyarrow.parquet
+
+    header = pyarrow.parquet.ParquetFile(io.BytesIO(data)).metadata
+    groups = [header.row_group(k) for k in range(header.num_row_groups)]
+    return sum(group.column(k).num_values for group in groups for k in range(group.num_columns))
+
+
+def _parquet_column(column: Any) -> np.ndarray:
+    """A column of pyarrow as an array; rows whose text is the same share it."""
+    import pyarrow
+
+    if not pyarrow.types.is_dictionary(column.type):
+        return np.asarray(column.to_numpy())
+    # pyarrow's conversion takes a missing value for the first of the dictionary.
+    parts = [np.zeros(0, dtype=object)]
+    for chunk in column.chunks:
+        values = np.array([*chunk.dictionary.to_pylist(), None], dtype=object)
+        parts.append(values[chunk.indices.fill_null(len(values) - 1).to_numpy()])
+    return np.concatenate(parts)
