@@ -275,7 +275,7 @@ def _distribution(J: Array, moves: np.ndarray, size: Array, scale: Array, rows: 
     spread[unique], spread[:, unique[rows]] = 0.0, 0.0
     unrepeated = np.flatnonzero(unique[rows])
     spread[rows[unrepeated], unrepeated] = 1.0
-    return spread
+    return np.asarray(spread)
 
 
 def levers(terms: Array) -> Array:
