@@ -123,7 +123,8 @@ def test_arrays_of_mujoco():
     scene = Scene(robot="m.xml", contact=(Contact(frame="leg", offset=(0.0, 0.0, -0.3)),))
     attitude = Rotation.from_euler("xyz", [0.3, -0.2, 0.5])
     qpos, omega = np.array([[0.1, 0.2, 0.3, *np.roll(attitude.as_quat(), 1), 0.4]]), np.array([0.1, 0.2, 0.3])
-    arrays = rows_of({"qpos": qpos, "qvel": np.array([[0.0, 0.1, -1.0, *omega, 0.7]])}, resolve(scene, robot))
+    both = {"qpos": qpos, "qvel": np.array([[0.0, 0.1, -1.0, *omega, 0.7]])}
+    arrays = rows_of(both, resolve(scene, robot))
     named = dict(zip(("x", "y", "z", "qw", "qx", "qy", "qz"), qpos.T, strict=False))
     named |= {"a": np.array([0.4]), "before_a": np.array([0.7]), "vx": np.zeros(1), "vy": np.array([0.1]), "vz": np.array([-1.0])}
     named |= {key: np.array([value]) for key, value in zip(("wx", "wy", "wz"), attitude.apply(omega), strict=True)}
@@ -131,6 +132,10 @@ def test_arrays_of_mujoco():
     np.testing.assert_allclose(arrays.Q, expected.Q, atol=1e-15)
     for one, other in zip(arrays.before, expected.before, strict=True):
         np.testing.assert_allclose(one, other, atol=1e-15)
+    for name in ("a", "before_a", "vz"):  # which mean what the arrays hold
+        for columns in (both | {name: named[name]}, {name: named[name]} | both):
+            with pytest.raises(StudyError, match="two columns of the table mean"):
+                rows_of(columns, resolve(scene, robot))
 
 
 def test_a_scene_holds_the_rotation_of_a_ball_joint(tmp_path):
