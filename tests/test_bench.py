@@ -15,11 +15,12 @@ from shockpc.bench.methods import DIRECT, PROVEN, UnsuitedError, system_of
 from shockpc.bench.mujoco_peer import MUJOCO
 from shockpc.bench.report import suite_report
 from shockpc.bench.stiff_contacts import STIFFNESSES, stiff_contacts
-from shockpc.landing.scene import Closure, Contact, LoopEnd, Scene, Strike
+from shockpc.landing.scene import Closure, Contact, LoopEnd, Scene
+from shockpc.landing.strike import Strike
 from shockpc.profile import shock_profile
 from shockpc.quantities.accuracy import double_error
 from shockpc.show.folder import write_report_folder
-from shockpc.show.reports.report import Report
+from shockpc.show.report import Report
 from shockpc.show.tables import Sheet
 from shockpc.text.errors import SolveError
 

@@ -20,11 +20,11 @@ from test_scene_file import EVERY_KEY, by_key
 
 import shockpc
 import shockpc.show.figure.style
-import shockpc.show.reports.report
+import shockpc.show.report
 from shockpc import read_scene, shock_profile
 from shockpc.cli import progress
 from shockpc.cli.app import COMMANDS
-from shockpc.landing.scene import GRAVITY
+from shockpc.landing.strike import GRAVITY
 from shockpc.show.document import document as document_of
 from shockpc.text.printed import json_text
 
@@ -477,8 +477,6 @@ def test_examples_of_the_help_run(capfd, here, command):
     (here / "log.csv").write_text("LF_KFE,vz\n-0.8,-1\n")
     samples = "".join(f"{k / 1000},0.5,0,0.4,-0.8,0\n" for k in range(50))
     (here / "walk.csv").write_text(f"time,z,LF_HAA,LF_HFE,LF_KFE,force\n{samples}")
-    (here / "scenes").mkdir()
-    (here / "scenes" / "jump.toml").write_text('robot = "anymal_b"\n[[contact]]\nframe = "LF_FOOT"\n')
     if command == "identify":
         (here / "drops.csv").write_text(csv_text(leg(np.random.default_rng(0), 6, here)))
         (here / "leg.toml").write_text('robot = "leg.urdf"\n[[contact]]\nframe = "foot"\ndirections = ["x", "z"]\n')

@@ -13,10 +13,10 @@ from robot_texts import body, floating, joint, link, mjcf, urdf
 
 from shockpc import Contact, Joints, Part, Point, Rotor, Scene, SceneError, SolveError, Strike, load_robot, resolve, shock_profile
 from shockpc.impact.stiffness import CompliantLanding
-from shockpc.landing.scene import GRAVITY
+from shockpc.landing.strike import GRAVITY
 from shockpc.paper.landings import scene as paper_scene
 from shockpc.quantities.table import quantity
-from shockpc.show.figure.history import draw_time
+from shockpc.studies.analyze.history import draw_time
 
 K = 1e5
 BOX = urdf(link("box", mass="2"), name="box")

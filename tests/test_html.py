@@ -17,12 +17,12 @@ from commands import STICK_WITH_IMU, good, run
 
 from shockpc import Contact, Joints, Posture, Scene, SolveError, Strike, shock_profile
 from shockpc.impact.solve import CONTRADICTION
-from shockpc.robot.geometry import Shape
 from shockpc.robot.meshes import Mesh
+from shockpc.robot.shapes import Shape
 from shockpc.show.folder import report_files
 from shockpc.show.html.surfaces import surfaces
-from shockpc.show.reports.landing import analyze_report, landing_report
 from shockpc.show.tables import Sheet
+from shockpc.studies.analyze.report import analyze_report, landing_report
 
 BROWSER = pytest.mark.skipif(CHROMIUM is None, reason="no Chromium is installed, which draws report.html")
 

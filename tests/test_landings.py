@@ -23,23 +23,22 @@ from scipy.spatial.transform import Rotation
 from trees import known_robot, robot_from
 
 import shockpc
-from shockpc import Contact, Joints, Part, Posture, Scene, load_robot, read_scene, resolve, shock_profile
+from shockpc import Contact, Joints, Posture, Scene, load_robot, read_scene, resolve, shock_profile
 from shockpc.bench.measured import LAWS, measured_landings, measured_tosses
-from shockpc.evaluation import table_files as files
 from shockpc.evaluation.columns import Column, selected
-from shockpc.evaluation.recorded import CLOSED_BY, recorded_landings
-from shockpc.evaluation.recorded_rows import rows_of_scenes
-from shockpc.evaluation.recorded_table import rows_of
-from shockpc.evaluation.table_files import read_table
 from shockpc.impact.stiffness import CompliantLanding
 from shockpc.landing.motion import Motion
 from shockpc.landing.resolve import landing_of
 from shockpc.landing.scene_file import scene_text
 from shockpc.quantities.table import quantity
-from shockpc.show.figure.landings import draw_validation
-from shockpc.show.reports.landings import agreement_sheet
-from shockpc.studies import landings
-from shockpc.studies.landings import DRAWS, SEED, STATISTICS, Agreement, Validation, compare_measured
+from shockpc.recorded import files
+from shockpc.recorded.files import read_table
+from shockpc.recorded.source import CLOSED_BY, recorded_landings
+from shockpc.recorded.table import rows_of
+from shockpc.studies.landings import study as landings
+from shockpc.studies.landings.figure import draw_validation
+from shockpc.studies.landings.report import agreement_sheet
+from shockpc.studies.landings.study import DRAWS, SEED, STATISTICS, Agreement, Validation, compare_measured
 from shockpc.text.errors import SceneError, SolveError, StudyError, UnknownName
 
 SCENE = Scene(robot="anymal_b", contact=(Contact(frame="LF_FOOT"),))
@@ -506,49 +505,6 @@ def test_contacts_of_rows_are_like_those_of_the_scene():
     assert [cases.landings.case(i).contact for i in (0, 1)] == [(definite,), (replace(definite, frame="RH_FOOT"),)]
 
 
-def test_scenes_are_rows_of_the_landings_that_they_share():
-    """The rows of a landing differ in posture, motion, velocities of contacts and friction, not in joint model and contacts."""
-    robot = known_robot("anymal_b")
-    scenes = {f"row {i}": study(table()).landings.case(i) for i in range(4)}
-    scenes["moving"] = replace(scenes["row 0"], contact=(Contact(frame="LF_FOOT", velocity=(0.1, 0.0, -2.0)),))
-    scenes["faster"] = replace(scenes["row 1"], contact=(Contact(frame="LF_FOOT", velocity=(0.0, 0.0, -3.0)),))
-    scenes["locked"] = replace(scenes["row 2"], joints=Joints(model="locked"))
-    scenes["hind"] = replace(scenes["row 3"], contact=(Contact(frame="RH_FOOT"),), friction=0.3)
-    rows = rows_of_scenes({**scenes, "none": StudyError("no scene")}, robot)
-    assert len(rows.scenes) == 4
-    results = compute(recorded_landings(rows, robot, ("shock@imu_link", "delta_v@imu_link", "approach"), prove=0))
-    assert dict(results.messages) == {8: "no scene"}
-    equal_to_single_landings(results, robot)
-    assert [results.study.case(i) for i in range(8)] == [resolve(scene, robot).scene for scene in scenes.values()]
-
-
-def test_pulses_stiffnesses_and_parts_of_some_scenes(capfd, tmp_path):
-    """Whichever scene comes first, rows without them have an empty cell; the others what their analysis has."""
-    robot, base, rating = known_robot("anymal_b"), study(table(1)).landings.case(0), "half-sine 50 g 11 ms"
-    camera, imu = Part(name="camera", at="base", rating=rating), Part(name="IMU", at="imu_link", rating=rating)
-    scenes = {
-        "plain": base,
-        "pulse": replace(base, pulse="half-sine:5ms", part=(imu,)),
-        "stiff": replace(base, contact_stiffness=1e5, part=(camera, imu)),
-    }
-    wanted = ("peak_g@imu_link", "peak_force", "part_margin@IMU", "part_margin@camera", "part.peak_g@IMU")
-    for names in (list(scenes), list(scenes)[::-1]):
-        results = compute(recorded_landings(rows_of_scenes({name: scenes[name] for name in names}, robot), robot, wanted, prove=0))
-        equal_to_single_landings(results, robot)
-        columns = {key: x for key, x in results.columns.items() if "@" in key and not key.startswith("energy_made")}
-        empty = {key: {names[i] for i in np.flatnonzero(np.isnan(x))} for key, x in columns.items()}
-        assert empty == {
-            "peak_g@imu_link": {"plain", "stiff"}, "peak_force@LF_FOOT": {"plain", "pulse"}, "part_margin@IMU": {"plain"},
-            "part_margin@camera": {"plain", "pulse"}, "part.peak_g@IMU": {"plain"},
-        }  # fmt: skip
-    for name, scene in scenes.items():
-        (tmp_path / f"{name}.toml").write_text(scene_text(scene, tmp_path))
-    outcome = run(capfd, "landings", tmp_path, "--quantity", "peak_g@imu_link")
-    assert "no peak_g@imu_link in 2 landings: the scene gives no pulse" in outcome.out
-    with pytest.raises(StudyError, match="peak_g needs the duration of the impact"):
-        recorded_landings(rows_of_scenes({"plain": base}, robot), robot, ("peak_g@imu_link",))
-
-
 # Measured against predicted
 
 
@@ -942,24 +898,18 @@ def test_all_of_the_robot_in_one_column_overrides_options_too(here, capfd):
         assert f'(column "{column}")' in run(capfd, *words, option).err
 
 
-def test_a_folder_of_scenes_is_a_table(here, capfd):
-    """Rows are named by their files, a file that is no scene has a message, and --command prints the scene of a row."""
+def test_a_folder_of_scenes_is_a_batch(here, capfd):
+    """Rows that were written as scenes have the same shock there, and no folder is a table."""
     (here / "scenes").mkdir()
+    cases = study(table(), quantities=("shock@imu_link",)).landings
     for i in range(3):
-        (here / "scenes" / f"jump {i}.toml").write_text(scene_text(study(table()).landings.case(i), here / "scenes"))
-    (here / "scenes" / "budgets.toml").write_text("[[budget]]\nmax = 1\n")
-    outcome = run(capfd, "landings", here / "scenes", "--rank", "shock@imu_link", "--format", "json", "--prove", 0)
-    assert (outcome.code, outcome.err.count("1 of 4 landings could not be computed")) == (0, 1)
-    rows = json.loads(outcome.out)["tables"]["landings"]
-    assert [row["landing"] for row in rows if row["message"]] == ["budgets"]
-    assert sorted(row["landing"] for row in rows) == ["budgets", "jump 0", "jump 1", "jump 2"]
-    for row in rows[:3]:
-        (here / "row.toml").write_text(run(capfd, "landings", here / "scenes", "--command", row["landing"]).out)
-        profile = shock_profile(read_scene(here / "row.toml"), known_robot("anymal_b"))
-        assert row["shock@imu_link"] == pytest.approx(profile.values(quantity("point", "shock"))[0], rel=1e-9)
-    (here / "scenes" / "other.toml").write_text(scene_text(Scene(robot="go2", contact=("FL_foot",)), here / "scenes"))
-    assert "of different robots" in run(capfd, "landings", here / "scenes").err
-    assert "leave out anymal_b" in run(capfd, "landings", here / "scenes", "anymal_b").err
+        (here / "scenes" / f"jump {i}.toml").write_text(scene_text(cases.case(i), here / "scenes"))
+    files = sorted((here / "scenes").glob("*.toml"))
+    found = json.loads(good(capfd, "batch", *files, "--quantity", "shock@imu_link", "--format", "json"))
+    shocks = {row["scene"]: row["shock@imu_link"] for row in found["tables"]["batch"]}
+    expected = {str(file): cases.profile(i).values(quantity("point", "shock"))[0] for i, file in enumerate(files)}
+    assert shocks == pytest.approx(expected, rel=1e-9)
+    assert "shockpc batch scenes/*.toml" in run(capfd, "landings", "scenes", "--command", "jump 0").err
     assert "a table needs a robot" in run(capfd, "landings", written(here / "log.csv", table())).err
 
 
@@ -1248,7 +1198,7 @@ def test_measured_over_predicted_jumps_hides_no_point():
 CORRUPTED = """
 import io, sys
 import numpy as np, pyarrow, pyarrow.parquet
-from shockpc.evaluation.table_files import read_table
+from shockpc.recorded.files import read_table
 from pathlib import Path
 table = pyarrow.table({"q": [0.1, None, 0.3], "contact": ["a", "b", None]})
 out = io.BytesIO()

@@ -17,14 +17,16 @@ from trees import known_robot, robot_from
 from shockpc.evaluation.columns import column, columns, proven_columns
 from shockpc.evaluation.variation import variation
 from shockpc.evaluation.varied_scene import applied
-from shockpc.landing.scene import Contact, Joints, Part, Point, Posture, Scene, Strike
+from shockpc.landing.joints import Joints
+from shockpc.landing.scene import Contact, Part, Point, Posture, Scene
+from shockpc.landing.strike import Strike
 from shockpc.profile import profile_of, shock_profile
 from shockpc.robot.changes import Change, changed, links_with_mass
-from shockpc.show.reports.sensitivity import sensitivity_report
-from shockpc.studies.improve import improve
-from shockpc.studies.limits import limits
-from shockpc.studies.sensitivity import sensitivity
-from shockpc.studies.sweep import sweep
+from shockpc.studies.improve.study import improve
+from shockpc.studies.limits.study import limits
+from shockpc.studies.sensitivity.report import sensitivity_report
+from shockpc.studies.sensitivity.study import sensitivity
+from shockpc.studies.sweep.study import sweep
 from shockpc.text.errors import StudyError, UnknownName
 
 

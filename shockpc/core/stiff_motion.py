@@ -20,6 +20,7 @@ from shockpc.core.crossing import (
     real_sum,
 )
 from shockpc.core.spatial import Array
+from shockpc.core.stiff_events import Event
 
 NEAR_MAXIMUM, MOST_MAXIMA = 0.95, 64
 """Share of the largest squared sample from which a local maximum is refined; the largest number that is."""
@@ -53,13 +54,26 @@ class Elements(NamedTuple):
     damping: Array | float = 0.0
     load: Array | float = 0.0
 
+    @staticmethod
+    def alike(
+        rows: Array,
+        stiffness: Array | float,
+        restitution: Array | float = 1.0,
+        contact: np.ndarray | int = -1,
+        normal: np.ndarray | bool = False,
+        damping: Array | float = 0.0,
+        load: Array | float = 0.0,
+    ) -> "Elements":
+        """Elements along some rows, with one value for all of them or one for each; by default springs between bodies."""
+        values = (np.broadcast_to(value, len(rows)) for value in (stiffness, restitution, contact, normal, damping, load))
+        return Elements(rows, *values)
 
-class Event(NamedTuple):
-    """What happens to an element at a time [s], one of `EVENTS`; to a contact, at its normal."""
-
-    time: float
-    element: int
-    kind: str
+    @staticmethod
+    def joined(*groups: "Elements") -> "Elements":
+        """Groups of elements, one after the other; rows of fewer coordinates do not move the last ones."""
+        width = max(group.rows.shape[1] for group in groups)
+        rows = np.concatenate([np.pad(group.rows, ((0, 0), (0, width - group.rows.shape[1]))) for group in groups])
+        return Elements(rows, *(np.concatenate(values) for values in zip(*(group[1:] for group in groups), strict=True)))
 
 
 class Modes(NamedTuple):

@@ -16,7 +16,7 @@ from shockpc.core.spatial import Array, freeze
 from shockpc.evaluation.columns import Column, selected
 from shockpc.evaluation.evaluate import TRUSTED, Evaluation
 from shockpc.evaluation.gradients import has_gradient, slopes
-from shockpc.evaluation.landings import common_robot, named_scenes, refuse_ground
+from shockpc.evaluation.source import common_robot, named_scenes, refuse_ground
 from shockpc.evaluation.variation import OFFSET, Vary, pairs
 from shockpc.evaluation.varied import VariedLandings, varied_landings
 from shockpc.evaluation.varied_scene import present_value, with_offsets
@@ -25,7 +25,8 @@ from shockpc.landing.landing import PosedLanding
 from shockpc.landing.places import Place
 from shockpc.landing.posture import difference
 from shockpc.landing.resolve import resolve
-from shockpc.landing.scene import Scene, Strike
+from shockpc.landing.scene import Scene
+from shockpc.landing.strike import Strike
 from shockpc.quantities.contacts import IMPULSE, REDUNDANT
 from shockpc.quantities.heights import CLEARANCE, HEIGHTS, REACH, SPREAD, on_ground, without_shapes
 from shockpc.quantities.quantity import Quantity
@@ -142,10 +143,7 @@ class ShockCost:
         self.variations = varied.variations
         self.names = tuple(one.column for one in self.variations)
         self.bounds = np.array([one.ends for one in self.variations])
-        values = [
-            [0.0 if varied.kind.startswith("com-") else present_value(one, varied) for varied in self.variations]
-            for one in landings.values()
-        ]
+        values = [[present_value(one, varied) for varied in self.variations] for one in landings.values()]
         self.given = np.where(np.ptp(values, axis=0) == 0.0, values[0], np.nan)
         self.x0 = np.clip(np.where(np.isnan(values[0]), self.bounds.mean(axis=1), values[0]), *self.bounds.T)
         freeze(self.bounds, self.given, self.x0)

@@ -22,7 +22,7 @@ from shockpc.core.spatial import Array, freeze
 from shockpc.impact.impact import DoubleImpact
 from shockpc.impact.solve import independent_rows, rows_as_meant, solve_in_doubles
 from shockpc.impact.stops import stop_rows
-from shockpc.landing.contact import across
+from shockpc.landing.directions import across
 from shockpc.landing.dynamics import Dynamics
 from shockpc.landing.landing import Landing, PosedLanding, contact_velocity
 from shockpc.landing.motion import approach_speeds

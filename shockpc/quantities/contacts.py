@@ -13,7 +13,7 @@ from shockpc.impact.exact.solution import BallImpact
 from shockpc.impact.impact import DoubleImpact, Impact
 from shockpc.impact.solve import independent_rows
 from shockpc.landing.closure import closure_block
-from shockpc.landing.contact import across
+from shockpc.landing.directions import across
 from shockpc.landing.rows import NO_AXES, Block, block_axes, block_point, slices_of
 from shockpc.quantities.quantity import Places, Quantity, cached, reach
 

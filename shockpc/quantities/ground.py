@@ -9,7 +9,7 @@ from shockpc.core.spatial import Array
 from shockpc.impact.impact import DoubleImpact, Impact
 from shockpc.landing.landing import PosedLanding
 from shockpc.landing.places import Place, PlaceKind
-from shockpc.landing.scene import GRAVITY
+from shockpc.landing.strike import GRAVITY
 from shockpc.quantities.bodies import BODIES
 from shockpc.quantities.contacts import CONTACTS, IMPULSE
 from shockpc.quantities.joints import JOINTS

@@ -9,7 +9,7 @@ from shockpc.core.percussion import norm
 from shockpc.core.pulse import peak_acceleration
 from shockpc.core.spatial import Array, jump_at, velocity_at
 from shockpc.impact.impact import Impact
-from shockpc.landing.scene import GRAVITY
+from shockpc.landing.strike import GRAVITY
 from shockpc.quantities.quantity import Places, Quantity, cached, largest_jump, largest_shock, reach
 
 NEEDS_PULSE = 'peak_g needs the duration of the impact, and the scene has none; give it a pulse = "half-sine:5ms"'

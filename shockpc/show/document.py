@@ -15,8 +15,9 @@ import shockpc
 from shockpc.core.spatial import Array
 from shockpc.landing.dynamics import PINOCCHIO
 from shockpc.landing.places import PlaceKind
-from shockpc.landing.scene import GRAVITY, Scene
+from shockpc.landing.scene import Scene
 from shockpc.landing.scene_file import scene_table
+from shockpc.landing.strike import GRAVITY
 from shockpc.quantities.profile import ShockProfile
 from shockpc.quantities.table import quantities_of, quantity
 

@@ -14,7 +14,8 @@ from shockpc.core.memo import memoized
 from shockpc.core.spatial import Array, Plane, quaternion_of
 from shockpc.impact.exact.balls import Balls, balls, cross_matrix, entries, matrix, rotation_matrix
 from shockpc.landing.dynamics import Dynamics
-from shockpc.robot.robot import Joint, Robot
+from shockpc.robot.elements import Joint
+from shockpc.robot.robot import Robot
 
 Numbers: TypeAlias = list[float]
 

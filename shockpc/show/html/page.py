@@ -21,8 +21,8 @@ from shockpc.impact.exact.proof import Proof
 from shockpc.impact.impact import DoubleImpact
 from shockpc.impact.solve import CONTRADICTION, residual
 from shockpc.landing.places import PlaceKind
-from shockpc.landing.scene import GRAVITY
 from shockpc.landing.scene_file import scene_text
+from shockpc.landing.strike import GRAVITY
 from shockpc.quantities.bodies import ROUNDED
 from shockpc.quantities.points import point_velocity
 from shockpc.quantities.profile import ShockProfile
@@ -33,7 +33,7 @@ from shockpc.show.figure.style import BANDS, EDGES, SHOCK
 from shockpc.show.figure.view import body_shapes, numbered
 from shockpc.show.html.charts import CONFIG, STYLES, history, picture, placed
 from shockpc.show.html.surfaces import Surface, surfaces
-from shockpc.show.reports.report import Picture, Report, Section
+from shockpc.show.report import Picture, Report, Section
 from shockpc.show.tables import Cell, Column, Lines, Sheet, numeric
 from shockpc.show.wording import BRACKETED, robot_name
 from shockpc.text.printed import printable
