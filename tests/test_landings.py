@@ -1096,16 +1096,17 @@ def header_of(shape, descr="<f8"):
 @pytest.mark.parametrize(
     ("members", "message"),
     [
-        ({"vz": b"hello"}, 'its member "vz.npy" is no array'),
-        ({"vz": header_of((10**10,)) + bytes(80)}, "is float64 of shape (10000000000,), and not as many bytes"),
-        ({"vz": header_of((-1,))}, "and not as many bytes"),
-        ({"vz": header_of((10**9,), "|V0")}, "and not as many bytes"),
-        ({"vz": header_of((1,), "|O") + bytes(8)}, "and not as many bytes"),
-        ({"vz": header_of((1,)).replace(b"(1,)", b"[[[[")}, "is no array"),
+        ({"vz": b"hello"}, 'its member "vz" is no array'),
+        ({"vz": header_of((10**10,)) + bytes(80)}, 'its member "vz" is no array'),
+        ({"vz": header_of((10**6,)) + bytes(80)}, 'its member "vz" is no array'),
+        ({"vz": header_of((-1,))}, 'its member "vz" is no array'),
+        ({"vz": header_of((10**9,), "|V0")}, "it has 1e+09 rows"),
+        ({"vz": header_of((1,), "|O") + bytes(8)}, 'its member "vz" is no array'),
+        ({"vz": header_of((1,)).replace(b"(1,)", b"[[[[")}, 'its member "vz" is no array'),
     ],
 )
 def test_members_that_are_no_arrays(tmp_path, members, message):
-    """What a header says of its array is compared with what is there, before memory is taken for it."""
+    """Whatever a header says of its array, what is not there, or no array of numbers or texts, is a message."""
     archive_of(tmp_path / "log.npz", **members)
     with pytest.raises(StudyError, match=re.escape(message)):
         read_table(tmp_path / "log.npz")
