@@ -32,7 +32,7 @@ from shockpc.evaluation.evaluate import Evaluation
 from shockpc.landing.scene_file import read_scene
 from shockpc.quantities.robot import NEEDS_TILT
 from shockpc.studies.improve.report import improve_report
-from shockpc.studies.improve.search import RUNS
+from shockpc.studies.improve.search import RUNS, search
 
 
 def anymal(restitution=0.0, **changes):
@@ -135,6 +135,20 @@ def test_a_constraint_holds_the_optimum_and_is_named():
     assert exactly.after[""].value("depth", "robot")[0] == 0.0  # which is never below zero
     with pytest.raises(StudyError, match="no point meets the constraints"):
         improve(scene, "shock@imu_link", vary={"LF_KFE": "-60:-50"}, robot=robot, starts=0, keep=["joint_impulse@LF_KFE<=1e-3"])
+
+
+@pytest.mark.parametrize("limit", ["joint_impulse@LF_KFE<=1e-3", "peak_force@LF_FOOT<=1"])
+def test_a_run_that_cannot_meet_its_constraints_ends_soon(monkeypatch, limit):
+    """One that no posture meets, and a number that has no value anywhere; SLSQP would compute a thousand points."""
+    cost, points, linearized = (
+        ShockCost(anymal(), "shock@imu_link", LEGS, known_robot("anymal_b"), keep=limit),
+        [],
+        ShockCost.linearized,
+    )
+    monkeypatch.setattr(ShockCost, "linearized", lambda cost, X: points.append(X) or linearized(cost, X))
+    (run_,) = search(cost, [cost.x0])
+    assert run_.value == np.inf
+    assert len(points) < 100
 
 
 @pytest.mark.parametrize(
