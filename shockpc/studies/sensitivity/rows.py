@@ -135,7 +135,8 @@ class VariedOneByOne(LandingsBeside):
         names = [" ".join(filter(None, parameter[:3])) for parameter in self.parameters]
         labels = {"parameter": np.repeat(names, n), "step": np.outer(self.steps, STEPS).ravel()}
         inertias, velocity = self._inertias(self.steps, STEPS), self._varied("velocity", landing.before.velocity, self.steps, STEPS)
-        Q = displaced(robot, landing.q, self._varied("joints", np.zeros(robot.model.nv), self.steps, STEPS))
+        moved = self._varied("joints", np.zeros(robot.model.nv), self.steps, STEPS)
+        Q = displaced(robot, np.broadcast_to(landing.q, (len(moved), len(landing.q))), moved)
         groups, as_swept = list[Group | Refusal](), self._as_swept()
         solved = ~np.isin(np.arange(self.rows), list(as_swept))
         for i, source in as_swept.items():
