@@ -208,7 +208,7 @@ def test_how_many_were_not_computed_is_said_and_the_exit_code_is_3_if_all_or_str
     assert text.count("no mass or inertia") == 1
     assert "(first: romeo l_sole+r_sole)" in text
     assert outcome.out.count("bolt") >= 2
-    assert outcome.err == "shockpc: 1 of 4 landings could not be computed; the results name them\n"
+    assert (outcome.err.count("\n"), "1 of 4 landings" in outcome.err) == (1, True)
 
 
 def test_documents_hold_the_same_rows(capfd, tmp_path, dogs):

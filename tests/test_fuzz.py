@@ -21,7 +21,7 @@ def fuzzed(*words):
 @pytest.mark.slow
 def test_hostile_inputs():
     """No traceback, crash, hang, incomplete file or exit code that means something else."""
-    assert fuzzed("400", "--workers", "2").startswith("400 cases, 0 violated")
+    assert fuzzed("200", "--workers", "2").startswith("200 cases, 0 violated")
 
 
 def test_every_command_gets_hostile_inputs():
@@ -46,4 +46,4 @@ def test_what_a_script_needs_is_named_where_it_is_missing(script: str):
         capture_output=True, text=True, check=False,
     )  # fmt: skip
     assert (done.returncode, done.stdout) == (2, "")
-    assert done.stderr == "numpy is not installed; in a clone of the repository: pip install '.[dev]'\n"
+    assert (done.stderr.count("\n"), done.stderr.split()[0], "pip install '.[dev]'" in done.stderr) == (1, "numpy", True)

@@ -16,7 +16,7 @@ import numpy as np
 import pinocchio as pin
 import pyarrow.parquet
 import pytest
-from commands import good, run
+from commands import good, run, vector
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from robot_texts import body, floating, mjcf
 from scipy.spatial.transform import Rotation
@@ -123,7 +123,8 @@ def test_arrays_of_mujoco():
     scene = Scene(robot="m.xml", contact=(Contact(frame="leg", offset=(0.0, 0.0, -0.3)),))
     attitude = Rotation.from_euler("xyz", [0.3, -0.2, 0.5])
     qpos, omega = np.array([[0.1, 0.2, 0.3, *np.roll(attitude.as_quat(), 1), 0.4]]), np.array([0.1, 0.2, 0.3])
-    arrays = rows_of({"qpos": qpos, "qvel": np.array([[0.0, 0.1, -1.0, *omega, 0.7]])}, resolve(scene, robot))
+    both = {"qpos": qpos, "qvel": np.array([[0.0, 0.1, -1.0, *omega, 0.7]])}
+    arrays = rows_of(both, resolve(scene, robot))
     named = dict(zip(("x", "y", "z", "qw", "qx", "qy", "qz"), qpos.T, strict=False))
     named |= {"a": np.array([0.4]), "before_a": np.array([0.7]), "vx": np.zeros(1), "vy": np.array([0.1]), "vz": np.array([-1.0])}
     named |= {key: np.array([value]) for key, value in zip(("wx", "wy", "wz"), attitude.apply(omega), strict=True)}
@@ -131,6 +132,10 @@ def test_arrays_of_mujoco():
     np.testing.assert_allclose(arrays.Q, expected.Q, atol=1e-15)
     for one, other in zip(arrays.before, expected.before, strict=True):
         np.testing.assert_allclose(one, other, atol=1e-15)
+    for name in ("a", "before_a", "vz"):  # which mean what the arrays hold
+        for columns in (both | {name: named[name]}, {name: named[name]} | both):
+            with pytest.raises(StudyError, match="two columns of the table mean"):
+                rows_of(columns, resolve(scene, robot))
 
 
 def test_a_scene_holds_the_rotation_of_a_ball_joint(tmp_path):
@@ -445,8 +450,8 @@ def test_contacts_of_a_table_keep_what_the_scene_says_of_them(here, capfd):
     rows = json.loads(good(capfd, "landings", "log.csv", "scene.toml", *words))["tables"]["landings"]
     for row, foot in zip(rows, ("LF_FOOT", "RF_FOOT"), strict=True):
         analysis = ("analyze", "anymal_b", "--contact", foot, "--restitution", 0.5, "--velocity=0,0,-1", "--format", "json")
-        (point,) = [point for point in json.loads(good(capfd, *analysis))["points"] if point["frame"] == "imu_link"]
-        assert row["delta_v@imu_link"] == pytest.approx(np.linalg.norm(point["delta_v"]), rel=1e-12)
+        (point,) = [point for point in json.loads(good(capfd, *analysis))["tables"]["points"] if point["point"] == "imu_link"]
+        assert row["delta_v@imu_link"] == pytest.approx(np.linalg.norm(vector(point, "delta_v")), rel=1e-12)
 
 
 @pytest.mark.parametrize("bad", ["LF_FOT", "*_FOOT", "", " "])
@@ -784,6 +789,7 @@ def statistics_of(sheet, k):
     return found
 
 
+@pytest.mark.slow
 def test_measured_landings_of_cassie(monkeypatch):
     """The guide's table is what the benchmark computes; intervals of single joints, which it does not show, are left out."""
     statistics = landings._statistics
@@ -846,8 +852,8 @@ def test_the_command_ranks_and_prints_a_row_as_a_scene(here, capfd):
     scene = run(capfd, "landings", here / "log.csv", *words, "--command", rows[0]["landing"]).out
     (here / "worst.toml").write_text(scene)
     outcome = run(capfd, "analyze", here / "worst.toml", "--format", "json")
-    (imu,) = (point for point in json.loads(outcome.out)["points"] if point["frame"] == "imu_link")
-    assert np.linalg.norm(imu["delta_v"]) == pytest.approx(values[0], rel=1e-12)
+    (imu,) = (point for point in json.loads(outcome.out)["tables"]["points"] if point["point"] == "imu_link")
+    assert np.linalg.norm(vector(imu, "delta_v")) == pytest.approx(values[0], rel=1e-12)
 
 
 @pytest.mark.parametrize(

@@ -233,7 +233,7 @@ def test_a_contact_above_a_foot_does_not_stand_for_the_foot(capfd):
 
 def test_standing_feet_leave_the_others_singly(capfd):
     document = json.loads(good(capfd, "analyze", "go2", "--stance", "FR_foot", "--format", "json"))
-    assert [[contact["frame"] for contact in one["contacts"]] for one in document] == [["FL_foot"], ["RL_foot"], ["RR_foot"]]
+    assert [one["tables"]["landing"][0]["contact"] for one in document] == ["FL_foot", "RL_foot", "RR_foot"]
 
 
 def test_studies_take_the_same_landings_of_a_scene_without_contacts():

@@ -232,7 +232,7 @@ class ShockCost:
                 change[rough] = self._differences(X[rough])[1]
         else:
             values, change = self._differences(X)
-        measures, factors = self._measured(values)
+        measures, factors = self._measured(_of_points(X, values))
         with np.errstate(invalid="ignore"):
             return measures, np.nan_to_num(factors[..., None] * change, nan=0.0, posinf=0.0, neginf=0.0)
 
@@ -264,7 +264,7 @@ class ShockCost:
             Evaluation(group.at(X), columns, prove=0, trusted=TRUSTED).table().without_defects().columns
             for group, columns in zip(self.groups, self._columns, strict=True)
         ]
-        return self._of_terms([{name: x.reshape(len(X), -1) for name, x in of.items()} for of in tables])
+        return _of_points(X, self._of_terms([{name: x.reshape(len(X), -1) for name, x in of.items()} for of in tables]))
 
     def _of_terms(self, found: Sequence[Mapping[str, Array]]) -> Array:
         """What terms have (m, K, ...) of that of the columns (m, S, ...) of each group."""
@@ -318,6 +318,11 @@ class ShockCost:
             for s, name in enumerate(group.struck)
             if s == 0 or column.selection.quantity not in HEIGHTS
         ]
+
+
+def _of_points(X: Array, values: Array) -> Array:
+    """Values (m, K) at (m, n) points; NaN at what is no point: in a sweep NaN leaves a thing as it is."""
+    return np.where(np.isnan(X).any(axis=1)[:, None], np.nan, values)
 
 
 def _groups(varied: VariedLandings, landings: Mapping[str, PosedLanding]) -> tuple[VariedLandings, ...]:

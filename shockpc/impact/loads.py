@@ -8,7 +8,7 @@ milliseconds.
 import numpy as np
 
 from shockpc.core.spatial import Array
-from shockpc.impact.friction import ContactRows
+from shockpc.impact.contact_rows import ContactRows
 from shockpc.landing.landing import PosedLanding
 from shockpc.landing.motion import mass_lifted
 from shockpc.landing.strike import GRAVITY

@@ -22,8 +22,9 @@ from shockpc.core.spectrum import SAMPLES_A_PERIOD, shock_response
 from shockpc.core.stiff_motion import Elements, History
 from shockpc.core.stiffness import attach_rotors, damper_restitution, simulate_landing
 from shockpc.core.threads import one_thread
+from shockpc.impact.contact_rows import contact_rows
 from shockpc.impact.exact.proof import motion as size_of
-from shockpc.impact.friction import contact_rows, jumps_of
+from shockpc.impact.friction import jumps_of
 from shockpc.impact.impact import ColumnImpact, DoubleImpact, Impact
 from shockpc.impact.loads import free_fall, motor_torques, spring_loads
 from shockpc.impact.stops import stop_rows, with_stops
@@ -96,7 +97,7 @@ class CompliantLanding:
         self._stops, along, speeds = self._further_stops()
         M, elements, self._velocity, gravity = self._system(along, speeds)
         if self._stops:
-            self._rows = rows._replace(equation=replace(landing, acting=self._stops).equation(landing.state))
+            self._rows = replace(rows, equation=replace(landing, acting=self._stops).equation(landing.state))
         self.number, self._normal = elements.contact, elements.normal & (elements.contact < c)
         try:
             with one_thread(2 * len(M)):

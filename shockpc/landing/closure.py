@@ -308,7 +308,7 @@ class _Linkage(NamedTuple):
                 best, least = passed, gap
             if gap <= CLOSED or last:
                 break
-            last = step <= CLOSED  # one more, as it may close what is hardly open
+            last = step <= CLOSED  # one more, as it may close what is almost closed
         return best, least
 
     def starts(self, q: Array, count: int) -> Iterator[Array]:

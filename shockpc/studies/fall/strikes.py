@@ -14,7 +14,8 @@ from scipy.spatial.transform import Rotation
 
 from shockpc.core.friction import solve_friction
 from shockpc.core.spatial import Array
-from shockpc.impact.friction import contact_rows, friction_of
+from shockpc.impact.contact_rows import contact_rows
+from shockpc.impact.friction import friction_of
 from shockpc.landing.landing import PosedLanding
 from shockpc.landing.resolve import landing_of
 from shockpc.landing.scene import Scene

@@ -136,6 +136,9 @@ class Falls:
     ),
     without=(CONTACT, STRIKE),  # which a fall computes
     uses=("part", "pulse"),
+    reads="postures",
+    passed=("trace",),
+    fails=True,
 )
 def fall(
     postures: Scene | Mapping[str, Scene],

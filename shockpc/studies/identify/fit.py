@@ -145,8 +145,8 @@ def fit_of(predictor: Predictor, noise: Array | None) -> Fit:
 
 
 def solve(fit: Fit) -> Solution:
-    """The values of the unknowns with the least cost."""
-    predictor, (u, scale) = fit.predictor, _least(fit)
+    """The values of the unknowns with the minimum cost."""
+    predictor, (u, scale) = fit.predictor, _minimum(fit)
     r, values = fit.residuals(u), fit.values(u)
     weights = 1.0 / np.sqrt(1.0 + np.sum(r**2, axis=1) / scale**2)
     left = float(np.sqrt(np.sum(weights * np.sum(r**2, axis=1)) / fit.freedoms))
@@ -158,8 +158,8 @@ def solve(fit: Fit) -> Solution:
     )  # fmt: skip
 
 
-def _least(fit: Fit) -> tuple[Array, float]:
-    """The shares u with the least cost, and the size of an ordinary residual."""
+def _minimum(fit: Fit) -> tuple[Array, float]:
+    """The shares u with the minimum cost, and the size of an ordinary residual."""
     from scipy.optimize import least_squares
     from scipy.stats import qmc
 

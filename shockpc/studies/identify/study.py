@@ -106,6 +106,7 @@ class Identification:
         "for --drives, and scene.toml with all values, which every command takes."
     ),
     without=("at", "part", "pulse", "range_g", "v_in", "ground_tolerance"),  # as velocities alone are compared
+    reads="table",
 )
 def identify(
     table: str | os.PathLike[str] | Mapping[str, Any] | Table,

@@ -227,6 +227,8 @@ def _typed(robot: Robot, given: dict[str, Any]) -> dict[str, Any]:
     "shockpc limits hyq --contact lf_foot --joint lf_kfe_joint --at trunk_imu --max 0.1",
     "shockpc limits hyq --contact lf_foot --joint lf_kfe_joint --quantity friction_needed@lf_foot --max 0.6",
     typed=_typed,
+    reads="scene",
+    passed=("target",),
 )
 def limits(
     scene: Scene,

@@ -163,6 +163,9 @@ class PlaceStudy:
     # What `refuse_ground` refuses, and parts, whose places are given.
     without=("contact_stiffness", "contact_damping", "no_gravity", "stop_stiffness", "motors", "torque", "part"),
     uses=("pulse",),
+    reads="landings",
+    passed=("progress",),
+    fails=True,
 )
 def place(
     landings: Scene | Mapping[str, Scene],

@@ -142,6 +142,8 @@ class Sensitivity:
         " all. Every mass, inertia and armature is changed by 1 %, every angle by 1 deg, every length by 1 mm; with --vary only"
         " what is named, by 1 % of its range."
     ),
+    reads="landings",
+    passed=("target", "trace"),
 )
 def sensitivity(
     landings: Scene | Mapping[str, Scene],

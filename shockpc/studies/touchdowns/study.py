@@ -122,6 +122,7 @@ class Touchdowns:
         "restitution",
         "restitution_along",
     ),
+    reads="log",
 )
 def touchdowns(
     log: str | os.PathLike[str] | Mapping[str, Any],
