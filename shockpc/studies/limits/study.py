@@ -108,8 +108,7 @@ class StrikeLimits(NamedTuple):
     def pieces(self) -> list[tuple[float, float, str, str, bool]]:
         """The allowed intervals, cut where flat ground begins or ceases to allow the landing, ascending [rad, m].
 
-        Returns: least and greatest value, what ends the piece at each ("ground" beside the ends of an interval), and whether flat
-            ground allows it.
+        Returns: minimum and maximum, what ends the piece there ("ground" within an interval), whether flat ground allows it.
         """
         pieces = list[tuple[float, float, str, str, bool]]()
         for low, high, low_end, high_end in self.allowed:
