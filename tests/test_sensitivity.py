@@ -17,7 +17,7 @@ from trees import known_robot, robot_from
 from shockpc.evaluation.columns import column, columns, proven_columns
 from shockpc.evaluation.variation import variation
 from shockpc.evaluation.varied_scene import applied
-from shockpc.landing.joints import Joints
+from shockpc.landing.joint_options import Joints
 from shockpc.landing.scene import Contact, Part, Point, Posture, Scene
 from shockpc.landing.strike import Strike
 from shockpc.profile import profile_of, shock_profile

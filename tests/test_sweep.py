@@ -21,7 +21,7 @@ from shockpc.evaluation.columns import Column, proven_columns
 from shockpc.evaluation.evaluate import Evaluation
 from shockpc.evaluation.table import Table
 from shockpc.landing.places import Place
-from shockpc.quantities.table import select
+from shockpc.quantities.selection import select
 from shockpc.robot.changes import changed, links_with_mass, read_changes
 from shockpc.show.wording import proof_lines
 from shockpc.studies.sweep.study import sweep

@@ -13,8 +13,8 @@ from shockpc.landing.landing import PosedLanding
 from shockpc.landing.level_feet import with_contacts
 from shockpc.landing.scene import Scene
 from shockpc.landing.scene_file import robot_of
-from shockpc.quantities.profile import ShockProfile
-from shockpc.quantities.table import Selection
+from shockpc.quantities.selection import Selection
+from shockpc.quantities.shock_profile import ShockProfile
 from shockpc.robot.robot import Robot
 from shockpc.text.errors import ShockError, StudyError
 

@@ -38,7 +38,7 @@ from shockpc.landing.scene import Contact, Scene
 from shockpc.landing.scene_file import check_scene, plane_of, robot_of
 from shockpc.landing.strike import Strike
 from shockpc.profile import profile_of_scene
-from shockpc.quantities.profile import ShockProfile
+from shockpc.quantities.shock_profile import ShockProfile
 from shockpc.robot.changes import Change, changed
 from shockpc.robot.robot import Robot
 from shockpc.text.errors import ShockError, StudyError, attempt

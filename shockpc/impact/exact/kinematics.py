@@ -104,7 +104,7 @@ def forward_kinematics(
         np.array([R.table() for R, _ in frames], dtype=object)[None],
         np.array([p.entries() for _, p in frames], dtype=object)[None],
         (q[:3] if robot.free_base else balls(np.zeros(3)))[None],
-        robot.supports,
+        robot.ancestors,
         q[None],
     )
     return state, places, np.array(origins, dtype=object)[None]
@@ -194,7 +194,7 @@ def joint_inertia(robot: Robot, J: Balls, inertias: list[arb_mat], armature: Arr
     """
     composite, columns, H = list(inertias), J.T.tolist(), np.zeros((len(armature), len(armature)), dtype=object)
     for i in range(len(composite) - 1, -1, -1):
-        v, before = robot.joints[i].v, np.flatnonzero(robot.supports[i])
+        v, before = robot.joints[i].v, np.flatnonzero(robot.ancestors[i])
         H[before, v] = entries(arb_mat([columns[k] for k in before]) * (composite[i] * arb_mat(columns[v]).transpose()))
         H[v, before] = H[before, v].T
         if robot.parents[i] >= 0:

@@ -19,9 +19,9 @@ from shockpc.core.spatial import Array
 from shockpc.impact.exact.balls import Balls, SingularError, balls, entries, matrix, to_double
 from shockpc.impact.exact.kinematics import Data, body_coms, body_inertia, data_of, forward_kinematics, joint_inertia, shift
 from shockpc.impact.impact import Impact
+from shockpc.landing.constraints import ConstraintBlock, block_wrenches, row_jacobian
 from shockpc.landing.landing import PosedLanding
 from shockpc.landing.motion import approach_speeds
-from shockpc.landing.rows import Block, block_wrenches, row_jacobian
 
 BASE = {"free": [True] * 6, "planar": [True, True, False, False, False, True], "fixed": [False] * 6}
 """Which velocities of a floating base are free: along the plane's first and second axis and its normal, then about them."""
@@ -139,13 +139,17 @@ class BallImpact(Impact):
     @cached_property
     def impulse(self) -> Balls:
         """As in `Impact`."""
-        spread = self.choice.spread
-        return self.independent_impulse if spread.shape[0] == spread.shape[1] else entries(matrix(spread) * self._solution[1])[None]
+        distribution = self.choice.distribution
+        return (
+            self.independent_impulse
+            if distribution.shape[0] == distribution.shape[1]
+            else entries(matrix(distribution) * self._solution[1])[None]
+        )
 
     @cached_property
     def independent_impulse(self) -> Balls:
         """As in `Impact`."""
-        impulse = balls(np.zeros((1, len(self.choice.spread), 4)))
+        impulse = balls(np.zeros((1, len(self.choice.distribution), 4)))
         impulse[0, self.choice.rows] = entries(self._solution[1])
         return impulse
 
@@ -184,7 +188,7 @@ class BallImpact(Impact):
         constrained = self.landing.joint_model.locked[columns] | np.isin(columns, coupled)
         return np.asarray(np.where(constrained, super().joint_power(joints), drive))
 
-    def mobility(self, block: Block, fixed: Sequence[Block], independent: list[int]) -> arb_mat:
+    def delassus(self, block: ConstraintBlock, fixed: Sequence[ConstraintBlock], independent: list[int]) -> arb_mat:
         """Delassus matrix (n, n) of the rows of a block while others stay held: J P Jᵀ, with P the inverse inertia on these [1/kg].
 
         Args:
@@ -199,7 +203,7 @@ class BallImpact(Impact):
         R = self._reduced(row_jacobian(self.state, fixed)[0])[independent] if independent else None
         return J * self._fixed_response(J, R)
 
-    def rigid_mobility(self, block: Block) -> arb_mat:
+    def rigid_mobility(self, block: ConstraintBlock) -> arb_mat:
         """The same (n, n) of the whole robot as one rigid body: every joint locked, the base free, and nothing held."""
         wrenches = matrix(block_wrenches(self.state, block)[0])
         return wrenches * _solve(sum(self._inertias, start=arb_mat(6, 6)), wrenches.transpose(), of_inertia=True)

@@ -12,8 +12,8 @@ from shockpc.evaluation.evaluate import proven
 from shockpc.evaluation.table import Table
 from shockpc.landing.places import Place, PlaceKind
 from shockpc.landing.record import Option
-from shockpc.quantities.profile import ShockProfile
-from shockpc.quantities.table import Selection, select
+from shockpc.quantities.selection import Selection, select
+from shockpc.quantities.shock_profile import ShockProfile
 from shockpc.robot.changes import Change, changed, read_changes
 from shockpc.studies.compare.partners import KINDS, Partners, matching, partners
 from shockpc.text.errors import SceneError, ShockError, SolveError, StudyError

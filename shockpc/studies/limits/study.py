@@ -25,10 +25,10 @@ from shockpc.landing.record import Option
 from shockpc.landing.scene import Point, Scene
 from shockpc.landing.scene_file import robot_of
 from shockpc.profile import ILL_CONDITIONED
-from shockpc.quantities.profile import ShockProfile
+from shockpc.quantities.shock_profile import ShockProfile
 from shockpc.robot.elements import Joint
 from shockpc.robot.robot import Robot
-from shockpc.studies.limits.scan import ANGLES, LEAST, Bound, StrikeScan
+from shockpc.studies.limits.scan import ANGLES, LEAST, Bound, LimitScan
 from shockpc.text.errors import SolveError, StudyError
 from shockpc.text.printed import UNITS, in_degrees
 
@@ -157,7 +157,7 @@ class JointLimits:
     present: tuple[float, float]
     strikes: tuple[float, float]
     step: float
-    scan: StrikeScan = field(repr=False)
+    scan: LimitScan = field(repr=False)
     limits: tuple[StrikeLimits, ...]
 
     @property
@@ -332,7 +332,7 @@ def limits(
         )
     values = np.linspace(low, high, int(np.maximum(LEAST, math.ceil((high - low) / step - 1e-9) + 1)))
     scale = math.degrees(1.0) if unit == "rad" else 1.0
-    scan = StrikeScan(landing, joint, number, bound, values, scale, _targets(angle, *angles))
+    scan = LimitScan(landing, joint, number, bound, values, scale, _targets(angle, *angles))
     if scan.unreachable and np.isnan(scan.at_scene_strike).all():
         raise SolveError(f"no posture from {_value(low, unit)} to {_value(high, unit)} has a result: {scan.unreachable[0][2]}")
     ends: tuple[End, End] = ("range" if scan.values[0] <= low else "loop", "range" if scan.values[-1] >= high else "loop")
@@ -407,11 +407,11 @@ def _targets(angle: float, low: float, high: float) -> tuple[tuple[float, float]
     return tuple(dict.fromkeys([(angle, angle), *((each, each) for each in others), (low, high)]))
 
 
-def _limits(scan: StrikeScan, bound: Bound, ends: tuple[End, End], fine: float) -> Iterator[StrikeLimits]:
+def _limits(scan: LimitScan, bound: Bound, ends: tuple[End, End], fine: float) -> Iterator[StrikeLimits]:
     """The intervals of the joint that keep the bound at each of the scan's targets."""
     x, numbers = scan.limited(fine)
     for strikes, number in zip(scan.targets, numbers, strict=True):
-        beyond = bound.excess(number)
+        beyond = bound.violation(number)
         inside = beyond <= 0.0
         i = np.flatnonzero(inside[1:] != inside[:-1])
         roots = x[i] - beyond[i] * (x[i + 1] - x[i]) / (beyond[i + 1] - beyond[i])

@@ -14,7 +14,7 @@ from shockpc.evaluation.varied import VariedLandings
 from shockpc.evaluation.varied_scene import present_value, refuse_given_otherwise
 from shockpc.landing.landing import PosedLanding
 from shockpc.landing.posture import COMPONENTS
-from shockpc.quantities.profile import ShockProfile
+from shockpc.quantities.shock_profile import ShockProfile
 from shockpc.robot.changes import ADDED, link_inertia, links_with_mass
 
 STEP, FINER, ROUNDS = 2.0**-11, 16.0, 4

@@ -22,7 +22,7 @@ from shockpc.evaluation.variation import OFFSET, Variation, Vary, each_of, pairs
 from shockpc.evaluation.varied_scene import with_offsets
 from shockpc.landing.record import Option
 from shockpc.landing.scene import Point, Scene
-from shockpc.quantities.profile import ShockProfile
+from shockpc.quantities.shock_profile import ShockProfile
 from shockpc.robot.robot import Robot
 from shockpc.studies.sensitivity.slopes import Parameter, Slope, number_of, parameters, slopes_beside
 from shockpc.text.errors import StudyError

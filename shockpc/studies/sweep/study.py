@@ -12,7 +12,7 @@ from shockpc.evaluation.varied import MOST_ROWS, VariedLandings, varied_landings
 from shockpc.landing.places import Place, body_places, moving_point
 from shockpc.landing.record import Option
 from shockpc.landing.scene import Point, Scene
-from shockpc.quantities.table import select
+from shockpc.quantities.selection import select
 from shockpc.robot.robot import Robot
 from shockpc.text.errors import StudyError
 
