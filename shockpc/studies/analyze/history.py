@@ -16,7 +16,7 @@ from shockpc.show.figure.style import CURVES, INK, new_chart, plain_numbers
 from shockpc.show.wording import contact_name, count, robot_name
 from shockpc.text.printed import printable
 
-CURVES_SHOWN, SMALL = 6, 0.01
+CURVES_SHOWN, SMALL = 6, 0.05
 """Most curves of a panel, those of the largest peaks, and least peak of them as a share of the largest."""
 
 MOST_EVENTS, SAME_TIME, STEP = 8, 0.01, 0.01

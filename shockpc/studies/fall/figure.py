@@ -15,10 +15,10 @@ from shockpc.show.wording import joint_model_text, robot_name
 from shockpc.studies.fall.study import Falls, StrikeResult
 from shockpc.text.printed import few, printable
 
-PICTURES, COLUMNS = 12, 6
+PICTURES, COLUMNS = 12, 4
 """Most pictures, and most in a line."""
 
-WIDTH, CAPTION, GAP = 1.7, 0.44, 0.14
+WIDTH, CAPTION, GAP = 1.7, 0.56, 0.14
 """Width of a picture, height of what is written under it, and distance to the next [inches]."""
 
 STRUCK, STANDS, BODY = BANDS[6], BANDS[4], faded(INK, 0.86)
@@ -70,7 +70,7 @@ def draw_falls(falls: Falls) -> Figure:
         motion = f"{strike.speed:.3g} m/s, {strike.motion}{turned}"
         value = f"{rounded(result.values[falls.rank])} {entry.unit}".removesuffix(" 1")
         names = few([printable(one.strike.name, 40) for one in kind], 2)
-        page.caption(x, y, [f"{k + 1}  {names}: {value}", named, motion], WIDTH)
+        page.caption(x, y, [f"{k + 1}  {names}", value, named, motion], WIDTH)
     return page.figure
 
 
