@@ -44,7 +44,7 @@ def draw_falls(falls: Falls) -> Figure:
     ranked = printable(entry.title + f" of {place}" * bool(place), 60)
     heading = (
         f"{robot_name(falls.results[0].profile.robot)} {what}: the worst strike of each kind, by {ranked}",
-        "red: struck; blue: on the ground, and pressing; dot: contact; each falls towards the right; one scale",
+        "red: struck; blue: stands and presses; dot: contact; each falls towards the right; one scale",
         *(f"joint model: {joint_model_text(result.profile)}" for result in results[:1]),
     )
     page = Page(MARGIN + max(across * step - GAP, 7.0), lines * drop, heading)
