@@ -19,7 +19,7 @@ from shockpc.core.impulse import (
 from shockpc.core.inertia import definite
 from shockpc.core.memo import memoized
 from shockpc.core.spatial import Array, velocity_at
-from shockpc.impact.exact.balls import SingularError
+from shockpc.impact.exact.arithmetic import SingularError
 from shockpc.impact.exact.proof import Proof
 from shockpc.landing.landing import Landing, PosedLanding
 from shockpc.landing.rows import Block, Equation, block_axes, row_jacobian, row_terms, row_tolerance, slices_of

@@ -8,8 +8,8 @@ import numpy as np
 
 from shockpc.core.percussion import dot, norm
 from shockpc.core.spatial import Array
-from shockpc.impact.exact.balls import BallMatrix, Balls, PrecisionError, balls, entries, matrix
-from shockpc.impact.exact.solution import BallImpact
+from shockpc.impact.exact.arithmetic import entries
+from shockpc.impact.exact.balls import BALLS, BallImpact, BallMatrix, Balls, PrecisionError
 from shockpc.impact.impact import DoubleImpact, Impact
 from shockpc.impact.solve import independent_rows
 from shockpc.landing.closure import closure_block
@@ -185,7 +185,7 @@ class _Resistance:
         if self.block.kind == "stop":
             return self._stop()
         A = self._mobility(np.array(across(self.n))) if self.flat else self.point_mobility
-        along = balls(self.n) @ entries(A) @ balls(self.n)
+        along = _along(A, self.n)
         if not float(along) > STRUCTURAL * _largest(A):
             return np.inf
         return 1 / along
@@ -197,7 +197,7 @@ class _Resistance:
             return self._stop()
         moments = np.array([*across(self.n), self.n]) if self.flat else NO_AXES
         A = self._mobility(moments) if self.flat else self.point_mobility
-        along = balls(self.n) @ entries(A) @ balls(self.n)
+        along = _along(A, self.n)
         if not float(along) > STRUCTURAL * _largest(A):
             return np.inf
         axes, landing, blocks = _moving_axes(A), self.impact.landing, self._constraints(moments)
@@ -207,7 +207,7 @@ class _Resistance:
             most, rounded = landing.most_independent(landing.state, (*blocks, self.point))(0)
             most -= landing.most_independent(landing.state, blocks)(0)[0]
         immovable = IMMOVABLE if most == 3 else max(IMMOVABLE, LEFT_OUT * rounded)
-        V, column = matrix(np.eye(3)[:, sorted(axes[:most])]), matrix(self.n[:, None])
+        V, column = BALLS.matrix(np.eye(3)[:, sorted(axes[:most])]), BALLS.matrix(self.n[:, None])
         part = V.transpose() * column
         impulse = (V.transpose() * A * V).solve(part)
         if max(abs(float(x)) for x in (column - A * V * impulse).entries()) > immovable:
@@ -224,7 +224,7 @@ class _Resistance:
         """Impact mitigation factor of the contact point if it slides [1]; NaN where it has no meaning."""
         if not self.impact.landing.floating or self.block.kind == "stop":
             return np.nan
-        by_joints, whole = (balls(self.n) @ entries(A) @ balls(self.n) for A in (self.mobility_by_joints, self.point_mobility))
+        by_joints, whole = (_along(A, self.n) for A in (self.mobility_by_joints, self.point_mobility))
         if not float(by_joints) > STRUCTURAL * _largest(self.point_mobility):
             return 0.0
         return by_joints / whole
@@ -273,12 +273,17 @@ def _clear_resistance(impact: DoubleImpact, contact: int) -> dict[str, Array]:
     return numbers | {"effective": numbers["sticking" if sticks else "frictionless"]}
 
 
+def _along(A: BallMatrix, n: Array) -> Any:
+    """nᵀ A n."""
+    return BALLS.numbers(n) @ entries(A) @ BALLS.numbers(n)
+
+
 def _largest(A: BallMatrix) -> float:
     return max(float(row[i]) for i, row in enumerate(A.table()))
 
 
 def _part(A: BallMatrix, rows: list[int], columns: list[int]) -> BallMatrix:
-    return matrix(entries(A)[np.ix_(rows, columns)])
+    return BALLS.matrix(entries(A)[np.ix_(rows, columns)])
 
 
 def _moving_axes(A: BallMatrix, whole: float = 0.0) -> list[int]:
