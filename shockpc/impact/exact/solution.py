@@ -8,7 +8,6 @@ in which its inertia is about one, so that pivots stay on the diagonal. Both kee
 
 from collections.abc import Sequence
 from functools import cached_property
-from typing import Any
 
 import numpy as np
 
