@@ -3,11 +3,11 @@
 import os
 from pathlib import Path
 
+from shockpc.evaluation.budgets import Budget, Budgets, Case
 from shockpc.landing.scene import Scene
 from shockpc.landing.scene_file import read_scene
-from shockpc.show.reports.check import check_sheet, place_text
 from shockpc.show.tables import as_text
-from shockpc.studies.check.budgets import Budget, Budgets, Case
+from shockpc.studies.check.report import check_sheet, place_text
 from shockpc.studies.check.study import check_budgets
 from shockpc.text.arguments import checked
 from shockpc.text.errors import StudyError

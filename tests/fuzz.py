@@ -47,8 +47,8 @@ try:
 
     from shockpc.cli import process
     from shockpc.cli.entry import main as run_command
-    from shockpc.evaluation import column_names as landing_tables
-    from shockpc.evaluation import table_files as tables
+    from shockpc.recorded import column_names as landing_tables
+    from shockpc.recorded import files as tables
     from shockpc.robot import child, urdf
     from shockpc.robot import files as robot_files
     from shockpc.robot.urdf_numbers import numbers

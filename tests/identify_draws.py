@@ -10,11 +10,11 @@ import numpy as np
 from robot_texts import joint, link, urdf
 
 from shockpc import Contact, Scene, identify
-from shockpc.evaluation.prediction import Predictor
-from shockpc.evaluation.recorded_table import rows_of
 from shockpc.evaluation.variation import variation
 from shockpc.landing.resolve import landing_of
 from shockpc.landing.scene_file import robot_of
+from shockpc.recorded.prediction import Predictor
+from shockpc.recorded.table import rows_of
 
 BLOCKS = Path(__file__).parents[1] / "robots" / "measured" / "elbow" / "elbow.urdf"
 FREE = '<limit effort="1" velocity="1" lower="-3" upper="3"/>'

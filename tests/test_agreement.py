@@ -9,11 +9,11 @@ from trees import known_robot
 
 import shockpc
 from shockpc import Contact, Design, Joints, Part, Posture, Scene, Strike, StudyError, shock_profile
+from shockpc.evaluation.budgets import Budget, Budgets, Case
 from shockpc.evaluation.columns import Column, places_at, selected
 from shockpc.evaluation.evaluate import Evaluation, proven
 from shockpc.evaluation.varied import varied_landings
 from shockpc.quantities.table import QUANTITIES, select
-from shockpc.studies.check.budgets import Budget, Budgets, Case
 from shockpc.studies.check.study import check_budgets
 
 IMU = Part(name="IMU", at="imu_link", rating="half-sine 1500 g 0.5 ms")

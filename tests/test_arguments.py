@@ -13,7 +13,7 @@ from typer.main import get_command
 import shockpc
 from shockpc.cli.app import COMMANDS, app_for
 from shockpc.cli.options import RECORDS
-from shockpc.studies.declare import declaration
+from shockpc.evaluation.declare import declaration
 from shockpc.text.arguments import is_numeric
 from shockpc.text.toml import converted
 

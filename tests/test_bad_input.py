@@ -18,7 +18,7 @@ from robot_texts import body, floating, joint, link, mjcf, urdf, xacro
 
 import shockpc.profile
 from shockpc import SolveError, read_scene
-from shockpc.show.reports.report import Report
+from shockpc.show.report import Report
 
 SHOCKPC = (sys.executable, "-m", "shockpc")
 LANDING = ("analyze", "stick.urdf", "--contact", "foot")

@@ -14,9 +14,9 @@ from shockpc.evaluation.executor import executor
 from shockpc.landing.scene import Contact, Scene
 from shockpc.profile import shock_profile
 from shockpc.robot.catalogue import SETS, robots_of_set
-from shockpc.robot.landmarks import each_foot
+from shockpc.robot.feet_and_sensors import each_foot
 from shockpc.robot.load import load_robot
-from shockpc.studies.batch import batch
+from shockpc.studies.batch.study import batch
 from shockpc.text.errors import UnknownName
 
 DOGS = ("anymal_b", "go2")

@@ -19,7 +19,7 @@ from shockpc.landing.scene import Closure, Contact, LoopEnd, Scene, Strike
 from shockpc.profile import shock_profile
 from shockpc.quantities.accuracy import double_error
 from shockpc.show.folder import write_report_folder
-from shockpc.show.reports.report import Report
+from shockpc.show.report import Report
 from shockpc.show.tables import Sheet
 from shockpc.text.errors import SolveError
 

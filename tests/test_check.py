@@ -20,15 +20,15 @@ from commands import STICK, STICK_WITH_IMU, good, run
 
 import shockpc
 from shockpc import Contact, Scene, ShockError, Strike, StudyError, assert_shock, shock_profile
-from shockpc.cli.check import EPILOG
+from shockpc.evaluation.budgets import Budget, Budgets, Case, read_budgets
 from shockpc.landing.scene_file import plane_of
 from shockpc.quantities.ground import GROUND
 from shockpc.quantities.table import QUANTITIES, select
 from shockpc.robot.changes import changed, read_changes
-from shockpc.studies.check.budgets import Budget, Budgets, Case, read_budgets
+from shockpc.studies.check.command import EPILOG
 from shockpc.studies.check.design_record import design_changes, design_record
 from shockpc.studies.check.study import check_budgets
-from shockpc.studies.sweep import sweep
+from shockpc.studies.sweep.study import sweep
 from shockpc.text.printed import printable
 
 ACTION = Path(__file__).parents[1] / ".github/actions/check/action.yml"

@@ -10,7 +10,7 @@ from trees import robot_from
 
 from shockpc import Contact, Robot, Scene, SolveError, load_robot, shock_profile
 from shockpc.robot.checkup import Finding, check_robot
-from shockpc.studies.sweep import sweep
+from shockpc.studies.sweep.study import sweep
 
 FREE = Finding(
     "note",

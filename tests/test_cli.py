@@ -20,7 +20,7 @@ from test_scene_file import EVERY_KEY, by_key
 
 import shockpc
 import shockpc.show.figure.style
-import shockpc.show.reports.report
+import shockpc.show.report
 from shockpc import read_scene, shock_profile
 from shockpc.cli import progress
 from shockpc.cli.app import COMMANDS

@@ -16,9 +16,9 @@ from shockpc.landing.dynamics import dynamics
 from shockpc.landing.rows import row_jacobian
 from shockpc.landing.scene_file import robot_of
 from shockpc.paper.landings import land, scene
-from shockpc.show.reports.landing import landing_report
-from shockpc.show.reports.sweep import _options
-from shockpc.studies.sweep import sweep
+from shockpc.studies.analyze.report import landing_report
+from shockpc.studies.sweep.report import _options
+from shockpc.studies.sweep.study import sweep
 
 FALL = Strike(velocity=(0.4, 0.0, -1.0))
 WIDE = '<limit lower="-3" upper="3" effort="1" velocity="1"/>'

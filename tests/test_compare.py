@@ -13,14 +13,15 @@ import pytest
 from commands import STICK_WITH_IMU, good, run
 from robot_texts import loaded
 
+from shockpc.evaluation.designs import Design
 from shockpc.landing.scene import Contact, Joints, Scene, Strike
 from shockpc.profile import shock_profile
 from shockpc.quantities.table import select
 from shockpc.robot.changes import changed, read_changes
 from shockpc.robot.load import load_robot
-from shockpc.show.reports.compare import compare_report
-from shockpc.show.reports.report import Picture
-from shockpc.studies.compare import STANDARD, WITH_FRICTION, Design, compare, design_with
+from shockpc.show.report import Picture
+from shockpc.studies.compare.report import compare_report
+from shockpc.studies.compare.study import STANDARD, WITH_FRICTION, compare, design_with
 from shockpc.text.errors import SolveError, StudyError
 
 CHANGES = "mass:FL_calf=0.9x; armature:*_calf_joint=0.01"

@@ -25,17 +25,17 @@ import shockpc.show.figure.view
 from shockpc import Contact, Joints, Posture, Scene, Strike, load_robot, sensitivity, shock_profile
 from shockpc.core.spatial import plane_from
 from shockpc.landing.scene_file import with_plane
-from shockpc.paper.figures import FIGURES, paper_figures
+from shockpc.paper.report import paper_picture
+from shockpc.paper.study import FIGURES, paper_figures
 from shockpc.robot.geometry import Shape
 from shockpc.robot.meshes import Mesh
 from shockpc.show.figure.landing import draw_landing
 from shockpc.show.figure.layout import Page
 from shockpc.show.figure.picture import LETTERS, PALE, SMALL, layers
-from shockpc.show.figure.sensitivity import draw_tornado
 from shockpc.show.figure.silhouette import silhouette, to_plane
 from shockpc.show.figure.style import BANDS, DPI, EDGES, band, plain_numbers, render, settings
 from shockpc.show.figure.view import Field, field_of, view_of
-from shockpc.show.reports.paper import paper_picture
+from shockpc.studies.sensitivity.figure import draw_tornado
 
 SAGITTAL = plane_from((0.0, -1.0, 0.0))
 BOX = shapely.box(-1.0, -1.0, 1.0, 1.0)

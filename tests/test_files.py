@@ -15,7 +15,7 @@ from shockpc import Contact, OutputError, Scene, shock_profile
 from shockpc.show.document import document as document_of
 from shockpc.show.files import check_folder, write_file, write_folder
 from shockpc.show.folder import write_report_folder
-from shockpc.show.reports.landing import analyze_report, landing_report
+from shockpc.studies.analyze.report import analyze_report, landing_report
 from shockpc.text.paths import read_file
 from shockpc.text.printed import json_text
 

@@ -16,7 +16,7 @@ from shockpc.impact.stiffness import CompliantLanding
 from shockpc.landing.scene import GRAVITY
 from shockpc.paper.landings import scene as paper_scene
 from shockpc.quantities.table import quantity
-from shockpc.show.figure.history import draw_time
+from shockpc.studies.analyze.history import draw_time
 
 K = 1e5
 BOX = urdf(link("box", mass="2"), name="box")

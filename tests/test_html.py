@@ -21,8 +21,8 @@ from shockpc.robot.geometry import Shape
 from shockpc.robot.meshes import Mesh
 from shockpc.show.folder import report_files
 from shockpc.show.html.surfaces import surfaces
-from shockpc.show.reports.landing import analyze_report, landing_report
 from shockpc.show.tables import Sheet
+from shockpc.studies.analyze.report import analyze_report, landing_report
 
 BROWSER = pytest.mark.skipif(CHROMIUM is None, reason="no Chromium is installed, which draws report.html")
 

@@ -29,10 +29,10 @@ from shockpc import (
 )
 from shockpc.evaluation.columns import ground_columns
 from shockpc.evaluation.evaluate import Evaluation
-from shockpc.evaluation.search import RUNS
 from shockpc.landing.scene_file import read_scene
 from shockpc.quantities.robot import NEEDS_TILT
-from shockpc.show.reports.improve import improve_report
+from shockpc.studies.improve.report import improve_report
+from shockpc.studies.improve.search import RUNS
 
 
 def anymal(restitution=0.0, **changes):
@@ -42,7 +42,7 @@ def anymal(restitution=0.0, **changes):
 @pytest.fixture(autouse=True)
 def few_runs(monkeypatch):
     """Of a few joints, ten runs find the optimum that eighty find."""
-    monkeypatch.setattr("shockpc.evaluation.search.RUNS", 10)
+    monkeypatch.setattr("shockpc.studies.improve.search.RUNS", 10)
 
 
 LEGS = [("LF_HFE", "0:70"), ("LF_KFE", "-120:-20")]
@@ -201,7 +201,7 @@ def test_slopes_of_a_robot_without_geometry():
 @pytest.mark.slow
 def test_twelve_joints_have_the_same_optimum_from_every_seed(monkeypatch):
     """ANYmal B on each of its feet, five strike angles; many local optima lie within 20 % of the least."""
-    monkeypatch.setattr("shockpc.evaluation.search.RUNS", RUNS)
+    monkeypatch.setattr("shockpc.studies.improve.search.RUNS", RUNS)
     robot = known_robot("anymal_b")
     vary = dict[str, str]()
     for leg, sign in (("LF", 1), ("RF", 1), ("LH", -1), ("RH", -1)):

@@ -25,21 +25,21 @@ from trees import known_robot, robot_from
 import shockpc
 from shockpc import Contact, Joints, Part, Posture, Scene, load_robot, read_scene, resolve, shock_profile
 from shockpc.bench.measured import LAWS, measured_landings, measured_tosses
-from shockpc.evaluation import table_files as files
 from shockpc.evaluation.columns import Column, selected
-from shockpc.evaluation.recorded import CLOSED_BY, recorded_landings
-from shockpc.evaluation.recorded_rows import rows_of_scenes
-from shockpc.evaluation.recorded_table import rows_of
-from shockpc.evaluation.table_files import read_table
 from shockpc.impact.stiffness import CompliantLanding
 from shockpc.landing.motion import Motion
 from shockpc.landing.resolve import landing_of
 from shockpc.landing.scene_file import scene_text
 from shockpc.quantities.table import quantity
-from shockpc.show.figure.landings import draw_validation
-from shockpc.show.reports.landings import agreement_sheet
-from shockpc.studies import landings
-from shockpc.studies.landings import DRAWS, SEED, STATISTICS, Agreement, Validation, compare_measured
+from shockpc.recorded import files as files
+from shockpc.recorded.files import read_table
+from shockpc.recorded.rows import rows_of_scenes
+from shockpc.recorded.source import CLOSED_BY, recorded_landings
+from shockpc.recorded.table import rows_of
+from shockpc.studies.landings.figure import draw_validation
+from shockpc.studies.landings.report import agreement_sheet
+from shockpc.studies.landings.study import DRAWS, SEED, STATISTICS, Agreement, Validation, compare_measured
+from shockpc.studies.landings.study import study as landings
 from shockpc.text.errors import SceneError, SolveError, StudyError, UnknownName
 
 SCENE = Scene(robot="anymal_b", contact=(Contact(frame="LF_FOOT"),))
@@ -1248,7 +1248,7 @@ def test_measured_over_predicted_jumps_hides_no_point():
 CORRUPTED = """
 import io, sys
 import numpy as np, pyarrow, pyarrow.parquet
-from shockpc.evaluation.table_files import read_table
+from shockpc.recorded.files import read_table
 from pathlib import Path
 table = pyarrow.table({"q": [0.1, None, 0.3], "contact": ["a", "b", None]})
 out = io.BytesIO()

@@ -22,10 +22,10 @@ from shockpc.landing.scene_file import robot_of
 from shockpc.paper.landings import scene
 from shockpc.profile import shock_profile
 from shockpc.quantities.table import select
-from shockpc.studies.limits import limits
+from shockpc.studies.limits.study import limits
 from shockpc.studies.place.study import place
-from shockpc.studies.sensitivity import sensitivity
-from shockpc.studies.sweep import sweep
+from shockpc.studies.sensitivity.study import sensitivity
+from shockpc.studies.sweep.study import sweep
 from shockpc.text.errors import SolveError, StudyError
 
 IMU = Point(frame="trunk_imu")

@@ -10,12 +10,12 @@ from robot_texts import BODY, LIMIT, arm, body, floating, joint, link, mjcf, ref
 
 import shockpc
 from shockpc import Contact, Joints, RobotError, Scene, StudyError, UnknownName, load_robot, shock_profile
+from shockpc.evaluation.budgets import Budget, Budgets, Case
 from shockpc.landing.resolve import resolve
 from shockpc.landing.scene_file import robot_of
 from shockpc.robot.catalogue import SETS, data_folder
 from shockpc.robot.changes import changed, read_changes
 from shockpc.robot.geometry import outline
-from shockpc.studies.check.budgets import Budget, Budgets, Case
 from shockpc.studies.check.study import check_budgets
 
 SRDF = '<robot name="r"><group_state name="standing" group="all"/></robot>'

@@ -6,7 +6,7 @@ import sys
 import numpy as np
 import pytest
 
-from shockpc.evaluation.lockstep import in_lockstep
+from shockpc.studies.improve.lockstep import in_lockstep
 
 
 def halving(start, steps):
@@ -67,7 +67,7 @@ def test_errors_end_all_runs(error):
 INTERRUPTED = """
 import random, signal
 import numpy as np
-from shockpc.evaluation.lockstep import in_lockstep
+from shockpc.studies.improve.lockstep import in_lockstep
 
 def run(ask):
     x = np.array([1.0])

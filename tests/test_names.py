@@ -13,7 +13,7 @@ from shockpc.landing.scene import Scene
 from shockpc.landing.scene_file import points_at
 from shockpc.profile import shock_profile
 from shockpc.robot.changes import changed, links_with_mass, read_changes
-from shockpc.studies.sweep import sweep
+from shockpc.studies.sweep.study import sweep
 from shockpc.text.errors import UnknownName
 from shockpc.text.names import match, matches
 

@@ -11,14 +11,14 @@ from hypothesis import strategies as st
 
 from shockpc.paper.beam import STICKING, beam
 from shockpc.paper.claim import Claim
-from shockpc.paper.figures import FIGURES
 from shockpc.paper.landings import land, middle_lines
 from shockpc.paper.leg import cases, reductions
 from shockpc.paper.quadruped import ANGLES, quadruped
+from shockpc.paper.report import paper_picture
 from shockpc.paper.skippy import ASSUMED, above_contact, skippy
+from shockpc.paper.study import FIGURES
 from shockpc.robot.catalogue import catalogue, project_robots_folder
 from shockpc.robot.load import load_robot
-from shockpc.show.reports.paper import paper_picture
 
 # The dimensioned models against maximal coordinates in the plane. Points and vectors are complex: x to the right, i up.
 

@@ -17,9 +17,9 @@ from test_ground import BOX, COLUMN
 from shockpc import Contact, Joints, Part, Posture, Scene, Strike, compare, resolve, sensitivity, shock_profile, sweep
 from shockpc.core.pulse import SHAPES, Pulse, velocity_change
 from shockpc.core.spectrum import amplification
+from shockpc.evaluation.designs import Design
 from shockpc.landing.ratings import strength
 from shockpc.landing.scene import GRAVITY
-from shockpc.studies.compare import Design
 from shockpc.text.errors import SceneError, StudyError, UnknownName
 
 K = 1e5

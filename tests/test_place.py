@@ -15,10 +15,10 @@ from commands import STICK, good, run
 import shockpc
 from shockpc.robot.geometry import facets, half_spaces, outline
 from shockpc.robot.load import load_robot
-from shockpc.show.reports.place import place_report
 from shockpc.studies.place.cone import ConvexCell, least_shock
 from shockpc.studies.place.field import fields_of
 from shockpc.studies.place.groups import best_group
+from shockpc.studies.place.report import place_report
 from shockpc.studies.place.search import best_places, box
 
 TOLERANCE = 1e-8

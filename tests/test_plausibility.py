@@ -28,23 +28,23 @@ from shockpc import (
     read_scene,
     shock_profile,
 )
+from shockpc.evaluation.budgets import Budget, Budgets, Case, DesignVariation
 from shockpc.evaluation.cost import ShockCost
-from shockpc.evaluation.summary import summarise
 from shockpc.landing.dynamics import dynamics
 from shockpc.landing.resolve import resolve
 from shockpc.landing.rows import block_point
 from shockpc.quantities.heights import levels
 from shockpc.quantities.robot import NEEDS_TILT
 from shockpc.robot import geometry
+from shockpc.robot.feet_and_sensors import each_foot, feet
 from shockpc.robot.geometry import inflated_inertias
-from shockpc.robot.landmarks import each_foot, feet
-from shockpc.show.reports.landings import landings_report
-from shockpc.studies.batch import batch
-from shockpc.studies.check.budgets import Budget, Budgets, Case, DesignVariation
+from shockpc.studies.batch.study import batch
 from shockpc.studies.check.study import check_budgets
-from shockpc.studies.landings import landings
-from shockpc.studies.limits import limits
-from shockpc.studies.sweep import sweep
+from shockpc.studies.landings.report import landings_report
+from shockpc.studies.landings.study import landings
+from shockpc.studies.limits.study import limits
+from shockpc.studies.sweep.study import sweep
+from shockpc.studies.sweep.summary import summarise
 
 LEG = """
 <body name="{0}_thigh" pos="{1} .1 0">

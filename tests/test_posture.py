@@ -29,7 +29,7 @@ from shockpc.evaluation.variation import variation
 from shockpc.landing.dynamics import dynamics
 from shockpc.landing.posture import configuration, outside_limits, reference_name
 from shockpc.landing.scene_file import scene_text
-from shockpc.robot.landmarks import STANDING
+from shockpc.robot.feet_and_sensors import STANDING
 from shockpc.show.document import document
 from shockpc.show.wording import posture_text
 

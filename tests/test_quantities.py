@@ -12,12 +12,12 @@ from robot_texts import link, urdf
 
 from shockpc import Contact, Joints, Point, Scene, Strike, UnknownName, assert_shock, compare, resolve, shock_profile, sweep
 from shockpc.core.bodies import in_body_axes
+from shockpc.evaluation.designs import Design
 from shockpc.impact.impact import DoubleImpact
 from shockpc.profile import impact_jumps
 from shockpc.quantities.quantity import evaluate
 from shockpc.quantities.table import QUANTITIES, quantities_of, select
 from shockpc.robot.load import load_robot
-from shockpc.studies.compare import Design
 
 COMMON = [entry for entry in QUANTITIES if not entry.needs_posture]
 

@@ -97,7 +97,7 @@ def plain(text: str) -> str:
 @pytest.mark.usefixtures("no_figures")
 def test_commands_run(capfd, here, monkeypatch):
     """In the order of the page and in one folder, so that a later command may use what an earlier one wrote."""
-    monkeypatch.setattr("shockpc.evaluation.search.RUNS", 10)
+    monkeypatch.setattr("shockpc.studies.improve.search.RUNS", 10)
     found, printed = dict.fromkeys(commands()), dict[str, str]()
     assert found, "the pages show no command"
     for typed in found:

@@ -20,11 +20,11 @@ from shockpc.evaluation.varied_scene import applied
 from shockpc.landing.scene import Contact, Joints, Part, Point, Posture, Scene, Strike
 from shockpc.profile import profile_of, shock_profile
 from shockpc.robot.changes import Change, changed, links_with_mass
-from shockpc.show.reports.sensitivity import sensitivity_report
-from shockpc.studies.improve import improve
-from shockpc.studies.limits import limits
-from shockpc.studies.sensitivity import sensitivity
-from shockpc.studies.sweep import sweep
+from shockpc.studies.improve.study import improve
+from shockpc.studies.limits.study import limits
+from shockpc.studies.sensitivity.report import sensitivity_report
+from shockpc.studies.sensitivity.study import sensitivity
+from shockpc.studies.sweep.study import sweep
 from shockpc.text.errors import StudyError, UnknownName
 
 

@@ -12,20 +12,20 @@ from test_table import STUDIES
 from trees import known_robot
 
 from shockpc import shock_profile
-from shockpc.evaluation.summary import summarise
 from shockpc.quantities.table import QUANTITIES
-from shockpc.show.reports.batch import batch_report
-from shockpc.show.reports.check import check_report
-from shockpc.show.reports.compare import compare_report
-from shockpc.show.reports.fall import fall_report
-from shockpc.show.reports.identify import identify_report
-from shockpc.show.reports.improve import improve_report
-from shockpc.show.reports.landing import analyze_report
-from shockpc.show.reports.landings import landings_report
-from shockpc.show.reports.place import place_report
-from shockpc.show.reports.sweep import sweep_report
-from shockpc.show.reports.touchdowns import touchdowns_report
 from shockpc.show.tables import SHOWN, Sheet, as_csv, as_markdown, as_records, as_text, escaped
+from shockpc.studies.analyze.report import analyze_report
+from shockpc.studies.batch.report import batch_report
+from shockpc.studies.check.report import check_report
+from shockpc.studies.compare.report import compare_report
+from shockpc.studies.fall.report import fall_report
+from shockpc.studies.identify.report import identify_report
+from shockpc.studies.improve.report import improve_report
+from shockpc.studies.landings.report import landings_report
+from shockpc.studies.place.report import place_report
+from shockpc.studies.sweep.report import sweep_report
+from shockpc.studies.sweep.summary import summarise
+from shockpc.studies.touchdowns.report import touchdowns_report
 
 WORDS = ("-", "s", "m", "m/s", "rad/s", "kg", "N", "N s", "N m s", "N m", "J", "Hz", "g", "deg")
 REPORTS = {

@@ -18,13 +18,13 @@ from trees import known_robot, robot_from
 from shockpc import Contact, Joints, Point, Rotor, Scene, ShockError, Strike, read_scene, resolve, shock_profile
 from shockpc.evaluation.columns import Column, proven_columns
 from shockpc.evaluation.evaluate import Evaluation
-from shockpc.evaluation.summary import PERCENTILES, Summary, _extent, summarise
 from shockpc.evaluation.table import Table
 from shockpc.landing.places import Place
 from shockpc.quantities.table import select
 from shockpc.robot.changes import changed, links_with_mass, read_changes
 from shockpc.show.wording import proof_lines
-from shockpc.studies.sweep import sweep
+from shockpc.studies.sweep.study import sweep
+from shockpc.studies.sweep.summary import PERCENTILES, Summary, _extent, summarise
 from shockpc.text.errors import StudyError, UnknownName
 
 ANYMAL = Scene(robot="anymal_b", contact=(Contact(frame="LF_FOOT"),))

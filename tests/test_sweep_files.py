@@ -24,7 +24,7 @@ from shockpc.cli.entry import main
 from shockpc.evaluation import varied
 from shockpc.show import row_files
 from shockpc.show.row_files import RowFiles
-from shockpc.studies.sweep import sweep
+from shockpc.studies.sweep.study import sweep
 
 SMALL = ("--contact", "foot", "--vary", "knee=-60:60:5", "--vary", "strike-angle=0:30:3", "--at", "body")
 MANY = ("--contact", "foot", "--sample", "60000", "--vary", "*", "--vary", "strike-angle=-30:30", "--at", "body", "--prove", "4")

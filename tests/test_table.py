@@ -7,8 +7,8 @@ from test_touchdowns import STEPPER
 
 import shockpc
 from shockpc import Design, Scene, load_robot
+from shockpc.evaluation.budgets import read_budgets
 from shockpc.evaluation.table import Table
-from shockpc.studies.check.budgets import read_budgets
 
 COLUMNS = {
     "contact": np.array(["LF_FOOT", "LF_FOOT", "LH_FOOT"]),

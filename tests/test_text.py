@@ -21,10 +21,10 @@ from shockpc import Contact, ContactImpulse, Joints, Point, Posture, Rotor, Scen
 from shockpc.core.directions import ExtremeDirections
 from shockpc.quantities.records import StanceImpulse
 from shockpc.quantities.table import select
-from shockpc.show.reports.landing import accuracy_line, analyze_report, landing_report
-from shockpc.show.reports.landing_tables import contacts_sheet, directions_sheet
 from shockpc.show.tables import Lines, Sheet, as_csv, as_markdown, as_text, escaped, rounded
 from shockpc.show.wording import header_lines, shared_warnings
+from shockpc.studies.analyze.report import accuracy_line, analyze_report, landing_report
+from shockpc.studies.analyze.tables import contacts_sheet, directions_sheet
 from shockpc.text.diagnostic import Diagnostic, by_cause
 from shockpc.text.printed import cause_lines, causes, message, printable
 

@@ -15,9 +15,9 @@ from rosbags.typesys import Stores, get_typestore
 import shockpc
 from shockpc import Contact, Scene, load_robot
 from shockpc.bench.logs import FEET, quadruped, trot
-from shockpc.core.kinks import line_slopes, noise
-from shockpc.evaluation.bags import read_bag
-from shockpc.evaluation.logs import read_log
+from shockpc.recorded.bags import read_bag
+from shockpc.recorded.detection import line_slopes, noise
+from shockpc.recorded.logs import read_log
 from shockpc.text.errors import StudyError, UnknownName
 
 SOLID = '<inertia ixx="0.02" ixy="0" ixz="0" iyy="0.03" iyz="0" izz="0.01"/>'

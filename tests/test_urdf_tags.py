@@ -15,9 +15,9 @@ from shockpc.landing.joint_model import joint_model
 from shockpc.landing.rows import row_jacobian
 from shockpc.landing.scene import Closure, LoopEnd
 from shockpc.robot.checkup import check_robot
+from shockpc.robot.feet_and_sensors import sensors
 from shockpc.robot.files import parse_xml
 from shockpc.robot.geometry import outline
-from shockpc.robot.landmarks import sensors
 from shockpc.robot.tags import URDF, unread
 
 

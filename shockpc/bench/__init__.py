@@ -2,3 +2,5 @@
 
 Nothing else in the package but the command line imports it.
 """
+
+HEADING, SUMMARY = "For developers", "Measure the error and the run time of several methods."

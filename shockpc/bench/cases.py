@@ -14,7 +14,7 @@ from shockpc import Closure, Contact, Joints, LoopEnd, Posture, Robot, Scene, St
 from shockpc.core.spatial import Array
 from shockpc.landing.scene_file import robot_of
 from shockpc.robot.catalogue import SETS
-from shockpc.robot.landmarks import each_foot
+from shockpc.robot.feet_and_sensors import each_foot
 
 BEND = (0.7, -0.9, 0.5, -0.3, 0.8, -0.6)
 OBLIQUE = Strike(velocity=(0.4, 0.1, -0.9))

@@ -36,10 +36,10 @@ from shockpc.landing.dynamics import dynamics
 from shockpc.landing.landing import PosedLanding
 from shockpc.landing.scene import Scene
 from shockpc.robot.robot import Robot
-from shockpc.show.reports.landing import landing_report
 from shockpc.show.row_files import RowFiles
 from shockpc.show.tables import Cell, Sheet
-from shockpc.studies.sweep import sweep
+from shockpc.studies.analyze.report import landing_report
+from shockpc.studies.sweep.study import sweep
 
 ANALYZE = ("-m", "shockpc", "analyze", "anymal_b", "--contact", "LF_FOOT")
 COMMANDS = {

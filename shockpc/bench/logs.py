@@ -11,7 +11,7 @@ from shockpc import Contact, Scene, load_robot
 from shockpc.core.spatial import Array
 from shockpc.robot.robot import Robot
 from shockpc.show.tables import Cell, Sheet
-from shockpc.studies.touchdowns import touchdowns
+from shockpc.studies.touchdowns.study import touchdowns
 
 FEET = ("LF", "RF", "LH", "RH")
 

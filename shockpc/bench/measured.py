@@ -3,12 +3,12 @@
 from dataclasses import replace
 
 from shockpc import Contact, Joints, Scene, load_robot, read_scene
-from shockpc.evaluation.table_files import read_table
 from shockpc.landing.scene_file import robot_of
+from shockpc.recorded.files import read_table
 from shockpc.robot.catalogue import project_robots_folder
-from shockpc.show.reports.landings import agreement_sheet
 from shockpc.show.tables import Sheet
-from shockpc.studies.landings import compare_measured
+from shockpc.studies.landings.report import agreement_sheet
+from shockpc.studies.landings.study import compare_measured
 
 MOTORS = ("hip_*", "knee_left", "knee_right", "toe_*")
 

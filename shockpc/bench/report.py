@@ -20,7 +20,7 @@ from shockpc.bench.measure import ACCURATE, OUTCOMES, Result, measure
 from shockpc.bench.methods import DIRECT, all_quantities
 from shockpc.bench.mujoco_peer import MUJOCO
 from shockpc.show.document import record
-from shockpc.show.reports.report import Picture, Report
+from shockpc.show.report import Picture, Report
 from shockpc.show.tables import Cell, Lines, Sheet
 
 PARTS = (*FAMILIES, *COSTS)
@@ -134,7 +134,7 @@ def _chart(results: Iterable[Result]) -> Picture:
         if result.error is not None:
             series.setdefault(result.method.split(", τ")[0], []).append((median(result.seconds), result.error))
     title = "Error against run time; for shockpc's printed numbers the proven bound"
-    return Picture("error-against-run-time", "error against run time", "bench:draw_error_time", (title, series, ACCURATE))
+    return Picture("error-against-run-time", "error against run time", "bench.figure:draw_error_time", (title, series, ACCURATE))
 
 
 def _methods_sheet(results: Sequence[Result]) -> Sheet:

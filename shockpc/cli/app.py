@@ -1,6 +1,7 @@
 """The command line's grammar: its commands, their options and their help."""
 
 import importlib
+import importlib.util
 import re
 import sys
 from collections.abc import Sequence
@@ -14,38 +15,19 @@ from shockpc import __version__
 from shockpc.cli.declare import EXIT_CODES, Command, Help, command
 from shockpc.cli.options import EVERYBODY, PANELS, RARE, RARE_OF_RUN
 
-GROUPS = {
-    "Begin": {"guide": "Read how to use shockpc, by topic."},
-    "Look at a robot": {"robots": "List the robots known by name, or check and show one."},
-    "One landing": {"analyze": "Compute the shock of a landing on every body of a robot."},
-    "Many landings": {
-        "batch": "Compute landings of many robots, and rank them.",
-        "sweep": "Compute landings over many postures, strikes and models.",
-        "fall": "Let a robot tip over, or drop it, and rank what strikes.",
-    },
-    "Decide": {
-        "compare": "Compare the shock of designs, or of a design's changes.",
-        "improve": "Find the posture, strike or design with the least shock.",
-        "limits": "Find joint angles that keep a number below or above a bound.",
-        "place": "Find where on a body a sensor sees least shock.",
-        "sensitivity": "Rank masses, inertias and angles by their effect on a number.",
-        "check": "Compare landings with budgets, as a gate in CI.",
-    },
-    "Data": {
-        "touchdowns": "Find the touchdowns of a log: the table of its landings.",
-        "landings": "Compute recorded landings, and compare what was measured.",
-        "identify": "Find drives, friction and masses from measured landings.",
-    },
-    "For developers": {
-        "quantities": "List the numbers that a landing has.",
-        "schema": "Print the JSON Schema of scenes, or of budgets, for editors.",
-        "bench": "Measure the error and the run time of several methods.",
-        "paper": "Recompute the figures of the paper and check its claims.",
-    },
-}
-"""What each command does. It is the function of its name in the module of that name, else a study's as `study_command` makes it."""
+STUDIES = Path(__file__).resolve().parent.parent / "studies"
 
-COMMANDS = {name: summary for commands in GROUPS.values() for name, summary in commands.items()}
+COMMANDS = {
+    **{path.parent.name: f"shockpc.studies.{path.parent.name}" for path in sorted(STUDIES.glob("*/__init__.py"))},
+    "bench": "shockpc.bench",
+    "paper": "shockpc.paper",
+}
+"""The package of each command, which says what it does (`SUMMARY`) and where it is listed (`HEADING`).
+
+Its command is the function of its name in the module `command`, else that of a study as `study_command` makes it.
+"""
+
+HEADINGS = ("Begin", "Look at a robot", "One landing", "Many landings", "Decide", "Data", "For developers")
 
 
 class Commands(TyperGroup):
@@ -53,9 +35,10 @@ class Commands(TyperGroup):
 
     def format_commands(self, ctx: Any, formatter: Any) -> None:
         """Write a section for each group."""
-        for heading, commands in GROUPS.items():
+        packages = {name: importlib.import_module(package) for name, package in COMMANDS.items()}
+        for heading in HEADINGS:
             with formatter.section(heading):
-                formatter.write_dl(list(commands.items()))
+                formatter.write_dl([(name, one.SUMMARY) for name, one in packages.items() if heading == one.HEADING])
 
 
 class GroupedCommand(TyperCommand):
@@ -125,17 +108,18 @@ def app_for(words: Sequence[str]) -> typer.Typer:
         # Without a command, names alone are wanted: for help, and to suggest one that is spelt alike.
         function = _command(name) if named else command(examples=())(lambda: None)
         shown: Help = vars(function)["help"]
-        app.command(name, cls=GroupedCommand, help=shown.text(COMMANDS[name]), epilog=shown.after)(function)
+        summary = importlib.import_module(COMMANDS[name]).SUMMARY
+        app.command(name, cls=GroupedCommand, help=shown.text(summary), epilog=shown.after)(function)
     return app
 
 
 def _command(name: str) -> Command:
     """The function that runs a command."""
-    if not (Path(__file__).parent / f"{name}.py").exists():
+    if importlib.util.find_spec(f"{COMMANDS[name]}.command") is None:
         from shockpc.cli.study import study_command  # which imports the studies
 
         return study_command(name)
-    function: Command = getattr(importlib.import_module(f"shockpc.cli.{name}"), name)
+    function: Command = getattr(importlib.import_module(f"{COMMANDS[name]}.command"), name)
     return function
 
 

@@ -17,7 +17,7 @@ from shockpc.text.errors import DefectError, OutputError, SolveError
 from shockpc.text.printed import visible
 
 if TYPE_CHECKING:
-    from shockpc.show.reports.report import Report
+    from shockpc.show.report import Report
 
 RUN = {"--out": True, "--jobs": True, "--cluster": True, "--resume": False, "--wait": False}
 """Options that say how results are computed and where they are written, which do not change them; and whether a value follows."""

@@ -12,7 +12,7 @@ from shockpc.landing.level_feet import default_landings
 from shockpc.landing.ratings import part_from
 from shockpc.landing.scene import Contact, Joints, Posture, Rotor, Scene, Strike, replaced_ways
 from shockpc.landing.scene_file import check_scene, plane_of, points_at, read_scene, robot_of
-from shockpc.robot.landmarks import each_foot
+from shockpc.robot.feet_and_sensors import each_foot
 from shockpc.robot.robot import Robot
 from shockpc.text.arguments import typed
 from shockpc.text.errors import SceneError, ShockError, UnknownName
@@ -127,7 +127,7 @@ def with_contact(robot: str, options: SceneOptions, contacts: list[str]) -> tupl
     scene = _scene_of(robot)
     if options.contact or scene.contact:
         return options, contacts
-    from shockpc.evaluation.recorded import first_contact
+    from shockpc.recorded.source import first_contact
 
     loaded = _robot_of(_with_file(scene, options), filter(str.strip, contacts))
     chosen = first_contact(loaded, contacts)
@@ -170,7 +170,7 @@ def _scene_of(name: str) -> Scene:
     """
     file, mark, case = name.partition(".toml:")
     if mark and not Path(name).exists():
-        from shockpc.studies.check.budgets import read_budgets
+        from shockpc.evaluation.budgets import read_budgets
 
         cases = {known.name: known.landings[0][1] for known in read_budgets(Path(f"{file}.toml")).cases}
         if case not in cases:

@@ -35,14 +35,14 @@ from shockpc.cli.output import emit, exit_code
 from shockpc.cli.parse import Span, Vector, box, numbers, pair_of, path, renaming, robot_name, setting, span, variable
 from shockpc.cli.progress import progress, shown_trace
 from shockpc.cli.scenes import landings_from, one_scene, postures_from, scenes_from
-from shockpc.evaluation.column_names import StateColumns
+from shockpc.evaluation.declare import StudyParameter, declaration
+from shockpc.evaluation.designs import Design
 from shockpc.evaluation.variation import ATTITUDE, OFFSET, Vary, variation
 from shockpc.landing.scene import Point
 from shockpc.landing.scene_file import point_at
 from shockpc.quantities.table import select
+from shockpc.recorded.column_names import StateColumns
 from shockpc.robot.robot import Robot
-from shockpc.studies.compare import Design
-from shockpc.studies.declare import StudyParameter, declaration
 from shockpc.text.errors import StudyError, traces
 from shockpc.text.trace import Trace
 
@@ -109,7 +109,7 @@ def given(study: Callable[..., Any], typed: Mapping[str, Any], robot: Any = None
 
 
 def study_command(name: str) -> Command:
-    """The command of a study: `shockpc.NAME`, reported by `NAME_report` of `shockpc.show.reports.NAME`."""
+    """The command of a study: `shockpc.NAME`, reported by `NAME_report` of `shockpc.studies.NAME.report`."""
     study = getattr(shockpc, name)
     needs = inspect.signature(study).parameters
     kind = next(kind for kind in INPUTS if kind in needs)
@@ -135,7 +135,7 @@ def study_command(name: str) -> Command:
             refuse_overridden(typed["options"], arguments["scene"], robot, StateColumns(result.log.positions, {}, {}))
         with trace.stage("output"):
             files = [typed[kind]] if kind in FILES else []
-            emit(pkgutil.resolve_name(f"shockpc.show.reports.{name}:{name}_report")(*files, result), typed["output"])
+            emit(pkgutil.resolve_name(f"shockpc.studies.{name}.report:{name}_report")(*files, result), typed["output"])
         if typed.get("explain"):
             sys.stderr.write(trace.text())
         failures = [failure for _, failure in getattr(result, "failures", ())]

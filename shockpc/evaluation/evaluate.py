@@ -12,7 +12,7 @@ import numpy as np
 from shockpc.core.threads import one_thread
 from shockpc.evaluation.columns import Column, columns, columns_at_times, double_difference, not_approaching, proven_columns
 from shockpc.evaluation.executor import in_order
-from shockpc.evaluation.landings import Chunk, Group, Landings, Refusal, refuse_unused_ground
+from shockpc.evaluation.source import Chunk, Group, Landings, Refusal, refuse_unused_ground
 from shockpc.evaluation.table import Table
 from shockpc.landing.scene import Scene
 from shockpc.profile import profile_of_scene

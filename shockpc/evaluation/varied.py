@@ -13,7 +13,7 @@ from typing import Any, cast
 import numpy as np
 
 from shockpc.core.spatial import Array
-from shockpc.evaluation.landings import GROUP, ROWS, Chunk, Group, Refusal
+from shockpc.evaluation.source import GROUP, ROWS, Chunk, Group, Refusal
 from shockpc.evaluation.variation import (
     ATTITUDE,
     INERTIAL,

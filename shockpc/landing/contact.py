@@ -10,8 +10,8 @@ import numpy as np
 from shockpc.core.spatial import Array, cross, cross_matrix
 from shockpc.landing.rows import Block
 from shockpc.landing.scene import Contact, Scene
+from shockpc.robot.feet_and_sensors import feet
 from shockpc.robot.geometry import Shape, body_outline, shapes_of
-from shockpc.robot.landmarks import feet
 from shockpc.robot.robot import STOP, Robot
 from shockpc.text.errors import SceneError
 from shockpc.text.printed import listed

@@ -16,9 +16,9 @@ from shockpc.landing.contact import locate_lowest_point
 from shockpc.landing.dynamics import Dynamics, dynamics
 from shockpc.landing.freedom import free_columns
 from shockpc.landing.joint_model import JointModel
-from shockpc.landing.mobility import Mechanism
 from shockpc.landing.motion import Motion, approach_speeds, twist_before
 from shockpc.landing.places import Place, PlaceKind, body_places, joint_places, part_places, point_places
+from shockpc.landing.rank import Mechanism
 from shockpc.landing.rows import Block, Equation, block_point, row_jacobian
 from shockpc.landing.scene import Base, Contact, Scene
 from shockpc.landing.stops import velocity_at_stop

@@ -10,9 +10,9 @@ import pinocchio as pin
 
 from shockpc.core.spatial import Array
 from shockpc.landing.scene import Posture, Scene
-from shockpc.robot.landmarks import BENT, standing_posture
+from shockpc.robot.feet_and_sensors import BENT, standing_posture
 from shockpc.robot.robot import Joint, Robot
-from shockpc.robot.slack import LIMIT_SLACK
+from shockpc.robot.tolerances import LIMIT_SLACK
 from shockpc.text.arguments import checked
 from shockpc.text.diagnostic import Diagnostic, by_cause
 from shockpc.text.errors import SceneError, ShockError

@@ -13,7 +13,7 @@ from shockpc.landing.motion import Motion, twist_before
 from shockpc.landing.rows import NO_AXES, Block, block_point
 from shockpc.landing.scene import Contact
 from shockpc.robot.robot import STOP, Joint, Robot
-from shockpc.robot.slack import LIMIT_SLACK
+from shockpc.robot.tolerances import LIMIT_SLACK
 from shockpc.text.errors import SceneError
 
 ROUNDING = 1e-9

@@ -7,8 +7,8 @@ import numpy as np
 
 from shockpc.core.spatial import Array
 from shockpc.robot.bent_legs import ends_leg
+from shockpc.robot.feet_and_sensors import each_foot
 from shockpc.robot.geometry import body_outline
-from shockpc.robot.landmarks import each_foot
 from shockpc.text.diagnostic import Diagnostic
 from shockpc.text.printed import listed
 

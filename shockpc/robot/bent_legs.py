@@ -12,7 +12,7 @@ import pinocchio as pin
 
 from shockpc.core.spatial import Array
 from shockpc.robot.catalogue import closing_scene
-from shockpc.robot.landmarks import each_foot, is_foot
+from shockpc.robot.feet_and_sensors import each_foot, is_foot
 from shockpc.robot.robot import Joint, Robot
 
 ANGLE = math.radians(30.0)

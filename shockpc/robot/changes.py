@@ -10,7 +10,7 @@ import pinocchio as pin
 
 from shockpc.core.spatial import Array, cross_matrix, freeze
 from shockpc.robot.robot import Drives, Robot
-from shockpc.robot.slack import refuse_number
+from shockpc.robot.tolerances import refuse_number
 from shockpc.text.diagnostic import Diagnostic
 from shockpc.text.errors import StudyError
 from shockpc.text.printed import listed

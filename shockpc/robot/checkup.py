@@ -13,8 +13,8 @@ import pinocchio as pin
 from shockpc.robot.files import shared_xml
 from shockpc.robot.geometry import inflated_inertias, size_text
 from shockpc.robot.robot import Robot, RobotSource
-from shockpc.robot.slack import inertia_fault, negative_moment
 from shockpc.robot.tags import URDF, unread
+from shockpc.robot.tolerances import inertia_fault, negative_moment
 from shockpc.robot.urdf_numbers import vector
 from shockpc.robot.urdf_places import AXIS
 from shockpc.text.errors import RobotError

@@ -12,11 +12,11 @@ import pinocchio as pin
 from shockpc.core.spatial import freeze, read_only
 from shockpc.robot.bent_legs import bent_legs
 from shockpc.robot.drives import default_drives
-from shockpc.robot.landmarks import BENT, standing_posture
+from shockpc.robot.feet_and_sensors import BENT, standing_posture
 from shockpc.robot.robot import Mimic, Robot, RobotSource
-from shockpc.robot.slack import LIMIT_SLACK, refuse_number
 from shockpc.robot.source import YourdfpyRobot, format_of, read_source, source_of_yourdfpy
 from shockpc.robot.srdf import read_srdf
+from shockpc.robot.tolerances import LIMIT_SLACK, refuse_number
 from shockpc.text.arguments import checked
 from shockpc.text.errors import RobotError
 from shockpc.text.printed import listed

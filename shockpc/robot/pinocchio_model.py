@@ -10,7 +10,7 @@ import pinocchio as pin
 from shockpc.core.spatial import Array, read_only
 from shockpc.robot.files import OpenFolders
 from shockpc.robot.robot import Robot, RobotSource
-from shockpc.robot.slack import refuse_number
+from shockpc.robot.tolerances import refuse_number
 from shockpc.text.errors import RobotError
 
 _JOINTS = re.compile(

@@ -13,7 +13,7 @@ import pinocchio as pin
 from shockpc.core.frozen import frozen
 from shockpc.core.spatial import Array, freeze, read_only
 from shockpc.robot.files import OpenFolders
-from shockpc.robot.slack import POINT, inertia_fault, negative_moment
+from shockpc.robot.tolerances import POINT, inertia_fault, negative_moment
 from shockpc.text.diagnostic import Diagnostic
 from shockpc.text.errors import UnknownName
 from shockpc.text.names import match

@@ -15,8 +15,8 @@ import pinocchio as pin
 from shockpc.core.spatial import Array
 from shockpc.robot.files import parse_xml
 from shockpc.robot.robot import WORLD, RobotSource
-from shockpc.robot.slack import refuse_count
 from shockpc.robot.tags import SDF, SDF_UNTIL_1_6, unread
+from shockpc.robot.tolerances import refuse_count
 from shockpc.robot.urdf import build, choose, with_postures
 from shockpc.robot.urdf_numbers import vector
 from shockpc.text.errors import RobotError

@@ -19,8 +19,8 @@ from shockpc.core.spatial import read_only
 from shockpc.robot.catalogue import find_srdf
 from shockpc.robot.files import shared_xml
 from shockpc.robot.robot import WORLD, Mimic, Robot, RobotSource
-from shockpc.robot.slack import refuse_tree
 from shockpc.robot.tags import URDF, unread
+from shockpc.robot.tolerances import refuse_tree
 from shockpc.robot.tree import add_joint, axis_joint
 from shockpc.robot.urdf_drives import read_drives, with_rest
 from shockpc.robot.urdf_numbers import grouped, numbers, place_of, vector

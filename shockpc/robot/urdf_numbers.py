@@ -8,7 +8,7 @@ import numpy as np
 import pinocchio as pin
 
 from shockpc.core.spatial import Array
-from shockpc.robot.slack import refuse_number
+from shockpc.robot.tolerances import refuse_number
 from shockpc.text.errors import RobotError
 from shockpc.text.printed import listed
 

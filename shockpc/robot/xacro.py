@@ -21,7 +21,7 @@ from pathlib import Path
 from typing import Any
 
 from shockpc.robot.files import OpenFolders, parse_xml, read_text
-from shockpc.robot.slack import LINKS
+from shockpc.robot.tolerances import LINKS
 from shockpc.text.errors import RobotError
 from shockpc.text.paths import LARGEST_FILE
 from shockpc.text.printed import listed

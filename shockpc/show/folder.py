@@ -6,7 +6,7 @@ from pathlib import Path
 from shockpc.show.files import write_folder
 from shockpc.show.html import plotly
 from shockpc.show.html.page import page
-from shockpc.show.reports.report import Report
+from shockpc.show.report import Report
 
 PAGE = "report.html"
 

@@ -14,7 +14,7 @@ from shockpc.quantities.accuracy import SHARE
 from shockpc.quantities.profile import ShockProfile
 from shockpc.quantities.quantity import Quantity
 from shockpc.robot.drives import similar_robots
-from shockpc.robot.landmarks import BENT, each_foot, feet, recognised
+from shockpc.robot.feet_and_sensors import BENT, each_foot, feet, recognised
 from shockpc.robot.robot import WORLD, Robot
 from shockpc.text.diagnostic import alike
 from shockpc.text.printed import UNITS, few, listed, printable

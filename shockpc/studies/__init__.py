@@ -1,1 +1,1 @@
-"""Studies: many landings in, one record out. Each knows `profile.py`, and no other study."""
+"""One folder for each command: what it computes, its tables, its figures and its options."""

@@ -30,6 +30,9 @@ BANDS = ("#eff5fc", "#d3e6f9", "#b7d7f6", "#98c8f2", "#74b8ee", "#9e9e9e", "#c44
 CURVES = ("#1f5f9f", "#c2512f", "#3f8f4f", "#7a4fa0", "#a08020", "#208f8f", "#a0406f", "#606060")
 """Of curves and marks that differ in their colours."""
 
+MARKERS = ("o", "^", "s", "D")
+"""Of quantities whose colours are the same."""
+
 COUNTS = "#b9a77c"
 """Of bars of how often a value occurs that is not a shock, whose colours mean its size."""
 

@@ -33,7 +33,7 @@ from shockpc.show.figure.style import BANDS, EDGES, SHOCK
 from shockpc.show.figure.view import body_shapes, numbered
 from shockpc.show.html.charts import CONFIG, STYLES, history, picture, placed
 from shockpc.show.html.surfaces import Surface, surfaces
-from shockpc.show.reports.report import Picture, Report, Section
+from shockpc.show.report import Picture, Report, Section
 from shockpc.show.tables import Cell, Column, Lines, Sheet, numeric
 from shockpc.show.wording import BRACKETED, robot_name
 from shockpc.text.printed import printable

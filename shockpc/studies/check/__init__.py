@@ -1,1 +1,3 @@
-"""The check of budgets: are the numbers of some landings within limits, and within a tolerance of those of an earlier design?"""
+"""`shockpc check`."""
+
+HEADING, SUMMARY = "Decide", "Compare landings with budgets, as a gate in CI."

@@ -15,9 +15,10 @@ from typing import Any, Literal, NamedTuple
 
 import numpy as np
 
+from shockpc.evaluation.budgets import Budget, Budgets, Case, read_budgets
 from shockpc.evaluation.columns import Column, places_at
 from shockpc.evaluation.evaluate import Evaluation, proven
-from shockpc.evaluation.landings import refuse_unused_ground
+from shockpc.evaluation.source import refuse_unused_ground
 from shockpc.evaluation.table import Table
 from shockpc.evaluation.varied import VariedLandings, varied_landings
 from shockpc.landing.landing import PosedLanding
@@ -30,7 +31,6 @@ from shockpc.quantities.quantity import Quantity
 from shockpc.quantities.table import Selection, select
 from shockpc.robot.robot import Robot
 from shockpc.studies.check.baseline import Baseline, OutcomeKey, case_record, read_baseline, refuse_other_scene
-from shockpc.studies.check.budgets import Budget, Budgets, Case, read_budgets
 from shockpc.studies.check.design_record import design_changes, six_digits
 from shockpc.text.arguments import checked
 from shockpc.text.errors import ShockError, StudyError, traces

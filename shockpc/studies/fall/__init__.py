@@ -1,1 +1,3 @@
-"""What of a robot strikes the ground when it tips over or is dropped, and what that does."""
+"""`shockpc fall`."""
+
+HEADING, SUMMARY = "Many landings", "Let a robot tip over, or drop it, and rank what strikes."

@@ -12,8 +12,9 @@ from typing import Annotated, Literal, NamedTuple
 import numpy as np
 
 from shockpc.evaluation.columns import selected
+from shockpc.evaluation.declare import QuantityOption, study
 from shockpc.evaluation.evaluate import proven
-from shockpc.evaluation.landings import common_robot, named_scenes
+from shockpc.evaluation.source import common_robot, named_scenes
 from shockpc.evaluation.table import Table
 from shockpc.evaluation.variation import Vary, pairs
 from shockpc.evaluation.varied_scene import scene_grid
@@ -24,8 +25,7 @@ from shockpc.quantities.profile import ShockProfile
 from shockpc.quantities.table import Selection, select
 from shockpc.robot.geometry import drawn_outline, outline
 from shockpc.robot.robot import Robot
-from shockpc.robot.slack import LIMIT_SLACK
-from shockpc.studies.declare import QuantityOption, study
+from shockpc.robot.tolerances import LIMIT_SLACK
 from shockpc.studies.fall.body import Rigid
 from shockpc.studies.fall.strikes import FallStrike, Tip, drops, strikes_of, tip_over
 from shockpc.text.diagnostic import warn

@@ -1,1 +1,3 @@
-"""Where on a body a sensor sees least shock."""
+"""`shockpc place`."""
+
+HEADING, SUMMARY = "Decide", "Find where on a body a sensor sees least shock."

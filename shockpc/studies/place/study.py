@@ -10,8 +10,9 @@ import numpy as np
 
 from shockpc.core.pulse import peak_acceleration
 from shockpc.core.spatial import Array
+from shockpc.evaluation.declare import study
 from shockpc.evaluation.evaluate import proven
-from shockpc.evaluation.landings import common_robot, named_scenes, refuse_ground, with_default_landings
+from shockpc.evaluation.source import common_robot, named_scenes, refuse_ground, with_default_landings
 from shockpc.evaluation.table import Table
 from shockpc.evaluation.variation import Vary, pairs
 from shockpc.evaluation.varied_scene import scene_grid
@@ -21,7 +22,6 @@ from shockpc.landing.resolve import pulse_of
 from shockpc.landing.scene import GRAVITY, Point, Scene
 from shockpc.quantities.profile import ShockProfile
 from shockpc.robot.robot import Robot
-from shockpc.studies.declare import study
 from shockpc.studies.place.cone import ACCURACY, Optimum
 from shockpc.studies.place.field import Fields, fields_of
 from shockpc.studies.place.groups import best_group

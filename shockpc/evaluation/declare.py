@@ -1,0 +1,116 @@
+"""How a study is declared: once, as a function. Its command, options, help and documentation follow from that.
+
+    @study("shockpc limits hyq --joint lf_kfe_joint --at trunk_imu --max 0.1")
+    def limits(scene: Scene, joint: Annotated[str, Option("The joint.", "Question", "JOINT")], …) -> JointLimits: …
+
+A parameter whose annotation has an `Option` is an option of the command; the name of any other says what the command passes for it,
+as `shockpc.cli.study` describes. An argument that is not of the type of its parameter, or beyond the bounds of its option, is a
+StudyError.
+"""
+
+import inspect
+from collections.abc import Callable, Mapping, Sequence
+from typing import Annotated, Any, NamedTuple, TypeAlias, TypeVar, get_args
+
+from shockpc.landing.record import Option, describe
+from shockpc.text.arguments import checked, is_numeric
+
+F = TypeVar("F", bound=Callable[..., Any])
+
+
+QuantityOption: TypeAlias = Annotated[
+    Sequence[str],
+    Option(
+        "Another quantity, as shockpc quantities lists them; at all places of its kind, or at those of a name or glob.",
+        "What is computed",
+        "KEY[@PLACE]",
+        "quantity",
+    ),
+]
+"""Further columns of a table, as `shockpc.evaluation.columns.selected` takes them."""
+
+RenameOption: TypeAlias = Annotated[
+    Mapping[str, str] | None,
+    Option(
+        "Another name for a column, or for a joint in all of its columns; a * stands for the same text in both, and what is given "
+        "no new name is left out.",
+        "Table",
+        "NAME=[NAME]",
+        "map",
+    ),
+]
+"""Names of the columns of a table or a log, as `shockpc.recorded.table.rows_of` takes them."""
+
+
+class StudyParameter(NamedTuple):
+    """A parameter of a study that is an option.
+
+    Attributes:
+        kind: its type.
+        option: its declaration.
+        default: as in the signature, `inspect.Parameter.empty` if it is required.
+    """
+
+    kind: Any
+    option: Option
+    default: Any
+
+
+class Study(NamedTuple):
+    """What is declared of a study.
+
+    Attributes:
+        parameters: those that are options, by name.
+        examples: command lines.
+        more: a paragraph for the help of its command, or nothing.
+        typed: makes arguments in SI units of what was typed, where a robot's joints decide on the units.
+        without: options of a landing that the study refuses, which its command does not take: by their names with underscores, or
+            by their headings.
+        uses: "pulse" or "part", if its numbers depend on these whatever quantities are asked for.
+    """
+
+    parameters: dict[str, StudyParameter]
+    examples: tuple[str, ...]
+    more: str
+    typed: Callable[[Any, dict[str, Any]], dict[str, Any]]
+    without: tuple[str, ...]
+    uses: tuple[str, ...]
+
+
+def study(
+    *examples: str,
+    more: str = "",
+    typed: Callable[[Any, dict[str, Any]], dict[str, Any]] = lambda robot, given: given,
+    without: tuple[str, ...] = (),
+    uses: tuple[str, ...] = (),
+) -> Callable[[F], F]:
+    """Declare a function as a study, and list its options in its docstring; arguments as in `Study`.
+
+    Options whose unit is deg are typed in degrees, and are arguments in radians.
+    """
+
+    def declare(function: F) -> F:
+        signature = inspect.signature(function)
+        parameters, plain = {}, []
+        for name, parameter in signature.parameters.items():
+            kind, *more_of = get_args(parameter.annotation) or (None,)
+            if options := [one for one in more_of if isinstance(one, Option)]:
+                option = options[0]._replace(name=options[0].name or name.replace("_", "-"))
+                parameters[name] = StudyParameter(kind, option, parameter.default)
+                parameter = parameter.replace(annotation=kind)
+            plain.append(parameter)
+        in_si = {name: one.option._replace(unit=one.option.unit.replace("deg", "rad")) for name, one in parameters.items()}
+        describe(function, in_si)
+        # Without the options, because Python's help prints annotations whole.
+        faults = {name: in_si[name].fault for name, one in parameters.items() if is_numeric(one.kind)}
+        call = checked(function, signature.replace(parameters=plain), faults)
+        vars(call)["study"] = Study(parameters, examples, more, typed, without, uses)
+        return call
+
+    return declare
+
+
+def declaration(function: Callable[..., Any]) -> Study:
+    """What is declared of a study."""
+    declared: Study = vars(function)["study"]
+    return declared

@@ -1,0 +1,27 @@
+"""`shockpc paper`: recompute the figures of the paper that the method is from."""
+
+from shockpc.cli.declare import argument, command
+from shockpc.cli.options import OutputOptions, in_output
+
+
+@command(
+    examples=("shockpc paper 1 --out paper/",),
+    more="With --out, also the figures and the scenes of all panels.",
+)
+def paper(
+    *,
+    figures: tuple[str, ...] = argument("Numbers of figures: 1, 2, 3, 5; all by default.", "[FIGURE]..."),
+    verbose: bool = in_output("Also show the interpretations that change an outcome, and the bodies of every figure."),
+    output: OutputOptions,
+) -> None:
+    from shockpc.cli.output import emit
+    from shockpc.cli.progress import shown_trace
+    from shockpc.paper.report import paper_report
+    from shockpc.paper.study import paper_figures
+
+    chosen = paper_figures(figures)
+    with shown_trace().stage("claims of the paper"):
+        for figure in chosen:
+            for claim in figure.claims:
+                _ = claim.alternatives  # computed once, and kept
+    emit(paper_report(chosen, verbose), output)

@@ -1,0 +1,118 @@
+"""The paper's claims with their outcomes, those that do not hold first, and the landings of its figures."""
+
+from collections.abc import Sequence
+from typing import Any
+
+from shockpc.landing.scene_file import scene_text
+from shockpc.paper.claim import Claim, PaperFigure
+from shockpc.paper.landings import scene
+from shockpc.paper.study import FIGURES
+from shockpc.show.document import record
+from shockpc.show.report import Picture, Report, Section, picture_files
+from shockpc.show.tables import Lines, Row, Sheet
+
+OUTCOMES = ("does not hold", "as interpreted", "holds")
+"""Outcome of a claim: under its interpretation or not, and whether an alternative interpretation changes that."""
+
+
+def paper_report(figures: Sequence[PaperFigure], verbose: bool = False) -> Report:
+    """The claims and figures of the paper.
+
+    Args:
+        figures: those that are shown, with their claims.
+        verbose: whether a terminal also shows the alternatives that change an outcome, and the bodies.
+    """
+    claims = [claim for figure in figures for claim in figure.claims]
+
+    def body(full: bool) -> list[Section]:
+        if full:
+            notes = [Lines([f"Figure {figure.number}: {figure.note}" for figure in figures])]
+            return [_outcomes_sheet(claims), *map(paper_picture, figures), *notes, _claims_sheet(claims), _bodies_sheet(figures)]
+        details: list[Section] = [Lines(_details(claims), "details"), _bodies_sheet(figures)]
+        return [_outcomes_sheet(claims), *(details if verbose else [])]
+
+    return Report(
+        name="paper",
+        title="Figures and claims of the paper",
+        page="paper",
+        body=body,
+        sheets={"claims": lambda: _claims_sheet(claims), "bodies": lambda: _bodies_sheet(figures)},
+        document=lambda: {
+            "figures": [{**record(figure, "number", "title", "note"), "panels": figure.panels} for figure in figures],
+            "claims": [_record(claim) for claim in claims],
+        },
+        more=lambda folder: {
+            f"{panel.scene}.toml": scene_text(scene(panel.scene), folder) for figure in figures for panel in figure.panels
+        },
+        others=picture_files(*(f"figure{figure.number}" for figure in FIGURES)),
+    )
+
+
+def _record(claim: Claim) -> dict[str, Any]:
+    """A claim as JSON holds it; the alternatives are those that change the outcome, with their values."""
+    return record(claim, "statement", "quantity", "interpretation", "above", "below", "value", "holds", "alternatives")
+
+
+def paper_picture(figure: PaperFigure) -> Picture:
+    """The panels of a figure of the paper side by side."""
+    labels, captions = [panel.label for panel in figure.panels], [[panel.words] for panel in figure.panels]
+    title = f"Figure {figure.number}: {figure.title}"
+    drawn = (figure.profiles, title, labels, captions, figure.note)
+    return Picture(f"figure{figure.number}", title, "paper.figure:draw_panels", drawn)
+
+
+def _outcome(claim: Claim) -> str:
+    """The outcome of a claim, in two words."""
+    return OUTCOMES[0] if not claim.holds else OUTCOMES[1] if claim.alternatives else OUTCOMES[2]
+
+
+def _outcomes_sheet(claims: Sequence[Claim]) -> Sheet:
+    ranked = sorted(claims, key=lambda claim: OUTCOMES.index(_outcome(claim)))
+    rows: list[Row] = [
+        (_outcome(claim), *claim.statement.partition(": ")[::2], claim.value + 0.0, claim.criterion) for claim in ranked
+    ]
+    counts = {name: sum(row[0] == name for row in rows) for name in reversed(OUTCOMES)}
+    words = ("hold", "hold as interpreted, but not under an alternative", "do not hold")
+    title = ", ".join(f"{number} {text}" for number, text in zip(counts.values(), words, strict=True) if number)
+    notes = ("the quantities, and the alternatives that change an outcome: --verbose, or --out",)
+    return Sheet(f"claims of the paper: {title}", ("outcome", "where", "claim", "value", "holds if"), rows, notes)
+
+
+def _details(claims: Sequence[Claim]) -> list[str]:
+    """Every claim with its quantity and its outcomes; several lines each."""
+    lines = []
+    for claim in claims:
+        lines += [claim.statement, f"    {claim.quantity}, {claim.criterion}"]
+        lines += [f"    {outcome:<13} {value:>9.4g}  {interpretation}" for interpretation, value, outcome in _outcomes(claim)]
+    return lines
+
+
+def _bodies_sheet(figures: Sequence[PaperFigure]) -> Sheet:
+    rows: list[Row] = []
+    for figure in figures:
+        for panel, profile in zip(figure.panels, figure.profiles, strict=True):
+            for i, body in enumerate(profile.bodies):
+                copc = ("translates", None) if profile.translates[i] else (profile.copc[i, 0], profile.copc[i, 2])
+                shock = (profile.shock_com[i], profile.shock_min[i], profile.shock_max[i])
+                rows.append((f"{figure.number} {panel.label}", body, *copc, profile.ropc[i], *shock))
+    header = ("figure", "body", "CoPc x [m]", "CoPc z [m]", "RoPc [m]", "shock at CoM [-]", "least [-]", "greatest [-]")
+    notes = ("Figure 3: all masses and most lengths are assumed",) if any(figure.number == 3 for figure in figures) else ()
+    return Sheet("bodies (CoPc in body coordinates, joints free; shock relative to the strike)", header, rows, notes)
+
+
+def _claims_sheet(claims: Sequence[Claim]) -> Sheet:
+    """One row for every claim, and one for each alternative interpretation that changes the outcome."""
+    rows = [
+        (*claim.statement.partition(": ")[::2], interpretation, claim.quantity, claim.criterion, value, outcome)
+        for claim in claims
+        for interpretation, value, outcome in _outcomes(claim)
+    ]
+    header = ("section", "claim", "interpretation", "quantity", "holds if", "value", "outcome")
+    return Sheet("claims of the paper, with the alternatives that change the outcome", header, rows)
+
+
+def _outcomes(claim: Claim) -> list[tuple[str, float, str]]:
+    """Interpretation, value and outcome of a claim, then of its alternatives, which have the other outcome."""
+    outcome, other = ("holds", "does not hold") if claim.holds else ("does not hold", "holds")
+    outcomes = [(claim.interpretation, claim.value, outcome), *((name, value, other) for name, value in claim.alternatives.items())]
+    return [(name, 0.0 if abs(value) < 1e-15 else value, result) for name, value, result in outcomes]

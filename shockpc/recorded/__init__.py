@@ -1,0 +1,1 @@
+"""Landings that were recorded: tables, logs and bags, their columns, rows and predictions."""

@@ -1,0 +1,155 @@
+"""A result, described once: the text, the Markdown document, CSV, JSON and the files of a folder are made from that."""
+
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from pathlib import Path
+from typing import Any, NamedTuple
+
+from shockpc.quantities.profile import ShockProfile
+from shockpc.show.document import headed
+from shockpc.show.tables import Lines, Sheet, as_csv, as_markdown, as_records, as_text, escaped
+from shockpc.text.printed import json_text
+
+
+class Picture(NamedTuple):
+    """A figure, which is drawn, and matplotlib imported, only if its files are asked for.
+
+    Attributes:
+        name: of the files.
+        caption: what it shows.
+        drawn_by: "module:function", the module without `shockpc.`.
+        arguments: of that function.
+    """
+
+    name: str
+    caption: str
+    drawn_by: str
+    arguments: tuple[Any, ...]
+
+    def draw(self) -> Any:
+        """The figure of matplotlib."""
+        import pkgutil
+
+        import shockpc.show.figure  # noqa: F401 (refuses wrong settings of matplotlib)
+
+        return pkgutil.resolve_name(f"shockpc.{self.drawn_by}")(*self.arguments)
+
+    def files(self) -> dict[str, bytes]:
+        """The figure as SVG and PNG, by file name."""
+        from shockpc.show.figure.style import render
+
+        return render(self.name, self.draw)
+
+
+def picture_files(*names: str) -> tuple[str, ...]:
+    """The files of figures of these names."""
+    return tuple(f"{name}.{kind}" for name in names for kind in ("svg", "png"))
+
+
+Section = Sheet | Lines | Picture
+
+
+class Report(NamedTuple):
+    """One result as people and as programs read it. What costs time is a function that is called if it is needed.
+
+    Attributes:
+        name: of the JSON file, and of its schema.
+        body: lines, tables and figures in the order of reading; the argument is whether all rows are wanted, as in the Markdown
+            document, or on a terminal those of the largest values.
+        sheets: the tables with all digits, by the name of their CSV file; the first one is what --format csv prints.
+        document: the JSON document without its head and tables; `null` where a thing does not exist, positions in metres.
+        title: heading of the Markdown document.
+        page: name of the file of that document.
+        lead: how many sections of the whole body are the answer of the command, which report.html has before the view, with the
+            lines under the body; by default the lines that the body begins with.
+        brief: what a terminal shows in place of the body and the lines under it; by default these.
+        closing: lines under the body.
+        warnings: lines under those: what warns, and what could not be computed.
+        formats: texts in formats of other programs, by the name of the format.
+        more: contents of further files by name, which may hold paths relative to the folder that they are written in.
+        others: names of the files that only some reports of the command have, this one perhaps not.
+        landings: those that report.html shows in three dimensions, by name.
+        tables: whether the document holds the rows of the sheets, by name, and the units of their keys.
+        parts: the reports of several results by the names of their folders. Their texts and documents are put together, and the
+            body of this report follows, and its document if that has an entry.
+    """
+
+    name: str
+    body: Callable[[bool], Iterable[Section]]
+    sheets: Mapping[str, Callable[[], Sheet]]
+    document: Callable[[], Any]
+    title: str = ""
+    page: str = "report"
+    lead: int = 0
+    brief: Callable[[], Iterable[Section]] | None = None
+    closing: Sequence[str] = ()
+    warnings: Sequence[str] = ()
+    formats: Mapping[str, Callable[[], str]] = {}
+    more: Callable[[Path], Mapping[str, str]] = lambda _: {}
+    others: Sequence[str] = ()
+    landings: Mapping[str, ShockProfile] = {}
+    tables: bool = False
+    parts: Mapping[str, "Report"] = {}
+
+    def text(self, format_: str) -> str:
+        """What goes to standard output. Args: format_, "table", "markdown", "csv", "json" or one of `formats`."""
+        if format_ in self.formats:
+            return self.formats[format_]()
+        if format_ == "json":
+            return json_text(self.json())
+        if format_ == "csv":
+            return as_csv(self._first_sheet())
+        whole = format_ == "markdown"
+        blocks = [part.text(format_) for part in self.parts.values() if whole or self.brief is None]
+        return "\n".join([*blocks, self._markdown(self.body(True)) if whole else self._terminal()])
+
+    def json(self) -> Any:
+        """The document with its head, or a list of those of several results."""
+        document = self.document()
+        if self.tables:
+            sheets = {name: sheet() for name, sheet in self.sheets.items()}
+            units = {name: {one.key: one.exact_unit for one in sheet.columns if one.unit} for name, sheet in sheets.items()}
+            return headed(self.name, {**document, "tables": {name: as_records(sheets[name]) for name in sheets}, "units": units}, 2)
+        parts = [part.json() for part in self.parts.values()]
+        return [*parts, *([headed(self.name, document)] if document else [])] if parts else headed(self.name, document)
+
+    def files(self, folder: Path = Path()) -> dict[str, str | bytes]:
+        """The files of a folder by name, save the page: figures, CSV, Markdown and JSON; several results have a folder each."""
+        body = list(self.body(True))
+        pictures = [block for block in body if isinstance(block, Picture)]
+        document = {} if self.parts else {f"{self.name}.json": self.text("json")}
+        return {
+            **{f"{name}/{file}": text for name, part in self.parts.items() for file, text in part.files(folder / name).items()},
+            **{file: content for picture in pictures for file, content in picture.files().items()},
+            **{f"{name}.csv": as_csv(sheet()) for name, sheet in self.sheets.items()},
+            f"{self.page}.md": self._markdown(body, figures=True),
+            **document,
+            **self.more(folder),
+        }
+
+    @property
+    def owned(self) -> tuple[str, ...]:
+        """Names of files that this report may lack and others of its command have, as in `others`, with those of the parts."""
+        return *self.others, *(f"{name}/{file}" for name, part in self.parts.items() for file in part.others)
+
+    def _markdown(self, body: Iterable[Section], figures: bool = False) -> str:
+        """The Markdown document; of several results the part about all. Args: figures, whether their files are beside it."""
+        blocks = [f"## {escaped(self.title)}\n" if self.title else ""]
+        for block in (*body, self._end):
+            if not isinstance(block, Picture):
+                blocks.append(as_markdown(block))
+            elif figures:
+                blocks.append(f"![{escaped(block.caption)}]({block.name}.svg)\n")
+        return "\n".join(filter(None, blocks))
+
+    def _terminal(self) -> str:
+        blocks = (*self.body(False), self._end) if self.brief is None else (*self.brief(), Lines(self.warnings))
+        return "\n".join(filter(None, (as_text(block) for block in blocks if not isinstance(block, Picture))))
+
+    @property
+    def _end(self) -> Lines:
+        return Lines([*self.closing, *self.warnings])
+
+    def _first_sheet(self) -> Sheet:
+        """What --format csv prints, of several results with the rows of all."""
+        sheets = [part._first_sheet() for part in self.parts.values()] or [next(iter(self.sheets.values()))()]
+        return sheets[0]._replace(rows=[row for sheet in sheets for row in sheet.rows])

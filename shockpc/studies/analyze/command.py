@@ -1,0 +1,88 @@
+"""`shockpc analyze`: from a robot file to a table and a figure."""
+
+import sys
+from contextlib import suppress
+from pathlib import Path
+
+from shockpc.cli.declare import command
+from shockpc.cli.options import EXPLAIN, ROBOT, STRICT, OutputOptions, SceneOptions, in_output
+from shockpc.cli.parse import scene_file
+
+
+@command(
+    examples=(
+        "shockpc analyze anymal_b --contact LF_FOOT --out out/",
+        'shockpc analyze robot.urdf --contact "*_foot" --set "*_knee=-60"',
+        "shockpc analyze go2 --contact FL_foot --drop-height 0.3 --pulse half-sine:5ms",
+    ),
+)
+def analyze(
+    *,
+    robot: str = ROBOT,
+    options: SceneOptions,
+    output: OutputOptions,
+    body: tuple[str, ...] = in_output("Show only these bodies (tables and CSV).", "BODY"),
+    save_scene: Path | None = in_output(
+        "Write the scene that this command line describes, a file for each landing.", "FILE", scene_file
+    ),
+    force: bool = in_output("Let --save-scene replace a file."),
+    spectrum: bool = in_output(
+        "With a contact stiffness and --out, draw the shock response spectrum of sensors and points too; in JSON, give it."
+    ),
+    all_: bool = in_output("Print all tables."),
+    strict: bool = in_output(STRICT),
+    explain: bool = EXPLAIN,
+) -> int:
+    from shockpc.cli.progress import shown_trace
+
+    trace = shown_trace()
+    with trace.stage("imports"):
+        from shockpc.cli.output import emit, exit_code, scene_files
+        from shockpc.cli.scenes import file_names, scenes_from
+        from shockpc.landing.level_feet import together
+        from shockpc.landing.scene_file import scene_text
+        from shockpc.profile import shock_profile
+        from shockpc.quantities.profile import ShockProfile
+        from shockpc.studies.analyze.report import accuracy_line, analyze_report
+        from shockpc.studies.analyze.several import level_text
+        from shockpc.text.errors import ShockError, StudyError, traces
+    loaded, scenes = scenes_from(robot, options, trace)
+    if force and save_scene is None:
+        raise StudyError("--force lets --save-scene replace a file; give that too, or leave --force out")
+    if all_ and output.format != "table":
+        raise StudyError(f"--all is for tables on a terminal, and changes nothing of --format {output.format}; leave it out")
+    if body and output.format == "json" and output.out is None:
+        raise StudyError("--body chooses the bodies of tables and CSV files, and JSON has every body; leave it out")
+    shown = output.out is not None or output.format == "json"
+    if spectrum and not (shown and all(scene.contact_stiffness is not None for scene in scenes)):
+        missing = "--contact-stiffness" if shown else "--out, or --format json,"
+        raise StudyError(f"--spectrum is in the files of a landing on contacts of finite stiffness; give {missing} too")
+    bodies = sorted({i for pattern in body for i in loaded.match_bodies(pattern)}) or None
+    files = [] if save_scene is None else scene_files(scenes, save_scene, force)
+    names = file_names(scenes)
+    if len(scenes) == 1:  # which is not worth the import of what computes many
+        results: dict[str, ShockProfile | ShockError] = {names[0]: shock_profile(scenes[0], loaded, trace)}
+    else:
+        from shockpc.evaluation.evaluate import proven
+
+        results = proven({name: (scene, loaded) for name, scene in zip(names, scenes, strict=True)}, None, trace)
+    profiles = {name: found for name, found in results.items() if isinstance(found, ShockProfile)}
+    failures = {name: found for name, found in results.items() if isinstance(found, ShockError)}
+    if not profiles:
+        raise max(failures.values(), key=lambda failure: bool(traces([failure])))  # the first, or an error in shockpc itself
+    # no files without --save-scene
+    file_of = dict(zip(names, files, strict=False))
+    saved = {file: scene_text(profiles[name].scene, file.parent) for name, file in file_of.items() if name in profiles}
+    remark, first = "", next(iter(profiles.values()))
+    if (joint := together(first.landing)) and not any(
+        {contact.frame for contact in scene.contact} == {contact.frame for contact in joint.contact} for scene in scenes
+    ):
+        with trace.stage("landing on all level feet"), suppress(ShockError):
+            remark = level_text(first, shock_profile(joint, loaded))
+    with trace.stage("output"):
+        if output.out is None:
+            trace.skip("figure, and matplotlib with it", "no --out")
+        emit(analyze_report(profiles, bodies, spectrum, all_, failures, remark), output, saved)
+    if explain:
+        sys.stderr.write(trace.text() + "".join(f"{accuracy_line(profile)}\n" for profile in profiles.values()))
+    return exit_code(len(failures), len(scenes), strict, traces(failures.values()))

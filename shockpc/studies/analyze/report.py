@@ -1,0 +1,407 @@
+"""The results of landings: the lines of each with its tables, and their shocks side by side where there are several."""
+
+import math
+import textwrap
+from collections.abc import Mapping, Sequence
+from types import MappingProxyType
+
+import numpy as np
+
+from shockpc.landing.ratings import Strength
+from shockpc.landing.rows import Block
+from shockpc.landing.scene import CONTACTS
+from shockpc.landing.stops import side_of
+from shockpc.quantities.parts import SOFTEST, STIFFEST
+from shockpc.quantities.profile import ShockProfile
+from shockpc.quantities.ranges import sensor_peaks
+from shockpc.quantities.records import ContactImpulse
+from shockpc.quantities.table import quantity
+from shockpc.robot.robot import STOP
+from shockpc.show.document import content
+from shockpc.show.report import Picture, Report, Section, picture_files
+from shockpc.show.tables import Column, Lines, Row, Sheet, rounded
+from shockpc.show.wording import (
+    contact_name,
+    contacts_text,
+    count,
+    header_lines,
+    landing_text,
+    proof_text,
+    robot_name,
+    shared_lines,
+    shared_warnings,
+    shown_as,
+    warning_lines,
+)
+from shockpc.studies.analyze.several import Reports, landings_sheet, worst_text
+from shockpc.studies.analyze.tables import (
+    OPTIONAL,
+    landing_tables,
+    shown_tables,
+    stiffness_text,
+    worst_bodies,
+)
+from shockpc.text.errors import ShockError
+from shockpc.text.printed import cause_lines, causes, few
+
+ANSWER = (
+    "points", "parts", "joint_models", "joints", "friction_contacts", "friction_shocks", "stiffness_contacts", "stiffness_points",
+    "peaks",
+)  # fmt: skip
+"""Tables of an answer after that of the bodies."""
+
+WORST, JOINTS = 6, 3
+"""Bodies, the heaviest among them unless they are asked for by name, and joints in the tables of an answer."""
+
+USUAL = {"posture": "standing", "base": "falls freely", "plane": "xz"}
+"""Beginnings of lines of the header that say what is so unless options say otherwise."""
+
+MORE = "--all prints everything that was computed"
+"""The last line of an answer."""
+
+CLEAN = ("warnings", "no warnings")
+"""The line of a summary without warnings; of several landings one line says it of all."""
+
+WARNING = 160
+"""Characters of the first warning in a summary; whole warnings follow it."""
+
+NO_MITIGATION = "no impact mitigation factor (it requires a free base, no stance, and no loop that ties the robot to the world)"
+
+
+def landing_report(
+    profile: ShockProfile, bodies: Sequence[int] | None = None, spectrum: bool = False, whole: bool = False, remark: str = ""
+) -> Report:
+    """Everything of one landing; of the bodies only those that are given by their indices, save in the document.
+
+    The files are profile.json, a CSV file of each table, report.md, shock.svg and shock.png; with parts also damage_boundary.svg,
+    with a contact stiffness time.svg, and on request spectrum.svg, the shock response spectrum, which then is in profile.json too.
+    On a terminal the answer alone is shown, or with `whole` all tables.
+    """
+    return Report(
+        name="profile",
+        title=f"Shock of {robot_name(profile.robot)} landing on {contact_name(profile)}",
+        body=lambda full: [
+            Lines([*_summary(profile), *_level_feet(remark)]),
+            Lines(header_lines(profile)),
+            Picture("shock", f"shock profile of {robot_name(profile.robot)}", "show.figure.landing:draw_landing", (profile,)),
+            *(make() for make in shown_tables(profile, bodies, None if full else 6).values()),
+            *_damage_picture([profile]),
+            *_time_pictures(profile, spectrum),
+        ],
+        brief=None if whole else lambda: _answer(profile, bodies, remark),
+        closing=[
+            *_balance_lines(profile),
+            *_stop_lines(profile),
+            *_ground_lines(profile),
+            *_margin_lines(profile),
+            f"contact rows: {profile.health.rank} of {profile.health.rows} independent",
+            accuracy_line(profile),
+        ],
+        warnings=warning_lines(profile),
+        sheets=landing_tables(profile, bodies),
+        document=lambda: content(profile, spectrum),
+        others=(*(f"{name}.csv" for name in OPTIONAL), *picture_files("damage_boundary", "time", "spectrum")),
+        landings={contact_name(profile): profile},
+    )
+
+
+def analyze_report(
+    landings: Mapping[str, ShockProfile],
+    bodies: Sequence[int] | None = None,
+    spectrum: bool = False,
+    whole: bool = False,
+    failures: Mapping[str, ShockError] = MappingProxyType({}),
+    remark: str = "",
+) -> Report:
+    """The report of one landing, or of several with their shocks side by side.
+
+    Args:
+        landings: by the names of their folders.
+        bodies: indices of the only bodies that are shown.
+        spectrum: whether to draw the shock response spectrum of the points.
+        whole: whether a terminal shows all tables of each.
+        failures: why others could not be computed, by name.
+        remark: which other feet are level, as `level_text` says it.
+    """
+    parts = Reports(landings, lambda profile: landing_report(profile, bodies, spectrum, whole, remark))
+    if len(parts) == 1 and not failures:
+        return next(iter(parts.values()))
+    profiles, reasons = list(landings.values()), [(name, str(reason)) for name, reason in failures.items()]
+    sheets = {"summary": lambda: _side_by_side(profiles, bodies), "landings": lambda: landings_sheet(landings)}
+
+    def answers() -> list[Section]:
+        head = [("shock", worst_text(landings)), *landing_lines(shared_lines(landings))]
+        head += [("contact", contacts_text(profiles))]
+        head += [CLEAN] * (not any(profile.health.warnings for profile in profiles))
+        asked = [sheets["summary"]()] if bodies else []
+        head += _level_feet(remark)
+        return [Lines(head), landings_sheet(landings), *asked, Lines([MORE]), Lines(shared_warnings(landings))]
+
+    return Report(
+        name="summary",
+        brief=None if whole else answers,
+        page="summary",
+        body=lambda _: [
+            Lines([("shock", worst_text(landings))]),
+            landings_sheet(landings),
+            sheets["summary"](),
+            *_damage_picture(profiles),
+        ],
+        sheets=sheets,
+        warnings=[f"not computed: {line}" for line in cause_lines(causes(reasons), "landings", len(reasons))],
+        document=lambda: {"failures": [{"landing": name, "reason": reason} for name, reason in reasons]} if reasons else {},
+        others=picture_files("damage_boundary"),
+        landings=landings,
+        parts=parts,
+    )
+
+
+def _summary(profile: ShockProfile) -> list[tuple[str, str]]:
+    """What matters most: the shock at the sensors, the largest impulse through a joint, and the warnings."""
+    shocks = _shock_texts(profile)
+    texts = [shocks[place.name] for place in profile.landing.points if place.name in shocks]
+    texts = texts or [f"CoM of {text}" for text in shocks.values()]
+    texts[0] = f"{landing_text(profile)}: {texts[0]}"
+    loads, warnings, mu = profile.loads, profile.health.warnings, _sliding_friction(profile)
+    force = "none, because the robot has no joints"
+    if loads:
+        sizes, moments = (profile.value(key if mu is None else f"{key}_friction", "joint") for key in ("joint_impulse", "along"))
+        load, moment = loads[int(np.argmax(sizes))], abs(float(moments[np.argmax(sizes)]))
+        unit = "N s" if profile.robot.joint(load.joint).unit == "m" else "N m s"
+        along = "" if math.isnan(moment) else f", {rounded(moment)} {unit} along its axis"
+        force = f"{load.joint} {rounded(sizes.max())} N s{along}"
+        if not profile.choice.unique.all():
+            force = "not determined, because rows are redundant"
+        elif any(one.kind == "size" for one in warnings):
+            force = "not determined, because the mechanism is singular or redundant here"
+    first = CLEAN
+    if warnings:
+        first = "warnings", f"{count(len(warnings), 'warning')}: {textwrap.shorten(str(warnings[0]), WARNING, placeholder=' …')}"
+    with_friction = "" if mu is None else f" with friction {mu:g}"
+    lines = [("shock", few(texts, 4, "; ")), ("joint", f"largest impulse{with_friction}: {force}"), first]
+    peaks = profile.value("peak_g" if mu is None else "peak_g_friction", "point").tolist()
+    known = [f"{point.frame} {rounded(g)} g" for point, g in zip(profile.points, peaks, strict=True) if not math.isnan(g)]
+    if known:
+        lines.insert(1, ("peak", f"{few(known, 4)} for a pulse {profile.scene.pulse}{with_friction}"))
+    if (limit := profile.scene.range_g) is not None:
+        moving = [place for place in profile.places("point") if place.body >= 0]
+        peaks_of = zip(moving, sensor_peaks(profile, moving), strict=False)
+        ranges = [f"{place.name} {rounded(peak.peak)} of {limit:g} g ({peak})" for place, peak in peaks_of]
+        lines[-1:-1] = [("range", few(ranges, 4, "; "))] * bool(ranges)
+    return lines
+
+
+def _shock_texts(profile: ShockProfile) -> dict[str, str]:
+    """The shock at each place of the bracket by its name, with friction where a contact slides, and with other joints."""
+    mu = _sliding_friction(profile)
+    sliding = None if mu is None else profile.values(quantity("point", "shock_friction"), profile.bracketed)
+    texts = {}
+    for k, row in enumerate(profile.bracket):
+        others = f"joints free {_or_none(row.free)} … locked {_or_none(row.locked)}"
+        modelled = f"{row.place} {rounded(row.as_modelled)} ("
+        if sliding is not None:
+            modelled = f"{row.place} {rounded(sliding[k])} with friction {mu:g} (sticking {rounded(row.as_modelled)}; "
+        texts[row.place] = f"{modelled}{others})"
+    return texts
+
+
+def _sliding_friction(profile: ShockProfile) -> float | None:
+    """The friction of a landing in which not all contacts stick as in Eq. 4; None where they do, or none is given."""
+    return None if profile.friction is None or profile.friction.impact is None else profile.scene.friction
+
+
+def _or_none(shock: float | None) -> str:
+    """A shock with other joints; the table of the joint model says why there is none."""
+    return "without a solution" if shock is None else rounded(shock)
+
+
+def _summary_with_ground(profile: ShockProfile) -> list[tuple[str, str]]:
+    """The summary, and impulse, friction and effective mass at the contacts."""
+    texts, mu = [], _sliding_friction(profile)
+    for k, (contact, block) in enumerate(zip(profile.contacts, profile.landing.contacts, strict=True)):
+        if block.kind == "stop":
+            texts.append(_stop_text(contact, block))
+            continue
+        if mu is not None and profile.friction is not None:
+            size = rounded(math.hypot(*profile.value("impulse_friction", "contact")[k]))
+            texts.append(f"{contact.frame}: {profile.friction.state[k]} with friction {mu:g}, impulse {size} N s")
+            continue
+        if contact.impulse is None:
+            texts.append(f"{contact.frame}: impulse not determined, because rows are redundant")
+            continue
+        needed = contact.friction_needed
+        friction = "has to be pulled" if needed is None else f"sticks with friction {rounded(needed)} or more"
+        size = f"impulse {rounded(math.hypot(*contact.impulse))} N s, effective mass {rounded(contact.mass_sticking)} kg"
+        texts.append(f"{contact.frame}: {size}, {friction}")
+    return [*_summary(profile), ("ground", few(texts, 4, "; "))]
+
+
+def _stop_text(contact: ContactImpulse, stop: Block) -> str:
+    """The impulse of an end stop that strikes, and what resists it."""
+    slides = bool(len(stop.forces))
+    impulse, unit, mass = (contact.impulse, "N s", "kg") if slides else (contact.moment, "N m s", "kg m²")
+    size = "not determined" if impulse is None else f"{rounded(math.hypot(*impulse))} {unit}"
+    what = "mass along its joint" if slides else "inertia about its joint"
+    return f"{contact.frame}: impulse {size}, effective {what} {rounded(contact.effective_mass)} {mass}"
+
+
+def _level_feet(remark: str) -> list[tuple[str, str]]:
+    """A line about other feet that are level, if there are some."""
+    return [("level feet", remark)] if remark else []
+
+
+def _answer(profile: ShockProfile, bodies: Sequence[int] | None, remark: str) -> list[Section]:
+    """The summary, the landing, shocks and joint impulses with the worst first, and what decides on them."""
+    doubles = [name for name, given in (("friction", profile.friction), ("stiffness", profile.stiffness)) if given]
+    numbers = "proven" + "".join(f"; those with {name} in double precision" for name in doubles)
+    tables = shown_tables(profile, bodies, JOINTS)
+    known = "points" if profile.robot.joint_names else "joint_models"  # that table has the shock at points too
+    shown = [make() for name, make in tables.items() if name in ANSWER and name != known]
+    return [
+        Lines([*_summary_with_ground(profile), ("numbers", numbers), *_level_feet(remark)]),
+        Lines(landing_lines(header_lines(profile)[1:])),
+        worst_bodies(profile, None if bodies else WORST, bodies),
+        *shown,
+        Lines([*_stop_lines(profile), *_ground_lines(profile), *_margin_lines(profile), MORE]),
+    ]
+
+
+def landing_lines(lines: Sequence[tuple[str, str]]) -> list[tuple[str, str]]:
+    """The lines of the header that say something of this landing."""
+    return [(name, text) for name, text in lines if name not in USUAL or not text.startswith(USUAL[name])]
+
+
+def accuracy_line(profile: ShockProfile) -> str:
+    """The proven error bound, and what double precision and the last digit of the data contribute."""
+    health = profile.health
+    proven = f"{proof_text(health.error_bound)} ({health.bits} bits)"
+    double = f"was off by {health.double_error:.0e}" if math.isfinite(health.double_error) else "finds no solution"
+    data = f"last-digit changes of the data move it by {health.data_sensitivity:.0e}"
+    return f"accuracy: {proven}; double precision alone {double}; {data}"
+
+
+def _damage_picture(profiles: Sequence[ShockProfile]) -> list[Picture]:
+    """The damage boundaries of the parts with the landings on them; nothing without parts."""
+    if not any(isinstance(one.strength, Strength) for profile in profiles for one in profile.parts):
+        return []
+    return [
+        Picture(
+            "damage_boundary",
+            f"damage boundary of parts of {robot_name(profiles[0].robot)}",
+            "studies.analyze.damage:draw_damage",
+            (profiles,),
+        )
+    ]
+
+
+def _time_pictures(profile: ShockProfile, spectrum: bool) -> list[Picture]:
+    """The landing over time on contacts of finite stiffness, and on request the shock response spectrum of the points."""
+    if profile.stiffness is None:
+        return []
+    name = robot_name(profile.robot)
+    pictures = [
+        Picture(
+            "time",
+            f"forces, accelerations and torques of {name} over time",
+            "studies.analyze.history:draw_time",
+            (profile,),
+        )
+    ]
+    if spectrum and any(place.body >= 0 for place in profile.places("point")):
+        pictures.append(
+            Picture(
+                "spectrum",
+                f"shock response spectrum of points of {name}",
+                "studies.analyze.history:draw_spectrum",
+                (profile,),
+            )
+        )
+    return pictures
+
+
+def _stop_lines(profile: ShockProfile) -> list[str]:
+    """Which end stops act, and with what impulse; a line each."""
+    striking = [block for block in profile.landing.contacts if block.kind == "stop"]
+    if not profile.scene.stops and not striking:
+        return []
+    values = dict(zip((p.name for p in profile.places("joint")), profile.value("stop_impulse", "joint").tolist(), strict=True))
+    lines = []
+    for stop in (*striking, *profile.landing.acting):
+        side, name = "least" if side_of(profile.robot, stop) > 0.0 else "greatest", stop.frame.removeprefix(STOP)
+        unit = "N m s" if len(stop.moments) else "N s"
+        peak = f", at most {profile.stiffness.stop_peaks.get(name, 0.0):.4g} {unit.removesuffix(' s')}" if profile.stiffness else ""
+        lines.append(f"the end stop of {name} at its {side} value acts with {abs(values[name]):.4g} {unit}{peak}")
+    if profile.landing.acting:
+        return [*lines, "numbers of other strikes, such as the most and least severe directions, are those with these stops held"]
+    return lines or ["no end stop acts"]
+
+
+def _margin_lines(profile: ShockProfile) -> list[str]:
+    """From which contact stiffness on a margin of a part or a joint is lost."""
+    if (lost := profile.margin_lost) is None:
+        return []
+    if lost.refused:
+        return [f"contact stiffness from which on a margin is lost: not known, because {lost.refused}"]
+    if not lost.place:
+        return [f"no margin of a part or a joint is lost on contacts of up to {STIFFEST:g} N/m"]
+    if not lost.contact_stiffness:
+        return [f"the margin of {lost.place} is lost on contacts of any stiffness from {SOFTEST:g} N/m on"]
+    return [f"the margin of {lost.place} is lost on contacts of {lost.contact_stiffness:.3g} N/m or more; {CONTACTS}"]
+
+
+def _ground_lines(profile: ShockProfile) -> list[str]:
+    """What friction, or a finite stiffness of the contacts, says of the landing; a line each."""
+    if stiffness := profile.stiffness:
+        percent = max(100.0 * stiffness.difference, 0.1)
+        within = f"within {percent:.{0 if percent >= 10.0 else 1}f} % of the finite-stiffness result"
+        how = f"jumps of the bodies at the end of contact, {stiffness_text(profile)}, relative to the largest"
+        if stiffness.agrees_by_construction and percent < 1.0:
+            how += "; with restitution 0 they agree by construction, which is no evidence for the impulse model"
+        elif percent >= 1.0 and np.any(stiffness.restitution > 0.0):
+            how += "; part of the difference is between two laws of restitution, and remains on stiffer contacts"
+        if profile.scene.contact_damping is not None:
+            made = ", ".join(f"{e:.3g} at {c.frame}" for e, c in zip(stiffness.restitution, profile.contacts, strict=True))
+            how += f"; the damping makes a restitution of {made}, which the impulse model has with --restitution alone"
+        return [f"impulse model: {within} ({how})"]
+    if (sliding := profile.friction) is None:
+        return []
+    name, n = f"friction {profile.scene.friction:g}", sliding.solutions
+    others = f"; {count(n, 'solution')} found" if n > 1 else ""
+    if sliding.impact is None:
+        return [f"{name}: every contact sticks, so the results hold as they are{others}"]
+    others += "; there may be more solutions" if len(sliding.state) > 1 else ""
+    lost, rest = f"energy lost {sliding.energy_lost:.4g} J", "all other tables are without it, for contacts that stick"
+    return [f"{name}: {lost}, residual {sliding.residual:.0e}, not proven{others}; {rest}"]
+
+
+def _side_by_side(profiles: Sequence[ShockProfile], bodies: Sequence[int] | None) -> Sheet:
+    """Several landings side by side: shock at bodies' centres of mass and at every point. Args: bodies; None for all."""
+    first = profiles[0]
+    shown = [i for i in range(len(first.bodies)) if (bodies is None or i in bodies) and any(one.moved[i] for one in profiles)]
+    rows: list[Row] = [(first.bodies[i], *(profile.shock_com[i] for profile in profiles)) for i in shown]
+    points = zip(*(profile.points for profile in profiles), strict=True)
+    rows += [(f"at {same[0].frame}", *(point.shock for point in same)) for same in points]
+    header: list[str | Column] = ["shock at", *(Column(name, name, "-") for name in map(contact_name, profiles))]
+    return Sheet("summary: shock at each body's CoM and at each point, by contact", header, rows)
+
+
+def _balance_lines(profile: ShockProfile) -> list[str]:
+    """Energy, effective masses, impact mitigation and the closing of loops; one line each."""
+    share = "" if profile.energy_share is None else f", {100.0 * profile.energy_share:.3g} % of the kinetic energy before impact"
+    lost = f"{profile.energy_lost:.4g} J{share}" if math.isfinite(profile.energy_lost) else "not determined: a motor does work"
+    lines = [f"energy lost: {lost}"]
+    for contact, block in zip(profile.contacts, profile.landing.contacts, strict=True):
+        mitigation = NO_MITIGATION
+        if contact.mitigation is not None:
+            factors = f"{contact.mitigation:.3f} sticking, {contact.mitigation_frictionless:.3f} frictionless"
+            mitigation = f"impact mitigation factor {factors}"
+        masses = f"{contact.mass_sticking:.4g} kg sticking, {contact.mass_frictionless:.4g} kg frictionless"
+        if block.kind == "stop":
+            lines.append(_stop_text(contact, block))
+            continue
+        lines.append(f"{contact.frame}: effective mass {masses}, {mitigation}")
+    if assembly := profile.assembly:
+        turn = f" and {shown_as(assembly.turn, 'rad')}" if assembly.turn > 0.0 else ""
+        how = ", ".join(f"{name} by {shown_as(by, unit)}" for name, by, unit in assembly.moved) or "no joint had to move"
+        lines.append(f"loops closed from a gap of {shown_as(assembly.gap, 'm')}{turn}: {how}")
+    return lines

@@ -1,0 +1,51 @@
+"""`shockpc batch`: landings of many robots."""
+
+import functools
+from typing import Any
+
+from shockpc.cli.declare import argument, command, group
+from shockpc.cli.options import JOBS, STRICT, OutputOptions, SceneOptions, in_output
+from shockpc.cli.output import emit, exit_code
+from shockpc.cli.parse import robot_name, whole
+from shockpc.cli.progress import progress
+from shockpc.cli.scenes import scenes_from
+from shockpc.cli.study import given, help_of, refuse_unasked, study_options
+from shockpc.evaluation.executor import executor
+from shockpc.robot.catalogue import robots_of_set
+from shockpc.studies.batch.report import batch_report
+from shockpc.studies.batch.study import batch as study
+from shockpc.text.errors import StudyError
+
+_in_robots = group("Robots")
+
+
+@command(**help_of(study))
+def batch(
+    *,
+    names: tuple[str, ...] = argument("Robots by name, robot files and scenes.", "[ROBOT]...", robot_name),
+    robots: tuple[str, ...] = _in_robots(
+        "A set of robots: quadrupeds, bipeds, humanoids (bipeds with a trunk and arms) or all.", "SET"
+    ),
+    jobs: int = _in_robots(JOBS.text, JOBS.form, whole(JOBS), default=1),
+    typed: Any = study_options(study),
+    options: SceneOptions,
+    strict: bool = _in_robots(STRICT),
+    output: OutputOptions,
+    figures: bool = in_output("Also draw the worst landing of each robot on one contact sheet in that folder."),
+) -> int:
+    every = list(dict.fromkeys([*names, *(name for set_name in robots for name in robots_of_set(set_name))]))
+    if not every:
+        raise StudyError("no robot is named; give names or files, or a set: shockpc batch --robots quadrupeds")
+    if figures and output.out is None:
+        raise StudyError("--figures needs a folder to write to; give one with --out")
+    refuse_unasked(study, options, typed)
+    look = None
+    if figures:
+        from shockpc.show.figure.view import view_of  # which imports matplotlib
+
+        look = view_of
+    with executor(min(jobs, len(every))) as pool:
+        read = functools.partial(scenes_from, options=options)
+        result = study(every, read, pool, look, progress("robots computed", len(every)), **given(study, typed))
+    emit(batch_report(result), output)
+    return exit_code(len(result.failures), len(result.rows) + len(result.failures), strict, result.table.defects)

@@ -1,0 +1,162 @@
+"""A batch: one row for each landing, ranked by a quantity, and a sheet of pictures where the batch has them."""
+
+from collections.abc import Iterable
+
+from shockpc.quantities.table import select
+from shockpc.robot.feet_and_sensors import BENT, is_imu
+from shockpc.show.report import Picture, Report, picture_files
+from shockpc.show.tables import Column, Lines, Row, Sheet
+from shockpc.show.wording import STICKING, count, proof_text, without_value
+from shockpc.studies.batch.study import Batch, BatchRow
+from shockpc.text.diagnostic import alike
+from shockpc.text.printed import Cause, cause_lines, causes, few
+
+CAUSES = 20
+"""Different causes of landings that could not be computed that are shown."""
+
+NO_DRIVES = {"free": "nothing gives a reflected inertia; stiff gearboxes change the results considerably"}
+"""What a joint model without drives of the catalogue means."""
+
+
+SECOND = ("ropc", "friction_needed", "feasible", "error_bound")
+"""Standard quantities that are not on a terminal, unless landings are ranked by one."""
+
+
+def batch_report(batch: Batch) -> Report:
+    """The landings of many robots; the Markdown document also has their warnings."""
+    caption = f"the worst landing of each robot, ranked by {batch.rank}"
+    drawn = any(row.picture is not None for row in batch.rows)
+    picture = [Picture("sheet", caption, "studies.batch.figure:draw_contact_sheet", (batch,))] if drawn else []
+    warnings = _warnings(batch)
+    return Report(
+        name="batch",
+        title="Landings of robots",
+        body=lambda full: [*picture, *([_for_people(batch)] if batch.rows else []), *([Lines(warnings)] if full else [])],
+        closing=[f"not computed: {line}" for line in cause_lines(_causes(batch), "landings", CAUSES)],
+        sheets={"batch": lambda: _sheet(batch), "sensors": lambda: _sensors(batch)},
+        document=lambda: {
+            "rank": batch.rank,
+            "landings": [
+                {key: getattr(row, key) for key in ("source", "robot", "contact", "scene", "warnings")} for row in batch.rows
+            ],
+        },
+        tables=True,
+        others=picture_files("sheet"),
+    )
+
+
+def _posture(row: BatchRow) -> str:
+    """The reference posture, and how many joints are set besides."""
+    posture = row.scene.posture
+    given = len({*posture.joints, *posture.joints_deg})
+    return f"{posture.reference}, {count(given, 'joint')} set" if given else str(posture.reference)
+
+
+def _warnings(batch: Batch) -> list[str]:
+    """A line for each cause of warnings of a robot, with the worst of it."""
+    lines = []
+    for robot in dict.fromkeys(row.robot for row in batch.rows):
+        for every in alike((warning, row.contact) for row in batch.rows if row.robot == robot for warning in row.warnings):
+            others = f" (in {every[0][1]}, less in {len(every) - 1} more)" if len(every) > 1 else ""
+            lines.append(f"warning: {robot}: {every[0][0]}{others}")
+    return lines
+
+
+def _causes(batch: Batch) -> list[Cause]:
+    """Why landings were not computed."""
+    short = batch.short_names
+    names = (" ".join(filter(None, (short.get(one.robot, one.robot), one.contact))) for one in batch.failures)
+    return causes(zip(names, (one.reason for one in batch.failures), strict=True))
+
+
+def _sheet(batch: Batch) -> Sheet:
+    """One row for each landing, the worst first, then what failed."""
+    units = (select(name.partition("@")[0]).quantity.unit.replace("1", "-") for name in batch.columns)
+    header: list[str | Column] = ["scene", "robot", "name", "contact", "trunk", "joints", "drives known", "rank"]
+    header += [Column(name, name, unit) for name, unit in zip(batch.columns, units, strict=True)]
+    header += ["IMU", "at IMU [-]", "posture", "drives", "warnings", "failure"]
+    rows: list[Row] = []
+    short = batch.short_names
+    for row, rank in zip(batch.rows, batch.ranks, strict=True):
+        imus = {name: shock for name, shock in row.sensors.items() if is_imu(name)}
+        imu = max(imus.items(), key=lambda pair: pair[1], default=(None, None))
+        # A robot by its name or file needs no scene; a scene is known by its name.
+        scene = row.source if row.source.endswith(".toml") else None
+        cells: Row = (scene, row.robot, short.get(row.robot, row.robot), row.contact, row.trunk, row.joint_model, row.drives_known)
+        cells += (rank, *(row.values[name] for name in batch.columns), *imu)
+        rows.append((*cells, _posture(row), row.drives or None, "; ".join(map(str, row.warnings)) or None, None))
+    for one in batch.failures:
+        named = (None, one.robot, short.get(one.robot, one.robot), one.contact or None)
+        rows.append((*named, *[None] * (len(header) - 5), one.reason))
+    return Sheet(f"{count(len(batch.rows), 'landing')}, ranked by {batch.rank}", header, rows)
+
+
+def _sensors(batch: Batch) -> Sheet:
+    """The shock at each sensor and point of each landing."""
+    rows = [(row.robot, row.contact, name, shock) for row in batch.rows for name, shock in row.sensors.items()]
+    return Sheet("shock at sensors and points", ("robot", "contact", "at", "shock [-]"), rows)
+
+
+def _for_people(batch: Batch) -> Sheet:
+    """The landings without columns of second rank, and without those that say the same of every row."""
+    models, known = {row.joint_model for row in batch.rows}, {row.drives_known for row in batch.rows}
+    left_out = [name for name in SECOND if name != batch.rank] + ["shock_com"] * (models == {"free"})
+    left_out += ["rank"] * (len(models) == 1) + ["drives_known"] * (len(known) == 1)
+    left_out += ["robot", "trunk", "IMU", "posture", "drives", "warnings", "failure"]
+    sheet = _sheet(batch).where(lambda row: row["failure"] is None).without(*left_out)
+    left_out = ["scene"] * all(row[0] is None for row in sheet.rows)
+    sheet = sheet.without(*left_out)
+    header = [column._replace(title="robot") if column.key == "name" else column for column in sheet.columns]
+    ranking = ["rank: among the landings of the same joint model"] * (len(models) > 1)
+    return sheet._replace(header=header, notes=[*ranking, *_notes(batch)])
+
+
+def _notes(batch: Batch) -> Iterable[str]:
+    """What the columns mean, and what distinguishes some rows."""
+    rows, short = batch.rows, batch.short_names
+    yield from (f"{name}: {label}" for label, name in short.items())
+    yield "of the trunk, the heaviest body: shock_max is its greatest, other shocks are at its CoM; of several places the worst"
+    if rows:
+        bound = max(row.values["error_bound"] or 0.0 for row in rows)
+        yield f"jumps {proof_text(bound)}; shockpc quantities lists what the columns mean; --out writes more of them"
+        empty = [name for name in batch.columns if all(row.values[name] is None for row in rows)]
+        yield from without_value((name, select(name.partition("@")[0]).quantity) for name in empty)
+    models: dict[tuple[str, str], list[str]] = {}
+    for row in rows:
+        drives = row.drives.replace(f"drives of {row.robot}, ", "drives ")
+        drives = f"{drives}, through springs" if drives and row.joint_model == "free" else drives
+        drives = drives or NO_DRIVES.get(row.joint_model, "")
+        named = models.setdefault((row.joint_model, drives), [])
+        name = short.get(row.robot, row.robot)
+        named += [name] * (name not in named)
+    yield "joints: " + "; ".join(
+        f"{model}{f', {drives}' if drives else ''}: {', '.join(of)}" for (model, drives), of in models.items()
+    )
+    if any(row.drives_known for row in rows) and not all(row.drives_known for row in rows):
+        yield "drives known: what drives the joints; compare landings of the same joint model, as their rank does"
+    if any(row.drives and row.joint_model != "free" and row.scene.joints.drives is None for row in rows):
+        yield "with free joints: --joints free"
+    if any(sum(map(is_imu, row.sensors)) > 1 for row in rows):
+        yield "at IMU: of several the greatest shock"
+    if any(row.values["shock_max"] is None for row in rows):
+        last = "; such rows come last, ranked by the shock at its centre of mass" if batch.rank == "shock_max" else ""
+        yield f"–: the trunk has no geometry{last}"
+    neutral = list(
+        dict.fromkeys(short.get(row.robot, row.robot) for row in rows if row.scene.posture.reference in ("neutral", BENT))
+    )
+    if neutral:
+        bent = "with straight legs bent where they can be"
+        yield f"in the neutral posture, {bent}, which is taken where no standing one is known: {', '.join(neutral)}"
+    refused = [
+        f"{short.get(row.robot, row.robot)} {row.contact}" for row in rows if row.values["feasible"] == 0.0 and not row.needs_tilt
+    ]
+    if refused:
+        yield f"flat ground does not allow {count(len(refused), 'landing')}, as the warnings say: {', '.join(refused)}"
+    if slides := [row.scene for row in rows if row.scene.friction is not None]:
+        names = [name for name in batch.columns if select(name.partition("@")[0]).quantity.of_ground(slides[0])]
+        others = "the others are of contacts that stick"
+        yield f"in double precision, not proven: {few(names, 4)}; {others}" if names else f"warning: {STICKING}"
+    warned = [row for row in rows if row.warnings]
+    if warned:
+        robots = ", ".join(dict.fromkeys(short.get(row.robot, row.robot) for row in warned))
+        yield f"{count(len(warned), 'landing')} with warnings, which JSON, CSV and the report hold: {robots}"

@@ -1,0 +1,256 @@
+"""Landings of many robots in their standing postures: on all level feet, on some of them, and on each foot."""
+
+import functools
+import math
+from collections.abc import Callable, Iterable, Mapping
+from concurrent.futures import Executor
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Annotated, Any, NamedTuple
+
+import numpy as np
+
+from shockpc.evaluation.columns import selected
+from shockpc.evaluation.declare import QuantityOption, study
+from shockpc.evaluation.evaluate import proven
+from shockpc.evaluation.executor import in_order
+from shockpc.evaluation.table import Table
+from shockpc.landing.contact import contact_name
+from shockpc.landing.level_feet import with_contacts
+from shockpc.landing.places import Place
+from shockpc.landing.record import Option
+from shockpc.landing.scene import Scene
+from shockpc.quantities.profile import ShockProfile
+from shockpc.quantities.robot import NEEDS_TILT
+from shockpc.quantities.table import Selection, select
+from shockpc.robot.load import load_robot
+from shockpc.robot.robot import Robot
+from shockpc.text.diagnostic import Diagnostic
+from shockpc.text.errors import ShockError, StudyError, attempt, traces
+
+STANDARD = (
+    "mass", "ropc", "shock_max", "shock_com", "shock_free", "shock_locked", "mass_sticking", "friction_needed", "feasible",
+    "robot.error_bound",
+)  # fmt: skip
+"""Quantities of every row."""
+
+Read = Callable[[str], tuple[Robot, Iterable[Scene]]]
+"""From a name, such as that of a robot or its file, to the robot and its landings."""
+
+
+@dataclass(frozen=True, eq=False)
+class BatchRow:
+    """One landing of one robot. The trunk is the robot's heaviest body.
+
+    Attributes:
+        source: the name, robot file or scene that was given.
+        robot: its name in the catalogue, or its file.
+        contact: what strikes; frames with + between them.
+        trunk: name of the trunk.
+        joint_model: free, geared, locked or mixed.
+        drives: where the drives are from, such as "drives of go2, derived"; empty if they are the file's or the scene's.
+        drives_known: whether catalogue, file or scene say what drives the joints.
+        values: the quantities by name, those of bodies and points at the trunk (its centre of mass) unless places are named, of
+            several places the worst; None where there is none.
+        sensors: shock at each of the robot's sensors, and at each point of the scene [1].
+        warnings: of the landing.
+        needs_tilt: whether flat ground allows it only if the robot is tilted a little, as other feet are level.
+        scene: what was computed, with every default filled in.
+        picture: what the caller's `look` made of the profile; None without it.
+    """
+
+    source: str
+    robot: str
+    contact: str
+    trunk: str
+    joint_model: str
+    drives: str
+    drives_known: bool
+    values: Mapping[str, float | None]
+    sensors: Mapping[str, float]
+    warnings: tuple[Diagnostic, ...]
+    needs_tilt: bool
+    scene: Scene = field(repr=False)
+    picture: Any = field(default=None, repr=False)
+
+
+@dataclass(frozen=True)
+class Failure:
+    """A landing that could not be computed, and why.
+
+    Attributes:
+        robot: its name, or its file.
+        contact: what strikes; empty if the robot or all of its landings are concerned.
+        reason: what was found and what to change.
+    """
+
+    robot: str
+    contact: str
+    reason: str
+
+
+class Batch(NamedTuple):
+    """The landings of many robots.
+
+    Attributes:
+        columns: names of the quantities.
+        rank: name of the quantity by which rows are ranked.
+        rows: what was computed, the worst first; rows without the quantity follow, by the shock at the trunk's centre of mass.
+        failures: what could not be computed, in the order of the robots.
+        table: robot and contact of every landing in the order of the robots, with its quantities and messages.
+    """
+
+    columns: tuple[str, ...]
+    rank: str
+    rows: tuple[BatchRow, ...]
+    failures: tuple[Failure, ...]
+    table: Table
+
+    @property
+    def ranks(self) -> tuple[str, ...]:
+        """The rank of each row among those of the same joint model, as "2 of 8"."""
+        models = [row.joint_model for row in self.rows]
+        return tuple(f"{models[: k + 1].count(model)} of {models.count(model)}" for k, model in enumerate(models))
+
+    @property
+    def short_names(self) -> dict[str, str]:
+        """The robots that are paths by the names of their files, where these differ."""
+        labels = dict.fromkeys([*(row.robot for row in self.rows), *(failure.robot for failure in self.failures)])
+        names = {label: Path(label).name or label for label in labels}
+        return {label: name for label, name in names.items() if name != label and list(names.values()).count(name) == 1}
+
+
+def landings_without_contacts(name: str) -> tuple[Robot, list[Scene]]:
+    """A robot, and its landings as of a scene without contacts, 1 m/s straight down in its standing posture.
+
+    Raises:
+        ShockError: the robot cannot be loaded.
+    """
+    robot = load_robot(name)
+    return robot, with_contacts(Scene(robot=name), robot)
+
+
+@study(
+    "shockpc batch anymal_c go2 solo12",
+    more=(
+        "Each robot stands in its standing posture and falls straight down at 1 m/s, on all level feet together, on each edge of"
+        " their support and on each foot, unless options say otherwise. With --contact, only matching frames strike; a scene"
+        " lands as it says. Ends with exit code 3 if none of the landings can be computed. A quantity of bodies or"
+        " points is that of the trunk, the heaviest body, unless a place is named; of"
+        " several places it is the worst."
+    ),
+)
+def batch(
+    robots: Iterable[str],
+    read: Read = landings_without_contacts,
+    executor: Executor | None = None,
+    look: Callable[[ShockProfile], Any] | None = None,
+    done: Callable[[str], None] | None = None,
+    quantities: QuantityOption = (),
+    rank: Annotated[
+        str,
+        Option(
+            "Quantity by which landings are ranked, the worst first; the greatest first where neither direction is worse.",
+            "What is computed",
+            "KEY[@PLACE]",
+        ),
+    ] = "shock_max",
+) -> Batch:
+    """Compute the landings of many robots, one robot after the other or several at once.
+
+    Args:
+        robots: names and files.
+        read: finds the landings of each.
+        executor: computes each robot; in this process by default. Others need `read` and `look` to be picklable.
+        look: makes something of each profile, such as a picture, where the profile is computed.
+        done: is called with the name of each robot that is computed, in the order of `robots`.
+
+    Raises:
+        UnknownName: there is no such quantity.
+        StudyError: no robot is given.
+    """
+    names = list(robots)
+    if not names:
+        raise StudyError("no robot is given; give at least one name or file")
+    texts = {text.removeprefix("robot."): text for text in (*STANDARD, *quantities, rank)}
+    wanted = tuple(select(text.partition("@")[0]) for text in texts.values())
+    found, defects = list[BatchRow | Failure](), list[str]()
+    for source, part in zip(names, in_order(executor, functools.partial(_landed, read, wanted, look, texts), names), strict=True):
+        found += part[0]
+        defects += part[1]
+        if done is not None:
+            done(source)
+    rows = [one for one in found if isinstance(one, BatchRow)]
+    failures = [one for one in found if isinstance(one, Failure)]
+    name = rank.removeprefix("robot.")
+    selection = select(rank.partition("@")[0])
+
+    rows.sort(
+        key=lambda row: (selection.worse(_number(row, name)), select("shock_com").worse(_number(row, "shock_com"))), reverse=True
+    )
+    names = [one.source if isinstance(one, BatchRow) else one.robot for one in found]
+    columns = {"robot": np.array(names, dtype=str), "contact": np.array([one.contact for one in found], dtype=str)}
+    columns |= {text: np.array([_number(one, text) for one in found]) for text in texts}
+    columns["proven"] = np.array([isinstance(one, BatchRow) for one in found], dtype=bool)
+    messages = {i: one.reason for i, one in enumerate(found) if isinstance(one, Failure)}
+    table = Table((), columns, messages, defects=tuple(defects))
+    return Batch(tuple(texts), name, tuple(rows), tuple(failures), table)
+
+
+def _landed(
+    read: Read, wanted: tuple[Selection, ...], look: Callable[[ShockProfile], Any] | None, texts: Mapping[str, str], name: str
+) -> tuple[list[BatchRow | Failure], list[str]]:
+    """The landings of a robot, and descriptions of unexpected exceptions.
+
+    There is one failure if it cannot be read, or gives a friction or a stiffness on which no number depends.
+    """
+
+    def landed() -> tuple[list[Scene], dict[str, ShockProfile | ShockError]]:
+        robot, read_scenes = read(name)
+        scenes = list(read_scenes)
+        return scenes, proven({str(k): (scene, robot) for k, scene in enumerate(scenes)}, wanted)
+
+    found = attempt(landed)
+    if isinstance(found, ShockError):
+        return [Failure(name, "", str(found))], traces([found])
+    rows = [one if isinstance(one, ShockError) else attempt(_row, look, texts, name, one) for one in found[1].values()]
+    pairs = zip(found[0], rows, strict=True)
+    named = [Failure(name, contact_name(scene), str(row)) if isinstance(row, ShockError) else row for scene, row in pairs]
+    return named, traces(rows)
+
+
+def _number(row: BatchRow | Failure, text: str) -> float:
+    value = row.values[text] if isinstance(row, BatchRow) else None
+    return math.nan if value is None else value
+
+
+def _row(look: Callable[[ShockProfile], Any] | None, texts: Mapping[str, str], source: str, profile: ShockProfile) -> BatchRow:
+    trunk = profile.places("body")[int(np.argmax(profile.robot.masses))]
+    model = profile.landing.joint_model
+    return BatchRow(
+        source=source,
+        robot=profile.robot.label,
+        contact=contact_name(profile.scene),
+        trunk=trunk.name,
+        joint_model=profile.joint_model,
+        drives=model.drives,
+        drives_known=bool(model.drives) or (model.name in ("geared", "mixed") and not model.unknown.any()),
+        values={name: _worst(profile, trunk, text) for name, text in texts.items()},
+        sensors={point.frame: point.shock for point in profile.points},
+        warnings=profile.health.warnings,
+        needs_tilt=bool(profile.values(NEEDS_TILT)[0] == 1.0),
+        scene=profile.scene,
+        picture=None if look is None else look(profile),
+    )
+
+
+def _worst(profile: ShockProfile, trunk: Place, text: str) -> float | None:
+    """The worst value of a quantity at the places that a text means; None where there is none at one of them."""
+    selection, places = selected(profile.landing, text)
+    quantity = selection.quantity
+    if "@" not in text and quantity.of in ("body", "point"):
+        places = (trunk,)
+    numbers = profile.numbers(selection, places)
+    if not len(numbers) or np.isnan(numbers).any():
+        return None
+    return float(numbers[np.argmax(selection.worse(numbers))])

@@ -1,0 +1,3 @@
+"""`shockpc compare`."""
+
+HEADING, SUMMARY = "Decide", "Compare the shock of designs, or of a design's changes."

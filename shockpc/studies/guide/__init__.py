@@ -1,0 +1,3 @@
+"""`shockpc guide`."""
+
+HEADING, SUMMARY = "Begin", "Read how to use shockpc, by topic."

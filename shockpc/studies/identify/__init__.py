@@ -1,0 +1,3 @@
+"""`shockpc identify`."""
+
+HEADING, SUMMARY = "Data", "Find drives, friction and masses from measured landings."

@@ -1,0 +1,169 @@
+"""What measured landings say about unknowns: their values, errors before and after, drives and a scene with them."""
+
+import dataclasses
+import datetime
+import math
+from collections.abc import Iterator, Mapping
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from shockpc.evaluation.variation import OF_A_LINK
+from shockpc.landing.joint_model import joint_model
+from shockpc.landing.scene_file import scene_text
+from shockpc.recorded.prediction import SCALE
+from shockpc.show.report import Picture, Report
+from shockpc.show.tables import Lines, Sheet, sheet_of
+from shockpc.show.wording import count, robot_line
+from shockpc.studies.identify.study import ERRORS, Identification
+from shockpc.text.printed import cause_lines, causes, few, listed
+from shockpc.text.toml import toml_lines
+
+DRIVES, SCENE = "drives.toml", "scene.toml"
+"""Files of what was found."""
+
+OF_DRIVES = ("armature", "rotor", "joint-stiffness")
+"""Kinds of unknowns that are drives."""
+
+
+def identify_report(file: Path, study: Identification) -> Report:
+    """What was found from the table of a file."""
+    table = file.name
+    return Report(
+        name="identify",
+        title=f"Unknowns from {table}",
+        body=lambda full: [
+            Lines(list(_header(study, table))),
+            _unknowns(study),
+            _errors(study),
+            Picture("identify", "error over each unknown, and predicted against measured jumps", "identify:draw", (study,)),
+        ],
+        closing=[*study.statements, *_closing(study)],
+        sheets={
+            "identify": lambda: _unknowns(study),
+            "errors": lambda: _errors(study),
+            "landings": lambda: _landings(study),
+            "scans": lambda: _scans(study),
+        },
+        document=lambda: _document(study, table),
+        tables=True,
+        more=lambda folder: _files(study, table, folder),
+        others=(DRIVES,),
+    )
+
+
+def _header(study: Identification, table: str) -> Iterator[tuple[str, str]]:
+    predictor = study.predictor
+    yield "table", f"{table}: {count(len(study.used), 'landing')}, of which {int(study.used.sum())} count"
+    yield robot_line(predictor.robot)
+    time = predictor.measured[0].time
+    when = "" if time is None else f", {time:g} ms after contact"
+    yield "measured", f"{few([column.name for column in predictor.measured], 12, what=' velocities')}{when}"
+    used = {(column.key, column.time) for column in predictor.measured}
+    others = [f"{one.key} after {one.time:g} ms" if one.time else one.key for one in predictor.rows.measured]
+    others = [name for name, one in zip(others, predictor.rows.measured, strict=True) if (one.key, one.time) not in used]
+    if others:
+        yield "not used", few(others, 12, what=" columns")
+    yield "in the table", ", ".join(predictor.rows.given)
+    yield "of the scene", ", ".join(predictor.rows.missing) or "nothing"
+
+
+def _unknowns(study: Identification) -> Sheet:
+    note = "low, high: 95 % interval, by drawing landings with replacement (expanded percentiles); least, greatest: the range"
+    return sheet_of(study.table, "unknowns", [note])
+
+
+def _errors(study: Identification) -> Sheet:
+    words = {
+        "before": "the scene as it is given", "after": "the values found", "left out": "the same, on landings left out",
+        "free impulse": "the best impulse at the contacts, whatever its law",
+    }  # fmt: skip
+    rows = [(name, words[name], study.errors[name]) for name in ERRORS]
+    note = "median over the landings of ‖predicted − measured‖ / ‖measured‖ in the energy norm √(ΔᵀHΔ); no jump has the error 1"
+    return Sheet("error of the predicted jumps", ("error", "prediction with", "median [-]"), rows, [note])
+
+
+def _landings(study: Identification) -> Sheet:
+    names, messages = study.predictor.rows.names, dict(study.predictor.rows.messages) | dict(study.messages)
+    errors = {f"error {key} [-]": study.landing_errors[key] for key in ERRORS}
+    why = [messages.get(i) for i in range(len(names))]
+    return Sheet.of("landings", {"landing": list(map(str, names)), **errors, "message": why})
+
+
+def _scans(study: Identification) -> Sheet:
+    """The error over the range of each unknown, with the others as they were found."""
+    scans = [(one.variation, study.scan(j)) for j, one in enumerate(study.unknowns)]
+    rows = [(one.subject, one.unit, float(x), float(y)) for one, scan in scans for x, y in zip(*scan, strict=True)]
+    return Sheet("error over each unknown", ("unknown", "unit", "value", "error"), rows)
+
+
+def _closing(study: Identification) -> Iterator[str]:
+    if study.messages:
+        yield f"without a prediction with these values: {count(len(study.messages), 'landing')}"
+        refused = causes((str(study.predictor.rows.names[i]), text) for i, text in study.messages.items())
+        yield from (f"  {line}" for line in cause_lines(refused, "landings", 3))
+    if links := [one.variation.subject for one in study.unknowns if one.variation.kind in (*OF_A_LINK, "place")]:
+        yield (
+            f"{listed(links)} is of the robot's file, not of a scene: change it there; shockpc compare ROBOT --change "
+            "NAME=VALUE shows what it does"
+        )
+    if SCALE in study.values:
+        yield f"{SCALE} is of this table: multiply its velocities before the impact by it"
+
+
+def _document(study: Identification, table: str) -> dict[str, Any]:
+    def pairs(values: Any) -> list[list[float | None]]:
+        return [[None if np.isnan(x) else float(x) for x in row] for row in values]
+
+    return {
+        "table": table,
+        "robot": study.predictor.robot.name,
+        "scene": study.scene,
+        "landings": len(study.used),
+        "used": int(study.used.sum()),
+        "measured": [column.name for column in study.predictor.measured],
+        "correlation": pairs(study.correlation),
+        "singular_values": study.singular,
+        "statements": study.statements,
+    }
+
+
+def _files(study: Identification, table: str, folder: Path) -> Mapping[str, str]:
+    """The drives, if some were unknown, and the scene with all that was found."""
+    scene, files = study.scene, dict[str, str]()
+    kinds = {one.variation.kind for one in study.unknowns}
+    if kinds & set(OF_DRIVES):
+        files[DRIVES] = _drives_text(study, table)
+        joints = dataclasses.replace(scene.joints, drives=str(folder / DRIVES), armature={}, rotor={}, stiffness={})
+        scene = dataclasses.replace(scene, joints=joints)
+    return files | {SCENE: scene_text(scene, folder)}
+
+
+def _drives_text(study: Identification, table: str) -> str:
+    """All drives of the robot with the values that were found, and today's date as their source, as a file for --drives."""
+    day = datetime.date.today().isoformat()
+    robot, joints = study.robot, study.scene.joints
+    model = joint_model(robot, dataclasses.replace(joints, model=None) if joints.model == "rigid" else joints)
+    sources: dict[str, str] = {}
+    for one in study.unknowns:
+        if one.variation.kind in OF_DRIVES:
+            interval = "" if math.isnan(one.low) else f" ({one.low:.4g} to {one.high:.4g})"
+            text = f"{table}, {count(int(study.used.sum()), 'landing')}, {day}: {one.value:.4g}{interval}"
+            text += f", {one.state}" * (one.state != "identified")
+            sources |= dict.fromkeys(robot.match_joints(one.variation.target), text)
+    drives: dict[str, dict[str, Any]] = {}
+    for name in robot.joint_names:
+        v = robot.joint(name).v.start
+        behind = np.isfinite(model.drive_stiffness[v])
+        values = {
+            "armature": float(model.rotor[v] if behind else model.armature[v]),
+            "drive_stiffness": float(model.drive_stiffness[v]) if behind else 0.0,
+            "stiffness": float(model.stiffness[v]),
+        }
+        values = {key: value for key, value in values.items() if value > 0.0}
+        if values:
+            more = {"status": "identified", "source": sources[name]} if name in sources else {"source": "of the scene"}
+            drive = drives.setdefault(repr((values, more)), {"joint": [], **values, **more})
+            drive["joint"].append(name)
+    return "\n".join(toml_lines({"drive": list(drives.values())})) + "\n"

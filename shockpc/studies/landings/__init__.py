@@ -1,0 +1,3 @@
+"""`shockpc landings`."""
+
+HEADING, SUMMARY = "Data", "Compute recorded landings, and compare what was measured."

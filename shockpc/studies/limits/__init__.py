@@ -1,0 +1,3 @@
+"""`shockpc limits`."""
+
+HEADING, SUMMARY = "Decide", "Find joint angles that keep a number below or above a bound."

@@ -1,0 +1,440 @@
+"""Which values of a joint, or of what else varies, keep a number below a bound: the shock at a point, a torque, a friction.
+
+The number is computed on the rows of a sweep over values and strike angles. Where a cubic spline of it meets the bound rows are
+added, until a limit is known to `FINE` of the range.
+"""
+
+import functools
+import itertools
+import math
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, field
+from typing import Annotated, Any, Literal, NamedTuple
+
+import numpy as np
+
+from shockpc.core.spatial import Array, Plane
+from shockpc.evaluation.columns import Column, column, columns, target_text
+from shockpc.evaluation.declare import study
+from shockpc.evaluation.evaluate import profiles
+from shockpc.evaluation.table import Table
+from shockpc.evaluation.variation import ATTITUDE, OFFSET, Variation, kind_of, motion_range, variation
+from shockpc.evaluation.varied_scene import present_value, with_offsets
+from shockpc.landing.landing import PosedLanding
+from shockpc.landing.posture import set_many, settable_joints
+from shockpc.landing.record import Option
+from shockpc.landing.scene import Point, Scene
+from shockpc.landing.scene_file import robot_of
+from shockpc.profile import ILL_CONDITIONED
+from shockpc.quantities.profile import ShockProfile
+from shockpc.robot.robot import Joint, Robot
+from shockpc.studies.limits.scan import ANGLES, LEAST, Bound, StrikeScan
+from shockpc.text.errors import SolveError, StudyError
+from shockpc.text.printed import UNITS, in_degrees
+
+STRIKES = (-30.0, 75.0)
+"""Strike angles of landings that are looked at if none are given [deg]."""
+
+STRIKE_ANGLE_STEP = 15.0
+"""Between the strike angles for which limits are given one by one [deg]."""
+
+STEEPEST = 89.0
+"""Largest strike angle; at 90° the contact moves along the ground [deg]."""
+
+VALUE = "deg; m if prismatic"
+"""Unit of a joint's values as they are typed."""
+
+STEP = {"rad": math.radians(0.1), "m": 1e-4}
+"""Largest step of the scan of a joint if none is given: 0.1°, 0.1 mm. Of other variations it is a 200th of the range."""
+
+FINE = {"rad": 1e-6, "m": 1e-9}
+"""To which a limit is found: far below 0.01° and 0.01 mm. Of other variations it is 1e-8 of the range."""
+
+MOST_POSTURES = 200_000
+"""Largest number of postures of a scan."""
+
+PROBES = 64
+"""Postures of the range of a joint by which the number of landings that need a proof is estimated."""
+
+MOST_PROOFS = 2000
+"""Number of proofs of a scan above which fewer postures and one strike are looked at; a proof takes 5 to 30 ms."""
+
+UNCHANGED = 1e-9
+"""Share of a number by which rounding may change it."""
+
+NOT_LIMITED = {
+    "strike-angle": "strike angles are what limits are found for; give their range with --strikes",
+    "contact": "contacts have names, which have no order; compute each landing, or compare them with shockpc sweep",
+}
+"""What a sweep varies without being limited, and why."""
+
+End = Literal["bound", "range", "loop"]
+
+
+class Interval(NamedTuple):
+    """Values of the joint that keep the bound.
+
+    Attributes:
+        low: least value [rad, m].
+        high: greatest value [rad, m].
+        low_end: what ends it there: the bound, the range of the study, or a loop that cannot be closed beyond.
+        high_end: the same at the greatest value.
+    """
+
+    low: float
+    high: float
+    low_end: End
+    high_end: End
+
+
+class StrikeLimits(NamedTuple):
+    """What keeps the bound at one strike angle, or at all of a range.
+
+    Attributes:
+        strikes: least and greatest strike angle, equal for a single one [rad].
+        allowed: values of the joint for which the number keeps the bound for each of these strikes, ascending.
+        feasible: values of the scan, from the first to the last of each run, for which flat ground allows all of these landings.
+        best: best number over the feasible values, of the worst of these strikes [its unit]; NaN if there is none at any of them.
+        best_at: where that is [rad, m].
+    """
+
+    strikes: tuple[float, float]
+    allowed: tuple[Interval, ...]
+    feasible: tuple[tuple[float, float], ...]
+    best: float
+    best_at: float
+
+    @property
+    def usable(self) -> tuple[tuple[float, float], ...]:
+        """Values of the joint that are both allowed and feasible, ascending [rad, m]."""
+        pairs = itertools.product(self.allowed, self.feasible)
+        both = ((max(interval.low, low), min(interval.high, high)) for interval, (low, high) in pairs)
+        return tuple(sorted(part for part in both if part[0] <= part[1]))
+
+
+@dataclass(frozen=True, eq=False)
+class JointLimits:
+    """The limits of a joint, or of what else varies, that a bound on a number sets.
+
+    Attributes:
+        profile: the landing in the scene's posture.
+        target: the number.
+        joints: the joints that are moved, all to the same value; or the subject of another variation.
+        of_joints: whether joints vary, and nothing else.
+        unit: of that value, "rad" or "m", or that of the variation.
+        bound: of the number, in its unit.
+        range: least and greatest value looked at [rad, m].
+        file_limits: those of the robot's file; infinite where it gives none [rad, m].
+        present: the value, NaN where there is none, and the strike angle of the scene [rad, m; rad].
+        strikes: least and greatest strike angle looked at [rad].
+        step: largest distance between the values of the scan [rad, m].
+        scan: the postures and their numbers.
+        limits: at the scene's strike angle, at others one by one, and last at all strike angles of the range.
+    """
+
+    profile: ShockProfile = field(repr=False)
+    target: Column
+    joints: tuple[str, ...]
+    of_joints: bool
+    unit: str
+    bound: Bound
+    range: tuple[float, float]
+    file_limits: tuple[float, float]
+    present: tuple[float, float]
+    strikes: tuple[float, float]
+    step: float
+    scan: StrikeScan = field(repr=False)
+    limits: tuple[StrikeLimits, ...]
+
+    @property
+    def worst(self) -> tuple[Array, Array]:
+        """The worst number (n,) of every posture over the range of strike angles, and the strike angle (n,) of it [rad]."""
+        return self.scan.worst
+
+    @property
+    def subject(self) -> str:
+        """The joints, or what else varies."""
+        return "+".join(self.joints)
+
+    @property
+    def shown_unit(self) -> str:
+        """Unit of values in tables."""
+        return UNITS.get(self.unit, (1.0, self.unit))[1]
+
+    def shown(self, value: float) -> float:
+        """A value in the unit of tables."""
+        return round(UNITS.get(self.unit, (1.0, self.unit))[0] * value, 9) + 0.0
+
+    @property
+    def table(self) -> Table:
+        """At every strike angle, and over the range, a row for each interval of values: those allowed, those feasible, and both.
+
+        A row without ends says that there are none. An end is that of the bound, of the range, of a loop, or of what the ground
+        allows.
+        """
+        unit = self.shown_unit
+        best = f"{'greatest' if self.bound.below else 'least'} {self.target.selection.name} [{self.target.unit}]"
+        header = (
+            "least strike angle [deg]", "greatest strike angle [deg]", "values", f"low [{unit}]", f"high [{unit}]", "low end",
+            "high end", best, f"at [{unit}]",
+        )  # fmt: skip
+        return Table.of_rows(header, (row for one in self.limits for row in self._rows(one)))
+
+    def _rows(self, one: StrikeLimits) -> Iterator[tuple[float | str | None, ...]]:
+        strikes, best = tuple(map(in_degrees, one.strikes)), (one.best, self.shown(one.best_at))
+        ends: dict[float, str] = dict.fromkeys(self.range, "range")
+        allowed = {end: name for interval in one.allowed for end, name in zip(interval[:2], interval[2:], strict=True)}
+        runs = {"allowed": [run[:2] for run in one.allowed], "feasible": one.feasible, "both": one.usable}
+        for values, intervals in runs.items():
+            named = ends if values == "feasible" else ends | allowed
+            for low, high in intervals:
+                names = (named.get(end, "ground") for end in (low, high))
+                yield (*strikes, values, self.shown(low), self.shown(high), *names, *best)
+            if not intervals:
+                yield (*strikes, values, None, None, None, None, *best)
+
+    @functools.cached_property
+    def unchanged(self) -> bool:
+        """Whether the number does not depend on the value at any of the strike angles, but for rounding."""
+        numbers = self.scan.numbers[~np.isnan(self.scan.numbers).any(axis=1)]
+        if len(numbers) < 2 or np.isinf(numbers).any():
+            return False
+        return bool((np.ptp(numbers, axis=0) <= UNCHANGED * np.abs(numbers).max(axis=0)).all())
+
+    @functools.cached_property
+    def allowed_strikes(self) -> list[list[tuple[float, float]]]:
+        """The strike angles of the range that keep the bound in each posture of the scan, as intervals [rad]."""
+        return self.scan.kept()
+
+
+def _typed(robot: Robot, given: dict[str, Any]) -> dict[str, Any]:
+    """The values of a joint that turns in radians, which are typed in degrees."""
+    kind, pattern = kind_of(robot, given["joint"])
+    turns = kind in ATTITUDE or (kind == "joint" and robot.joint(robot.match_joints(pattern)[0]).kind != "prismatic")
+    return given | {name: np.radians(given[name]).tolist() for name in ("joint_range", "step") if turns and name in given}
+
+
+@study(
+    "shockpc limits hyq --contact lf_foot --joint lf_kfe_joint --at trunk_imu --max 0.1",
+    "shockpc limits hyq --contact lf_foot --joint lf_kfe_joint --quantity friction_needed@lf_foot --max 0.6",
+    typed=_typed,
+)
+def limits(
+    scene: Scene,
+    joint: Annotated[
+        str,
+        Option(
+            "The joint, by name; joints that a glob matches all have the same value. Or what else sweep varies, with --range.",
+            "Question",
+            "JOINT",
+        ),
+    ],
+    target: str | Point,
+    max: Annotated[
+        float | None,
+        Option(
+            "The bound, in the unit of the number, or of its magnitude: the greatest value allowed.", "Question", "VALUE", above=0.0
+        ),
+    ] = None,
+    *,
+    min: Annotated[
+        float | None,
+        Option("The least value allowed, of a number of which less is worse: a margin.", "Question", "VALUE", above=0.0),
+    ] = None,
+    joint_range: Annotated[
+        tuple[float, float] | None,
+        Option(
+            "Values to look at; of a joint the file's limits by default, at most a turn.", "Question", "LOW:HIGH", "range", VALUE
+        ),
+    ] = None,
+    strikes: Annotated[
+        tuple[float, float] | None,
+        Option(
+            "Strike angles to look at; -30:75 by default, the scene's where many landings need a proof.",
+            "Question",
+            "LOW:HIGH",
+            unit="deg",
+        ),
+    ] = None,
+    step: Annotated[
+        float | None,
+        Option(
+            "Largest step of the scan; 0.1 deg or 0.0001 m by default, 20 times that where many landings need a proof; of "
+            "what is no joint a 200th of the range.",
+            "Question",
+            "STEP",
+            unit=VALUE,
+        ),
+    ] = None,
+    robot: Robot | None = None,
+) -> JointLimits:
+    """Find the values of a joint that keep a number at or below a bound, or at or above one.
+
+    The strike angle turns the part of the velocity that is in the plane; after a fall from a drop height its vertical component
+    stays. The part out of the plane, and what else moves before the impact, stays as it is.
+
+    Args:
+        scene: the landing; the joint's value is not used, except that loops are followed from it.
+        target: KEY@PLACE, or KEY of the robot as a whole; a point means the shock there, with friction if the
+            scene has it.
+        robot: the scene's robot, if it is loaded already.
+
+    Raises:
+        UnknownName: there is no such joint, quantity or place.
+        StudyError: the question makes no sense.
+        SolveError: no posture of the range has a result.
+        ShockError: the landing cannot be computed.
+    """
+    bounds = [Bound(value, below) for value, below in ((max, False), (min, True)) if value is not None]
+    if len(bounds) != 1:
+        raise StudyError("one bound is needed: max for the greatest value that is allowed, or min for the least")
+    bound = bounds[0]
+    robot = robot or robot_of(scene)
+    varied, joints, (low, high) = _varied(robot, joint, joint_range)
+    scene = with_offsets(scene) if varied.kind in OFFSET else scene
+    (profile,) = profiles({"": (scene, robot)}).values()
+    landing, plane = profile.landing, profile.landing.plane
+    number = column(profile, target_text(target, [scene]))
+    entry = number.selection.quantity
+    if entry.worse == ("greater" if bound.below else "less"):
+        raise StudyError(
+            f"the {entry.worse} value of {number.name} is the worse one; bound it by {'max' if bound.below else 'min'}"
+        )
+    per_landing = entry.per_landing(profile.scene)
+    unit = joints[0].unit if joints else varied.unit.replace("deg", "rad")
+    if joints and landing.loops and landing.before.joint_rates.any():
+        raise StudyError("how fast joints of a loop move depends on the posture; leave the joint velocities out")
+    finest = STEP[unit] if joints else (high - low) / 200.0
+    scanned = (high - low) / finest * (1 if strikes is not None and strikes[0] == strikes[1] else ANGLES)
+    needed = _share_to_prove(landing, number, joints, np.linspace(low, high, PROBES))
+    proven = per_landing or scanned * needed > MOST_PROOFS
+    angle = landing.strike_angle
+    angles = _strike_range(plane, (angle, angle) if proven and strikes is None else strikes)
+    if not np.linalg.norm(landing.before.velocity @ np.stack([plane.forward, [0.0, 0.0, 1.0]], axis=1)) > 0.0:
+        raise StudyError(
+            "the robot's velocity has no part in the plane that a strike angle could turn; give another plane or velocity"
+        )
+    step = finest * (20 if proven and joints else 1) if step is None else step
+    if not step > 0.0 or (high - low) / step > MOST_POSTURES:
+        raise StudyError(
+            f"a step of {_value(step, unit)} from {_value(low, unit)} to {_value(high, unit)} is not possible; "
+            f"give one above zero that makes at most {MOST_POSTURES} postures"
+        )
+    values = np.linspace(low, high, int(np.maximum(LEAST, math.ceil((high - low) / step - 1e-9) + 1)))
+    scale = math.degrees(1.0) if unit == "rad" else 1.0
+    scan = StrikeScan(landing, joint, number, bound, values, scale, _targets(angle, *angles))
+    if scan.unreachable and np.isnan(scan.at_scene_strike).all():
+        raise SolveError(f"no posture from {_value(low, unit)} to {_value(high, unit)} has a result: {scan.unreachable[0][2]}")
+    ends: tuple[End, End] = ("range" if scan.values[0] <= low else "loop", "range" if scan.values[-1] >= high else "loop")
+    return JointLimits(
+        profile=profile,
+        target=number,
+        joints=tuple(each.name for each in joints) or (joint,),
+        of_joints=bool(joints),
+        unit=unit,
+        bound=bound,
+        range=(low, high),
+        file_limits=_file_limits(joints),
+        present=(present_value(landing, varied) / scale, angle),
+        strikes=angles,
+        step=step,
+        scan=scan,
+        limits=tuple(_limits(scan, bound, ends, FINE.get(unit, 1e-8 * (high - low)))),
+    )
+
+
+def _share_to_prove(landing: PosedLanding, target: Column, joints: tuple[Joint, ...], values: Array) -> float:
+    """The share of postures that need a proof, which takes a thousand times as long as double precision.
+
+    Args:
+        landing: the scene's; the only posture that is looked at if it has loops, or no joint varies.
+        target: the number.
+        joints: those that vary.
+        values: (m,) of each of them.
+    """
+    Q = landing.q[None]
+    if joints and not landing.loops:
+        Q = np.repeat(Q, len(values), axis=0)
+        set_many(landing.robot, [(joint, values) for joint in joints], Q)
+    needed = columns(landing, Q, np.tile(landing.before.velocity, (len(Q), 1, 1)), (target,), trusted=ILL_CONDITIONED)[2]
+    return float(needed.mean())
+
+
+def _varied(
+    robot: Robot, subject: str, given: tuple[float, float] | None
+) -> tuple[Variation, tuple[Joint, ...], tuple[float, float]]:
+    """What varies, its joints, and the range that is looked at [rad, m; the unit of another variation]."""
+    kind, pattern = kind_of(robot, subject)
+    if kind in NOT_LIMITED:
+        raise StudyError(f"{subject} has no limits here: {NOT_LIMITED[kind]}")
+    joints = settable_joints(robot, pattern, StudyError) if kind == "joint" else ()
+    low, high = given if given is not None else motion_range(joints) if joints else (math.nan, math.nan)
+    unit = joints[0].unit if joints else ""
+    if not (math.isfinite(low) and math.isfinite(high) and low < high):
+        what = "without limits in the file" if joints else "not given"
+        if given is not None or math.isfinite(low + high):
+            what = f"from {_value(low, unit)} to {_value(high, unit)}"
+        subject_text = f'joint "{subject}"' if joints else subject
+        raise StudyError(f"the range of {subject_text} is {what}; give its least and greatest value with --range LOW:HIGH")
+    scale = math.degrees(1.0) if unit == "rad" or kind in ATTITUDE else 1.0
+    return variation(robot, subject, (scale * low, scale * high)), joints, (low, high)
+
+
+def _file_limits(joints: Sequence[Joint]) -> tuple[float, float]:
+    return (
+        max((joint.limits[0] for joint in joints), default=-math.inf),
+        min((joint.limits[1] for joint in joints), default=math.inf),
+    )
+
+
+def _targets(angle: float, low: float, high: float) -> tuple[tuple[float, float], ...]:
+    """The strikes for which limits are found: the scene's, others one by one, and last all of the range [rad]."""
+    step = math.radians(STRIKE_ANGLE_STEP)
+    inside = [step * k for k in range(math.ceil(low / step), math.floor(high / step) + 1)]
+    # Angles that differ by the rounding of degrees are one.
+    single = {round(each, 9): each for each in (*inside, low, high, angle)}
+    others = sorted(each for each in single.values() if each != angle)
+    return tuple(dict.fromkeys([(angle, angle), *((each, each) for each in others), (low, high)]))
+
+
+def _limits(scan: StrikeScan, bound: Bound, ends: tuple[End, End], fine: float) -> Iterator[StrikeLimits]:
+    """The intervals of the joint that keep the bound at each of the scan's targets."""
+    x, numbers = scan.limited(fine)
+    for strikes, number in zip(scan.targets, numbers, strict=True):
+        beyond = bound.excess(number)
+        inside = beyond <= 0.0
+        i = np.flatnonzero(inside[1:] != inside[:-1])
+        roots = x[i] - beyond[i] * (x[i + 1] - x[i]) / (beyond[i + 1] - beyond[i])
+        edges: list[tuple[float, End]] = [(float(root), "bound") for root in roots]
+        edges = [(float(x[0]), ends[0])] * bool(inside[0]) + edges + [(float(x[-1]), ends[1])] * bool(inside[-1])
+        allowed = tuple(Interval(a, b, low, high) for (a, low), (b, high) in zip(edges[::2], edges[1::2], strict=True))
+        feasible = tuple(_runs(scan.values, scan.feasible(*strikes)))
+        k = int(np.argmin(np.where([any(low <= value <= high for low, high in feasible) for value in x], beyond, np.inf)))
+        known = bool(feasible) and np.isfinite(number[k])
+        yield StrikeLimits(strikes, allowed, feasible, *((float(number[k]), float(x[k])) if known else (math.nan, math.nan)))
+
+
+def _runs(values: Array, holds: np.ndarray) -> Iterator[tuple[float, float]]:
+    """First and last value (n,) of each run of those for which something holds (n,)."""
+    change = np.flatnonzero(np.diff(np.concatenate([[False], holds, [False]])))
+    yield from zip(values[change[::2]].tolist(), values[change[1::2] - 1].tolist(), strict=True)
+
+
+def _strike_range(plane: Plane, given: tuple[float, float] | None) -> tuple[float, float]:
+    """The range of strike angles [rad], all of which approach the ground."""
+    if plane.level:
+        raise StudyError("no strike angle is defined in a horizontal plane; choose another plane")
+    low, high = (math.radians(STRIKES[0]), math.radians(STRIKES[1])) if given is None else given
+    most = math.radians(STEEPEST) * (1.0 + 1e-12)
+    if not -most <= low <= high <= most:
+        raise StudyError(
+            f"strike angles from {_value(low, 'rad')} to {_value(high, 'rad')} are not a range of landings; "
+            f"give the lesser one first, both between -{STEEPEST:g} and {STEEPEST:g} deg"
+        )
+    return low, high
+
+
+def _value(value: float, unit: str) -> str:
+    degrees = round(math.degrees(value), 12) + 0.0
+    text = {"rad": f"{round(degrees, 2) or degrees:g}°", "m": f"{1e3 * value:.4g} mm"}.get(unit, f"{value:g} {unit}".rstrip(" -"))
+    return text.replace("-", "−")

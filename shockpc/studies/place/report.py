@@ -1,0 +1,163 @@
+"""Where a sensor sees least shock: places, margins, the shock in each landing, what is gained and what is proven."""
+
+from typing import Any
+
+import numpy as np
+
+from shockpc.quantities.profile import ShockProfile
+from shockpc.show.document import record
+from shockpc.show.report import Picture, Report
+from shockpc.show.tables import Column, Lines, Row, Sheet, sheet_of
+from shockpc.show.wording import count, proof_text, robot_name, shared_lines, shared_warnings
+from shockpc.studies.place.study import PlaceStudy
+from shockpc.text.printed import cause_lines, causes, few, listed
+
+
+def place_report(study: PlaceStudy) -> Report:
+    """The places of least shock on a body."""
+    number = "greatest shock" if study.weights is None else "weighted mean of the shock"
+    asked = dict.fromkeys(point.label for profile in study.profiles for point in profile.scene.point)
+    apart = [name for name in asked if name not in {place.name for place in study.today}]
+    outside = [f"warning: no place on {study.robot.bodies[study.body].name}, so left out: {listed(apart, 6)}"] if apart else []
+    refused = causes((name, str(reason)) for name, reason in study.failures)
+    failed = [f"not computed: {line}" for line in cause_lines(refused, "landings", 6)]
+    return Report(
+        name="place",
+        title=f"Place of least shock on {study.robot.bodies[study.body].name} of {robot_name(study.robot)}",
+        body=lambda full: [
+            Lines([*shared_lines(_named(study)), ("where", study.region.text), ("compared by", f"{number} over the landings")]),
+            Picture("place", "greatest shock over the body", "studies.place.figure:draw_place", (study,)),
+            _places(study).without("present", "bound"),
+            *([_margins(study)] if _judged(study) else []),
+            _landings(study, None if full else 6),
+        ],
+        lead=3,
+        closing=[*_gains(study), *_proof(study)],
+        warnings=[
+            *failed,
+            *outside,
+            *(f"warning: {text}" for text in study.region.warnings),
+            *shared_warnings(_named(study), "sensor"),
+        ],
+        sheets={
+            "places": lambda: _places(study),
+            "landings": lambda: _landings(study),
+            "velocity_changes": lambda: _changes(study),
+            **({"margins": lambda: _margins(study)} if _judged(study) else {}),
+        },
+        document=lambda: _document(study),
+        tables=True,
+        others=("margins.csv",),
+        landings=_named(study),
+    )
+
+
+def _named(study: PlaceStudy) -> dict[str, ShockProfile]:
+    return dict(zip(study.landings, study.profiles, strict=True))
+
+
+def _document(study: PlaceStudy) -> dict[str, Any]:
+    return {
+        "robot": {"name": study.robot.name, "file": study.robot.label},
+        "body": study.robot.bodies[study.body].name,
+        "region": study.region.text,
+        "compared_by": "greatest" if study.weights is None else "weighted mean",
+        **record(study, "count", "combined", "bound", "gap"),
+        "proven": study.complete,
+        "apart": study.apart,
+        "landings": [
+            {
+                "landing": name,
+                "copc": profile.copc[study.body],
+                **record(profile.health, "error_bound", "warnings"),
+                "scene": profile.scene,
+            }
+            for name, profile in _named(study).items()
+        ],
+        "failures": [{"landing": name, "reason": str(reason)} for name, reason in study.failures],
+    }
+
+
+def _places(study: PlaceStudy) -> Sheet:
+    notes = []
+    if study.count > 1:
+        notes.append("together: in each landing the sensor with the least shock")
+    elif len(study.places) > 1:
+        notes.append(f"each further place: the best one at least {study.apart:.3g} m along x, y or z from those before")
+    if study.combined > (1.0 + 1e-6) * study.least:
+        notes.insert(0, f"among places within 1 % of the optimum, {study.least:.4g}, each has the least mean over the landings")
+    title = f"places on {study.robot.bodies[study.body].name} (in its frame; shock relative to the strike)"
+    sheet, found = sheet_of(study.table, title, notes), (*study.today, *study.places)
+    more = [(one.bound is None, one.bound) for one in found] + [(False, None)] * (len(sheet.rows) - len(found))
+    rows = [(*row, *cells) for row, cells in zip(sheet.rows, more, strict=True)]
+    return sheet._replace(header=[*sheet.header, "present", "bound [-]"], rows=rows)
+
+
+def _changes(study: PlaceStudy) -> Sheet:
+    """The jump of velocity at each place in each landing."""
+    rows = [
+        (one.name, name, float(shock), *jump)
+        for one in (*study.today, *study.places)
+        for name, shock, jump in zip(study.landings, one.shocks, one.delta_v.tolist(), strict=True)
+    ]
+    return Sheet("jumps of velocity", ("place", "landing", "shock [-]", "Δv x [m/s]", "Δv y [m/s]", "Δv z [m/s]"), rows)
+
+
+def _judged(study: PlaceStudy) -> bool:
+    """Whether peaks are compared with the range of a sensor."""
+    return any(one.margin is not None for one in (*study.today, *study.places))
+
+
+def _landings(study: PlaceStudy, most: int | None = None) -> Sheet:
+    """The shock at each place in each landing. Args: most, rows to show, those of the greatest shock."""
+    places = (*study.today, *study.places)
+    shocks = np.array([one.shocks for one in places]).T
+    weights = {} if study.weights is None else {"weight [-]": study.weights}
+    felt = {Column(one.name, one.name, "-"): one.shocks for one in places}
+    least = {"least at": [study.places[k].name for k in study.assigned]} if study.count > 1 else {}
+    sheet = Sheet.of("shock in each landing", {"landing": study.landings, **weights, **felt, **least})
+    return sheet.largest(most, "landing", shocks.max(axis=1).tolist())
+
+
+def _margins(study: PlaceStudy) -> Sheet:
+    """Peaks along the axes of each sensor with what is left of its range."""
+    scene = study.profiles[0].scene
+    span = "" if scene.range_g is None else f", range {scene.range_g:g} g"
+    along: list[Row] = []
+    for one in (*study.today, *study.places):
+        if one.margin is not None:
+            along.append((one.name, *one.margin.peak_g, *((None,) * 3 if one.margin.left is None else one.margin.left)))
+    header = ("place", *(f"peak {axis} [g]" for axis in "xyz"), *(f"left {axis} [%]" for axis in "xyz"))
+    note = "axes: those of the present sensors; for new places those of the body"
+    title = f"peak acceleration along each axis (pulse {scene.pulse}{span}; left: share of the range)"
+    return Sheet(title, header, along, [note]).known()
+
+
+def _gains(study: PlaceStudy) -> list[str]:
+    """How much less shock the best place sees than each present sensor."""
+    n = len(study.places)
+    new = "the best place" if study.count == 1 else "the sensor" if n == 1 else "the pair" if n == 2 else f"{n} sensors"
+    chosen = study.places if study.count > 1 else study.places[:1]
+    new += " " + " and ".join("({:g}, {:g}, {:g})".format(*one.position.round(3) + 0.0) for one in chosen)
+    lines = [] if study.today else [f"{new} sees {study.combined:.3g}"]
+    for one in study.today:
+        factor = one.combined / study.combined if study.combined > 0.0 else np.inf
+        less = f"; a factor of {factor:.3g}" if factor < 1e6 else ""
+        lines.append(f"{one.name} sees {one.combined:.3g}, {new} {study.combined:.3g}{less}")
+    return lines
+
+
+def _proof(study: PlaceStudy) -> list[str]:
+    bound = max(profile.health.error_bound for profile in study.profiles)
+    slides = [name for name, one in _named(study).items() if one.friction is not None and one.friction.impact is not None]
+    sliding = f"; with friction, in double precision, where contacts slide: {few(slides, 4)}" if slides else ""
+    what = "no place" if study.count == 1 else f"no {count(study.count, 'sensor')}"
+    verb = "is" if study.count == 1 else "are"
+    enough = count(len(study.places), "sensor")
+    fewer = [f"{enough} of {study.count}: with more, the shock compared is not less"] if len(study.places) < study.count else []
+    unfinished = "" if study.complete else "; the search ended at its limit before the optimum was proven"
+    return [
+        *fewer,
+        f"optimum: {what} {study.region.text} {verb} below {study.bound:.6g} (gap {study.gap:.0e}){unfinished}",
+        f"accuracy: the shock at these places is {proof_text(bound)}{sliding}",
+    ]

@@ -1,0 +1,3 @@
+"""`shockpc quantities`."""
+
+HEADING, SUMMARY = "For developers", "List the numbers that a landing has."

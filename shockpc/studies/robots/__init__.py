@@ -1,0 +1,3 @@
+"""`shockpc robots`."""
+
+HEADING, SUMMARY = "Look at a robot", "List the robots known by name, or check and show one."

@@ -1,0 +1,46 @@
+"""`shockpc sweep`: many landings that differ in posture, strike, contact, inertia or joint model."""
+
+from typing import Any, Literal
+
+from shockpc.cli.declare import command
+from shockpc.cli.options import ROBOT, OutputOptions, RunOptions, SceneOptions, in_run
+from shockpc.cli.output import emit, exit_code
+from shockpc.cli.rows import computed
+from shockpc.cli.scenes import scenes_from, with_contact
+from shockpc.cli.study import given, help_of, refuse_unasked, refuse_varied, study_options
+from shockpc.landing.contact import contact_name
+from shockpc.studies.sweep.report import sweep_report
+from shockpc.studies.sweep.study import sweep as study
+from shockpc.studies.sweep.summary import summarise
+from shockpc.text.errors import StudyError
+
+
+@command(**help_of(study))
+def sweep(
+    *,
+    robot: str = ROBOT,
+    typed: Any = study_options(study),
+    options: SceneOptions,
+    rows: Literal["parquet", "csv"] | None = in_run("Format of the rows, which --out writes in parts; parquet by default."),
+    run: RunOptions,
+    output: OutputOptions,
+) -> int:
+    contacts = [values for name, values in typed["vary"] if name == "contact" and values is not None]
+    # The rows have other contacts, as --contact names them; a scene without any needs one until they are set.
+    completed = with_contact(robot, options, contacts[0].split(","))[0] if contacts else options
+    loaded, scenes = scenes_from(robot, completed)
+    if len(scenes) > 1 and not contacts:
+        names = [contact_name(scene) for scene in scenes]
+        raise StudyError(
+            f"a sweep varies one landing, but there are {len(scenes)}; name one, such as --contact {names[0]}, or compare them "
+            f"with --vary contact={','.join(names)}"
+        )
+    refuse_unasked(study, options, typed)
+    made = study(scenes[0], robot=loaded, at=scenes[0].point, **given(study, typed, loaded))
+    refuse_varied(options, loaded, ((one.kind, one.target) for one in made.landings.variations if not one.factor))
+    with computed(made, "rows", output.out, rows or (None if output.out is None else "parquet"), run) as table:
+        landings = made.landings
+        varied = [one for one in landings.variations if landings.sample is not None and one.kind != "contact"]
+        summary = summarise(made, table, varied, keep=landings.sample is None and len(landings.variations) <= 2)
+        emit(sweep_report(summary), output)
+    return exit_code(summary.failed, summary.rows, run.strict, table.defects)

@@ -1,0 +1,458 @@
+"""From a log to a table of landings: when the feet touch down, how the robot moves just before, and what is measured after.
+
+A foot lands where its contacts say so, a column of flags or forces, or else where its height over time has a kink. Velocities are
+slopes of straight lines through positions: before, in a window that ends with the last sample before the first foot touches; after,
+in one around each time that is asked for, counted from the touchdown of the last foot of the landing.
+"""
+
+import bisect
+import os
+import re
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Annotated, Any, NamedTuple
+
+import numpy as np
+
+from shockpc.core.spatial import Array
+from shockpc.evaluation.declare import RenameOption, study
+from shockpc.evaluation.table import Table
+from shockpc.landing.record import Option
+from shockpc.landing.scene import GRAVITY, JOINT_MODEL, RESULTS, STRIKE, Scene
+from shockpc.landing.scene_file import robot_of
+from shockpc.recorded.detection import FEWEST, foot_landings
+from shockpc.recorded.logged_motion import PARTS, TWIST, LoggedMotion, StatePart, watched_motion
+from shockpc.recorded.logs import Log, read_log
+from shockpc.robot.robot import Robot
+from shockpc.text.errors import StudyError, UnknownName
+from shockpc.text.printed import few, listed
+
+WINDOW = 3e-3
+"""Default of the windows for velocities; each has at least `FEWEST` samples, after a touchdown the nearest ones [s]."""
+
+GOOD, TIMES_ONLY = 500.0, 300.0
+"""Rates below which velocities around a touchdown are doubtful (Cassie's jumps, thinned: 2 % off at 1 kHz, 7 % at 500 Hz, 27 % at
+200 Hz), and below which none is given [Hz]."""
+
+NOISY = 0.1
+"""Share of the speed of a fall above which the noise of velocities of the base is said."""
+
+STILL, LEVEL = 0.15, 10e-3
+"""Speed up to which a foot stands [m/s], if it is at most so much higher than where it lands [m]."""
+
+OFF = 20e-3
+"""Time without contact before a touchdown, and with it for half of that time after it, if the foot does not bounce [s]."""
+
+BOUNCE = 10.0
+"""Mean force in that time after a touchdown from which a foot that bounces has landed too, in thresholds of the force."""
+
+FORCE = 0.05
+"""Force of a contact, in weights of the robot, but at least 1 N."""
+
+SIGNS = ("contact", "touch", "force", "fz", "grf")
+"""Words beside the name of a foot, in a column of flags or forces."""
+
+
+UNITS = {"time": "s", **dict.fromkeys("xyz", "m"), **dict.fromkeys(TWIST[:3], "m/s"), **dict.fromkeys(TWIST[3:], "rad/s")}
+"""Units of times, and of the base's position and velocities."""
+
+
+class Touchdown(NamedTuple):
+    """A landing in a log.
+
+    Attributes:
+        name: of its row.
+        first, last: samples before the first and the last of its feet touch.
+        contacts: frames that touch.
+        stance: frames that stand already.
+        speeds: with which the contacts fell [m/s]; NaN where a flag or a force says that they land.
+        table: whether it is a row of the table.
+        message: what is missing, or why it is no row.
+    """
+
+    name: str
+    first: int
+    last: int
+    contacts: tuple[str, ...]
+    stance: tuple[str, ...]
+    speeds: tuple[float, ...]
+    table: bool
+    message: str
+
+
+@dataclass(frozen=True, eq=False)
+class Touchdowns:
+    """The landings of a log.
+
+    Attributes:
+        robot: the robot.
+        table: a row for each landing, as `landings` takes them; numbers that were not measured are NaN.
+        landings: all that were found.
+        log: the time series.
+        frames: contacts that were looked at.
+        heights: (n, c) of these above level ground, wherever that is [m]; None where the log lacks what they follow from.
+        flagged: those of which a column says when they touch, by frame.
+        window: length of the windows for velocities of "joints" and "base" [s]; infinite where none are given.
+        after: times after the touchdown [s].
+        warnings: what is missing, assumed or doubtful.
+    """
+
+    robot: Robot = field(repr=False)
+    table: Table = field(repr=False)
+    landings: tuple[Touchdown, ...]
+    log: Log = field(repr=False)
+    frames: tuple[str, ...]
+    heights: Array | None = field(repr=False)
+    flagged: Mapping[str, str]
+    window: Mapping[StatePart, float]
+    after: tuple[float, ...]
+    warnings: tuple[str, ...]
+
+
+@study(
+    "shockpc touchdowns walk.csv anymal_b --contact LF_FOOT --out touchdowns/",
+    "shockpc touchdowns walk.csv anymal_b --contact LF_FOOT --flag LF_FOOT=force --after 6,12",
+    more=(
+        "A log is a time series: CSV, Parquet or NPZ with a column time [s] (or time_ms, time_us, time_ns) and columns of joints "
+        "and base as in shockpc landings; or a bag of ROS 1, ROS 2 or MCAP (pip install rosbags) with JointState, and Odometry, "
+        "PoseStamped, TwistStamped or Imu. All feet are looked at, or those of --contact. A foot lands where its height has a "
+        "kink, or where its column of flags or forces says so. Velocities are slopes of straight lines through positions. The "
+        "table, touchdowns.csv, is what shockpc landings takes."
+    ),
+    # Of the robot, where it touches and what the log lacks of its posture is all that is used of a landing.
+    without=(
+        STRIKE,
+        RESULTS,
+        JOINT_MODEL,
+        "together",
+        "slide",
+        "directions",
+        "flat",
+        "contact_kind",
+        "stance",
+        "restitution",
+        "restitution_along",
+    ),
+)
+def touchdowns(
+    log: str | os.PathLike[str] | Mapping[str, Any],
+    scene: Scene,
+    *,
+    robot: Robot | None = None,
+    contacts: Sequence[str] | None = None,
+    rename: RenameOption = None,
+    topics: Annotated[
+        Sequence[str],
+        Option("Read this topic of a bag, and no other that is not named; by default the usual ones.", "Log", "TOPIC", "topic"),
+    ] = (),
+    flags: Annotated[
+        Mapping[str, str] | None,
+        Option(
+            "The column of flags, or of forces, that says when a contact touches; by default one named like it, such as "
+            "FRAME_contact.",
+            "Touchdowns",
+            "FRAME=COLUMN",
+            "flag",
+        ),
+    ] = None,
+    contact_force: Annotated[
+        float | None,
+        Option(
+            "Force above which a contact touches; by default 5 % of the robot's weight, at least 1 N.", "Touchdowns", "F", unit="N"
+        ),
+    ] = None,
+    within_time: Annotated[
+        float, Option("Feet that touch within this time are one landing.", "Touchdowns", "T", unit="ms", least=0.0, greatest=1e4)
+    ] = 5.0,
+    after: Annotated[
+        tuple[float, ...],
+        Option(
+            "Times after the touchdown at which velocities are measured; by default 6, 12 and 30.",
+            "Touchdowns",
+            "T[,T]",
+            unit="ms",
+            least=1e-3,
+            greatest=1e4,
+            most=100,
+        ),
+    ] = (6.0, 12.0, 30.0),
+    window: Annotated[
+        float | None,
+        Option(
+            "Length of the windows for velocities; by default 3, and at least the 3 nearest samples.",
+            "Touchdowns",
+            "T",
+            unit="ms",
+            above=0.0,
+            greatest=1e4,
+        ),
+    ] = None,
+) -> Touchdowns:
+    """Find the touchdowns of a log, and the motion before and after them.
+
+    Args:
+        log: a table with a column of times, a bag, or the columns of such a table by name.
+        scene: the robot; gives the joints that the log does not, and contacts that are looked at besides the feet. Its strike,
+            joint model, friction and so on are not used: they are what `landings` takes of the same scene.
+        robot: the scene's robot, if it is loaded already.
+        contacts: frames that are looked at; by default all feet, and the contacts of the scene.
+
+    Raises:
+        ShockError: the log cannot be read, or lacks what touchdowns follow from.
+    """
+    if len(set(after)) < len(after):
+        raise StudyError("a time after touchdowns is given twice; give each once")
+    robot = robot or robot_of(scene)
+    source = Path(log) if isinstance(log, str | os.PathLike) else log
+    series = read_log(source, robot, rename or {}, topics)
+    finder = _Finder(watched_motion(series, scene, robot, contacts), series, flags or {}, contact_force)
+    return finder.found(within_time / 1e3, tuple(time / 1e3 for time in after), None if window is None else window / 1e3)
+
+
+class _Finder:
+    """Finds the touchdowns of one log."""
+
+    def __init__(self, motion: LoggedMotion, log: Log, flags: Mapping[str, str], force: float | None) -> None:
+        self.motion, self.log, self.time = motion, log, motion.time
+        self.frames = tuple(contact.frame for contact in motion.landing.contacts)
+        self.warnings = [*log.remarks, *motion.warnings]
+        self.flags = self._flags(flags, force)
+        unseen = [frame for c, frame in enumerate(self.frames) if c not in self.flags]
+        if motion.unknown and unseen:
+            lacking = (
+                f"base motion is not in this log: it lacks {', '.join(motion.unknown)}, so the heights of the feet do not follow"
+            )
+            if not self.flags:
+                raise StudyError(
+                    f"{lacking}; add that motion (--set for a joint that stays where it is), or name a column of contact flags or "
+                    "forces: --flag FRAME=COLUMN"
+                )
+            self.warnings.append(f"{lacking}; no touchdowns of {listed(unseen, 8)} are looked for")
+        if motion.free and len(motion.names["base"]) < len(TWIST):
+            absent = ", ".join(key for key in TWIST if key not in motion.names["base"])
+            self.warnings.append(
+                f"base motion is not in this log: the table has no {absent} of the base, and shockpc landings takes its scene's"
+            )
+        self.points = None if motion.unknown else motion.points()
+        self.heights = None if self.points is None else np.asarray(self.points @ motion.landing.up)
+        self.landed: dict[int, list[int]] = {}
+
+    def found(self, together: float, after: tuple[float, ...], window: float | None) -> Touchdowns:
+        """The touchdowns. Args: times [s]."""
+        windows = {part: self._window(part, window) for part in PARTS}
+        if np.isfinite(windows["joints"]):
+            self.warnings += list(self.motion.lags())
+        groups: list[list[tuple[int, int, float]]] = []
+        for touch in sorted(self._touches(together)):
+            self.landed.setdefault(touch[1], []).append(touch[0])
+            if groups and self.time[touch[0]] - self.time[groups[-1][0][0]] <= together + 1e-9:
+                groups[-1].append(touch)
+            else:
+                groups.append([touch])
+        landings, rows = list[Touchdown](), list[dict[str, Any]]()
+        for k, group in enumerate(groups):
+            speeds, first = {c: speed for _, c, speed in sorted(group, key=lambda touch: touch[1])}, group[0][0]
+            stance = tuple(frame for c, frame in enumerate(self.frames) if c not in speeds and self._stands(c, first))
+            contacts = tuple(self.frames[c] for c in speeds)
+            row, message = self._row(first, group[-1][0], windows, after)
+            landings.append(
+                Touchdown(str(k + 1), first, group[-1][0], contacts, stance, tuple(speeds.values()), row is not None, message)
+            )
+            labels = {
+                "name": str(k + 1),
+                "time": self.log.start + self.time[first],
+                "contact": "+".join(contacts),
+                "stance": "+".join(stance),
+            }
+            rows += [] if row is None else [labels | row]
+        robot = self.motion.robot
+        columns = {name: np.array([row[name] for row in rows]) for name in (rows[0] if rows else ("name", "time", "contact"))}
+        if not any(landing.stance for landing in landings):
+            columns.pop("stance", None)
+        table = Table((), columns, {}, label_units={name: _unit(robot, name) for name in columns})
+        self._warn_of_noise(landings, windows["base"])
+        flagged = {self.frames[c]: name for c, (name, _) in self.flags.items()}
+        return Touchdowns(
+            robot, table, tuple(landings), self.log, self.frames, self.heights, flagged, windows, after,
+            tuple(self.warnings),
+        )  # fmt: skip
+
+    def _flags(self, given: Mapping[str, str], force: float | None) -> dict[int, tuple[str, Array]]:
+        """Columns of flags or forces by contact: their name, and their values (n,), of which those above 1 say contact."""
+        others = {name: values for name, values in self.log.others.items() if values.dtype.kind in "fiub" and values.ndim == 1}
+        least = max(1.0, FORCE * GRAVITY * self.motion.robot.mass) if force is None else force
+        if unknown := [frame for frame in given if frame not in self.frames]:
+            raise UnknownName("contact", unknown[0], self.frames, "those that are looked at", "")
+        flags, forces = {}, False
+        for c, frame in enumerate(self.frames):
+            plain = {_plain(text) for sign in SIGNS for text in (sign + frame, frame + sign)}
+            name = given.get(frame) or next((name for name in others if _plain(name) in plain), None)
+            if name is None:
+                continue
+            if name not in others:
+                raise UnknownName("column", name, others, "this log, of numbers that are no state of the robot", "")
+            values = others[name].astype(float)
+            known = np.isfinite(values)
+            values = np.where(known, values, 0.0)[np.maximum.accumulate(np.where(known, np.arange(len(values)), 0))]
+            binary = bool(np.isin(values, (0.0, 1.0)).all())
+            flags[c] = name, np.abs(values) / (0.5 if binary else least)
+            if not binary:
+                forces = True
+                self.warnings.append(f'"{frame}" is taken to touch where {name} exceeds {least:.3g} N')
+        if force is not None and not forces:
+            raise StudyError(
+                "contact_force is the threshold of columns of forces, but no column of forces says when a contact touches; name "
+                "one with --flag FRAME=COLUMN, or leave the threshold out"
+            )
+        return flags
+
+    def _window(self, part: StatePart, wanted: float | None) -> float:
+        """Length of the windows for velocities of the joints or the base [s]; infinite where samples are too far apart for one.
+
+        Raises:
+            StudyError: the one that is wanted has too few samples.
+        """
+        period, least = self.motion.period[part], (FEWEST - 1) * self.motion.period[part]
+        if np.isinf(period):
+            return period
+        if wanted is not None and wanted < least * (1.0 - 1e-6):
+            raise StudyError(
+                f"a window of {1e3 * wanted:.3g} ms has fewer than {FEWEST} samples of the {part}, which are {1e3 * period:.3g} ms "
+                f"apart; give one of at least {1e3 * least:.3g} ms"
+            )
+        rate = (1.0 + 1e-3) / period
+        if rate < TIMES_ONLY:
+            text = "too few for velocities around a touchdown, and none is given"
+        else:
+            text = "few for velocities around a touchdown: jumps of Cassie were off by 7 % at 500 Hz, and by 27 % at 200 Hz"
+        if rate < GOOD:
+            self.warnings.append(f"the {part} have {rate:.0f} samples a second, {text}")
+        return np.inf if rate < TIMES_ONLY else wanted or max(WINDOW, least)
+
+    def _warn_of_noise(self, landings: list[Touchdown], window: float) -> None:
+        """Warn of velocities of the base that are noisy compared with the falls."""
+        falls = [speed for landing in landings for speed in landing.speeds if np.isfinite(speed)]
+        if falls and np.isfinite(window) and (sigma := self.motion.uncertainty("base", window)) > NOISY * np.median(falls):
+            self.warnings.append(
+                f"velocities of the base are uncertain by {sigma:.2g} m/s (one standard deviation) by the noise of positions, "
+                f"and the feet fall at {np.median(falls):.2g} m/s; give a longer window with --window"
+            )
+
+    def _touches(self, together: float) -> Iterator[tuple[int, int, float]]:
+        """Last sample before each touchdown of a contact, which contact, and the speed with which it fell [m/s]."""
+        feet: dict[int, list[int]] = {}
+        for c, contact in enumerate(self.motion.landing.contacts):
+            if c not in self.flags and self.heights is not None:
+                feet.setdefault(contact.body, []).append(c)
+        for first, last in self.motion.runs:
+            t = self.time[first : last + 1]
+            for points in feet.values():
+                assert self.heights is not None
+                landings, rebounds = foot_landings(t, self.heights[first : last + 1, points], together)
+                for landing in landings:
+                    yield from ((first + landing.sample, points[p], landing.speed) for p in landing.points)
+                self._warn_of_others(
+                    t[rebounds], points[0], "is stopped and rises again",
+                    "; if it bounces, name a column of contact flags or forces: --flag FRAME=COLUMN",
+                )  # fmt: skip
+            for c, (_, sign) in self.flags.items():
+                sign = sign[first : last + 1]
+                on, short = sign > 1.0, list[int]()
+                for k in np.flatnonzero(on[1:] & ~on[:-1]).tolist():
+                    before, after = np.searchsorted(t, (t[k] - OFF, t[k] + OFF))
+                    if on[before : k + 1].any():
+                        continue
+                    if on[k + 1 : after + 1].mean() >= 0.5 or sign[k + 1 : after + 1].mean() >= BOUNCE:
+                        yield first + k, c, np.nan
+                    else:
+                        short.append(k)
+                self._warn_of_others(t[short], c, f"touches for less than {500.0 * OFF:g} ms by its column")
+
+    def _warn_of_others(self, times: Array, c: int, how: str, advice: str = "") -> None:
+        """Warn of what is no touchdown of a contact."""
+        if len(times):
+            at = few([f"{self.log.start + time:.4f}" for time in times], 4)
+            self.warnings.append(f'"{self.frames[c]}" {how} (at {at} s), which is no touchdown here{advice}')
+
+    def _stands(self, c: int, sample: int) -> bool:
+        """Whether a contact stands at a sample: by its flag, or as it is still, and no higher than where it lands."""
+        if c in self.flags:
+            return bool(self.flags[c][1][sample] > 1.0)
+        if self.heights is None or self.points is None:
+            return False
+        first, last = self.motion.run(sample)
+        landed = self.landed.get(c, [])
+        k = bisect.bisect_left(landed, sample)
+        level = self.heights[landed[k - 1], c] if k else self.heights[first : last + 1, c].min()
+        start = max(int(np.searchsorted(self.time, self.time[sample] - OFF)), landed[k - 1] + 1 if k else 0, first)
+        moved = np.linalg.norm(self.points[sample, c] - self.points[start, c])
+        still = moved <= STILL * (self.time[sample] - self.time[start])
+        return bool(start < sample and still and self.heights[sample, c] <= level + LEVEL)
+
+    def _row(
+        self, first: int, last: int, windows: Mapping[StatePart, float], after: tuple[float, ...]
+    ) -> tuple[dict[str, Any] | None, str]:
+        """The posture and the velocities of a landing, or None; and what is missing.
+
+        Args:
+            first: sample before the first of its feet touches.
+            last: the same of its last foot.
+            windows: for velocities of joints and base [s].
+            after: times after the touchdown [s].
+        """
+        motion, t, row, missing = self.motion, self.time, dict[str, Any](), dict[str, dict[str, None]]()
+        if motion.free:
+            row |= {key: motion.Q[first, k] for k, key in enumerate("xyz") if motion.has(key)}
+            row |= {key: motion.Q[first, 3 + k] for k, key in enumerate(("qx", "qy", "qz", "qw")) if motion.has("w")}
+        row |= {f"q_{name}": x for name, x in zip(motion.joints, motion.positions["joints"][first], strict=True)}
+        for part, window in windows.items():
+            names, period, run = motion.names[part], motion.period[part], motion.run(first)
+            if not (names and np.isfinite(window)):
+                continue
+            # Between samples of a slower clock, the line to the next one is bent by the touchdown.
+            end = first if period < 1.5 * motion.interval else int(np.searchsorted(t, t[first] - period))
+            begin = max(min(int(np.searchsorted(t, t[end] - window - 1e-9)), end - FEWEST + 1), run[0])
+            if t[end] - t[run[0]] < (FEWEST - 1) * period * (1.0 - 1e-3) or end - begin < FEWEST - 1:
+                return None, "the log, or a part of it without gaps, begins too soon before it for velocities"
+            prefix = "before_" if part == "joints" else ""
+            row |= {prefix + name: x for name, x in zip(names, motion.velocities(part, begin, end), strict=True)}
+            if motion.rail is not None:
+                row[f"before_{motion.rail}"] = rate = self._rail_before(first, begin, end)
+                if np.isnan(rate):
+                    return None, f'how fast "{motion.rail}" slides is not known: no flight before it that begins upwards'
+            for time in after:
+                begin, end = motion.around(t[last] + time, window)
+                values = np.full(len(names), np.nan)
+                if end > run[1] or t[last] + time + 0.5 * window > t[run[1]] + 1e-9:
+                    missing.setdefault("where the log ends or has a gap", {})[f"{1e3 * time:g}"] = None
+                elif begin <= last:
+                    missing.setdefault("as their samples begin before it", {})[f"{1e3 * time:g}"] = None
+                else:
+                    values = motion.velocities(part, begin, end)
+                row |= {f"after{1e3 * time:g}ms_{name}": x for name, x in zip(names, values, strict=True)}
+        return row, "; ".join(f"no velocities {', '.join(times)} ms after it, {why}" for why, times in missing.items())
+
+    def _rail_before(self, touch: int, begin: int, end: int) -> float:
+        """Rate of a rail that the log lacks, by the flight since the last contact; NaN without one [m/s]."""
+        lifts = [(int(on[-1]), c) for c, (_, sign) in self.flags.items() if len(on := np.flatnonzero(sign[: touch + 1] > 1.0))]
+        lift, c = max(lifts, default=(-1, 0))
+        if lift < self.motion.run(touch)[0]:
+            return np.nan
+        landed = next(c for c, (_, sign) in self.flags.items() if sign[touch + 1] > 1.0)
+        return self.motion.rail_before(lift, touch, (c, landed), begin, end)
+
+
+def _unit(robot: Robot, name: str) -> str:
+    """The unit of a column of the table: of q_JOINT, before_JOINT, after6ms_JOINT or after6ms_vx, or as in `UNITS`."""
+    kind, _, subject = name.partition("_")
+    if (subject or name) in UNITS:
+        return UNITS[subject or name]
+    if subject not in robot.joint_names:
+        return ""
+    return ("m" if robot.joint(subject).kind == "prismatic" else "rad") + ("" if kind == "q" else "/s")
+
+
+def _plain(name: str) -> str:
+    """A name without what separates its words."""
+    return re.sub("[^a-z0-9]", "", name.casefold())
