@@ -1,6 +1,8 @@
 from .evaluation.cost import ShockCost as ShockCost
 from .evaluation.designs import Design as Design
 from .evaluation.evaluate import Evaluation as Evaluation
+from .evaluation.symbolic import SymbolicLanding as SymbolicLanding
+from .evaluation.symbolic import symbolic as symbolic
 from .evaluation.table import Table as Table
 from .evaluation.varied import VariedLandings as VariedLandings
 from .landing.landing import Landing as Landing

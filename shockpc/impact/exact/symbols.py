@@ -3,7 +3,7 @@
 A symbol has no value. A formula that needs one, to compare it or to round it, cannot be written in symbols: `NeedsValue`.
 """
 
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import replace
 from functools import cached_property, reduce
 from typing import Any, NoReturn, Self
@@ -14,9 +14,10 @@ import numpy as np
 from shockpc.core.impulse import RowChoice
 from shockpc.core.percussion import norm
 from shockpc.core.program import OPERATIONS, UNARY, Program
-from shockpc.core.spatial import Array
+from shockpc.core.spatial import Array, cross
 from shockpc.impact.exact.arithmetic import Arithmetic, Numbers, entries
 from shockpc.impact.exact.solution import ExactImpact
+from shockpc.impact.impact import Impact
 from shockpc.landing.landing import PosedLanding
 from shockpc.landing.motion import Motion
 from shockpc.landing.rows import row_terms
@@ -237,7 +238,7 @@ class SymbolImpact(ExactImpact):
 
     @cached_property
     def pivot(self) -> Symbol:
-        """The least pivot of the Delassus matrix of the rows, scaled to a unit diagonal: 1 if they are orthogonal, 0 if dependent."""
+        """The least pivot of the Delassus matrix, scaled to a unit diagonal: 1 for orthogonal rows, 0 for dependent ones."""
         S = entries(self._by_rows[1])
         diagonal, pivots = np.diagonal(S).copy(), []
         for k in range(len(S)):
@@ -251,29 +252,52 @@ class SymbolImpact(ExactImpact):
 
         It is that of the landing's strike alone, and a free base counts along the plane's axes, so it is not the same to the digit.
         """
-        size = _roots(self._diagonal)
-        # In Pinocchio's order of the free velocities, whose last is the first here.
-        signs = np.where(np.arange(len(size))[::-1] * 2654435761 % 7 < 4, 1.0, -1.0)
-        stiff = entries(self._by_inertia(self.arithmetic.matrix((size * signs)[:, None])))[:, 0]
-        jump = entries(self._solution[0])[:, 3]
+        size, jump = self._sizes, entries(self._solution[0])[:, 3]
         light = _length(jump * size) / (_greatest(map(abs, jump)) * _least(size))
-        found = _length(stiff * size) / self.pivot * light.max(1.0)
+        found = _length(self._stiff * size) / self.pivot * light.max(1.0)
         return found if self.landing.base == "free" else found * self._cancellation
 
     @cached_property
-    def _diagonal(self) -> Numbers:
-        """The inertias (ny,) of the free velocities."""
+    def _responses(self) -> tuple[SymbolMatrix, Numbers]:
+        """As `_by_rows` without the Delassus matrix; and the response (ny,) by which the norm of the inertia's inverse is estimated."""
+        # In Pinocchio's order of the free velocities, whose last is the first here.
+        signs = np.where(np.arange(len(self._sizes))[::-1] * 2654435761 % 7 < 4, 1.0, -1.0)
+        J = self._rows[self.choice.rows.tolist()]
+        X = entries(self._by_inertia(self.arithmetic.matrix(np.column_stack([J.T, self._sizes * signs]))))
+        return self.arithmetic.matrix(X[:, :-1]), X[:, -1]
+
+    @cached_property
+    def _by_rows(self) -> tuple[SymbolMatrix, SymbolMatrix]:
+        """As of `ExactImpact`."""
+        X = self._responses[0]
+        return X, self.arithmetic.matrix(self._rows[self.choice.rows.tolist()]) * X
+
+    @cached_property
+    def _stiff(self) -> Numbers:
+        return self._responses[1]
+
+    @cached_property
+    def _sizes(self) -> Numbers:
+        """The square roots (ny,) of the inertias of the free velocities."""
         if self._mimics:
-            return np.diagonal(entries(self._free_inertia))
-        robot, composite = self.landing.robot, list(self._inertias)
-        found = self.exact(self.landing.joint_model.armature)
+            return _roots(np.diagonal(entries(self._free_inertia)))
+        # Of all that a joint carries the mass, the first moment and the inertia about the base.
+        robot, eye = self.landing.robot, self.exact(np.eye(3))
+        composite, found = [], self.exact(self.landing.joint_model.armature)
+        for mass, (_, p), moments in zip(self._data.mass.tolist(), self._places, self._moments, strict=True):
+            whole, r = entries(moments), np.array(p.entries(), dtype=object)
+            h = np.array([whole[2, 4], whole[0, 5], whole[1, 3]], dtype=object)
+            apart = eye * (mass * (r @ r) + 2 * (r @ h)) - mass * np.outer(r, r) - np.outer(r, h) - np.outer(h, r)
+            composite.append([self.arithmetic.number(mass), h + mass * r, whole[:3, :3] + apart])
         for i in range(len(composite) - 1, -1, -1):
-            for column in range(robot.joints[i].v.start, robot.joints[i].v.stop):
-                twist = self.arithmetic.column(self.state.J[0, :, column].tolist())
-                found[column] = found[column] + (twist.transpose() * (composite[i] * twist))[0, 0]
+            mass, h, inertia = composite[i]
+            for k in range(robot.joints[i].v.start, robot.joints[i].v.stop):
+                omega, v = self.state.J[0, :3, k], self.state.J[0, 3:, k]
+                found[k] = found[k] + omega @ inertia @ omega + 2 * (omega @ cross(h, v)) + (v @ v) * mass
             if robot.parents[i] >= 0:
-                composite[robot.parents[i]] = composite[robot.parents[i]] + composite[i]
-        return found[self._free]
+                carrier = composite[robot.parents[i]]
+                composite[robot.parents[i]] = [a + b for a, b in zip(carrier, composite[i], strict=True)]
+        return _roots(found[self._free])
 
     @cached_property
     def _cancellation(self) -> Symbol:
@@ -282,8 +306,7 @@ class SymbolImpact(ExactImpact):
         for follower, leaders in reversed(self._mimics):
             for leader, by in leaders:
                 terms[:, leader] = terms[:, leader] + terms[:, follower] * abs(by)
-        size = _roots(self._diagonal)
-        return _greatest(norm(terms[:, self._free] / size) / norm(self._rows / size))
+        return _greatest(norm(terms[:, self._free] / self._sizes) / norm(self._rows / self._sizes))
 
 
 def _roots(values: Numbers) -> Numbers:
@@ -331,9 +354,22 @@ def _symbols(vector: casadi.SX) -> Numbers:
     return out
 
 
-def column_of(values: Any) -> casadi.SX:
-    """Numbers, or doubles, of any shape as a vector of CasADi."""
-    return casadi.densify(casadi.vertcat(*(casadi.SX(_plain(value)) for value in np.asarray(values, dtype=object).ravel())))
+def traced(landing: PosedLanding, given: int, formulas: Callable[[Impact], list[Any]]) -> tuple[casadi.SX, casadi.SX, casadi.SX]:
+    """Symbols of the configuration (nq,) and of what is before the impact (given,), and what formulas make of them (m,).
+
+    Raises:
+        SingularError: as for `SymbolImpact`.
+        NeedsValue: a formula compares or rounds numbers.
+    """
+    q, before = casadi.SX.sym("q", landing.robot.model.nq), casadi.SX.sym("before", given)
+    found = [value for part in formulas(SymbolImpact.of(landing, q, before)) for value in np.asarray(part, dtype=object).ravel()]
+    return q, before, casadi.densify(casadi.vertcat(*(casadi.SX(_plain(value)) for value in found)))
+
+
+def with_slopes(y: casadi.SX, q: casadi.SX, before: casadi.SX, robot: Robot) -> casadi.SX:
+    """Numbers (m,), then their derivatives (m, nv + given), row after row, by the tangent of q and by what is before."""
+    slopes = casadi.horzcat(casadi.jacobian(y, q) @ tangent(robot, q), casadi.jacobian(y, before))
+    return casadi.densify(casadi.vertcat(y, casadi.vec(slopes.T)))
 
 
 NAMES = {
@@ -346,9 +382,9 @@ NAMES = {
 """Operations of a program by CasADi's numbers."""
 
 
-def program_of(inputs: casadi.SX, outputs: casadi.SX) -> Program:
-    """The steps from a vector of inputs to one of outputs, each expression once."""
-    function = casadi.Function("f", [inputs], [outputs], {"cse": True})
+def program_of(inputs: Sequence[casadi.SX], outputs: casadi.SX) -> Program:
+    """The steps from vectors of inputs, one after another, to one of outputs; each expression once."""
+    function = casadi.Function("f", [casadi.vertcat(*inputs)], [outputs], {"cse": True})
     numbers, n = {name: k for k, name in enumerate(OPERATIONS)}, function.numel_in(0)
     steps = [
         (function.instruction_id(k), function.instruction_output(k), function.instruction_input(k))
