@@ -34,7 +34,7 @@ OPERATIONS = {
 UNARY = list(OPERATIONS).index("negative")
 """Number of the first operation with one operand."""
 
-BLOCK = 1024
+BLOCK = 2048
 """Rows that are computed together: more leave the processor's cache, and fewer cost more calls of NumPy for each."""
 
 

@@ -1,5 +1,6 @@
-"""A landing in symbols: numbers of it and their gradients in many postures, as arrays of NumPy, as a function of CasADi, as code."""
+"""A landing in symbols: its numbers and their gradients in many postures, in NumPy, as a function of CasADi, and as code."""
 
+import math
 from collections.abc import Sequence
 from typing import Any
 
@@ -8,6 +9,7 @@ import numpy as np
 from shockpc.core.program import Program
 from shockpc.core.spatial import Array
 from shockpc.evaluation.columns import Column, selected
+from shockpc.impact.exact.arithmetic import NoValueError
 from shockpc.impact.exact.graph import Before, Graph, inputs_of, refuse, symbols_module
 from shockpc.impact.impact import Impact
 from shockpc.landing.landing import PosedLanding
@@ -16,6 +18,7 @@ from shockpc.landing.resolve import resolve
 from shockpc.landing.scene import Scene
 from shockpc.landing.scene_file import robot_of
 from shockpc.quantities.maps import doubles
+from shockpc.quantities.table import Selection
 from shockpc.robot.robot import Robot
 from shockpc.text.arguments import checked
 from shockpc.text.errors import SceneError, StudyError
@@ -94,21 +97,22 @@ class SymbolicLanding:
 
     def casadi(self) -> Any:
         """The function of CasADi: of q and what is before the impact, the outputs by name."""
-        import casadi
-
-        symbols = symbols_module()
-        q, before = casadi.SX.sym("q", self.landing.robot.model.nq), casadi.SX.sym(self.before, self._values.given)
-        rows = symbols.expressions_of(self.program, casadi.vertcat(q, before))
         ends = np.cumsum([0, *map(self._size, self.columns), 1, 1]).tolist()
-        outputs = [rows[a:b] for a, b in zip(ends[:-1], ends[1:], strict=True)]
-        return casadi.Function("landing", [q, before], outputs, ["q", self.before], [_identifier(name) for name in self.names])
+        parts = {identifier(name): slice(a, b) for name, a, b in zip(self.names, ends[:-1], ends[1:], strict=True)}
+        inputs = {"q": self.landing.robot.model.nq, self.before: self._values.given}
+        return symbols_module().function_of(self.program, inputs, parts)
 
     def _numbers(self, impact: Impact) -> list[Any]:
         found = []
         for column in self.columns:
-            entry = column.selection.quantity
-            value = np.asarray(entry.compute(impact, (column.place,)), dtype=object)[0, 0, 0]
-            found.append(value if column.selection.axis is None else value[column.selection.axis])
+            entry, axis = column.selection.quantity, column.selection.axis
+            try:
+                value = np.asarray(entry.compute(impact, (column.place,)), dtype=object)[0, 0, 0]
+            except NoValueError:
+                raise _refused(column.selection) from None
+            if any(isinstance(part, float) and math.isnan(part) for part in np.ravel(value)):
+                raise StudyError(f"{column.name} has no value in this landing{f': {entry.missing}' if entry.missing else ''}")
+            found.append(value if axis is None else value[axis])
         return found
 
     def _inputs(self, Q: Any, before: Any) -> Array:
@@ -170,13 +174,21 @@ def _columns(landing: PosedLanding, text: str) -> list[Column]:
     selection, places = selected(landing, text)
     entry = selection.quantity
     if entry.on != "scene" or entry.needs_posture or entry.role or entry.unproven:
-        raise StudyError(f"{selection.name} ({entry.title}) cannot be written in symbols; choose another quantity")
+        raise _refused(selection)
     return [Column(selection, place) for place in places]
+
+
+def _refused(selection: Selection) -> StudyError:
+    return StudyError(
+        f"{selection.name} ({selection.quantity.title}) cannot be written in symbols, because a decision or a search of it depends on "
+        "the posture; choose another quantity"
+    )
 
 
 def _accuracy(impact: Any) -> list[Any]:
     return [impact.condition, impact.pivot]
 
 
-def _identifier(name: str) -> str:
+def identifier(name: str) -> str:
+    """A name in code: what is no letter or digit becomes an underscore."""
     return "".join(letter if letter.isalnum() else "_" for letter in name)

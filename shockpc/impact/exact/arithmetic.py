@@ -1,7 +1,7 @@
 """What the exact path asks of its arithmetic: of a number, of a matrix of numbers, and how both are made of doubles.
 
-Balls (`balls`) enclose the exact answer for one posture, symbols (`symbols`) become code for any. Arrays of numbers are NumPy arrays
-of objects, so that the formulas of arrays of doubles run on them as well.
+Balls (`balls`) enclose the exact answer for one posture, symbols (`symbols`) become code for any. Arrays of numbers are NumPy
+arrays of objects, so that the formulas of arrays of doubles run on them as well.
 """
 
 from collections.abc import Callable, Iterable, Sequence
@@ -76,6 +76,10 @@ class Matrix(Protocol):
         """
 
 
+class NoValueError(TypeError):
+    """A formula compares numbers, or rounds them to doubles, and symbols have no values."""
+
+
 class SingularError(ArithmeticError):
     """A pivot may be zero: no inertia resists a motion, rows depend on one another, or the precision is too low to tell.
 
@@ -94,10 +98,12 @@ class Arithmetic(NamedTuple):
     Attributes:
         number: of a double, exactly, or of a number.
         block: of a matrix: (n, m) of zeros, (n, m, entries), or of its rows.
+        symmetric: makes of a matrix whose exact value is symmetric one in which both halves are the same expression.
     """
 
     number: Callable[..., Any]
     block: Callable[..., Any]
+    symmetric: Callable[[Any], Any] = lambda M: M
 
     def numbers(self, values: Array | Numbers) -> Numbers:
         """An array of doubles, exactly, or of numbers."""

@@ -124,8 +124,8 @@ def refuse(landing: PosedLanding) -> None:
             frame = landing.robot.frames[block.frame]
             x, y, z = frame.rotation.T @ (posed.point - frame.offset) + 0.0
             raise SceneError(
-                f"{block.name} strikes at its lowest point, which jumps as the posture changes, so it cannot be written in symbols; "
-                f'give it its origin (at = "frame"), or a point, such as that of this posture: offset = [{x:.6g}, {y:.6g}, {z:.6g}]',
+                f"{block.name} strikes at its lowest point, which jumps as the posture changes, so it is no expression of it; "
+                f"give it a point, such as that of this posture: --contact {block.frame}:{x:.6g},{y:.6g},{z:.6g}",
                 blocks=[block.frame],
             )
     steps = np.random.default_rng(0).uniform(-0.5, 0.5, (3, landing.robot.model.nv))

@@ -174,7 +174,7 @@ def body_inertia(arithmetic: Arithmetic, mass: Any, lever: Array | Numbers, iner
     """
     C = arithmetic.cross_matrix(R * arithmetic.column(lever.tolist()))
     mC = C * arithmetic.number(mass)
-    moments = R * arithmetic.matrix(inertia) * R.transpose() - mC * C
+    moments = arithmetic.symmetric(R * arithmetic.matrix(inertia) * R.transpose() - mC * C)
     a, b, c = moments.entries(), mC.entries(), mC.transpose().entries()
     upper = [*a[:3], *b[:3], *a[3:6], *b[3:6], *a[6:], *b[6:]]
     return arithmetic.block(6, 6, [*upper, *c[:3], mass, 0, 0, *c[3:6], 0, mass, 0, *c[6:], 0, 0, mass])

@@ -125,7 +125,7 @@ class ExactImpact(Impact):
         """Free velocities (ny, r) by unit impulses along the independent rows, and the Delassus matrix (r, r) of these."""
         J = self.arithmetic.matrix(self._rows[self.choice.rows.tolist()])
         X = self._by_inertia(J.transpose())
-        return X, J * X
+        return X, self.arithmetic.symmetric(J * X)
 
     @cached_property
     def _solution(self) -> tuple[Matrix, Matrix]:
@@ -230,7 +230,13 @@ class ExactImpact(Impact):
         """
         if self._mimics:
             return solve(self._free_inertia, B, of_inertia=True)
-        block, parents, m, end = self.arithmetic.block, self.landing.robot.parents, B.ncols(), 0
+        symmetric, block, parents, m, end = (
+            self.arithmetic.symmetric,
+            self.arithmetic.block,
+            self.landing.robot.parents,
+            B.ncols(),
+            0,
+        )
         twists, right, armature = (
             self.state.J[0].T[self._free].tolist(),
             B.table(),
@@ -248,11 +254,11 @@ class ExactImpact(Impact):
                 for k, value in enumerate(armature[columns]):
                     D[k, k] += value
                 W, rates = solve(D, U.transpose(), True), solve(D, block(right[columns]) - St * p, True)
-                A, p = A - U * W, p + U * rates
+                A, p = symmetric(A - U * W), p + U * rates
             T = shift(self.arithmetic, origins[i] - origins[parent]) if parent >= 0 else block(6, 6)
             steps.append((Tt := T.transpose(), S, W, rates))
             if parent >= 0:
-                inertia[parent], push[parent] = inertia[parent] + T * A * Tt, push[parent] + T * p
+                inertia[parent], push[parent] = inertia[parent] + symmetric(T * A * Tt), push[parent] + T * p
         moved, found = [block(6, m)] * (len(parents) + 1), []  # the last twist is the world's
         for i, (Tt, S, W, rates) in enumerate(reversed(steps)):
             twist = Tt * moved[parents[i]]

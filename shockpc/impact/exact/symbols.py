@@ -1,9 +1,9 @@
 """Symbols (CasADi's expression graphs): an impact in them, for any posture. The only importer of CasADi.
 
-A symbol has no value. A formula that needs one, to compare it or to round it, cannot be written in symbols: `NeedsValue`.
+A symbol has no value. A formula that needs one, to compare it or to round it, cannot be written in symbols: `NoValueError`.
 """
 
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import replace
 from functools import cached_property, reduce
 from typing import Any, NoReturn, Self
@@ -15,17 +15,13 @@ from shockpc.core.impulse import RowChoice
 from shockpc.core.percussion import norm
 from shockpc.core.program import OPERATIONS, UNARY, Program
 from shockpc.core.spatial import Array, cross
-from shockpc.impact.exact.arithmetic import Arithmetic, Numbers, entries
+from shockpc.impact.exact.arithmetic import Arithmetic, NoValueError, Numbers, entries
 from shockpc.impact.exact.solution import ExactImpact
 from shockpc.impact.impact import Impact
 from shockpc.landing.landing import PosedLanding
 from shockpc.landing.motion import Motion
 from shockpc.landing.rows import row_terms
 from shockpc.robot.robot import Robot
-
-
-class NeedsValue(TypeError):
-    """A formula needs the value of a number, and a symbol has none."""
 
 
 class Symbol:
@@ -87,11 +83,11 @@ class Symbol:
 
     def __float__(self) -> float:
         if not self.e.is_constant():
-            raise NeedsValue
+            raise NoValueError
         return float(self.e)
 
     def _compare(self, other: object) -> NoReturn:
-        raise NeedsValue
+        raise NoValueError
 
     __lt__ = __le__ = __gt__ = __ge__ = _compare
 
@@ -191,7 +187,7 @@ class SymbolMatrix:
         return SymbolMatrix(casadi.sparsify(X))
 
 
-SYMBOLS = Arithmetic(Symbol, SymbolMatrix)
+SYMBOLS = Arithmetic(Symbol, SymbolMatrix, lambda M: SymbolMatrix(casadi.triu2symm(casadi.triu(M.m))))
 """The arithmetic of symbols."""
 
 
@@ -232,9 +228,9 @@ class SymbolImpact(ExactImpact):
         """Symbols have no values to be rounded.
 
         Raises:
-            NeedsValue: always.
+            NoValueError: always.
         """
-        raise NeedsValue
+        raise NoValueError
 
     @cached_property
     def pivot(self) -> Symbol:
@@ -259,7 +255,7 @@ class SymbolImpact(ExactImpact):
 
     @cached_property
     def _responses(self) -> tuple[SymbolMatrix, Numbers]:
-        """As `_by_rows` without the Delassus matrix; and the response (ny,) by which the norm of the inertia's inverse is estimated."""
+        """The first of `_by_rows`, and the response (ny,) by which the norm of the inertia's inverse is estimated."""
         # In Pinocchio's order of the free velocities, whose last is the first here.
         signs = np.where(np.arange(len(self._sizes))[::-1] * 2654435761 % 7 < 4, 1.0, -1.0)
         J = self._rows[self.choice.rows.tolist()]
@@ -270,7 +266,7 @@ class SymbolImpact(ExactImpact):
     def _by_rows(self) -> tuple[SymbolMatrix, SymbolMatrix]:
         """As of `ExactImpact`."""
         X = self._responses[0]
-        return X, self.arithmetic.matrix(self._rows[self.choice.rows.tolist()]) * X
+        return X, self.arithmetic.symmetric(self.arithmetic.matrix(self._rows[self.choice.rows.tolist()]) * X)
 
     @cached_property
     def _stiff(self) -> Numbers:
@@ -359,7 +355,7 @@ def traced(landing: PosedLanding, given: int, formulas: Callable[[Impact], list[
 
     Raises:
         SingularError: as for `SymbolImpact`.
-        NeedsValue: a formula compares or rounds numbers.
+        NoValueError: a formula compares or rounds numbers.
     """
     q, before = casadi.SX.sym("q", landing.robot.model.nq), casadi.SX.sym("before", given)
     found = [value for part in formulas(SymbolImpact.of(landing, q, before)) for value in np.asarray(part, dtype=object).ravel()]
@@ -423,10 +419,12 @@ CASADI |= {"less": "lt", "less_equal": "le", "absolute": "fabs", "not": "logic_n
 ONE = {"negative": lambda x: -x, "reciprocal": lambda x: 1 / x}
 
 
-def expressions_of(program: Program, inputs: casadi.SX) -> casadi.SX:
-    """The outputs (m,) of a program as expressions of inputs (n,)."""
+def function_of(program: Program, inputs: Mapping[str, int], outputs: Mapping[str, slice]) -> casadi.Function:
+    """A program as a function of CasADi. Args: inputs, sizes of its vectors; outputs, where they are among the program's."""
     functions = [ONE.get(name) or getattr(casadi, CASADI.get(name, name)) for name in OPERATIONS]
-    values = [*casadi.vertsplit(inputs), *map(casadi.SX, program.constants.tolist())]
+    vectors = [casadi.SX.sym(name, size) for name, size in inputs.items()]
+    values = [*casadi.vertsplit(casadi.vertcat(*vectors)), *map(casadi.SX, program.constants.tolist())]
     for operation, operands in zip(program.operation.tolist(), program.operands.tolist(), strict=True):
         values.append(functions[operation](*(values[k] for k in operands[: 1 + (operation < UNARY)])))
-    return casadi.vertcat(*(values[k] for k in program.outputs.tolist()))
+    found = [values[k] for k in program.outputs.tolist()]
+    return casadi.Function("landing", vectors, [casadi.vertcat(*found[part]) for part in outputs.values()], [*inputs], [*outputs])
