@@ -30,7 +30,7 @@ class Symbol:
     __slots__ = ("e",)
 
     def __init__(self, value: Any = 0) -> None:
-        self.e = value.e if isinstance(value, Symbol) else casadi.SX(value)
+        self.e = _expression(value)
 
     def __add__(self, other: Any) -> "Symbol":
         return Symbol(self.e + _plain(other))
@@ -96,6 +96,11 @@ def _plain(value: Any) -> Any:
     return value.e if isinstance(value, Symbol) else value
 
 
+def _expression(value: Any) -> casadi.SX:
+    plain = _plain(value)
+    return plain if isinstance(plain, casadi.SX) else casadi.SX(plain)
+
+
 class SymbolMatrix:
     """A matrix of expressions, with the operations of python-flint's `arb_mat` that the exact path uses; zeros take no operations.
 
@@ -115,8 +120,9 @@ class SymbolMatrix:
         n, m, *values = shape
         self.m = casadi.SX(n, m)
         for k, value in enumerate(values[0] if values else ()):
-            if not casadi.SX(_plain(value)).is_zero():
-                self.m[k // m, k % m] = _plain(value)
+            plain = _plain(value)
+            if not (plain.is_zero() if isinstance(plain, casadi.SX) else plain == 0):
+                self.m[k // m, k % m] = plain
 
     def __add__(self, other: "SymbolMatrix") -> "SymbolMatrix":
         return SymbolMatrix(self.m + other.m)
@@ -173,15 +179,15 @@ class SymbolMatrix:
         del algorithm
         A, X, n = casadi.SX(self.m), casadi.SX(right.m), self.m.shape[0]
         for k in range(n):
-            if casadi.SX(A[k, k]).is_zero():
+            if A[k, k].is_zero():
                 raise ZeroDivisionError
             for i in range(k + 1, n):
-                if not casadi.SX(A[i, k]).is_zero():
+                if not A[i, k].is_zero():
                     by = A[i, k] / A[k, k]
                     A[i, k:], X[i, :] = A[i, k:] - by * A[k, k:], X[i, :] - by * X[k, :]
         for k in range(n - 1, -1, -1):
             for i in range(k + 1, n):
-                if not casadi.SX(A[k, i]).is_zero():
+                if not A[k, i].is_zero():
                     X[k, :] = X[k, :] - A[k, i] * X[i, :]
             X[k, :] = X[k, :] / A[k, k]
         return SymbolMatrix(casadi.sparsify(X))
@@ -359,7 +365,7 @@ def traced(landing: PosedLanding, given: int, formulas: Callable[[Impact], list[
     """
     q, before = casadi.SX.sym("q", landing.robot.model.nq), casadi.SX.sym("before", given)
     found = [value for part in formulas(SymbolImpact.of(landing, q, before)) for value in np.asarray(part, dtype=object).ravel()]
-    return q, before, casadi.densify(casadi.vertcat(*(casadi.SX(_plain(value)) for value in found)))
+    return q, before, casadi.densify(casadi.vertcat(*map(_expression, found)))
 
 
 def with_slopes(y: casadi.SX, q: casadi.SX, before: casadi.SX, robot: Robot) -> casadi.SX:
@@ -386,15 +392,17 @@ def program_of(inputs: Sequence[casadi.SX], outputs: casadi.SX) -> Program:
         (function.instruction_id(k), function.instruction_output(k), function.instruction_input(k))
         for k in range(function.n_instructions())
     ]
-    constants = {
-        float(function.instruction_constant(k)): 0 for k, (operation, *_) in enumerate(steps) if operation == casadi.OP_CONST
-    }
-    constants = {value: n + k for k, value in enumerate(constants)}
+    # By their digits, because NaN is not equal to itself.
+    texts = [
+        float(function.instruction_constant(k)).hex() for k, (operation, *_) in enumerate(steps) if operation == casadi.OP_CONST
+    ]
+    constants = {text: n + k for k, text in enumerate(dict.fromkeys(texts))}
+    read = iter(texts)
     register: dict[int, int] = {}  # what CasADi's registers hold
     found, operands, results = list[int](), list[tuple[int, int]](), [0] * function.numel_out(0)
-    for k, (operation, to, of) in enumerate(steps):
+    for operation, to, of in steps:
         if operation == casadi.OP_CONST:
-            register[to[0]] = constants[float(function.instruction_constant(k))]
+            register[to[0]] = constants[next(read)]
         elif operation == casadi.OP_INPUT:
             register[to[0]] = of[1]
         elif operation == casadi.OP_OUTPUT:
@@ -405,7 +413,7 @@ def program_of(inputs: Sequence[casadi.SX], outputs: casadi.SX) -> Program:
             register[to[0]] = n + len(constants) + len(found) - 1
     return Program(
         n,
-        np.array(list(constants), dtype=float),
+        np.array([float.fromhex(text) for text in constants], dtype=float),
         np.array(found, dtype=np.uint8),
         np.array(operands, dtype=np.int32).reshape(-1, 2),
         np.array(results, dtype=np.int32),
