@@ -44,6 +44,8 @@ from .studies.check.study import Check as Check
 from .studies.check.study import check_budgets as check_budgets
 from .studies.compare.study import Comparison as Comparison
 from .studies.compare.study import compare as compare
+from .studies.export.study import Export as Export
+from .studies.export.study import export as export
 from .studies.fall.study import Falls as Falls
 from .studies.fall.study import fall as fall
 from .studies.identify.study import Identification as Identification

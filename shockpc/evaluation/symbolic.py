@@ -180,8 +180,8 @@ def _columns(landing: PosedLanding, text: str) -> list[Column]:
 
 def _refused(selection: Selection) -> StudyError:
     return StudyError(
-        f"{selection.name} ({selection.quantity.title}) cannot be written in symbols, because a decision or a search of it depends on "
-        "the posture; choose another quantity"
+        f"{selection.name} ({selection.quantity.title}) cannot be written in symbols, because a decision or a search in it "
+        "depends on the posture; choose another quantity"
     )
 
 

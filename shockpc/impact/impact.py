@@ -1,7 +1,7 @@
 """An impact: the solution of Eq. 4, the jumps of the bodies, and all that follows from them by the laws of rigid bodies.
 
-One class for three arithmetics: N postures in doubles (`solve_impact`), one in balls, or any in symbols (`exact`). The arrays have the same
-shapes in both, so that a quantity is one function of an impact, whichever arithmetic it is evaluated in.
+One class for three arithmetics: N postures in doubles (`solve_impact`), one in balls, or any in symbols (`exact`). The arrays have
+the same shapes in all, so that a quantity is one function of an impact, whichever arithmetic it is evaluated in.
 """
 
 import functools

@@ -122,10 +122,11 @@ def refuse(landing: PosedLanding) -> None:
             raise SceneError(f"{block.name} cannot be written in symbols; name a frame as the contact", blocks=[block.frame])
         if block.lowest:
             frame = landing.robot.frames[block.frame]
-            x, y, z = frame.rotation.T @ (posed.point - frame.offset) + 0.0
+            offset = ",".join(f"{x:.6g}" for x in frame.rotation.T @ (posed.point - frame.offset) + 0.0)
             raise SceneError(
-                f"{block.name} strikes at its lowest point, which jumps as the posture changes, so it is no expression of it; "
-                f"give it a point, such as that of this posture: --contact {block.frame}:{x:.6g},{y:.6g},{z:.6g}",
+                f"{block.name} strikes at its lowest point, which jumps as postures change: no symbols for it; "
+                f"take the frame's origin (--contact-point frame), or the point of this posture: --offset {offset}"
+                + (" --contact-kind flat" if len(block.moments) else ""),
                 blocks=[block.frame],
             )
     steps = np.random.default_rng(0).uniform(-0.5, 0.5, (3, landing.robot.model.nv))
