@@ -8,7 +8,7 @@ from robot_texts import LIMIT, joint, link, urdf
 from test_derivatives import IN_SERIES, in_balls, on
 from trees import known_robot, robot_from
 
-from shockpc import Contact, Joints, Scene, SceneError, SolveError, StudyError, Strike, resolve, shock_maps, symbolic
+from shockpc import Contact, Joints, Scene, SceneError, SolveError, Strike, StudyError, resolve, shock_maps, symbolic
 from shockpc.core.program import OPERATIONS, Program
 from shockpc.evaluation.symbolic import SymbolicLanding
 from shockpc.impact.exact.arithmetic import NoValueError

@@ -5,6 +5,8 @@ import json
 from collections.abc import Mapping, Sequence
 from typing import Literal, NamedTuple
 
+import numpy as np
+
 from shockpc.core.program import OPERATIONS, UNARY, Program
 from shockpc.core.spatial import Array
 
@@ -91,12 +93,16 @@ class Samples(NamedTuple):
     Attributes:
         inputs: (n, i) of the program, one row a posture.
         exact: (n, m) the numbers that `shock_profile` proves there, without condition and pivot.
-        size: (m,) natural sizes of these, to which errors are relative.
+        size: (m,) their medians: errors are relative to the number and this.
     """
 
     inputs: Array
     exact: Array
     size: Array
+
+    def error(self, found: Array) -> float:
+        """The maximum error of numbers (n, m)."""
+        return float(np.max(np.abs(found - self.exact) / (np.abs(self.exact) + self.size)))
 
 
 C_HEADER = """/*
@@ -147,8 +153,9 @@ int main(void)
     for (int k = 0; k < N; k++) {{
         landing({arguments}, out);
         for (int i = 0; i < M; i++) {{
-            const double error = fabs(out[i] - exact[k][i]) / size[i];
-            worst = error <= worst ? worst : error;
+            const double error = fabs(out[i] - exact[k][i]) / (fabs(exact[k][i]) + size[i]);
+            if (worst == worst && !(error <= worst))
+                worst = error; /* NaN stays. */
         }}
     }}
     printf("%.3g\\n", worst);
@@ -194,8 +201,8 @@ let worst = 0;
 given.forEach((x, k) => {{
     const out = landing({arguments});
     exact[k].forEach((value, i) => {{
-        const error = Math.abs(out[i] - value) / size[i];
-        worst = error <= worst ? worst : error;
+        const error = Math.abs(out[i] - value) / (Math.abs(value) + size[i]);
+        worst = Math.max(worst, error);
     }});
 }});
 console.log(worst);
@@ -237,7 +244,7 @@ def code_files(
     starts = [0, *itertools.accumulate(inputs.values())]
     rows = "{{{}}}" if in_c else "[{}]"
     parts = {
-        "about": "".join(f" * {line.replace('*/', '* /')}\n" for line in about),
+        "about": "".join(f" * {line.replace('*/', '* /')}".rstrip() + "\n" for line in about),
         "arrays": ", ".join(f"const double {name}[{n}]" if in_c else name for name, n in inputs.items()),
         "names": "".join(f"#define LANDING_{name.upper()} {k}\n" for k, name in enumerate(outputs))
         if in_c

@@ -42,13 +42,13 @@ def _lines(study: Export) -> list[tuple[str, str]]:
         ),
     ]
     if study.tested is not None:
-        lines.append(("its test", f"run by {RUNS[study.lang][0]}: maximum error {study.tested:.1e}"))
+        lines.append(("the code", f"run by {RUNS[study.lang][0]}: maximum error {study.tested:.1e}"))
     lines.append(("condition", f"do not trust the numbers where it is above {ILL_CONDITIONED:g}: a singular posture is near"))
     return lines
 
 
 def _warnings(study: Export) -> list[str]:
-    if study.tested is None and study.lang != "casadi":
+    if study.tested is None:
         return [f"warning: the code itself was not run, because {RUNS[study.lang][0]} is not installed; run its test where it is"]
     return []
 

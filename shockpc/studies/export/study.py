@@ -29,8 +29,8 @@ from shockpc.text.errors import SolveError, StudyError
 
 Language = Literal["c", "js", "casadi"]
 
-RUNS = {"c": ("cc", ("make", "-s", "CC=cc", "test")), "js": ("node", ("node", "landing_test.mjs"))}
-"""What runs the test of a code, and the command."""
+RUNS = {"c": ("cc", ("make", "-s", "CC=cc", "test")), "js": ("node", ("node", "landing_test.mjs")), "casadi": ("CasADi", ())}
+"""What runs the code, and the command that runs its test."""
 
 TIME = 300.0
 """Largest time that compiling and running the test may take [s]."""
@@ -49,8 +49,8 @@ class Export:
         files: the code by file name, without the scene.
         samples: random postures with what is proven in them.
         singular: how many random postures were left out, because no landing is proven there or the condition is too large.
-        error: maximum error of the program in these postures, run by NumPy, relative to the size of each number.
-        tested: maximum error that the test of the code printed; None where nothing on this computer runs it.
+        error: maximum error of the program in these postures, run by NumPy, as `Samples.error`.
+        tested: the same of the code itself; None where nothing on this computer runs it.
     """
 
     symbols: SymbolicLanding
@@ -112,16 +112,20 @@ def export(
     landing = resolve(scene, robot or robot_of(scene))
     symbols = SymbolicLanding(landing, quantities, before)
     samples, singular = _samples(symbols, sample)
-    m = samples.exact.shape[1]
-    error = float(np.max(np.abs(symbols.program(samples.inputs)[:, :m] - samples.exact) / samples.size))
+    nq, m = landing.robot.model.nq, samples.exact.shape[1]
+    error, tested = samples.error(symbols.program(samples.inputs)[:, :m]), None
     if lang == "casadi":
-        files = {"landing.casadi": symbols.casadi().serialize()}
+        function = symbols.casadi()
+        files = {"landing.casadi": function.serialize()}
+        rows = type(function).deserialize(files["landing.casadi"])(samples.inputs[:, :nq].T, samples.inputs[:, nq:].T)
+        tested = samples.error(np.concatenate([row.full() for row in rows]).T[:, :m])
     else:
-        inputs = {"q": landing.robot.model.nq, before: samples.inputs.shape[1] - landing.robot.model.nq}
+        inputs = {"q": nq, before: samples.inputs.shape[1] - nq}
         names = [name for name, _, _ in outputs_of(symbols)]
         files = code_files(lang, symbols.program, inputs, names, _about(symbols), ILL_CONDITIONED, samples)
-    tested = _tested(lang, files)
-    if not (worst := max(error, tested or 0.0)) < MOST_ERROR:
+        tested = _tested(lang, files)
+    worst = float(np.max([error, 0.0 if tested is None else tested]))  # NaN, if one is
+    if not worst < MOST_ERROR:
         raise StudyError(
             f"the code is off by {worst:.2g} of a number in a posture whose condition is below {ILL_CONDITIONED:g}, so it is not "
             "written; this is an error in shockpc or in the compiler, please report it"
@@ -195,9 +199,8 @@ def _samples(symbols: SymbolicLanding, n: int) -> tuple[Samples, int]:
         exact.append(np.concatenate(numbers))
     if not inputs:
         raise StudyError(f'no random posture of robot "{robot.name}" has a landing to compare the code with')
-    table = np.array(exact)
-    size = np.maximum(np.abs(np.nan_to_num(table, posinf=0.0)).max(axis=0), 1e-12)
-    return Samples(np.array(inputs), table, size), tried - len(inputs)
+    size = np.median(np.abs(exact), axis=0)
+    return Samples(np.array(inputs), np.array(exact), np.where(size > 0.0, size, 1.0)), tried - len(inputs)
 
 
 def _number(column: Column, value: Array) -> Array:
@@ -226,9 +229,9 @@ def _random(landing: PosedLanding, before: Before, rng: np.random.Generator) -> 
     return Q[0], Motion(turn @ qd[:3], turn @ qd[3:6], np.concatenate([np.zeros(6), qd[6:]])), qd
 
 
-def _tested(lang: Language, files: Mapping[str, str]) -> float | None:
+def _tested(lang: Literal["c", "js"], files: Mapping[str, str]) -> float | None:
     """The maximum error that the test of a code prints, where this computer can run it."""
-    if lang == "casadi" or not all(map(shutil.which, {RUNS[lang][0], RUNS[lang][1][0]})):
+    if not all(map(shutil.which, {RUNS[lang][0], RUNS[lang][1][0]})):
         return None
     with tempfile.TemporaryDirectory() as folder:
         for name, text in files.items():
