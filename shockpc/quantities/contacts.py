@@ -160,7 +160,8 @@ class _Resistance:
     def _mobility(self, moments: Array) -> BallMatrix:
         """A while standing feet, loops and the contact's rotation about some axes are held."""
         blocks = self._constraints(moments)
-        return self.impact.mobility(self.point, blocks, independent_rows(self.impact.landing, blocks))
+        A: BallMatrix = self.impact.mobility(self.point, blocks, independent_rows(self.impact.landing, blocks))
+        return A
 
     def _constraints(self, moments: Array) -> tuple[Block, ...]:
         """Standing feet, loops, and the contact's rotation about some axes."""
@@ -217,7 +218,8 @@ class _Resistance:
     @functools.cached_property
     def mobility_by_joints(self) -> BallMatrix:
         """A − A_L: what the joints add to the mobility of the contact point."""
-        return self.point_mobility - self.impact.rigid_mobility(self.point)
+        locked: BallMatrix = self.impact.rigid_mobility(self.point)
+        return self.point_mobility - locked
 
     @functools.cached_property
     def mitigation_frictionless(self) -> Any:
@@ -283,7 +285,8 @@ def _largest(A: BallMatrix) -> float:
 
 
 def _part(A: BallMatrix, rows: list[int], columns: list[int]) -> BallMatrix:
-    return BALLS.matrix(entries(A)[np.ix_(rows, columns)])
+    part: BallMatrix = BALLS.matrix(entries(A)[np.ix_(rows, columns)])
+    return part
 
 
 def _moving_axes(A: BallMatrix, whole: float = 0.0) -> list[int]:

@@ -5,7 +5,7 @@ arrays of objects, so that the formulas of arrays of doubles run on them as well
 """
 
 from collections.abc import Callable, Iterable, Sequence
-from typing import Any, NamedTuple, Protocol, TypeAlias
+from typing import Any, Literal, NamedTuple, Protocol, TypeAlias
 
 import numpy as np
 
@@ -68,7 +68,7 @@ class Matrix(Protocol):
     def table(self) -> list[list[Any]]:
         """The rows."""
 
-    def solve(self, right: Any, algorithm: Any = None) -> Any:
+    def solve(self, right: Any, /, *, algorithm: Literal["lu"]) -> Any:
         """The solution X of A X = right.
 
         Raises:

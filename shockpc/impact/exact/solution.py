@@ -8,6 +8,7 @@ in which its inertia is about one, so that pivots stay on the diagonal. Both kee
 
 from collections.abc import Sequence
 from functools import cached_property
+from typing import Any
 
 import numpy as np
 
@@ -87,7 +88,7 @@ class ExactImpact(Impact):
         return np.ones(len(self._free))
 
     @cached_property
-    def _free_inertia(self) -> Matrix:
+    def _free_inertia(self) -> Any:
         """H (ny, ny) of the free velocities, in their units."""
         return self.arithmetic.matrix(self._reduced(self._reduced(self._joint_inertia).T))
 
@@ -194,7 +195,7 @@ class ExactImpact(Impact):
         constrained = self.landing.joint_model.locked[columns] | np.isin(columns, coupled)
         return np.asarray(np.where(constrained, super().joint_power(joints), drive))
 
-    def mobility(self, block: Block, fixed: Sequence[Block], independent: list[int]) -> Matrix:
+    def mobility(self, block: Block, fixed: Sequence[Block], independent: list[int]) -> Any:
         """Delassus matrix (n, n) of the rows of a block while others stay held: J P Jᵀ, with P the inverse inertia on these [1/kg].
 
         Args:
@@ -209,12 +210,12 @@ class ExactImpact(Impact):
         R = self._reduced(row_jacobian(self.state, fixed)[0])[independent] if independent else None
         return J * self._fixed_response(J, R)
 
-    def rigid_mobility(self, block: Block) -> Matrix:
+    def rigid_mobility(self, block: Block) -> Any:
         """The same (n, n) of the whole robot as one rigid body: every joint locked, the base free, and nothing held."""
         wrenches = self.arithmetic.matrix(block_wrenches(self.state, block)[0])
         return wrenches * solve(sum(self._inertias, start=self.arithmetic.block(6, 6)), wrenches.transpose(), of_inertia=True)
 
-    def _fixed_response(self, J: Matrix, fixed: Numbers | None) -> Matrix:
+    def _fixed_response(self, J: Matrix, fixed: Numbers | None) -> Any:
         """Free velocities (ny, n) by unit impulses along rows J (n, ny) while rows (r, ny) are held."""
         free = self._by_inertia(J.transpose())
         if fixed is None:
@@ -223,7 +224,7 @@ class ExactImpact(Impact):
         by_fixed = self._by_inertia(R.transpose())
         return free - by_fixed * solve(R * by_fixed, R * free)
 
-    def _by_inertia(self, B: Matrix) -> Matrix:
+    def _by_inertia(self, B: Matrix) -> Any:
         """H⁻¹ B (ny, m) by articulated-body inertias (Featherstone 2008, Chapter 7), or by elimination where joints follow others.
 
         Each inertia is about its joint's origin: about a distant one its terms would cancel, and balls widen at every joint.

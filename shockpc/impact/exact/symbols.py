@@ -6,7 +6,7 @@ A symbol has no value. A formula that needs one, to compare it or to round it, c
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import replace
 from functools import cached_property, reduce
-from typing import Any, NoReturn, Self
+from typing import Any, Literal, NoReturn, Self
 
 import casadi
 import numpy as np
@@ -170,7 +170,7 @@ class SymbolMatrix:
         """The entries, row after row."""
         return [value for row in self.table() for value in row]
 
-    def solve(self, right: "SymbolMatrix", algorithm: str = "lu") -> "SymbolMatrix":
+    def solve(self, right: "SymbolMatrix", /, *, algorithm: Literal["lu"]) -> "SymbolMatrix":
         """The solution X of A X = right by elimination in the order of the rows, as suits a positive definite A.
 
         Raises:
@@ -256,7 +256,7 @@ class SymbolImpact(ExactImpact):
         """
         size, jump = self._sizes, entries(self._solution[0])[:, 3]
         light = _length(jump * size) / (_greatest(map(abs, jump)) * _least(size))
-        found = _length(self._stiff * size) / self.pivot * light.max(1.0)
+        found: Symbol = _length(self._stiff * size) / self.pivot * light.max(1.0)
         return found if self.landing.base == "free" else found * self._cancellation
 
     @cached_property

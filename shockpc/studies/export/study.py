@@ -183,7 +183,7 @@ def _about(symbols: SymbolicLanding) -> list[str]:
 def _samples(symbols: SymbolicLanding, n: int) -> tuple[Samples, int]:
     """Random postures with what is proven there; and how many were left out."""
     landing, rng = symbols.landing, np.random.default_rng(0)
-    robot, inputs, exact, tried = symbols.landing.robot, [], [], 0
+    robot, tried, inputs, exact = symbols.landing.robot, 0, list[Array](), list[Array]()
     while len(inputs) < n and tried < 3 * n + 20:
         tried += 1
         q, motion, given = _random(landing, symbols.before, rng)
