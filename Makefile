@@ -62,6 +62,7 @@ check: .venv/.dev
 	@"$(BIN)/ruff" check shockpc tests
 	@"$(BIN)/mypy"
 	@"$(BIN)/lint-imports"
+	@"$(BIN)/python" tests/row_path.py
 
 # Error against run time, with a report in out/bench.
 bench: .venv/.dev

@@ -5,6 +5,8 @@ from .evaluation.symbolic import SymbolicLanding as SymbolicLanding
 from .evaluation.symbolic import symbolic as symbolic
 from .evaluation.table import Table as Table
 from .evaluation.varied import VariedLandings as VariedLandings
+from .landing.joints import Joints as Joints
+from .landing.joints import Rotor as Rotor
 from .landing.landing import Landing as Landing
 from .landing.landing import PosedLanding as PosedLanding
 from .landing.posture import configuration as configuration
@@ -12,15 +14,13 @@ from .landing.posture import configuration_from_mujoco as configuration_from_muj
 from .landing.resolve import resolve as resolve
 from .landing.scene import Closure as Closure
 from .landing.scene import Contact as Contact
-from .landing.scene import Joints as Joints
 from .landing.scene import LoopEnd as LoopEnd
 from .landing.scene import Part as Part
 from .landing.scene import Point as Point
 from .landing.scene import Posture as Posture
-from .landing.scene import Rotor as Rotor
 from .landing.scene import Scene as Scene
-from .landing.scene import Strike as Strike
 from .landing.scene_file import read_scene as read_scene
+from .landing.strike import Strike as Strike
 from .profile import shock_maps as shock_maps
 from .profile import shock_profile as shock_profile
 from .quantities.health import Health as Health

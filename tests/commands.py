@@ -100,3 +100,8 @@ def environment(changes: Mapping[str, str]) -> dict[str, str]:
 def dog_in(folder: Path) -> Path:
     """A copy of the dog's package in a folder; the folder of the package."""
     return Path(shutil.copytree(ROBOTS / "dog", folder / "dog"))
+
+
+def vector(row, key):
+    """The components of a vector in a row of a document's table."""
+    return [row[f"{key}_{axis}"] for axis in "xyz"]

@@ -16,8 +16,8 @@ import mujoco
 import numpy as np
 
 from shockpc import Joints, Posture, Scene, fall, load_robot
-from shockpc.landing.scene import GRAVITY
-from shockpc.robot.geometry import Shape
+from shockpc.landing.strike import GRAVITY
+from shockpc.robot.shapes import Shape
 from shockpc.studies.fall.body import UP, Rigid
 from shockpc.studies.fall.motion import CrossSection, Fall, SectionMotion, follow_fall
 from shockpc.studies.fall.strikes import _support

@@ -11,9 +11,6 @@ import os
 import random
 import re
 import struct
-import zipfile
-import zlib
-from collections.abc import Callable
 from pathlib import Path
 from typing import Any, NamedTuple
 from xml.etree import ElementTree
@@ -300,37 +297,17 @@ COMMANDS = {
 
 
 class Case(NamedTuple):
-    """A case.
-
-    Attributes:
-        files: of its folder.
-        words: of the command line.
-        refused: whether the command has to refuse it as a bad input.
-        pipes, links: what takes the place of some files, or of folders with all that is in them; links with their targets.
-        message: what has to be printed, such as that of one row of a table.
-    """
+    """A case: the files of its folder, and the words of the command line."""
 
     files: dict[str, bytes]
     words: list[str]
-    refused: bool = False
-    pipes: tuple[str, ...] = ()
-    links: dict[str, str] = {}  # noqa: RUF012 (the cases have no default of their own to change)
-    message: str = ""
 
     def write(self, folder: Path) -> None:
         """Make the folder; the files that a case may name but not read are in `outside` beside it."""
         folder.mkdir(parents=True)
         for name, data in self.files.items():
-            if any(f"{name}/".startswith(f"{other}/") for other in (*self.pipes, *self.links)):
-                continue
             (folder / name).parent.mkdir(parents=True, exist_ok=True)
             (folder / name).write_bytes(data)
-        for name in (*self.pipes, *self.links):
-            (folder / name).parent.mkdir(parents=True, exist_ok=True)
-        for name in self.pipes:
-            os.mkfifo(folder / name)
-        for name, target in self.links.items():
-            os.symlink(target, folder / name)
         for suffix in ("", ".csv", ".npz", ".parquet", ".stl", ".toml", ".urdf", ".xml"):
             os.mkfifo(folder / f"pipe{suffix}")
         for suffix in ("", ".stl"):
@@ -343,17 +320,9 @@ class Case(NamedTuple):
             os.truncate(folder / name, 2**30)
 
 
-def rule_of(number: int) -> "Rule | None":
-    """The rule of which case `number` is; None where it is one of changes at random."""
-    turn, k = divmod(number // 4, len(RULES))
-    return RULES[k] if number % 4 == 3 and (turn % 4 == 0 or RULES[k] not in SLOW) else None
-
-
 def case(number: int) -> Case:
-    """Case `number`; every fourth is of a rule of its own."""
+    """Case `number`."""
     rng, files = random.Random(f"case {number}"), dict(FILES)
-    if rule := rule_of(number):
-        return rule(rng, files)
     (line,) = rng.choices(list(COMMANDS), [often for often, _ in COMMANDS.values()])
     words = line.split()
     files |= UNFINISHED if "--resume" in words else {}
@@ -581,171 +550,3 @@ def _binary(rng: random.Random, data: bytes) -> bytes:
         case 2:
             return data[:at] + struct.pack("<f", rng.choice((3e38, float("nan"), float("inf"), 1e20, 1e-40, -1e6))) + data[at + 4 :]
     return _flipped(rng, data)
-
-
-def _with(files: dict[str, bytes], name: str, old: str, new: str) -> dict[str, bytes]:
-    """Files of which one has a text in place of another, which is in it."""
-    data = files[name].decode()
-    assert old in data, f"{name} holds no {old}"
-    return files | {name: data.replace(old, new, 1).encode()}
-
-
-def _outside(rng: random.Random, files: dict[str, bytes]) -> Case:
-    """A robot file names a file outside the open folders."""
-    name, old, kind, words = rng.choice(
-        (
-            ("robot.urdf", "part.stl", "stl", "robot.urdf --contact foot --out out"),
-            ("robot.xml", "part.stl", "stl", "robot.xml --contact foot"),
-            ("robot.xml", "more.xml", "xml", "robot.xml --contact foot"),
-            ("robot.urdf.xacro", "$(find stick)/macros.xacro", "xml", "robot.urdf.xacro --contact foot"),
-            ("robot.urdf.xacro", "values.yaml", "yaml", "robot.urdf.xacro --contact foot"),
-        )
-    )
-    path = rng.choice((f"../outside/secret.{kind}", f"./../outside/../outside/secret.{kind}", f"planted.{kind}"))
-    return Case(_with(files, name, old, path), ["analyze", *words.split()], links={f"planted.{kind}": f"../outside/secret.{kind}"})
-
-
-def _mass(rng: random.Random, files: dict[str, bytes]) -> Case:
-    """A mass that no body has."""
-    value = rng.choice(("-2", "-1e-9", "-1e9", "nan", "inf", "-inf", "1e400"))
-    name, old, new = rng.choice(
-        (
-            ("robot.urdf", 'mass value="2"', 'mass value="{}"'),
-            ("robot.xml", 'mass="2"', 'mass="{}"'),
-            ("robot.urdf.xacro", 'default="2"', 'default="{}"'),
-        )
-    )
-    return Case(_with(files, name, old, new.format(value)), ["analyze", name, "--contact", "foot"], refused=True)
-
-
-def _field(rng: random.Random, files: dict[str, bytes]) -> Case:
-    """A cell of a table that is longer than the reader's limit, or whose quotation mark is not closed."""
-    lines = files["landings.csv"].decode().split("\n")
-    _, rest = lines[k := rng.randrange(1, len(lines))].split(",", 1)
-    cell = rng.choice(("x" * rng.randrange(131_073, 300_000), '"' + "x\n" * 70_000 + '"', '"open'))
-    lines[k] = f"{cell},{rest}"
-    return Case(files | {"landings.csv": "\n".join(lines).encode()}, ["landings", "landings.csv", "robot.urdf"], refused=True)
-
-
-def _member(rng: random.Random, files: dict[str, bytes]) -> Case:
-    """An archive with a member that is no array, or not the one that its header describes."""
-    header = io.BytesIO()
-    np.lib.format.write_array_header_1_0(
-        header, {"descr": rng.choice(("<f8", "|O", "|V0", "<U3")), "fortran_order": False, "shape": (rng.choice((3, -1, 10**10)),)}
-    )
-    content = rng.choice((b"hello", b"", header.getvalue(), header.getvalue()[:-20], header.getvalue() + b"12345"))
-    archive = io.BytesIO(files["landings.npz"])
-    with zipfile.ZipFile(archive, "a") as file:
-        file.writestr(zipfile.ZipInfo(rng.choice(("note.npy", "note", "note.txt"))), content)  # without the time
-    return Case(files | {"landings.npz": archive.getvalue()}, ["landings", "landings.npz", "robot.urdf"], refused=True)
-
-
-def _growth(rng: random.Random, files: dict[str, bytes]) -> Case:
-    """An archive of megabytes that unpacks to nearly four gigabytes."""
-    packer, count = zlib.compressobj(9, zlib.DEFLATED, -15), 3900 + rng.randrange(100)
-    packer.compress(bytes(2**20))
-    packer.flush(zlib.Z_FULL_FLUSH)
-    block = packer.compress(bytes(2**20)) + packer.flush(zlib.Z_FULL_FLUSH)  # does not depend on what was before it
-    packed, archive = block * count + b"\3\0", io.BytesIO()
-    with zipfile.ZipFile(archive, "w") as file:
-        file.writestr(zipfile.ZipInfo("vz.npy"), packed)
-    data, was, now = archive.getvalue(), struct.pack("<II", len(packed), len(packed)), struct.pack("<II", len(packed), count << 20)
-    data = data.replace(was, now)
-    for mark, at in ((b"PK\3\4", 8), (b"PK\1\2", 10)):
-        start = data.rfind(mark) + at
-        data = data[:start] + b"\x08\0" + data[start + 2 :]
-    return Case(files | {"landings.npz": data}, ["landings", "landings.npz", "robot.urdf"], refused=True)
-
-
-def _pipe(rng: random.Random, files: dict[str, bytes]) -> Case:
-    """A pipe in the place of an input."""
-    line = rng.choice(
-        (
-            *(f"landings pipe.{kind} robot.urdf" for kind in ("csv", "csv", "npz", "parquet")),
-            *(f"analyze pipe.{kind} --contact foot" for kind in ("urdf", "xml", "toml")),
-            "check pipe.toml",
-            "check budgets.toml --baseline pipe",
-            "analyze robot.urdf --contact foot --srdf pipe",
-        )
-    )
-    return Case(files, line.split(), refused=True)
-
-
-def _planted(rng: random.Random, files: dict[str, bytes]) -> Case:
-    """A folder to continue in which links lead elsewhere, or a pipe stands for a file."""
-    folder, line = rng.choice(list(CONTINUED.items()))
-    noun, kind = line.split()[0], "parquet" if line.endswith("parquet") else "csv"
-    name = f"{folder}/" + rng.choice(
-        ("rows", "checksums", f"{noun}.json", f"rows/part-00000.{kind}", "checksums/part-00000.sha256")
-    )
-    words = f"{line} --out {folder} --resume".split()
-    if rng.random() < 0.5:
-        return Case(files | UNFINISHED, words, refused=True, pipes=(name,))
-    up = "../" * (name.count("/") + 1)
-    target = "outside" if name.endswith(("rows", "checksums")) else "outside/secret.yaml"
-    return Case(files | UNFINISHED, words, refused=True, links={name: up + target})
-
-
-def _long(rng: random.Random, files: dict[str, bytes]) -> Case:
-    """Texts in which a part is repeated, or blanks, so that a careless expression takes the square of their length."""
-    match rng.randrange(3):
-        case 0:
-            lines = files["landings.csv"].decode().split("\n")
-            lines[0] += "," + rng.choice(("joint_state/", "joint_states/")) * 10_000  # less than a cell may have
-            data = "\n".join([lines[0], *(f"{line},1" for line in lines[1:])]).encode()
-            return Case(files | {"landings.csv": data}, ["landings", "landings.csv", "robot.urdf"])
-        case 1:
-            return Case(files | {"package.xml": b"<name>" + b" " * 200_000}, ["robots", "robot.urdf"])
-        case _:
-            text = "<!--" + "<xacro:arg " * 200_000 + "--></robot>"
-            return Case(_with(files, "robot.urdf.xacro", "</robot>", text), ["analyze", "robot.urdf.xacro", "--contact", "foot"])
-
-
-def _digits(rng: random.Random, files: dict[str, bytes]) -> Case:
-    """Digits that Python alone reads as a number."""
-    value = rng.choice(("1_0", "-1_0.5", "\uff11", "-\u0661", "1\u0665"))
-    if rng.random() < 0.3:
-        words = ["analyze", "robot.urdf", "--contact", "foot"]
-        return Case(_with(files, "robot.urdf", 'mass value="2"', f'mass value="{value}"'), words, refused=True)
-    lines = files["landings.csv"].decode().split("\n")
-    k = rng.randrange(1, len(lines))
-    cells = lines[k].split(",")
-    name = rng.choice(("vx", "vz", "q_knee", "before_knee", "friction"))
-    cells[list(LANDINGS).index(name)] = value
-    lines[k] = ",".join(cells)
-    files |= {"landings.csv": "\n".join(lines).encode()}
-    return Case(files, ["landings", "landings.csv", "robot.urdf"], message=f'column {name}: "{value}" is not a number')
-
-
-def _elements(rng: random.Random, files: dict[str, bytes]) -> Case:
-    """A robot file of very many elements or attributes."""
-    part = rng.choice(("<a/>", '<a b=""/>', '<a b="" c=""><d/></a>'))
-    text = part * 600_000 + "</robot>"
-    return Case(_with(files, "robot.urdf", "</robot>", text), ["analyze", "robot.urdf", "--contact", "foot"], refused=True)
-
-
-def _soft(rng: random.Random, files: dict[str, bytes]) -> Case:
-    """A contact so soft, or a robot so heavy, that the landing lasts for hours."""
-    if rng.random() < 0.5:
-        files = _with(files, "robot.urdf", 'mass value="2"', f'mass value="{rng.choice(("1e13", "1e20"))}"')
-    words = f"analyze robot.urdf --contact foot --at body --contact-stiffness {rng.choice(('1e-3', '1e-6', '1e-30', '1e3'))}"
-    return Case(files, [*words.split(), "--format", "json", *["--spectrum"] * rng.randrange(2)])
-
-
-def _signs(rng: random.Random, files: dict[str, bytes]) -> Case:
-    """A name with characters that change how a terminal shows a line."""
-    name = f'"bo{rng.choice(SIGNS)}dy"'.encode()
-    words = rng.choice(("analyze robot.urdf --contact foot", "robots robot.urdf", "analyze robot.urdf --contact foot --body no"))
-    return Case(files | {"robot.urdf": files["robot.urdf"].replace(b'"body"', name)}, words.split())
-
-
-SIGNS = ("\u202e", "\u2066", "\u200b", "\u2028", "\x85")
-"""Characters that print nothing, or turn the direction of what follows."""
-
-Rule = Callable[[random.Random, dict[str, bytes]], Case]
-
-RULES: tuple[Rule, ...] = (_outside, _mass, _field, _member, _growth, _pipe, _planted, _long, _digits, _elements, _soft, _signs)
-"""What must hold whatever the input, with cases of its own each, because changes at random seldom come upon it."""
-
-SLOW = (_elements, _soft)
-"""Rules whose cases take seconds: every fourth turn is theirs."""

@@ -216,7 +216,8 @@ compare stick.urdf --contact foot --change mass:shin=0.9x:: --part knee="5 N m" 
 limits stick.urdf --contact foot --joint knee --at body --max 0.2:: --pulse half-sine:5ms => no number here depends on --pulse
 landings log.csv stick.urdf --contact foot:: --part knee="5 N m" --quantity delta_v@body => such as part_margin, or leave it out
 sensitivity stick.urdf --contact foot --at body --vary mass:*=0.9x:1.1x:: --group shin => leave one of the two out
-landings scenes:: --contact-stiffness 1e5 => the scene gives a contact stiffness, which would change nothing here
+landings scenes:: --contact-stiffness 1e5 => shockpc batch scenes/*.toml
+landings log.csv stick.urdf --contact foot:: --contact-stiffness 1e5 => a contact stiffness, which would change nothing here
 analyze scenes/one.toml:: --together => the contacts of a scene strike together
 SWEEP:: --rows csv => --rows csv is the format of files, and needs a folder: --out DIR
 SWEEP:: --wait => waits for the workers of a cluster; give its address with --cluster

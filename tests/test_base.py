@@ -13,7 +13,7 @@ from trees import known_robot, robot_from
 
 from shockpc import Contact, Joints, Posture, Scene, Strike, load_robot, shock_profile
 from shockpc.landing.joint_model import joint_model
-from shockpc.show.document import document
+from shockpc.studies.analyze.report import document
 
 SCENE = Scene(
     robot="quadruped",

@@ -105,7 +105,7 @@ def test_rows_are_ranked_by_the_greatest_shock_of_the_trunk(dogs):
 @pytest.mark.parametrize(("rank", "sign"), [("friction_needed", -1.0), ("ropc", 1.0), ("delta_v.y@*", -1.0)])
 def test_rows_are_ranked_by_any_quantity_the_worst_first(rank, sign):
     """The greatest friction first, the least radius, the greatest magnitude of what has a sign."""
-    ranked = batch(DOGS, rank=rank)
+    ranked = batch(["go2"], rank=rank)
     values = [sign * abs(row.values[rank]) for row in ranked.rows]
     assert (values == sorted(values), ranked.rank, rank in ranked.columns) == (True, rank, True)
 
@@ -208,22 +208,24 @@ def test_how_many_were_not_computed_is_said_and_the_exit_code_is_3_if_all_or_str
     assert text.count("no mass or inertia") == 1
     assert "(first: romeo l_sole+r_sole)" in text
     assert outcome.out.count("bolt") >= 2
-    assert outcome.err == "shockpc: 1 of 4 landings could not be computed; the results name them\n"
+    assert (outcome.err.count("\n"), "1 of 4 landings" in outcome.err) == (1, True)
 
 
 def test_documents_hold_the_same_rows(capfd, tmp_path, dogs):
     """CSV and JSON in full precision, Markdown for a report."""
-    good(capfd, "batch", *DOGS, "--out", tmp_path)
+    words = ("batch", "go2", "--contact", "F?_foot")
+    expected = [row for row in dogs.rows if row.contact in ("FL_foot", "FR_foot")]
+    good(capfd, *words, "--out", tmp_path)
     document = json.loads((tmp_path / "batch.json").read_text())
     assert document["schema"] == "shockpc.batch/2"
-    assert [row["ropc"] for row in document["tables"]["batch"]] == [row.values["ropc"] for row in dogs.rows]
+    assert [row["ropc"] for row in document["tables"]["batch"]] == [row.values["ropc"] for row in expected]
     sensors = [(row["robot"], row["contact"], row["at"], row["shock"]) for row in document["tables"]["sensors"]]
-    assert sensors == [(row.robot, row.contact, *pair) for row in dogs.rows for pair in row.sensors.items()]
+    assert sensors == [(row.robot, row.contact, *pair) for row in expected for pair in row.sensors.items()]
     table = list(csv.DictReader(io.StringIO((tmp_path / "batch.csv").read_text())))
-    assert [float(row["shock_max [-]"]) for row in table] == [row.values["shock_max"] for row in dogs.rows]
-    assert json.loads(good(capfd, "batch", *DOGS, "--format", "json")) == document
-    assert good(capfd, "batch", *DOGS, "--format", "csv") == (tmp_path / "batch.csv").read_text()
-    assert (tmp_path / "report.md").read_text() == good(capfd, "batch", *DOGS, "--format", "markdown")
+    assert [float(row["shock_max [-]"]) for row in table] == [row.values["shock_max"] for row in expected]
+    assert json.loads(good(capfd, *words, "--format", "json")) == document
+    assert good(capfd, *words, "--format", "csv") == (tmp_path / "batch.csv").read_text()
+    assert (tmp_path / "report.md").read_text() == good(capfd, *words, "--format", "markdown")
 
 
 def test_failures_are_in_every_document(capfd):
@@ -289,8 +291,9 @@ def test_contact_sheet_shows_the_worst_landing_of_each_robot(capfd, tmp_path):
 
 def test_with_friction_the_columns_say_which_law_of_contact_they_are_of(capfd):
     """Numbers of contacts that stick never stand beside a friction without a word; those with friction are not proven."""
-    sliding = ("hyq", "--friction", "0.2", "--strike-angle", "40")
+    feet = ("hyq", "--contact", "l?_foot")
+    sliding = (*feet, "--friction", "0.2", "--strike-angle", "40")
     assert "warning: these numbers are of contacts that stick" in good(capfd, "batch", *sliding)
     text = good(capfd, "batch", *sliding, "--quantity", "shock_com_friction")
     assert "in double precision, not proven: shock_com_friction; the others are of contacts that stick" in text
-    assert "contacts that stick" not in good(capfd, "batch", "hyq")
+    assert "contacts that stick" not in good(capfd, "batch", *feet)

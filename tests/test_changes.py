@@ -5,7 +5,8 @@ import pytest
 import robot_texts
 from robot_texts import LIMIT, joint, link, loaded, urdf
 
-from shockpc.landing.scene import Joints, Posture, Scene
+from shockpc.landing.joints import Joints
+from shockpc.landing.scene import Posture, Scene
 from shockpc.profile import shock_profile
 from shockpc.robot import geometry
 from shockpc.robot.changes import Change, changed, links_with_mass, read_changes

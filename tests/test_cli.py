@@ -13,7 +13,7 @@ import tomllib
 
 import numpy as np
 import pytest
-from commands import STICK, good, run
+from commands import STICK, good, run, vector
 from identify_draws import BLOCKS, csv_text, leg
 from test_readme import commands, words_of
 from test_scene_file import EVERY_KEY, by_key
@@ -24,8 +24,8 @@ import shockpc.show.report
 from shockpc import read_scene, shock_profile
 from shockpc.cli import progress
 from shockpc.cli.app import COMMANDS
-from shockpc.landing.scene import GRAVITY
-from shockpc.show.document import document as document_of
+from shockpc.landing.strike import GRAVITY
+from shockpc.studies.analyze.report import document as document_of
 from shockpc.text.printed import json_text
 
 pytestmark = pytest.mark.usefixtures("no_figures")
@@ -59,11 +59,11 @@ def test_robots_and_scenes(capfd, here):
     out = good(capfd, "analyze", "stick.urdf", "--contact", "foot")
     assert out.split("\n\n")[1].startswith(f"robot        {here}/stick.urdf (stick, 2.5 kg, 2 moving bodies)\n")
     assert "\nrobot        anymal_b (anymal, 30.48 kg, 13 " in good(capfd, "analyze", "ANYmal-B", "--contact", "LF_FOOT")
-    expected = document(capfd, "stick.urdf", "--contact", "foot")["bodies"]
+    expected = document(capfd, "stick.urdf", "--contact", "foot")["tables"]
     (here / "robot").write_text(STICK)
     (here / "landing.toml").write_text('# a scene\nrobot = "./robot"\n[[contact]]\nframe = "foot"\n')
-    assert document(capfd, "./landing.toml")["bodies"] == expected
-    assert document(capfd, "./robot", "--contact", "foot")["bodies"] == expected
+    assert document(capfd, "./landing.toml")["tables"] == expected
+    assert document(capfd, "./robot", "--contact", "foot")["tables"] == expected
 
 
 def test_xacro_with_arguments_and_package(capfd, here, monkeypatch):
@@ -86,7 +86,7 @@ def test_xacro_with_arguments_and_package(capfd, here, monkeypatch):
 
 def contacts(found):
     """The landings, with + between the contacts of one."""
-    return ["+".join(contact["frame"] for contact in one["contacts"]) for one in (found if isinstance(found, list) else [found])]
+    return [one["tables"]["landing"][0]["contact"] for one in (found if isinstance(found, list) else [found])]
 
 
 CONTACTS = {
@@ -115,7 +115,7 @@ def test_frame_whose_name_holds_a_plus(capfd, here):
     (here / "odd.urdf").write_text(STICK.replace('"foot"', '"left+right"').replace('"ankle"', '"a:b"'))
     found = document(capfd, "odd.urdf", "--contact", "left+right", "--at", "a:b", "--at", "a:b:0,0,0.1")
     assert contacts(found) == ["left+right"]
-    assert [point["frame"] for point in found["points"]] == ["a:b", "a:b:0,0,0.1"]
+    assert [row["point"] for row in found["tables"]["points"]] == ["a:b", "a:b:0,0,0.1"]
 
 
 @pytest.mark.parametrize(
@@ -127,10 +127,11 @@ def test_frame_whose_name_holds_a_plus(capfd, here):
 )
 def test_sliding_in_a_horizontal_plane(capfd, here, words, up):
     """With a velocity in that plane, up is world y; with a vertical one, as by default and after a fall, it is world z."""
-    (contact,) = on_a_foot(capfd, "--slide", "--plane", *words.split())["contacts"]
-    assert contact["approach"][up] < 0.0
-    assert contact["impulse"].pop(up) > 0.0
-    assert contact["impulse"] == [0.0, 0.0]
+    (contact,) = on_a_foot(capfd, "--slide", "--plane", *words.split())["tables"]["contacts"]
+    impulse = vector(contact, "impulse")
+    assert vector(contact, "approach")[up] < 0.0
+    assert impulse.pop(up) > 0.0
+    assert impulse == [0.0, 0.0]
 
 
 HALF = math.sqrt(0.5)
@@ -149,8 +150,8 @@ def test_a_fall_is_vertical_and_forward_is_world_x_or_world_y(capfd, here, plane
     if forward:
         landings["--strike-angle", "30", "--speed", "2"] = [*forward, -math.sqrt(3)]
     for words, approach in landings.items():
-        (contact,) = on_a_foot(capfd, "--plane", plane, *words)["contacts"]
-        assert contact["approach"] == pytest.approx(approach, abs=1e-15)
+        (contact,) = on_a_foot(capfd, "--plane", plane, *words)["tables"]["contacts"]
+        assert vector(contact, "approach") == pytest.approx(approach, abs=1e-15)
 
 
 # What is shown
@@ -166,7 +167,7 @@ def test_formats(capfd, here):
     assert code == 0
     assert re.fullmatch(r'shockpc: warning: joint "lh_hip": 4\.06 deg.*\n', err)
     documents, rows = document(capfd, *words[1:]), list(csv.DictReader(io.StringIO(out)))
-    shocks = [(one["contacts"][0]["frame"], body["body"], body["shock_com"]) for one in documents for body in one["bodies"]]
+    shocks = [(row["contact"], row["body"], row["shock_com"]) for one in documents for row in one["tables"]["bodies"]]
     assert [(row["contact"], row["body"], float(row["shock at CoM [-]"])) for row in rows] == shocks
 
 
@@ -264,7 +265,7 @@ def test_a_folder_and_a_scene_for_each_landing(capfd, here):
         assert document(capfd, f"landing.{name}.toml") == one
     summary = list(csv.reader(io.StringIO((here / "out/summary.csv").read_text(encoding="utf-8"))))
     assert summary[0] == ["shock at", *(f"{frame} [-]" for frame in frames)]
-    assert [float(x) for x in summary[1][1:]] == [one["bodies"][0]["shock_com"] for one in found]
+    assert [float(x) for x in summary[1][1:]] == [one["tables"]["bodies"][0]["shock_com"] for one in found]
     assert good(capfd, "analyze", *words, "--format", "markdown").endswith((here / "out/summary.md").read_text(encoding="utf-8"))
 
 
@@ -477,8 +478,6 @@ def test_examples_of_the_help_run(capfd, here, command):
     (here / "log.csv").write_text("LF_KFE,vz\n-0.8,-1\n")
     samples = "".join(f"{k / 1000},0.5,0,0.4,-0.8,0\n" for k in range(50))
     (here / "walk.csv").write_text(f"time,z,LF_HAA,LF_HFE,LF_KFE,force\n{samples}")
-    (here / "scenes").mkdir()
-    (here / "scenes" / "jump.toml").write_text('robot = "anymal_b"\n[[contact]]\nframe = "LF_FOOT"\n')
     if command == "identify":
         (here / "drops.csv").write_text(csv_text(leg(np.random.default_rng(0), 6, here)))
         (here / "leg.toml").write_text('robot = "leg.urdf"\n[[contact]]\nframe = "foot"\ndirections = ["x", "z"]\n')

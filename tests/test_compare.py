@@ -14,7 +14,9 @@ from commands import STICK_WITH_IMU, good, run
 from robot_texts import loaded
 
 from shockpc.evaluation.designs import Design
-from shockpc.landing.scene import Contact, Joints, Scene, Strike
+from shockpc.landing.joints import Joints
+from shockpc.landing.scene import Contact, Scene
+from shockpc.landing.strike import Strike
 from shockpc.profile import shock_profile
 from shockpc.quantities.table import select
 from shockpc.robot.changes import changed, read_changes

@@ -1,8 +1,9 @@
-"""The JSON document: exactly schema `shockpc.profile/1`, and exactly the numbers of the profile."""
+"""The JSON document: exactly schema `shockpc.profile/2`, and exactly the numbers of the profile."""
 
 import json
 import math
 
+import jsonschema
 import numpy as np
 import pytest
 from altered import Altered, health
@@ -12,8 +13,11 @@ from pydantic import TypeAdapter
 import shockpc
 from shockpc import Closure, Contact, Joints, LoopEnd, Part, Point, Posture, Scene, Strike, shock_profile
 from shockpc.landing.dynamics import PINOCCHIO
+from shockpc.landing.scene_file import scene_schema
 from shockpc.quantities.table import QUANTITIES
-from shockpc.show.document import document
+from shockpc.show.document import headed
+from shockpc.studies.analyze.document import content
+from shockpc.studies.analyze.report import document
 from shockpc.text.diagnostic import Diagnostic
 from shockpc.text.printed import json_text
 
@@ -60,59 +64,21 @@ SCENES = {
     ),
 }
 
-STRIKES = "most_severe:strike least_severe:strike"
-FOOT = (
-    "frame:str point:vector impulse:vector? friction_needed:float? approach:vector? mass_sticking:float? mass_frictionless:float? "
-    "mitigation:float? mitigation_frictionless:float? moment:vector? effective_mass:float? pull:float?"
-)
 RECORDS = {
-    "document": "schema:str shockpc:str pinocchio:str robot:robot scene:dict v_in:float bodies:body* points:point* "
-    "contacts:contact* joint_model:str health:health stance:foot* total:total energy:energy joints:joint* bracket:row* "
-    "assembly:assembly? loads_unique:bool depth:float? feasible:float needs_tilt:float friction:sliding? stiffness:springs? "
-    "drives:drives margin_lost:lost? parts:part*",
-    "lost": "contact_stiffness:float? place:str refused:str",
-    "part": "part:str body:str joint:str? critical:critical? withstands:torque? delta_v:vector? shock:float? "
-    "velocity_margin:float? peak_g:float? acceleration_margin:float? along:float? torque:float? "
-    "part_margin:float? governed_by:str? missing:str?",
-    "torque": "momentary_torque:float? duration:float? given:bool",
-    "critical": "velocity_change:float acceleration:float? both:bool basis:str",
+    "document": "schema:str shockpc:str pinocchio:str robot:robot scene:dict bodies:body* joint_model:str drives:drives "
+    "health:health loads_unique:bool assembly:assembly? friction:sliding? stiffness:springs? margin_lost:lost? tables:dict "
+    "units:dict",
+    "robot": "name:str file:str n_bodies:int nv:int",
+    "body": "body:str links:str* rotation:matrix",
     "drives": "source:str? unknown:str* springs:str* spring_time:float?",
-    "robot": "name:str file:str mass:float n_bodies:int nv:int",
-    "body": "body:str links:str* placement:placement delta_omega:vector delta_v:vector copc:vector? copc_world:vector? ropc:float? "
-    f"translates:bool pitch:float? off_plane:float shock_com:float shock_min:float? shock_max:float? {STRIKES} peak_g:float? "
-    "delta_v_com:vector error_bound:float delta_v_max:float?",
-    "placement": "position:vector rotation:matrix",
-    "strike": "direction:vector shock:float",
-    "point": f"frame:str body:str delta_v:vector shock:float {STRIKES} peak_g:float? position:vector shock_free:float? "
-    "shock_locked:float? shock_springs_free:float? range_share:float?",
-    "contact": FOOT,
     "health": "rank:int rows:int error_bound:float? body_error_bounds:float?* double_error:float data_sensitivity:float? bits:int "
     "warnings:warning*",
     "warning": "kind:str subject:str value:float? text:str",
-    "foot": FOOT,
-    "total": "impulse:vector moment:vector",
-    "energy": "lost:float? share:float? made:float?",
-    "joint": "joint:str position:float force:vector moment:vector along:float? delta_qd:float? joint_impulse:float "
-    "joint_moment:float stop_impulse:float? stop_acts:bool rate_after:float? joint_torque_share:float?",
-    "row": "place:str free:float? as_modelled:float locked:float? springs_free:float?",
     "assembly": "gap:float turn:float left:float retried:bool moved:step*",
     "step": "joint:str by:float",
-    "sliding": "coefficient:float unchanged:bool total:total energy_lost:float solutions:int residual:float contacts:slip* "
-    "bodies:struck* points:felt* joints:loaded*",
-    "slip": "frame:str state:str impulse:vector slip:vector",
-    "struck": "body:str delta_omega:vector delta_v:vector copc:vector? ropc:float? shock_com:float",
-    "felt": "frame:str delta_v:vector shock:float peak_g:float?",
-    "loaded": "joint:str along:float? delta_qd:float? joint_impulse:float joint_moment:float stop_impulse:float? stop_acts:bool "
-    "rate_after:float?",
-    "springs": "contact_stiffness:float difference:float compression:float contacts:pressed* bodies:jolted* points:shaken* "
-    "joints:turned* modes:mode* springs_count:float? spectra:dict?",
-    "pressed": "frame:str duration:float peak_force:float peak_force_time:float restitution:float",
-    "shaken": "frame:str peak_acceleration:float peak_acceleration_time:float delta_v_compressed:vector shock_compressed:float "
-    "delta_v_separated:vector shock_separated:float",
-    "turned": "joint:str peak_joint_force:float peak_joint_moment:float peak_torque:float? peak_stop:float "
-    "delta_qd_compressed:float? delta_qd_separated:float?",
-    "jolted": "body:str shock_com_compressed:float shock_com_separated:float",
-    "mode": "frequency:float energy:float force_share:dict contacts_share:float",
+    "sliding": "coefficient:float unchanged:bool solutions:int",
+    "springs": "contact_stiffness:float springs_count:float? spectra:dict?",
+    "lost": "contact_stiffness:float? place:str refused:str",
 }
 """The keys of every record in their order, and what they hold; ? may be null, * is a list."""
 LISTS = {"vector": "float", "matrix": "vector"}
@@ -149,52 +115,35 @@ def test_document_fits_its_schema(profile):
     assert written.endswith("}\n")
 
 
-def same(read, value):
-    """Whether a value is read back to the last bit; null stands for what is not there, and for numbers that are not finite."""
-    if isinstance(value, str | bool | None):
-        return read == value
-    array = np.asarray(value, dtype=float)
-    return read is None if not np.isfinite(array).any() else np.array_equal(read, array)
+TABLES = {"robot": "landing", "body": "bodies", "point": "points", "joint": "joints", "part": "parts", "contact": "contacts"}
 
 
-def at(row, path):
-    """What stands at a path such as "most_severe.shock"."""
-    for key in path.split("."):
-        row = row[key]
-    return row
-
-
-def test_document_is_the_table(profile):
-    """Every quantity of every place is in the document, to the last bit, and so are the robot, the assembly and the warnings.
-
-    What only a friction or a stiffness gives has sections of its own, with the same places.
-    """
+def test_tables_hold_every_quantity(profile):
+    """To the last bit, at every place; one that no place has is left out. Beside them are robot, assembly and warnings."""
     read, robot, assembly = json.loads(json_text(document(profile))), profile.robot, profile.assembly
-    assert (read["schema"], read["shockpc"], read["pinocchio"]) == ("shockpc.profile/1", shockpc.__version__, PINOCCHIO)
-    size = {"name": robot.name, "file": robot.label, "mass": robot.mass, "n_bodies": len(robot.bodies), "nv": robot.model.nv}
+    assert (read["schema"], read["shockpc"], read["pinocchio"]) == ("shockpc.profile/2", shockpc.__version__, PINOCCHIO)
+    size = {"name": robot.name, "file": robot.label, "n_bodies": len(robot.bodies), "nv": robot.model.nv}
     assert (read["robot"], read["joint_model"]) == (size, profile.joint_model)
-    rows = {
-        "robot": [read | read["health"] | {"mass": read["robot"]["mass"]}],
-        "body": read["bodies"],
-        "point": read["points"],
-        "joint": read["joints"],
-        "part": read["parts"],
-    }
-    rows["contact"] = [*read["contacts"], *read["stance"]]
-    lists = {"body": "bodies", "point": "points", "joint": "joints", "contact": "contacts"}
     for quantity in QUANTITIES:
-        section, _, path = (quantity.path or quantity.key).rpartition(":")
-        if section and read[section] is None:
+        if quantity.of == "part":
             continue
-        path = f"placement.{path}" if (quantity.of, path) == ("body", "position") else path
-        values = profile.values(quantity)
-        shown = rows if not section else {kind: read[section].get(key) for kind, key in lists.items()} | {"robot": [read[section]]}
-        assert len(values) == len(shown[quantity.of])
-        assert all(same(at(row, path), value) for row, value in zip(shown[quantity.of], values, strict=True)), quantity.key
+        values, tables = profile.values(quantity), read["tables"]
+        rows = [read["health"]] if (quantity.of, quantity.on) == ("robot", "health") else tables.get(TABLES[quantity.of], [])
+        if quantity.key.startswith(("most_severe", "least_severe")):
+            rows = tables.get("directions", [])
+            rows = rows[: len(robot.bodies)] if quantity.of == "body" else rows[len(robot.bodies) :]
+        keys = [f"{quantity.key}_{axis}" for axis in "xyz"] if quantity.vector else [quantity.key]
+        for row, value in zip(rows, values, strict=False):  # the contacts end with their total
+            known = [None if not np.isfinite(x) and not np.isposinf(x) else x for x in np.atleast_1d(value)]
+            found = [float(x) if isinstance(x, str) else x for x in map(row.get, keys)]
+            assert found == known, quantity.key
     assert [(body["body"], tuple(body["links"])) for body in read["bodies"]] == [(body.name, body.links) for body in robot.bodies]
-    assert [body["placement"]["rotation"] for body in read["bodies"]] == profile.rotation.tolist()
-    assert [foot["frame"] for foot in read["stance"]] == list(profile.scene.stance)
-    assert [tuple(row.values()) for row in read["bracket"]] == list(profile.bracket)
+    assert [body["rotation"] for body in read["bodies"]] == profile.rotation.tolist()
+    standing = [row["contact"] for row in read["tables"]["contacts"] if "stance" in (row["what"] or "")]
+    assert standing == [foot.frame for foot in profile.stance]
+    bracket = [(row.free, row.as_modelled, row.locked) for row in profile.bracket]
+    keys = ("shock_free", "shock", "shock_locked")
+    assert [tuple(map(row.get, keys)) for row in read["tables"]["shocks"]] == bracket
     assert [tuple(warning.values()) for warning in read["health"]["warnings"]] == list(profile.health.warnings)
     moved = None if assembly is None else [{"joint": name, "by": by} for name, by, _ in assembly.moved]
     assert read["assembly"] == (
@@ -207,11 +156,12 @@ def test_nulls_stand_where_things_do_not_exist():
     """Centres of what only translates; impulses, moments and loads that are not unique; friction where the ground would pull."""
     names = "beam that translates", "dog on all feet, locked", "beam that is pulled"
     beam, dog, pulled = (document(shock_profile(SCENES[name])) for name in names)
-    assert [beam["bodies"][0][key] for key in ("copc", "copc_world", "ropc", "pitch", "shock_max")] == [None] * 4 + [1.0]
+    keys = ("copc_x", "copc_world_x", "ropc", "pitch", "shock_max")
+    assert [beam["tables"]["bodies"][0].get(key) for key in keys] == [None, None, "inf", None, 1.0]
     assert (dog["loads_unique"], pulled["loads_unique"], dog["health"]["rank"], dog["health"]["rows"]) == (False, True, 6, 12)
-    assert [(contact["impulse"], contact["friction_needed"]) for contact in dog["contacts"]] == [(None, None)] * 4
-    assert [contact["impulse"][2] for contact in pulled["contacts"]] == pytest.approx([1.5, -0.5])
-    assert [contact["friction_needed"] for contact in pulled["contacts"]] == [0.0, None]
+    assert [row["what"] for row in dog["tables"]["contacts"]] == ["not unique"] * 4 + [None]
+    assert [row["impulse_z"] for row in pulled["tables"]["contacts"]] == pytest.approx([1.5, -0.5, 1.0])
+    assert [row["friction_needed"] for row in pulled["tables"]["contacts"]] == [0.0, None, None]
 
 
 def test_scene_in_the_document_is_the_whole_scene(profile):
@@ -219,6 +169,7 @@ def test_scene_in_the_document_is_the_whole_scene(profile):
     read = json.loads(json_text(document(profile)))
     assert {"robot", "base", "plane", "posture", "strike", "contact"} <= set(read["scene"])
     assert "reference" in read["scene"]["posture"]
+    jsonschema.validate(read["scene"], scene_schema())
     again = TypeAdapter(Scene).validate_python(read["scene"])
     assert json_text(document(shock_profile(again))) == json_text(document(profile))
 
@@ -250,6 +201,6 @@ def test_health_without_a_number_is_null():
     profile = shock_profile(SCENES["beam that is pulled"])
     warning = Diagnostic("sensor", "imu", math.inf, "beyond its range")
     warned = health(error_bound=math.inf, body_error_bounds=(math.inf,), data_sensitivity=None, warnings=(warning,))
-    found = document(Altered(profile, health=warned))["health"]
+    found = headed("profile", content(Altered(profile, health=warned)))["health"]
     assert [found[key] for key in ("error_bound", "body_error_bounds", "data_sensitivity")] == [None, [None], None]
     assert found["warnings"] == [{"kind": "sensor", "subject": "imu", "value": None, "text": "beyond its range"}]

@@ -14,7 +14,8 @@ from shockpc.impact.springs import spring_times
 from shockpc.landing.joint_model import joint_model
 from shockpc.robot.catalogue import catalogue, find_robot, project_robots_folder
 from shockpc.robot.changes import changed, read_changes
-from shockpc.robot.drives import Drive, catalogue_drives, drives_of, read_drives
+from shockpc.robot.drives import catalogue_drives, drives_of, read_drives
+from shockpc.robot.elements import Drive
 
 GO2 = Contact(frame="FL_foot")
 

@@ -13,7 +13,7 @@ from shockpc.landing.dynamics import dynamics
 from shockpc.landing.freedom import free_columns
 from shockpc.landing.posture import configuration
 from shockpc.landing.rows import row_jacobian
-from shockpc.robot.robot import Mimic
+from shockpc.robot.elements import Mimic
 
 EQUALITY = mujoco.mjtConstraint.mjCNSTR_EQUALITY
 

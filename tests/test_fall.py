@@ -9,7 +9,7 @@ import pytest
 from commands import good, run
 
 from shockpc import Contact, Joints, Part, Scene, SolveError, Strike, StudyError, fall, load_robot, shock_profile
-from shockpc.landing.scene import GRAVITY
+from shockpc.landing.strike import GRAVITY
 from shockpc.quantities.table import select
 from shockpc.studies.fall.body import Rigid
 from shockpc.studies.fall.motion import CrossSection, SectionMotion, follow_fall

@@ -27,11 +27,12 @@ from shockpc.core.spatial import plane_from
 from shockpc.landing.scene_file import with_plane
 from shockpc.paper.report import paper_picture
 from shockpc.paper.study import FIGURES, paper_figures
-from shockpc.robot.geometry import Shape
 from shockpc.robot.meshes import Mesh
+from shockpc.robot.shapes import Shape
+from shockpc.show.figure.labels import LETTERS, PALE, SMALL
 from shockpc.show.figure.landing import draw_landing
 from shockpc.show.figure.layout import Page
-from shockpc.show.figure.picture import LETTERS, PALE, SMALL, layers
+from shockpc.show.figure.picture import layers
 from shockpc.show.figure.silhouette import silhouette, to_plane
 from shockpc.show.figure.style import BANDS, DPI, EDGES, band, plain_numbers, render, settings
 from shockpc.show.figure.view import Field, field_of, view_of

@@ -12,10 +12,10 @@ import pytest
 from commands import ROBOTS
 
 from shockpc import Contact, OutputError, Scene, shock_profile
-from shockpc.show.document import document as document_of
 from shockpc.show.files import check_folder, write_file, write_folder
 from shockpc.show.folder import write_report_folder
 from shockpc.studies.analyze.report import analyze_report, landing_report
+from shockpc.studies.analyze.report import document as document_of
 from shockpc.text.paths import read_file
 from shockpc.text.printed import json_text
 
@@ -62,22 +62,19 @@ def test_nothing_is_left_of_a_file_that_fails(tmp_path, monkeypatch, stop):
     assert list(tmp_path.iterdir()) == [path]
 
 
-NOTHING = 'nothing can be written in folder "{}": Not a directory; name another with --out, or change its permissions'
-INSTEAD = '"{}" is {}, but a file has to be written there; move it, or name another file'
 ODD = "a pipe, a device or a link to itself"
-OUT = '"{}" leads out of its folder by a link; remove it, or name another with --out'
 REFUSED = [
-    (lambda: check_folder(Path("file"), "--out"), NOTHING.format("file")),
-    (lambda: check_folder(Path("file/a/b"), "--out"), NOTHING.format("file/a/b")),
-    (lambda: write_file(Path("b.csv"), "b"), INSTEAD.format("b.csv", "a folder")),
-    (lambda: write_file(Path("pipe"), "b"), INSTEAD.format("pipe", ODD)),
-    (lambda: write_file(Path("to_pipe"), "b"), INSTEAD.format("to_pipe", ODD)),
-    (lambda: write_file(Path("loop"), "b"), INSTEAD.format("loop", ODD)),
-    (lambda: write_file(Path("file/d.txt"), "d"), '"file/d.txt" cannot be written: File exists'),
-    (lambda: write_folder(Path(), {"a.csv": "1", "b.csv": "2"}), INSTEAD.format("b.csv", "a folder")),
-    (lambda: write_folder(Path(), {"a.csv": "1", "pipe": "2"}), INSTEAD.format("pipe", ODD)),
-    (lambda: write_folder(Path(), {"a.csv": "1", "to_file": "2"}), OUT.format("to_file")),
-    (lambda: write_folder(Path(), {"a.csv": "1", "to_folder/c": "2"}), OUT.format("to_folder/c")),
+    (lambda: check_folder(Path("file"), "--out"), ("file", "Not a directory")),
+    (lambda: check_folder(Path("file/a/b"), "--out"), ("file/a/b", "Not a directory")),
+    (lambda: write_file(Path("b.csv"), "b"), ("b.csv", "a folder")),
+    (lambda: write_file(Path("pipe"), "b"), ("pipe", ODD)),
+    (lambda: write_file(Path("to_pipe"), "b"), ("to_pipe", ODD)),
+    (lambda: write_file(Path("loop"), "b"), ("loop", ODD)),
+    (lambda: write_file(Path("file/d.txt"), "d"), ("file/d.txt", "File exists")),
+    (lambda: write_folder(Path(), {"a.csv": "1", "b.csv": "2"}), ("b.csv", "a folder")),
+    (lambda: write_folder(Path(), {"a.csv": "1", "pipe": "2"}), ("pipe", ODD)),
+    (lambda: write_folder(Path(), {"a.csv": "1", "to_file": "2"}), ("to_file", "out of its folder")),
+    (lambda: write_folder(Path(), {"a.csv": "1", "to_folder/c": "2"}), ("to_folder/c", "out of its folder")),
 ]
 
 
@@ -87,8 +84,8 @@ def _state(path):
     return found.st_mode, found.st_ino, found.st_size, found.st_mtime_ns
 
 
-@pytest.mark.parametrize(("act", "text"), REFUSED, ids=range(len(REFUSED)))
-def test_what_cannot_be_written_is_refused_and_nothing_is_left(tmp_path, monkeypatch, act, text):
+@pytest.mark.parametrize(("act", "parts"), REFUSED, ids=range(len(REFUSED)))
+def test_what_cannot_be_written_is_refused_and_nothing_is_left(tmp_path, monkeypatch, act, parts):
     """What is no file in the place of a file, or a file in that of a folder, stops before anything is written."""
     monkeypatch.chdir(tmp_path)
     (tmp_path / "file").touch()
@@ -99,7 +96,7 @@ def test_what_cannot_be_written_is_refused_and_nothing_is_left(tmp_path, monkeyp
     before = {path.name: _state(path) for path in tmp_path.iterdir()}
     with pytest.raises(OutputError) as refusal:
         act()
-    assert str(refusal.value) == text
+    assert [part for part in parts if part not in str(refusal.value)] == []
     assert {path.name: _state(path) for path in tmp_path.iterdir()} == before
 
 
@@ -198,9 +195,9 @@ FILES = {
     "points.csv",
     "contacts.csv",
     "joints.csv",
-    "joint_models.csv",
+    "shocks.csv",
+    "landing.csv",
     "directions.csv",
-    "posture.csv",
     "report.html",
     "report.md",
     "shock.svg",
@@ -218,11 +215,13 @@ def test_folder_of_a_landing(tmp_path, profile):
     assert (folder / "shock.svg").read_bytes().startswith(b"<?xml")
     document = json.loads(json_text(document_of(profile)))
     bodies = rows(folder / "bodies.csv")
-    assert [row[1] for row in bodies[1:]] == [body["body"] for body in document["bodies"]]
-    assert [float(row[bodies[0].index("shock at CoM [-]")]) for row in bodies[1:]] == [b["shock_com"] for b in document["bodies"]]
+    assert [row[1] for row in bodies[1:]] == [body["body"] for body in document["tables"]["bodies"]]
+    assert [float(row[bodies[0].index("shock at CoM [-]")]) for row in bodies[1:]] == [
+        b["shock_com"] for b in document["tables"]["bodies"]
+    ]
     points = rows(folder / "points.csv")
     assert [(row[0], row[1], float(row[5])) for row in points[1:]] == [
-        (p["frame"], p["body"], p["shock"]) for p in document["points"]
+        (p["point"], p["body"], p["shock"]) for p in document["tables"]["points"]
     ]
     assert [row[0] for row in rows(folder / "contacts.csv")[1:]] == ["lf_foot"]
 

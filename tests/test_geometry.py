@@ -13,9 +13,10 @@ from robot_texts import BODY, LIMIT, body, floating, joint, link, loaded, mjcf, 
 
 from shockpc import Scene, load_robot, shock_profile
 from shockpc.robot.catalogue import data_folder
-from shockpc.robot.geometry import body_outline, inertia_box, outline
+from shockpc.robot.elements import Body
+from shockpc.robot.geometry import body_outline, outline
 from shockpc.robot.meshes import outer_vertices, read_mesh
-from shockpc.robot.robot import Body
+from shockpc.robot.shapes import inertia_box
 
 DIRECTIONS = np.random.default_rng(3).normal(size=(200, 3))
 DIRECTIONS /= np.linalg.norm(DIRECTIONS, axis=1, keepdims=True)

@@ -8,12 +8,12 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from commands import good, run
+from commands import good, run, vector
 from robot_texts import body, floating, joint, link, mjcf, urdf
 
 from shockpc import Contact, Joints, Part, Point, Rotor, Scene, SceneError, SolveError, Strike, load_robot, resolve, shock_profile
 from shockpc.impact.stiffness import CompliantLanding
-from shockpc.landing.scene import GRAVITY
+from shockpc.landing.strike import GRAVITY
 from shockpc.paper.landings import scene as paper_scene
 from shockpc.quantities.table import quantity
 from shockpc.studies.analyze.history import draw_time
@@ -43,16 +43,17 @@ def test_a_body_that_slides(capfd, here, mu):
     """v_n = −1 is stopped by λ = 1 / (1/m + (x² + µ x z) / I), with friction −µ λ against the slip, which stays forward."""
     (here / "box.urdf").write_text(BOX)
     words = ("box.urdf", "--contact", "box", "--offset", "0.3,0,-0.1", "--velocity", "5,0,-1", "--friction", mu)
-    found = document(capfd, *words)["friction"]
+    whole = document(capfd, *words)
+    found, tables = whole["friction"], whole["tables"]
     normal = 1.0 / (1.0 / 2.0 + (0.3**2 - 0.3 * 0.1 * mu) / 0.1)
-    (contact,) = found["contacts"]
-    assert (contact["frame"], contact["state"], found["solutions"], found["unchanged"]) == ("box", "slides", 1, False)
-    np.testing.assert_allclose(contact["impulse"], [-mu * normal, 0.0, normal], atol=1e-13)
+    (contact,) = tables["contacts"]
+    assert (contact["contact"], contact["state"], found["solutions"], found["unchanged"]) == ("box", "slides", 1, False)
+    np.testing.assert_allclose(vector(contact, "impulse_friction"), [-mu * normal, 0.0, normal], atol=1e-13)
     turn = (-0.1 * -mu * normal - 0.3 * normal) / 0.1
-    np.testing.assert_allclose(contact["slip"], [5.0 - mu * normal / 2.0 - 0.1 * turn, 0.0, 0.0], atol=1e-12)
-    np.testing.assert_allclose(found["bodies"][0]["delta_omega"], [0.0, turn, 0.0], atol=1e-12)
+    np.testing.assert_allclose(vector(contact, "slip"), [5.0 - mu * normal / 2.0 - 0.1 * turn, 0.0, 0.0], atol=1e-12)
+    np.testing.assert_allclose(vector(tables["bodies"][0], "delta_omega_friction"), [0.0, turn, 0.0], atol=1e-12)
     before, after = 26.0, (5.0 - mu * normal / 2.0) ** 2 + (normal / 2.0 - 1.0) ** 2
-    assert found["energy_lost"] == pytest.approx(before - after - 0.05 * turn**2, abs=1e-12)
+    assert tables["landing"][0]["energy_lost_friction"] == pytest.approx(before - after - 0.05 * turn**2, abs=1e-12)
     text = good(capfd, "analyze", *words)
     assert f"contacts with friction {mu:g} (world axes; double precision, not proven)" in text
     assert "all other tables are without it, for contacts that stick" in text
@@ -150,9 +151,9 @@ def test_a_point_mass_on_a_spring(capfd, here, e):
         "--at",
         "box",
     )
-    found = document(capfd, *words)["stiffness"]
+    found = document(capfd, *words)["tables"]
     omega = math.sqrt(K / 2.0)
-    assert found["difference"] < 1e-9
+    assert found["landing"][0]["stiffness_difference"] < 1e-9
     (contact,), (point,) = found["contacts"], found["points"]
     values = [contact[key] for key in ("duration", "peak_force", "peak_force_time")]
     np.testing.assert_allclose(values, [loaded(e) / omega, 6.0 * omega, math.pi / 2.0 / omega], rtol=1e-9)
@@ -166,7 +167,7 @@ def test_a_point_mass_on_a_spring(capfd, here, e):
 def test_two_laws_of_restitution_differ_at_every_stiffness(capfd):
     """The difference from the impulse model does not shrink on stiffer contacts, and the line says why."""
     words = ("go2", "--contact", "FL_foot", "--restitution", 0.5, "--no-gravity", "--contact-stiffness")
-    soft, stiff = (document(capfd, *words, k)["stiffness"]["difference"] for k in (1e6, 1e10))
+    soft, stiff = (document(capfd, *words, k)["tables"]["landing"][0]["stiffness_difference"] for k in (1e6, 1e10))
     assert soft == pytest.approx(stiff, rel=1e-3)
     assert stiff > 0.01
     assert "part of the difference is between two laws of restitution" in good(capfd, "analyze", *words, 1e8)
@@ -178,7 +179,7 @@ def test_a_point_mass_falls_on_a_spring(capfd, here, e, speed):
     """Under gravity: F = √(k m v² + (m g)²) + m g, first at (π − atan(ω v / g)) / ω; it leaves at e v, or stands with m g."""
     (here / "box.urdf").write_text(BOX)
     words = ("box.urdf", "--contact", "box", "--speed", speed, "--restitution", e, "--contact-stiffness", K, "--at", "box")
-    found = document(capfd, *words)["stiffness"]
+    found = document(capfd, *words)["tables"]
     omega, weight = math.sqrt(K / 2.0), 2.0 * GRAVITY
     (contact,), (point,) = found["contacts"], found["points"]
     force, when = math.hypot(2.0 * speed * omega, weight) + weight, (math.pi - math.atan(omega * speed / GRAVITY)) / omega
@@ -261,7 +262,7 @@ def test_a_damper_beside_the_spring(capfd, here):
     words = ("box.urdf", "--contact", "box", "--contact-stiffness", K, "--no-gravity")
     zeta = 300.0 / (2.0 * math.sqrt(K * 2.0))
     e = math.exp(-2.0 * zeta * math.acos(zeta) / math.sqrt(1.0 - zeta**2))
-    found = document(capfd, *words, "--contact-damping", 300)["stiffness"]
+    found = document(capfd, *words, "--contact-damping", 300)["tables"]
     (contact,) = found["contacts"]
     assert contact["restitution"] == pytest.approx(e, rel=1e-12)
     omega, angle = math.sqrt(K / 2.0), math.acos(zeta)
@@ -270,7 +271,7 @@ def test_a_damper_beside_the_spring(capfd, here):
     force = 2.0 * omega**2 / damped * math.exp(-zeta * omega * turn) * abs(math.sin(damped * turn - 2.0 * angle))
     assert contact["peak_force"] == pytest.approx(force, rel=1e-9)
     assert contact["peak_force_time"] == pytest.approx(turn, rel=1e-6)
-    (strong,) = document(capfd, *words, "--contact-damping", 3000)["stiffness"]["contacts"]
+    (strong,) = document(capfd, *words, "--contact-damping", 3000)["tables"]["contacts"]
     assert (strong["peak_force"], strong["peak_force_time"]) == (pytest.approx(3000.0, rel=1e-9), 0.0)
     text = good(capfd, "analyze", *words, "--contact-damping", 300)
     assert f"the damping makes a restitution of {e:.3g} at box" in text
@@ -309,15 +310,13 @@ def test_a_column_of_two_masses(capfd, here, words, mass, share):
     """With a reflected inertia a between them the foot feels m₁ + a m₂ / (a + m₂); the joint carries what moves the upper mass."""
     (here / "column.urdf").write_text(COLUMN)
     words = ("column.urdf", "--contact", "foot", "--slide", "--restitution", 1, "--contact-stiffness", K, "--no-gravity", *words)
-    whole = document(capfd, *words)
-    found = whole["stiffness"]
+    found = document(capfd, *words)["tables"]
     force = math.sqrt(K * mass)
     assert found["contacts"][0]["duration"] == pytest.approx(loaded(1.0) * math.sqrt(mass / K), rel=1e-9)
     assert found["contacts"][0]["peak_force"] == pytest.approx(force, rel=1e-9)
     (joint,) = found["joints"]
     assert joint["peak_torque"] == pytest.approx(force / mass * share, rel=1e-9)
     assert joint["peak_joint_force"] == pytest.approx(force / mass * share, rel=1e-9)
-    (joint,) = whole["joints"]
     assert joint["joint_torque_share"] == pytest.approx(force / mass * share / 50.0, rel=1e-9)
 
 
@@ -538,7 +537,7 @@ def test_a_foot_that_stays_on_the_ground_without_force_brings_no_warning(capfd):
         "RR_calf_joint=100",
     )
     found = document(capfd, *words)
-    assert found["stiffness"]["contacts"][0]["duration"] == pytest.approx(3.6e-3, rel=1e-3)
+    assert found["tables"]["contacts"][0]["duration"] == pytest.approx(3.6e-3, rel=1e-3)
     assert found["health"]["warnings"] == []
 
 
@@ -573,8 +572,8 @@ def test_files_over_time(capfd, here):
     good(capfd, "analyze", *words, "--spectrum", "--out", "out")
     assert {"time.svg", "spectrum.svg"} <= {path.name for path in (here / "out").iterdir()}
     read = json.loads((here / "out/profile.json").read_text())
-    spectra, (point,) = read["stiffness"]["spectra"], read["points"]
-    expected = 2.0 * math.pi * spectra["frequencies"][0] * max(map(abs, point["delta_v"])) / GRAVITY
+    spectra, (point,) = read["stiffness"]["spectra"], read["tables"]["points"]
+    expected = 2.0 * math.pi * spectra["frequencies"][0] * max(map(abs, vector(point, "delta_v"))) / GRAVITY
     assert spectra["points"][0]["response"][0][0] == pytest.approx(expected, rel=1e-3)
     assert json.loads(good(capfd, "analyze", *words, "--format", "json"))["stiffness"]["spectra"] is None
     assert json.loads(good(capfd, "analyze", *words, "--spectrum", "--format", "json"))["stiffness"]["spectra"] == spectra
@@ -584,7 +583,7 @@ def test_files_over_time(capfd, here):
 def test_the_spectrum_of_a_contact_that_lasts_long_is_refused(capfd, here, stiffness):
     """Its samples grow with the duration, 69 s to 2e15 s of contact; the other results do not need it."""
     words = ("anymal_b", "--contact", "LF_FOOT", "--contact-stiffness", stiffness, "--no-gravity", "--format", "json")
-    assert json.loads(good(capfd, "analyze", *words))["stiffness"]["contacts"][0]["duration"] > 60.0
+    assert json.loads(good(capfd, "analyze", *words))["tables"]["contacts"][0]["duration"] > 60.0
     outcome = run(capfd, "analyze", *words, "--spectrum")
     assert (outcome.code, outcome.out) == (3, "")
     assert "a shock response spectrum is computed of up to 2 s; take stiffer contacts, or leave --spectrum out" in outcome.err

@@ -99,8 +99,6 @@ COMMANDS = {
     "table as Parquet": ("table.parquet", "landings.json", lambda file: ("landings", file, *TABLE)),
     "table of several processes": ("table.csv", "landings.svg", lambda file: ("landings", file, *TABLE, "--jobs", 2)),
     "robot of a table": ("plain.urdf", "report.md", lambda file: ("landings", "table.csv", file, *TABLE[1:])),
-    "folder of scenes": ("scenes/jump.toml", "landings.json", lambda _: ("landings", "scenes")),
-    "robot of a folder of scenes": ("plain.urdf", "landings.json", lambda _: ("landings", "scenes")),
     "analyze": ("plain.urdf", "bodies.csv", lambda file: ("analyze", file, *LAND)),
     "analyze a scene": ("urdf.toml", "profile.json", lambda file: ("analyze", file)),
     "analyze a case": ("urdf-budgets.toml", "shock.svg", lambda file: ("analyze", f"{file}:land")),

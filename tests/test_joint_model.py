@@ -294,7 +294,7 @@ def test_a_factor_of_one_is_not_said(mass):
 def test_locked_ball_joints_have_no_jump(capfd):
     """A locked joint has no jump, also where its rate is the length of a vector."""
     outcome = run(capfd, "analyze", "cassie", "--contact", "toe_left", "--joints", "locked", "--format", "json")
-    rods = {joint["joint"]: joint["delta_qd"] for joint in json.loads(outcome.out)["joints"] if "rod" in joint["joint"]}
+    rods = {joint["joint"]: joint["delta_qd"] for joint in json.loads(outcome.out)["tables"]["joints"] if "rod" in joint["joint"]}
     assert list(rods.values()) == [0.0] * 4
 
 

@@ -16,14 +16,14 @@ import numpy as np
 import pinocchio as pin
 import pyarrow.parquet
 import pytest
-from commands import good, run
+from commands import good, run, vector
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from robot_texts import body, floating, mjcf
 from scipy.spatial.transform import Rotation
 from trees import known_robot, robot_from
 
 import shockpc
-from shockpc import Contact, Joints, Part, Posture, Scene, load_robot, read_scene, resolve, shock_profile
+from shockpc import Contact, Joints, Posture, Scene, load_robot, read_scene, resolve, shock_profile
 from shockpc.bench.measured import LAWS, measured_landings, measured_tosses
 from shockpc.evaluation.columns import Column, selected
 from shockpc.impact.stiffness import CompliantLanding
@@ -31,15 +31,14 @@ from shockpc.landing.motion import Motion
 from shockpc.landing.resolve import landing_of
 from shockpc.landing.scene_file import scene_text
 from shockpc.quantities.table import quantity
-from shockpc.recorded import files as files
+from shockpc.recorded import files
 from shockpc.recorded.files import read_table
-from shockpc.recorded.rows import rows_of_scenes
 from shockpc.recorded.source import CLOSED_BY, recorded_landings
 from shockpc.recorded.table import rows_of
+from shockpc.studies.landings import study as landings
 from shockpc.studies.landings.figure import draw_validation
 from shockpc.studies.landings.report import agreement_sheet
 from shockpc.studies.landings.study import DRAWS, SEED, STATISTICS, Agreement, Validation, compare_measured
-from shockpc.studies.landings.study import study as landings
 from shockpc.text.errors import SceneError, SolveError, StudyError, UnknownName
 
 SCENE = Scene(robot="anymal_b", contact=(Contact(frame="LF_FOOT"),))
@@ -124,7 +123,8 @@ def test_arrays_of_mujoco():
     scene = Scene(robot="m.xml", contact=(Contact(frame="leg", offset=(0.0, 0.0, -0.3)),))
     attitude = Rotation.from_euler("xyz", [0.3, -0.2, 0.5])
     qpos, omega = np.array([[0.1, 0.2, 0.3, *np.roll(attitude.as_quat(), 1), 0.4]]), np.array([0.1, 0.2, 0.3])
-    arrays = rows_of({"qpos": qpos, "qvel": np.array([[0.0, 0.1, -1.0, *omega, 0.7]])}, resolve(scene, robot))
+    both = {"qpos": qpos, "qvel": np.array([[0.0, 0.1, -1.0, *omega, 0.7]])}
+    arrays = rows_of(both, resolve(scene, robot))
     named = dict(zip(("x", "y", "z", "qw", "qx", "qy", "qz"), qpos.T, strict=False))
     named |= {"a": np.array([0.4]), "before_a": np.array([0.7]), "vx": np.zeros(1), "vy": np.array([0.1]), "vz": np.array([-1.0])}
     named |= {key: np.array([value]) for key, value in zip(("wx", "wy", "wz"), attitude.apply(omega), strict=True)}
@@ -132,6 +132,10 @@ def test_arrays_of_mujoco():
     np.testing.assert_allclose(arrays.Q, expected.Q, atol=1e-15)
     for one, other in zip(arrays.before, expected.before, strict=True):
         np.testing.assert_allclose(one, other, atol=1e-15)
+    for name in ("a", "before_a", "vz"):  # which mean what the arrays hold
+        for columns in (both | {name: named[name]}, {name: named[name]} | both):
+            with pytest.raises(StudyError, match="two columns of the table mean"):
+                rows_of(columns, resolve(scene, robot))
 
 
 def test_a_scene_holds_the_rotation_of_a_ball_joint(tmp_path):
@@ -446,8 +450,8 @@ def test_contacts_of_a_table_keep_what_the_scene_says_of_them(here, capfd):
     rows = json.loads(good(capfd, "landings", "log.csv", "scene.toml", *words))["tables"]["landings"]
     for row, foot in zip(rows, ("LF_FOOT", "RF_FOOT"), strict=True):
         analysis = ("analyze", "anymal_b", "--contact", foot, "--restitution", 0.5, "--velocity=0,0,-1", "--format", "json")
-        (point,) = [point for point in json.loads(good(capfd, *analysis))["points"] if point["frame"] == "imu_link"]
-        assert row["delta_v@imu_link"] == pytest.approx(np.linalg.norm(point["delta_v"]), rel=1e-12)
+        (point,) = [point for point in json.loads(good(capfd, *analysis))["tables"]["points"] if point["point"] == "imu_link"]
+        assert row["delta_v@imu_link"] == pytest.approx(np.linalg.norm(vector(point, "delta_v")), rel=1e-12)
 
 
 @pytest.mark.parametrize("bad", ["LF_FOT", "*_FOOT", "", " "])
@@ -504,49 +508,6 @@ def test_contacts_of_rows_are_like_those_of_the_scene():
     cases = study(columns, replace(SCENE, contact=(contact,)))
     definite = replace(contact, at="frame", kind="point")
     assert [cases.landings.case(i).contact for i in (0, 1)] == [(definite,), (replace(definite, frame="RH_FOOT"),)]
-
-
-def test_scenes_are_rows_of_the_landings_that_they_share():
-    """The rows of a landing differ in posture, motion, velocities of contacts and friction, not in joint model and contacts."""
-    robot = known_robot("anymal_b")
-    scenes = {f"row {i}": study(table()).landings.case(i) for i in range(4)}
-    scenes["moving"] = replace(scenes["row 0"], contact=(Contact(frame="LF_FOOT", velocity=(0.1, 0.0, -2.0)),))
-    scenes["faster"] = replace(scenes["row 1"], contact=(Contact(frame="LF_FOOT", velocity=(0.0, 0.0, -3.0)),))
-    scenes["locked"] = replace(scenes["row 2"], joints=Joints(model="locked"))
-    scenes["hind"] = replace(scenes["row 3"], contact=(Contact(frame="RH_FOOT"),), friction=0.3)
-    rows = rows_of_scenes({**scenes, "none": StudyError("no scene")}, robot)
-    assert len(rows.scenes) == 4
-    results = compute(recorded_landings(rows, robot, ("shock@imu_link", "delta_v@imu_link", "approach"), prove=0))
-    assert dict(results.messages) == {8: "no scene"}
-    equal_to_single_landings(results, robot)
-    assert [results.study.case(i) for i in range(8)] == [resolve(scene, robot).scene for scene in scenes.values()]
-
-
-def test_pulses_stiffnesses_and_parts_of_some_scenes(capfd, tmp_path):
-    """Whichever scene comes first, rows without them have an empty cell; the others what their analysis has."""
-    robot, base, rating = known_robot("anymal_b"), study(table(1)).landings.case(0), "half-sine 50 g 11 ms"
-    camera, imu = Part(name="camera", at="base", rating=rating), Part(name="IMU", at="imu_link", rating=rating)
-    scenes = {
-        "plain": base,
-        "pulse": replace(base, pulse="half-sine:5ms", part=(imu,)),
-        "stiff": replace(base, contact_stiffness=1e5, part=(camera, imu)),
-    }
-    wanted = ("peak_g@imu_link", "peak_force", "part_margin@IMU", "part_margin@camera", "part.peak_g@IMU")
-    for names in (list(scenes), list(scenes)[::-1]):
-        results = compute(recorded_landings(rows_of_scenes({name: scenes[name] for name in names}, robot), robot, wanted, prove=0))
-        equal_to_single_landings(results, robot)
-        columns = {key: x for key, x in results.columns.items() if "@" in key and not key.startswith("energy_made")}
-        empty = {key: {names[i] for i in np.flatnonzero(np.isnan(x))} for key, x in columns.items()}
-        assert empty == {
-            "peak_g@imu_link": {"plain", "stiff"}, "peak_force@LF_FOOT": {"plain", "pulse"}, "part_margin@IMU": {"plain"},
-            "part_margin@camera": {"plain", "pulse"}, "part.peak_g@IMU": {"plain"},
-        }  # fmt: skip
-    for name, scene in scenes.items():
-        (tmp_path / f"{name}.toml").write_text(scene_text(scene, tmp_path))
-    outcome = run(capfd, "landings", tmp_path, "--quantity", "peak_g@imu_link")
-    assert "no peak_g@imu_link in 2 landings: the scene gives no pulse" in outcome.out
-    with pytest.raises(StudyError, match="peak_g needs the duration of the impact"):
-        recorded_landings(rows_of_scenes({"plain": base}, robot), robot, ("peak_g@imu_link",))
 
 
 # Measured against predicted
@@ -828,6 +789,7 @@ def statistics_of(sheet, k):
     return found
 
 
+@pytest.mark.slow
 def test_measured_landings_of_cassie(monkeypatch):
     """The guide's table is what the benchmark computes; intervals of single joints, which it does not show, are left out."""
     statistics = landings._statistics
@@ -890,8 +852,8 @@ def test_the_command_ranks_and_prints_a_row_as_a_scene(here, capfd):
     scene = run(capfd, "landings", here / "log.csv", *words, "--command", rows[0]["landing"]).out
     (here / "worst.toml").write_text(scene)
     outcome = run(capfd, "analyze", here / "worst.toml", "--format", "json")
-    (imu,) = (point for point in json.loads(outcome.out)["points"] if point["frame"] == "imu_link")
-    assert np.linalg.norm(imu["delta_v"]) == pytest.approx(values[0], rel=1e-12)
+    (imu,) = (point for point in json.loads(outcome.out)["tables"]["points"] if point["point"] == "imu_link")
+    assert np.linalg.norm(vector(imu, "delta_v")) == pytest.approx(values[0], rel=1e-12)
 
 
 @pytest.mark.parametrize(
@@ -942,24 +904,18 @@ def test_all_of_the_robot_in_one_column_overrides_options_too(here, capfd):
         assert f'(column "{column}")' in run(capfd, *words, option).err
 
 
-def test_a_folder_of_scenes_is_a_table(here, capfd):
-    """Rows are named by their files, a file that is no scene has a message, and --command prints the scene of a row."""
+def test_a_folder_of_scenes_is_a_batch(here, capfd):
+    """Rows that were written as scenes have the same shock there, and no folder is a table."""
     (here / "scenes").mkdir()
+    cases = study(table(), quantities=("shock@imu_link",)).landings
     for i in range(3):
-        (here / "scenes" / f"jump {i}.toml").write_text(scene_text(study(table()).landings.case(i), here / "scenes"))
-    (here / "scenes" / "budgets.toml").write_text("[[budget]]\nmax = 1\n")
-    outcome = run(capfd, "landings", here / "scenes", "--rank", "shock@imu_link", "--format", "json", "--prove", 0)
-    assert (outcome.code, outcome.err.count("1 of 4 landings could not be computed")) == (0, 1)
-    rows = json.loads(outcome.out)["tables"]["landings"]
-    assert [row["landing"] for row in rows if row["message"]] == ["budgets"]
-    assert sorted(row["landing"] for row in rows) == ["budgets", "jump 0", "jump 1", "jump 2"]
-    for row in rows[:3]:
-        (here / "row.toml").write_text(run(capfd, "landings", here / "scenes", "--command", row["landing"]).out)
-        profile = shock_profile(read_scene(here / "row.toml"), known_robot("anymal_b"))
-        assert row["shock@imu_link"] == pytest.approx(profile.values(quantity("point", "shock"))[0], rel=1e-9)
-    (here / "scenes" / "other.toml").write_text(scene_text(Scene(robot="go2", contact=("FL_foot",)), here / "scenes"))
-    assert "of different robots" in run(capfd, "landings", here / "scenes").err
-    assert "leave out anymal_b" in run(capfd, "landings", here / "scenes", "anymal_b").err
+        (here / "scenes" / f"jump {i}.toml").write_text(scene_text(cases.case(i), here / "scenes"))
+    files = sorted((here / "scenes").glob("*.toml"))
+    found = json.loads(good(capfd, "batch", *files, "--quantity", "shock@imu_link", "--format", "json"))
+    shocks = {row["scene"]: row["shock@imu_link"] for row in found["tables"]["batch"]}
+    expected = {str(file): cases.profile(i).values(quantity("point", "shock"))[0] for i, file in enumerate(files)}
+    assert shocks == pytest.approx(expected, rel=1e-9)
+    assert "shockpc batch scenes/*.toml" in run(capfd, "landings", "scenes", "--command", "jump 0").err
     assert "a table needs a robot" in run(capfd, "landings", written(here / "log.csv", table())).err
 
 
@@ -1146,16 +1102,17 @@ def header_of(shape, descr="<f8"):
 @pytest.mark.parametrize(
     ("members", "message"),
     [
-        ({"vz": b"hello"}, 'its member "vz.npy" is no array'),
-        ({"vz": header_of((10**10,)) + bytes(80)}, "is float64 of shape (10000000000,), and not as many bytes"),
-        ({"vz": header_of((-1,))}, "and not as many bytes"),
-        ({"vz": header_of((10**9,), "|V0")}, "and not as many bytes"),
-        ({"vz": header_of((1,), "|O") + bytes(8)}, "and not as many bytes"),
-        ({"vz": header_of((1,)).replace(b"(1,)", b"[[[[")}, "is no array"),
+        ({"vz": b"hello"}, 'its member "vz" is no array'),
+        ({"vz": header_of((10**10,)) + bytes(80)}, 'its member "vz" is no array'),
+        ({"vz": header_of((10**6,)) + bytes(80)}, 'its member "vz" is no array'),
+        ({"vz": header_of((-1,))}, 'its member "vz" is no array'),
+        ({"vz": header_of((10**9,), "|V0")}, "it has 1e+09 rows"),
+        ({"vz": header_of((1,), "|O") + bytes(8)}, 'its member "vz" is no array'),
+        ({"vz": header_of((1,)).replace(b"(1,)", b"[[[[")}, 'its member "vz" is no array'),
     ],
 )
 def test_members_that_are_no_arrays(tmp_path, members, message):
-    """What a header says of its array is compared with what is there, before memory is taken for it."""
+    """Whatever a header says of its array, what is not there, or no array of numbers or texts, is a message."""
     archive_of(tmp_path / "log.npz", **members)
     with pytest.raises(StudyError, match=re.escape(message)):
         read_table(tmp_path / "log.npz")

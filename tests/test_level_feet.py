@@ -9,8 +9,10 @@ from standing import quadruped, soles
 
 import shockpc
 from shockpc import Scene, shock_profile
+from shockpc.landing.joints import Joints
 from shockpc.landing.level_feet import default_landings
-from shockpc.landing.scene import Contact, Joints, Posture, Strike
+from shockpc.landing.scene import Contact, Posture
+from shockpc.landing.strike import Strike
 from shockpc.quantities.robot import NEEDS_TILT
 from shockpc.robot.load import load_robot
 from shockpc.text.errors import SceneError
@@ -231,7 +233,7 @@ def test_a_contact_above_a_foot_does_not_stand_for_the_foot(capfd):
 
 def test_standing_feet_leave_the_others_singly(capfd):
     document = json.loads(good(capfd, "analyze", "go2", "--stance", "FR_foot", "--format", "json"))
-    assert [[contact["frame"] for contact in one["contacts"]] for one in document] == [["FL_foot"], ["RL_foot"], ["RR_foot"]]
+    assert [one["tables"]["landing"][0]["contact"] for one in document] == ["FL_foot", "RL_foot", "RR_foot"]
 
 
 def test_studies_take_the_same_landings_of_a_scene_without_contacts():

@@ -30,8 +30,7 @@ from shockpc.core.memo import memoized
 from shockpc.impact import friction, stiffness
 from shockpc.landing.dynamics import dynamics
 from shockpc.robot.geometry import body_outline
-from shockpc.show.document import document
-from shockpc.studies.analyze.report import landing_report
+from shockpc.studies.analyze.report import document, landing_report
 
 FOOT = Scene(robot="anymal_b", contact=Contact(frame="LF_FOOT"))
 SLIDING, STIFF = replace(FOOT, friction=0.3), replace(FOOT, contact_stiffness=1e5)

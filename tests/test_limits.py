@@ -15,10 +15,12 @@ from trees import known_robot
 
 from shockpc.evaluation.variation import motion_range
 from shockpc.landing.closure import follow
+from shockpc.landing.joints import Joints
 from shockpc.landing.posture import fixed_joints, set_joints
 from shockpc.landing.resolve import resolve
-from shockpc.landing.scene import Contact, Joints, Part, Point, Posture, Scene, Strike
+from shockpc.landing.scene import Contact, Part, Point, Posture, Scene
 from shockpc.landing.scene_file import robot_of
+from shockpc.landing.strike import Strike
 from shockpc.paper.landings import scene
 from shockpc.profile import shock_profile
 from shockpc.quantities.table import select

@@ -5,7 +5,6 @@ from pathlib import Path
 import numpy as np
 import pinocchio as pin
 import pytest
-import yourdfpy
 from robot_texts import BODY, LIMIT, arm, body, floating, joint, link, mjcf, refused, urdf, written, xacro
 
 import shockpc
@@ -113,6 +112,8 @@ ROBOTS = [
 @pytest.mark.parametrize("name", [*ROBOTS, "romeo_small", "icub_reduced"])
 def test_three_ways_to_load_a_robot_give_the_same_jumps(name: str):
     """By name, as a yourdfpy.URDF, and as a pinocchio.Model that Pinocchio's parser read."""
+    import yourdfpy  # takes a second
+
     robot = load_robot(name)
     path, srdf = str(robot.source.path), None if robot.source.srdf is None else str(robot.source.srdf)
     contact = Contact(frame=robot.bodies[-1].name, at="frame", kind="point")  # a model has no geometry

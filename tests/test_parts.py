@@ -19,7 +19,7 @@ from shockpc.core.pulse import SHAPES, Pulse, velocity_change
 from shockpc.core.spectrum import amplification
 from shockpc.evaluation.designs import Design
 from shockpc.landing.ratings import strength
-from shockpc.landing.scene import GRAVITY
+from shockpc.landing.strike import GRAVITY
 from shockpc.text.errors import SceneError, StudyError, UnknownName
 
 K = 1e5
@@ -206,7 +206,7 @@ def test_share_of_the_momentary_torque(capfd, here, words, part, torque, limit, 
         'robot = "column.urdf"\njoints = { model = "locked" }\n[[contact]]\nframe = "foot"\ndirections = ["z"]\nrestitution = 1\n'
     )
     (here / "s.toml").write_text(scene + (f'[[part]]\nname = "gear"\njoint = "*"\n{keys}' if part else ""))
-    (joint,) = document(capfd, "s.toml", *words)["joints"]
+    (joint,) = document(capfd, "s.toml", *words)["tables"]["joints"]
     peak = 3.0 * math.sqrt(K / 3.5) if torque is None else 6.0 * torque
     assert joint["joint_torque_share"] == pytest.approx(peak / limit, rel=1e-9)
     assert said in good(capfd, "analyze", "s.toml", *words)
@@ -269,7 +269,7 @@ def test_a_part_of_a_joint_that_cannot_be_judged_says_why(capfd, here):
     words = ("column.urdf", "--contact", "foot", "--part", "slide=50N", "--part", f"body={RATING}")
     text = good(capfd, "analyze", *words)
     assert "needs a pulse, stiffness or duration" in text
-    parts = {part["part"]: part for part in document(capfd, *words)["parts"]}
+    parts = {part["part"]: part for part in document(capfd, *words)["tables"]["parts"]}
     assert parts["slide"]["part_margin"] is None
     assert parts["slide"]["missing"] == "needs a pulse, stiffness or duration"
     assert parts["body"]["missing"] is None
@@ -406,7 +406,7 @@ def test_a_part_on_the_command_line_is_saved(capfd, here):
     assert tomllib.loads((here / "s.toml").read_text())["part"] == [
         {"name": "imu_link:0,0,0.01", "at": "imu_link:0,0,0.01", "rating": RATING}
     ]
-    assert document(capfd, "s.toml")["parts"] == first["parts"] != []
+    assert document(capfd, "s.toml")["tables"]["parts"] == first["tables"]["parts"] != []
 
 
 def test_files_of_a_landing_with_parts(capfd, here):
@@ -416,7 +416,7 @@ def test_files_of_a_landing_with_parts(capfd, here):
     (row,) = csv.DictReader((here / "out" / "joints.csv").read_text().splitlines())
     profile = shock_profile(Scene(robot="stick.urdf", contact="foot", pulse="half-sine:5ms"))
     assert float(row["of the torque limit [-]"]) == profile.value("joint_torque_share", "joint")[0]
-    assert (here / "out" / "parts.csv").read_text().startswith("part,|Δv| [m/s],critical [m/s],margin [-],peak [g]")
+    assert (here / "out" / "parts.csv").read_text().startswith("part,body,joint,|Δv| [m/s],critical [m/s],critical peak [g],both,")
     figure = (here / "out" / "damage_boundary.svg").read_text()
     assert all(text in figure for text in ("Damage boundary", "imu_link", "landing on foot", "peak acceleration [g]"))
     good(capfd, "analyze", *words[:3], "--out", "out")

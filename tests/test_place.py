@@ -13,8 +13,9 @@ import pytest
 from commands import STICK, good, run
 
 import shockpc
-from shockpc.robot.geometry import facets, half_spaces, outline
+from shockpc.robot.geometry import outline
 from shockpc.robot.load import load_robot
+from shockpc.robot.shapes import facets, half_spaces
 from shockpc.studies.place.cone import ConvexCell, least_shock
 from shockpc.studies.place.field import fields_of
 from shockpc.studies.place.groups import best_group

@@ -30,8 +30,8 @@ from shockpc.landing.dynamics import dynamics
 from shockpc.landing.posture import configuration, outside_limits, reference_name
 from shockpc.landing.scene_file import scene_text
 from shockpc.robot.feet_and_sensors import STANDING
-from shockpc.show.document import document
 from shockpc.show.wording import posture_text
+from shockpc.studies.analyze.report import document
 
 ANGLES = st.floats(-180.0, 180.0)
 
@@ -463,8 +463,8 @@ def test_the_scene_of_a_computed_posture_gives_the_same_landing_where_none_is_co
     assert "neutral_bent" not in again.robot.postures
     np.testing.assert_allclose(again.q, profile.q, rtol=0.0, atol=1e-12)
     np.testing.assert_allclose(again.delta_v, profile.delta_v, rtol=0.0, atol=1e-12)
-    positions = {one["joint"]: one["position"] for one in document(profile)["joints"]}
-    assert positions == {joint.name: joint.value(profile.q) for joint in profile.robot.single_joints[1:]}
+    positions = {one["joint"]: one["position_deg"] for one in document(profile)["tables"]["joints"]}
+    assert positions == {joint.name: math.degrees(joint.value(profile.q)) for joint in profile.robot.single_joints[1:]}
 
 
 ARM = leg(foot="hand").replace("thigh", "upper").replace("shank", "forearm").replace("knee", "elbow").replace("ankle", "wrist")

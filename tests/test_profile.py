@@ -11,7 +11,7 @@ from robot_texts import LIMIT, joint, link, urdf
 from trees import known_robot, robot_from
 
 from shockpc import Contact, Joints, Point, Posture, Scene, SceneError, SolveError, Strike, StudyError, shock_maps, shock_profile
-from shockpc.landing.scene import GRAVITY
+from shockpc.landing.strike import GRAVITY
 
 pytestmark = pytest.mark.smoke
 

@@ -6,13 +6,13 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from commands import good, run
+from commands import good, run, vector
 from robot_texts import joint, link, urdf
 
 from shockpc import Contact, Posture, Scene, SceneError, SolveError, Strike, landings, shock_profile
 from shockpc.landing.resolve import resolve
-from shockpc.landing.scene import GRAVITY
 from shockpc.landing.scene_file import robot_of
+from shockpc.landing.strike import GRAVITY
 
 K = 1e5
 POSTURE = Posture(joints_deg={"hip": 40.0, "knee": -80.0})
@@ -150,9 +150,9 @@ def test_a_contact_slides_freely_along_a_boom(capfd, here):
         "--format",
         "json",
     )
-    found = json.loads(good(capfd, "analyze", *words))["friction"]
-    np.testing.assert_allclose(found["contacts"][0]["impulse"], [-0.6, 0.0, 2.0], atol=1e-12)
-    np.testing.assert_allclose(found["contacts"][0]["slip"], [0.7, 2.0, 0.0], atol=1e-12)
+    found = json.loads(good(capfd, "analyze", *words))["tables"]
+    np.testing.assert_allclose(vector(found["contacts"][0], "impulse_friction"), [-0.6, 0.0, 2.0], atol=1e-12)
+    np.testing.assert_allclose(vector(found["contacts"][0], "slip"), [0.7, 2.0, 0.0], atol=1e-12)
     for typed, text in (("w", "is neither axes"), ("x", "keeps only directions along the ground")):
         assert text in run(capfd, "analyze", *words[:3], "--directions", typed).err
     assert "leave one of them out" in run(capfd, "analyze", *words[:3], "--directions", "xz", "--slide").err

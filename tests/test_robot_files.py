@@ -7,7 +7,7 @@ import pinocchio as pin
 import pytest
 
 from shockpc import Robot, load_robot
-from shockpc.robot.robot import Body
+from shockpc.robot.elements import Body
 
 
 def bodies(name: str, **arguments: str) -> dict[str, Body]:

@@ -21,7 +21,7 @@ from robot_texts import refused
 from shockpc import Closure, Contact, Joints, LoopEnd, Part, Point, Posture, Rotor, Scene, Strike, read_scene, shock_profile
 from shockpc.landing.record import options_of
 from shockpc.landing.scene_file import check_scene, scene_schema, scene_table, scene_text
-from shockpc.show.document import document as document_of
+from shockpc.studies.analyze.report import document as document_of
 from shockpc.text.errors import SceneError, ShockError
 from shockpc.text.printed import json_text
 

@@ -17,7 +17,9 @@ from trees import known_robot, robot_from
 from shockpc.evaluation.columns import column, columns, proven_columns
 from shockpc.evaluation.variation import variation
 from shockpc.evaluation.varied_scene import applied
-from shockpc.landing.scene import Contact, Joints, Part, Point, Posture, Scene, Strike
+from shockpc.landing.joints import Joints
+from shockpc.landing.scene import Contact, Part, Point, Posture, Scene
+from shockpc.landing.strike import Strike
 from shockpc.profile import profile_of, shock_profile
 from shockpc.robot.changes import Change, changed, links_with_mass
 from shockpc.studies.improve.study import improve

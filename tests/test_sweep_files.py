@@ -152,7 +152,7 @@ def test_most_severe_row_is_pasted_into_analyze(capfd, stick, tmp_path):
     line = next(line for line in text.splitlines() if line.startswith("most severe for shock@body: "))
     words = line.partition(": ")[2].replace("'", "").split()
     document = json.loads(good(capfd, "analyze", stick, "--contact", "foot", "--at", "body", *words, "--format", "json"))
-    found = next(point["shock"] for point in document["points"] if point["frame"] == "body")
+    found = next(point["shock"] for point in document["tables"]["points"] if point["point"] == "body")
     greatest = max(pyarrow.parquet.read_table(tmp_path / "out" / "rows")["shock@body"].to_pylist())
     assert found == pytest.approx(greatest, rel=1e-12)
 

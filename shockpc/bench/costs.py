@@ -37,7 +37,7 @@ from shockpc.landing.landing import PosedLanding
 from shockpc.landing.scene import Scene
 from shockpc.robot.robot import Robot
 from shockpc.show.row_files import RowFiles
-from shockpc.show.tables import Cell, Sheet
+from shockpc.show.tables import Cell, Column, Sheet
 from shockpc.studies.analyze.report import landing_report
 from shockpc.studies.sweep.study import sweep
 
@@ -86,7 +86,7 @@ def _package(budget: float) -> Sheet:
     rows: list[tuple[Cell, ...]] = []
 
     def add(what: str, run: Callable[[], Any], target: str | None = None) -> None:
-        rows.append((what, f"{1e3 * _cost(run, budget):.3g}", target, None))
+        rows.append((what, _cost(run, budget), target, None))
 
     for name, (robot, scene), target in (("ANYmal B, one foot", anymal, "3 ms"), ("Talos, both feet", talos, "12 ms")):
         add(f"shock_profile, {name}", partial(shock_profile, scene, robot), target)
@@ -99,9 +99,9 @@ def _package(budget: float) -> Sheet:
         ("finite stiffness", replace(anymal[1], contact_stiffness=1e5)),
         ("friction", replace(anymal[1], friction=0.6)),
     ):
-        added, printed = 1e3 * _added(anymal[0], anymal[1], scene, budget)
-        rows.append((f"{what} adds to shock_profile, ANYmal B, one foot", f"{added:.3g}", "1 ms", None))
-        rows.append((f"{what} adds to shock_profile and its text", f"{printed:.3g}", None, None))
+        added, printed = _added(anymal[0], anymal[1], scene, budget)
+        rows.append((f"{what} adds to shock_profile, ANYmal B, one foot", float(added), "1 ms", None))
+        rows.append((f"{what} adds to shock_profile and its text", float(printed), None, None))
     go2 = known_robot("go2")
     for what, given in STIFF.items():
         stiff = resolve(Scene(robot="go2", contact_stiffness=1e5, **given), go2)
@@ -111,8 +111,8 @@ def _package(budget: float) -> Sheet:
         )
     times = np.median([[_process_time(arguments) for arguments in COMMANDS.values()] for _ in range(5)], axis=0)
     for what, aim, seconds in zip(COMMANDS, (None, "1.6 × import", "1300 ms"), times, strict=True):
-        rows.append((what, f"{1e3 * seconds:.3g}", aim, f"{seconds / times[0]:.2f}"))
-    return Sheet("run time of the package", ("what", "median [ms]", "target", "× import"), rows)
+        rows.append((what, float(seconds), aim, float(seconds / times[0])))
+    return Sheet("run time of the package", ("what", "median [ms]", "target", "× import [-]"), rows)
 
 
 def _added(robot: Robot, scene: Scene, changed: Scene, budget: float) -> Array:
@@ -223,8 +223,9 @@ def _throughput(budget: float) -> Sheet:
             same = maps if jumps.shape[-1] == 3 else (maps @ system.landing.before.velocity)[..., None]
             off = np.max(np.abs(jumps - same).max(axis=(1, 2, 3)) / np.abs(same).max(axis=(1, 2, 3)))
             first = seconds if prepare is _bare_loop else first
-            rows.append((name, peer, f"{1e6 * seconds:.1f}", f"{seconds / first:.2f}", f"{off:.1e}", None))
-    header = ("robot", "method", "per posture [µs]", "× Pinocchio loop", "difference [-]", "remark")
+            rows.append((name, peer, seconds, seconds / first, float(off), None))
+    off_by = Column("difference", "difference", "-", zero=0.0)
+    header = ("robot", "method", "per posture [µs]", "× Pinocchio loop [-]", off_by, "remark")
     return Sheet("many postures", header, rows, ("difference: from the batched path, relative to the fastest body",))
 
 
@@ -243,9 +244,8 @@ def _sweeps(budget: float) -> Sheet:
         calls = _cost(partial(dynamics, source.robot, block, armature), budget, len(block))
         step = partial(solve_impact, equation.inertia, equation.J_c, equation.b, equation.terms, equation.tolerance)
         eq_4 = _cost(step, budget, len(block))
-        shares = (f"{100.0 * part / row:.0f}" for part in (calls, eq_4))
-        size = str(len(source.robot.bodies) * source.robot.model.nv)
-        rows.append((name, size, f"{1e6 * row:.1f}", f"{1e6 * maps:.1f}", f"{row / maps:.2f}", f"{few[1] / few[0]:.1f}", *shares))
+        size = len(source.robot.bodies) * source.robot.model.nv
+        rows.append((name, size, row, maps, row / maps, few[1] / few[0], calls / row, eq_4 / row))
     single, together = (_in_processes(_sample("hyq", 16 * ROWS), jobs) for jobs in (1, 2))
     notes = (
         "row: joints drawn within limits, shock at one point with its most severe direction, friction and condition, in Parquet; "
@@ -254,7 +254,7 @@ def _sweeps(budget: float) -> Sheet:
         f"{16 * ROWS} rows of hyq: {single:.2f} s in one process, {together:.2f} s in two: {single / together:.2f} times as fast",
     )
     header = (
-        "robot", "bodies × velocities", "row [µs]", "maps [µs]", "row / maps", "derivatives / maps", "row: Pinocchio [%]",
+        "robot", "bodies × velocities", "row [µs]", "maps [µs]", "row / maps [-]", "derivatives / maps [-]", "row: Pinocchio [%]",
         "row: Eq. 4 [%]",
     )  # fmt: skip
     return Sheet("sweeps", header, rows, notes)

@@ -9,6 +9,7 @@ import time
 from collections import Counter
 from collections.abc import Callable, Iterable, Sequence
 from datetime import UTC, datetime
+from functools import partial
 from itertools import groupby
 from pathlib import Path
 from statistics import median
@@ -19,9 +20,8 @@ from shockpc.bench.costs import COSTS
 from shockpc.bench.measure import ACCURATE, OUTCOMES, Result, measure
 from shockpc.bench.methods import DIRECT, all_quantities
 from shockpc.bench.mujoco_peer import MUJOCO
-from shockpc.show.document import record
 from shockpc.show.report import Picture, Report
-from shockpc.show.tables import Cell, Lines, Sheet
+from shockpc.show.tables import Cell, Column, Lines, Sheet
 
 PARTS = (*FAMILIES, *COSTS)
 """Parts of the suite."""
@@ -29,11 +29,12 @@ PARTS = (*FAMILIES, *COSTS)
 LIBRARIES = ("shockpc", "pin", "numpy", "python-flint", "mujoco", "example-robot-data")
 
 METHODS = DIRECT | MUJOCO
+ERROR = Column("error", "error", "-", zero=0.0)
 WHOLE = "shockpc, all quantities"
 WHOLE_NOTE = f'"{WHOLE}": a whole analysis, from the scene to every number of the document'
 NOTES = (
     "error: of the velocity jump, largest over the bodies, relative to the body's motion; for shockpc's printed numbers the "
-    "proven bound, for the robot as loaded",
+    "proven bound, for the robot as loaded; below 1e-16 it is that of the reference, which is rounded to doubles",
     "τ: time constant of a simulated contact (without gravity): how long the impact lasts; the difference from the rigid impact "
     "becomes smaller with it",
 )
@@ -68,50 +69,46 @@ def suite_report(
     """
     start = time.perf_counter()
     results: list[Result] = []
-    tables, costs = [], []
+    tables, costs = dict[str, Sheet](), dict[str, Sheet]()
     for name in families:
         measured = [result for case in FAMILIES[name].cases() for result in measure(case, METHODS, budget)]
         results += measured
-        tables.append(_family_sheet(FAMILIES[name], measured))
+        tables[name] = _family_sheet(FAMILIES[name], measured)
         progress(name)
     for name, table in COSTS.items():
-        costs.append(table(100.0 * budget))
+        costs[name.replace(" ", "_")] = table(100.0 * budget)
         progress(name)
     methods = _methods_sheet(results)
+    summaries = {"methods": methods, **tables, **costs}
     run = f"run: {datetime.now(UTC):%Y-%m-%d %H:%M UTC}, {time.perf_counter() - start:.0f} s for"
     facts = Lines([*_surroundings(), f"{run} {len({result.case for result in results})} cases", REFERENCE, *NOTES])
-    header = ("family", "variant", "value", "method", "outcome", "error", "low_s", "median_s", "high_s", "runs", "message")
-    rows = [(*result.case[:3], *result[1:4], *result.quartiles, float(len(result.seconds)), result.message) for result in results]
+    header = ("family", "variant", "value", "method", "outcome", ERROR, "low [s]", "median [s]", "high [s]", "runs", "message")
+    rows = [(*result.case[:3], *result[1:4], *result.quartiles, len(result.seconds), result.message or None) for result in results]
+    every = {"cases": Sheet("", header, rows), **summaries}
     limits = Lines(LIMITS, "limits of the method")
     return Report(
         name="bench",
         title="Error against run time",
-        body=lambda full: [facts, _chart(results), methods, *tables, *costs, limits] if full else [methods, *costs],
-        sheets={"cases": lambda: Sheet("", header, rows)},
-        document=lambda: {"surroundings": _surroundings(), "cases": [dict(zip(header, row, strict=True)) for row in rows]},
+        body=lambda full: [facts, _chart(results), *summaries.values(), limits] if full else [methods, *costs.values()],
+        sheets={name: partial(every.__getitem__, name) for name in every},
+        document=lambda: {"surroundings": _surroundings()},
+        tables=True,
     )
 
 
 def bench_report(robot: Robot, scene: Scene, budget: float = 0.1) -> Report:
     """Error against run time of every method on one landing. Args: budget for each clock [s]."""
     results = measure(Trial("landing", robot.name, "", lambda: (robot, scene)), METHODS | {WHOLE: all_quantities}, budget)
-    rows = [
-        (result.method, _largest([result]), *map(_micro, result.quartiles), result.outcome, result.message or None)
-        for result in results
-    ]
-    header = ("method", "error [-]", "first quartile [µs]", "median run time [µs]", "third quartile [µs]", "outcome", "remark")
+    rows = [(result.method, _largest([result]), *result.quartiles, result.outcome, result.message or None) for result in results]
+    header = ("method", ERROR, "first quartile [µs]", "median run time [µs]", "third quartile [µs]", "outcome", "remark")
     sheet = Sheet("error against run time on this landing", header, rows, (*NOTES, WHOLE_NOTE))
     return Report(
         name="landing",
         page="landing",
         body=lambda _: [sheet, _chart(results)],
         sheets={"landing": lambda: sheet},
-        document=lambda: {
-            "scene": scene,
-            "methods": [
-                {**record(result, "method", "outcome", "error", "message"), "quartiles_s": result.quartiles} for result in results
-            ],
-        },
+        document=lambda: {"scene": scene},
+        tables=True,
     )
 
 
@@ -144,9 +141,9 @@ def _methods_sheet(results: Sequence[Result]) -> Sheet:
         of_method = [result for result in results if result.method == name]
         counted = Counter(result.outcome for result in of_method)
         middle = [median(result.seconds) for result in of_method if result.seconds]
-        rows.append((name, *(str(counted[key]) for key in OUTCOMES), _micro(median(middle or [math.nan])), _largest(of_method)))
+        rows.append((name, *(counted[key] for key in OUTCOMES), median(middle or [math.nan]), _largest(of_method)))
     note = "; ".join(f"{key}: {meaning}" for key, meaning in OUTCOMES.items())
-    return Sheet("outcomes of every method", ("method", *OUTCOMES, "median run time [µs]", "largest error [-]"), rows, (note,))
+    return Sheet("outcomes of every method", ("method", *OUTCOMES, "median run time [µs]", ERROR), rows, (note,))
 
 
 def _family_sheet(family: Family, results: Sequence[Result]) -> Sheet:
@@ -155,19 +152,16 @@ def _family_sheet(family: Family, results: Sequence[Result]) -> Sheet:
     cases = [list(of_case) for _, of_case in groupby(results, lambda result: result.case)]
     for case in cases:
         if any(result.outcome not in ("accurate", "approximate", "unsuited") for result in case):
-            cells = {result.method: _largest([result]) or result.outcome for result in case}
+            cells = {one.method: one.outcome if one.error is None else one.error for one in case}
             rows.append((case[0].case.value, case[0].case.variant, *map(cells.get, DIRECT)))
     note = family.about
     if len(rows) < len(cases):
         note += f"; {len(cases) - len(rows)} of {len(cases)} cases are not listed: every method that can take them is accurate"
-    return Sheet(f"{family.name}: error", (family.parameter, "variant", *DIRECT), rows, (note,))
+    return Sheet(
+        f"{family.name}: error", (family.parameter, "variant", *(Column(name, name, zero=0.0) for name in DIRECT)), rows, (note,)
+    )
 
 
-def _micro(seconds: float | None) -> str | None:
-    return None if seconds is None else f"{1e6 * seconds:.3g}" if seconds < 1e-3 else f"{1e6 * seconds:.0f}"
-
-
-def _largest(results: Iterable[Result]) -> str | None:
-    """The largest error of some results; the reference itself is rounded to doubles."""
-    error = max((result.error for result in results if result.error is not None), default=None)
-    return None if error is None else f"{error:.1e}" if error >= 1e-16 else "< 1e-16"
+def _largest(results: Iterable[Result]) -> float | None:
+    """The largest error of some results."""
+    return max((result.error for result in results if result.error is not None), default=None)

@@ -16,7 +16,7 @@ from shockpc.bench.mujoco_peer import MUJOCO
 from shockpc.core.spatial import Array
 from shockpc.impact.stiffness import CompliantLanding
 from shockpc.quantities.accuracy import double_error
-from shockpc.show.tables import Cell, Sheet
+from shockpc.show.tables import Cell, Column, Sheet
 
 STIFFNESSES = (1e3, 1e4, 1e5, 1e6, 1e8, 1e10, 1e12)
 """Of the contact [N/m]."""
@@ -35,7 +35,7 @@ def stiff_contacts(budget: float) -> Sheet:
     def add(at: ShockProfile, what: str, size: float, run: Callable[[], object], jumps: Array, last: tuple[float, float]) -> float:
         error = double_error(at.landing, at.proof, jumps)
         slope = math.log(error / last[1]) / math.log(size / last[0]) if error > 0.0 < last[1] else math.nan
-        rows.append((what, error, None if math.isnan(slope) else slope, 1e6 * median(timed(run, budget)[1])))
+        rows.append((what, error, None if math.isnan(slope) else slope, median(timed(run, budget)[1])))
         return error
 
     drives = robot.actuated_dofs
@@ -62,5 +62,5 @@ def stiff_contacts(budget: float) -> Sheet:
         "compression; MuJoCo: no rotors, a foot that sticks; error: largest over the bodies, from the impulse; slope: of log error "
         "over log stiffness, or over log 1/τ",
     )
-    header = ("contact", "error [-]", "slope [-]", "run time [µs]")
+    header = ("contact", Column("error", "error", "-", zero=0.0), "slope [-]", "run time [µs]")
     return Sheet("soft contacts against the impulse", header, rows, notes)

@@ -25,8 +25,10 @@ from shockpc.cli.parse import (
     vector,
     whole,
 )
+from shockpc.landing.joints import Joints
 from shockpc.landing.record import Option, options_of
-from shockpc.landing.scene import Contact, Joints, Posture, Scene, Strike
+from shockpc.landing.scene import Contact, Posture, Scene
+from shockpc.landing.strike import Strike
 
 _in_files, _in_contact, _in_posture = group("Robot files"), group("Contact"), group("Posture")
 _in_impact, _in_joints, _in_results = group("Velocity before the impact"), group("Joint model"), group("What is computed")

@@ -7,15 +7,16 @@ from typing import Any, TypeVar
 
 from shockpc.cli.options import SceneOptions
 from shockpc.landing.contact import contact_name, landing_frames, match_contacts
-from shockpc.landing.joint_model import with_model
+from shockpc.landing.joints import Joints, Rotor, with_model
 from shockpc.landing.level_feet import default_landings
 from shockpc.landing.ratings import part_from
-from shockpc.landing.scene import Contact, Joints, Posture, Rotor, Scene, Strike, replaced_ways
+from shockpc.landing.scene import Contact, Posture, Scene
 from shockpc.landing.scene_file import check_scene, plane_of, points_at, read_scene, robot_of
+from shockpc.landing.strike import Strike, replaced_ways
 from shockpc.robot.feet_and_sensors import each_foot
 from shockpc.robot.robot import Robot
 from shockpc.text.arguments import typed
-from shockpc.text.errors import SceneError, ShockError, UnknownName
+from shockpc.text.errors import SceneError, UnknownName
 from shockpc.text.printed import few
 from shockpc.text.trace import Trace
 
@@ -177,31 +178,6 @@ def _scene_of(name: str) -> Scene:
             raise UnknownName("case", case, cases, f"{file}.toml", "")
         return cases[case]
     return read_scene(name) if is_scene_file(name) else Scene(robot=name)
-
-
-def scenes_in(folder: Path, options: SceneOptions) -> tuple[Robot, dict[str, Scene | ShockError]]:
-    """The robot and the landings of the scenes (*.toml) of a folder by the names of their files, or why one cannot be read.
-
-    Raises:
-        ShockError: there are none, none can be read, or they are of different robots.
-    """
-    scenes: dict[str, Scene | ShockError] = {}
-    robots: dict[str, Robot] = {}
-    for file in sorted(folder.glob("*.toml")):
-        try:
-            robots[file.stem], scenes[file.stem] = one_scene(str(file), options)
-        except ShockError as error:
-            scenes[file.stem] = error
-    if not robots:
-        refusals = (error for error in scenes.values() if isinstance(error, ShockError))
-        raise next(refusals, SceneError(f'"{folder}" has no scene (.toml)'))
-    (first, robot), *others = robots.items()
-    if different := [name for name, other in others if other is not robot]:
-        raise SceneError(
-            f'"{first}.toml" and "{different[0]}.toml" are of different robots; give scenes that have the file, xacro arguments, '
-            "packages and postures of the robot in common"
-        )
-    return robot, scenes
 
 
 def is_scene_file(name: str) -> bool:

@@ -1,20 +1,4 @@
-"""Commands that follow from the declarations of studies: the signature gives the options, the result is reported.
-
-What the command passes for a parameter that is no option follows from the parameter's name:
-
-    scene        one landing, of ROBOT and the options of a scene
-    landings     landings by name: SCENE..., or those of a robot without contacts, `default_landings`
-    postures     postures of one robot by name: SCENE..., or those of a robot's file
-    designs      one landing of each DESIGN...
-    log          the path LOG; its `scene` is one landing on all contacts of ROBOT and the options
-    table        the columns of the file TABLE; its `scene` gives what these lack
-    target       the number that the study is about, --at or --quantity
-    trace        measures stages, for --explain
-    progress     a function that makes one which counts, of the number of landings
-
-The report is of the result, with the path of the log or of the table before it. A result with `failures` is that of landings some
-of which could not be computed, which decides on the exit code.
-"""
+"""Commands that follow from the declarations of studies: the signature gives the options, the result is reported."""
 
 import dataclasses
 import inspect
@@ -24,7 +8,7 @@ import sys
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from functools import partial
 from pathlib import Path
-from typing import Any, get_args
+from typing import Any, NamedTuple, get_args
 
 import numpy as np
 
@@ -45,33 +29,6 @@ from shockpc.recorded.column_names import StateColumns
 from shockpc.robot.robot import Robot
 from shockpc.text.errors import StudyError, traces
 from shockpc.text.trace import Trace
-
-INPUTS = {
-    "landings": (
-        tuple[str, ...],
-        argument(
-            "Scenes (TOML), or a robot: its level feet together, those of each edge of their support, and each foot.",
-            "SCENE...",
-            robot_name,
-            default=...,
-        ),
-    ),
-    "postures": (
-        tuple[str, ...],
-        argument("A robot, or scenes (TOML) of one robot in several postures.", "SCENE...", robot_name, default=...),
-    ),
-    "designs": (
-        tuple[str, ...],
-        argument("Robot files, robots by name or scenes (TOML).", "DESIGN...", robot_name, default=...),
-    ),
-    "log": (Path, argument("A time series: .csv, .parquet, .npz, .bag, .mcap, .db3, or the folder of a bag.", "LOG", path)),
-    "table": (Path, argument("A table of landings: .csv, .parquet or .npz.", "TABLE", path, default=...)),
-    "scene": (str, ROBOT),
-}
-"""What is typed for the parameters of a study that say what lands; of the first that a study has, and of the scene of a file."""
-
-FILES = ("log", "table")
-"""Those that are files, whose scenes the robot and the options of a landing give."""
 
 REPEATED: dict[Any, Parser | None] = {
     Sequence[str]: None,
@@ -108,48 +65,63 @@ def given(study: Callable[..., Any], typed: Mapping[str, Any], robot: Any = None
     return declaration(study).typed(robot, values)
 
 
+class Input(NamedTuple):
+    """What a study takes from files and the options of a landing.
+
+    Attributes:
+        typed: arguments of the command by name, with type and declaration; the options of a landing complete them.
+        read: from what was typed for these, the options, new names of columns and a trace to the first robot and arguments of the
+            study.
+        file: whether the first argument is the path of a file, which the report takes before the result.
+    """
+
+    typed: dict[str, tuple[Any, Any]]
+    read: Callable[[Sequence[Any], SceneOptions, Mapping[str, str], Trace], tuple[Robot, dict[str, Any]]]
+    file: bool = False
+
+
 def study_command(name: str) -> Command:
     """The command of a study: `shockpc.NAME`, reported by `NAME_report` of `shockpc.studies.NAME.report`."""
     study = getattr(shockpc, name)
-    needs = inspect.signature(study).parameters
-    kind = next(kind for kind in INPUTS if kind in needs)
-    inputs = (kind, "scene") if kind in FILES else (kind,)
+    declared = declaration(study)
+    assert declared.reads is not None
+    source, passed = INPUTS[declared.reads], declared.passed
 
     def run(**typed: Any) -> int:
-        trace = shown_trace()
-        robot, read = _read(
-            kind, [typed[name] for name in inputs], typed["options"], dict(typed["typed"].get("rename") or ()), trace
-        )
-        arguments = {**read, "trace": trace, "progress": partial(progress, "landings computed")}
-        if kind not in ("landings", "designs"):
-            arguments["robot"] = robot
-        if "target" in needs:
+        trace, options, values = shown_trace(), typed["options"], typed["typed"]
+        inputs = [typed[key] for key in source.typed]
+        robot, arguments = source.read(inputs, options, dict(values.get("rename") or ()), trace)
+        if "target" in passed:
             arguments["target"] = _target(robot, typed["at_"], typed["quantity"])
-        used = {key: value for key, value in arguments.items() if key in needs}
-        refuse_varied(typed["options"], robot, _varied(study, typed["typed"], robot))
-        refuse_unasked(study, typed["options"], typed["typed"], filter(None, [typed.get("quantity")]))
-        result = study(**used, **given(study, typed["typed"], robot))
-        if kind == "log":
+        if "trace" in passed:
+            arguments["trace"] = trace
+        if "progress" in passed:
+            arguments["progress"] = partial(progress, "landings computed")
+        refuse_varied(options, robot, _varied(study, values, robot))
+        refuse_unasked(study, options, values, filter(None, [typed.get("quantity")]))
+        result = study(**arguments, **given(study, values, robot))
+        if declared.reads == "log":
             from shockpc.cli.tables import refuse_overridden
 
-            refuse_overridden(typed["options"], arguments["scene"], robot, StateColumns(result.log.positions, {}, {}))
+            refuse_overridden(options, arguments["scene"], robot, StateColumns(result.log.positions, {}, {}))
         with trace.stage("output"):
-            files = [typed[kind]] if kind in FILES else []
-            emit(pkgutil.resolve_name(f"shockpc.studies.{name}.report:{name}_report")(*files, result), typed["output"])
+            report = pkgutil.resolve_name(f"shockpc.studies.{name}.report:{name}_report")
+            emit(report(*inputs[: source.file], result), typed["output"])
         if typed.get("explain"):
             sys.stderr.write(trace.text())
-        failures = [failure for _, failure in getattr(result, "failures", ())]
-        rows = len(failures) + len(getattr(result, "landings", ()))
-        return exit_code(len(failures), rows, typed.get("strict", False), traces(failures))
+        if not declared.fails:
+            return 0
+        failures = [failure for _, failure in result.failures]
+        return exit_code(len(failures), len(failures) + len(result.landings), typed.get("strict", False), traces(failures))
 
     parameters: dict[str, tuple[Any, Any]] = {
-        **{name: INPUTS[name] for name in inputs},
-        **({"at_": (str | None, AT), "quantity": (str | None, TARGET)} if "target" in needs else {}),
+        **source.typed,
+        **({"at_": (str | None, AT), "quantity": (str | None, TARGET)} if "target" in passed else {}),
         "typed": (Any, study_options(study)),
         "options": (SceneOptions, inspect.Parameter.empty),
-        **({"strict": (bool, in_output(STRICT))} if "progress" in needs else {}),
+        **({"strict": (bool, in_output(STRICT))} if "progress" in passed else {}),
         "output": (OutputOptions, inspect.Parameter.empty),
-        **({"explain": (bool, EXPLAIN)} if "trace" in needs else {}),
+        **({"explain": (bool, EXPLAIN)} if "trace" in passed else {}),
     }
     signature = [
         inspect.Parameter(name, inspect.Parameter.KEYWORD_ONLY, annotation=kind, default=default)
@@ -231,34 +203,6 @@ def _varied(study: Callable[..., Any], typed: Mapping[str, Any], robot: Robot) -
                 yield from [(varied.kind, varied.target)] * (not varied.factor)
 
 
-def _read(
-    kind: str, typed: Sequence[Any], options: SceneOptions, rename: Mapping[str, str], trace: Trace
-) -> tuple[Robot, dict[str, Any]]:
-    """The first robot, and what the parameters of a study take that are of this kind. Args: typed, as `INPUTS` says."""
-    names = typed[0]
-    if kind == "log":
-        robot, scenes = scenes_from(typed[1], options)
-        # Single feet come last where all land together, and stand in the robot's order.
-        contacts = {
-            contact.frame: contact for scene in sorted(scenes, key=lambda one: len(one.contact)) for contact in scene.contact
-        }
-        watched = {"contacts": tuple(contacts)} if options.contact else {}
-        return robot, {"log": names, "scene": dataclasses.replace(scenes[0], contact=tuple(contacts.values())), **watched}
-    if kind == "table":
-        from shockpc.cli.tables import table_and_scene
-
-        columns, robot, scene = table_and_scene(names, typed[1], options, rename)
-        return robot, {"table": columns, "scene": scene}
-    if kind == "designs":
-        designs = _designs(names, options)
-        return designs[0].robot, {kind: designs}
-    if kind == "landings":
-        landings = landings_from(names, options, trace)
-        return next(iter(landings.values()))[0], {kind: {name: scene for name, (_, scene) in landings.items()}}
-    robot, read = one_scene(names, options, trace) if kind == "scene" else postures_from(names, options, trace)
-    return robot, {kind: read}
-
-
 def _target(robot: Robot, at: str | None, quantity: str | None) -> str | Point:
     """The number that a command is about: that of a point, or a quantity.
 
@@ -273,12 +217,69 @@ def _target(robot: Robot, at: str | None, quantity: str | None) -> str | Point:
     return quantity
 
 
-def _designs(names: tuple[str, ...], options: SceneOptions) -> list[Design]:
-    """One landing of each design; as many contacts as there are designs are one for each."""
+def _scene(inputs: Sequence[Any], options: SceneOptions, rename: Mapping[str, str], trace: Trace) -> tuple[Robot, dict[str, Any]]:
+    robot, scene = one_scene(inputs[0], options, trace)
+    return robot, {"scene": scene, "robot": robot}
+
+
+def _landings(
+    inputs: Sequence[Any], options: SceneOptions, rename: Mapping[str, str], trace: Trace
+) -> tuple[Robot, dict[str, Any]]:
+    landings = landings_from(inputs[0], options, trace)
+    return next(iter(landings.values()))[0], {"landings": {name: scene for name, (_, scene) in landings.items()}}
+
+
+def _postures(
+    inputs: Sequence[Any], options: SceneOptions, rename: Mapping[str, str], trace: Trace
+) -> tuple[Robot, dict[str, Any]]:
+    robot, postures = postures_from(inputs[0], options, trace)
+    return robot, {"postures": postures, "robot": robot}
+
+
+def _designs(inputs: Sequence[Any], options: SceneOptions, rename: Mapping[str, str], trace: Trace) -> tuple[Robot, dict[str, Any]]:
+    """As many contacts as there are designs are one for each."""
+    names = inputs[0]
     one_each = len(options.contact) == len(names) > 1 and not options.together
     options_of_each = [options._replace(contact=(name,)) for name in options.contact] if one_each else [options] * len(names)
     landings = [one_scene(name, options_of_design) for name, options_of_design in zip(names, options_of_each, strict=True)]
-    return [Design(name, scene, robot) for name, (robot, scene) in zip(names, landings, strict=True)]
+    return landings[0][0], {"designs": [Design(name, scene, robot) for name, (robot, scene) in zip(names, landings, strict=True)]}
+
+
+def _table(inputs: Sequence[Any], options: SceneOptions, rename: Mapping[str, str], trace: Trace) -> tuple[Robot, dict[str, Any]]:
+    from shockpc.cli.tables import table_and_scene
+
+    file, robot_or_scene = inputs
+    columns, robot, scene = table_and_scene(file, robot_or_scene, options, rename)
+    return robot, {"table": columns, "scene": scene, "robot": robot}
+
+
+def _log(inputs: Sequence[Any], options: SceneOptions, rename: Mapping[str, str], trace: Trace) -> tuple[Robot, dict[str, Any]]:
+    log, robot_or_scene = inputs
+    robot, scenes = scenes_from(robot_or_scene, options)
+    # Single feet come last where all land together, and stand in the robot's order.
+    contacts = {contact.frame: contact for scene in sorted(scenes, key=lambda one: len(one.contact)) for contact in scene.contact}
+    watched = {"contacts": tuple(contacts)} if options.contact else {}
+    scene = dataclasses.replace(scenes[0], contact=tuple(contacts.values()))
+    return robot, {"log": log, "scene": scene, "robot": robot, **watched}
+
+
+_SCENES = "Scenes (TOML), or a robot: its level feet together, those of each edge of their support, and each foot."
+_POSTURES = "A robot, or scenes (TOML) of one robot in several postures."
+_DESIGNS = "Robot files, robots by name or scenes (TOML)."
+_LOG = "A time series: .csv, .parquet, .npz, .bag, .mcap, .db3, or the folder of a bag."
+_TABLE = "A table of landings: .csv, .parquet or .npz."
+
+INPUTS: dict[str, Input] = {
+    "scene": Input({"scene": (str, ROBOT)}, _scene),
+    "landings": Input({"landings": (tuple[str, ...], argument(_SCENES, "SCENE...", robot_name, default=...))}, _landings),
+    "postures": Input({"postures": (tuple[str, ...], argument(_POSTURES, "SCENE...", robot_name, default=...))}, _postures),
+    "designs": Input({"designs": (tuple[str, ...], argument(_DESIGNS, "DESIGN...", robot_name, default=...))}, _designs),
+    "table": Input({"table": (Path, argument(_TABLE, "TABLE", path, default=...)), "scene": (str, ROBOT)}, _table, file=True),
+    "log": Input({"log": (Path, argument(_LOG, "LOG", path)), "scene": (str, ROBOT)}, _log, file=True),
+}
+"""What a study reads, by the name of its parameter: one landing; landings by name, without contacts those of `default_landings`;
+postures of one robot by name; one landing of each design; the columns of a table and the landing that gives what these lack; the
+path of a log and one landing on all contacts."""
 
 
 def _kind(parameter: StudyParameter) -> Any:

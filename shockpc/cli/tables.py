@@ -8,11 +8,13 @@ import numpy as np
 from shockpc.cli.options import SceneOptions
 from shockpc.cli.scenes import one_scene, with_contact
 from shockpc.landing.posture import settable_joints
-from shockpc.landing.scene import Posture, Scene, Strike
+from shockpc.landing.scene import Posture, Scene
 from shockpc.landing.scene_file import check_scene, plane_of
+from shockpc.landing.strike import Strike
+from shockpc.recorded.cells import empty_cells
 from shockpc.recorded.column_names import FRICTION, StateColumns, column_name, state_columns
 from shockpc.recorded.files import read_table
-from shockpc.recorded.table import ANGLES, empty_cells
+from shockpc.recorded.state import ANGLES
 from shockpc.robot.robot import Robot
 from shockpc.text.errors import SceneError
 

@@ -44,39 +44,53 @@ def extreme_directions(maps: Array, up: Array) -> ExtremeDirections:
 def most_severe_direction(maps: Array, up: Array) -> tuple[Array, Array]:
     """The direction (N, 3) and the shock (N,) of the most severe strike, as `extreme_directions`, which takes five times as long.
 
-    The direction is an eigenvector of AᵀA, whose eigenvalues the trigonometric formula gives (Smith 1961, "Eigenvalues of a
-    symmetric 3 × 3 matrix"). It loses digits where the two greatest are nearly equal; singular values are computed there.
+    The direction is the eigenvector of AᵀA with the largest eigenvalue, and the shock √ of that. Where the two largest eigenvalues
+    are nearly equal the formulas for these lose digits; singular values are computed there.
 
     Args:
         maps: (N, 3, 3), as for `extreme_directions`.
         up: (3,), likewise.
     """
     # The posture comes last, so that every operation runs over contiguous numbers.
-    A, diagonal = maps.transpose(1, 2, 0).copy(), np.arange(3)
+    A = maps.transpose(1, 2, 0).copy()
     with np.errstate(all="ignore"):
         scale = np.abs(A).max(axis=(0, 1))
         A /= scale
         square = (A[:, :, None] * A[:, None]).sum(axis=0)
-        mean = np.einsum("iin->n", square) / 3.0
-        square[diagonal, diagonal] -= mean
-        (a, d, e), (_, b, f), (_, _, c) = square
-        width = 2.0 * np.sqrt((square**2).sum(axis=(0, 1)) / 6.0)
-        determinant = a * (b * c - f * f) - d * (d * c - e * f) + e * (d * f - b * e)
-        angle = np.arccos(np.clip(4.0 * determinant / width**3, -1.0, 1.0)) / 3.0
-        greatest, next_one = width * np.cos(angle), width * np.cos(angle - 2.0 * np.pi / 3.0)
-        square[diagonal, diagonal] -= greatest
-        # The rows of what is left are across the eigenvector; the longest product of two of them is determined best.
-        products = np.stack([_cross(square[i], square[i - 1]) for i in range(3)])
-        longest = (products**2).sum(axis=1).argmax(axis=0)
-        direction = products[longest, :, np.arange(len(maps))].T
-        direction /= np.sqrt((direction**2).sum(axis=0))
+        largest, second = _largest_eigenvalues(square)
+        direction = _eigenvector(square, largest)
         shock = scale * np.sqrt(((A * direction).sum(axis=1) ** 2).sum(axis=0))
-        unclear = np.flatnonzero(~(greatest - next_one > CLEARLY_APART * (mean + greatest)))
+        unclear = np.flatnonzero(~(largest - second > CLEARLY_APART * largest))
     direction = direction.T
     if unclear.size:
         extremes = extreme_directions(maps[unclear], up)
         direction[unclear], shock[unclear] = extremes.most_severe, extremes.most_severe_shock
     return _downwards(direction, up), shock
+
+
+def _largest_eigenvalues(S: Array) -> tuple[Array, Array]:
+    """The two largest eigenvalues (N,) of symmetric matrices S (3, 3, N), by trigonometry.
+
+    They are those of S without its mean diagonal, plus that (Smith 1961, "Eigenvalues of a symmetric 3 × 3 matrix").
+    """
+    mean = np.einsum("iin->n", S) / 3.0
+    (a, d, e), (_, b, f), (_, _, c) = S - mean * np.eye(3)[:, :, None]
+    width = 2.0 * np.sqrt((a * a + b * b + c * c + 2.0 * (d * d + e * e + f * f)) / 6.0)
+    determinant = a * (b * c - f * f) - d * (d * c - e * f) + e * (d * f - b * e)
+    angle = np.arccos(np.clip(4.0 * determinant / width**3, -1.0, 1.0)) / 3.0
+    return mean + width * np.cos(angle), mean + width * np.cos(angle - 2.0 * np.pi / 3.0)
+
+
+def _eigenvector(S: Array, eigenvalue: Array) -> Array:
+    """The unit eigenvectors (3, N) of symmetric matrices S (3, 3, N) with simple eigenvalues (N,).
+
+    The rows of S − λ are perpendicular to it; of the products of two rows the longest is determined best.
+    """
+    rows = S - eigenvalue * np.eye(3)[:, :, None]
+    products = np.stack([_cross(rows[i], rows[i - 1]) for i in range(3)])
+    longest = (products**2).sum(axis=1).argmax(axis=0)
+    direction = products[longest, :, np.arange(S.shape[2])].T
+    return np.asarray(direction / np.sqrt((direction**2).sum(axis=0)))
 
 
 def _cross(a: Array, b: Array) -> Array:

@@ -1,4 +1,4 @@
-"""The least and the greatest shock over the bodies' geometry.
+"""The minimum and the maximum of |Δv + Δω × r| over the bodies' geometry: of distances of points in a plane from the origin.
 
 Geometry is a union of convex pieces, each the hull of some points, or an ellipsoid swept along a segment (a sphere, a capsule; a
 cylinder, whose ellipsoid is flat, a disc). The part of Δv(r) along Δω is the same everywhere. The part perpendicular to it maps a

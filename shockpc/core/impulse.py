@@ -77,7 +77,7 @@ class RowChoice(NamedTuple):
             mobility; the identity where no row depends on others.
         unique: (nc,) whether the impulse along a row is determined. A row along which nothing can move takes none.
         uncertain: whether rounding can change how many rows are independent.
-        apart: greatest singular value above rounding that counts as zero, relative to the terms of the rows; 0 if there is none.
+        discarded: greatest singular value above rounding that counts as zero, relative to the terms of the rows; 0 if none is.
         left_out: (m, nc) combinations of rows, of unit length, along which the mechanism moves only by what rounding of its file
             leaves.
         slack: share of their terms that rounding of the file may leave in rows that follow from others.
@@ -87,7 +87,7 @@ class RowChoice(NamedTuple):
     spread: Array
     unique: np.ndarray
     uncertain: bool
-    apart: float = 0.0
+    discarded: float = 0.0
     left_out: Array = np.zeros((0, 0))
     slack: float = 0.0
 
@@ -207,7 +207,7 @@ def choose_rows(
     most: int | None = None,
     rounded: float = 0.0,
 ) -> RowChoice:
-    """Find the independent rows of one posture.
+    """Find the independent rows of one posture: as many as its rows have singular values above rounding, far from one another.
 
     The rank of J_c H⁻¹ J_cᵀ is that of J_c, because H is positive definite. It follows from the singular values of J_c with
     columns scaled by lengths and rows to the size of their terms, so that masses decide nothing: a singular value is zero where it
@@ -223,44 +223,59 @@ def choose_rows(
         most: how many rows can be independent; the least singular values beyond that count as zero.
         rounded: what rounding of the robot's file makes of rows beyond that, relative to their terms.
     """
-    most = len(J_c) if most is None else most
-    whole, unit = in_terms(J_c, terms, size)
-    share = np.linalg.norm(unit, axis=1)
-    alive = share > tolerance
-    unit[~alive] = 0.0
-    _, s, Vt = np.linalg.svd(unit.T)
-    s = np.append(s, np.zeros(len(J_c) - len(s))) if len(s) < len(J_c) else s
-    bound = tolerance * np.sqrt(len(J_c))
+    count = len(J_c)
+    most = count if most is None else most
+    term_size, scaled = in_terms(J_c, terms, size)
+    share = np.linalg.norm(scaled, axis=1)
+    # A row that is smaller than the rounding of its terms moves nothing.
+    moves = share > tolerance
+    scaled[~moves] = 0.0
+    _, s, Vt = np.linalg.svd(scaled.T)
+    s = np.pad(s, (0, count - len(s)))
+    bound = tolerance * np.sqrt(count)
     rank = min(int(np.sum(s > bound)), most)
     uncertain = tolerance == TOLERANCE and bool(np.any(_near(s[:most], bound)) or np.any(_near(share, TOLERANCE)))
-    small = np.concatenate([s[rank:], share[~alive]])
-    apart = float(small[small > UNCERTAIN[1] * TOLERANCE * np.sqrt(len(J_c))].max(initial=0.0))
+    zeros = np.concatenate([s[rank:], share[~moves]])
+    discarded = float(zeros[zeros > UNCERTAIN[1] * TOLERANCE * np.sqrt(count)].max(initial=0.0))
     left_out, slack = Vt[:0], 0.0
-    if rank == most < len(J_c) and rounded > 0.0:
+    if rank == most < count and rounded > 0.0:
         # Of what rounding of the file left nothing may count: neither a row that is all of that, nor its share of others.
         others, slack = Vt[rank:], max(rounded, float(s[rank]))
-        small = alive & (share <= slack) & (np.sum(others**2, axis=0) > 0.5)
-        left_out = others[(s[rank:] > bound) | np.any(others[:, small] ** 2 > 0.5, axis=1)]
-        alive &= ~small
+        rounding = moves & (share <= slack) & (np.sum(others**2, axis=0) > 0.5)
+        left_out = others[(s[rank:] > bound) | np.any(others[:, rounding] ** 2 > 0.5, axis=1)]
+        moves &= ~rounding
         uncertain = bool(np.any(_near(s[:rank], bound)))
-        unit = np.where(alive[:, None], unit - others.T @ (others @ unit), 0.0)
-        _, s, Vt = np.linalg.svd(unit.T, full_matrices=False)
-    # In units of its terms every row has the same rounding, so a row of small mobility does not hide others.
-    J = unit * whole[:, None]
-    length = np.linalg.norm(J, axis=1)
+        scaled = np.where(moves[:, None], scaled - others.T @ (others @ scaled), 0.0)
+        _, s, Vt = np.linalg.svd(scaled.T, full_matrices=False)
     # The impulse along a row is unique where its unit vector lies in the row space.
-    unique = ~alive | (np.sum(Vt[:rank] ** 2, axis=0) > 1.0 - 1e-9)
-    rows = np.flatnonzero(alive) if rank == alive.sum() else _farthest(unit.T, rank)
-    if rank == len(J_c):
-        return RowChoice(rows, np.eye(rank), unique, uncertain, apart, left_out, slack)
-    mobile = np.where(alive, np.where(scale > 0.0, scale, 1.0 / (size.min() * np.where(alive, length, 1.0))), 0.0)
-    U, s, Vt = np.linalg.svd((mobile[:, None] * J * alive[:, None]).T, full_matrices=False)
+    unique = ~moves | (np.sum(Vt[:rank] ** 2, axis=0) > 1.0 - 1e-9)
+    rows = np.flatnonzero(moves) if rank == moves.sum() else _farthest(scaled.T, rank)
+    # In units of its terms every row has the same rounding, so a row of small mobility does not hide others.
+    spread = np.eye(rank) if rank == count else _distribution(scaled * term_size[:, None], moves, size, scale, rows, unique)
+    return RowChoice(rows, spread, unique, uncertain, discarded, left_out, slack)
+
+
+def _distribution(J: Array, moves: np.ndarray, size: Array, scale: Array, rows: np.ndarray, unique: np.ndarray) -> Array:
+    """Impulses (nc, r) along all rows that do the same as unit impulses along r independent ones, as `RowChoice.spread`.
+
+    Args:
+        J: (nc, nv) rows, without what is rounding in them.
+        moves: (nc,) which of them move anything.
+        size: as of `choose_rows`.
+        scale: likewise.
+        rows: (r,) the independent ones.
+        unique: (nc,) along which the impulse is determined.
+    """
+    length = np.where(moves, np.linalg.norm(J, axis=1), 1.0)
+    mobile = np.where(moves, np.where(scale > 0.0, scale, 1.0 / (size.min() * length)), 0.0)
+    U, s, Vt = np.linalg.svd((mobile[:, None] * J).T, full_matrices=False)
+    rank = len(rows)
     spread = mobile[:, None] * (Vt[:rank].T @ ((U[:, :rank].T @ J[rows].T) / s[:rank, None]))
     # Impulses that are determined have nothing to do with the others; rounding would say otherwise.
     spread[unique], spread[:, unique[rows]] = 0.0, 0.0
     unrepeated = np.flatnonzero(unique[rows])
     spread[rows[unrepeated], unrepeated] = 1.0
-    return RowChoice(rows, spread, unique, uncertain, apart, left_out, slack)
+    return np.asarray(spread)
 
 
 def levers(terms: Array) -> Array:
@@ -274,9 +289,9 @@ def in_terms(J_c: Array, terms: Array, size: Array) -> tuple[Array, Array]:
     # What is left of terms that cancel to within their rounding is a structural zero, such as the speed of a point on the only
     # axis that rotates; nothing later could tell it from a lever of 1e-16 m.
     J = np.where(np.abs(J_c) > 8.0 * EPS * terms, J_c, 0.0) / size
-    whole = np.linalg.norm(terms / size, axis=1)
-    whole = np.where(whole > 0.0, whole, 1.0)
-    return whole, J / whole[:, None]
+    term_size = np.linalg.norm(terms / size, axis=1)
+    term_size = np.where(term_size > 0.0, term_size, 1.0)
+    return term_size, J / term_size[:, None]
 
 
 def _near(values: Array, limit: float) -> np.ndarray:

@@ -20,6 +20,7 @@ from shockpc.core.crossing import (
     real_sum,
 )
 from shockpc.core.spatial import Array
+from shockpc.core.stiff_events import Event
 
 NEAR_MAXIMUM, MOST_MAXIMA = 0.95, 64
 """Share of the largest squared sample from which a local maximum is refined; the largest number that is."""
@@ -53,13 +54,26 @@ class Elements(NamedTuple):
     damping: Array | float = 0.0
     load: Array | float = 0.0
 
+    @staticmethod
+    def alike(
+        rows: Array,
+        stiffness: Array | float,
+        restitution: Array | float = 1.0,
+        contact: np.ndarray | int = -1,
+        normal: np.ndarray | bool = False,
+        damping: Array | float = 0.0,
+        load: Array | float = 0.0,
+    ) -> "Elements":
+        """Elements along some rows, with one value for all of them or one for each; by default springs between bodies."""
+        values = (np.broadcast_to(value, len(rows)) for value in (stiffness, restitution, contact, normal, damping, load))
+        return Elements(rows, *values)
 
-class Event(NamedTuple):
-    """What happens to an element at a time [s], one of `EVENTS`; to a contact, at its normal."""
-
-    time: float
-    element: int
-    kind: str
+    @staticmethod
+    def joined(*groups: "Elements") -> "Elements":
+        """Groups of elements, one after the other; rows of fewer coordinates do not move the last ones."""
+        width = max(group.rows.shape[1] for group in groups)
+        rows = np.concatenate([np.pad(group.rows, ((0, 0), (0, width - group.rows.shape[1]))) for group in groups])
+        return Elements(rows, *(np.concatenate(values) for values in zip(*(group[1:] for group in groups), strict=True)))
 
 
 class Modes(NamedTuple):
@@ -254,7 +268,11 @@ def _lengths(vectors: Array) -> Array:
 
 
 def _peak(outputs: Array, segments: Sequence[Segment], least: Array, effort: Effort) -> tuple[Array, Array]:
-    """As `StiffMotion.peak`, within some segments; zero where they have none above the square root of least (m,)."""
+    """As `StiffMotion.peak`, within some segments; zero where they have none above the square root of least (m,).
+
+    Segments and vectors that cannot exceed what is known are left out by the sums of their amplitudes, and the others are halved
+    until few samples do: what the first half holds limits what is searched in the second one.
+    """
     (m, k, r), count = outputs.shape, len(segments)
 
     def in_halves() -> tuple[Array, Array]:
@@ -264,13 +282,8 @@ def _peak(outputs: Array, segments: Sequence[Segment], least: Array, effort: Eff
 
     if count > MOST_TOGETHER:
         return in_halves()
-    modes, P = 1 + max(len(segment.rate) for segment in segments), outputs.reshape(m * k, r)
-    start, lengths = np.array([(segment.start, segment.length) for segment in segments]).T
-    rates, wave = np.zeros((count, modes), dtype=complex), np.zeros((count, r, modes), dtype=complex)
-    for i, segment in enumerate(segments):
-        # What stays constant has the rate zero.
-        some = slice(1, 1 + len(segment.rate))
-        rates[i, some], wave[i, :, 0], wave[i, :, some] = segment.rate, segment.level, segment.wave
+    rates, wave = _stacked(segments)
+    modes, P = rates.shape[1], outputs.reshape(m * k, r)
     waves = (P @ wave.view(float)).view(complex).reshape(count, m, k, modes)
     size = np.abs(waves)
     larger = np.square(size.sum(axis=3)).sum(axis=2) >= (1.0 - 1e-9) * least
@@ -278,10 +291,10 @@ def _peak(outputs: Array, segments: Sequence[Segment], least: Array, effort: Eff
     if not (kept.all() and above.all()):
         largest, when = np.zeros((2, m))
         if kept.any():
-            largest[above], when[above] = _peak(
-                outputs[above], [segments[i] for i in np.flatnonzero(kept).tolist()], least[above], effort
-            )
+            few = [segments[i] for i in np.flatnonzero(kept).tolist()]
+            largest[above], when[above] = _peak(outputs[above], few, least[above], effort)
         return largest, when
+    start, lengths = np.array([(segment.start, segment.length) for segment in segments]).T
     fastest = np.where(larger[..., None], rate_of_change(rates[:, None, None], size), 0.0).max(axis=(1, 2))
     steps = np.minimum(lengths * fastest / 0.2, 2.0 * MOST_SAMPLES).astype(int) + 1
     if count > 1 and steps.sum() > SAMPLES_TOGETHER:
@@ -291,20 +304,13 @@ def _peak(outputs: Array, segments: Sequence[Segment], least: Array, effort: Eff
             f"the fastest mode oscillates more than {MOST_SAMPLES // 30} times in {lengths[0]:.3g} s; take the stiffest as rigid"
         )
     effort.spend(int((steps + 1).sum()) * r * (modes + m * k))
+    # Samples of all segments, one after the other, each with both of its ends.
     ends, step = np.cumsum(steps + 1), lengths / steps
     begins, segment_index = ends - steps - 1, np.repeat(np.arange(count), steps + 1)
     t = (np.arange(len(segment_index)) - begins[segment_index]) * step[segment_index]
     force = [oscillations(t[a:b, None] * rates[i], wave[i]) for i, (a, b) in enumerate(zip(begins, ends, strict=True))]
     square = np.square(np.concatenate(force) @ P.T).reshape(-1, m, k).sum(axis=2)
-    # A sample at the end of a segment may exceed those of the next, whose maximum lies between its samples: refine each.
-    rises, falls = np.ones((2, *square.shape), dtype=bool)
-    rises[1:] = square[1:] > square[:-1]
-    falls[:-1] = ~rises[1:]
-    rises[begins], falls[ends - 1] = True, True
-    local = rises & falls & (square >= NEAR_MAXIMUM * square.max(axis=0))
-    if np.count_nonzero(local) > MOST_MAXIMA * m:
-        local &= square >= np.partition(np.where(local, square, -1.0), -MOST_MAXIMA, axis=0)[-MOST_MAXIMA]
-    sample, vector = np.nonzero(local)
+    sample, vector = np.nonzero(_local_maxima(square, begins, ends))
     at, segment_index = t[sample], segment_index[sample]
     low, high = np.maximum(at - step[segment_index], 0.0), np.minimum(at + step[segment_index], lengths[segment_index])
     length, at = _refined(rates[segment_index], waves[segment_index, vector], at, low, high)
@@ -312,6 +318,37 @@ def _peak(outputs: Array, segments: Sequence[Segment], least: Array, effort: Eff
     order, (largest, when) = np.argsort(-length, kind="stable")[::-1], np.zeros((2, m))
     largest[vector[order]], when[vector[order]] = length[order], (start[segment_index] + at)[order]
     return largest, when
+
+
+def _stacked(segments: Sequence[Segment]) -> tuple[ComplexArray, ComplexArray]:
+    """The rates (n, j) and waves (n, r, j) of n segments; the first rate is zero, that of what stays constant."""
+    modes = 1 + max(len(segment.rate) for segment in segments)
+    rates = np.zeros((len(segments), modes), dtype=complex)
+    wave = np.zeros((len(segments), len(segments[0].level), modes), dtype=complex)
+    for i, segment in enumerate(segments):
+        oscillating = slice(1, 1 + len(segment.rate))
+        rates[i, oscillating], wave[i, :, 0], wave[i, :, oscillating] = segment.rate, segment.level, segment.wave
+    return rates, wave
+
+
+def _local_maxima(square: Array, begins: np.ndarray, ends: np.ndarray) -> np.ndarray:
+    """Which of the samples (s, m) of m signals are maxima among their neighbours, and nearly as large as the largest one.
+
+    A sample at the end of a segment may exceed those of the next, whose maximum lies between its samples: both count.
+
+    Args:
+        square: samples of all segments, one segment after the other.
+        begins: index of the first sample of each segment.
+        ends: one behind its last.
+    """
+    rises, falls = np.ones((2, *square.shape), dtype=bool)
+    rises[1:] = square[1:] > square[:-1]
+    falls[:-1] = ~rises[1:]
+    rises[begins], falls[ends - 1] = True, True
+    local = rises & falls & (square >= NEAR_MAXIMUM * square.max(axis=0))
+    if np.count_nonzero(local) > MOST_MAXIMA * square.shape[1]:
+        local &= square >= np.partition(np.where(local, square, -1.0), -MOST_MAXIMA, axis=0)[-MOST_MAXIMA]
+    return np.asarray(local)
 
 
 def _refined(rate: ComplexArray, waves: Array, t: Array, low: Array, high: Array) -> tuple[Array, Array]:

@@ -41,8 +41,9 @@ there, for gravity brings it back to the ground, which is another impact, and so
 import numpy as np
 
 from shockpc.core.spatial import Array
-from shockpc.core.stiff_motion import Elements, Event, Segment, StiffMotion
-from shockpc.core.stiff_state import EVENTS, State
+from shockpc.core.stiff_events import UNFELT, Event, EventKind
+from shockpc.core.stiff_motion import Elements, Segment, StiffMotion
+from shockpc.core.stiff_state import State
 
 SMALLEST_PIVOT = 1e-7
 """Smallest diagonal entry of the Cholesky factor of M, scaled to a unit diagonal, with which M counts as positive definite."""
@@ -117,12 +118,12 @@ def simulate_landing(
     time, simultaneous = 0.0, 0
     end = LONGEST / float(modes.frequency[-1]) if until is None else until
     while True:
-        segment, hit = state.step(time, end - time, until is None)
+        segment, happens = state.step(time, end - time, until is None)
         simultaneous += 1
         if segment is not None:
             segments.append(segment)
             time, simultaneous = time + segment.length, 0
-        if hit is None:
+        if happens is None:
             break
         if len(segments) >= MOST_SEGMENTS or simultaneous > 4 * len(elements.rows):
             remedies = (
@@ -132,12 +133,14 @@ def simulate_landing(
             remedies += ["end the motion earlier"] if until is not None else []
             text = f"elements change {len(segments)} times in {time:.3g} s, too often to follow them; "
             raise ArithmeticError(text + ", or ".join(remedies))
-        kind = state.switch(*hit)
-        if kind >= len(EVENTS):
+        event = Event(time, happens.element, state.switch(happens.element, happens.kind))
+        if event.kind in UNFELT:
             continue
-        event = Event(time, hit[0], EVENTS[kind])
         previous = next((one for one in reversed(events) if one.element == event.element), event)
-        if {event.kind, previous.kind} == {"unloads", "reloads"} and time - previous.time < UNDONE_ANGLE / state.fastest:
+        if {event.kind, previous.kind} == {
+            EventKind.UNLOADS,
+            EventKind.RELOADS,
+        } and time - previous.time < UNDONE_ANGLE / state.fastest:
             events.remove(previous)
         else:
             events.append(event)
@@ -167,7 +170,7 @@ def _check(M: Array, elements: Elements, velocity: Array, until: float | None, g
 
 
 def _coordinates(M: Array, rows: Array) -> tuple[Array, Array, Array]:
-    """The coordinates u along some rows: W as in `_State`, and to_velocity and from_velocity, with u = from_velocity q̇.
+    """The coordinates u along some rows: W as in `State`, and to_velocity and from_velocity, with u = from_velocity q̇.
 
     From M = LLᵀ, scaled to a unit diagonal: they have unit inertia.
     """

@@ -12,8 +12,9 @@ from shockpc.core.frozen import frozen
 from shockpc.core.spatial import Array
 from shockpc.evaluation.columns import percentile
 from shockpc.landing.record import CHECKED
-from shockpc.landing.scene import Part, Scene, replaced_ways
+from shockpc.landing.scene import Part, Scene
 from shockpc.landing.scene_file import read_scene, record_schema, scene_from, scene_table
+from shockpc.landing.strike import replaced_ways
 from shockpc.quantities.table import Selection, select, selections
 from shockpc.text.errors import SceneError, ShockError, StudyError
 from shockpc.text.paths import read_file, usable_path

@@ -25,7 +25,8 @@ from shockpc.landing.landing import PosedLanding
 from shockpc.landing.places import Place
 from shockpc.landing.posture import difference
 from shockpc.landing.resolve import resolve
-from shockpc.landing.scene import Scene, Strike
+from shockpc.landing.scene import Scene
+from shockpc.landing.strike import Strike
 from shockpc.quantities.contacts import IMPULSE, REDUNDANT
 from shockpc.quantities.heights import CLEARANCE, HEIGHTS, REACH, SPREAD, on_ground, without_shapes
 from shockpc.quantities.quantity import Quantity
@@ -142,10 +143,7 @@ class ShockCost:
         self.variations = varied.variations
         self.names = tuple(one.column for one in self.variations)
         self.bounds = np.array([one.ends for one in self.variations])
-        values = [
-            [0.0 if varied.kind.startswith("com-") else present_value(one, varied) for varied in self.variations]
-            for one in landings.values()
-        ]
+        values = [[present_value(one, varied) for varied in self.variations] for one in landings.values()]
         self.given = np.where(np.ptp(values, axis=0) == 0.0, values[0], np.nan)
         self.x0 = np.clip(np.where(np.isnan(values[0]), self.bounds.mean(axis=1), values[0]), *self.bounds.T)
         freeze(self.bounds, self.given, self.x0)
@@ -215,9 +213,8 @@ class ShockCost:
 
     def linearized(self, X: Array) -> tuple[Array, Array]:
         """The same (m, K) and its derivatives (m, K, n), of all terms by formulas, or differences; 0 where there are none."""
-        (m, n), h = X.shape, 2.0 * STEP * np.ptp(self.bounds, axis=1)
-        beside = np.stack([X[:, None] + np.diag(h / 2.0), X[:, None] - np.diag(h / 2.0)]).reshape(-1, n)
         if self.exact:
+            (m, n), (h, beside) = X.shape, self._beside(X)
             found, unclear = [], np.zeros(m, dtype=bool)
             for group, columns in zip(self.groups, self._columns, strict=True):
                 # How posture and strike change is a difference, of angles an exact one.
@@ -230,16 +227,27 @@ class ShockCost:
             values, change = (self._of_terms([{name: pair[k] for name, pair in of.items()} for of in found]) for k in (0, 1))
             if unclear.any():
                 values[unclear] = self._numbers(X[unclear])
+            # A posture that is singular has no derivatives by formulas.
+            if (rough := np.isnan(change).any(axis=(1, 2))).any():
+                change[rough] = self._differences(X[rough])[1]
         else:
-            values, change = self._numbers(X), np.full((m, len(self.terms), n), np.nan)
-        # A posture that is singular has no derivatives by formulas.
-        if (rough := np.isnan(change).any(axis=(1, 2))).any():
-            up, down = self._numbers(beside.reshape(2, m, n, n)[:, rough].reshape(-1, n)).reshape(2, -1, n, len(self.terms))
-            with np.errstate(invalid="ignore"):
-                change[rough] = ((up - down) / h[:, None]).swapaxes(1, 2)
-        measures, factors = self._measured(values)
+            values, change = self._differences(X)
+        measures, factors = self._measured(_of_points(X, values))
         with np.errstate(invalid="ignore"):
             return measures, np.nan_to_num(factors[..., None] * change, nan=0.0, posinf=0.0, neginf=0.0)
+
+    def _beside(self, X: Array) -> tuple[Array, Array]:
+        """The widths (n,) of central differences, and the points (2 m n, n) between which they are: above, then below."""
+        h = 2.0 * STEP * np.ptp(self.bounds, axis=1)
+        return h, np.stack([X[:, None] + np.diag(h / 2.0), X[:, None] - np.diag(h / 2.0)]).reshape(-1, X.shape[1])
+
+    def _differences(self, X: Array) -> tuple[Array, Array]:
+        """The values (m, K) of all terms and their derivatives (m, K, n) by differences; NaN where there are none."""
+        (m, n), (h, beside) = X.shape, self._beside(X)
+        found = self._numbers(np.concatenate([X, beside]))  # at once: a call costs more than some rows
+        up, down = found[m:].reshape(2, m, n, -1)
+        with np.errstate(invalid="ignore"):
+            return found[:m], ((up - down) / h[:, None]).swapaxes(1, 2)
 
     def _measured(self, v: Array) -> tuple[Array, Array]:
         """What an optimiser takes for the values (m, K), and its derivatives by them."""
@@ -256,7 +264,7 @@ class ShockCost:
             Evaluation(group.at(X), columns, prove=0, trusted=TRUSTED).table().without_defects().columns
             for group, columns in zip(self.groups, self._columns, strict=True)
         ]
-        return self._of_terms([{name: x.reshape(len(X), -1) for name, x in of.items()} for of in tables])
+        return _of_points(X, self._of_terms([{name: x.reshape(len(X), -1) for name, x in of.items()} for of in tables]))
 
     def _of_terms(self, found: Sequence[Mapping[str, Array]]) -> Array:
         """What terms have (m, K, ...) of that of the columns (m, S, ...) of each group."""
@@ -310,6 +318,11 @@ class ShockCost:
             for s, name in enumerate(group.struck)
             if s == 0 or column.selection.quantity not in HEIGHTS
         ]
+
+
+def _of_points(X: Array, values: Array) -> Array:
+    """Values (m, K) at (m, n) points; NaN at what is no point: in a sweep NaN leaves a thing as it is."""
+    return np.where(np.isnan(X).any(axis=1)[:, None], np.nan, values)
 
 
 def _groups(varied: VariedLandings, landings: Mapping[str, PosedLanding]) -> tuple[VariedLandings, ...]:

@@ -3,19 +3,25 @@
     @study("shockpc limits hyq --joint lf_kfe_joint --at trunk_imu --max 0.1")
     def limits(scene: Scene, joint: Annotated[str, Option("The joint.", "Question", "JOINT")], …) -> JointLimits: …
 
-A parameter whose annotation has an `Option` is an option of the command; the name of any other says what the command passes for it,
-as `shockpc.cli.study` describes. An argument that is not of the type of its parameter, or beyond the bounds of its option, is a
-StudyError.
+A parameter whose annotation has an `Option` is an option of the command; what the command passes for others is declared by `reads`
+and `passed`. An argument that is not of the type of its parameter, or beyond the bounds of its option, is a StudyError.
 """
 
 import inspect
 from collections.abc import Callable, Mapping, Sequence
-from typing import Annotated, Any, NamedTuple, TypeAlias, TypeVar, get_args
+from typing import Annotated, Any, Literal, NamedTuple, TypeAlias, TypeVar, get_args
 
 from shockpc.landing.record import Option, describe
 from shockpc.text.arguments import checked, is_numeric
 
 F = TypeVar("F", bound=Callable[..., Any])
+
+Reads: TypeAlias = Literal["scene", "landings", "postures", "designs", "table", "log"]
+"""What a command reads for the parameter of this name, as `shockpc.cli.study.INPUTS` describes."""
+
+Passed: TypeAlias = Literal["target", "trace", "progress"]
+"""What a command passes besides: the number that the study is about, by --at or --quantity; what measures stages, for --explain; a
+function that makes one which counts, of the number of landings."""
 
 
 QuantityOption: TypeAlias = Annotated[
@@ -67,6 +73,9 @@ class Study(NamedTuple):
         without: options of a landing that the study refuses, which its command does not take: by their names with underscores, or
             by their headings.
         uses: "pulse" or "part", if its numbers depend on these whatever quantities are asked for.
+        reads: the parameter for what is read; None for a study whose command is written out.
+        passed: further parameters that the command passes.
+        fails: whether the result has `landings`, and `failures` of those that could not be computed, which decide on the exit code.
     """
 
     parameters: dict[str, StudyParameter]
@@ -75,6 +84,9 @@ class Study(NamedTuple):
     typed: Callable[[Any, dict[str, Any]], dict[str, Any]]
     without: tuple[str, ...]
     uses: tuple[str, ...]
+    reads: Reads | None
+    passed: tuple[Passed, ...]
+    fails: bool
 
 
 def study(
@@ -83,6 +95,9 @@ def study(
     typed: Callable[[Any, dict[str, Any]], dict[str, Any]] = lambda robot, given: given,
     without: tuple[str, ...] = (),
     uses: tuple[str, ...] = (),
+    reads: Reads | None = None,
+    passed: tuple[Passed, ...] = (),
+    fails: bool = False,
 ) -> Callable[[F], F]:
     """Declare a function as a study, and list its options in its docstring; arguments as in `Study`.
 
@@ -104,7 +119,7 @@ def study(
         # Without the options, because Python's help prints annotations whole.
         faults = {name: in_si[name].fault for name, one in parameters.items() if is_numeric(one.kind)}
         call = checked(function, signature.replace(parameters=plain), faults)
-        vars(call)["study"] = Study(parameters, examples, more, typed, without, uses)
+        vars(call)["study"] = Study(parameters, examples, more, typed, without, uses, reads, passed, fails)
         return call
 
     return declare

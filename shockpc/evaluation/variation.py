@@ -1,4 +1,4 @@
-"""What a sweep varies, as text and as records: joints, base attitude, strike, contact, inertia and length of links, drives."""
+"""What every study varies, as text and as records: posture, strike, contact, ground, inertia and length of links, drives."""
 
 import math
 from collections.abc import Iterable, Mapping
@@ -10,12 +10,15 @@ import numpy as np
 from shockpc.core.memo import memoized
 from shockpc.core.spatial import Array
 from shockpc.landing.contact import landing_frames
-from shockpc.landing.posture import refuse_beyond_turn, settable_joints
+from shockpc.landing.posture import COMPONENTS, component, refuse_beyond_turn, settable_joints
 from shockpc.landing.record import options_of
-from shockpc.landing.scene import Contact, Scene, Strike
-from shockpc.robot.changes import links_with_mass
-from shockpc.robot.robot import Joint, Robot
+from shockpc.landing.scene import Contact, Scene
+from shockpc.landing.strike import Strike
+from shockpc.robot.changes import ADDED, links_with_mass
+from shockpc.robot.elements import Joint
+from shockpc.robot.robot import Robot
 from shockpc.text.errors import StudyError
+from shockpc.text.printed import listed
 
 OF_THE_SCENE = {one.name: field for field, one in options_of(Scene).items() if one.varies}
 """Options of a scene that a sweep can vary, each with its field."""
@@ -26,14 +29,15 @@ OF_CONTACTS = {one.name: field for field, one in options_of(Contact).items() if 
 STRIKE = {one.name: one.unit for one in options_of(Strike).values() if one.varies}
 ATTITUDE = {"base-roll": "deg", "base-pitch": "deg", "base-yaw": "deg"}
 OFFSET = {"offset-x": "m", "offset-y": "m", "offset-z": "m"}
-OF_A_LINK = {"mass": "kg", "com-x": "m", "com-y": "m", "com-z": "m", "inertia": "-"}
+COMPONENT = {kind: "m" if kind.startswith("shift") else "deg" for kind in COMPONENTS["free"]}
+OF_A_LINK = {"mass": "kg", "point-mass": "kg", "com-x": "m", "com-y": "m", "com-z": "m", "inertia": "-"}
 OF_A_LINK |= {f"inertia-{entry}": "kg m²" for entry in ("xx", "yy", "zz", "xy", "xz", "yz")}
 OF_THE_GROUND = {
     one.name: one.unit.replace("1", "-") for record in (Scene, Contact) for one in options_of(record).values() if one.varies
 }
 INERTIAL = (*OF_A_LINK, "armature")
 OF_A_JOINT = ("armature", "rotor", "joint-stiffness", "place")
-OF_A_PART = (*OF_A_LINK, *OF_A_JOINT)
+OF_A_PART = (*OF_A_LINK, *OF_A_JOINT, *COMPONENT)
 DRIVEN = {
     "armature": ("reflected inertia", "kg m²", "kg"),
     "rotor": ("rotor inertia", "kg m²", "kg m²"),
@@ -44,7 +48,7 @@ DRIVEN = {
 WORDS = (
     *(*STRIKE, *ATTITUDE, *OFFSET, *OF_THE_GROUND, "contact"),
     *(f"{kind}:LINK" for kind in OF_A_LINK),
-    *(f"{kind}:JOINT" for kind in OF_A_JOINT),
+    *(f"{kind}:JOINT" for kind in (*OF_A_JOINT, *COMPONENT)),
 )
 FORM = (
     "a:b:n (n values from a to b), a,b,c (these values) or, with --sample, a:b (any value between), a:b:log (log-uniform) or m±s "
@@ -90,7 +94,7 @@ class Variation:
     @property
     def moves(self) -> bool:
         """Whether it changes the posture."""
-        return self.kind == "joint" or self.kind in ATTITUDE
+        return self.kind == "joint" or self.kind in ATTITUDE or self.kind in COMPONENT
 
     def drawn(self, u: Array) -> np.ndarray:
         """Values (n,) of the distribution. Args: u (n,) uniform in [0, 1)."""
@@ -134,7 +138,7 @@ class Variation:
     @property
     def uncertain(self) -> bool:
         """Whether it is of the robot or of the ground, rather than of how the robot lands."""
-        return self.kind in (*OF_A_PART, *OF_THE_GROUND)
+        return self.kind in (*OF_A_LINK, *OF_A_JOINT, *OF_THE_GROUND)
 
     def joints(self, robot: Robot) -> tuple[Joint, ...]:
         """The joints that a joint's variation sets: what follows another joint is not among them."""
@@ -172,8 +176,9 @@ def variation(robot: Robot, subject: str, values: "str | float | Iterable[float 
     Args:
         robot: the robot.
         subject: "*_KFE", "joint:speed", "strike-angle", "speed", "base-pitch", "contact", "offset-x", "friction", "mass:LINK",
-            "com-z:LINK", "inertia:LINK", "inertia-xx:LINK", "armature:JOINTS", "rotor:JOINTS", "joint-stiffness:JOINTS",
-            "place:JOINTS" and so on; a name that is none of these words is a joint, or a pattern of joints.
+            "point-mass:LINK", "com-z:LINK", "inertia:LINK", "inertia-xx:LINK", "armature:JOINTS", "rotor:JOINTS",
+            "joint-stiffness:JOINTS", "place:JOINTS", "turn-x:JOINTS" of ball joints, and so on; a name that is none of these words
+            is a joint, or a pattern of joints.
         values: numbers or names; or a text: "a:b:n" for n values from a to b, "a,b,c" for these, "a:b" for a range to draw from,
             uniformly or, of factors of armature and stiffness and with ":log" after it, uniformly in the logarithm; "m±s" to draw
             from a normal distribution of mean m and standard deviation s, of a centre of mass also "±s"; an x after each number, or
@@ -189,7 +194,7 @@ def variation(robot: Robot, subject: str, values: "str | float | Iterable[float 
     numbers, span, law, factor = _numbers(subject, values)
     if values is None and kind != "joint":
         raise StudyError(f"{subject}: no values are given; valid are {FORM}")
-    unit = {**STRIKE, **ATTITUDE, **OFFSET, **OF_THE_GROUND, **OF_A_LINK}.get(kind, "")
+    unit = {**STRIKE, **ATTITUDE, **OFFSET, **OF_THE_GROUND, **OF_A_LINK, **COMPONENT}.get(kind, "")
     least = min(numbers + (span or ()), default=0.0)
     if factor and (kind == "rotor" or kind not in ("mass", "inertia", *OF_A_JOINT)):
         raise StudyError(
@@ -200,7 +205,7 @@ def variation(robot: Robot, subject: str, values: "str | float | Iterable[float 
         law == "normal"
         and isinstance(values, str)
         and values.startswith(("±", "+-"))
-        and not (factor or kind.startswith(("com", "inertia-")))
+        and not (factor or kind in ADDED or kind in COMPONENT)
     ):
         raise StudyError(f"{subject}: {values} has no mean; give it too, such as 1{values}")
     if kind == "inertia" and not factor:
@@ -209,8 +214,12 @@ def variation(robot: Robot, subject: str, values: "str | float | Iterable[float 
         robot.match_joints(target)
         if not factor:
             raise StudyError(f"{subject}: places, and so lengths, are varied by factors; give them with an x, such as 0.8x:1.2x:5")
+    if kind in COMPONENT:
+        several_joints(robot, subject, kind, target)
     if kind in OF_A_LINK:
-        links_with_mass(robot, target)
+        masses = links_with_mass(robot, target)
+        if kind == "point-mass" and least <= -min(masses.values()):
+            raise StudyError(f"{subject}: {least:g} kg would leave no mass of a link of {min(masses.values()):g} kg")
         if kind in ("mass", "inertia") and not least > 0.0:
             raise StudyError(f"{subject}: {least:g} is not above zero, but a link has to keep some {kind}")
     if kind in DRIVEN:
@@ -247,9 +256,28 @@ def each_of(robot: Robot, varied: Variation) -> tuple[Variation, ...]:
         single = (replace(varied, subject=joint.name, target=joint.name) for joint in varied.joints(robot))
         return tuple(_within_limits(robot, each) for each in single)
     if varied.kind in OF_A_PART:
-        names = robot.match_joints(varied.target) if varied.kind in OF_A_JOINT else links_with_mass(robot, varied.target)
+        names: Iterable[str] = (
+            links_with_mass(robot, varied.target) if varied.kind in OF_A_LINK else robot.match_joints(varied.target)
+        )
+        if varied.kind in COMPONENT:
+            names = [joint.name for joint, _ in several_joints(robot, varied.subject, varied.kind, varied.target)]
         return tuple(replace(varied, subject=f"{varied.kind}:{name}", target=name) for name in names)
     return (varied,)
+
+
+def several_joints(robot: Robot, subject: str, kind: str, pattern: str) -> list[tuple[Joint, int]]:
+    """The joints of several degrees of freedom that can move in one way, each with the velocity of it.
+
+    Raises:
+        UnknownName: no joint fits.
+        StudyError: none of them can move so.
+    """
+    joints = [robot.joint(name) for name in robot.match_joints(pattern)]
+    found = [(joint, v) for joint in joints if (v := component(joint, kind)) >= 0]
+    if not found:
+        known = [f"{word}:{joint.name}" for joint in joints for word in COMPONENTS.get(joint.kind, ())]
+        raise StudyError(f"{subject}: no joint moves so; {f'valid are {listed(known, 6)}' if known else 'name a joint by itself'}")
+    return found
 
 
 def refuse_repeated(robot: Robot, variations: Iterable[Variation]) -> None:
@@ -279,14 +307,14 @@ def kind_of(robot: Robot, subject: str) -> tuple[str, str]:
         return "joint", target
     if colon and word in OF_A_PART:
         if not target:
-            raise StudyError(f"{subject} names nothing; write {word}:{'JOINT' if word in OF_A_JOINT else 'LINK'}")
+            raise StudyError(f"{subject} names nothing; write {word}:{'LINK' if word in OF_A_LINK else 'JOINT'}")
         return word, target
     if subject in STRIKE or subject in ATTITUDE or subject in OFFSET or subject in OF_THE_GROUND or subject == "contact":
         if subject in ATTITUDE and not robot.free_base:
             raise StudyError(f'{subject}: the base of robot "{robot.name}" is fixed in its file, so it cannot be turned')
         return subject, ""
     if subject in OF_A_PART:
-        kind = "JOINT" if subject in OF_A_JOINT else "LINK"
+        kind = "LINK" if subject in OF_A_LINK else "JOINT"
         raise StudyError(f"{subject} names no {kind.lower()}; write {subject}:{kind}=VALUES")
     robot.match("joint or quantity", subject, robot.joint_names, WORDS)
     return "joint", subject

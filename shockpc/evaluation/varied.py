@@ -1,7 +1,8 @@
-"""Landings that differ from one in posture, strike, contact, inertia or joint model, on a grid or in a random sample.
+"""Landings that differ from one in posture, strike, contact, inertia or joint model, on a grid, in a random sample, or as given.
 
-Changes of the strike are products with the maps of a posture, changes of the posture and of inertias are rows of one array, and
-only the others need separate landings.
+A row has a value of everything that varies: of a grid, of a draw, or one that is given, in which NaN leaves a thing as it is.
+Rows are grouped by what needs a landing of its own: contacts, ground and places, and the posture where loops have to be closed.
+The rows of a group are arrays: configurations, inertias and strikes.
 """
 
 import functools
@@ -12,10 +13,12 @@ from typing import Any, cast
 
 import numpy as np
 
+from shockpc.core.permutation import permuted
 from shockpc.core.spatial import Array
 from shockpc.evaluation.source import GROUP, ROWS, Chunk, Group, Refusal
 from shockpc.evaluation.variation import (
     ATTITUDE,
+    COMPONENT,
     INERTIAL,
     OF_A_LINK,
     OFFSET,
@@ -25,15 +28,17 @@ from shockpc.evaluation.variation import (
     motion_range,
     pairs,
     refuse_repeated,
+    several_joints,
 )
 from shockpc.evaluation.variation import variation as read_variation
 from shockpc.evaluation.varied_scene import applied, armature_set, refuse_given_otherwise, robot_changes, with_offsets
 from shockpc.landing.dynamics import Inertias
 from shockpc.landing.landing import PosedLanding
-from shockpc.landing.posture import set_many
+from shockpc.landing.posture import displaced, set_many
 from shockpc.landing.resolve import close_loops, resolve, with_definite_contacts
-from shockpc.landing.scene import GRAVITY, Contact, Scene, Strike
+from shockpc.landing.scene import Contact, Scene
 from shockpc.landing.scene_file import check_scene, plane_of, robot_of
+from shockpc.landing.strike import GRAVITY, Strike
 from shockpc.profile import profile_of_scene
 from shockpc.quantities.profile import ShockProfile
 from shockpc.robot.changes import Change, Property, changed, varied_bodies
@@ -60,7 +65,8 @@ class VariedLandings:
         sample: number of random rows; None for the full grid.
         lhs: whether they are a Latin hypercube.
         seed: of the random numbers.
-        given: (sample, v) values of the rows, in the order of the variations, in place of random ones.
+        given: (sample, v) values of the rows, in the order of the variations, in place of random ones; NaN where a row has what the
+            scene has.
         struck: strikes of each posture of a sample by name; by default the scene's, or one that varies.
     """
 
@@ -129,7 +135,7 @@ class VariedLandings:
 
     @functools.cached_property
     def separate(self) -> bool:
-        """Whether every posture needs a separate landing, because loops have to be closed."""
+        """Whether each posture that varies needs a landing of its own, because loops have to be closed."""
         return bool(self.first.loops)
 
     @functools.cached_property
@@ -251,17 +257,18 @@ class VariedLandings:
             return {variation: self.given[a:b, j, None] for j, variation in enumerate(self.variations)}
         u = np.random.default_rng([self.seed, 1, k]).random((len(self.axes), b - a))
         if self.lhs:
-            u = (u + [_strata(self.sample, np.arange(a, b), self.seed, j) for j in range(len(u))]) / self.sample
+            u = (u + [permuted(self.sample, np.arange(a, b), self.seed, j) for j in range(len(u))]) / self.sample
         return {variation: variation.drawn(uniform)[:, None] for variation, uniform in zip(self.axes, u, strict=True)}
 
     def _landings(self, values: dict[Variation, np.ndarray], m: int) -> "Iterator[tuple[np.ndarray, PosedLanding | ShockError]]":
-        if not self.separate and not any(variation.stage == 0 for variation in values):
+        """The postures (m,) of a chunk in groups, each with the landing that they share, or why there is none."""
+        choices = {
+            variation: x[:, 0] for variation, x in values.items() if variation.stage == 0 or (variation.moves and self.separate)
+        }
+        if not choices:
             yield np.arange(m), self.first
             return
-        choices = {
-            variation: x[:, 0] for variation, x in values.items() if variation.stage < 2 and (variation.stage == 0 or self.separate)
-        }
-        codes = [np.zeros(m, dtype=int), *(np.unique(x, return_inverse=True)[1] for x in choices.values())]
+        codes = [np.unique(x, return_inverse=True)[1] for x in choices.values()]
         _, code = np.unique(np.stack(codes), axis=1, return_inverse=True)
         order = np.argsort(code.ravel(), kind="stable")
         for group in np.split(order, np.flatnonzero(np.diff(code.ravel()[order])) + 1):
@@ -285,20 +292,25 @@ class VariedLandings:
     def _postures(self, landing: PosedLanding, values: dict[Variation, np.ndarray], rows: np.ndarray) -> Array:
         """Configurations (n, nq) of some rows of a chunk."""
         Q = np.repeat(landing.q[None], len(rows), axis=0)
-        if self.separate:
-            return Q
-        moved = {variation: x[rows, 0].astype(float) for variation, x in values.items() if variation.moves}
-        angles = {variation.kind: x for variation, x in moved.items() if variation.kind != "joint"}
+        moved = {variation: x[rows, 0].astype(float) for variation, x in values.items() if variation.moves and not self.separate}
+        # As they are typed: angles in degrees.
+        moved = {variation: x * (DEG if variation.unit == "deg" else 1.0) for variation, x in moved.items()}
+        angles = {variation.kind: x for variation, x in moved.items() if variation.kind in ATTITUDE}
         if angles:
             from scipy.spatial.transform import Rotation
 
-            given = dict(zip(ATTITUDE, landing.scene.posture.base_rpy_deg or (0.0, 0.0, 0.0), strict=True)) | angles
-            rpy = np.stack([np.broadcast_to(given[kind], len(rows)) for kind in ATTITUDE], axis=1)
-            Q[:, 3:7] = Rotation.from_euler("xyz", rpy, degrees=True).as_quat()
-        joints = [
-            (joint, x) for variation, x in moved.items() if variation.kind == "joint" for joint in variation.joints(self.robot)
-        ]
-        set_many(self.robot, [(joint, x if joint.kind == "prismatic" else x * DEG) for joint, x in joints], Q)
+            present = dict(zip(ATTITUDE, np.radians(landing.scene.posture.base_rpy_deg or (0.0, 0.0, 0.0)), strict=True))
+            rpy = np.stack([_or(angles.get(kind, np.full(len(rows), np.nan)), present[kind]) for kind in ATTITUDE], axis=1)
+            turned = ~np.isnan([*angles.values()]).all(axis=0)
+            Q[turned, 3:7] = Rotation.from_euler("xyz", rpy[turned]).as_quat()
+        joints = [(joint, x) for varied, x in moved.items() if varied.kind == "joint" for joint in varied.joints(self.robot)]
+        set_many(self.robot, [(joint, _or(x, joint.value(landing.q))) for joint, x in joints], Q)
+        for varied, x in moved.items():
+            if varied.kind in COMPONENT:
+                steps = np.zeros((len(rows), self.robot.model.nv))
+                chosen = [v for _, v in several_joints(self.robot, varied.subject, varied.kind, varied.target)]
+                steps[:, chosen] = _or(x, 0.0)[:, None]
+                Q = displaced(self.robot, Q, steps)
         return Q
 
     def _inertias(
@@ -306,7 +318,7 @@ class VariedLandings:
     ) -> tuple[Inertias | None, dict[int, ShockError]]:
         """The inertias of some rows of a chunk; None where all have the landing's. And why no robot has those of a row."""
         varied = [variation for variation in values if variation.kind in INERTIAL]
-        if not varied or self.separate:
+        if not varied:
             return None, {}
         x = {variation: values[variation][rows, 0].astype(float) for variation in varied}
         bodies = varied_bodies(
@@ -321,7 +333,8 @@ class VariedLandings:
         for variation in varied:
             if variation.kind == "armature":
                 chosen = armature_set(landing.scene, self.robot, variation)
-                armature[:, chosen] = x[variation][:, None] * (armature[:, chosen] if variation.factor else 1.0)
+                new = x[variation][:, None] * (armature[:, chosen] if variation.factor else 1.0)
+                armature[:, chosen] = _or(new, armature[:, chosen])
         mass, com, inertia = (np.broadcast_to(part, (len(rows), *part.shape[1:])) for part in bodies)
         refused = dict[int, ShockError]()
         with np.errstate(all="ignore"):
@@ -342,8 +355,9 @@ class VariedLandings:
         strike = landing.scene.strike
         before, normal = landing.before.velocity, landing.plane.normal
         outside = (before @ normal) * normal
-        speed = varied.get("speed", np.array([[np.linalg.norm(before - outside)]]))
-        theta = varied.get("strike-angle", np.array([[math.degrees(landing.strike_angle)]])) * DEG
+        nothing = np.array([[np.nan]])
+        speed = _or(varied.get("speed", nothing), float(np.linalg.norm(before - outside)))
+        theta = _or(varied.get("strike-angle", nothing) * DEG, landing.strike_angle)
         if strike.drop_height is not None:
             speed = math.sqrt(2.0 * GRAVITY * strike.drop_height) / np.cos(theta)
         up = np.array([0.0, 0.0, 1.0])
@@ -354,6 +368,7 @@ class VariedLandings:
         scene, robot, changes = self.scene, self.robot, list[Change]()
         if self.struck:
             scene = replace(scene, strike=list(self.struck.values())[strike])
+        choice = {one: value for one, value in choice.items() if isinstance(value, str) or not math.isnan(value)}
         # Other variations are of the contacts that are struck.
         for variation, value in sorted(choice.items(), key=lambda pair: pair[0].kind != "contact"):
             if variation.kind == "contact":
@@ -378,38 +393,14 @@ class VariedLandings:
         return replace(scene, posture=self._closed[key].posture, assemble=self._closed[key].assemble)
 
 
+def _or(x: Array, present: Array | float) -> Array:
+    """Values (...), those that are NaN replaced by the present ones."""
+    return np.where(np.isnan(x), present, x)
+
+
 def _picked(values: dict[Variation, np.ndarray], solve: int, strike: int) -> dict[Variation, Any]:
     """The values of one row."""
     return {variation: x[solve if len(x) > 1 else 0, strike if x.shape[1] > 1 else 0] for variation, x in values.items()}
-
-
-def _strata(n: int, rows: np.ndarray, seed: int, number: int) -> np.ndarray:
-    """The strata of some rows: a permutation of all n rows of which each chunk is computed alone.
-
-    A Feistel network permutes the numbers of 2 b bits, at least n of them; a number that leaves [0, n) is permuted until it comes
-    back (Black and Rogaway 2002, "Ciphers with arbitrary finite domains").
-
-    Args:
-        n: number of rows.
-        rows: (m,) their numbers.
-        seed: of the random numbers.
-        number: of the quantity, each of which has another permutation.
-    """
-    bits = np.uint64(max(1, -(-(n - 1).bit_length() // 2)))
-    low = np.uint64((1 << int(bits)) - 1)
-    keys = np.random.default_rng([seed, 3, number]).integers(2**64, size=8, dtype=np.uint64)
-    out, outside = rows.astype(np.uint64), np.ones(len(rows), dtype=bool)
-    while outside.any():
-        left, right = out[outside] >> bits, out[outside] & low
-        for key in keys:
-            # The mixing function of splitmix64 (Steele, Lea and Flood 2014).
-            x = right + key
-            x = (x ^ (x >> np.uint64(30))) * np.uint64(0xBF58476D1CE4E5B9)
-            x = (x ^ (x >> np.uint64(27))) * np.uint64(0x94D049BB133111EB)
-            left, right = right, left ^ ((x ^ (x >> np.uint64(31))) & low)
-        out[outside] = left << bits | right
-        outside = out >= n
-    return out.astype(np.int64)
 
 
 def varied_landings(

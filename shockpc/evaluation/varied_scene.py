@@ -9,6 +9,7 @@ import numpy as np
 
 from shockpc.evaluation.variation import (
     ATTITUDE,
+    COMPONENT,
     DRIVEN,
     OF_A_LINK,
     OF_CONTACTS,
@@ -16,14 +17,17 @@ from shockpc.evaluation.variation import (
     OFFSET,
     Variation,
     refuse_repeated,
+    several_joints,
     variation,
 )
 from shockpc.landing.contact import contact_name, contacts_like
 from shockpc.landing.joint_model import JointModel, joint_model
+from shockpc.landing.joints import Joints, Rotor
 from shockpc.landing.landing import PosedLanding
-from shockpc.landing.scene import Joints, Rotor, Scene
+from shockpc.landing.posture import configuration, displaced
+from shockpc.landing.scene import Scene
 from shockpc.landing.scene_file import plane_of, with_plane
-from shockpc.robot.changes import Change, Property, changed, links_with_mass
+from shockpc.robot.changes import ADDED, Change, Property, changed, links_with_mass
 from shockpc.robot.robot import Robot
 from shockpc.text.errors import StudyError
 
@@ -81,6 +85,13 @@ def applied(scene: Scene, robot: Robot, varied: Variation, value: Any) -> tuple[
     if varied.kind == "joint":
         others = {name: x for name, x in posture.joints_deg.items() if name != varied.target}
         return replace(scene, posture=replace(posture, joints_deg={**others, varied.target: float(value)})), robot
+    if varied.kind in COMPONENT:
+        q, steps = configuration(robot, posture)[None], np.zeros((1, robot.model.nv))
+        turned = several_joints(robot, varied.subject, varied.kind, varied.target)
+        steps[0, [v for _, v in turned]] = math.radians(float(value)) if varied.unit == "deg" else float(value)
+        (q,) = displaced(robot, q, steps)
+        coordinates = {joint.name: joint.coordinates(q) for joint, _ in turned}
+        return replace(scene, posture=replace(posture, joint_quaternions={**posture.joint_quaternions, **coordinates})), robot
     if varied.kind.startswith("base-"):
         angles = list(posture.base_rpy_deg or (0.0, 0.0, 0.0))
         angles[list(ATTITUDE).index(varied.kind)] = float(value)
@@ -118,10 +129,10 @@ def applied(scene: Scene, robot: Robot, varied: Variation, value: Any) -> tuple[
 
 
 def present_value(landing: PosedLanding, varied: Variation) -> float:
-    """The value that a landing has of a quantity [its unit]: 1 of a factor; NaN where it has none, or not one number."""
+    """The value that a landing has of a quantity [its unit]: 1 of a factor, 0 of what is added; NaN where it has not one number."""
     scene, robot, model, kind = landing.scene, landing.robot, landing.joint_model, varied.kind
-    if varied.factor:
-        return 1.0
+    if varied.factor or kind in ADDED or kind in COMPONENT:
+        return float(varied.factor)
     values: Iterable[float | None] = ()
     if kind == "joint":
         scale = math.degrees(1.0) if varied.unit == "deg" else 1.0
@@ -234,6 +245,8 @@ def _set_last(values: Mapping[str, T], given: Mapping[str, T]) -> dict[str, T]:
 
 def _with_armature(scene: Scene, robot: Robot, varied: Variation, value: float) -> Joints:
     """The joint model with the reflected inertia of some joints, before a spring or not, replaced or multiplied."""
+    if value < 0.0:
+        raise StudyError(f"{varied.subject}: a reflected inertia of {value:g} is below zero")
     if not varied.factor:
         return _armature_given(scene, varied.target, max(value, LEAST_INERTIA))
     joints, model, chosen = scene.joints, _given_drives(scene, robot), armature_set(scene, robot, varied)

@@ -19,14 +19,14 @@ from shockpc.core.impulse import Solution
 from shockpc.core.inertia import solve_inertia
 from shockpc.core.memo import memoized
 from shockpc.core.spatial import Array, freeze
+from shockpc.impact.contact_rows import ContactRows, contact_rows, row_layout
 from shockpc.impact.impact import DoubleImpact
-from shockpc.impact.solve import independent_rows, rows_as_meant, solve_in_doubles
+from shockpc.impact.solve import solve_in_doubles
 from shockpc.impact.stops import stop_rows
-from shockpc.landing.contact import across
 from shockpc.landing.dynamics import Dynamics
 from shockpc.landing.landing import Landing, PosedLanding, contact_velocity
 from shockpc.landing.motion import approach_speeds
-from shockpc.landing.rows import NO_AXES, Block, Equation, block_wrenches, slices_of
+from shockpc.landing.rows import NO_AXES, Block, Equation, block_wrenches
 from shockpc.text.errors import SolveError
 
 
@@ -48,116 +48,6 @@ class FrictionResult(NamedTuple):
     residual: float
     energy_lost: float
     impact: DoubleImpact | None
-
-
-class ContactRows(NamedTuple):
-    """Rows of the contacts, in coordinates with which what is held rigidly stays so.
-
-    They are along the tangents of the ground along which a contact is stopped, none to two, and along its normal.
-
-    Attributes:
-        equation: Eq. 4 of the landing.
-        rigid: (nc,) which rows of the equation are held rigidly: of loops, the tilt of soles, and of feet that stay where they are.
-        turn: (n, nc) the rows of contacts, of those of the equation.
-        axes: (n, 3) along which they are, world axes.
-        number: (n,) contact or standing foot of each row.
-        place: (n,) tangent 0 or 1, or normal 2, of each row.
-        restitution: (n,) e of each row: of a contact that sticks, with restitution along the normal, zero along the tangents.
-        speeds: (n,) along each row before the impact, and after what is held rigidly has stopped [m/s].
-        stop: (ny,) jump with which a sole that turns stops turning [rad/s, m/s].
-        basis: (ny, m) the free velocities for unit coordinates.
-        M: (m, m) inertia.
-        J: (n, m) speeds along the rows.
-    """
-
-    equation: Equation
-    rigid: np.ndarray
-    turn: Array
-    axes: Array
-    number: np.ndarray
-    place: np.ndarray
-    restitution: Array
-    speeds: Array
-    stop: Array
-    basis: Array
-    M: Array
-    J: Array
-
-    @property
-    def normal(self) -> np.ndarray:
-        """Whether each row (n,) is along the normal of its contact."""
-        return np.asarray(self.place == 2)
-
-
-def contact_rows(landing: PosedLanding, stands: bool = False) -> ContactRows:
-    """The rows of contacts and standing feet; of a contact that slides along a direction, the others.
-
-    An end stop that strikes has one row, like a normal; those that merely act are left out.
-
-    Args:
-        landing: in its posture.
-        stands: whether standing feet stay where they are, as in Eq. 4, and have no rows.
-    """
-    landing = landing.without_stops
-    equation, blocks = landing.equation(landing.state), landing.blocks
-    contact_indices, turn, rigid, axes, number, place, restitution = _rows_along(blocks, stands)
-    basis, H = np.eye(equation.H.shape[1]), equation.H[0]
-    stop, (J, b) = np.zeros(len(H)), rows_as_meant(landing)
-    rigid_blocks = tuple(_without_rows(block) if i in contact_indices else block for i, block in enumerate(blocks))
-    if rigid.any():
-        chosen = np.flatnonzero(rigid)[independent_rows(landing, tuple(block for block in rigid_blocks if block.size))]
-        K, by_impulse = equation.J_c[0, chosen], np.linalg.solve(H, equation.J_c[0, chosen].T)
-        stop = -by_impulse @ np.linalg.solve(K @ by_impulse, equation.b[0, chosen, 3])
-        basis = np.linalg.qr(K.T, mode="complete")[0][:, len(K) :]
-    speeds = turn @ b / (1.0 + restitution) + turn @ J @ stop
-    return ContactRows(
-        equation, rigid, turn, axes, number, place, restitution, speeds, stop, basis, basis.T @ H @ basis, turn @ J @ basis
-    )
-
-
-def _rows_along(
-    blocks: tuple[Block, ...], stands: bool = False
-) -> tuple[list[int], Array, np.ndarray, Array, np.ndarray, np.ndarray, Array]:
-    """Which blocks are contacts and standing feet; and of `ContactRows` what no posture changes.
-
-    These are turn, rigid, axes, number, place, and restitution.
-    """
-    contact_indices = [
-        k for k, block in enumerate(blocks) if block.kind in ("contact", "stop") or (block.kind == "stance" and not stands)
-    ]
-    sides = [_axes(blocks[k]) for k in contact_indices]
-    axes, place = (np.concatenate(part) for part in zip(*sides, strict=True))
-    number = np.repeat(np.arange(len(contact_indices)), [len(part) for part, _ in sides])
-    e, every = (
-        np.array(part)[number]
-        for part in zip(*((blocks[k].restitution, blocks[k].rebound is None) for k in contact_indices), strict=True)
-    )
-    size = sum(block.size for block in blocks)
-    turn, rigid = np.zeros((len(number), size)), np.ones(size, dtype=bool)
-    for k, (i, (along, _)) in enumerate(zip(contact_indices, sides, strict=True)):
-        start, stop = slices_of(blocks)[i].start, blocks[i].kind == "stop"
-        forces = slice(start, start + (1 if stop else len(blocks[i].forces)))
-        turn[number == k, forces] = 1.0 if stop else np.linalg.lstsq(blocks[i].forces.T, along.T, rcond=None)[0].T
-        rigid[forces] = False
-    return contact_indices, turn, rigid, axes, number, place, np.where((place == 2) | every, e, 0.0)
-
-
-def _without_rows(block: Block) -> Block:
-    """A contact without the rows that are not held rigidly on springs or with friction: an end stop has no other."""
-    return block._replace(forces=NO_AXES, moments=NO_AXES if block.kind == "stop" else block.moments)
-
-
-def _axes(block: Block) -> tuple[Array, np.ndarray]:
-    """The axes (n, 3) of a contact: tangents of the ground along which it is stopped, and the normal; and which (n,) they are."""
-    if block.kind == "stop":
-        return np.zeros((1, 3)), np.array([2])
-    _, size, basis = np.linalg.svd(block.forces)
-    rank = int(np.sum(size > 3.0 * np.finfo(float).eps * size[0]))
-    if rank == 3:
-        return np.array([*across(block.normal), block.normal]), np.arange(3)
-    if rank == 1:
-        return block.normal[None], np.array([2])
-    return np.array([np.cross(np.cross(*basis[:2]), block.normal), block.normal]), np.array([0, 2])
 
 
 class FrictionProblem(NamedTuple):
@@ -263,15 +153,15 @@ def friction_problem(landing: PosedLanding) -> FrictionProblem:
     return _problem_of(landing.without_stops)[0]
 
 
-def _problem_of(landing: PosedLanding) -> tuple[FrictionProblem, ContactRows, np.ndarray, tuple[Block, ...]]:
-    """The problem, the rows of contacts and standing feet, which (n,) of all rows these are, and the end stops."""
+def _problem_of(landing: PosedLanding) -> tuple[FrictionProblem, ContactRows, tuple[Block, ...]]:
+    """The problem, the rows of contacts and standing feet, and the end stops."""
     rows = contact_rows(landing)
-    row_index, m = 3 * rows.number + rows.place, int(rows.number[-1]) + 1
+    m = int(rows.number[-1]) + 1
     nothing: tuple[tuple[Block, ...], Array, Array] = ((), np.zeros((0, landing.robot.model.nv)), np.zeros(0))
     stops, along, speeds = stop_rows(landing) if landing.scene.stops else nothing
     along = along if rows.equation.G is None else along @ rows.equation.G[0]
     before, J = np.zeros(3 * (m + len(stops))), np.zeros((3 * (m + len(stops)), len(rows.M)))
-    before[row_index], J[row_index] = rows.speeds, rows.J
+    before[rows.index], J[rows.index] = rows.speeds, rows.J
     before[3 * m + 2 :: 3], J[3 * m + 2 :: 3] = speeds + along @ rows.stop, along @ rows.basis
     e = np.concatenate([rows.restitution[rows.normal], [stop.restitution for stop in stops]])
     try:
@@ -279,12 +169,8 @@ def _problem_of(landing: PosedLanding) -> tuple[FrictionProblem, ContactRows, np
     except np.linalg.LinAlgError as refusal:
         raise SolveError(f"no verdict with friction: {refusal}") from None
     A, velocities = (J @ by_impulse)[None], before.reshape(1, 1, -1, 3)
-    return (
-        FrictionProblem(A, velocities, e[None], len(stops), (rows.basis @ by_impulse)[None], rows.stop[None]),
-        rows,
-        row_index,
-        stops,
-    )
+    problem = FrictionProblem(A, velocities, e[None], len(stops), (rows.basis @ by_impulse)[None], rows.stop[None])
+    return problem, rows, stops
 
 
 def friction_problems(landing: Landing, equation: Equation, speeds: Array) -> tuple[FrictionProblem, Array] | None:
@@ -297,17 +183,18 @@ def friction_problems(landing: Landing, equation: Equation, speeds: Array) -> tu
 
     Returns: None where rows are held rigidly, so that each posture has a separate problem, as `friction_problem` has it.
     """
-    _, turn, rigid, _, number, place, e = _rows_along(equation.blocks)
-    if rigid.any() or landing.scene.stops:
+    layout = row_layout(equation.blocks)
+    e, normal = layout.restitution, layout.place == 2
+    if layout.rigid.any() or landing.scene.stops:
         return None
-    row_index, whole = 3 * number + place, np.zeros((3 * (int(number[-1]) + 1), len(rigid)))
-    whole[row_index] = turn / (1.0 + e)[:, None]
-    before = (speeds @ whole.T).reshape(*speeds.shape[:2], -1, 3)
-    whole[row_index] = turn
-    J = whole @ equation.J_c
+    to_contacts = np.zeros((3 * (int(layout.number[-1]) + 1), len(layout.rigid)))
+    to_contacts[layout.index] = layout.turn / (1.0 + e)[:, None]
+    before = (speeds @ to_contacts.T).reshape(*speeds.shape[:2], -1, 3)
+    to_contacts[layout.index] = layout.turn
+    J = to_contacts @ equation.J_c
     by_impulse = solve_inertia(equation.inertia, np.swapaxes(J, 1, 2))
-    restitution = np.broadcast_to(e[place == 2], (len(J), np.sum(place == 2)))
-    return FrictionProblem(J @ by_impulse, before, restitution, 0, by_impulse, np.zeros(by_impulse.shape[:2])), whole
+    restitution = np.broadcast_to(e[normal], (len(J), np.sum(normal)))
+    return FrictionProblem(J @ by_impulse, before, restitution, 0, by_impulse, np.zeros(by_impulse.shape[:2])), to_contacts
 
 
 def joined(problems: Sequence[FrictionProblem]) -> FrictionProblem:
@@ -339,13 +226,12 @@ def with_friction(impact: DoubleImpact) -> _Slipping | None:
     problems = friction_problems(landing, equation, impact.along(impact.speeds))
     if problems is None:
         return None
-    problem, whole = problems
-    (n, bodies), size = (len(problem.A), impact.bodies), len(whole.T)
+    problem, to_contacts = problems
+    (n, bodies), size = (len(problem.A), impact.bodies), len(to_contacts.T)
     jumps = jumps_of(landing, equation.full(problem.by_impulse), equation.state, bodies)
     # Of the solution of Eq. 4 only these are read.
-    solution = Solution(
-        problem.by_impulse, np.broadcast_to(whole.T, (n, *whole.T.shape)), np.ones((n, size)), np.full(n, size), np.ones(n), {}, {}
-    )
+    impulse = np.broadcast_to(to_contacts.T, (n, *to_contacts.T.shape))
+    solution = Solution(problem.by_impulse, impulse, np.ones((n, size)), np.full(n, size), np.ones(n), {}, {})
     slipping = _Slipping(landing, equation, solution, jumps, bodies, impact.strikes, vars(impact).get("inertias"))
     slipping.impulses = np.where(impact.clear[:, None, None], problem.impulses(mu)[0], np.nan)
     return slipping
@@ -361,7 +247,7 @@ def friction_of(landing: PosedLanding) -> FrictionResult:
         SolveError: no solution was found, or each gains kinetic energy.
     """
     landing = landing.without_stops
-    problem, rows, row_index, stops = _problem_of(landing)
+    problem, rows, stops = _problem_of(landing)
     mu, m = landing.scene.friction, problem.contacts
     before = problem.before[0, 0, :m]
     assert mu is not None
@@ -372,7 +258,7 @@ def friction_of(landing: PosedLanding) -> FrictionResult:
     equation, unstopped_rows = landing.equation(landing.state), len(rows.rigid)
     impulse = np.full((1, len(equation.J_c[0]), 4), np.nan)
     impulse[0, :unstopped_rows, 3], impulse[0, unstopped_rows:, 3] = (
-        rows.turn.T @ best.impulse[:m].ravel()[row_index],
+        rows.turn.T @ best.impulse[:m].ravel()[rows.index],
         pushed[pushed > 0.0],
     )
     closing, rigid = equation.H[0] @ moved - equation.J_c[0].T @ impulse[0, :, 3], np.flatnonzero(rows.rigid)
@@ -392,7 +278,7 @@ def friction_of(landing: PosedLanding) -> FrictionResult:
         if plain.choices:
             impact.unique[0, :unstopped_rows] = plain.choices[0].unique
     axes = np.zeros((3 * m, 3))
-    axes[row_index] = rows.axes
+    axes[rows.index] = rows.axes
     velocity = (best.velocity[:m, None] @ axes.reshape(-1, 3, 3))[:, 0]
     velocity += _free_slip(landing, axes.reshape(-1, 3, 3), equation.full(delta)[..., 3])
     rates = equation.b[0, :, 3]

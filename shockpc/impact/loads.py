@@ -8,10 +8,10 @@ milliseconds.
 import numpy as np
 
 from shockpc.core.spatial import Array
-from shockpc.impact.friction import ContactRows
+from shockpc.impact.contact_rows import ContactRows
 from shockpc.landing.landing import PosedLanding
 from shockpc.landing.motion import mass_lifted
-from shockpc.landing.scene import GRAVITY
+from shockpc.landing.strike import GRAVITY
 
 
 def free_fall(landing: PosedLanding, rows: ContactRows, free: Array) -> Array:

@@ -121,9 +121,9 @@ def rows_as_meant(landing: PosedLanding) -> tuple[Array, Array]:
         return J, b
     size = levers(terms)
     others = choose_rows(J, terms, size, np.ones(len(J)), equation.tolerance, most, rounded).left_out
-    whole, unit = in_terms(J, terms, size)
-    left = (others.T @ (others @ part) for part in (unit, b / whole))
-    return J - next(left) * whole[:, None] * size, b - next(left) * whole
+    term_size, scaled = in_terms(J, terms, size)
+    left = (others.T @ (others @ part) for part in (scaled, b / term_size))
+    return J - next(left) * term_size[:, None] * size, b - next(left) * term_size
 
 
 def independent_rows(landing: PosedLanding, blocks: tuple[Block, ...]) -> list[int]:
@@ -208,7 +208,7 @@ def residual(proof: Proof) -> Residual:
     left = row_jacobian(state, blocks)[0] @ proof.delta_qd + b
     # The independent rows are met to the last digit of the proof. In the others a share of each term is rounding: that of double
     # precision here, and that with which they were found dependent. That of a file's digits counts only where rows differ by it.
-    tolerance = max(equation.tolerance if proof.choice.apart else UNCERTAIN[1] * TOLERANCE, proof.choice.slack)
+    tolerance = max(equation.tolerance if proof.choice.discarded else UNCERTAIN[1] * TOLERANCE, proof.choice.slack)
     terms = row_terms(state, blocks)[0]
     size = levers(terms)
     rounding = tolerance * len(b) * np.linalg.norm(terms / size, axis=1)

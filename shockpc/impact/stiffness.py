@@ -21,8 +21,10 @@ from shockpc.core.spatial import Array, freeze
 from shockpc.core.spectrum import SAMPLES_A_PERIOD, shock_response
 from shockpc.core.stiff_motion import Elements, History
 from shockpc.core.stiffness import attach_rotors, damper_restitution, simulate_landing
+from shockpc.core.threads import one_thread
+from shockpc.impact.contact_rows import contact_rows
 from shockpc.impact.exact.proof import motion as size_of
-from shockpc.impact.friction import contact_rows, jumps_of
+from shockpc.impact.friction import jumps_of
 from shockpc.impact.impact import ColumnImpact, DoubleImpact, Impact
 from shockpc.impact.loads import free_fall, motor_torques, spring_loads
 from shockpc.impact.stops import stop_rows, with_stops
@@ -31,7 +33,8 @@ from shockpc.landing.motion import mass_lifted
 from shockpc.landing.places import Place
 from shockpc.landing.record import spelled
 from shockpc.landing.rows import Block, block_point
-from shockpc.landing.scene import GRAVITY, Contact
+from shockpc.landing.scene import Contact
+from shockpc.landing.strike import GRAVITY
 from shockpc.text.diagnostic import Diagnostic
 from shockpc.text.errors import SolveError
 from shockpc.text.printed import few
@@ -82,90 +85,106 @@ class CompliantLanding:
     """
 
     def __init__(self, landing: PosedLanding, until: float | None = None) -> None:
-        self.landing, self._rows, k = landing, contact_rows(landing, stands=True), landing.scene.contact_stiffness
-        assert k is not None
-        moving = max(np.abs(landing.before.omega).max(), np.abs(landing.before.joint_rates).max())
-        if np.abs(self._rows.stop).max() > LEAST_HELD * moving:
+        assert landing.scene.contact_stiffness is not None
+        self.landing, self._rows, self._k = landing, contact_rows(landing, stands=True), landing.scene.contact_stiffness
+        self._refuse_turning()
+        rows, c = self._rows, len(landing.contact_places)
+        self._strikes = np.isin(rows.number, [i for i, contact in enumerate(landing.contacts) if contact.kind == "stop"])
+        self._free = rows.basis if rows.equation.G is None else rows.equation.G[0] @ rows.basis
+        self._peaks: dict[Any, tuple[Array, Array]] = {}
+        self._impacts: dict[float, DoubleImpact] = {}
+        # Stops are contacts that are open at first, where their joint does not move towards them.
+        self._stops, along, speeds = self._further_stops()
+        M, elements, self._velocity, gravity = self._system(along, speeds)
+        if self._stops:
+            self._rows = replace(rows, equation=replace(landing, acting=self._stops).equation(landing.state))
+        self.number, self._normal = elements.contact, elements.normal & (elements.contact < c)
+        try:
+            with one_thread(2 * len(M)):
+                self.motion = simulate_landing(M, elements, self._velocity, until, gravity)
+        except (ArithmeticError, np.linalg.LinAlgError) as refusal:
+            raise SolveError(f"no verdict for contacts of {self._k:g} N/m: {refusal}") from None
+
+    def _refuse_turning(self) -> None:
+        """Refuse flat contacts that turn before the impact."""
+        before = self.landing.before
+        if np.abs(self._rows.stop).max() > LEAST_HELD * max(np.abs(before.omega).max(), np.abs(before.joint_rates).max()):
             raise SolveError(
                 "a flat contact turns before the impact, and on contacts of finite stiffness it would have to stop turning at "
                 f"once; let it not turn, or make it a point: {spelled(Contact, 'kind', 'point')}"
             )
-        rows, state, nv = self._rows, landing.state, landing.robot.model.nv
-        # Stops are contacts that are open at first, where their joint does not move towards them.
-        self._stops: tuple[Block, ...] = ()
-        along, speeds = np.zeros((0, nv)), np.zeros(0)
-        if landing.scene.stops:
-            self._stops, along, speeds = stop_rows(landing)
-            striking = {block.body for block in landing.contacts if block.kind == "stop"}
-            kept = [k for k, stop in enumerate(self._stops) if stop.body not in striking]
-            self._stops, along, speeds = tuple(self._stops[k] for k in kept), along[kept], speeds[kept]
-        self._free = rows.basis if rows.equation.G is None else rows.equation.G[0] @ rows.basis
-        before, moves = landing.before.joint_rates.copy(), np.concatenate([landing.before.omega, landing.before.velocity])
-        if landing.robot.free_base:
-            before[:6] = np.linalg.solve(state.J[0, :, :6], moves)
-        self._as_given = landing.robot.free_base or not moves.any()
-        stiffness = np.where(rows.normal, k, landing.scene.tangential_stiffness or k)
-        self._strikes = np.isin(rows.number, [i for i, contact in enumerate(landing.contacts) if contact.kind == "stop"])
-        stiffness[self._strikes] = landing.scene.stop_stiffness
-        model, M, B = landing.joint_model, rows.M, np.concatenate([rows.J, along @ self._free])
+
+    def _further_stops(self) -> tuple[tuple[Block, ...], Array, Array]:
+        """The stops at which joints are that are no contacts of the scene, as `stop_rows`; none where the scene leaves them out."""
+        if not self.landing.scene.stops:
+            return (), np.zeros((0, self.landing.robot.model.nv)), np.zeros(0)
+        stops, along, speeds = stop_rows(self.landing)
+        striking = {block.body for block in self.landing.contacts if block.kind == "stop"}
+        kept = [k for k, stop in enumerate(stops) if stop.body not in striking]
+        return tuple(stops[k] for k in kept), along[kept], speeds[kept]
+
+    def _system(self, along: Array, speeds: Array) -> tuple[Array, Elements, Array, Array]:
+        """The arguments of `simulate_landing`: inertia, elements, velocities before the impact and accelerations of free fall.
+
+        The elements are contacts, further stops, springs of joints, springs between joints and their rotors, and motors; the rotors
+        are the last coordinates.
+
+        Args:
+            along: (k, nv) speeds of further stops for unit joint velocities.
+            speeds: (k,) of them before the impact.
+        """
+        landing, rows, scene, model, free = self.landing, self._rows, self.landing.scene, self.landing.joint_model, self._free
+        c, width = len(landing.contact_places), free.shape[1]
         springs = np.flatnonzero(model.stiffness > 0.0)
         geared = np.flatnonzero(np.isfinite(model.drive_stiffness) & (model.rotor > 0.0))
-        gravity = free_fall(landing, rows, self._free)
-        torque = motor_torques(landing, rows, self._free, gravity)
+        gravity = free_fall(landing, rows, free)
+        torque = motor_torques(landing, rows, free, gravity)
         motors = np.flatnonzero(torque)
         # A motor whose rotor is behind a spring turns the rotor; its spring carries the torque already.
         behind = np.isin(motors, geared)
-        G = np.eye(len(self._free)) if rows.equation.G is None else rows.equation.G[0]
+        G = np.eye(len(free)) if rows.equation.G is None else rows.equation.G[0]
         self._along = np.concatenate([G[springs], G[geared], np.where(behind[:, None], 0.0, G[motors])])
-        B = np.concatenate([B, self._free[springs]])
-        velocity = self._coordinates(before, B, np.concatenate([rows.speeds, speeds, before[springs]]))
-        if len(geared):
-            M, B, gears, velocity = attach_rotors(M, B, velocity, self._free[geared], model.rotor[geared])
-            B = np.concatenate([B, gears])
-        if len(motors):
-            turned = np.zeros((len(motors), B.shape[1]))
-            turned[~behind, : self._free.shape[1]] = self._free[motors[~behind]]
-            turned[behind, self._free.shape[1] + np.searchsorted(geared, motors[behind])] = 1.0
-            B = np.concatenate([B, turned])
-        gravity = np.append(gravity, np.zeros(len(M) - len(gravity)))
-        added, stops, c = len(self._along), len(self._stops), len(landing.contact_places)
-        if self._stops:
-            self._rows = rows = rows._replace(equation=replace(landing, acting=self._stops).equation(state))
-        self.number = np.concatenate([rows.number, np.arange(c, c + stops), np.full(added, -1)])
-        stiffness = np.append(stiffness, np.full(stops, landing.scene.stop_stiffness or k))
-        elements = Elements(
-            B,
-            np.concatenate([stiffness, model.stiffness[springs], model.drive_stiffness[geared], np.zeros(len(motors))]),
-            np.concatenate([rows.restitution, np.full(stops, landing.scene.stop_restitution or 0.0), np.ones(added)]),
-            self.number,
-            np.concatenate([rows.normal, np.ones(stops, dtype=bool), np.zeros(added, dtype=bool)]),
-            np.concatenate([np.where(self._strikes, 0.0, landing.scene.contact_damping or 0.0), np.zeros(stops + added)]),
-            np.concatenate([np.zeros(len(stiffness)), spring_loads(landing)[springs], torque[geared], torque[motors]]),
-        )
-        self._velocity, self._normal = velocity, elements.normal & (self.number < c)
-        try:
-            self.motion = simulate_landing(M, elements, velocity, until, gravity)
-        except (ArithmeticError, np.linalg.LinAlgError) as refusal:
-            raise SolveError(f"no verdict for contacts of {k:g} N/m: {refusal}") from None
-        self._peaks: dict[Any, tuple[Array, Array]] = {}
-        self._impacts: dict[float, DoubleImpact] = {}
 
-    def _coordinates(self, before: Array, B: Array, speeds: Array) -> Array:
+        of_stops = scene.stop_stiffness or self._k
+        k = np.where(self._strikes, of_stops, np.where(rows.normal, self._k, scene.tangential_stiffness or self._k))
+        damping = np.where(self._strikes, 0.0, scene.contact_damping or 0.0)
+        held = Elements.joined(
+            Elements.alike(rows.J, k, rows.restitution, rows.number, rows.normal, damping),
+            Elements.alike(along @ free, of_stops, scene.stop_restitution or 0.0, np.arange(c, c + len(along)), True),
+            Elements.alike(free[springs], model.stiffness[springs], load=spring_loads(landing)[springs]),
+        )
+        velocity = self._coordinates(held.rows, np.concatenate([rows.speeds, speeds, landing.before.joint_rates[springs]]))
+        M, _, gears, velocity = attach_rotors(rows.M, held.rows, velocity, free[geared], model.rotor[geared])
+        turned = np.zeros((len(motors), len(M)))
+        turned[~behind, :width] = free[motors[~behind]]
+        turned[behind, width + np.searchsorted(geared, motors[behind])] = 1.0
+        elements = Elements.joined(
+            held,
+            Elements.alike(gears, model.drive_stiffness[geared], load=torque[geared]),
+            Elements.alike(turned, 0.0, load=torque[motors]),
+        )
+        return M, elements, velocity, np.append(gravity, np.zeros(len(M) - len(gravity)))
+
+    def _coordinates(self, B: Array, speeds: Array) -> Array:
         """Velocities of the coordinates before the impact, with which the rows B of the elements have their speeds.
 
         Where joints are locked at a rate, a contact has a velocity or the ground moves against a fixed base, they are
         not those of the robot: a motion with constant velocity, in which all of it moves along, changes neither forces nor jumps.
 
         Args:
-            before: (nv,) joint velocities before the impact.
             B: rows of contacts and springs.
             speeds: of these before the impact.
 
         Raises:
             SolveError: no motion of the robot has these speeds.
         """
-        contacts_move = any(contact.velocity is not None for contact in self.landing.contacts)
-        if len(self._free) == self._free.shape[1] and self._as_given and not contacts_move:
+        landing = self.landing
+        before, moves = landing.before.joint_rates.copy(), np.concatenate([landing.before.omega, landing.before.velocity])
+        if landing.robot.free_base:
+            before[:6] = np.linalg.solve(landing.state.J[0, :, :6], moves)
+        as_given = landing.robot.free_base or not moves.any()
+        contacts_move = any(contact.velocity is not None for contact in landing.contacts)
+        if len(self._free) == self._free.shape[1] and as_given and not contacts_move:
             return before
         velocity = np.linalg.lstsq(self._free, before, rcond=None)[0]
         velocity = velocity + np.linalg.lstsq(B, speeds - B @ velocity, rcond=1e-10)[0]
@@ -229,7 +248,8 @@ class CompliantLanding:
         key = compute, tuple((place.name, place.body, place.number, place.r.tobytes()) for place in places)
         if key not in self._peaks:
             try:
-                self._peaks[key] = self.motion.peak(*self.readout(compute, places))
+                with one_thread(len(self.number)):
+                    self._peaks[key] = self.motion.peak(*self.readout(compute, places))
             except ArithmeticError as refusal:
                 raise SolveError(f"no verdict for contacts of {self.landing.scene.contact_stiffness:g} N/m: {refusal}") from None
             freeze(self._peaks[key])

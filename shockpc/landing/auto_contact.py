@@ -15,12 +15,14 @@ import numpy as np
 from shockpc.core.impulse import solve_impact
 from shockpc.core.memo import memoized
 from shockpc.core.spatial import Array, cross
-from shockpc.landing.contact import across, contact_block
+from shockpc.landing.contact import contact_block
+from shockpc.landing.directions import across
 from shockpc.landing.landing import PosedLanding
 from shockpc.landing.rows import Block, block_point, slices_of
 from shockpc.landing.scene import Contact
-from shockpc.robot.geometry import Shape, robot_size, shapes_of
+from shockpc.robot.geometry import robot_size, shapes_of
 from shockpc.robot.robot import Robot
+from shockpc.robot.shapes import Shape
 from shockpc.text.diagnostic import Diagnostic
 from shockpc.text.printed import listed
 

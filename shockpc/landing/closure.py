@@ -11,12 +11,13 @@ import numpy as np
 import pinocchio as pin
 
 from shockpc.core.spatial import Array, Plane
-from shockpc.landing.contact import unit_directions
+from shockpc.landing.directions import unit_directions
 from shockpc.landing.dynamics import Dynamics, dynamics
 from shockpc.landing.freedom import free_columns
 from shockpc.landing.rows import Block, row_jacobian, world_point
 from shockpc.landing.scene import Closure
-from shockpc.robot.robot import Loop, Robot
+from shockpc.robot.elements import Loop
+from shockpc.robot.robot import Robot
 from shockpc.text.diagnostic import Diagnostic
 from shockpc.text.errors import SceneError
 from shockpc.text.printed import few, listed
@@ -307,7 +308,7 @@ class _Linkage(NamedTuple):
                 best, least = passed, gap
             if gap <= CLOSED or last:
                 break
-            last = step <= CLOSED  # one more, as it may close what is hardly open
+            last = step <= CLOSED  # one more, as it may close what is almost closed
         return best, least
 
     def starts(self, q: Array, count: int) -> Iterator[Array]:

@@ -7,21 +7,16 @@ from typing import Literal
 
 import numpy as np
 
-from shockpc.core.spatial import Array, cross, cross_matrix
+from shockpc.core.spatial import Array, cross_matrix
+from shockpc.landing.directions import across, unit_directions
 from shockpc.landing.rows import Block
 from shockpc.landing.scene import Contact, Scene
 from shockpc.robot.feet_and_sensors import feet
-from shockpc.robot.geometry import Shape, body_outline, shapes_of
+from shockpc.robot.geometry import body_outline, shapes_of
 from shockpc.robot.robot import STOP, Robot
+from shockpc.robot.shapes import Shape
 from shockpc.text.errors import SceneError
 from shockpc.text.printed import listed
-
-UNIT_VECTORS = {"x": (1.0, 0.0, 0.0), "y": (0.0, 1.0, 0.0), "z": (0.0, 0.0, 1.0)}
-
-
-def sticks(contact: Contact) -> bool:
-    """Whether a contact's directions span space, so that nothing slides."""
-    return bool(np.linalg.matrix_rank(unit_directions(contact.frame, contact.directions)) == 3)
 
 
 def match_contacts(robot: Robot, pattern: str) -> tuple[str, ...]:
@@ -127,31 +122,9 @@ def locate_lowest_point(contact: Block, rotation: Array) -> Block:
     return contact._replace(point=contact.point + np.stack([_lowest_point(contact.lowest, R.T @ contact.normal) for R in rotation]))
 
 
-def unit_directions(owner: str, directions: tuple[str | tuple[float, float, float], ...]) -> Array:
-    """Directions as unit vectors (n, 3); "x", "y" and "z" are the axes.
-
-    Raises:
-        SceneError: there is none, or one has no length.
-    """
-    if not directions:
-        raise SceneError(f'{owner} keeps no direction, so nothing stops it; valid are "x", "y", "z" and vectors')
-    vectors = np.array([UNIT_VECTORS[d] if isinstance(d, str) else d for d in directions], dtype=float)
-    lengths = np.linalg.norm(vectors, axis=1)
-    if not (np.all(np.isfinite(vectors)) and np.all(lengths > 0.0)):
-        raise SceneError(f'{owner} has a direction without a length; valid are "x", "y", "z" and vectors')
-    return np.asarray(vectors / lengths[:, None])
-
-
 def _feet(robot: Robot) -> str:
     """The robot's feet, for messages."""
     return f"the feet of this robot: {listed(feet(robot), 12)}"
-
-
-def across(up: Array) -> tuple[Array, Array]:
-    """Two unit vectors that span the ground."""
-    first = cross(up, np.eye(3)[np.argmin(np.abs(up))])
-    first /= np.linalg.norm(first)
-    return first, cross(up, first)
 
 
 def _shapes(robot: Robot, name: str) -> tuple[Shape, ...]:

@@ -7,16 +7,17 @@ more than this one.
 """
 
 import functools
-from dataclasses import replace
+from collections.abc import Sequence
 from pathlib import Path
 from typing import NamedTuple
 
 import numpy as np
 
 from shockpc.core.spatial import Array
-from shockpc.landing.scene import JointModelName, Joints
-from shockpc.robot.drives import Drive, drives_like, drives_of, read_drives
-from shockpc.robot.robot import Drives, Robot
+from shockpc.landing.joints import Joints
+from shockpc.robot.drives import drives_like, drives_of, read_drives
+from shockpc.robot.elements import Drive, Drives
+from shockpc.robot.robot import Robot
 from shockpc.text.arguments import LARGEST_NUMBER
 from shockpc.text.errors import SceneError
 from shockpc.text.paths import inputs, is_path
@@ -71,103 +72,104 @@ class JointModel(NamedTuple):
 
 
 def joint_model(robot: Robot, joints: Joints) -> JointModel:
-    """What every joint does, as the scene asks.
+    """What every joint does, as the scene asks: what its drives say goes over the robot's file, and what the scene gives over both.
 
     Raises:
         UnknownName: a pattern fits no joint.
         SceneError: an inertia or a stiffness that is not above zero, a rotor without a gear ratio, a drive on a floating joint,
             "geared" without any reflected inertia, "free" with one, or a joint locked apart from the one that it follows.
     """
-    nv = robot.model.nv
-    if joints.model == "free" and (inertias := [*joints.armature, *joints.rotor]):
+    nv, driven, free = robot.model.nv, robot.actuated_dofs, joints.model == "free"
+    if free and (inertias := [*joints.armature, *joints.rotor]):
         raise SceneError(
             f"the joints are to be free, but a reflected inertia of {listed(inertias, 4)} is given; "
             'leave out model = "free" (--joints free), or the armature and rotor',
             joints=inertias,
         )
-    drives = _drives(robot, joints)
-    armature = np.array(robot.model.armature) if joints.model != "free" else np.zeros(nv)
-    armature = np.where(drives.known, drives.armature, armature)
-    armature[~robot.actuated_dofs] = 0.0
-    rotor, drive_stiffness, stiffness = drives.rotor.copy(), drives.drive_stiffness.copy(), drives.stiffness.copy()
+    armature = np.where(driven & (not free), robot.model.armature, 0.0)
+    rotor, stiffness, drive_stiffness, torque = np.zeros(nv), np.zeros(nv), np.full(nv, np.inf), np.full(nv, np.nan)
+    known = np.full(nv, free or joints.drives == "none" or robot.model.armature.any())
     for name, k in robot.springs.items():
-        stiffness[robot.joint(name).v] = k
-    known, by_default = drives.known | (armature > 0.0) | (stiffness > 0.0), drives.known.copy()
-    if joints.model == "free" or joints.drives == "none" or robot.model.armature.any():
-        known[:] = True
-    locked = np.zeros(nv, dtype=bool)
-    given = [(pattern, inertia, np.inf) for pattern, inertia in joints.armature.items()]
-    reflected = [set(_velocities(robot, pattern)) for pattern in joints.armature]
-    for pattern, motor in joints.rotor.items():
-        driven = set(_velocities(robot, pattern))
-        # A rotor of one joint is an exception to an armature of several; else it is not clear which is meant.
-        if unclear := next((both for others in reflected if (both := driven & others) and not driven < others), None):
-            name = next(joint.name for joint in robot.joints if min(unclear) in range(nv)[joint.v])
-            raise SceneError(
-                f'"{name}" is given an armature and a rotor, which cannot be combined; keep one of them', joints=[name]
-            )
-        k = np.inf if motor.stiffness is None else _positive("the stiffness of the drive", pattern, motor.stiffness)
-        for name in (pattern,) if motor.gear_ratio is not None else robot.match_joints(pattern):
-            ratio = robot.gear_ratios.get(name) if motor.gear_ratio is None else motor.gear_ratio
-            if ratio is None:
-                given = robot.model.armature[robot.joint(name).v].any()
-                read = "a reflected inertia and not its ratio" if given else "none"
-                message = (
-                    f'the rotor of "{name}" has no gear ratio, and {read} is read of this joint from the file; '
-                    f"add it: --rotor {name}=INERTIA:RATIO"
-                )
-                raise SceneError(message, joints=[name])
-            given.append((name, ratio**2 * motor.inertia, k))
-    for pattern, inertia, k in given:
-        if not 0.0 < inertia <= LARGEST_NUMBER:
-            raise SceneError(
-                f'the reflected inertia of "{pattern}" is {inertia:g}; it has to be above zero and at most {LARGEST_NUMBER:g}; '
-                'for none use model = "free" (--joints free), and for a joint that holds model = "locked"',
-                joints=[pattern],
-            )
-        dofs = _velocities(robot, pattern)
-        armature[dofs], rotor[dofs] = (inertia, 0.0) if np.isinf(k) else (0.0, inertia)
-        drive_stiffness[dofs], known[dofs], by_default[dofs] = k, True, False
+        v = _velocities(robot, name)
+        stiffness[v], known[v] = k, True
+    drives, given = _drives(robot, joints), _given(robot, joints)
+    for name, drive in (*drives.by_joint.items(), *given):
+        v, inertia, spring = _velocities(robot, name), drive.reflected or 0.0, drive.drive_stiffness
+        armature[v], rotor[v], drive_stiffness[v] = (inertia, 0.0, np.inf) if spring is None else (0.0, inertia, spring)
+        if drive.stiffness is not None:
+            stiffness[v] = drive.stiffness
+        known[v] = True
+    of_drives = robot.velocities(drives.by_joint)
+    for name, _ in given:
+        of_drives[_velocities(robot, name)] = False
     for pattern, k in joints.stiffness.items():
-        dofs = _velocities(robot, pattern)
-        stiffness[dofs], known[dofs] = _positive("the stiffness of joint", pattern, k), True
-    torque = np.full(nv, np.nan)
+        v = _velocities(robot, pattern)
+        stiffness[v], known[v] = _positive("the stiffness of joint", pattern, k), True
     for pattern, value in joints.torque.items():
         torque[_velocities(robot, pattern)] = value
-    for pattern in joints.locked:
-        locked[_velocities(robot, pattern)] = True
-    if joints.model == "locked":
-        locked |= robot.actuated_dofs
-    for pattern in (*(pattern for pattern, *_ in given), *joints.stiffness):
-        if locked[_velocities(robot, pattern)].all():
-            raise SceneError(
-                f'"{pattern}" is locked, so a reflected inertia or a spring changes nothing there; leave out the lock, or the '
-                "armature, rotor or stiffness",
-                joints=[pattern],
-            )
+    locked = _locked(robot, joints, [pattern for pattern, _ in given])
     if joints.model == "rigid":
         armature, locked = _with_rigid_springs(robot, armature, locked, rotor, drive_stiffness, stiffness)
         rotor, drive_stiffness = np.zeros(nv), np.full(nv, np.inf)
     _refuse_split_followers(robot, locked)
-    if joints.model == "geared" and not (armature + rotor)[robot.actuated_dofs & ~locked].any():
+    if joints.model == "geared" and not (armature + rotor)[driven & ~locked].any():
         raise SceneError(
             "the joints are to be geared, but neither the file nor the scene gives any reflected inertia; "
             "give armature (reflected) or rotor (inertia and gear_ratio) for the joints that have a gearbox"
         )
     rotor[locked], drive_stiffness[locked], stiffness[locked] = 0.0, np.inf, 0.0
-    unknown = robot.actuated_dofs & ~known & ~locked & ~robot.velocities(robot.followers)
-    label = drives.label if (by_default & ~locked).any() else ""
-    name = _named(armature[robot.actuated_dofs], locked[robot.actuated_dofs])
-    return JointModel(armature, locked, name, stiffness, drive_stiffness, rotor, label, unknown, torque)
+    unknown = driven & ~known & ~locked & ~robot.velocities(robot.followers)
+    return JointModel(
+        armature=armature,
+        locked=locked,
+        name=_named(armature[driven], locked[driven]),
+        stiffness=stiffness,
+        drive_stiffness=drive_stiffness,
+        rotor=rotor,
+        drives=drives.label if (of_drives & ~locked).any() else "",
+        unknown=unknown,
+        torque=torque,
+    )
 
 
-def with_model(joints: Joints, model: JointModelName | None) -> Joints:
-    """The joints with another model, without what has no effect on it: drives of free joints, springs too of locked ones."""
-    if model == "free":
-        joints = replace(joints, armature={}, rotor={}, drives=None)
-    if model == "locked":
-        joints = replace(joints, armature={}, rotor={}, stiffness={})
-    return replace(joints, model=model)
+def _given(robot: Robot, joints: Joints) -> list[tuple[str, Drive]]:
+    """The drives of a scene's armatures and rotors, with the joints that they are of as a name or a glob.
+
+    Raises:
+        UnknownName: a pattern fits no joint.
+        SceneError: as for `joint_model`.
+    """
+    given = [(pattern, Drive(joint=(pattern,), armature=inertia)) for pattern, inertia in joints.armature.items()]
+    with_armature = [set(_driven(robot, pattern)) for pattern in joints.armature]
+    for pattern, motor in joints.rotor.items():
+        names = set(_driven(robot, pattern))
+        # A rotor of one joint is an exception to an armature of several; else it is not clear which is meant.
+        if unclear := next((both for others in with_armature if (both := names & others) and not names < others), None):
+            name = next(name for name in robot.joint_names if name in unclear)
+            raise SceneError(
+                f'"{name}" is given an armature and a rotor, which cannot be combined; keep one of them', joints=[name]
+            )
+        k = None if motor.stiffness is None else _positive("the stiffness of the drive", pattern, motor.stiffness)
+        for name in (pattern,) if motor.gear_ratio is not None else robot.match_joints(pattern):
+            ratio = robot.gear_ratios.get(name) if motor.gear_ratio is None else motor.gear_ratio
+            if ratio is None:
+                inertial = robot.model.armature[robot.joint(name).v].any()
+                read = "a reflected inertia and not its ratio" if inertial else "none"
+                message = (
+                    f'the rotor of "{name}" has no gear ratio, and {read} is read of this joint from the file; '
+                    f"add it: --rotor {name}=INERTIA:RATIO"
+                )
+                raise SceneError(message, joints=[name])
+            drive = Drive(joint=(name,), rotor_inertia=motor.inertia, gear_ratio=ratio, drive_stiffness=k)
+            given.append((name, drive))
+    for pattern, drive in given:
+        if not 0.0 < (inertia := drive.reflected or 0.0) <= LARGEST_NUMBER:
+            raise SceneError(
+                f'the reflected inertia of "{pattern}" is {inertia:g}; it has to be above zero and at most {LARGEST_NUMBER:g}; '
+                'for none use model = "free" (--joints free), and for a joint that holds model = "locked"',
+                joints=[pattern],
+            )
+    return given
 
 
 def _with_rigid_springs(
@@ -196,7 +198,7 @@ def without_springs(armature: Array, locked: np.ndarray, name: str) -> JointMode
 def _drives(robot: Robot, joints: Joints) -> Drives:
     """The drives that count for the scene beside those of the robot's file: none of free joints."""
     if joints.model == "free" or joints.drives == "none":
-        return Drives.none(robot.model.nv)
+        return Drives("", {})
     if joints.drives is not None:
         if not is_path(joints.drives):
             return drives_like(robot, joints.drives)
@@ -207,7 +209,7 @@ def _drives(robot: Robot, joints: Joints) -> Drives:
             stamp = status.st_mtime_ns
             inputs.setdefault((status.st_dev, status.st_ino), "drives file")
         return drives_of(robot, _drives_file(path, stamp), f"drives of {path.name}")
-    return robot.default_drives or Drives.none(robot.model.nv)
+    return robot.default_drives or Drives("", {})
 
 
 @functools.lru_cache(maxsize=4)
@@ -225,15 +227,35 @@ def _positive(what: str, pattern: str, value: float) -> float:
     return value
 
 
-def _velocities(robot: Robot, pattern: str) -> list[int]:
-    """The velocities of the driven joints that a pattern means."""
+def _velocities(robot: Robot, pattern: str) -> np.ndarray:
+    """Which velocities (nv,) are of the driven joints that a pattern means."""
+    return robot.velocities(_driven(robot, pattern))
+
+
+def _driven(robot: Robot, pattern: str) -> list[str]:
+    """The driven joints that a pattern means."""
     names = (pattern,) if pattern == robot.joints[0].name else robot.match_joints(pattern)
-    driven = [k for name in names for k in range(robot.model.nv)[robot.joint(name).v] if robot.actuated_dofs[k]]
+    driven = [name for name in names if robot.joint(name).kind != "free"]
     if not driven:
         raise SceneError(
             f'joint "{pattern}" of robot "{robot.name}" floats, so it has no drive; name a joint that has one', joints=[pattern]
         )
     return driven
+
+
+def _locked(robot: Robot, joints: Joints, patterns: Sequence[str]) -> np.ndarray:
+    """Which joint velocities (nv,) the scene locks. Args: patterns of the joints with a reflected inertia from the scene."""
+    locked = robot.actuated_dofs & (joints.model == "locked")
+    for pattern in joints.locked:
+        locked |= _velocities(robot, pattern)
+    for pattern in (*patterns, *joints.stiffness):
+        if locked[_velocities(robot, pattern)].all():
+            raise SceneError(
+                f'"{pattern}" is locked, so a reflected inertia or a spring changes nothing there; leave out the lock, or the '
+                "armature, rotor or stiffness",
+                joints=[pattern],
+            )
+    return locked
 
 
 def _refuse_split_followers(robot: Robot, locked: np.ndarray) -> None:

@@ -22,7 +22,8 @@ from shockpc.landing.rank import Mechanism
 from shockpc.landing.rows import Block, Equation, block_point, row_jacobian
 from shockpc.landing.scene import Base, Contact, Scene
 from shockpc.landing.stops import velocity_at_stop
-from shockpc.robot.robot import Loop, Robot
+from shockpc.robot.elements import Loop
+from shockpc.robot.robot import Robot
 from shockpc.text.diagnostic import Diagnostic
 from shockpc.text.trace import Trace
 

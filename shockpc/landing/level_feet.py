@@ -21,8 +21,9 @@ from shockpc.landing.posture import configuration, fixed_joints
 from shockpc.landing.scene import Contact, Scene
 from shockpc.landing.scene_file import check_scene, ground_normal, plane_of
 from shockpc.robot.feet_and_sensors import each_foot, recognised
-from shockpc.robot.geometry import Shape, body_outline, shapes_of
+from shockpc.robot.geometry import body_outline, shapes_of
 from shockpc.robot.robot import Robot
+from shockpc.robot.shapes import Shape
 from shockpc.text.errors import SceneError
 
 STRAIGHT = 0.01

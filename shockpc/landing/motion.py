@@ -12,8 +12,10 @@ from shockpc.landing.freedom import free_columns
 from shockpc.landing.joint_model import JointModel
 from shockpc.landing.posture import settable_joints
 from shockpc.landing.rows import NO_AXES, Block, block_axes, block_wrenches, row_jacobian, slices_of
-from shockpc.landing.scene import GRAVITY, Scene
-from shockpc.robot.robot import Loop, Robot
+from shockpc.landing.scene import Scene
+from shockpc.landing.strike import GRAVITY
+from shockpc.robot.elements import Loop
+from shockpc.robot.robot import Robot
 from shockpc.text.errors import SceneError
 
 

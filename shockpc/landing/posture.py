@@ -10,8 +10,9 @@ import pinocchio as pin
 
 from shockpc.core.spatial import Array
 from shockpc.landing.scene import Posture, Scene
+from shockpc.robot.elements import Joint
 from shockpc.robot.feet_and_sensors import BENT, standing_posture
-from shockpc.robot.robot import Joint, Robot
+from shockpc.robot.robot import Robot
 from shockpc.robot.tolerances import LIMIT_SLACK
 from shockpc.text.arguments import checked
 from shockpc.text.diagnostic import Diagnostic, by_cause
@@ -309,15 +310,34 @@ def difference(robot: Robot, Q: Array, other: Array) -> Array:
     return np.array([pin.difference(robot.model, *pair) for pair in zip(Q, other, strict=True)])
 
 
-def displaced(robot: Robot, q: Array, steps: Array) -> Array:
-    """The configurations (n, nq) that are reached from one by joint velocities over a time of one.
+COMPONENTS = {
+    "ball": ("turn-x", "turn-y", "turn-z"),
+    "planar": ("shift-x", "shift-y", "turn-z"),
+    "free": ("shift-x", "shift-y", "shift-z", "turn-x", "turn-y", "turn-z"),
+}
+"""What a joint of several degrees of freedom can do, in the order of its velocities: along and about the axes of what it moves."""
+
+
+def component(joint: Joint, kind: str) -> int:
+    """The velocity of a joint of several degrees of freedom that is one of `COMPONENTS`; -1 where it has none.
+
+    Args:
+        joint: the joint.
+        kind: "turn-x", "shift-y" and so on.
+    """
+    known = COMPONENTS.get(joint.kind, ())
+    return joint.v.start + known.index(kind) if kind in known else -1
+
+
+def displaced(robot: Robot, Q: Array, steps: Array) -> Array:
+    """The configurations (n, nq) that are reached from others by joint velocities over a time of one.
 
     Args:
         robot: the robot.
-        q: (nq,) configuration.
+        Q: (n, nq) configurations.
         steps: (n, nv) velocities times the time, Pinocchio's layout [rad, m].
     """
-    return np.array([pin.integrate(robot.model, q, step) if step.any() else q for step in steps])
+    return np.array([pin.integrate(robot.model, q, step) if step.any() else q for q, step in zip(Q, steps, strict=True)])
 
 
 def outside_limits(robot: Robot, q: Array) -> tuple[Diagnostic, ...]:

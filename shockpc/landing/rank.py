@@ -14,7 +14,8 @@ from shockpc.landing.dynamics import Dynamics, dynamics
 from shockpc.landing.freedom import free_columns
 from shockpc.landing.rows import Block, row_jacobian, row_terms, row_tolerance
 from shockpc.landing.scene import Base
-from shockpc.robot.robot import Loop, Robot
+from shockpc.robot.elements import Loop
+from shockpc.robot.robot import Robot
 from shockpc.robot.rounding import rounding_of
 
 POSTURES = 2
@@ -139,10 +140,10 @@ class Mechanism(NamedTuple):
     def _independent(self, blocks: Sequence[Block], q: Array) -> tuple[int, float]:
         """The same in one posture."""
         state = dynamics(self.robot, q[None])
-        columns, whole, size, U, s, Vt = self._rows(blocks, state)
-        rank = int(np.sum(s > row_tolerance(blocks) * np.sqrt(len(whole))))
+        columns, term_size, size, U, s, Vt = self._rows(blocks, state)
+        rank = int(np.sum(s > row_tolerance(blocks) * np.sqrt(len(term_size))))
         changes = (row_jacobian(_displaced(self.robot, state), blocks) - row_jacobian(state, blocks)) @ columns
-        changes = changes / whole[:, None] / size * (np.repeat(rounding_of(self.robot), 3) / STEP)[:, None, None]
+        changes = changes / term_size[:, None] / size * (np.repeat(rounding_of(self.robot), 3) / STEP)[:, None, None]
         while rank:
             # The part of the change that the rows which are kept do not have already.
             change = (U[:, rank - 1] @ changes) @ Vt[rank - 1 :].T
@@ -158,8 +159,8 @@ class Mechanism(NamedTuple):
         columns = np.eye(self.robot.model.nv) if free is None else free[0]
         terms = row_terms(state, blocks)[0] @ np.abs(columns)
         size = levers(terms)
-        whole, unit = in_terms(row_jacobian(state, blocks)[0] @ columns, terms, size)
-        return _Rows(columns, whole, size, *np.linalg.svd(unit))
+        term_size, scaled = in_terms(row_jacobian(state, blocks)[0] @ columns, terms, size)
+        return _Rows(columns, term_size, size, *np.linalg.svd(scaled))
 
 
 class _Rows(NamedTuple):
@@ -167,7 +168,7 @@ class _Rows(NamedTuple):
 
     Attributes:
         columns: (nv, ny) free joint velocities.
-        whole: (nc,) size of the terms of each row.
+        term_size: (nc,) size of the terms of each row.
         size: (ny,) by which joint velocities are measured.
         U: (nc, nc) combinations of rows.
         s: singular values.
@@ -175,7 +176,7 @@ class _Rows(NamedTuple):
     """
 
     columns: Array
-    whole: Array
+    term_size: Array
     size: Array
     U: Array
     s: Array

@@ -22,7 +22,8 @@ import numpy as np
 from shockpc.core.pulse import SHAPES, UNITS, Pulse, pulse_from, velocity_change
 from shockpc.core.spatial import Array
 from shockpc.core.spectrum import amplification
-from shockpc.landing.scene import GRAVITY, Part
+from shockpc.landing.scene import Part
+from shockpc.landing.strike import GRAVITY
 from shockpc.robot.robot import Robot
 from shockpc.text.arguments import LARGEST_NUMBER
 from shockpc.text.errors import SceneError

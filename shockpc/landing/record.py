@@ -12,6 +12,10 @@ from shockpc.text.arguments import LARGEST_NUMBER, typed
 CHECKED = {"extra": "forbid", "allow_inf_nan": False}
 """How scene files are checked against the records they become: no unknown keys, no numbers that are not finite."""
 
+CONTACT, STRIKE, RESULTS, POSTURE = "Contact", "Velocity before the impact", "What is computed", "Posture"
+JOINT_MODEL = "Joint model"
+"""Headings of options."""
+
 
 class Record:
     """A part of a scene, compared and printed by its fields."""

@@ -19,9 +19,10 @@ from shockpc.landing.motion import motion_of, rates_of, separating
 from shockpc.landing.posture import configuration, fixed_joints, outside_limits, reference_name
 from shockpc.landing.ratings import check_parts, strength, torque_limits
 from shockpc.landing.rows import Block
-from shockpc.landing.scene import Contact, Scene, Strike
+from shockpc.landing.scene import Contact, Scene
 from shockpc.landing.scene_file import check_scene, ground_normal, plane_of, point_at, with_paths, with_plane
 from shockpc.landing.stops import is_stop, striking_stop
+from shockpc.landing.strike import Strike
 from shockpc.robot.catalogue import closing_scene
 from shockpc.robot.robot import Robot
 from shockpc.text.arguments import checked

@@ -15,7 +15,7 @@ from shockpc.core.inertia import Inertia, diagonal_of, matrix_of
 from shockpc.core.percussion import larger, norm
 from shockpc.core.spatial import Array, cross
 from shockpc.landing.dynamics import Dynamics
-from shockpc.robot.geometry import Shape
+from shockpc.robot.shapes import Shape
 
 NO_AXES, NO_NORMAL = np.zeros((0, 3)), np.zeros(3)
 

@@ -16,7 +16,8 @@ from typing import Any, TypeVar
 import numpy as np
 
 from shockpc.core.spatial import Array, Plane, freeze, plane_from
-from shockpc.landing.scene import Point, Scene, Strike
+from shockpc.landing.scene import Point, Scene
+from shockpc.landing.strike import Strike
 from shockpc.robot.load import shared_robot
 from shockpc.robot.robot import Robot
 from shockpc.text.arguments import checked

@@ -12,7 +12,8 @@ from shockpc.landing.joint_model import JointModel
 from shockpc.landing.motion import Motion, twist_before
 from shockpc.landing.rows import NO_AXES, Block, block_point
 from shockpc.landing.scene import Contact
-from shockpc.robot.robot import STOP, Joint, Robot
+from shockpc.robot.elements import Joint
+from shockpc.robot.robot import STOP, Robot
 from shockpc.robot.tolerances import LIMIT_SLACK
 from shockpc.text.errors import SceneError
 

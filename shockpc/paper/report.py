@@ -1,7 +1,6 @@
 """The paper's claims with their outcomes, those that do not hold first, and the landings of its figures."""
 
 from collections.abc import Sequence
-from typing import Any
 
 from shockpc.landing.scene_file import scene_text
 from shockpc.paper.claim import Claim, PaperFigure
@@ -39,18 +38,13 @@ def paper_report(figures: Sequence[PaperFigure], verbose: bool = False) -> Repor
         sheets={"claims": lambda: _claims_sheet(claims), "bodies": lambda: _bodies_sheet(figures)},
         document=lambda: {
             "figures": [{**record(figure, "number", "title", "note"), "panels": figure.panels} for figure in figures],
-            "claims": [_record(claim) for claim in claims],
         },
+        tables=True,
         more=lambda folder: {
             f"{panel.scene}.toml": scene_text(scene(panel.scene), folder) for figure in figures for panel in figure.panels
         },
         others=picture_files(*(f"figure{figure.number}" for figure in FIGURES)),
     )
-
-
-def _record(claim: Claim) -> dict[str, Any]:
-    """A claim as JSON holds it; the alternatives are those that change the outcome, with their values."""
-    return record(claim, "statement", "quantity", "interpretation", "above", "below", "value", "holds", "alternatives")
 
 
 def paper_picture(figure: PaperFigure) -> Picture:
@@ -61,21 +55,16 @@ def paper_picture(figure: PaperFigure) -> Picture:
     return Picture(f"figure{figure.number}", title, "paper.figure:draw_panels", drawn)
 
 
-def _outcome(claim: Claim) -> str:
-    """The outcome of a claim, in two words."""
-    return OUTCOMES[0] if not claim.holds else OUTCOMES[1] if claim.alternatives else OUTCOMES[2]
-
-
 def _outcomes_sheet(claims: Sequence[Claim]) -> Sheet:
-    ranked = sorted(claims, key=lambda claim: OUTCOMES.index(_outcome(claim)))
-    rows: list[Row] = [
-        (_outcome(claim), *claim.statement.partition(": ")[::2], claim.value + 0.0, claim.criterion) for claim in ranked
-    ]
-    counts = {name: sum(row[0] == name for row in rows) for name in reversed(OUTCOMES)}
+    """The claims with their outcomes, those that do not hold first."""
+    whole = _claims_sheet(claims).where(lambda row: not row["alternative"])
+    sheet = whole.only("outcome", "section", "claim", "value", "holds_if")
+    rows = sorted(sheet.rows, key=lambda row: OUTCOMES.index(str(row[0])))
+    counts = [sum(row[0] == name for row in rows) for name in reversed(OUTCOMES)]
     words = ("hold", "hold as interpreted, but not under an alternative", "do not hold")
-    title = ", ".join(f"{number} {text}" for number, text in zip(counts.values(), words, strict=True) if number)
+    title = ", ".join(f"{number} {text}" for number, text in zip(counts, words, strict=True) if number)
     notes = ("the quantities, and the alternatives that change an outcome: --verbose, or --out",)
-    return Sheet(f"claims of the paper: {title}", ("outcome", "where", "claim", "value", "holds if"), rows, notes)
+    return sheet._replace(title=f"claims of the paper: {title}", rows=rows, notes=notes)
 
 
 def _details(claims: Sequence[Claim]) -> list[str]:
@@ -83,7 +72,7 @@ def _details(claims: Sequence[Claim]) -> list[str]:
     lines = []
     for claim in claims:
         lines += [claim.statement, f"    {claim.quantity}, {claim.criterion}"]
-        lines += [f"    {outcome:<13} {value:>9.4g}  {interpretation}" for interpretation, value, outcome in _outcomes(claim)]
+        lines += [f"    {outcome:<14} {value:>9.4g}  {interpretation}" for interpretation, value, outcome in _outcomes(claim)]
     return lines
 
 
@@ -92,10 +81,11 @@ def _bodies_sheet(figures: Sequence[PaperFigure]) -> Sheet:
     for figure in figures:
         for panel, profile in zip(figure.panels, figure.profiles, strict=True):
             for i, body in enumerate(profile.bodies):
-                copc = ("translates", None) if profile.translates[i] else (profile.copc[i, 0], profile.copc[i, 2])
+                copc = (profile.copc[i, 0], profile.copc[i, 2])
                 shock = (profile.shock_com[i], profile.shock_min[i], profile.shock_max[i])
-                rows.append((f"{figure.number} {panel.label}", body, *copc, profile.ropc[i], *shock))
-    header = ("figure", "body", "CoPc x [m]", "CoPc z [m]", "RoPc [m]", "shock at CoM [-]", "least [-]", "greatest [-]")
+                motion = "translates" if profile.translates[i] else None
+                rows.append((f"{figure.number} {panel.label}", body, *copc, profile.ropc[i], *shock, motion))
+    header = ("figure", "body", "CoPc x [m]", "CoPc z [m]", "RoPc [m]", "shock at CoM [-]", "least [-]", "greatest [-]", "motion")
     notes = ("Figure 3: all masses and most lengths are assumed",) if any(figure.number == 3 for figure in figures) else ()
     return Sheet("bodies (CoPc in body coordinates, joints free; shock relative to the strike)", header, rows, notes)
 
@@ -103,16 +93,17 @@ def _bodies_sheet(figures: Sequence[PaperFigure]) -> Sheet:
 def _claims_sheet(claims: Sequence[Claim]) -> Sheet:
     """One row for every claim, and one for each alternative interpretation that changes the outcome."""
     rows = [
-        (*claim.statement.partition(": ")[::2], interpretation, claim.quantity, claim.criterion, value, outcome)
+        (outcome, *claim.statement.partition(": ")[::2], value, claim.criterion, interpretation, k > 0, claim.quantity)
         for claim in claims
-        for interpretation, value, outcome in _outcomes(claim)
+        for k, (interpretation, value, outcome) in enumerate(_outcomes(claim))
     ]
-    header = ("section", "claim", "interpretation", "quantity", "holds if", "value", "outcome")
+    header = ("outcome", "section", "claim", "value", "holds if", "interpretation", "alternative", "quantity")
     return Sheet("claims of the paper, with the alternatives that change the outcome", header, rows)
 
 
 def _outcomes(claim: Claim) -> list[tuple[str, float, str]]:
     """Interpretation, value and outcome of a claim, then of its alternatives, which have the other outcome."""
-    outcome, other = ("holds", "does not hold") if claim.holds else ("does not hold", "holds")
-    outcomes = [(claim.interpretation, claim.value, outcome), *((name, value, other) for name, value in claim.alternatives.items())]
-    return [(name, 0.0 if abs(value) < 1e-15 else value, result) for name, value, result in outcomes]
+    fails, as_interpreted, holds = OUTCOMES
+    own, other = ((as_interpreted if claim.alternatives else holds), fails) if claim.holds else (fails, holds)
+    outcomes = [(claim.interpretation, claim.value, own), *((name, value, other) for name, value in claim.alternatives.items())]
+    return [(name, 0.0 if abs(value) < 1e-15 else value, outcome) for name, value, outcome in outcomes]

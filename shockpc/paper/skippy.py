@@ -8,7 +8,7 @@ import numpy as np
 
 from shockpc import ShockProfile, Strike
 from shockpc.core.spatial import Array
-from shockpc.landing.scene import GRAVITY
+from shockpc.landing.strike import GRAVITY
 from shockpc.paper.claim import Options, Panel, PaperFigure
 from shockpc.paper.landings import land, largest, middle_lines
 

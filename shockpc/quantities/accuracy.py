@@ -81,13 +81,13 @@ def redundant(profile: "ShockProfile") -> Iterator[Diagnostic]:
     """A warning where rows of loops count as dependent, although more than rounding sets them apart."""
     choice, blocks = profile.choice, profile.landing.blocks
     loops = np.concatenate([np.full(block.size, block.kind == "closure") for block in blocks])
-    if choice.apart and loops.any() and (not len(choice.left_out) or np.any(np.abs(choice.left_out[:, loops]) > SHARE)):
+    if choice.discarded and loops.any() and (not len(choice.left_out) or np.any(np.abs(choice.left_out[:, loops]) > SHARE)):
         limit = "as much as rounding of the file leaves" if len(choice.left_out) else f"below {DATA_TOLERANCE:.0e}"
         text = (
-            f"rows of the loops differ by {choice.apart:.0e} of their size, {limit}, so they count as the same (bars "
+            f"rows of the loops differ by {choice.discarded:.0e} of their size, {limit}, so they count as the same (bars "
             "that are parallel to the last digits of the file); if all of them are meant to hold, give the file more digits"
         )
-        yield Diagnostic("posture", profile.robot.name, choice.apart, text)
+        yield Diagnostic("posture", profile.robot.name, choice.discarded, text)
 
 
 def contact_impulses(profile: "ShockProfile") -> Array:

@@ -13,7 +13,7 @@ from shockpc.impact.exact.balls import BALLS, BallImpact, BallMatrix, Balls, Pre
 from shockpc.impact.impact import DoubleImpact, Impact
 from shockpc.impact.solve import independent_rows
 from shockpc.landing.closure import closure_block
-from shockpc.landing.contact import across
+from shockpc.landing.directions import across
 from shockpc.landing.rows import NO_AXES, Block, block_axes, block_point, slices_of
 from shockpc.quantities.quantity import Places, Quantity, cached, reach
 
@@ -144,12 +144,12 @@ def _fastest(impact: Impact, values: Array) -> float:
 
 
 class _Resistance:
-    """How a robot resists at a contact, while standing feet and loops hold but other contacts do not.
+    """The effective masses and mitigation factors of one contact, while standing feet and loops hold but other contacts do not.
 
-    With the Delassus matrix A of the contact point, a flat contact's rotations held too: effective mass 1 / (nᵀ A n) along the
-    ground's normal n if it slides, nᵀ A⁻¹ n if it sticks; impact mitigation factor det(1 − Λ Λ_L⁻¹) of the contact point, Λ = A⁻¹
-    and Λ_L with every joint locked (Wensing et al., T-RO 2017), in the directions in which joints can move the point; if it slides,
-    that of the normal alone, 1 − nᵀ A_L n / nᵀ A n.
+    A is the Delassus matrix of the contact point; a flat contact's rotations are held too. The effective mass along the ground's
+    normal n is 1 / (nᵀ A n) if the contact slides, and nᵀ A⁻¹ n if it sticks. The impact mitigation factor is the share of the
+    mobility that is due to joints: det(1 − Λ Λ_L⁻¹) with Λ = A⁻¹, and Λ_L with every joint locked (Wensing et al., T-RO 2017), in
+    the directions in which joints can move the point; if the contact slides, that along n alone, 1 − nᵀ A_L n / nᵀ A n.
     """
 
     def __init__(self, impact: BallImpact, contact: int) -> None:
@@ -174,6 +174,14 @@ class _Resistance:
         """A of the contact point, whose link is free to turn."""
         return self._mobility(NO_AXES)
 
+    def _along_normal(self, A: BallMatrix) -> Any:
+        """nᵀ A n."""
+        return BALLS.numbers(self.n) @ entries(A) @ BALLS.numbers(self.n)
+
+    def _gives_way(self, A: BallMatrix) -> bool:
+        """Whether a point of mobility A can move along the normal at all."""
+        return bool(float(self._along_normal(A)) > STRUCTURAL * _largest(A))
+
     def _stop(self) -> Any:
         """What resists at an end stop: the inertia about its joint, or the mass along it [kg m², kg]."""
         blocks = self._constraints(NO_AXES)
@@ -186,10 +194,7 @@ class _Resistance:
         if self.block.kind == "stop":
             return self._stop()
         A = self._mobility(np.array(across(self.n))) if self.flat else self.point_mobility
-        along = _along(A, self.n)
-        if not float(along) > STRUCTURAL * _largest(A):
-            return np.inf
-        return 1 / along
+        return 1 / self._along_normal(A) if self._gives_way(A) else np.inf
 
     @functools.cached_property
     def sticking(self) -> Any:
@@ -198,9 +203,9 @@ class _Resistance:
             return self._stop()
         moments = np.array([*across(self.n), self.n]) if self.flat else NO_AXES
         A = self._mobility(moments) if self.flat else self.point_mobility
-        along = _along(A, self.n)
-        if not float(along) > STRUCTURAL * _largest(A):
+        if not self._gives_way(A):
             return np.inf
+        # Solved in the axes along which the point can move; it is held where the normal has a part in none of them.
         axes, landing, blocks = _moving_axes(A), self.impact.landing, self._constraints(moments)
         # Along what is left out, the point moves only by what rounding of the file leaves.
         most, rounded = 3, 0.0
@@ -226,10 +231,10 @@ class _Resistance:
         """Impact mitigation factor of the contact point if it slides [1]; NaN where it has no meaning."""
         if not self.impact.landing.floating or self.block.kind == "stop":
             return np.nan
-        by_joints, whole = (_along(A, self.n) for A in (self.mobility_by_joints, self.point_mobility))
+        by_joints = self._along_normal(self.mobility_by_joints)
         if not float(by_joints) > STRUCTURAL * _largest(self.point_mobility):
             return 0.0
-        return by_joints / whole
+        return by_joints / self._along_normal(self.point_mobility)
 
     @functools.cached_property
     def mitigation(self) -> Any:
@@ -273,11 +278,6 @@ def _clear_resistance(impact: DoubleImpact, contact: int) -> dict[str, Array]:
         }
     sticks = landing.scene.contact[contact].sticks
     return numbers | {"effective": numbers["sticking" if sticks else "frictionless"]}
-
-
-def _along(A: BallMatrix, n: Array) -> Any:
-    """nᵀ A n."""
-    return BALLS.numbers(n) @ entries(A) @ BALLS.numbers(n)
 
 
 def _largest(A: BallMatrix) -> float:

@@ -9,7 +9,7 @@ from shockpc.core.spatial import Array
 from shockpc.impact.impact import DoubleImpact, Impact
 from shockpc.landing.landing import PosedLanding
 from shockpc.landing.places import Place, PlaceKind
-from shockpc.landing.scene import GRAVITY
+from shockpc.landing.strike import GRAVITY
 from shockpc.quantities.bodies import BODIES
 from shockpc.quantities.contacts import CONTACTS, IMPULSE
 from shockpc.quantities.joints import JOINTS
@@ -64,10 +64,8 @@ def _where_given(entry: Quantity, key: GroundOption, read: Callable[[Any, Impact
 
     missing = "; or ".join(filter(None, [f"the scene gives no {key.replace('_', ' ')}", entry.missing]))
     derived = Quantity(entry.key, entry.of, entry.title, entry.unit, entry.worse, compute, entry.size, missing)
-    section = key.removeprefix("contact_")
-    path = f"{section}:{entry.path or entry.key.removeprefix(f'{section}_').removesuffix(f'_{section}')}"
     same = {name: getattr(entry, name) for name in ("vector", "shared", "signed", "flag")}
-    return derived._replace(**same, needs_posture=True, unproven=True, path=path)
+    return derived._replace(**same, needs_posture=True, unproven=True)
 
 
 def _with_friction(entry: Quantity) -> Quantity:

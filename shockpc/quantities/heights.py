@@ -89,30 +89,13 @@ def levels(landing: Landing, rotation: Array, position: Array, points: Array, ev
         points: (N, c, 3) of the contacts and standing feet on flat ground, from the base [m].
         every: whether every body is measured, or those alone that may be the lowest.
     """
-    robot, up, outline = landing.robot, landing.up, body_outline(landing.robot)
-    shapes, pieces = [shape for carried in outline.shapes for shape in carried], outline.pieces
-    surface, ground = np.full((len(shapes), len(rotation)), np.inf), (points @ up).max(axis=1)
-    bodies, centre, half = _by_body(robot)
-    grounded = (*landing.contacts, *landing.stance)
-    frames = [robot.frame(grounded[k].frame) for k in on_ground(landing)]
-    carriers = {frame.body for frame in frames}
-    # np.einsum takes five times as long for this product.
-    rising, height = np.tensordot(rotation, up, axes=(2, 0)).transpose(1, 0, 2), (position @ up).T
-    low = height + (rising @ centre[..., None])[..., 0] - (np.abs(rising) @ half[..., None])[..., 0]
-    least = ground + LEVEL
-    for body, n, corners, axes in sorted(bodies, key=lambda entry: (entry[0] not in carriers, low[entry[0]].sum())):
-        near = np.arange(len(ground)) if every else (low[body] <= least).nonzero()[0]
-        if near.size:
-            towards = rising[body, near].T
-            reach = np.maximum.reduceat(corners @ -towards, pieces.start[n] - pieces.start[n[0]], axis=0)
-            if axes.size:
-                reach += np.sqrt(((axes @ towards) ** 2).reshape(3, len(n), -1).sum(axis=0))
-            surface[n[:, None], near] = reached = height[body, near] - reach
-            if body not in carriers:
-                least[near] = np.minimum(least[near], reached.min(axis=0) + LEVEL)
-    surface = surface.T
+    up, pieces, grounded = landing.up, body_outline(landing.robot).pieces, (*landing.contacts, *landing.stance)
+    frames = [landing.robot.frame(grounded[k].frame) for k in on_ground(landing)]
+    height = points @ up
+    below = None if every else height.max(axis=1) + LEVEL
+    surface = _lowest_of_shapes(landing, rotation, position, {frame.body for frame in frames}, below)
     core = surface + np.linalg.norm(pieces.rounding, axis=1).min(axis=1)
-    inside, height = most_inside(robot), points @ up
+    shapes, inside = [shape for carried in body_outline(landing.robot).shapes for shape in carried], most_inside(landing.robot)
     struck = np.array([[shape.belongs_to(frame) for shape in shapes] for frame in frames], dtype=bool)
     contacts = height.copy()
     for k, (frame, of_contact) in enumerate(zip(frames, struck, strict=True)):
@@ -125,6 +108,38 @@ def levels(landing: Landing, rotation: Array, position: Array, points: Array, ev
         contacts[:, k] = touching.min(axis=1, initial=np.inf)
     lowest, others = np.minimum(height, contacts), np.logical_not(struck.any(axis=0))
     return Levels(core, surface, lowest, struck, others, inside, landing.scene.ground_tolerance + LEVEL)
+
+
+def _lowest_of_shapes(landing: Landing, rotation: Array, position: Array, carriers: set[int], below: Array | None) -> Array:
+    """Heights (N, n) of the lowest points of the shapes, as `Levels.surface`.
+
+    Bodies are taken from the lowest one upwards, by the boxes around them, until all others lie above what is sought.
+
+    Args:
+        landing: names the robot and the ground's normal.
+        rotation: (N, nb, 3, 3) of the body frames, body to world.
+        position: (N, nb, 3) their origins, from the base [m].
+        carriers: the bodies of the contacts, which are measured first.
+        below: (N,) height above which no body is measured [m]; None to measure all.
+    """
+    up, start = landing.up, body_outline(landing.robot).pieces.start
+    surface = np.full((len(start), len(rotation)), np.inf)
+    bodies, centre, half = _by_body(landing.robot)
+    # np.einsum takes five times as long for this product.
+    rising, height = np.tensordot(rotation, up, axes=(2, 0)).transpose(1, 0, 2), (position @ up).T
+    low = height + (rising @ centre[..., None])[..., 0] - (np.abs(rising) @ half[..., None])[..., 0]
+    sought = np.full(len(rotation), np.inf) if below is None else below.copy()
+    for body, n, corners, axes in sorted(bodies, key=lambda entry: (entry[0] not in carriers, low[entry[0]].sum())):
+        near = np.flatnonzero(low[body] <= sought)
+        if near.size:
+            towards = rising[body, near].T
+            reach = np.maximum.reduceat(corners @ -towards, start[n] - start[n[0]], axis=0)
+            if axes.size:
+                reach += np.sqrt(((axes @ towards) ** 2).reshape(3, len(n), -1).sum(axis=0))
+            surface[n[:, None], near] = reached = height[body, near] - reach
+            if body not in carriers and below is not None:
+                sought[near] = np.minimum(sought[near], reached.min(axis=0) + LEVEL)
+    return surface.T
 
 
 def _relative(landing: Landing, state: Dynamics, blocks: Sequence[Block], places: Sequence[Place]) -> tuple[Levels, Array]:

@@ -16,7 +16,7 @@ from shockpc.landing.landing import PosedLanding
 from shockpc.landing.places import Place, joint_places
 from shockpc.landing.ratings import Strength, TorqueStrength, strength, torque_limits, torque_strength
 from shockpc.landing.resolve import landing_of
-from shockpc.landing.scene import GRAVITY
+from shockpc.landing.strike import GRAVITY
 from shockpc.quantities.ground import ALONG, PEAK_TORQUE, point_peaks
 from shockpc.quantities.joints import MULTIAXIAL, REDUNDANT
 from shockpc.quantities.points import DELTA_V, NEEDS_PULSE, SHOCK, point_velocity

@@ -9,7 +9,7 @@ from shockpc.core.percussion import norm
 from shockpc.core.pulse import peak_acceleration
 from shockpc.core.spatial import Array, jump_at, velocity_at
 from shockpc.impact.impact import Impact
-from shockpc.landing.scene import GRAVITY
+from shockpc.landing.strike import GRAVITY
 from shockpc.quantities.quantity import Places, Quantity, cached, largest_jump, largest_shock, reach
 
 NEEDS_PULSE = 'peak_g needs the duration of the impact, and the scene has none; give it a pulse = "half-sine:5ms"'
@@ -78,17 +78,17 @@ def _maps(impact: Impact, places: Places) -> Array:
 DELTA_V = Quantity("delta_v", "point", "Δv, axes of the frame", "m/s", "greater", _delta_v, largest_jump, vector=True,
     also=("friction", "stiffness"), linear=True)  # fmt: skip
 MOST_SEVERE = Quantity("most_severe", "point", "shock of the most severe strike", "1", "greater", lambda i,
-    p: _most_severe(i, p)[1], path="most_severe.shock")  # fmt: skip
+    p: _most_severe(i, p)[1])  # fmt: skip
 SHOCK = Quantity("shock", "point", "shock", "1", "greater", shock, largest_shock, most_severe=MOST_SEVERE,
     also=("friction", "stiffness"), length_of=DELTA_V)  # fmt: skip
 AT_CENTRE = (
     Quantity("most_severe_direction", "point", "most severe strike, world axes", "1", "neither", lambda i,
-        p: _most_severe(i, p)[0], vector=True, path="most_severe.direction"),
+        p: _most_severe(i, p)[0], vector=True),
     MOST_SEVERE,
     Quantity("least_severe_direction", "point", "least severe strike, world axes", "1", "neither", lambda i,
-        p: directions(i, p).least_severe, vector=True, path="least_severe.direction"),
+        p: directions(i, p).least_severe, vector=True),
     Quantity("least_severe", "point", "shock of the least severe strike", "1", "greater", lambda i,
-        p: directions(i, p).least_severe_shock, path="least_severe.shock"),
+        p: directions(i, p).least_severe_shock),
     Quantity("peak_g", "point", "peak acceleration", "g", "greater", _peak, missing="the scene gives no pulse",
         lacks=lambda landing: NEEDS_PULSE if landing.pulse is None else "", also=("friction",), length_of=DELTA_V),
 )  # fmt: skip

@@ -13,6 +13,7 @@ from shockpc.core.frozen import frozen
 from shockpc.core.impulse import RowChoice
 from shockpc.core.percussion import shock_at
 from shockpc.core.spatial import Array, Plane, freeze, read_only
+from shockpc.core.threads import one_thread
 from shockpc.impact.exact.proof import Proof
 from shockpc.impact.solve import solve_exactly, solve_in_doubles
 from shockpc.impact.stops import with_stops
@@ -378,7 +379,7 @@ class ShockProfile(OfLanding):
     @cached_property
     def health(self) -> Health:
         """How far to trust the numbers, with the warnings."""
-        with self.trace.stage("accuracy and warnings"):
+        with one_thread(self.robot.model.nv), self.trace.stage("accuracy and warnings"):
             return health_of(self)
 
     @property

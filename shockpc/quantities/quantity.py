@@ -48,8 +48,6 @@ class Quantity(NamedTuple):
             "tilt", of a landing that a tilt makes feasible; "pull" is above zero where a contact would have to be pulled, and
             "gain" where the impact would make energy.
         also: for what else it exists: the impact with friction, and the jumps on contacts of finite stiffness.
-        path: where it stands in the document of its place, by default under its key, after the name of a section and a colon if it
-            stands in one; None if it has no place there.
         flag: whether it is 1 or 0, which documents write as true or false.
         linear: whether it is linear in the jumps and impulses, by coefficients that do not change with the posture or the strike.
         length_of: a quantity of that kind of which it is the length, but for a factor that does not change with them either.
@@ -79,7 +77,6 @@ class Quantity(NamedTuple):
     reciprocal: str = ""
     role: Literal["", "feasible", "tilt", "pull", "gain"] = ""
     also: tuple[Literal["friction", "stiffness"], ...] = ()
-    path: str | None = ""
     flag: bool = False
     linear: bool = False
     length_of: "Quantity | None" = None

@@ -9,7 +9,8 @@ from shockpc.core.pulse import peak_acceleration
 from shockpc.core.spatial import Array
 from shockpc.impact.impact import Impact
 from shockpc.landing.places import Place
-from shockpc.landing.scene import GRAVITY, Scene
+from shockpc.landing.scene import Scene
+from shockpc.landing.strike import GRAVITY
 from shockpc.quantities.ground import solved_on
 from shockpc.quantities.points import DELTA_V
 from shockpc.quantities.quantity import Places, Quantity, evaluate

@@ -156,13 +156,10 @@ def _allowed(impact: Impact) -> Array:
 
 def _health(key: str, title: str, unit: str = "1", worse: Literal["greater", "neither"] = "greater") -> Quantity:
     """A number of the profile's health, which the document has as a record."""
-    return Quantity(
-        key, "robot", title, unit, worse, lambda health, _: [getattr(health, key)], needs_posture=True, on="health", path=None
-    )
+    return Quantity(key, "robot", title, unit, worse, lambda health, _: [getattr(health, key)], needs_posture=True, on="health")
 
 
-ENERGY_LOST = Quantity("energy_lost", "robot", "kinetic energy lost", "J", "greater", _energy_lost, _energy_size, DRIVEN,
-    path="energy.lost")  # fmt: skip
+ENERGY_LOST = Quantity("energy_lost", "robot", "kinetic energy lost", "J", "greater", _energy_lost, _energy_size, DRIVEN)
 
 NEEDS_TILT = Quantity("needs_tilt", "robot", "whether it is one if the robot is tilted a little, as other feet are level", "1",
     "neither", _needs_tilt, missing=GAINS, role="tilt")  # fmt: skip
@@ -172,14 +169,14 @@ ROBOT = (
     Quantity("v_in", "robot", "speed that shock is relative to", "m/s", "neither", lambda i, p: _one(i.v_in), lambda i,
         x: 1e-12 * float(np.abs(np.concatenate(i.landing.before)).max())),
     Quantity("total_impulse", "robot", "impulse of the ground, world axes", "N s", "greater", lambda i,
-        p: _one(i.ground_impulse[0]), _force_size, vector=True, also=("friction",), path="total.impulse"),
+        p: _one(i.ground_impulse[0]), _force_size, vector=True, also=("friction",)),
     Quantity("total_moment", "robot", "its moment about the centre of mass, world axes", "N m s", "greater", lambda i,
-        p: _one(i.ground_impulse[1]), _moment_size, vector=True, also=("friction",), path="total.moment"),
+        p: _one(i.ground_impulse[1]), _moment_size, vector=True, also=("friction",)),
     ENERGY_LOST,
     Quantity("energy_share", "robot", "kinetic energy lost, of that before", "1", "greater", _energy_share, lambda i, x: 1.0,
-        UNKNOWN, path="energy.share"),
+        UNKNOWN),
     Quantity("energy_made", "robot", "kinetic energy that the impact would make", "J", "greater", _energy_made, missing=DRIVEN,
-        path="energy.made", role="gain"),
+        role="gain"),
     Quantity("depth", "robot", "depth of other geometry below the contacts", "m", "greater", _depth,
         missing="the robot has no geometry, or no contact is on flat ground"),
     Quantity("feasible", "robot", "whether a drop on flat ground is this landing, on all level feet", "1", "less", _feasible,

@@ -30,9 +30,6 @@ LARGEST_TABLE = 2**30
 MOST_ROWS = 2**24
 """Rows of the longest table that is read."""
 
-NPY_HEADERS = {(1, 0): np.lib.format.read_array_header_1_0, (2, 0): np.lib.format.read_array_header_2_0}
-"""How the header of an array is read, by the version of its format."""
-
 
 def columns_of(table: str | os.PathLike[str] | Mapping[str, Any] | Table) -> dict[str, np.ndarray]:
     """The columns of recorded landings by name, from a file as `read_table` reads it, or as they are.
@@ -166,27 +163,24 @@ def _numbers(cells: Sequence[str]) -> np.ndarray:
 
 
 def _read_npz(stream: IO[bytes]) -> dict[str, np.ndarray]:
-    columns, size = dict[str, np.ndarray](), 0
     with zipfile.ZipFile(stream) as archive:
         members = archive.infolist()
         _refuse_twice(member.filename.removesuffix(".npy") for member in members)
         _refuse_size(sum(member.file_size for member in members))  # of which no more is read
-        for member in members:
-            content = io.BytesIO(archive.read(member.filename))
+    stream.seek(0)
+    columns = dict[str, np.ndarray]()
+    with np.load(stream) as arrays:
+        for name in arrays.files:
             try:
-                header = NPY_HEADERS[np.lib.format.read_magic(content)]
-                shape, fortran, kind = header(content)
+                values = arrays[name]
             except Exception as refusal:  # of many kinds, because a literal of Python is read
-                raise ValueError(f'its member "{member.filename}" is no array ({type(refusal).__name__})') from None
-            count = math.prod(shape)
-            if kind.hasobject or kind.itemsize == 0 or count * kind.itemsize != len(content.getbuffer()) - content.tell():
-                raise ValueError(f'its member "{member.filename}" is {kind} of shape {shape}, and not as many bytes')
-            size += max(8 * count, len(content.getbuffer()) * (4 if kind.kind == "S" else 1))
-            _refuse_size(size)
-            _refuse_rows(math.prod(shape[:1]))
-            values = np.ndarray(shape, kind, content.getbuffer()[content.tell() :], order="F" if fortran else "C")
-            columns[member.filename.removesuffix(".npy")] = np.char.decode(values) if kind.kind == "S" else values
-    return columns
+                raise ValueError(f'its member "{name}" is no array: {refusal}') from None
+            if not isinstance(values, np.ndarray):
+                raise ValueError(f'its member "{name}" is no array')
+            _refuse_rows(math.prod(values.shape[:1]))
+            columns[name] = values
+    _refuse_size(sum(max(8 * x.size, x.nbytes * (4 if x.dtype.kind == "S" else 1)) for x in columns.values()))
+    return {name: np.char.decode(values) if values.dtype.kind == "S" else values for name, values in columns.items()}
 
 
 def _read_parquet(stream: IO[bytes]) -> dict[str, np.ndarray]:

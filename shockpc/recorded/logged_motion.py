@@ -13,7 +13,8 @@ from shockpc.landing.dynamics import dynamics
 from shockpc.landing.landing import PosedLanding
 from shockpc.landing.resolve import landing_of
 from shockpc.landing.rows import block_point
-from shockpc.landing.scene import GRAVITY, Contact, Scene
+from shockpc.landing.scene import Contact, Scene
+from shockpc.landing.strike import GRAVITY
 from shockpc.recorded.column_names import column_name
 from shockpc.recorded.detection import FEWEST, noise, slope_noise
 from shockpc.recorded.logs import Log

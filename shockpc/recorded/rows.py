@@ -1,19 +1,14 @@
 """Recorded landings as rows: configurations, motions before the impact, contacts, and what was measured."""
 
 from collections.abc import Mapping, Sequence
-from dataclasses import replace
 from typing import NamedTuple
 
 import numpy as np
 
 from shockpc.core.spatial import Array
 from shockpc.landing.contact import contact_name
-from shockpc.landing.landing import PosedLanding
 from shockpc.landing.motion import Motion
-from shockpc.landing.resolve import landing_of
-from shockpc.landing.scene import Posture, Scene, Strike
-from shockpc.robot.robot import Robot
-from shockpc.text.errors import ShockError, StudyError
+from shockpc.landing.scene import Scene
 
 
 class Measured(NamedTuple):
@@ -54,7 +49,6 @@ class RecordedRows(NamedTuple):
         given: what the table gives, in words.
         missing: what is the scene's, in words.
         measured: jumps that were measured.
-        row_scenes: the scenes of the rows themselves, if they are not of a table.
         closed: whether loops are closed in the configurations and motions already.
         messages: why a row is no landing, by its number.
         warnings: what is doubtful of columns.
@@ -73,7 +67,6 @@ class RecordedRows(NamedTuple):
     given: tuple[str, ...]
     missing: tuple[str, ...]
     measured: tuple[Measured, ...] = ()
-    row_scenes: tuple[Scene | None, ...] = ()
     closed: bool = False
     messages: Mapping[int, str] = {}
     warnings: tuple[str, ...] = ()
@@ -99,7 +92,6 @@ class RecordedRows(NamedTuple):
             friction=self.friction[a:b],
             effort=self.effort[a:b],
             measured=(),
-            row_scenes=self.row_scenes[a:b],
             messages={i - a: text for i, text in self.messages.items() if a <= i < b},
         )
 
@@ -107,58 +99,3 @@ class RecordedRows(NamedTuple):
 def contacts_of(scenes: Sequence[Scene], index: np.ndarray) -> np.ndarray:
     """What strikes in rows (n,), as `contact_name` has it. Args: index, (n,) which of the scenes each row is of."""
     return np.asarray(np.array([contact_name(scene) for scene in scenes])[index])
-
-
-def rows_of_scenes(scenes: Mapping[str, Scene | ShockError], robot: Robot) -> RecordedRows:
-    """The rows of scenes, each named by its key; scenes that differ in posture and motion alone are of one landing.
-
-    Args:
-        scenes: of one robot, by name; or why there is none.
-        robot: the robot.
-
-    Raises:
-        ShockError: none of the scenes can be resolved.
-    """
-    landings: dict[int, PosedLanding] = {}
-    refused: dict[int, ShockError] = {}
-    for i, scene in enumerate(scenes.values()):
-        try:
-            if isinstance(scene, ShockError):
-                raise scene
-            landings[i] = landing_of(scene, robot)
-        except ShockError as error:
-            refused[i] = error
-    if not landings:
-        raise next(iter(refused.values()), StudyError("there are no scenes"))
-    most = max(len(landing.contacts) for landing in landings.values())
-    shapes = {
-        "q": (robot.model.nq,),
-        "velocity": (3,),
-        "omega": (3,),
-        "rates": (robot.model.nv,),
-        "contacts": (most, 3),
-        "friction": (),
-    }
-    rows = {key: np.full((len(scenes), *shape), np.nan) for key, shape in shapes.items()}
-    groups: dict[str, int] = {}
-    index, shared = np.zeros(len(scenes), dtype=int), list[Scene]()
-    for i, landing in landings.items():
-        scene, before = landing.scene, landing.before
-        contacts = tuple(replace(contact, velocity=contact.velocity and (0.0, 0.0, 0.0)) for contact in scene.contact)
-        alike = replace(
-            scene, posture=Posture(), strike=Strike(), contact=contacts, friction=None if scene.friction is None else 1.0
-        )
-        index[i] = groups.setdefault(repr((alike, landing.up.tolist())), len(groups))
-        shared += [scene] * (len(groups) - len(shared))
-        rows["q"][i], rows["velocity"][i], rows["omega"][i], rows["rates"][i] = landing.q, *before
-        rows["friction"][i] = np.nan if scene.friction is None else scene.friction
-        for k, contact in enumerate(scene.contact):
-            rows["contacts"][i, k] = np.nan if contact.velocity is None else contact.velocity
-    labels = {"name": np.array(list(scenes)), "contact": contacts_of(shared, index)}
-    return RecordedRows(
-        labels, rows["q"], Motion(rows["velocity"], rows["omega"], rows["rates"]), tuple(shared), index,
-        rows["contacts"], rows["friction"], 0.0 * rows["rates"] + np.nan, robot.joint_names, robot.joint_names,
-        ("posture, motion, contacts, joint model",), (),
-        row_scenes=tuple(landings[i].scene if i in landings else None for i in range(len(scenes))),
-        messages={i: str(error) for i, error in refused.items()},
-    )  # fmt: skip

@@ -21,14 +21,16 @@ from shockpc.landing.motion import Motion, with_loops
 from shockpc.landing.places import Place, point_places
 from shockpc.landing.posture import fixed_joints, refuse_beyond_turn
 from shockpc.landing.resolve import landing_of
-from shockpc.landing.scene import Contact, Posture, Scene, Strike
+from shockpc.landing.scene import Contact, Posture, Scene
 from shockpc.landing.scene_file import robot_of
+from shockpc.landing.strike import Strike
 from shockpc.profile import profile_of
 from shockpc.quantities.profile import ShockProfile
 from shockpc.quantities.table import Selection, select
+from shockpc.recorded.cells import empty_cells
 from shockpc.recorded.column_names import named_columns
 from shockpc.recorded.rows import RecordedRows
-from shockpc.recorded.table import empty_cells, rows_of
+from shockpc.recorded.table import rows_of
 from shockpc.robot.robot import Robot
 from shockpc.text.errors import SceneError, ShockError, StudyError, UnknownName
 from shockpc.text.printed import listed
@@ -105,7 +107,7 @@ class RecordedLandings:
     @functools.cached_property
     def closes(self) -> bool:
         """Whether there are loops that the rows may leave open."""
-        return bool(self.first.loops) and not self.table.row_scenes and not self.table.closed
+        return bool(self.first.loops) and not self.table.closed
 
     @property
     def closed(self) -> RecordedRows:
@@ -241,7 +243,7 @@ class RecordedLandings:
     def _row(self, rows: RecordedRows, i: int, q: Array, before: Motion) -> PosedLanding:
         """The landing of a row, with its scene. Args: q and before, in which loops are closed."""
         landing = self._landing(rows.key(i)).at(q).moving(before, rows.contact_velocity[i])
-        return self._written(rows.row_scenes[i] if rows.row_scenes else None, with_torque(landing, rows.effort[i]))
+        return self._written(with_torque(landing, rows.effort[i]))
 
     @property
     def resolved(self) -> Iterator[PosedLanding]:
@@ -267,24 +269,21 @@ class RecordedLandings:
             ShockError: there is none, or a scene cannot hold its posture.
         """
         landing = self.landing(row)
-        if not self.table.row_scenes:
-            for joint in self.robot.single_joints[self.robot.free_base :]:
-                moved = joint.kind != "ball" and not np.array_equal(landing.q[joint.q], self.first.q[joint.q])
-                # Rates that the table does not give follow from the loops.
-                turns = joint.name in self.table.rates and landing.before.joint_rates[joint.v].any()
-                if joint.axis is None and (moved or turns):
-                    raise StudyError(
-                        f'joint "{joint.name}" has {joint.v.stop - joint.v.start} degrees of freedom, whose '
-                        f"{'position' if moved else 'rates'} a scene cannot hold; analyze the landing in Python, as profile(row)"
-                    )
-                if joint.axis is not None and joint.name not in self.robot.followers:
-                    refuse_beyond_turn(joint, joint.value(landing.q), f"position of the table in row {row}", StudyError)
+        for joint in self.robot.single_joints[self.robot.free_base :]:
+            moved = joint.kind != "ball" and not np.array_equal(landing.q[joint.q], self.first.q[joint.q])
+            # Rates that the table does not give follow from the loops.
+            turns = joint.name in self.table.rates and landing.before.joint_rates[joint.v].any()
+            if joint.axis is None and (moved or turns):
+                raise StudyError(
+                    f'joint "{joint.name}" has {joint.v.stop - joint.v.start} degrees of freedom, whose '
+                    f"{'position' if moved else 'rates'} a scene cannot hold; analyze the landing in Python, as profile(row)"
+                )
+            if joint.axis is not None and joint.name not in self.robot.followers:
+                refuse_beyond_turn(joint, joint.value(landing.q), f"position of the table in row {row}", StudyError)
         return landing.scene
 
-    def _written(self, scene: Scene | None, landing: PosedLanding) -> PosedLanding:
+    def _written(self, landing: PosedLanding) -> PosedLanding:
         """A landing with the scene of its row, in which loops are closed already."""
-        if scene is not None:
-            return replace(landing, scene=scene)
         robot, q, before, scene = self.robot, landing.q, landing.before, landing.scene
         loops_move = bool(landing.loops) and before.joint_rates.any()
         moving = [joint for joint in robot.independent_joints if loops_move or before.joint_rates[joint.v].any()]
@@ -399,7 +398,7 @@ def recorded_landings(
 
 
 def _places(source: RecordedLandings, text: str) -> tuple[Selection, tuple[Place, ...]]:
-    """What QUANTITY[@PLACES] means in all landings of a table, of which only some may have a pulse or parts.
+    """What QUANTITY[@PLACES] means in all landings of a table, of which only some may have friction, or a contact.
 
     Raises:
         ShockError: it means nothing in any of them.

@@ -12,8 +12,9 @@ import pinocchio as pin
 
 from shockpc.core.spatial import Array
 from shockpc.robot.catalogue import closing_scene
+from shockpc.robot.elements import Joint
 from shockpc.robot.feet_and_sensors import each_foot, is_foot
-from shockpc.robot.robot import Joint, Robot
+from shockpc.robot.robot import Robot
 
 ANGLE = math.radians(30.0)
 """By how much knees are bent, or as far as their limits allow."""

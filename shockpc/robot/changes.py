@@ -8,16 +8,20 @@ from typing import Literal, get_args
 import numpy as np
 import pinocchio as pin
 
-from shockpc.core.spatial import Array, cross_matrix, freeze
-from shockpc.robot.robot import Drives, Robot
+from shockpc.core.spatial import Array, cross_matrix
+from shockpc.robot.elements import Drives
+from shockpc.robot.robot import Robot
 from shockpc.robot.tolerances import refuse_number
 from shockpc.text.diagnostic import Diagnostic
 from shockpc.text.errors import StudyError
 from shockpc.text.printed import listed
 
 Entry = Literal["inertia-xx", "inertia-yy", "inertia-zz", "inertia-xy", "inertia-xz", "inertia-yz"]
-Property = Literal["mass", "inertia", "com-x", "com-y", "com-z", Entry, "armature", "place"]
+Property = Literal["mass", "point-mass", "inertia", "com-x", "com-y", "com-z", Entry, "armature", "place"]
 """What can be changed."""
+
+ADDED = ("point-mass", "com-x", "com-y", "com-z", *get_args(Entry))
+"""Of these a value is added to the present one."""
 
 SMALL = 0.01
 """Share of a body's mass below which a change of its links is probably not the change of the body that was meant."""
@@ -30,14 +34,14 @@ class Change:
     """One change of a robot.
 
     Attributes:
-        what: mass of a link, with its inertia in proportion and its centre of mass where it was [kg]; inertia of a link about its
+        what: mass of a link, with its inertia in proportion and its centre of mass where it was [kg]; a point mass at that centre,
+            which leaves the inertia about it [kg]; inertia of a link about its
             centre of mass, all of it or an entry in axes of the link's frame [kg m²]; position of the centre of mass along x, y or
             z of that frame [m]; armature of a joint, its
             reflected inertia [kg m²; kg for a prismatic joint]; place of a joint, which may be fixed, with all that it carries: its
             origin in the frame of the link that carries it, such as (0, 0, -length) of a knee [m].
         pattern: name or glob of links, for armature and place of joints.
-        value: the new value, or what the present one is multiplied by; of the centre of mass, and of an entry of the inertia,
-            what is added.
+        value: the new value, or what the present one is multiplied by; of `ADDED` what is added.
         factor: whether the present value is multiplied.
     """
 
@@ -52,15 +56,15 @@ class Change:
         Raises:
             StudyError: the value is not finite, not above zero, or not of the kind that the property takes.
         """
-        what, shift, values = self.what, self.what.startswith(("com", "inertia-")), np.ravel(self.value)
+        what, shift, values = self.what, self.what in ADDED, np.ravel(self.value)
         place = what == "place" and not self.factor
         faults = {
             "the value has to be a finite number": not np.isfinite(values).all(),
             f"a place is three numbers [m] or a factor; give for example {what}:{self.pattern}=0,0,-0.3": len(values) != 3
             and place,
             "the value has to be one number": len(values) != 1 and not place,
-            f"a centre of mass is moved by metres, and an entry of an inertia by kg m², not by a factor; give for example "
-            f"{what}:trunk=0.02": shift and self.factor,
+            "a centre of mass is moved by metres, a point mass is added in kg, an entry of an inertia in kg m², not by a factor; "
+            f"give for example {what}:trunk=0.02": shift and self.factor,
             "an inertia has six entries, so it is changed by a factor; give for example inertia:trunk=1.1x, or an entry, such as "
             "inertia-xx:trunk=0.01": (what == "inertia" and not self.factor),
             "the value may not be below zero, and a factor of an inertia has to be above zero": (
@@ -112,7 +116,7 @@ def changed(robot: Robot, changes: Iterable[Change]) -> Robot:
 
     Raises:
         UnknownName: a pattern matches no link with mass, or no joint.
-        StudyError: a reflected inertia of zero is multiplied.
+        StudyError: a reflected inertia of zero is multiplied, or a link would have less than no mass.
         RobotError: a body becomes too heavy or too light to compute with.
     """
     model, warnings, drives = pin.Model(robot.model), robot.change_warnings, robot.default_drives
@@ -140,7 +144,8 @@ def varied_bodies(robot: Robot, changes: Iterable[tuple[Property, str, Array, bo
 
     Args:
         robot: the robot.
-        changes: what, pattern of links, values (N,), and whether they are factors, as in `Change`; one after the other.
+        changes: what, pattern of links, values (N,), and whether they are factors, as in `Change`; one after the other. NaN
+            changes nothing.
 
     Returns: masses (N, nb) [kg], centres of mass (N, nb, 3) in the bodies' frames [m], and inertias (N, nb, 3, 3) about them, axes
         of the frames [kg m²].
@@ -188,31 +193,29 @@ def with_inertias(robot: Robot, mass: Array, com: Array, inertia: Array) -> Robo
 
 def _change_armature(robot: Robot, model: pin.Model, drives: Drives | None, change: Change) -> Drives | None:
     """Change the reflected inertia of some joints. Returns: the default drives; a joint that is given a number has none of them."""
-    chosen = robot.velocities(robot.match_joints(change.pattern))
-    if drives is not None:
-        factor = change.number if change.factor else 0.0
-        drives = drives._replace(
-            known=drives.known & (change.factor | ~chosen),
-            armature=np.where(chosen, factor * drives.armature, drives.armature),
-            rotor=np.where(chosen, factor * drives.rotor, drives.rotor),
-            drive_stiffness=np.where(chosen & (not change.factor), np.inf, drives.drive_stiffness),
-        )
-        freeze(drives)
-    given = model.armature[chosen].any() or (drives is not None and (drives.armature + drives.rotor)[chosen].any())
-    if change.factor and not given:
+    names = robot.match_joints(change.pattern)
+    chosen = robot.velocities(names)
+    by_joint = {} if drives is None else dict(drives.by_joint)
+    of_joints = {name: drive for name in names if (drive := by_joint.pop(name, None))}
+    if change.factor and not (model.armature[chosen].any() or any(drive.reflected for drive in of_joints.values())):
         reason = f'these joints of robot "{robot.name}" have no reflected inertia'
         raise StudyError(
-            f"change {change} has no effect, because {reason}; give a number, such as armature:{change.pattern}=0.01",
-            joints=robot.match_joints(change.pattern),
+            f"change {change} has no effect, because {reason}; give a number, such as armature:{change.pattern}=0.01", joints=names
         )
+    if change.factor:
+        for name, drive in of_joints.items():
+            by_joint[name] = replace(drive, armature=change.number * (drive.reflected or 0.0), rotor_inertia=None)
     model.armature[chosen] = model.armature[chosen] * change.number if change.factor else change.number
-    return drives
+    return None if drives is None else drives._replace(by_joint=by_joint)
 
 
 def _changed_inertia(
     what: Property, x: Array, factor: bool, mass: Array, lever: Array, inertia: Array
 ) -> tuple[Array, Array, Array]:
-    """Mass (...), lever (..., 3) and inertia (..., 3, 3) of a link after a change by values x (...), as in `Change`."""
+    """Mass (...), lever (..., 3) and inertia (..., 3, 3) of a link after a change by values x (...), as in `varied_bodies`."""
+    x = np.where(np.isnan(x), 0.0 if what in ADDED else 1.0 if factor else mass, x)
+    if what == "point-mass":
+        return mass + x, lever, inertia
     if what.startswith("com"):
         return mass, lever + x[..., None] * np.eye(3)["xyz".index(what[-1])], inertia
     if what.startswith("inertia-"):
@@ -229,6 +232,8 @@ def _change_link(model: pin.Model, link: str, change: Change) -> None:
     inertia = frame.inertia.copy()
     parts = np.array(inertia.mass), inertia.lever, inertia.inertia
     mass, inertia.lever, inertia.inertia = _changed_inertia(change.what, np.array(change.number), change.factor, *parts)
+    if mass < 0.0:
+        raise StudyError(f"change {change}: {link} has {parts[0]:g} kg, so less than nothing would be left")
     inertia.mass = float(mass)
     frame.inertia = inertia
     _sum_inertias(model, frame.parentJoint)

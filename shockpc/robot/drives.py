@@ -9,14 +9,11 @@ import json
 from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
-from typing import Literal
-
-import numpy as np
 
 from shockpc.core.frozen import frozen
-from shockpc.core.spatial import freeze
 from shockpc.robot.catalogue import project_robots_folder
-from shockpc.robot.robot import Drives, Robot
+from shockpc.robot.elements import Drive, Drives
+from shockpc.robot.robot import Robot
 from shockpc.text.arguments import LARGEST_NUMBER
 from shockpc.text.errors import SceneError, UnknownName
 from shockpc.text.paths import read_file
@@ -25,40 +22,6 @@ from shockpc.text.toml import converted, reading
 
 PUBLIC = ("published", "derived")
 """Status of drives that are taken unless the scene says otherwise."""
-
-
-@frozen(kw_only=True)
-class Drive:
-    """The drive of some joints.
-
-    Attributes:
-        joint: names or globs of joints.
-        robot: names of robots; all if none is given.
-        armature: reflected inertia [kg m²; kg for a prismatic joint].
-        rotor_inertia: of the rotor about its axis [kg m²].
-        gear_ratio: turns of the rotor for one of the joint [1].
-        drive_stiffness: of a spring between gearbox and joint [N m/rad, N/m].
-        stiffness: of a spring of the joint itself [N m/rad, N/m].
-        status: published; derived from parts that are published; identified from measured landings; or of a simulation model.
-        source: where it is from.
-    """
-
-    joint: tuple[str, ...]
-    robot: tuple[str, ...] = ()
-    armature: float | None = None
-    rotor_inertia: float | None = None
-    gear_ratio: float | None = None
-    drive_stiffness: float | None = None
-    stiffness: float | None = None
-    status: Literal["published", "derived", "identified", "simulation model"] | None = None
-    source: str = ""
-
-    @property
-    def reflected(self) -> float | None:
-        """Inertia at the joint: the armature, or rotor_inertia · gear_ratio² [kg m², kg]; None where it is not known."""
-        if self.rotor_inertia is None or self.gear_ratio is None:
-            return self.armature
-        return self.rotor_inertia * self.gear_ratio**2
 
 
 @frozen(kw_only=True)
@@ -168,7 +131,7 @@ def _status(drives: Sequence[Drive]) -> str:
 
 
 def drives_of(robot: Robot, drives: Sequence[Drive], label: str) -> Drives:
-    """The drives of a robot's joints as arrays; later ones replace earlier ones of the same joint.
+    """The drives of a robot's joints; later ones replace earlier ones of the same joint.
 
     Raises:
         UnknownName: a pattern fits no joint of the robot.
@@ -177,18 +140,8 @@ def drives_of(robot: Robot, drives: Sequence[Drive], label: str) -> Drives:
     chosen = [drive for drive in drives if not drive.robot or {robot.source.name, robot.name} & set(drive.robot)]
     if not chosen:
         raise SceneError(f'{label} has no drive of robot "{robot.name}"; name it under robot, or leave that key out')
-    arrays = Drives.none(robot.model.nv)._replace(label=label)
-    for drive in chosen:
-        inertia = drive.reflected or 0.0
-        for name in (name for pattern in drive.joint for name in robot.match_joints(pattern)):
-            v = robot.joint(name).v
-            arrays.known[v] = True
-            arrays.armature[v] = inertia if drive.drive_stiffness is None else 0.0
-            arrays.rotor[v] = 0.0 if drive.drive_stiffness is None else inertia
-            arrays.drive_stiffness[v] = np.inf if drive.drive_stiffness is None else drive.drive_stiffness
-            arrays.stiffness[v] = drive.stiffness or 0.0
-    freeze(arrays)
-    return arrays
+    found = {name: drive for drive in chosen for pattern in drive.joint for name in robot.match_joints(pattern)}
+    return Drives(label, {name: drive for name, drive in found.items() if robot.joint(name).kind != "free"})
 
 
 def default_drives(robot: Robot) -> Drives | None:

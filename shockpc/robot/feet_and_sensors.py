@@ -8,7 +8,8 @@ import numpy as np
 import pinocchio as pin
 
 from shockpc.core.memo import memoized
-from shockpc.robot.robot import Body, Frame, Robot
+from shockpc.robot.elements import Body, Frame
+from shockpc.robot.robot import Robot
 
 STANDING = ("standing", "half_sitting", "stand", "home")
 """Reference postures taken for a landing when none is asked for, in this order."""

@@ -1,4 +1,4 @@
-"""The geometry of a robot's bodies: convex pieces for the extremes of shock, triangles for silhouettes, boxes of equal inertia.
+"""The geometry of a robot's bodies, as its file gives it, and how large the robot is by it.
 
 Nothing is read before it is asked for, and no mesh unless that kind of geometry has one. A shape that cannot be read is left out
 and reported; the others remain. The shapes of a URDF are taken from its XML: importing yourdfpy takes longer than an analysis
@@ -6,7 +6,6 @@ without meshes.
 """
 
 import functools
-import itertools
 import math
 from collections.abc import Callable, Iterable, Iterator
 from typing import Literal, NamedTuple, TypeAlias
@@ -17,10 +16,11 @@ import pinocchio as pin
 
 from shockpc.core.extremes import Pieces
 from shockpc.core.memo import memoized
-from shockpc.core.spatial import Array, read_only
+from shockpc.core.spatial import Array
 from shockpc.robot.files import shared_xml
-from shockpc.robot.meshes import Mesh, hull, outer_vertices, read_mesh
-from shockpc.robot.robot import Body, Frame, Robot, RobotSource
+from shockpc.robot.meshes import Mesh, outer_vertices, read_mesh
+from shockpc.robot.robot import Robot, RobotSource
+from shockpc.robot.shapes import Shape, checked, primitive
 from shockpc.robot.tree import rotation
 from shockpc.robot.urdf_numbers import vector
 from shockpc.text.errors import RobotError
@@ -41,67 +41,14 @@ _URDF_SIZES = {
 """Attributes, how many numbers each holds, and what makes of them the sizes that MuJoCo has."""
 _NO_SHAPES = ("declare_convex", "material", "proximity_properties")
 """What may stand beside a shape in the geometry of a URDF."""
-_SIZES = {"box": 3, "sphere": 1, "cylinder": 2, "capsule": 2, "ellipsoid": 3}
 _MJCF_PRIMITIVES = {2: "sphere", 3: "capsule", 4: "ellipsoid", 5: "cylinder", 6: "box"}  # mjtGeom
 _MJCF_MESH = 7
 
-_BINARY = np.array(list(itertools.product([0.0, 1.0], repeat=3)))[:, ::-1]
-"""How often the edges to corners 1, 2 and 4 of a box are in corner k."""
-_SIDES = [[0, 1, 3, 2], [4, 6, 7, 5], [0, 4, 5, 1], [2, 3, 7, 6], [0, 2, 6, 4], [1, 5, 7, 3]]
-_BOX = np.array([side[:1] + side[k : k + 2] for side in _SIDES for k in (1, 2)])
-"""Triangles of a box."""
-
 _Y_TO_Z = np.array([[1.0, 0.0, 0.0], [0.0, 0.0, -1.0], [0.0, 1.0, 0.0]])
-
-LARGEST_COORDINATE = 1e6
-"""Largest coordinate or radius of a shape [m]; more is an error in the file."""
 
 UNKNOWN, SMALL, NEGLIGIBLE = 10.0, 0.3, 0.01
 """How many times the distances between its frames a robot without shapes may measure [1], and what these count at least [m]; share
 of its body's mass times the robot's size squared below which the moments of inertia of a link hardly matter [1]."""
-
-
-class Shape(NamedTuple):
-    """One convex piece of a body: the Minkowski sum of the hull of some points and an ellipsoid, without approximation.
-
-    A box or a mesh is the hull alone. A sphere and an ellipsoid have one point; a capsule and a cylinder two, the cylinder with a
-    flat ellipsoid, a disc.
-
-    Attributes:
-        link: the link it belongs to.
-        points: (k, 3) in the body's frame [m]. For a mesh, points of which it is the hull: `outer_vertices`, or all vertices.
-        rounding: (3, 3) semi-axes of the ellipsoid in orthogonal columns, in the body's frame [m].
-        mesh: the surface itself, where the piece is the hull of something that need not be convex.
-        name: of its geom, if the file gives one.
-    """
-
-    link: str
-    points: Array
-    rounding: Array = read_only(np.zeros((3, 3)))
-    mesh: Mesh | None = None
-    name: str = ""
-
-    def reach(self, directions: Array) -> Array:
-        """Return how far the shape reaches (m,) along unit vectors (m, 3), its support function [m]."""
-        return np.asarray((directions @ self.points.T).max(axis=1) + np.linalg.norm(directions @ self.rounding, axis=1))
-
-    def farthest(self, direction: Array) -> Array:
-        """Return points (k, 3) [m] among which are those that reach farthest along a unit vector (3,)."""
-        along = direction @ self.rounding
-        length = float(np.linalg.norm(along))
-        # All points of a disc across the direction are equally far, to a part in a million; its centre represents them.
-        level = length <= 1e-6 * float(np.abs(self.rounding).max())
-        return self.points if level else np.asarray(self.points + self.rounding @ along / length)
-
-    def belongs_to(self, frame: Frame) -> bool:
-        """Whether it is one of the shapes of this link, or the geom of this name."""
-        return frame.name == (self.link if frame.kind == "link" else self.name)
-
-    def placed(self, rotation: Array, offset: Array) -> "Shape":
-        """Return the shape in another frame, in which the present one has this rotation (3, 3) and this origin (3,) [m]."""
-        points = read_only(self.points @ rotation.T + offset)
-        mesh = self.mesh and self.mesh._replace(vertices=read_only(self.mesh.vertices @ rotation.T + offset))
-        return Shape(self.link, points, read_only(rotation @ self.rounding), mesh, self.name)
 
 
 class Unread(NamedTuple):
@@ -243,19 +190,6 @@ def _is_solid(source: RobotSource) -> bool:
     return source.kind == "mjcf" or shared_xml(source.xml, source.path.name).find("link/collision") is not None
 
 
-def inertia_box(body: Body) -> Shape | None:
-    """The box of uniform density with the body's mass and inertia, a_x = sqrt(6 (I_y + I_z − I_x) / m); None if there is none."""
-    if not body.mass > 0.0:
-        return None
-    moments, axes = np.linalg.eigh(body.inertia)
-    squared = 6.0 * (moments.sum() - 2.0 * moments) / body.mass
-    # A plate or a rod has sides of zero, which rounding may make negative.
-    if squared.max() <= 0.0 or squared.min() < -1e-9 * squared.max():
-        return None
-    half = 0.5 * np.sqrt(np.maximum(squared, 0.0))
-    return Shape(body.name, read_only(body.com + _primitive(body.name, "box", half).points @ axes.T))
-
-
 @memoized()
 def _loader(source: RobotSource, reduced: bool) -> "functools._lru_cache_wrapper[tuple[Mesh, Array]]":
     """What reads the meshes of a file, each once: four legs often share one, and that of a foot may be read before the others."""
@@ -309,10 +243,10 @@ def _urdf_shapes(root: Element, kind: GeometryKind, load: Loader, turn: Array, o
                     read, scale = load(uri), _numbers(shape, "scale", 3, "1 1 1")
                     found = _mesh(name, read, scale[:, None] * (turn if read[0].y_up else np.eye(3)), np.zeros(3))
                 else:
-                    primitive = shape.tag.removeprefix("drake:")
-                    sizes = [factor * _numbers(shape, key, size) for key, size, factor in _URDF_SIZES.get(primitive, ())]
-                    found = _primitive(name, primitive, np.concatenate([*sizes, np.zeros(0)]))
-                yield _checked(found.placed(pin.rpy.rpyToMatrix(rpy), xyz))
+                    tag = shape.tag.removeprefix("drake:")
+                    sizes = [factor * _numbers(shape, key, size) for key, size, factor in _URDF_SIZES.get(tag, ())]
+                    found = primitive(name, tag, np.concatenate([*sizes, np.zeros(0)]))
+                yield checked(found.placed(pin.rpy.rpyToMatrix(rpy), xyz))
             except (RobotError, ValueError) as refusal:
                 yield Unread(name, uri, str(refusal))
 
@@ -353,11 +287,11 @@ def _mjcf_shapes(source: RobotSource, kind: GeometryKind, load: Loader, only: st
     result = compiled(source)
     m = result.model
     for number in range(m.ngeom):
-        geom, file, primitive = m.geom(number), result.meshes.get(number), _MJCF_PRIMITIVES.get(int(m.geom_type[number]))
+        geom, file, form = m.geom(number), result.meshes.get(number), _MJCF_PRIMITIVES.get(int(m.geom_type[number]))
         collides = bool(geom.contype or geom.conaffinity)
         # MuJoCo shows groups 0 to 2 unless it is asked for others.
         wanted = collides if kind == "collision" else not collides or geom.group <= 2
-        if not wanted or not (primitive or m.geom_type[number] == _MJCF_MESH):
+        if not wanted or not (form or m.geom_type[number] == _MJCF_MESH):
             continue
         link = m.body(geom.bodyid[0]).name
         if only not in (None, link, geom.name):
@@ -365,92 +299,14 @@ def _mjcf_shapes(source: RobotSource, kind: GeometryKind, load: Loader, only: st
         try:
             if file:
                 shape = _mesh(link, load(file.file), file.scale[:, None] * rotation(file.rotation).T, file.origin)
-            elif primitive:
-                shape = _primitive(link, primitive, np.array(geom.size))
+            elif form:
+                shape = primitive(link, form, np.array(geom.size))
             else:
                 mesh = m.mesh(int(geom.dataid[0]))
                 first, face = int(mesh.vertadr[0]), int(mesh.faceadr[0])
                 vertices = np.array(m.mesh_vert[first : first + int(mesh.vertnum[0])], dtype=float)
                 triangles = np.array(m.mesh_face[face : face + int(mesh.facenum[0])], dtype=np.int64)
                 shape = Shape(link, outer_vertices(vertices), mesh=Mesh(vertices, triangles))
-            yield _checked(shape._replace(name=geom.name).placed(rotation(geom.quat), np.array(geom.pos)))
+            yield checked(shape._replace(name=geom.name).placed(rotation(geom.quat), np.array(geom.pos)))
         except (RobotError, ValueError) as refusal:
             yield Unread(link, file.name if file else "", str(refusal))
-
-
-def _checked(shape: Shape) -> Shape:
-    if not max(np.abs(shape.points).max(), np.abs(shape.rounding).max()) <= LARGEST_COORDINATE:
-        raise ValueError(f"it extends beyond {LARGEST_COORDINATE:.0e} m, or has coordinates that are not finite")
-    return shape
-
-
-def _primitive(link: str, kind: str, size: Array) -> Shape:
-    """A shape around the origin, its axis along z; size as MuJoCo has it: half the sides or axes, or radius and half length [m]."""
-    if len(size) < _SIZES.get(kind, math.inf) or min(size) < 0.0:
-        raise ValueError(f"a <{kind}> with these dimensions is not a valid shape")
-    if kind == "box":
-        return Shape(link, np.array(list(itertools.product([-1.0, 1.0], repeat=3))) * size[:3])
-    swept = kind in ("capsule", "cylinder")
-    axes = size[:3] if kind == "ellipsoid" else size[0] * np.array([1.0, 1.0, float(kind != "cylinder")])
-    return Shape(link, np.outer([-1.0, 1.0], [0.0, 0.0, size[1]]) if swept else np.zeros((1, 3)), np.diag(axes))
-
-
-@functools.cache
-def _ball_points() -> Array:
-    """Points on the unit sphere: a circle of 64 at every 32nd part of the half turn, and the poles."""
-    latitude, angle = np.meshgrid(math.pi * (np.arange(1, 32) / 32 - 0.5), 2.0 * math.pi * np.arange(64) / 64, indexing="ij")
-    rings = np.stack([np.cos(latitude) * np.cos(angle), np.cos(latitude) * np.sin(angle), np.sin(latitude)], axis=-1)
-    return np.concatenate([rings.reshape(-1, 3), [[0.0, 0.0, -1.0], [0.0, 0.0, 1.0]]])
-
-
-class HalfSpaces(NamedTuple):
-    """The convex set of the points r with normals · r ≤ offsets.
-
-    Attributes:
-        normals: (m, 3) unit vectors, outward.
-        offsets: (m,) [m].
-    """
-
-    normals: Array
-    offsets: Array
-
-    def depth(self, r: Array) -> float:
-        """How far inside all faces a point (3,) lies; below zero outside [m]."""
-        return float((self.offsets - self.normals @ r).min())
-
-
-def facets(shape: Shape) -> list[Array]:
-    """The surface of a shape, each facet as its corners (k, 3) in the body's frame [m].
-
-    The surface of a mesh is its triangles. A round shape is a polyhedron with its corners on the surface, inside it by at most
-    0.25 % of the greatest semi-axis. A flat shape is its surface.
-    """
-    if shape.mesh is not None:
-        return list(shape.mesh.vertices[shape.mesh.triangles])
-    points = _corners(shape)
-    if not shape.rounding.any() and len(points) == 8:
-        edges = points[[1, 2, 4]] - points[0]
-        shortest, *_, longest = sorted(np.linalg.norm(edges, axis=1))
-        # A box needs no library, whose import takes as long as reading the meshes of a robot.
-        if shortest > 1e-6 * longest and np.abs(points[0] + _BINARY @ edges - points).max() <= 1e-12 * longest:
-            return list(points[_BOX])
-    found = hull(points)
-    return [points] if found is None else list(points[found.simplices])
-
-
-def half_spaces(shape: Shape) -> HalfSpaces | None:
-    """The half-spaces of a convex shape; None for a mesh, which need not be convex, and for a flat shape, which has no inside."""
-    found = None if shape.mesh is not None else hull(_corners(shape))
-    if found is None:
-        return None
-    faces = np.unique(found.equations.round(12), axis=0)
-    return HalfSpaces(faces[:, :3], -faces[:, 3])
-
-
-def _corners(shape: Shape) -> Array:
-    """Points (k, 3) of the surface whose hull represents the shape."""
-    semi, ball = np.linalg.norm(shape.rounding, axis=0), _ball_points()
-    if not semi.any():
-        return shape.points
-    edge = ball[np.all(np.abs(ball[:, semi == 0.0]) < 1e-9, axis=1)]
-    return np.asarray((shape.points[:, None] + edge @ shape.rounding.T).reshape(-1, 3))

@@ -1,37 +1,29 @@
-"""A robot: what was read of its file, its moving bodies, joints and frames, and what they compute from themselves."""
+"""A robot: what was read of its file, and what its bodies, joints and frames compute from themselves."""
 
-import math
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field
 from functools import cached_property
 from pathlib import Path
-from typing import Any, Literal, NamedTuple
+from typing import Literal
 
 import numpy as np
 import pinocchio as pin
 
 from shockpc.core.frozen import frozen
 from shockpc.core.spatial import Array, freeze, read_only
+from shockpc.robot.elements import Body, Drives, Frame, Joint, Loop, Mimic, bodies_of, frames_of, joints_of
 from shockpc.robot.files import OpenFolders
 from shockpc.robot.tolerances import POINT, inertia_fault, negative_moment
 from shockpc.text.diagnostic import Diagnostic
 from shockpc.text.errors import UnknownName
 from shockpc.text.names import match
-from shockpc.text.printed import few, listed
+from shockpc.text.printed import few
 
 WORLD = "world"
 """A root link of this name stands for the ground: the robot is fixed to it unless the scene says otherwise."""
 
 STOP = "stop:"
 """Before the name of a joint: its end stop, as what strikes."""
-
-KINDS = {"FreeFlyer": "free", "Spherical": "ball", "Planar": "planar", "Composite": "composite", "P": "prismatic"}
-KINDS |= {"RevoluteUnbounded": "continuous", "RUB": "continuous", "R": "revolute"}
-"""Kinds of joint, by the beginning of what Pinocchio calls them."""
-
-FRAMES: dict[pin.FrameType, Literal["link", "site", "geom"]]
-FRAMES = {pin.FrameType.BODY: "link", pin.FrameType.OP_FRAME: "site", pin.FrameType.SENSOR: "geom"}
-"""Kinds of frame; all others are joints. Pinocchio has no kind for geoms, and no reader here makes sensors."""
 
 
 @dataclass(eq=False, repr=False)
@@ -65,154 +57,6 @@ class RobotSource:
     def path(self) -> Path:
         """The robot file, absolute."""
         return self.folders.file
-
-
-class Body(NamedTuple):
-    """What moves as one: a link and all that is fixed to it.
-
-    Attributes:
-        name: the link that the body's moving joint carries; the root link for the base.
-        joint: index of that joint in the Pinocchio model.
-        links: every link of the body, that of the name first.
-        rotation: (3, 3) of the body frame in the joint's frame.
-        offset: (3,) origin of the body frame in the joint's frame [m].
-        mass: [kg]
-        com: (3,) centre of mass in the body frame [m].
-        inertia: (3, 3) about the centre of mass, axes of the body frame [kg m²].
-    """
-
-    name: str
-    joint: int
-    links: tuple[str, ...]
-    rotation: Array
-    offset: Array
-    mass: float
-    com: Array
-    inertia: Array
-
-
-class Joint(NamedTuple):
-    """How a body moves against the one that carries it.
-
-    Attributes:
-        name: as the file says.
-        kind: free (q: position, quaternion x y z w; v: linear then angular, body axes), planar (x, y, cosine, sine), ball
-            (quaternion), continuous (cosine, sine), revolute, prismatic, or composite (several of these after one another).
-        axis: (3,) unit vector in the joint's frame; None where there is more than one.
-        parent: index of the body that carries it; −1 for the world.
-        rotation: (3, 3) of the joint's frame at rest in the parent's joint frame; of a part, in that of the part before it.
-        offset: (3,) its origin there [m].
-        q: where its configuration is in q.
-        v: where its velocities are in q̇.
-        limits: least and greatest value of a joint of one coordinate [rad, m].
-        parts: of a composite, in their order; its name is theirs, joined by "+".
-    """
-
-    name: str
-    kind: str
-    axis: Array | None
-    parent: int
-    rotation: Array
-    offset: Array
-    q: slice
-    v: slice
-    limits: tuple[float, float]
-    parts: "tuple[Joint, ...]" = ()
-
-    @property
-    def unit(self) -> str:
-        """Unit of its coordinate."""
-        return "m" if self.kind == "prismatic" else "rad"
-
-    def value(self, q: Array) -> float:
-        """The coordinate of a joint of one degree of freedom [rad, m]. Args: q (nq,)."""
-        return math.atan2(*q[self.q][::-1]) if self.kind == "continuous" else float(q[self.q.start])
-
-    def set(self, value: float, q: Array) -> None:
-        """Set the coordinate of a joint of one degree of freedom [rad, m]. Args: q (nq,), which is changed."""
-        q[self.q] = (math.cos(value), math.sin(value)) if self.kind == "continuous" else value
-
-
-class Frame(NamedTuple):
-    """A named place on a body.
-
-    Attributes:
-        name: link, joint, site or geom.
-        body: index into `Robot.bodies`; −1 if it is fixed to the world.
-        rotation: (3, 3) in the body frame.
-        offset: (3,) origin in the body frame [m].
-        kind: what the file calls it.
-    """
-
-    name: str
-    body: int
-    rotation: Array
-    offset: Array
-    kind: Literal["link", "joint", "site", "geom"]
-
-
-class Mimic(NamedTuple):
-    """A joint that follows others: q_joint = Σ multiplier · q_leader + offset.
-
-    Attributes:
-        joint: the follower's name.
-        leaders: multiplier [1] by the name of each joint that it follows; none if it stands still.
-        offset: [rad, m]
-    """
-
-    joint: str
-    leaders: Mapping[str, float]
-    offset: float
-
-    @property
-    def led(self) -> str:
-        """What it follows, for messages."""
-        return f"joint{'s' * (len(self.leaders) > 1)} {listed(self.leaders)}" if self.leaders else "a constant"
-
-
-class Loop(NamedTuple):
-    """Two bodies that a joint outside the tree holds together.
-
-    Attributes:
-        name: of the two ends.
-        bodies: index of each end's body; −1 for the world.
-        points: (3,) each end in its body's frame [m].
-        rotations: (3, 3) each end's frame in its body's frame.
-        axes: (n, 3) unit vectors along which the points are held, in the first end's frame.
-        holds_orientation: whether the orientations are held too.
-    """
-
-    name: str
-    bodies: tuple[int, int]
-    points: tuple[Array, Array]
-    rotations: tuple[Array, Array]
-    axes: Array
-    holds_orientation: bool
-
-
-class Drives(NamedTuple):
-    """What is known of the drives of a robot's joints beside the model.
-
-    Attributes:
-        label: where it is from; empty if nothing is known.
-        known: (nv,) of which joints the drive is known.
-        armature: (nv,) reflected inertia that is rigidly joined to the joint [kg m², kg].
-        rotor: (nv,) reflected inertia behind a spring [kg m², kg]; zero where there is none or it is not known.
-        drive_stiffness: (nv,) of that spring [N m/rad, N/m]; infinite without one.
-        stiffness: (nv,) of a spring of the joint itself [N m/rad, N/m]; zero without one.
-    """
-
-    label: str
-    known: np.ndarray
-    armature: Array
-    rotor: Array
-    drive_stiffness: Array
-    stiffness: Array
-
-    @classmethod
-    def none(cls, nv: int) -> "Drives":
-        """Drives of which nothing is known. Args: nv: number of joint velocities."""
-        return cls("", np.zeros(nv, dtype=bool), np.zeros(nv), np.zeros(nv), np.full(nv, np.inf), np.zeros(nv))
 
 
 @frozen()
@@ -320,40 +164,18 @@ class Robot:
 
     @cached_property
     def bodies(self) -> tuple[Body, ...]:
-        """The moving bodies, base first, then in the order of the tree; each is named after the link that its joint carries."""
-        links: list[list[pin.Frame]] = [[] for _ in range(self.model.njoints)]
-        for frame in self.model.frames:
-            if frame.type == pin.FrameType.BODY:
-                links[frame.parentJoint].append(frame)
-        bodies = []
-        for joint, carried in list(enumerate(links))[1:]:
-            names, place = tuple(frame.name for frame in carried), carried[0].placement
-            inertia = place.actInv(self.model.inertias[joint])
-            frame = read_only(place.rotation), read_only(place.translation)
-            mass, com, tensor = float(inertia.mass), read_only(inertia.lever), read_only(inertia.inertia)
-            bodies.append(Body(names[0], joint, names, *frame, mass, com, tensor))
-        return tuple(bodies)
+        """The moving bodies, as in `bodies_of`."""
+        return bodies_of(self.model)
 
     @cached_property
     def frames(self) -> Mapping[str, Frame]:
-        """Every named place, by name; where a link shares its name with another it is the link's."""
-        frames: dict[str, Frame] = {}
-        from_joints = [pin.SE3(body.rotation, body.offset).inverse() for body in self.bodies]
-        for frame in sorted(self.model.frames, key=lambda frame: frame.type != pin.FrameType.BODY):
-            index, place = frame.parentJoint - 1, frame.placement
-            if index >= 0:
-                place = from_joints[index] * place
-            if frame.name != "universe" and frame.name not in frames:
-                frames[frame.name] = Frame(
-                    frame.name, index, read_only(place.rotation), read_only(place.translation), FRAMES.get(frame.type, "joint")
-                )
-        return frames
+        """Every named place, as in `frames_of`."""
+        return frames_of(self.model, self.bodies)
 
     @cached_property
     def joints(self) -> tuple[Joint, ...]:
-        """The joint that carries each body, in the order of `bodies`; the floating base's is the first."""
-        model = self.model
-        return tuple(_joint(model, model.joints[body.joint], body.joint, model.jointPlacements[body.joint]) for body in self.bodies)
+        """The joint that carries each body, as in `joints_of`."""
+        return joints_of(self.model)
 
     def joint_origins(self, Q: Array) -> Array:
         """Origins (N, n, 3) of the frames of `single_joints`, each in the frame of the body that it moves [m].
@@ -539,27 +361,3 @@ class Robot:
     def unknown(self, kind: str, name: str, known: Iterable[str], hint: str = "") -> UnknownName:
         """The error for a name that is none of this robot's."""
         return UnknownName(kind, name, known, f'robot "{self.name}"', f"shockpc robots {self.label}", hint)
-
-
-def _joint(model: pin.Model, joint: Any, number: int, place: pin.SE3) -> Joint:
-    """One joint of a model, or a part of one."""
-    kind = next(kind for start, kind in KINDS.items() if joint.shortname().startswith(f"JointModel{start}"))
-    parts: tuple[Joint, ...] = ()
-    axis, limits = None, (-np.inf, np.inf)
-    if kind == "composite":
-        inner = joint.extract()
-        steps = [place * inner.jointPlacements[0], *inner.jointPlacements.tolist()[1:]]
-        parts = tuple(
-            _joint(model, part, number, step)._replace(name=name)
-            for part, step, name in zip(inner.joints, steps, model.names[number].split("+"), strict=True)
-        )
-    elif joint.nv == 1:
-        data = joint.createData()
-        joint.calc(data, np.zeros(joint.idx_q + joint.nq), np.zeros(joint.idx_v + 1))
-        twist = np.asarray(data.S, dtype=float).ravel()
-        axis = read_only(twist[3:] if twist[3:].any() else twist[:3])
-        if joint.nq == 1:
-            limits = float(model.lowerPositionLimit[joint.idx_q]), float(model.upperPositionLimit[joint.idx_q])
-    frame = read_only(place.rotation), read_only(place.translation)
-    q, v = slice(joint.idx_q, joint.idx_q + joint.nq), slice(joint.idx_v, joint.idx_v + joint.nv)
-    return Joint(model.names[number], kind, axis, int(model.parents[number]) - 1, *frame, q, v, limits, parts)

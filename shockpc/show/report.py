@@ -6,7 +6,7 @@ from typing import Any, NamedTuple
 
 from shockpc.quantities.profile import ShockProfile
 from shockpc.show.document import headed
-from shockpc.show.tables import Lines, Sheet, as_csv, as_markdown, as_records, as_text, escaped
+from shockpc.show.tables import Lines, Sheet, as_csv, as_markdown, as_records, as_text, escaped, joined
 from shockpc.text.printed import json_text
 
 
@@ -152,4 +152,4 @@ class Report(NamedTuple):
     def _first_sheet(self) -> Sheet:
         """What --format csv prints, of several results with the rows of all."""
         sheets = [part._first_sheet() for part in self.parts.values()] or [next(iter(self.sheets.values()))()]
-        return sheets[0]._replace(rows=[row for sheet in sheets for row in sheet.rows])
+        return joined(sheets)

@@ -24,7 +24,7 @@ _MARKUP = (
 _FORMULA = tuple("=+-@＝＋－＠")
 _NUMBER = re.compile(r"[+-]?\d+(\.\d+)?(e[+-]?\d+)?", re.ASCII | re.IGNORECASE)
 
-SHOWN = {"%": ("-", 0.01), "ms": ("s", 1e-3)}
+SHOWN = {"%": ("-", 0.01), "ms": ("s", 1e-3), "µs": ("s", 1e-6)}
 """Units that people read, each with that of cells, CSV and JSON, and its size in that. All others are the same for both."""
 
 
@@ -35,11 +35,15 @@ class Column(NamedTuple):
         key: its name in JSON, which no other column of the table has.
         title: over it.
         unit: as people read it, "-" for 1; empty of texts, counts, and numbers whose rows name theirs.
+        width: largest number of characters of a cell on a terminal.
+        zero: size below which people read a number as zero, which rounding leaves.
     """
 
     key: str
     title: str
     unit: str = ""
+    width: int = 80
+    zero: float = 1e-12
 
     @classmethod
     def of(cls, head: "str | Column") -> "Column":
@@ -63,7 +67,7 @@ class Column(NamedTuple):
 
     def shown(self, cell: Cell) -> str:
         """A cell as people read it."""
-        return rounded(cell / SHOWN[self.unit][1] if self.unit in SHOWN and isinstance(cell, float) else cell)
+        return rounded(cell / SHOWN[self.unit][1] if self.unit in SHOWN and isinstance(cell, float) else cell, self.zero)
 
 
 class Sheet(NamedTuple):
@@ -126,6 +130,13 @@ class Sheet(NamedTuple):
         return self._replace(rows=[self.rows[k] for k in sorted(kept)], notes=(left, *self.notes))
 
 
+def joined(sheets: Sequence[Sheet]) -> Sheet:
+    """The rows of several tables below one another, with the columns that some of them have."""
+    columns = {column.key: column for sheet in sheets for column in sheet.columns}
+    cells = [dict(zip((column.key for column in sheet.columns), row, strict=True)) for sheet in sheets for row in sheet.rows]
+    return sheets[0]._replace(header=list(columns.values()), rows=[[row.get(key) for key in columns] for row in cells])
+
+
 def sheet_of(table: "Table", title: str = "", notes: Sequence[str] = ()) -> Sheet:
     """The columns of a study's table, of the rows without a message; in the units of sheets."""
     heads = [Column.of(name if " [" in name or not unit else f"{name} [{unit}]") for name, unit in table.units.items()]
@@ -156,7 +167,7 @@ def as_text(block: Sheet | Lines) -> str:
         return "".join(f"{line}\n" for line in ([block.title] if block.title else []) + lines)
     sheet = block
     names, units = zip(*((printable(c.title), f"[{printable(c.unit)}]" if c.unit else "") for c in sheet.columns), strict=True)
-    columns = [_at_the_point([printable(c.shown(row[k]), 80) for row in sheet.rows]) for k, c in enumerate(sheet.columns)]
+    columns = [_at_the_point([printable(c.shown(row[k]), c.width) for row in sheet.rows]) for k, c in enumerate(sheet.columns)]
     cells = list(zip(*columns, strict=True))
     widths = [max(map(len, column)) for column in zip(names, units, *cells, strict=True)]
     to_the_right = numeric(sheet)
@@ -233,15 +244,18 @@ def escaped(text: str) -> str:
     return re.sub(_MARKUP, r"\\\g<0>", html.escape(printable(text), quote=False))
 
 
-def rounded(cell: Cell) -> str:
-    """A cell as people read it: at most four digits and four decimals; powers of ten where those would hide a number."""
+def rounded(cell: Cell, zero: float = 1e-12) -> str:
+    """A cell as people read it: at most four digits and four decimals; powers of ten where those would hide a number.
+
+    Args: cell; zero, size below which a number is 0.
+    """
     if isinstance(cell, str | int):
         return exact_text(cell)
     if cell is None or math.isnan(cell):
         return "–"
     if math.isinf(cell):
         return "inf"
-    if abs(cell) < 1e-12:
+    if abs(cell) < zero or cell == 0.0:
         return "0"
     exponent = int(f"{cell:.3e}".partition("e")[2])
     return f"{cell:.{min(4, 3 - exponent)}f}" if -3 <= exponent <= 3 else f"{cell:.2e}"

@@ -14,7 +14,8 @@ from shockpc.core.memo import memoized
 from shockpc.core.spatial import Array, Plane, quaternion_of
 from shockpc.impact.exact.arithmetic import Arithmetic, Matrix, Numbers, entries
 from shockpc.landing.dynamics import Dynamics
-from shockpc.robot.robot import Joint, Robot
+from shockpc.robot.elements import Joint
+from shockpc.robot.robot import Robot
 
 
 class Data(NamedTuple):

@@ -11,8 +11,9 @@ from shockpc.core.memo import memoized
 from shockpc.core.spatial import Array, corners_of_box, plane_from
 from shockpc.landing.closure import all_loops
 from shockpc.quantities.profile import ShockProfile
-from shockpc.robot.geometry import Shape, drawn_outline, inertia_box, outline
+from shockpc.robot.geometry import drawn_outline, outline
 from shockpc.robot.robot import Robot
+from shockpc.robot.shapes import Shape, inertia_box
 from shockpc.show.figure.silhouette import Edges, PlaneShape, silhouette, surface, to_plane
 from shockpc.show.wording import mostly_off_plane
 

@@ -14,20 +14,15 @@ from typing import Any
 
 import numpy as np
 
-from shockpc.core.impulse import Solution
 from shockpc.core.pulse import peak_acceleration
 from shockpc.core.spatial import Array
-from shockpc.impact.exact.proof import Proof
-from shockpc.impact.impact import DoubleImpact
-from shockpc.impact.solve import CONTRADICTION, residual
-from shockpc.landing.places import PlaceKind
-from shockpc.landing.scene import GRAVITY
+from shockpc.impact.solve import CONTRADICTION
 from shockpc.landing.scene_file import scene_text
+from shockpc.landing.strike import GRAVITY
 from shockpc.quantities.bodies import ROUNDED
-from shockpc.quantities.points import point_velocity
+from shockpc.quantities.histories import contact_forces, point_accelerations
 from shockpc.quantities.profile import ShockProfile
-from shockpc.quantities.quantity import evaluate
-from shockpc.quantities.table import quantity
+from shockpc.quantities.strikes import EveryStrike, StrikeAxes, every_strike
 from shockpc.show.figure.picture import letter
 from shockpc.show.figure.style import BANDS, EDGES, SHOCK
 from shockpc.show.figure.view import body_shapes, numbered
@@ -226,13 +221,13 @@ def _view(shown: Mapping[str, ShockProfile], every: int) -> str:
     bands = "".join(f'<span style="background:{colour}"><i>{edge}</i></span>' for colour, edge in zip(BANDS, edges, strict=True))
     points = ["", "sensor or point", "shock [-]", "Δv x [m/s]", "Δv y [m/s]", "Δv z [m/s]", *(["peak [g]"] if peak else [])]
     bodies = ["", "body", "shock at CoM [-]", "least drawn [-]", "greatest drawn [-]", "|Δω| [rad/s]"]
-    bodies += ["CoPc x [m]", "CoPc y [m]", "CoPc z [m]", "RoPc [m]"]
+    bodies += ["CoPc x [m]", "CoPc y [m]", "CoPc z [m]", "RoPc [m]", "motion"]
     contacts = ["", "contact or standing foot", "x [N s]", "y [N s]", "z [N s]", "friction to stick [-]"]
     joints = ["", "joint", "along the axis [N m s, N s]", "force [N s]", "moment [N m s]"]
-    doubtful = f"; in brackets if over {100.0 * BRACKETED:.0f} % of the motion is out of the plane"
+    doubtful = f"; mostly out of plane: over {100.0 * BRACKETED:.0f} % of the motion"
     live = [
         f'<div class="scroll live"><table id="{key}"><caption>{title}</caption>'
-        f"{_head([*map(Column.of, header)], [k > 1 for k in range(len(header))])}"
+        f"{_head([*map(Column.of, header)], [k > 1 and head != 'motion' for k, head in enumerate(header)])}"
         "<tbody></tbody></table></div>"
         for key, title, header in (
             ("point-rows", "sensors and points, for this strike (Δv in the frame's axes)", points),
@@ -290,25 +285,11 @@ def _geometry(parts: Sequence[Surface]) -> dict[str, Any]:
 
 
 def _landing(name: str, profile: ShockProfile, drawn: Sequence[Surface], geometry: int) -> dict[str, Any]:
-    """One landing: placements, maps from the velocity of the base to the jumps, and what shock is relative to."""
-    landing, robot, plane = profile.landing, profile.robot, profile.plane
+    """One landing: placements, what follows from the velocity of the base, and what shock is relative to."""
+    landing, robot, plane, axes = profile.landing, profile.robot, profile.plane, StrikeAxes.of(profile)
     strike_velocity = landing.before.velocity
-    forward = plane.forward - landing.up * (plane.forward @ landing.up)
-    forward /= np.linalg.norm(forward)
-    left = np.cross(landing.up, forward)
-
-    def columns(values: Array) -> Any:
-        """M and a, so that the values are M s + a for the velocity s of the base."""
-        return np.concatenate([values[..., :3], (values[..., 3] - values[..., :3] @ strike_velocity)[..., None]], axis=-1).tolist()
-
-    def contradiction(proof: Proof) -> dict[str, Any]:
-        """What a strike leaves along the rows that depend on others, and how much of it may be; MᵀM of the motion."""
-        residuals = residual(proof)
-        motion = np.array(columns(residuals.motion))
-        parts = {"left": columns(residuals.left), "speeds": columns(residuals.speeds), "motion": (motion.T @ motion).tolist()}
-        return {**parts, "rounding": residuals.rounding.tolist()} if len(residuals.rows) else {"left": []}
-
     proofs = {"free": profile.proof_with("free"), "as modelled": profile.proof, "locked": profile.proof_with("locked")}
+    angle, heading, speed = axes.polar(strike_velocity)
     blocks = landing.blocks[: len(profile.contacts)]
     contacts = [
         {
@@ -340,20 +321,15 @@ def _landing(name: str, profile: ShockProfile, drawn: Sequence[Surface], geometr
         "gyration": robot.gyration.tolist(),
         "rotation": profile.rotation.tolist(),
         "position": profile.position.tolist(),
-        "models": {
-            key: proof and {"jumps": columns(proof.jumps), **contradiction(proof), **_impulses(proof)}
-            for key, proof in proofs.items()
-        },
+        "models": {key: proof and _matrices(every_strike(proof)) for key, proof in proofs.items()},
         "joints": [printable(place.name) for place in profile.places("joint")],
         "grounds": [
             {"name": printable(place.name), "normal": landing.blocks[place.number].normal.tolist()}
             for place in profile.places("contact")
         ],
-        "strike": _controls(strike_velocity, forward, left, landing.up),
+        "strike": [round(math.degrees(angle), 9), round(math.degrees(heading), 9), round(speed, 9)],
         "reference": [_motion(velocity, strike_velocity) for velocity in profile.reference_velocities] if centre else contacts,
-        "up": landing.up.tolist(),
-        "forward": forward.tolist(),
-        "left": left.tolist(),
+        **{key: axis.tolist() for key, axis in axes._asdict().items()},
         "normals": (plane.normal @ profile.rotation).tolist(),
         "contacts": contacts,
         "points": points,
@@ -364,41 +340,14 @@ def _landing(name: str, profile: ShockProfile, drawn: Sequence[Surface], geometr
     }
 
 
-def _impulses(proof: Proof) -> dict[str, Any]:
-    """Impulses of contacts and standing feet, and through the joints, as (n, 4) that the velocity s of the base and 1 multiply."""
-    landing, choice = proof.landing, proof.choice
-    equation = landing.equation(landing.state)._replace(G=None)
-    solution = Solution(
-        proof.delta_qd[None], proof.impulse[None], np.ones((1, len(proof.impulse))), np.array([len(choice.rows)]), np.ones(1),
-        {0: choice}, {0: proof.impulse[choice.rows]},
-    )  # fmt: skip
-    strikes = np.concatenate([np.eye(3), np.zeros((1, 3))])
-    impact = DoubleImpact(landing, equation, solution, proof.jumps[None], strikes=strikes[None])
-
-    def rows(kind: PlaceKind, *keys: str) -> list[Any]:
-        values = (evaluate(quantity(kind, key), impact, landing.places(kind))[0] for key in keys)
-        parts = np.concatenate([part.reshape(*part.shape[:2], math.prod(part.shape[2:])) for part in values], axis=-1)
-        parts[:3] -= parts[3]
-        # Undetermined, or of a joint of several axes, is null; what is rounding is zero, and ten digits keep the page small.
-        least = 1e-12 * np.nanmax(np.abs(parts), initial=0.0)
-        numbers = np.where(np.abs(parts) < least, 0.0, parts).transpose(1, 2, 0)
-        return [[None if np.isnan(row).any() else [float(f"{x:.10g}") for x in row] for row in matrix] for matrix in numbers]
-
-    joints = [[None] * 7 for _ in landing.places("joint")]
-    return {
-        "contacts": rows("contact", "impulse"),
-        "loads": rows("joint", "along", "force", "moment") if choice.unique.all() else joints,
-    }
-
-
-def _controls(velocity: Array, forward: Array, left: Array, up: Array) -> tuple[float, float, float]:
-    """Angle and heading [deg] and speed [m/s] that the page's controls have for a velocity of the base."""
-    x, y, z = float(velocity @ forward), float(velocity @ left), float(velocity @ up)
-    speed, level = math.hypot(x, y, z), math.hypot(x, y)
-    angle, heading = math.atan2(level, -z), math.atan2(y, x) if level > 1e-9 * speed else 0.0
-    if x < -1e-9 * speed:  # backward, at a negative angle
-        angle, heading = -angle, math.atan2(-y, -x)
-    return round(math.degrees(angle), 9), round(math.degrees(heading), 9), round(speed, 9)
+def _matrices(strikes: EveryStrike) -> dict[str, Any]:
+    """The matrices for the script; of impulses with ten digits, which keep the page small, and null where one is not determined."""
+    matrices = {key: matrix.tolist() for key, matrix in strikes._asdict().items()}
+    for key in ("contacts", "loads"):
+        matrices[key] = [
+            [None if math.isnan(sum(row)) else [float(f"{x:.10g}") for x in row] for row in matrix] for matrix in matrices[key]
+        ]
+    return matrices
 
 
 def _motion(velocity: Array, base: Array | None) -> dict[str, Any]:
@@ -411,13 +360,10 @@ def _histories(profile: ShockProfile) -> list[dict[str, Any]]:
     if (compliant := profile.stiffness) is None:
         return []
     times = np.linspace(0.0, compliant.motion.duration, SAMPLES)
-    contacts, points = profile.places("contact"), [place for place in profile.landing.points if place.body >= 0]
-    rows = compliant.motion.at(times).force
-    forces = np.stack([np.linalg.norm(rows[:, compliant.number == c], axis=1) for c in range(len(contacts))])
-    charts = [("force of a contact [N]", contacts, forces)]
+    points = tuple(place for place in profile.landing.points if place.body >= 0)
+    charts = [("force of a contact [N]", profile.places("contact")[: len(profile.contacts)], contact_forces(compliant, times))]
     if points:
-        accelerations = np.linalg.norm(compliant.history(point_velocity, points, times), axis=2).T / GRAVITY
-        charts.append(("acceleration of a point [g]", tuple(points), accelerations))
+        charts.append(("acceleration of a point [g]", points, point_accelerations(compliant, points, times)))
     return [
         history(title, times, ((place.name, curve) for place, curve in zip(places, curves, strict=True)))
         for title, places, curves in charts

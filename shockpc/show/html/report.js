@@ -92,7 +92,7 @@
       const floor = landing.rounded * Math.max(v_in, norm(jump.v)) / landing.length;
       return { spin, com: norm(velocityAt(jump, landing.com[body])) / v_in,
         least: extreme(body, Math.min), greatest: extreme(body, Math.max),
-        faint: offPlane(body, jump, v_in) > data.bracketed,
+        mostly: offPlane(body, jump, v_in) > data.bracketed,
         copc: Math.abs(turn) > floor ? scaled(cross(landing.normals[body], jump.v), 1 / turn) : null,
         ropc: Math.abs(turn) <= floor ? Infinity : v_in / Math.abs(turn),
         screw: spin > floor ? scaled(cross(jump.omega, jump.v), 1 / spin ** 2) : null };
@@ -109,18 +109,17 @@
     return Math.abs(power) <= 3 ? x.toFixed(Math.min(4, 3 - power)) : x.toExponential(2);
   }
 
-  // A table that is sorted stays so: each of its rows knows its number. What says little is in brackets and faint.
+  // A table that is sorted stays so: each of its rows knows its number.
   function fill(table, rows) {
     table.parentElement.hidden = !rows.length;
     const body = table.tBodies[0];
     while (body.rows.length < rows.length) body.insertRow().dataset.k = body.rows.length - 1;
     for (const row of body.rows) {
       rows[row.dataset.k].forEach((entry, k) => {
-        const faint = Array.isArray(entry), value = faint ? entry[0] : entry;
-        const cell = row.cells[k] ?? row.insertCell(), numeric = typeof value === "number";
-        cell.className = faint ? "faint" : numeric ? "" : "name";
-        cell.textContent = !numeric ? value : faint && !Number.isNaN(value) ? `(${rounded(value)})` : rounded(value);
-        if (numeric) cell.dataset.v = value;
+        const cell = row.cells[k] ?? row.insertCell(), numeric = typeof entry === "number";
+        cell.className = numeric ? "" : "name";
+        cell.textContent = numeric ? rounded(entry) : entry;
+        if (numeric) cell.dataset.v = entry;
       });
     }
   }
@@ -171,7 +170,8 @@
     fill(byId("point-rows"), deltas.map((delta, k) => [landing.points[k].letter, landing.points[k].name, norm(delta) / v_in, ...delta,
       ...(landing.peak === null ? [] : [norm(delta) * landing.peak])]));
     fill(byId("body-rows"), bodies.map((body, k) => [String(landing.numbered.indexOf(k) + 1 || ""), landing.bodies[k], body.com,
-      body.least, body.greatest, body.spin, ...[...(body.copc ?? [NaN, NaN, NaN]), body.ropc].map((x) => (body.faint ? [x] : x))]));
+      body.least, body.greatest, body.spin, ...(body.copc ?? [NaN, NaN, NaN]), body.ropc,
+      body.copc ? (body.mostly ? "mostly out of plane" : "") : body.screw ? "out of plane" : "translates"]));
     fill(byId("contact-rows"), landing.grounds.map(({ name, normal }, k) => {
       const up = dot(contacts[k], normal);
       return ["", name, ...contacts[k], up > 0 ? norm(sum(contacts[k], normal, -up)) / up : NaN];

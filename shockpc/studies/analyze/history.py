@@ -8,7 +8,7 @@ from matplotlib.figure import Figure
 
 from shockpc.core.spatial import Array
 from shockpc.impact.stiffness import DAMPING, SPECTRUM, CompliantLanding
-from shockpc.landing.scene import GRAVITY
+from shockpc.landing.strike import GRAVITY
 from shockpc.quantities.ground import ALONG
 from shockpc.quantities.points import DELTA_V
 from shockpc.quantities.profile import ShockProfile

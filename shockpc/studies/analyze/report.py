@@ -4,6 +4,7 @@ import math
 import textwrap
 from collections.abc import Mapping, Sequence
 from types import MappingProxyType
+from typing import Any
 
 import numpy as np
 
@@ -17,7 +18,6 @@ from shockpc.quantities.ranges import sensor_peaks
 from shockpc.quantities.records import ContactImpulse
 from shockpc.quantities.table import quantity
 from shockpc.robot.robot import STOP
-from shockpc.show.document import content
 from shockpc.show.report import Picture, Report, Section, picture_files
 from shockpc.show.tables import Column, Lines, Row, Sheet, rounded
 from shockpc.show.wording import (
@@ -33,14 +33,10 @@ from shockpc.show.wording import (
     shown_as,
     warning_lines,
 )
+from shockpc.studies.analyze.document import content
 from shockpc.studies.analyze.several import Reports, landings_sheet, worst_text
-from shockpc.studies.analyze.tables import (
-    OPTIONAL,
-    landing_tables,
-    shown_tables,
-    stiffness_text,
-    worst_bodies,
-)
+from shockpc.studies.analyze.tables import OPTIONAL, landing_tables
+from shockpc.studies.analyze.views import shown_tables, stiffness_text, worst_bodies
 from shockpc.text.errors import ShockError
 from shockpc.text.printed import cause_lines, causes, few
 
@@ -100,9 +96,16 @@ def landing_report(
         warnings=warning_lines(profile),
         sheets=landing_tables(profile, bodies),
         document=lambda: content(profile, spectrum),
+        tables=True,
         others=(*(f"{name}.csv" for name in OPTIONAL), *picture_files("damage_boundary", "time", "spectrum")),
         landings={contact_name(profile): profile},
     )
+
+
+def document(profile: ShockProfile, spectrum: bool = False) -> dict[str, Any]:
+    """The JSON document of one landing. Args: profile; spectrum, whether it has the shock response spectra of the points."""
+    found: dict[str, Any] = landing_report(profile, spectrum=spectrum).json()
+    return found
 
 
 def analyze_report(

@@ -147,6 +147,7 @@ def design_with(design: Design, changes: Sequence[Change]) -> Design:
         "The options of the landing hold for every design. One --contact is for all; with as many as there are designs,"
         " each has one. With --friction the numbers are those with friction."
     ),
+    reads="designs",
 )
 def compare(
     designs: Iterable[Design],

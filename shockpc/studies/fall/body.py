@@ -15,9 +15,10 @@ from shockpc.impact.solve import without_kinetic_energy
 from shockpc.landing.landing import PosedLanding
 from shockpc.landing.resolve import landing_of
 from shockpc.landing.scene import Contact, Scene
-from shockpc.robot.geometry import Outline, Shape, drawn_outline, outline
+from shockpc.robot.geometry import Outline, drawn_outline, outline
 from shockpc.robot.meshes import hull_corners
 from shockpc.robot.robot import Robot
+from shockpc.robot.shapes import Shape
 from shockpc.studies.fall.motion import CrossSection
 from shockpc.text.errors import StudyError
 

@@ -14,10 +14,12 @@ from scipy.spatial.transform import Rotation
 
 from shockpc.core.friction import solve_friction
 from shockpc.core.spatial import Array
-from shockpc.impact.friction import contact_rows, friction_of
+from shockpc.impact.contact_rows import contact_rows
+from shockpc.impact.friction import friction_of
 from shockpc.landing.landing import PosedLanding
 from shockpc.landing.resolve import landing_of
-from shockpc.landing.scene import GRAVITY, Scene
+from shockpc.landing.scene import Scene
+from shockpc.landing.strike import GRAVITY
 from shockpc.studies.fall.body import UP, Rigid, Spot
 from shockpc.studies.fall.motion import STICKS, CrossSection, Fall, Kind, Touch, follow_fall
 from shockpc.text.errors import SceneError, SolveError, StudyError

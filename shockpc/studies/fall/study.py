@@ -18,9 +18,10 @@ from shockpc.evaluation.source import common_robot, named_scenes
 from shockpc.evaluation.table import Table
 from shockpc.evaluation.variation import Vary, pairs
 from shockpc.evaluation.varied_scene import scene_grid
+from shockpc.landing.joints import Joints
 from shockpc.landing.ratings import TorqueStrength, torque_limits
-from shockpc.landing.record import Option
-from shockpc.landing.scene import CONTACT, STRIKE, Contact, Joints, Scene
+from shockpc.landing.record import CONTACT, STRIKE, Option
+from shockpc.landing.scene import Contact, Scene
 from shockpc.quantities.profile import ShockProfile
 from shockpc.quantities.table import Selection, select
 from shockpc.robot.geometry import drawn_outline, outline
@@ -135,6 +136,9 @@ class Falls:
     ),
     without=(CONTACT, STRIKE),  # which a fall computes
     uses=("part", "pulse"),
+    reads="postures",
+    passed=("trace",),
+    fails=True,
 )
 def fall(
     postures: Scene | Mapping[str, Scene],

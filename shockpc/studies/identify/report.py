@@ -37,7 +37,12 @@ def identify_report(file: Path, study: Identification) -> Report:
             Lines(list(_header(study, table))),
             _unknowns(study),
             _errors(study),
-            Picture("identify", "error over each unknown, and predicted against measured jumps", "identify:draw", (study,)),
+            Picture(
+                "identify",
+                "error over each unknown, and predicted against measured jumps",
+                "studies.identify.figure:draw",
+                (study,),
+            ),
         ],
         closing=[*study.statements, *_closing(study)],
         sheets={

@@ -4,6 +4,7 @@ The least of the greatest of many smooth functions f_j(x) is the least t with f_
 1988). Its runs end in local optima, which is why they begin at many random points.
 """
 
+import contextlib
 import functools
 from collections.abc import Callable, Sequence
 from typing import Any, NamedTuple
@@ -24,8 +25,17 @@ TRIED = 20
 STEPS, CHANGE = 100, 1e-10
 """Steps of a run at most, and the change of the objective by a step, relative to the start, at which it ends."""
 
+SHORTENED, STUCK = 10, 5
+"""Points of a step that was shortened as often as SLSQP does, and such steps in succession at which a run ends: its constraints, as
+they are linearised, contradict one another, and it would go on like this for all its steps.
+"""
+
 OPTIMUM_TOLERANCE = 1e-6
 """Share of a range, or of a scale, within which a bound or a constraint holds an optimum, and within which landings are as bad."""
+
+
+class _StuckError(Exception):
+    """Ends a run that no longer gets on."""
 
 
 class Run(NamedTuple):
@@ -54,8 +64,11 @@ def search(cost: ShockCost, starts: Sequence[Array]) -> list[Run]:
 
 def _run(cost: ShockCost, start: Array, minimize: Callable[..., Any], ask: Callable[[Array], tuple[Array, Array]]) -> Run:
     low, width, n, constraint = cost.bounds[:, 0], np.ptp(cost.bounds, axis=1), len(start), cost.constraints
-    worst, steps = float(ask(start)[0][~constraint].max()), list[tuple[float, Array]]()
-    scale = np.where(constraint, 1.0, -1.0 / (worst if 0.0 < worst < np.inf else 1.0))
+    measured = ask(start)[0]
+    if not np.isfinite(measured).all():  # what has no value has no slopes either, which a run would look for in vain
+        return Run(start, np.inf, np.array([np.nan]))
+    worst, steps = float(measured[~constraint].max()), list[tuple[float, Array]]()
+    scale = np.where(constraint, 1.0, -1.0 / (worst or 1.0))
 
     @functools.lru_cache(2)
     def at(shares: bytes) -> tuple[float, Array, Array]:
@@ -64,24 +77,33 @@ def _run(cost: ShockCost, start: Array, minimize: Callable[..., Any], ask: Calla
         value = float(measures[~constraint].max()) if (measures[constraint] >= -SLACK).all() else np.inf
         return value, np.maximum(scale * measures, -1e6), np.column_stack([scale[:, None] * slopes * width, ~constraint])
 
+    passed, shortened = 0, 0
+
     def note(z: Array) -> None:
+        nonlocal passed, shortened
         steps.append((at(z[:n].tobytes())[0], low + width * z[:n]))
+        asked = at.cache_info().misses
+        shortened = shortened + 1 if asked - passed >= SHORTENED else 0
+        passed = asked
+        if shortened == STUCK:
+            raise _StuckError
 
     def slack(z: Array) -> Array:
         return np.asarray(at(z[:n].tobytes())[1] + ~constraint * z[n])
 
     first, unit = np.append((start - low) / width, 1.0), np.append(np.zeros(n), 1.0)
     note(first)
-    minimize(
-        lambda z: z[n],
-        first,
-        jac=lambda z: unit,
-        method="SLSQP",
-        bounds=[(0.0, 1.0)] * n + [(None, None)],
-        constraints={"type": "ineq", "fun": slack, "jac": lambda z: at(z[:n].tobytes())[2]},
-        callback=note,
-        options={"maxiter": STEPS, "ftol": CHANGE},
-    )
+    with contextlib.suppress(_StuckError):
+        minimize(
+            lambda z: z[n],
+            first,
+            jac=lambda z: unit,
+            method="SLSQP",
+            bounds=[(0.0, 1.0)] * n + [(None, None)],
+            constraints={"type": "ineq", "fun": slack, "jac": lambda z: at(z[:n].tobytes())[2]},
+            callback=note,
+            options={"maxiter": STEPS, "ftol": CHANGE},
+        )
     value, x = min(reversed(steps), key=lambda step: step[0])
     values = np.array([value for value, _ in steps])
     with np.errstate(divide="ignore"):

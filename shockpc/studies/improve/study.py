@@ -128,6 +128,8 @@ class Improvement:
         "the optimum are proven, unless friction or a contact stiffness counts; that no better point exists is not. Flat ground is "
         "looked at, but not whether links meet each other. --out writes the scenes of the optimum."
     ),
+    reads="landings",
+    passed=("trace",),
 )
 def improve(
     landings: Scene | Mapping[str, Scene],

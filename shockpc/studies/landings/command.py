@@ -11,16 +11,15 @@ from shockpc.cli.output import emit, exit_code
 from shockpc.cli.parse import joint_models, path
 from shockpc.cli.process import print_error
 from shockpc.cli.rows import computed
-from shockpc.cli.scenes import scenes_in
 from shockpc.cli.study import given, help_of, refuse_unasked, study_options
 from shockpc.cli.tables import table_and_scene
-from shockpc.landing.joint_model import joint_model, with_model
+from shockpc.landing.joint_model import joint_model
+from shockpc.landing.joints import JointModelName, Joints, with_model
 from shockpc.landing.posture import spelled_out
 from shockpc.landing.record import options_of
 from shockpc.landing.resolve import landing_of
-from shockpc.landing.scene import JointModelName, Joints, Scene
+from shockpc.landing.scene import Scene
 from shockpc.landing.scene_file import scene_text
-from shockpc.recorded.rows import rows_of_scenes
 from shockpc.recorded.source import recorded_landings
 from shockpc.recorded.table import rows_of
 from shockpc.studies.landings.report import landings_report
@@ -37,7 +36,7 @@ PAGE_LANDINGS = 8
 @command(**help_of(study))
 def landings(
     *,
-    table: Path = argument("A table of landings: .csv, .parquet or .npz; or a folder of scenes (.toml).", "TABLE", path),
+    table: Path = argument("A table of landings: .csv, .parquet or .npz.", "TABLE", path),
     robot: str | None = ROBOT,
     typed: Any = study_options(study),
     options: SceneOptions,
@@ -58,21 +57,17 @@ def landings(
     rank, renames = asked_for.get("rank"), asked_for.pop("rename", {})
     options = options._replace(given={**options.given, "joints": models[0] if len(models) == 1 else None})
     if table.is_dir():
-        if robot is not None or renames:
-            raise StudyError(f'the scenes of "{table}" have their robot and no columns; leave out {robot or "--map"}')
-        loaded, scenes = scenes_in(table, options)
-        rows_in_table = rows_of_scenes(scenes, loaded)
-    else:
-        if robot is None:
-            raise StudyError(f"a table needs a robot: shockpc landings {table} ROBOT --contact …")
-        columns, loaded, scene = table_and_scene(table, robot, options, renames)
-        modelled: dict[str, Scene] = {model: dataclasses.replace(scene, joints=with_model(scene.joints, model)) for model in models}
-        if models[1:]:
-            if "rigid" in models and not joint_model(loaded, with_model(scene.joints, None)).springs.any():
-                print_error(f'joint model rigid is left out, because no joint of "{loaded.name}" has a spring')
-                del modelled["rigid"]
-            scene = next(iter(modelled.values()))
-        rows_in_table = rows_of(columns, landing_of(scene, loaded), renames)
+        raise StudyError(f'"{table}" is a folder, not a table of landings; for a folder of scenes: shockpc batch {table}/*.toml')
+    if robot is None:
+        raise StudyError(f"a table needs a robot: shockpc landings {table} ROBOT --contact …")
+    columns, loaded, scene = table_and_scene(table, robot, options, renames)
+    modelled: dict[str, Scene] = {model: dataclasses.replace(scene, joints=with_model(scene.joints, model)) for model in models}
+    if models[1:]:
+        if "rigid" in models and not joint_model(loaded, with_model(scene.joints, None)).springs.any():
+            print_error(f'joint model rigid is left out, because no joint of "{loaded.name}" has a spring')
+            del modelled["rigid"]
+        scene = next(iter(modelled.values()))
+    rows_in_table = rows_of(columns, landing_of(scene, loaded), renames)
     if len(models) > 1 and not rows_in_table.measured:
         raise StudyError("several joint models are compared with what was measured, but the table has no column after_…")
     evaluation = recorded_landings(rows_in_table, loaded, **asked_for)
@@ -83,9 +78,7 @@ def landings(
         sys.stdout.write(scene_text(spelled_out(source.case(source.row_named(command_)), loaded), Path.cwd()))
         return 0
     refuse_unasked(study, options, typed, (measured.key for measured in rows_in_table.measured if "@" in measured.key))
-    typed_stiffness = options.given.get("contact_stiffness") is not None
-    for one in (scene,) if not table.is_dir() else rows_in_table.scenes if typed_stiffness else ():
-        refuse_unused(one, rows_in_table, evaluation)
+    refuse_unused(scene, rows_in_table, evaluation)
     # Before anything is written, because one of several joint models may be refused.
     comparison, defects = None, list[str]()
     if rows_in_table.measured:

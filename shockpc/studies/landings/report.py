@@ -91,18 +91,17 @@ def landings_report(
 
 
 def _header(table: str, study: RecordedLandings) -> Iterator[tuple[str, str]]:
-    rows, robot, landings = study.table, study.robot, list(study.resolved)
+    rows, model = study.table, study.first.joint_model
     yield "table", f"{table}: {count(study.rows, 'landing')}"
-    yield robot_line(robot)
+    yield robot_line(study.robot)
     yield "in the table", ", ".join(rows.given)
     yield "of the scene", ", ".join(rows.missing) or "nothing"
-    contacts = dict.fromkeys(" + ".join(contact.frame for contact in landing.scene.contact) for landing in landings)
+    contacts = dict.fromkeys(" + ".join(contact.frame for contact in landing.scene.contact) for landing in study.resolved)
     yield "contact", few(list(contacts), 4, what=" sets of contacts")
     if (mu := rows.friction[~np.isnan(rows.friction)]).size:
         extent = " to ".join(dict.fromkeys(f"{x:g}" for x in (mu.min(), mu.max())))
         yield "friction", f"{extent}{'; what was measured is compared with the motion with friction' * bool(rows.measured)}"
-    models = dict.fromkeys((landing.joint_model.name, landing.joint_model.drives) for landing in landings)
-    yield "joint model", "; ".join(f"{name}: {drives}" if drives else JOINT_MODELS[name] for name, drives in models)
+    yield "joint model", f"{model.name}: {model.drives}" if model.drives else JOINT_MODELS[model.name]
 
 
 def _extents(landings: RecordedLandings, results: Table) -> Sheet:
@@ -160,7 +159,7 @@ def _closing(study: RecordedLandings, results: Table, validation: Validation | N
     if len(results.messages) < study.rows:
         empty = [column for column in results.computed if np.isnan(columns[column.name]).all()]
         yield from without_value((column.name, column.selection.quantity) for column in empty)
-    if any(landing.scene.contact_stiffness is not None for landing in study.resolved):
+    if study.first.scene.contact_stiffness is not None:
         yield LEFT_OUT
     compared = columns["double_error"][~columns["proven"].astype(bool) & ~np.isnan(columns["double_error"])]
     number = compared.size if any(column.shock for column in results.computed) else 0

@@ -89,9 +89,8 @@ class Validation(NamedTuple):
 @study(
     "shockpc landings log.csv anymal_b --contact LF_FOOT --rank delta_v@imu_link",
     "shockpc landings log.csv anymal_b --contact LF_FOOT --pulse half-sine:5ms --rank peak_g@imu_link --out landings/",
-    "shockpc landings scenes/ --rank shock@imu_link",
     more=(
-        "A row is a touchdown (CSV, Parquet, NPZ; or a scene of a folder, named by its file). Columns: joint positions JOINT or "
+        "A row is a touchdown (CSV, Parquet, NPZ). Columns: joint positions JOINT or "
         "q_JOINT and rates before_JOINT or qd_JOINT [rad, m]; the base's qw qx qy qz or roll pitch yaw, x y z, velocity vx vy vz "
         "and angular velocity wx wy wz in world axes, with _body in body axes; contact (A+B), stance (feet that stand, A+B), "
         "vx@FRAME vy@FRAME vz@FRAME of a contact whose velocity is not that of the robot's motion (empty where it is), friction, "

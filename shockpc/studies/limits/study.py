@@ -18,7 +18,7 @@ from shockpc.evaluation.columns import Column, column, columns, target_text
 from shockpc.evaluation.declare import study
 from shockpc.evaluation.evaluate import profiles
 from shockpc.evaluation.table import Table
-from shockpc.evaluation.variation import ATTITUDE, OFFSET, Variation, kind_of, motion_range, variation
+from shockpc.evaluation.variation import ATTITUDE, COMPONENT, OFFSET, Variation, kind_of, motion_range, variation
 from shockpc.evaluation.varied_scene import present_value, with_offsets
 from shockpc.landing.landing import PosedLanding
 from shockpc.landing.posture import set_many, settable_joints
@@ -27,7 +27,8 @@ from shockpc.landing.scene import Point, Scene
 from shockpc.landing.scene_file import robot_of
 from shockpc.profile import ILL_CONDITIONED
 from shockpc.quantities.profile import ShockProfile
-from shockpc.robot.robot import Joint, Robot
+from shockpc.robot.elements import Joint
+from shockpc.robot.robot import Robot
 from shockpc.studies.limits.scan import ANGLES, LEAST, Bound, StrikeScan
 from shockpc.text.errors import SolveError, StudyError
 from shockpc.text.printed import UNITS, in_degrees
@@ -210,7 +211,9 @@ class JointLimits:
 def _typed(robot: Robot, given: dict[str, Any]) -> dict[str, Any]:
     """The values of a joint that turns in radians, which are typed in degrees."""
     kind, pattern = kind_of(robot, given["joint"])
-    turns = kind in ATTITUDE or (kind == "joint" and robot.joint(robot.match_joints(pattern)[0]).kind != "prismatic")
+    turns = {**ATTITUDE, **COMPONENT}.get(kind) == "deg" or (
+        kind == "joint" and robot.joint(robot.match_joints(pattern)[0]).kind != "prismatic"
+    )
     return given | {name: np.radians(given[name]).tolist() for name in ("joint_range", "step") if turns and name in given}
 
 
@@ -218,6 +221,8 @@ def _typed(robot: Robot, given: dict[str, Any]) -> dict[str, Any]:
     "shockpc limits hyq --contact lf_foot --joint lf_kfe_joint --at trunk_imu --max 0.1",
     "shockpc limits hyq --contact lf_foot --joint lf_kfe_joint --quantity friction_needed@lf_foot --max 0.6",
     typed=_typed,
+    reads="scene",
+    passed=("target",),
 )
 def limits(
     scene: Scene,
@@ -376,7 +381,7 @@ def _varied(
             what = f"from {_value(low, unit)} to {_value(high, unit)}"
         subject_text = f'joint "{subject}"' if joints else subject
         raise StudyError(f"the range of {subject_text} is {what}; give its least and greatest value with --range LOW:HIGH")
-    scale = math.degrees(1.0) if unit == "rad" or kind in ATTITUDE else 1.0
+    scale = math.degrees(1.0) if unit == "rad" or {**ATTITUDE, **COMPONENT}.get(kind) == "deg" else 1.0
     return variation(robot, subject, (scale * low, scale * high)), joints, (low, high)
 
 

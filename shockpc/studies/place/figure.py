@@ -9,9 +9,10 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from shockpc.core.spatial import Array, Plane
-from shockpc.robot.geometry import Shape
+from shockpc.robot.shapes import Shape
+from shockpc.show.figure.labels import Labels
 from shockpc.show.figure.layout import LEFT, Page, TableRows, column_height, cut, short
-from shockpc.show.figure.picture import GOLD, SIGNS, Labels, letter, outlined, sign
+from shockpc.show.figure.picture import GOLD, SIGNS, letter, outlined, sign
 from shockpc.show.figure.silhouette import Edges, projection, silhouette, surface, to_plane
 from shockpc.show.figure.style import INK, shock_levels
 from shockpc.show.figure.view import Window, body_shapes

@@ -6,8 +6,9 @@ from typing import NamedTuple
 import numpy as np
 
 from shockpc.core.spatial import Array
-from shockpc.robot.geometry import LARGEST_COORDINATE, GeometryKind, HalfSpaces, facets, half_spaces, outline
+from shockpc.robot.geometry import GeometryKind, outline
 from shockpc.robot.robot import Robot
+from shockpc.robot.shapes import LARGEST_COORDINATE, HalfSpaces, facets, half_spaces
 from shockpc.studies.place.cone import ConvexCell
 from shockpc.studies.place.search import box
 from shockpc.text.errors import StudyError

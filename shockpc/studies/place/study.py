@@ -19,7 +19,8 @@ from shockpc.evaluation.varied_scene import scene_grid
 from shockpc.landing.places import Place, point_place, point_places
 from shockpc.landing.record import Option
 from shockpc.landing.resolve import pulse_of
-from shockpc.landing.scene import GRAVITY, Point, Scene
+from shockpc.landing.scene import Point, Scene
+from shockpc.landing.strike import GRAVITY
 from shockpc.quantities.profile import ShockProfile
 from shockpc.robot.robot import Robot
 from shockpc.studies.place.cone import ACCURACY, Optimum
@@ -162,6 +163,9 @@ class PlaceStudy:
     # What `refuse_ground` refuses, and parts, whose places are given.
     without=("contact_stiffness", "contact_damping", "no_gravity", "stop_stiffness", "motors", "torque", "part"),
     uses=("pulse",),
+    reads="landings",
+    passed=("progress",),
+    fails=True,
 )
 def place(
     landings: Scene | Mapping[str, Scene],

@@ -1,7 +1,6 @@
 """The table of quantities: key, kind of place, unit, title, which change is worse, and when a value is missing."""
 
 from shockpc.quantities.table import QUANTITIES
-from shockpc.show.document import record
 from shockpc.show.report import Report
 from shockpc.show.tables import Sheet
 from shockpc.text.names import match
@@ -17,12 +16,17 @@ def quantities_report(pattern: str | None = None) -> Report:
     """
     names = [name for quantity in QUANTITIES for name in (quantity.key, quantity.of)]
     chosen = match("*" if pattern is None else pattern, names, "quantity", "", "shockpc quantities")
-    rows = [record(quantity, *COLUMNS) for quantity in QUANTITIES if quantity.key in chosen or quantity.of in chosen]
-    sheet = Sheet("quantities of a landing", COLUMNS, [tuple(row.values()) for row in rows])
+    rows = [
+        tuple(getattr(quantity, name) for name in COLUMNS)
+        for quantity in QUANTITIES
+        if quantity.key in chosen or quantity.of in chosen
+    ]
+    sheet = Sheet("quantities of a landing", COLUMNS, rows)
     return Report(
         name="quantities",
         title="Quantities of a landing",
         body=lambda _: [sheet],
         sheets={"quantities": lambda: sheet},
-        document=lambda: {"quantities": rows},
+        document=dict,
+        tables=True,
     )

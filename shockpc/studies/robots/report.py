@@ -1,24 +1,21 @@
 """Robots as tables: the list of those known by name, and the contents of one."""
 
 import math
-from collections.abc import Mapping, Sequence
-from typing import Any
+from collections.abc import Mapping
 
 from shockpc.landing.dynamics import PINOCCHIO
 from shockpc.landing.posture import reference_name
 from shockpc.robot.checkup import check_robot
-from shockpc.robot.drives import Drive, catalogue_drives
+from shockpc.robot.drives import catalogue_drives
+from shockpc.robot.elements import Drive
 from shockpc.robot.feet_and_sensors import feet, sensors
 from shockpc.robot.robot import Robot
 from shockpc.show.document import record
 from shockpc.show.report import Report
-from shockpc.show.tables import Lines, Row, Sheet
+from shockpc.show.tables import Column, Lines, Row, Sheet
 from shockpc.show.wording import base_text, count
 from shockpc.text.errors import RobotError
-from shockpc.text.printed import few, printable
-
-FEET_WIDTH, POSTURES_WIDTH = 38, 32
-"""Characters of these columns, which keep the list within 120 columns of a terminal."""
+from shockpc.text.printed import few
 
 
 def robots_report(robots: Mapping[str, Robot | None], supplied: int) -> Report:
@@ -28,34 +25,35 @@ def robots_report(robots: Mapping[str, Robot | None], supplied: int) -> Report:
         robots: by name; None for one that cannot be loaded.
         supplied: number of those, the first, that come with shockpc.
     """
-    rows: list[Row] = []
-    for name, robot in robots.items():
-        if robot is None:
-            rows.append((name, "–", None, "cannot be loaded", f"why: shockpc robots {name}"))
-        else:
-            postures = _that_fit(tuple(robot.postures), POSTURES_WIDTH) or "neutral only"
-            rows.append((name, str(len(robot.bodies)), float(robot.mass), _that_fit(feet(robot), FEET_WIDTH), postures))
+    header = (
+        *("robot", "bodies", "mass [kg]"),
+        Column("feet", "feet, or tips of the limbs", width=38),
+        Column("postures", "postures", width=32),
+        "message",
+    )
+    sheet = Sheet("robots known by name", header, [_known(name, robot) for name, robot in robots.items()])
+    lost = [name for name, robot in robots.items() if robot is None]
     notes = (
         f"the first {supplied} come with shockpc, the others with example-robot-data",
+        *([f"cannot be loaded, which shockpc robots NAME says why: {', '.join(lost)}"] if lost else []),
         "analyze one: shockpc analyze NAME --contact FOOT",
         "show one with all its links, joints and postures: shockpc robots NAME",
     )
-    sheet = Sheet("robots known by name", ("robot", "bodies", "mass [kg]", "feet, or tips of the limbs", "postures"), rows, notes)
     return Report(
         name="robots",
         title="Robots",
-        body=lambda _: [sheet],
+        body=lambda _: [sheet.without("message")._replace(notes=notes)],
         sheets={"robots": lambda: sheet},
-        document=lambda: {"robots": [_known(name, robot) for name, robot in robots.items()]},
+        document=dict,
+        tables=True,
     )
 
 
-def _known(name: str, robot: Robot | None) -> dict[str, Any]:
-    """A robot of the list as JSON holds it."""
+def _known(name: str, robot: Robot | None) -> Row:
+    """A row of the list."""
     if robot is None:
-        return {"name": name, "loaded": False}
-    measures = {"bodies": len(robot.bodies), "mass": robot.mass, "feet": feet(robot), "postures": tuple(robot.postures)}
-    return {"name": name, "loaded": True, **measures}
+        return name, None, None, None, None, f"cannot be loaded; shockpc robots {name} says why"
+    return name, len(robot.bodies), float(robot.mass), ", ".join(feet(robot)), ", ".join(robot.postures) or "neutral", None
 
 
 def robot_report(robot: Robot) -> Report:
@@ -84,18 +82,13 @@ def robot_report(robot: Robot) -> Report:
             "sensors": sensors(robot),
             "postures": tuple(robot.postures),
             "default_posture": reference_name(robot, None),
-            "bodies": _records(("name", "kind", "parent", "mass"), bodies),
-            "joints": _records(("name", "kind", "lower", "upper", "unit", "armature"), joints),
             "mimics": [record(mimic, "joint", "leaders", "offset") for mimic in robot.mimics],
             "drives": [{**vars(drive), "armature": drive.reflected} for drive in drives],
             "check_up": findings,
             "second_reader": reading,
         },
+        tables=True,
     )
-
-
-def _records(keys: Sequence[str], sheet: Sheet) -> list[dict[str, Any]]:
-    return [dict(zip(keys, row, strict=True)) for row in sheet.rows]
 
 
 def _second_reading(robot: Robot) -> list[str]:
@@ -154,7 +147,12 @@ def _bodies(robot: Robot) -> Sheet:
         rows.append((body.name, "body", robot.bodies[joint.parent].name if joint.parent >= 0 else "world", float(body.mass)))
         rows += [(link, "link", body.name, None) for link in body.links[1:]]
         rows += [(place.name, place.kind, body.name, None) for place in places if place.body == i]
-    header = ("name", "what", "joined or fixed to", "mass of the body [kg]")
+    header = (
+        Column("name", "name"),
+        Column("kind", "what"),
+        Column("parent", "joined or fixed to"),
+        Column("mass", "mass of the body", "kg"),
+    )
     return Sheet("bodies, and what is fixed to them", header, rows)
 
 
@@ -169,12 +167,5 @@ def _joints(robot: Robot) -> Sheet:
         factor, unit = (1.0, "m") if joint.unit == "m" else (180.0 / math.pi, "deg")
         limits = [bound * factor if abs(bound) < 1e30 else None for bound in joint.limits]
         rows.append((joint.name, kind, *limits, unit, armature))
-    header = ("joint", "kind", "lower", "upper", "unit", "armature [kg m², kg]")
+    header = (Column("name", "joint"), "kind", "lower", "upper", "unit", "armature [kg m², kg]")
     return Sheet(f"joints (read by Pinocchio {PINOCCHIO})", header, rows)
-
-
-def _that_fit(names: Sequence[str], width: int) -> str:
-    """As many of the names as fit into a number of characters, and how many more there are."""
-    return next(
-        (text for most in range(len(names), 0, -1) if len(text := few(names, most)) <= width), printable(few(names, 1), width)
-    )

@@ -27,7 +27,8 @@ from shockpc.landing.rows import row_jacobian
 from shockpc.profile import profile_of, profile_of_scene
 from shockpc.quantities.profile import ShockProfile
 from shockpc.robot.changes import Property, links_with_mass, varied_bodies, with_inertias
-from shockpc.robot.robot import Joint, Robot
+from shockpc.robot.elements import Joint
+from shockpc.robot.robot import Robot
 from shockpc.text.errors import ShockError
 
 ParameterKind: TypeAlias = str
@@ -134,7 +135,8 @@ class VariedOneByOne(LandingsBeside):
         names = [" ".join(filter(None, parameter[:3])) for parameter in self.parameters]
         labels = {"parameter": np.repeat(names, n), "step": np.outer(self.steps, STEPS).ravel()}
         inertias, velocity = self._inertias(self.steps, STEPS), self._varied("velocity", landing.before.velocity, self.steps, STEPS)
-        Q = displaced(robot, landing.q, self._varied("joints", np.zeros(robot.model.nv), self.steps, STEPS))
+        moved = self._varied("joints", np.zeros(robot.model.nv), self.steps, STEPS)
+        Q = displaced(robot, np.broadcast_to(landing.q, (len(moved), len(landing.q))), moved)
         groups, as_swept = list[Group | Refusal](), self._as_swept()
         solved = ~np.isin(np.arange(self.rows), list(as_swept))
         for i, source in as_swept.items():

@@ -196,6 +196,8 @@ class Sensitivity:
         " all. Every parameter is changed by the same share of its size; with --vary only those that are named, each by that"
         " share of its range."
     ),
+    reads="landings",
+    passed=("target", "trace"),
 )
 def sensitivity(
     landings: Scene | Mapping[str, Scene],

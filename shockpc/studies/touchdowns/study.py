@@ -7,7 +7,6 @@ in one around each time that is asked for, counted from the touchdown of the las
 
 import bisect
 import os
-import re
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -18,14 +17,16 @@ import numpy as np
 from shockpc.core.spatial import Array
 from shockpc.evaluation.declare import RenameOption, study
 from shockpc.evaluation.table import Table
-from shockpc.landing.record import Option
-from shockpc.landing.scene import GRAVITY, JOINT_MODEL, RESULTS, STRIKE, Scene
+from shockpc.landing.record import JOINT_MODEL, RESULTS, STRIKE, Option
+from shockpc.landing.scene import Scene
 from shockpc.landing.scene_file import robot_of
+from shockpc.landing.strike import GRAVITY
 from shockpc.recorded.detection import FEWEST, foot_landings
 from shockpc.recorded.logged_motion import PARTS, TWIST, LoggedMotion, StatePart, watched_motion
 from shockpc.recorded.logs import Log, read_log
 from shockpc.robot.robot import Robot
-from shockpc.text.errors import StudyError, UnknownName
+from shockpc.studies.touchdowns.flags import OFF, flags_of
+from shockpc.text.errors import StudyError
 from shockpc.text.printed import few, listed
 
 WINDOW = 3e-3
@@ -40,19 +41,6 @@ NOISY = 0.1
 
 STILL, LEVEL = 0.15, 10e-3
 """Speed up to which a foot stands [m/s], if it is at most so much higher than where it lands [m]."""
-
-OFF = 20e-3
-"""Time without contact before a touchdown, and with it for half of that time after it, if the foot does not bounce [s]."""
-
-BOUNCE = 10.0
-"""Mean force in that time after a touchdown from which a foot that bounces has landed too, in thresholds of the force."""
-
-FORCE = 0.05
-"""Force of a contact, in weights of the robot, but at least 1 N."""
-
-SIGNS = ("contact", "touch", "force", "fz", "grf")
-"""Words beside the name of a foot, in a column of flags or forces."""
-
 
 UNITS = {"time": "s", **dict.fromkeys("xyz", "m"), **dict.fromkeys(TWIST[:3], "m/s"), **dict.fromkeys(TWIST[3:], "rad/s")}
 """Units of times, and of the base's position and velocities."""
@@ -134,6 +122,7 @@ class Touchdowns:
         "restitution",
         "restitution_along",
     ),
+    reads="log",
 )
 def touchdowns(
     log: str | os.PathLike[str] | Mapping[str, Any],
@@ -217,7 +206,11 @@ class _Finder:
         self.motion, self.log, self.time = motion, log, motion.time
         self.frames = tuple(contact.frame for contact in motion.landing.contacts)
         self.warnings = [*log.remarks, *motion.warnings]
-        self.flags = self._flags(flags, force)
+        self.flags = flags_of(log.others, self.frames, flags, force, GRAVITY * motion.robot.mass)
+        self.warnings += [
+            f'"{self.frames[c]}" is taken to touch where {flag.column} exceeds {flag.force:.3g} N'
+            for c, flag in self.flags.items() if flag.force is not None
+        ]  # fmt: skip
         unseen = [frame for c, frame in enumerate(self.frames) if c not in self.flags]
         if motion.unknown and unseen:
             lacking = (
@@ -272,40 +265,11 @@ class _Finder:
             columns.pop("stance", None)
         table = Table((), columns, {}, label_units={name: _unit(robot, name) for name in columns})
         self._warn_of_noise(landings, windows["base"])
-        flagged = {self.frames[c]: name for c, (name, _) in self.flags.items()}
+        flagged = {self.frames[c]: flag.column for c, flag in self.flags.items()}
         return Touchdowns(
             robot, table, tuple(landings), self.log, self.frames, self.heights, flagged, windows, after,
             tuple(self.warnings),
         )  # fmt: skip
-
-    def _flags(self, given: Mapping[str, str], force: float | None) -> dict[int, tuple[str, Array]]:
-        """Columns of flags or forces by contact: their name, and their values (n,), of which those above 1 say contact."""
-        others = {name: values for name, values in self.log.others.items() if values.dtype.kind in "fiub" and values.ndim == 1}
-        least = max(1.0, FORCE * GRAVITY * self.motion.robot.mass) if force is None else force
-        if unknown := [frame for frame in given if frame not in self.frames]:
-            raise UnknownName("contact", unknown[0], self.frames, "those that are looked at", "")
-        flags, forces = {}, False
-        for c, frame in enumerate(self.frames):
-            plain = {_plain(text) for sign in SIGNS for text in (sign + frame, frame + sign)}
-            name = given.get(frame) or next((name for name in others if _plain(name) in plain), None)
-            if name is None:
-                continue
-            if name not in others:
-                raise UnknownName("column", name, others, "this log, of numbers that are no state of the robot", "")
-            values = others[name].astype(float)
-            known = np.isfinite(values)
-            values = np.where(known, values, 0.0)[np.maximum.accumulate(np.where(known, np.arange(len(values)), 0))]
-            binary = bool(np.isin(values, (0.0, 1.0)).all())
-            flags[c] = name, np.abs(values) / (0.5 if binary else least)
-            if not binary:
-                forces = True
-                self.warnings.append(f'"{frame}" is taken to touch where {name} exceeds {least:.3g} N')
-        if force is not None and not forces:
-            raise StudyError(
-                "contact_force is the threshold of columns of forces, but no column of forces says when a contact touches; name "
-                "one with --flag FRAME=COLUMN, or leave the threshold out"
-            )
-        return flags
 
     def _window(self, part: StatePart, wanted: float | None) -> float:
         """Length of the windows for velocities of the joints or the base [s]; infinite where samples are too far apart for one.
@@ -356,17 +320,9 @@ class _Finder:
                     t[rebounds], points[0], "is stopped and rises again",
                     "; if it bounces, name a column of contact flags or forces: --flag FRAME=COLUMN",
                 )  # fmt: skip
-            for c, (_, sign) in self.flags.items():
-                sign = sign[first : last + 1]
-                on, short = sign > 1.0, list[int]()
-                for k in np.flatnonzero(on[1:] & ~on[:-1]).tolist():
-                    before, after = np.searchsorted(t, (t[k] - OFF, t[k] + OFF))
-                    if on[before : k + 1].any():
-                        continue
-                    if on[k + 1 : after + 1].mean() >= 0.5 or sign[k + 1 : after + 1].mean() >= BOUNCE:
-                        yield first + k, c, np.nan
-                    else:
-                        short.append(k)
+            for c, flag in self.flags.items():
+                touched, short = flag.touches(t, first)
+                yield from ((first + k, c, np.nan) for k in touched)
                 self._warn_of_others(t[short], c, f"touches for less than {500.0 * OFF:g} ms by its column")
 
     def _warn_of_others(self, times: Array, c: int, how: str, advice: str = "") -> None:
@@ -378,7 +334,7 @@ class _Finder:
     def _stands(self, c: int, sample: int) -> bool:
         """Whether a contact stands at a sample: by its flag, or as it is still, and no higher than where it lands."""
         if c in self.flags:
-            return bool(self.flags[c][1][sample] > 1.0)
+            return bool(self.flags[c].signal[sample] > 1.0)
         if self.heights is None or self.points is None:
             return False
         first, last = self.motion.run(sample)
@@ -435,11 +391,11 @@ class _Finder:
 
     def _rail_before(self, touch: int, begin: int, end: int) -> float:
         """Rate of a rail that the log lacks, by the flight since the last contact; NaN without one [m/s]."""
-        lifts = [(int(on[-1]), c) for c, (_, sign) in self.flags.items() if len(on := np.flatnonzero(sign[: touch + 1] > 1.0))]
+        lifts = [(int(on[-1]), c) for c, flag in self.flags.items() if len(on := np.flatnonzero(flag.signal[: touch + 1] > 1.0))]
         lift, c = max(lifts, default=(-1, 0))
         if lift < self.motion.run(touch)[0]:
             return np.nan
-        landed = next(c for c, (_, sign) in self.flags.items() if sign[touch + 1] > 1.0)
+        landed = next(c for c, flag in self.flags.items() if flag.signal[touch + 1] > 1.0)
         return self.motion.rail_before(lift, touch, (c, landed), begin, end)
 
 
@@ -451,8 +407,3 @@ def _unit(robot: Robot, name: str) -> str:
     if subject not in robot.joint_names:
         return ""
     return ("m" if robot.joint(subject).kind == "prismatic" else "rad") + ("" if kind == "q" else "/s")
-
-
-def _plain(name: str) -> str:
-    """A name without what separates its words."""
-    return re.sub("[^a-z0-9]", "", name.casefold())

@@ -1,0 +1,79 @@
+"""What a scene states of the joints: a model of all, and inertias, springs, torques and locks of some."""
+
+from collections.abc import Mapping
+from dataclasses import field, replace
+from typing import Literal
+
+from shockpc.core.frozen import frozen
+from shockpc.landing.record import JOINT_MODEL, Record, documented, option
+
+JointModelName = Literal["free", "geared", "rigid", "locked"]
+"""What all joints do."""
+
+
+@frozen(kw_only=True)
+class Rotor(Record):
+    """A motor behind a gearbox.
+
+    Attributes:
+        inertia: of the rotor about its axis [kg m²].
+        gear_ratio: turns of the rotor for one of the joint [1]; by default that of the robot's file.
+        stiffness: of a spring between gearbox and joint (series elastic) [N m/rad, N/m]; rigid by default.
+    """
+
+    inertia: float
+    gear_ratio: float | None = None
+    stiffness: float | None = None
+
+
+@documented
+@frozen(kw_only=True)
+class Joints(Record):
+    """The drives as a scene states them; patterns are joint names or globs, of which later ones go over earlier ones.
+
+    Attributes:
+        armature: reflected inertia by pattern [kg m²; kg for a prismatic joint].
+        rotor: rotor and gearbox by pattern; their reflected inertia is gear_ratio² · inertia.
+        stiffness: of springs of the joints themselves, such as in a compliant leg, by pattern [N m/rad, N/m].
+        torque: constant torque of motors on contacts of finite stiffness, by pattern; it goes over `motors` [N m, N].
+        locked: patterns of joints that hold the rate that they have before the impact: none, or that of the strike's joint
+            velocities.
+    """
+
+    model: JointModelName | None = option(
+        None,
+        "All joints turn freely, resist by the reflected inertia of their drives, are as modelled with springs that do not yield, "
+        "or are locked; by default each is as its drive makes it. Free joints have no reflected inertia, whatever the robot's "
+        "file, --drives or the catalogue give; of rigid ones a joint with a spring is locked, and a rotor behind one is joined "
+        "to its joint.",
+        JOINT_MODEL,
+        name="joints",
+    )
+    drives: str | None = option(
+        None,
+        "A file of drives, a robot of the catalogue that has such drives (go2), or none. Joints of the same names have the drives "
+        "of that robot. By default a robot of the catalogue has those known of it; none leaves what the robot's file gives. "
+        "The form of a file is that of robots/drives.toml.",
+        JOINT_MODEL,
+        "FILE|NAME|none",
+    )
+    motors: Literal["none", "flight", "standing"] | None = option(
+        None,
+        "Constant torques of the motors on contacts of finite stiffness: those that hold the load of springs before touchdown "
+        "(flight, the default), those that also hold the robot's weight on its contacts (standing), or none.",
+        JOINT_MODEL,
+    )
+    armature: Mapping[str, float] = field(default_factory=dict)
+    rotor: Mapping[str, Rotor] = field(default_factory=dict)
+    stiffness: Mapping[str, float] = field(default_factory=dict)
+    torque: Mapping[str, float] = field(default_factory=dict)
+    locked: tuple[str, ...] = ()
+
+
+def with_model(joints: Joints, model: JointModelName | None) -> Joints:
+    """The joints with another model, without what has no effect on it: drives of free joints, springs too of locked ones."""
+    if model == "free":
+        joints = replace(joints, armature={}, rotor={}, drives=None)
+    if model == "locked":
+        joints = replace(joints, armature={}, rotor={}, stiffness={})
+    return replace(joints, model=model)

@@ -1,0 +1,255 @@
+"""What a robot is made of: bodies, joints, frames, couplings, loops and drives; the first three are read from Pinocchio's model."""
+
+import math
+from collections.abc import Mapping, Sequence
+from typing import Any, Literal, NamedTuple
+
+import numpy as np
+import pinocchio as pin
+
+from shockpc.core.frozen import frozen
+from shockpc.core.spatial import Array, read_only
+from shockpc.text.printed import listed
+
+KINDS = {"FreeFlyer": "free", "Spherical": "ball", "Planar": "planar", "Composite": "composite", "P": "prismatic"}
+KINDS |= {"RevoluteUnbounded": "continuous", "RUB": "continuous", "R": "revolute"}
+"""Kinds of joint, by the beginning of what Pinocchio calls them."""
+
+FRAMES: dict[pin.FrameType, Literal["link", "site", "geom"]]
+FRAMES = {pin.FrameType.BODY: "link", pin.FrameType.OP_FRAME: "site", pin.FrameType.SENSOR: "geom"}
+"""Kinds of frame; all others are joints. Pinocchio has no kind for geoms, and no reader here makes sensors."""
+
+
+class Body(NamedTuple):
+    """What moves as one: a link and all that is fixed to it.
+
+    Attributes:
+        name: the link that the body's moving joint carries; the root link for the base.
+        joint: index of that joint in the Pinocchio model.
+        links: every link of the body, that of the name first.
+        rotation: (3, 3) of the body frame in the joint's frame.
+        offset: (3,) origin of the body frame in the joint's frame [m].
+        mass: [kg]
+        com: (3,) centre of mass in the body frame [m].
+        inertia: (3, 3) about the centre of mass, axes of the body frame [kg m²].
+    """
+
+    name: str
+    joint: int
+    links: tuple[str, ...]
+    rotation: Array
+    offset: Array
+    mass: float
+    com: Array
+    inertia: Array
+
+
+class Joint(NamedTuple):
+    """How a body moves against the one that carries it.
+
+    Attributes:
+        name: as the file says.
+        kind: free (q: position, quaternion x y z w; v: linear then angular, body axes), planar (x, y, cosine, sine), ball
+            (quaternion), continuous (cosine, sine), revolute, prismatic, or composite (several of these after one another).
+        axis: (3,) unit vector in the joint's frame; None where there is more than one.
+        parent: index of the body that carries it; −1 for the world.
+        rotation: (3, 3) of the joint's frame at rest in the parent's joint frame; of a part, in that of the part before it.
+        offset: (3,) its origin there [m].
+        q: where its configuration is in q.
+        v: where its velocities are in q̇.
+        limits: least and greatest value of a joint of one coordinate [rad, m].
+        parts: of a composite, in their order; its name is theirs, joined by "+".
+    """
+
+    name: str
+    kind: str
+    axis: Array | None
+    parent: int
+    rotation: Array
+    offset: Array
+    q: slice
+    v: slice
+    limits: tuple[float, float]
+    parts: "tuple[Joint, ...]" = ()
+
+    @property
+    def unit(self) -> str:
+        """Unit of its coordinate."""
+        return "m" if self.kind == "prismatic" else "rad"
+
+    def value(self, q: Array) -> float:
+        """The coordinate of a joint of one degree of freedom [rad, m]. Args: q (nq,)."""
+        return math.atan2(*q[self.q][::-1]) if self.kind == "continuous" else float(q[self.q.start])
+
+    def coordinates(self, q: Array) -> tuple[float, ...]:
+        """The coordinates of a joint of several degrees of freedom, of which a planar one has an angle [rad, m]. Args: q (nq,)."""
+        own = q[self.q].tolist()
+        return (*own[:2], math.atan2(own[3], own[2])) if self.kind == "planar" else tuple(own)
+
+    def set(self, value: float, q: Array) -> None:
+        """Set the coordinate of a joint of one degree of freedom [rad, m]. Args: q (nq,), which is changed."""
+        q[self.q] = (math.cos(value), math.sin(value)) if self.kind == "continuous" else value
+
+
+class Frame(NamedTuple):
+    """A named place on a body.
+
+    Attributes:
+        name: link, joint, site or geom.
+        body: index into `Robot.bodies`; −1 if it is fixed to the world.
+        rotation: (3, 3) in the body frame.
+        offset: (3,) origin in the body frame [m].
+        kind: what the file calls it.
+    """
+
+    name: str
+    body: int
+    rotation: Array
+    offset: Array
+    kind: Literal["link", "joint", "site", "geom"]
+
+
+class Mimic(NamedTuple):
+    """A joint that follows others: q_joint = Σ multiplier · q_leader + offset.
+
+    Attributes:
+        joint: the follower's name.
+        leaders: multiplier [1] by the name of each joint that it follows; none if it stands still.
+        offset: [rad, m]
+    """
+
+    joint: str
+    leaders: Mapping[str, float]
+    offset: float
+
+    @property
+    def led(self) -> str:
+        """What it follows, for messages."""
+        return f"joint{'s' * (len(self.leaders) > 1)} {listed(self.leaders)}" if self.leaders else "a constant"
+
+
+class Loop(NamedTuple):
+    """Two bodies that a joint outside the tree holds together.
+
+    Attributes:
+        name: of the two ends.
+        bodies: index of each end's body; −1 for the world.
+        points: (3,) each end in its body's frame [m].
+        rotations: (3, 3) each end's frame in its body's frame.
+        axes: (n, 3) unit vectors along which the points are held, in the first end's frame.
+        holds_orientation: whether the orientations are held too.
+    """
+
+    name: str
+    bodies: tuple[int, int]
+    points: tuple[Array, Array]
+    rotations: tuple[Array, Array]
+    axes: Array
+    holds_orientation: bool
+
+
+@frozen(kw_only=True)
+class Drive:
+    """The drive of some joints.
+
+    Attributes:
+        joint: names or globs of joints.
+        robot: names of robots; all if none is given.
+        armature: reflected inertia [kg m²; kg for a prismatic joint].
+        rotor_inertia: of the rotor about its axis [kg m²].
+        gear_ratio: turns of the rotor for one of the joint [1].
+        drive_stiffness: of a spring between gearbox and joint [N m/rad, N/m].
+        stiffness: of a spring of the joint itself [N m/rad, N/m].
+        status: published; derived from parts that are published; identified from measured landings; or of a simulation model.
+        source: where it is from.
+    """
+
+    joint: tuple[str, ...]
+    robot: tuple[str, ...] = ()
+    armature: float | None = None
+    rotor_inertia: float | None = None
+    gear_ratio: float | None = None
+    drive_stiffness: float | None = None
+    stiffness: float | None = None
+    status: Literal["published", "derived", "identified", "simulation model"] | None = None
+    source: str = ""
+
+    @property
+    def reflected(self) -> float | None:
+        """Inertia at the joint: the armature, or rotor_inertia · gear_ratio² [kg m², kg]; None where it is not known."""
+        if self.rotor_inertia is None or self.gear_ratio is None:
+            return self.armature
+        return self.rotor_inertia * self.gear_ratio**2
+
+
+class Drives(NamedTuple):
+    """What is known of the drives of a robot's joints beside the model.
+
+    Attributes:
+        label: where they are from; empty if nothing is known.
+        by_joint: the drive of each joint of which it is known.
+    """
+
+    label: str
+    by_joint: Mapping[str, Drive]
+
+
+def bodies_of(model: pin.Model) -> tuple[Body, ...]:
+    """The moving bodies of a model in the order of the tree, base first; each is named after the link that its joint carries."""
+    links: list[list[pin.Frame]] = [[] for _ in range(model.njoints)]
+    for frame in model.frames:
+        if frame.type == pin.FrameType.BODY:
+            links[frame.parentJoint].append(frame)
+    bodies = []
+    for joint, carried in list(enumerate(links))[1:]:
+        names, place = tuple(frame.name for frame in carried), carried[0].placement
+        inertia = place.actInv(model.inertias[joint])
+        frame = read_only(place.rotation), read_only(place.translation)
+        mass, com, tensor = float(inertia.mass), read_only(inertia.lever), read_only(inertia.inertia)
+        bodies.append(Body(names[0], joint, names, *frame, mass, com, tensor))
+    return tuple(bodies)
+
+
+def frames_of(model: pin.Model, bodies: Sequence[Body]) -> Mapping[str, Frame]:
+    """Every named place of a model, by name; where a link shares its name with another it is the link's."""
+    frames: dict[str, Frame] = {}
+    from_joints = [pin.SE3(body.rotation, body.offset).inverse() for body in bodies]
+    for frame in sorted(model.frames, key=lambda frame: frame.type != pin.FrameType.BODY):
+        index, place = frame.parentJoint - 1, frame.placement
+        if index >= 0:
+            place = from_joints[index] * place
+        if frame.name != "universe" and frame.name not in frames:
+            frames[frame.name] = Frame(
+                frame.name, index, read_only(place.rotation), read_only(place.translation), FRAMES.get(frame.type, "joint")
+            )
+    return frames
+
+
+def joints_of(model: pin.Model) -> tuple[Joint, ...]:
+    """The joints of a model, in its order, which is that of the bodies; the floating base's is the first."""
+    places = list(enumerate(zip(model.joints, model.jointPlacements, strict=True)))
+    return tuple(_joint(model, joint, number, place) for number, (joint, place) in places[1:])
+
+
+def _joint(model: pin.Model, joint: Any, number: int, place: pin.SE3) -> Joint:
+    """One joint of a model, or a part of one."""
+    kind = next(kind for start, kind in KINDS.items() if joint.shortname().startswith(f"JointModel{start}"))
+    parts: tuple[Joint, ...] = ()
+    axis, limits = None, (-np.inf, np.inf)
+    if kind == "composite":
+        inner = joint.extract()
+        steps = [place * inner.jointPlacements[0], *inner.jointPlacements.tolist()[1:]]
+        parts = tuple(
+            _joint(model, part, number, step)._replace(name=name)
+            for part, step, name in zip(inner.joints, steps, model.names[number].split("+"), strict=True)
+        )
+    elif joint.nv == 1:
+        data = joint.createData()
+        joint.calc(data, np.zeros(joint.idx_q + joint.nq), np.zeros(joint.idx_v + 1))
+        twist = np.asarray(data.S, dtype=float).ravel()
+        axis = read_only(twist[3:] if twist[3:].any() else twist[:3])
+        if joint.nq == 1:
+            limits = float(model.lowerPositionLimit[joint.idx_q]), float(model.upperPositionLimit[joint.idx_q])
+    frame = read_only(place.rotation), read_only(place.translation)
+    q, v = slice(joint.idx_q, joint.idx_q + joint.nq), slice(joint.idx_v, joint.idx_v + joint.nv)
+    return Joint(model.names[number], kind, axis, int(model.parents[number]) - 1, *frame, q, v, limits, parts)

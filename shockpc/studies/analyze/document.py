@@ -1,0 +1,73 @@
+"""What the JSON document of a landing, schema `shockpc.profile/2`, has beside its tables, which hold the quantities."""
+
+import math
+from typing import TYPE_CHECKING, Any
+
+from shockpc.landing.strike import GRAVITY
+from shockpc.quantities.profile import ShockProfile
+from shockpc.quantities.table import quantity
+from shockpc.show.document import record
+
+if TYPE_CHECKING:
+    from shockpc.impact.stiffness import CompliantLanding
+
+
+def content(profile: ShockProfile, spectrum: bool = False) -> dict[str, Any]:
+    """The document of a profile without its head and tables.
+
+    Args:
+        profile: the landing.
+        spectrum: whether it has the shock response spectra of the points, with a contact stiffness.
+    """
+    robot, assembly, friction, stiffness = profile.robot, profile.assembly, profile.friction, profile.stiffness
+    return {
+        "robot": {"name": robot.name, "file": robot.label, "n_bodies": len(robot.bodies), "nv": robot.model.nv},
+        "scene": profile.scene,
+        "bodies": [
+            {"body": body.name, "links": body.links, "rotation": R} for body, R in zip(robot.bodies, profile.rotation, strict=True)
+        ],
+        "joint_model": profile.joint_model,
+        "drives": _drives(profile),
+        "health": profile.health,
+        "loads_unique": profile.health.rank == profile.health.rows,
+        "assembly": assembly
+        and {
+            **record(assembly, "gap", "turn", "left", "retried"),
+            "moved": [{"joint": name, "by": by} for name, by, _ in assembly.moved],
+        },
+        "friction": friction
+        and {"coefficient": profile.scene.friction, "unchanged": friction.impact is None, "solutions": friction.solutions},
+        "stiffness": stiffness
+        and {
+            "contact_stiffness": profile.scene.contact_stiffness,
+            "springs_count": profile.spring_time if math.isfinite(profile.spring_time) else None,
+            "spectra": _spectra(profile, stiffness) if spectrum else None,
+        },
+        "margin_lost": profile.margin_lost,
+    }
+
+
+def _drives(profile: ShockProfile) -> dict[str, Any]:
+    """Where the drives are from, of which joints they are unknown, which have springs, and when these count [s]."""
+    model, time = profile.landing.joint_model, profile.spring_time
+    joints = [joint for joint in profile.robot.single_joints if joint.kind != "free"]
+    return {
+        "source": model.drives or None,
+        "unknown": [joint.name for joint in joints if model.unknown[joint.v].any()],
+        "springs": [joint.name for joint in joints if model.springs[joint.v].any()],
+        "spring_time": time if math.isfinite(time) else None,
+    }
+
+
+def _spectra(profile: ShockProfile, stiffness: "CompliantLanding") -> dict[str, Any]:
+    """The shock response spectra of the points [g]."""
+    from shockpc.impact.stiffness import DAMPING, SPECTRUM
+
+    points = [place for place in profile.places("point") if place.body >= 0]
+    compute = quantity("point", "delta_v").compute
+    spectra = [stiffness.spectrum(compute, points, damping) / GRAVITY for damping in DAMPING]
+    return {
+        "frequencies": list(SPECTRUM),
+        "damping": list(DAMPING),
+        "points": [{"frame": place.name, "response": [one[:, k] for one in spectra]} for k, place in enumerate(points)],
+    }

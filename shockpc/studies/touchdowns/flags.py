@@ -1,0 +1,98 @@
+"""When a contact touches by a column of flags or of forces in a log."""
+
+import re
+from collections.abc import Mapping, Sequence
+from typing import NamedTuple
+
+import numpy as np
+
+from shockpc.core.spatial import Array
+from shockpc.text.errors import StudyError, UnknownName
+
+OFF = 20e-3
+"""Time without contact before a touchdown, and with it for half of that time after it, if the foot does not bounce [s]."""
+
+BOUNCE = 10.0
+"""Mean force in that time after a touchdown from which a foot that bounces has landed too, in thresholds of the force."""
+
+FORCE = 0.05
+"""Force of a contact, in weights of the robot, but at least 1 N."""
+
+SIGNS = ("contact", "touch", "force", "fz", "grf")
+"""Words beside the name of a foot, in a column of flags or forces."""
+
+
+class Flag(NamedTuple):
+    """A column that says when a contact touches.
+
+    Attributes:
+        column: its name.
+        signal: (n,) its values over their threshold: those above 1 say contact.
+        force: the threshold of a force [N]; None where the column has flags.
+    """
+
+    column: str
+    signal: Array
+    force: float | None
+
+    def touches(self, t: Array, first: int) -> tuple[list[int], list[int]]:
+        """The last samples before touchdowns, and before contacts that are too short for one, counted from the first.
+
+        Args:
+            t: (m,) times of a part of the log without gaps [s].
+            first: its first sample.
+        """
+        signal = self.signal[first : first + len(t)]
+        on, landings, short = signal > 1.0, list[int](), list[int]()
+        for k in np.flatnonzero(on[1:] & ~on[:-1]).tolist():
+            before, after = np.searchsorted(t, (t[k] - OFF, t[k] + OFF))
+            if not on[before : k + 1].any():
+                lasts = on[k + 1 : after + 1].mean() >= 0.5 or signal[k + 1 : after + 1].mean() >= BOUNCE
+                (landings if lasts else short).append(k)
+        return landings, short
+
+
+def flags_of(
+    columns: Mapping[str, np.ndarray], frames: Sequence[str], given: Mapping[str, str], force: float | None, weight: float
+) -> dict[int, Flag]:
+    """The columns of flags or forces by the number of their contact.
+
+    Args:
+        columns: of the log that are no state of the robot.
+        frames: the contacts.
+        given: names of columns by frame; by default one that is called like it.
+        force: threshold of forces [N]; by default a share of the weight.
+        weight: of the robot [N].
+
+    Raises:
+        UnknownName: no contact, or no column of numbers, has such a name.
+        StudyError: a threshold is given, and there are no forces.
+    """
+    numbers = {name: values for name, values in columns.items() if values.dtype.kind in "fiub" and values.ndim == 1}
+    threshold = max(1.0, FORCE * weight) if force is None else force
+    if unknown := [frame for frame in given if frame not in frames]:
+        raise UnknownName("contact", unknown[0], frames, "those that are looked at", "")
+    flags = dict[int, Flag]()
+    for c, frame in enumerate(frames):
+        plain = {_plain(text) for sign in SIGNS for text in (sign + frame, frame + sign)}
+        name = given.get(frame) or next((name for name in numbers if _plain(name) in plain), None)
+        if name is None:
+            continue
+        if name not in numbers:
+            raise UnknownName("column", name, numbers, "this log, of numbers that are no state of the robot", "")
+        values = numbers[name].astype(float)
+        known = np.isfinite(values)
+        values = np.where(known, values, 0.0)[np.maximum.accumulate(np.where(known, np.arange(len(values)), 0))]
+        binary = bool(np.isin(values, (0.0, 1.0)).all())
+        flags[c] = Flag(name, np.abs(values) / (0.5 if binary else threshold), None if binary else threshold)
+    if force is not None and all(flag.force is None for flag in flags.values()):
+        raise StudyError(
+            "contact_force is the threshold of columns of forces, but no column of forces says when a contact touches; name "
+            "one with --flag FRAME=COLUMN, or leave the threshold out"
+        )
+    return flags
+
+
+def _plain(name: str) -> str:
+    """A name without what separates its words."""
+    return re.sub("[^a-z0-9]", "", name.casefold())
