@@ -124,13 +124,13 @@ def refuse(landing: PosedLanding) -> None:
             frame = landing.robot.frames[block.frame]
             offset = ",".join(f"{x:.6g}" for x in frame.rotation.T @ (posed.point - frame.offset) + 0.0)
             raise SceneError(
-                f"{block.name} strikes at its lowest point, which jumps as postures change: no symbols for it; "
+                f"{block.name} strikes at its lowest point, which jumps as postures change, so it has no symbols; "
                 f"take the frame's origin (--contact-point frame), or the point of this posture: --offset {offset}"
                 + (" --contact-kind flat" if len(block.moments) else ""),
                 blocks=[block.frame],
             )
     steps = np.random.default_rng(0).uniform(-0.5, 0.5, (3, landing.robot.model.nv))
-    Q = displaced(landing.robot, landing.q, steps)
+    Q = displaced(landing.robot, np.tile(landing.q, (3, 1)), steps)
     for q in Q:
         landing.robot.set_followers(q)
     equation = landing.equation(dynamics(landing.robot, Q, landing.joint_model.armature))

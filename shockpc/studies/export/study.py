@@ -217,7 +217,7 @@ def _random(landing: PosedLanding, before: Before, rng: np.random.Generator) -> 
     for joint in robot.single_joints:
         if joint.kind in ("free", "ball"):
             steps[joint.v.stop - 3 : joint.v.stop] = rng.uniform(-TURN, TURN, 3)
-    Q = displaced(robot, landing.q, steps[None])
+    Q = displaced(robot, landing.q[None], steps[None])
     set_many(robot, values, Q)
     if before == "strike":
         velocity = landing.before.velocity + 0.3 * np.linalg.norm(landing.before.velocity) * rng.uniform(-1.0, 1.0, 3)
