@@ -12,7 +12,7 @@ from shockpc import Contact, Joints, Scene, SceneError, SolveError, Strike, Stud
 from shockpc.core.program import OPERATIONS, Program
 from shockpc.evaluation.symbolic import SymbolicLanding
 from shockpc.impact.exact.arithmetic import NoValueError
-from shockpc.impact.exact.symbols import SymbolImpact, program_of
+from shockpc.impact.exact.symbols import SymbolImpact, compiled
 from shockpc.profile import ILL_CONDITIONED, profile_of
 from shockpc.quantities.table import QUANTITIES
 from shockpc.text.cache import cache_folder
@@ -67,7 +67,7 @@ def test_every_quantity_is_that_of_balls_or_refused(name):
             refused.add(entry.key)
     assert refused <= NEED_VALUES
     flat = [getattr(value, "e", value) for part in values for value in part]
-    program = program_of((q, before), casadi.densify(casadi.vertcat(*map(casadi.SX, flat))))
+    program, _ = compiled((q, before), casadi.densify(casadi.vertcat(*map(casadi.SX, flat))))
     Q = postures(landing, 2)
     found = program(np.concatenate([Q, np.tile(landing.before.velocity, (2, 1))], axis=1))
     for k, q in enumerate(Q):
@@ -192,7 +192,9 @@ def test_the_function_of_casadi_is_the_program():
     landing = landing_of("one foot, moving")
     symbols = SymbolicLanding(landing, ["shock@imu_link", "impulse@LF_FOOT"])
     Q = postures(landing, 3)
-    function, found = symbols.casadi(), symbols.value(Q)
+    function, found = symbols.casadi(), symbols.value(np.tile(Q, (100, 1)))
+    few = symbols.value(Q)
+    assert all(np.allclose(few[name], found[name][:3], rtol=1e-11, atol=1e-13) for name in symbols.names)
     for k, q in enumerate(Q):
         outputs = function(q=q, strike=landing.before.velocity)
         np.testing.assert_allclose(outputs["impulse_LF_FOOT"].full()[:, 0], found["impulse@LF_FOOT"][k], rtol=1e-13)

@@ -1,8 +1,7 @@
 """Straight-line arithmetic as a list of steps, and NumPy as the machine that runs it for many rows at once."""
 
 import functools
-import io
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import fields
 from typing import Any, NamedTuple, Self
 
@@ -92,17 +91,14 @@ class Program:
                     column[:] = rows[place][: len(part)] if len(rows[place]) == size else rows[place]
         return out
 
-    def to_bytes(self) -> bytes:
-        """The program as a file of NumPy (npz)."""
-        file = io.BytesIO()
-        np.savez_compressed(file, **{field.name: getattr(self, field.name) for field in fields(self)})
-        return file.getvalue()
+    def arrays(self) -> dict[str, np.ndarray]:
+        """Its attributes as arrays."""
+        return {field.name: np.asarray(getattr(self, field.name)) for field in fields(self)}
 
     @classmethod
-    def from_bytes(cls, content: bytes) -> Self:
-        """The program of which these are `to_bytes`."""
-        with np.load(io.BytesIO(content), allow_pickle=False) as arrays:
-            return cls(**{field.name: arrays[field.name] for field in fields(cls)} | {"inputs": int(arrays["inputs"])})
+    def of(cls, arrays: Mapping[str, np.ndarray]) -> Self:
+        """The program of which these are `arrays`, among others."""
+        return cls(**{field.name: arrays[field.name] for field in fields(cls)} | {"inputs": int(arrays["inputs"])})
 
     @functools.cached_property
     def _plan(self) -> Plan:

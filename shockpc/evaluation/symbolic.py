@@ -1,5 +1,6 @@
 """A landing in symbols: its numbers and their gradients in many postures, in NumPy, as a function of CasADi, and as code."""
 
+import functools
 import math
 from collections.abc import Sequence
 from typing import Any
@@ -61,8 +62,12 @@ class SymbolicLanding:
         label = tuple((column.name, column.place) for column in self.columns)
         self._values = Graph(landing, before, lambda impact: [*self._numbers(impact), *_accuracy(impact)], label)
         self._slopes = Graph(landing, before, self._numbers, label)
-        self.program: Program = self._values.values()
-        self._gradient: Program | None = None
+        self._value, self._slope = self._values.values(), functools.cache(self._slopes.slopes)
+
+    @property
+    def program(self) -> Program:
+        """The steps of `value`: of q and what is before the impact the outputs."""
+        return self._value.program
 
     def value(self, Q: Array | Sequence[Sequence[float]], before: Array | Sequence[float] | None = None) -> dict[str, Array]:
         """The numbers (N,), or vectors (N, 3), of N postures by name, with condition and pivot.
@@ -74,7 +79,7 @@ class SymbolicLanding:
         Raises:
             SceneError: an argument has another shape, or a rotation another length than 1.
         """
-        return self._named(self.program(self._inputs(Q, before)), self.names)
+        return self._named(self._value(self._inputs(Q, before)), self.names)
 
     def gradient(self, Q: Array | Sequence[Sequence[float]], before: Array | Sequence[float] | None = None) -> dict[str, Array]:
         """The derivatives (N, nv), of vectors (N, 3, nv), by the tangent of q, Pinocchio's layout; arguments as of `value`.
@@ -89,9 +94,7 @@ class SymbolicLanding:
         self, Q: Array | Sequence[Sequence[float]], before: Array | Sequence[float] | None = None
     ) -> tuple[dict[str, Array], dict[str, Array]]:
         """The numbers, and their derivatives (N, [3,] nv + 3 or nv + nv) by the tangent of q and by what is before the impact."""
-        if self._gradient is None:
-            self._gradient = self._slopes.slopes()
-        found, m = self._gradient(self._inputs(Q, before)), sum(map(self._size, self.columns))
+        found, m = self._slope()(self._inputs(Q, before)), sum(map(self._size, self.columns))
         names = self.names[: len(self.columns)]
         return self._named(found[:, :m], names), self._named(found[:, m:].reshape(len(found), m, -1), names)
 
@@ -100,7 +103,7 @@ class SymbolicLanding:
         ends = np.cumsum([0, *map(self._size, self.columns), 1, 1]).tolist()
         parts = {identifier(name): slice(a, b) for name, a, b in zip(self.names, ends[:-1], ends[1:], strict=True)}
         inputs = {"q": self.landing.robot.model.nq, self.before: self._values.given}
-        return symbols_module().function_of(self.program, inputs, parts)
+        return symbols_module().function_of(self._value.text, inputs, parts)
 
     def _numbers(self, impact: Impact) -> list[Any]:
         found = []

@@ -3,6 +3,7 @@
 import functools
 import hashlib
 import importlib.util
+import io
 from collections.abc import Callable, Iterator, Mapping
 from pathlib import Path
 from typing import Any, Literal, NamedTuple, TypeAlias
@@ -10,6 +11,7 @@ from typing import Any, Literal, NamedTuple, TypeAlias
 import numpy as np
 
 import shockpc
+from shockpc.core.frozen import frozen
 from shockpc.core.program import Program
 from shockpc.core.spatial import Array
 from shockpc.impact.exact.arithmetic import SingularError
@@ -28,6 +30,9 @@ Before: TypeAlias = Literal["strike", "velocity"]
 Formulas: TypeAlias = Callable[[Impact], list[Any]]
 """What is computed of an impact, as arrays of numbers."""
 
+FEW = 128
+"""Rows up to which CasADi's virtual machine takes less time than NumPy, which runs each step for all rows."""
+
 ROOMS = ("core", "landing", "impact", "quantities")
 """Folders whose code decides what a program computes."""
 
@@ -35,6 +40,30 @@ ROOMS = ("core", "landing", "impact", "quantities")
 def has_symbols() -> bool:
     """Whether CasADi is installed, which makes programs."""
     return importlib.util.find_spec("casadi") is not None
+
+
+@frozen()
+class Compiled:
+    """A program, and the same as a function of CasADi, which is quicker where there are few rows.
+
+    Attributes:
+        program: the program.
+        text: of the function, as CasADi serialises it: of one vector of inputs one of outputs.
+    """
+
+    program: Program
+    text: str
+
+    def __call__(self, X: Array) -> Array:
+        """The results (N, m) of N rows of inputs (N, inputs)."""
+        if len(X) > FEW or not has_symbols():
+            return self.program(X)
+        return np.asarray(self.function(X.T)).T
+
+    @functools.cached_property
+    def function(self) -> Any:
+        """The function."""
+        return symbols_module().function_from(self.text)
 
 
 class Graph(NamedTuple):
@@ -57,26 +86,29 @@ class Graph(NamedTuple):
         """Number of inputs before the impact."""
         return 3 if self.before == "strike" else int(self.landing.robot.model.nv)
 
-    def values(self) -> Program:
+    def values(self) -> Compiled:
         """Of the configuration (nq) and what is before the impact the numbers."""
         return self._program("values", lambda symbols, y, q, before, robot: y)
 
-    def slopes(self) -> Program:
+    def slopes(self) -> Compiled:
         """The same with their derivatives (m, nv + given) by the tangent of q, Pinocchio's layout, and by what is before."""
         return self._program("slopes", lambda symbols, *arguments: symbols.with_slopes(*arguments))
 
-    def _program(self, name: str, outputs: Callable[..., Any]) -> Program:
+    def _program(self, name: str, outputs: Callable[..., Any]) -> Compiled:
         def make() -> bytes:
             symbols = symbols_module()
             try:
                 q, before, y = symbols.traced(self.landing, self.given, self.formulas)
             except SingularError as singular:
                 raise self._singular(singular) from None
-            program: Program = symbols.program_of((q, before), outputs(symbols, y, q, before, self.landing.robot))
-            return program.to_bytes()
+            program, text = symbols.compiled((q, before), outputs(symbols, y, q, before, self.landing.robot))
+            file = io.BytesIO()
+            np.savez_compressed(file, text=np.frombuffer(text.encode(), dtype=np.uint8), **program.arrays())
+            return file.getvalue()
 
         key = hashlib.sha256(b"\0".join(_parts((_version(), name, self.before, self.label, *_of_landing(self.landing)))))
-        return Program.from_bytes(cached(f"{key.hexdigest()[:40]}.npz", make))
+        with np.load(io.BytesIO(cached(f"{key.hexdigest()[:40]}.npz", make)), allow_pickle=False) as arrays:
+            return Compiled(Program.of(arrays), arrays["text"].tobytes().decode())
 
     def _singular(self, singular: SingularError) -> Exception:
         equation = self.landing.equation(self.landing.state)

@@ -13,7 +13,7 @@ import numpy as np
 
 from shockpc.core.impulse import RowChoice
 from shockpc.core.percussion import norm
-from shockpc.core.program import OPERATIONS, UNARY, Program
+from shockpc.core.program import OPERATIONS, Program
 from shockpc.core.spatial import Array, cross
 from shockpc.impact.exact.arithmetic import Arithmetic, NoValueError, Numbers, entries
 from shockpc.impact.exact.solution import ExactImpact
@@ -384,9 +384,14 @@ NAMES = {
 """Operations of a program by CasADi's numbers."""
 
 
-def program_of(inputs: Sequence[casadi.SX], outputs: casadi.SX) -> Program:
-    """The steps from vectors of inputs, one after another, to one of outputs; each expression once."""
-    function = casadi.Function("f", [casadi.vertcat(*inputs)], [outputs], {"cse": True})
+def compiled(inputs: Sequence[casadi.SX], outputs: casadi.SX) -> tuple[Program, str]:
+    """The steps from vectors of inputs, one after another, to one of outputs, each expression once; and their function's text."""
+    function = casadi.Function("landing", [casadi.vertcat(*inputs)], [outputs], {"cse": True})
+    return program_of(function), function.serialize()
+
+
+def program_of(function: casadi.Function) -> Program:
+    """The steps of a function of one vector."""
     numbers, n = {name: k for k, name in enumerate(OPERATIONS)}, function.numel_in(0)
     steps = [
         (function.instruction_id(k), function.instruction_output(k), function.instruction_input(k))
@@ -420,19 +425,20 @@ def program_of(inputs: Sequence[casadi.SX], outputs: casadi.SX) -> Program:
     )
 
 
-CASADI = {"add": "plus", "subtract": "minus", "multiply": "times", "divide": "rdivide", "maximum": "fmax", "minimum": "fmin"}
-CASADI |= {"less": "lt", "less_equal": "le", "absolute": "fabs", "not": "logic_not"}
-"""Its functions that have other names than NumPy's."""
+def function_from(text: str) -> Callable[[Array], Any]:
+    """The function of which this is the text, of arrays (n, N) with N columns."""
+    function = casadi.Function.deserialize(text)
+    return lambda columns: function(columns).full()
 
-ONE = {"negative": lambda x: -x, "reciprocal": lambda x: 1 / x}
 
+def function_of(text: str, inputs: Mapping[str, int], outputs: Mapping[str, slice]) -> casadi.Function:
+    """A function of which this is the text with named inputs and outputs.
 
-def function_of(program: Program, inputs: Mapping[str, int], outputs: Mapping[str, slice]) -> casadi.Function:
-    """A program as a function of CasADi. Args: inputs, sizes of its vectors; outputs, where they are among the program's."""
-    functions = [ONE.get(name) or getattr(casadi, CASADI.get(name, name)) for name in OPERATIONS]
+    Args:
+        text: of the function.
+        inputs: sizes of the vectors that its inputs are made of.
+        outputs: where they are among its outputs.
+    """
     vectors = [casadi.SX.sym(name, size) for name, size in inputs.items()]
-    values = [*casadi.vertsplit(casadi.vertcat(*vectors)), *map(casadi.SX, program.constants.tolist())]
-    for operation, operands in zip(program.operation.tolist(), program.operands.tolist(), strict=True):
-        values.append(functions[operation](*(values[k] for k in operands[: 1 + (operation < UNARY)])))
-    found = [values[k] for k in program.outputs.tolist()]
-    return casadi.Function("landing", vectors, [casadi.vertcat(*found[part]) for part in outputs.values()], [*inputs], [*outputs])
+    rows = casadi.Function.deserialize(text)(casadi.vertcat(*vectors))
+    return casadi.Function("landing", vectors, [rows[part] for part in outputs.values()], [*inputs], [*outputs])
