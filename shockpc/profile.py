@@ -20,14 +20,14 @@ from shockpc.core.spatial import Array, freeze
 from shockpc.core.threads import one_thread
 from shockpc.impact.solve import solve_exactly, solve_in_doubles
 from shockpc.impact.stops import refuse_missed, with_stops
+from shockpc.landing.constraints import Equation
 from shockpc.landing.dynamics import Dynamics, dynamics
 from shockpc.landing.landing import Landing, PosedLanding
 from shockpc.landing.posture import check_rotations
 from shockpc.landing.resolve import resolve
-from shockpc.landing.rows import Equation
 from shockpc.landing.scene import Scene
 from shockpc.landing.scene_file import robot_of
-from shockpc.quantities.profile import ShockProfile
+from shockpc.quantities.shock_profile import ShockProfile
 from shockpc.robot.robot import Robot
 from shockpc.text.arguments import checked
 from shockpc.text.diagnostic import warn

@@ -19,8 +19,8 @@ from shockpc import Joints, Posture, Scene, fall, load_robot
 from shockpc.landing.strike import GRAVITY
 from shockpc.robot.shapes import Shape
 from shockpc.studies.fall.body import UP, Rigid
-from shockpc.studies.fall.motion import CrossSection, Fall, SectionMotion, follow_fall
 from shockpc.studies.fall.strikes import _support
+from shockpc.studies.fall.tipping import CrossSection, Fall, SectionMotion, follow_fall
 
 ROBOTS = ("g1", "talos", "go2", "anymal_b", "bolt")
 HEADINGS = (0.0, 90.0, 180.0, -90.0)

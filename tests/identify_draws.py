@@ -14,7 +14,7 @@ from shockpc.evaluation.variation import variation
 from shockpc.landing.resolve import landing_of
 from shockpc.landing.scene_file import robot_of
 from shockpc.recorded.prediction import Predictor
-from shockpc.recorded.table import rows_of
+from shockpc.recorded.reader import rows_of
 
 BLOCKS = Path(__file__).parents[1] / "robots" / "measured" / "elbow" / "elbow.urdf"
 FREE = '<limit effort="1" velocity="1" lower="-3" upper="3"/>'

@@ -7,8 +7,8 @@ from typing import Any
 import pytest
 
 from shockpc import Robot, RobotError, load_robot
+from shockpc.robot.formats import read_source
 from shockpc.robot.robot import RobotSource
-from shockpc.robot.source import read_source
 
 INERTIA = '<inertia ixx="0.1" ixy="0" ixz="0" iyy="0.1" iyz="0" izz="0.1"/>'
 LIMIT = '<limit lower="-1" upper="1" effort="1" velocity="1"/>'

@@ -13,7 +13,7 @@ from shockpc.evaluation.budgets import Budget, Budgets, Case
 from shockpc.evaluation.columns import Column, places_at, selected
 from shockpc.evaluation.evaluate import Evaluation, proven
 from shockpc.evaluation.varied import varied_landings
-from shockpc.quantities.table import QUANTITIES, select
+from shockpc.quantities.selection import QUANTITIES, select
 from shockpc.studies.check.study import check_budgets
 
 IMU = Part(name="IMU", at="imu_link", rating="half-sine 1500 g 0.5 ms")

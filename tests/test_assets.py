@@ -8,9 +8,9 @@ from robot_texts import arm, refused
 
 from shockpc import RobotError
 from shockpc.robot.catalogue import data_folder
-from shockpc.robot.files import open_folders
+from shockpc.robot.formats import read_source
+from shockpc.robot.reading import open_folders
 from shockpc.robot.robot import RobotSource
-from shockpc.robot.source import read_source
 
 
 @pytest.fixture

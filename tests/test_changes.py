@@ -5,7 +5,7 @@ import pytest
 import robot_texts
 from robot_texts import LIMIT, joint, link, loaded, urdf
 
-from shockpc.landing.joints import Joints
+from shockpc.landing.joint_options import Joints
 from shockpc.landing.scene import Posture, Scene
 from shockpc.profile import shock_profile
 from shockpc.robot import geometry

@@ -23,7 +23,7 @@ from shockpc import Contact, Scene, ShockError, Strike, StudyError, assert_shock
 from shockpc.evaluation.budgets import Budget, Budgets, Case, read_budgets
 from shockpc.landing.scene_file import plane_of
 from shockpc.quantities.ground import GROUND
-from shockpc.quantities.table import QUANTITIES, select
+from shockpc.quantities.selection import QUANTITIES, select
 from shockpc.robot.changes import changed, read_changes
 from shockpc.studies.check.command import EPILOG
 from shockpc.studies.check.design_record import design_changes, design_record

@@ -12,8 +12,8 @@ from trees import known_robot, robot_from
 from shockpc import Closure, Contact, Joints, LoopEnd, Posture, Scene, SceneError, Strike, UnknownName, resolve, shock_profile
 from shockpc.evaluation.varied import varied_landings
 from shockpc.landing.closure import closure_block, closure_gap, loop_of
+from shockpc.landing.constraints import row_jacobian
 from shockpc.landing.dynamics import dynamics
-from shockpc.landing.rows import row_jacobian
 from shockpc.landing.scene_file import robot_of
 from shockpc.paper.landings import land, scene
 from shockpc.studies.analyze.report import landing_report

@@ -14,11 +14,11 @@ from commands import STICK_WITH_IMU, good, run
 from robot_texts import loaded
 
 from shockpc.evaluation.designs import Design
-from shockpc.landing.joints import Joints
+from shockpc.landing.joint_options import Joints
 from shockpc.landing.scene import Contact, Scene
 from shockpc.landing.strike import Strike
 from shockpc.profile import shock_profile
-from shockpc.quantities.table import select
+from shockpc.quantities.selection import select
 from shockpc.robot.changes import changed, read_changes
 from shockpc.robot.load import load_robot
 from shockpc.show.report import Picture

@@ -13,11 +13,11 @@ from robot_texts import joint, link, urdf
 from trees import known_robot, robot_from
 
 from shockpc import Contact, Posture, Scene, Strike, landings, read_scene, shock_profile, sweep
+from shockpc.landing.constraints import block_point, row_jacobian
 from shockpc.landing.contact import contact_block, locate_lowest_point
 from shockpc.landing.dynamics import dynamics
 from shockpc.landing.posture import configuration
 from shockpc.landing.resolve import resolve
-from shockpc.landing.rows import block_point, row_jacobian
 from shockpc.landing.scene_file import robot_of
 
 UP = np.array([0.0, 0.0, 1.0])

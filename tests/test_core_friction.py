@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from shockpc.core.friction import solve_each, solve_friction
+from shockpc.core.coulomb import solve_each, solve_friction
 
 SEEDS = range(8)
 

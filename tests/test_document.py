@@ -14,9 +14,9 @@ import shockpc
 from shockpc import Closure, Contact, Joints, LoopEnd, Part, Point, Posture, Scene, Strike, shock_profile
 from shockpc.landing.dynamics import PINOCCHIO
 from shockpc.landing.scene_file import scene_schema
-from shockpc.quantities.table import QUANTITIES
+from shockpc.quantities.selection import QUANTITIES
 from shockpc.show.document import headed
-from shockpc.studies.analyze.document import content
+from shockpc.studies.analyze.landing_document import content
 from shockpc.studies.analyze.report import document
 from shockpc.text.diagnostic import Diagnostic
 from shockpc.text.printed import json_text

@@ -9,10 +9,10 @@ from trees import robot_from
 
 from shockpc import Contact, Posture, RobotError, Scene, shock_profile
 from shockpc.landing.closure import closure_block, closure_gap
+from shockpc.landing.constraints import row_jacobian
 from shockpc.landing.dynamics import dynamics
-from shockpc.landing.freedom import free_columns
 from shockpc.landing.posture import configuration
-from shockpc.landing.rows import row_jacobian
+from shockpc.landing.selection_matrix import free_columns
 from shockpc.robot.elements import Mimic
 
 EQUALITY = mujoco.mjtConstraint.mjCNSTR_EQUALITY
@@ -120,7 +120,7 @@ def test_loops_are_mujoco_s(tie, base):
         if a >= 0:
             # While a loop is open, its gap in axes fixed in the first body changes with that body's rotation too.
             open_by = state.rotation[0, a] @ loop.rotations[0] @ gap[:3]
-            theirs[:3] += np.cross((state.J[0, :3] * state.supports[a]).T, open_by).T
+            theirs[:3] += np.cross((state.J[0, :3] * state.ancestors[a]).T, open_by).T
         np.testing.assert_allclose(row_space(ours), row_space(theirs), atol=1e-9)
         assert np.linalg.norm(gap[:3]) == pytest.approx(np.linalg.norm(residual[:3]), abs=1e-12)
         # MuJoCo's residual is the vector part of a quaternion.

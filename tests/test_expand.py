@@ -10,7 +10,7 @@ import xacro as library
 from robot_texts import arm, joint, link, read, refusal, refused, written, xacro
 
 import shockpc.robot.xacro
-from shockpc.robot.source import read_source
+from shockpc.robot.formats import read_source
 from shockpc.robot.xacro_expression import evaluate
 from shockpc.text.errors import RobotError
 

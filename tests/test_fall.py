@@ -10,10 +10,10 @@ from commands import good, run
 
 from shockpc import Contact, Joints, Part, Scene, SolveError, Strike, StudyError, fall, load_robot, shock_profile
 from shockpc.landing.strike import GRAVITY
-from shockpc.quantities.table import select
+from shockpc.quantities.selection import select
 from shockpc.studies.fall.body import Rigid
-from shockpc.studies.fall.motion import CrossSection, SectionMotion, follow_fall
 from shockpc.studies.fall.report import fall_report
+from shockpc.studies.fall.tipping import CrossSection, SectionMotion, follow_fall
 
 PARTS = (
     # name, carrier, place of the joint, centre and sides of the box about the joint, mass

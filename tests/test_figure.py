@@ -30,9 +30,9 @@ from shockpc.paper.study import FIGURES, paper_figures
 from shockpc.robot.meshes import Mesh
 from shockpc.robot.shapes import Shape
 from shockpc.show.figure.labels import LETTERS, PALE, SMALL
-from shockpc.show.figure.landing import draw_landing
 from shockpc.show.figure.layout import Page
 from shockpc.show.figure.picture import layers
+from shockpc.show.figure.plane import draw_landing
 from shockpc.show.figure.silhouette import silhouette, to_plane
 from shockpc.show.figure.style import BANDS, DPI, EDGES, band, plain_numbers, render, settings
 from shockpc.show.figure.view import Field, field_of, view_of
@@ -566,7 +566,7 @@ SCRIPT = """
 import hashlib, sys
 from shockpc import Contact, Scene, shock_profile
 from shockpc.show.figure.style import render
-from shockpc.show.figure.landing import draw_landing
+from shockpc.show.figure.plane import draw_landing
 profile = shock_profile(Scene(robot="beam", contact="tip"))
 files = render("shock", lambda: draw_landing(profile))
 print(hashlib.sha256(b"".join(files.values())).hexdigest(), "matplotlib.pyplot" in sys.modules)

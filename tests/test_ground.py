@@ -15,7 +15,7 @@ from shockpc import Contact, Joints, Part, Point, Rotor, Scene, SceneError, Solv
 from shockpc.impact.stiffness import CompliantLanding
 from shockpc.landing.strike import GRAVITY
 from shockpc.paper.landings import scene as paper_scene
-from shockpc.quantities.table import quantity
+from shockpc.quantities.selection import quantity
 from shockpc.studies.analyze.history import draw_time
 
 K = 1e5

@@ -11,16 +11,16 @@ from commands import good, run
 from identify_draws import BLOCKS, blocks, csv_text, leg, leg_scene, simulated
 
 from shockpc import Joints, Rotor, Scene, StudyError, identify, read_scene, resolve, shock_profile, sweep
-from shockpc.core.friction import solve_each, solve_friction
+from shockpc.core.coulomb import solve_each, solve_friction
 from shockpc.evaluation.columns import proven_columns
 from shockpc.evaluation.variation import variation
 from shockpc.landing.dynamics import dynamics
 from shockpc.landing.resolve import landing_of
 from shockpc.landing.scene_file import robot_of
-from shockpc.recorded.files import read_table
+from shockpc.recorded.landings import RecordedLandings
 from shockpc.recorded.prediction import Predictor, base_in_world, energy_norms, mobilities, predicting
-from shockpc.recorded.source import RecordedLandings
-from shockpc.recorded.table import rows_of
+from shockpc.recorded.reader import rows_of
+from shockpc.recorded.table_files import read_table
 
 TOSSED = Scene(robot=str(BLOCKS), contact="elbow_1_corner_1")
 GROUND = {"friction": "0:1.5", "restitution": "0:1"}

@@ -30,7 +30,7 @@ from shockpc import (
 from shockpc.evaluation.columns import ground_columns
 from shockpc.evaluation.evaluate import Evaluation
 from shockpc.landing.scene_file import read_scene
-from shockpc.quantities.robot import NEEDS_TILT
+from shockpc.quantities.of_robot import NEEDS_TILT
 from shockpc.studies.improve.report import improve_report
 from shockpc.studies.improve.search import RUNS, search
 

@@ -5,7 +5,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from shockpc.core.impulse import TOLERANCE, choose_rows, solve_impact, weakest_columns
+from shockpc.core.impulse import TOLERANCE, independent_rows, solve_impact, weakest_columns
 
 pytestmark = pytest.mark.smoke
 
@@ -78,10 +78,10 @@ def test_repeated_rows_change_no_jump(seed, n, k, data):
     assert np.linalg.matrix_rank(more[choice.rows]) == nc
     # Impulses that are determined take no part in the distribution over the others.
     place = choice.rows.tolist().index(0)
-    np.testing.assert_array_equal(choice.spread[0], np.eye(nc)[place])
-    np.testing.assert_array_equal(choice.spread[1:, place], 0.0)
+    np.testing.assert_array_equal(choice.distribution[0], np.eye(nc)[place])
+    np.testing.assert_array_equal(choice.distribution[1:, place], 0.0)
     # The distribution does the same to the robot.
-    apart(more.T @ choice.spread, more[choice.rows].T, worse)
+    apart(more.T @ choice.distribution, more[choice.rows].T, worse)
 
 
 @pytest.mark.parametrize(
@@ -91,14 +91,14 @@ def test_repeated_rows_change_no_jump(seed, n, k, data):
 def test_rows_count_as_repeated_only_within_rounding(distance, rank, uncertain):
     """Two rows an angle apart: two, one, or so near the limit of 64 ε √2 that rounding decides."""
     J = np.array([[1.0, 0.0, 0.0], [1.0, distance, 0.0]])
-    choice = choose_rows(J, np.abs(J), np.ones(3), np.ones(2))
+    choice = independent_rows(J, np.abs(J), np.ones(3), np.ones(2))
     assert (len(choice.rows), choice.uncertain) == (rank, uncertain)
 
 
 def test_a_row_that_hardly_moves_hides_no_other():
     """A row of 1e-12 of its terms, beside two that are 1e-6 apart: each is compared with its rounding."""
     J = np.array([[1.0, 0.0, 0.0], [1.0, 1e-6, 0.0], [0.0, 0.0, 1e-12]])
-    choice = choose_rows(J, np.array([[1.0, 0.0, 0.0], [1.0, 1e-6, 0.0], [0.0, 0.0, 1.0]]), np.ones(3), np.ones(3))
+    choice = independent_rows(J, np.array([[1.0, 0.0, 0.0], [1.0, 1e-6, 0.0], [0.0, 0.0, 1.0]]), np.ones(3), np.ones(3))
     assert choice.rows.tolist() == [0, 1, 2]
 
 

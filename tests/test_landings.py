@@ -30,11 +30,11 @@ from shockpc.impact.stiffness import CompliantLanding
 from shockpc.landing.motion import Motion
 from shockpc.landing.resolve import landing_of
 from shockpc.landing.scene_file import scene_text
-from shockpc.quantities.table import quantity
-from shockpc.recorded import files
-from shockpc.recorded.files import read_table
-from shockpc.recorded.source import CLOSED_BY, recorded_landings
-from shockpc.recorded.table import rows_of
+from shockpc.quantities.selection import quantity
+from shockpc.recorded import table_files as files
+from shockpc.recorded.landings import CLOSED_BY, recorded_landings
+from shockpc.recorded.reader import rows_of
+from shockpc.recorded.table_files import read_table
 from shockpc.studies.landings import study as landings
 from shockpc.studies.landings.figure import draw_validation
 from shockpc.studies.landings.report import agreement_sheet
@@ -1205,7 +1205,7 @@ def test_measured_over_predicted_jumps_hides_no_point():
 CORRUPTED = """
 import io, sys
 import numpy as np, pyarrow, pyarrow.parquet
-from shockpc.recorded.files import read_table
+from shockpc.recorded.table_files import read_table
 from pathlib import Path
 table = pyarrow.table({"q": [0.1, None, 0.3], "contact": ["a", "b", None]})
 out = io.BytesIO()

@@ -9,11 +9,11 @@ from standing import quadruped, soles
 
 import shockpc
 from shockpc import Scene, shock_profile
-from shockpc.landing.joints import Joints
+from shockpc.landing.joint_options import Joints
 from shockpc.landing.level_feet import default_landings
 from shockpc.landing.scene import Contact, Posture
 from shockpc.landing.strike import Strike
-from shockpc.quantities.robot import NEEDS_TILT
+from shockpc.quantities.of_robot import NEEDS_TILT
 from shockpc.robot.load import load_robot
 from shockpc.text.errors import SceneError
 

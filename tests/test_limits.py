@@ -1,8 +1,8 @@
 """Joint limits: against dense sweeps and analyses of single postures, loops included, and the paper's statement about HyQ."""
 
-import csv
 import dataclasses
 import functools
+import itertools
 import json
 import math
 from pathlib import Path
@@ -15,7 +15,7 @@ from trees import known_robot
 
 from shockpc.evaluation.variation import motion_range
 from shockpc.landing.closure import follow
-from shockpc.landing.joints import Joints
+from shockpc.landing.joint_options import Joints
 from shockpc.landing.posture import fixed_joints, set_joints
 from shockpc.landing.resolve import resolve
 from shockpc.landing.scene import Contact, Part, Point, Posture, Scene
@@ -23,7 +23,7 @@ from shockpc.landing.scene_file import robot_of
 from shockpc.landing.strike import Strike
 from shockpc.paper.landings import scene
 from shockpc.profile import shock_profile
-from shockpc.quantities.table import select
+from shockpc.quantities.selection import select
 from shockpc.studies.limits.study import limits
 from shockpc.studies.place.study import place
 from shockpc.studies.sensitivity.study import sensitivity
@@ -328,10 +328,12 @@ def test_the_least_margin_allowed_on_the_command_line(capfd, tmp_path):
     part = ("--part", "trunk_imu=half-sine 50 g 11 ms", "--quantity", "part_margin", "--min", 1e4, "--step", 2, "--out", tmp_path)
     text = good(capfd, "limits", "hyq", "--contact", "lf_foot", "--joint", "lf_kfe_joint", *part)
     assert "values of lf_kfe_joint that keep part_margin@trunk_imu at or above 10000" in text
-    assert "the greatest that is feasible is" in text
+    assert "the best that is feasible is" in text
     document = json.loads((tmp_path / "limits.json").read_text())
     assert (document["max"], document["min"]) == (None, 1e4)
-    assert {"greatest", "greatest_at"} < set(document["limits"][0])
+    assert document["tables"]["best"][0]["best_part_margin"] == max(
+        row["best_part_margin"] for row in document["tables"]["best"][:1]
+    )
     assert (tmp_path / "limits.svg").exists()
 
 
@@ -341,17 +343,17 @@ def test_no_value_allowed_is_an_answer(capfd):
     assert [one.allowed for one in found.limits] == [()]
     words = ("limits", "hyq", "--contact", "lf_foot", "--joint", "lf_kfe_joint", "--at", "trunk_imu", "--max", 1e-4)
     text = good(capfd, *words, "--range", "-150:0", "--strikes", "0:0", "--step", 0.5)
-    assert "keeps shock@trunk_imu at or below 0.0001 at any of these strike angles; the least that is feasible is" in text
+    assert "keeps shock@trunk_imu at or below 0.0001 at any of these strike angles; the best that is feasible is" in text
     best = found.limits[0]
-    assert f" {best.best:.3g} at {math.degrees(best.best_at):.2f} deg" in text
+    assert f" {best.best:.3g} at {math.degrees(best.best_at):.4g} deg" in text
     assert found.scan.feasible(0.0, 0.0)[np.argmin(np.abs(found.scan.values - best.best_at))]
     tight = good(capfd, *words, "--range", "-150:-140", "--strikes", "0:0", "--step", 0.5)
     assert "flat ground allows no landing of this range" in tight
     assert "column feasible" in tight
     loose = json.loads(good(capfd, *words, "--range", "-150:-140", "--step", 0.5, "--ground-tolerance", 1, "--format", "json"))
     assert loose["scene"]["ground_tolerance"] == 1.0
-    assert loose["limits"][0]["feasible"] == [[-150.0, -140.0]]
-    assert loose["limits"][0]["allowed_and_feasible"] == []
+    assert loose["tables"]["limits"][0]["feasible"] is None
+    assert -150.0 <= loose["tables"]["best"][0]["at_deg"] <= -140.0
 
 
 def test_postures_that_level_ground_does_not_allow_are_named(capfd):
@@ -376,27 +378,28 @@ def test_command(capfd, tmp_path):
     words = ("limits", "hyq", "--contact", "lf_foot", "--joint", "lf_kfe_joint", "--at", "trunk_imu", "--max", 0.1)
     words = (*words, "--range", "-150:0", "--step", 2)
     table = good(capfd, *words, "--out", tmp_path)
-    assert "any of -30 … 75  -150.0* … -24.50" in table
     found = json.loads(good(capfd, *words, "--format", "json"))
     assert found == json.loads((tmp_path / "limits.json").read_text())
-    assert (found["schema"], found["file_limits"], found["range"]) == ("shockpc.limits/1", [-140.0, -20.0], [-150.0, 0.0])
+    assert (found["schema"], found["file_limits"], found["range"]) == ("shockpc.limits/2", [-140.0, -20.0], [-150.0, 0.0])
     assert run(capfd, *words, "--format", "csv").out == (tmp_path / "limits.csv").read_text()
-    rows = list(csv.DictReader((tmp_path / "limits.csv").read_text().splitlines()))
-    for one in found["limits"]:
-        of_strikes = [row for row in rows if [float(row[f"{end} strike angle [deg]"]) for end in ("least", "greatest")] ==
-            one["strike_angles_deg"]]  # fmt: skip
-        runs = {"feasible": one["feasible"], "both": one["allowed_and_feasible"]}
-        runs["allowed"] = [[interval["low"], interval["high"]] for interval in one["allowed"]]
-        for values, expected in runs.items():
-            intervals = [[row["low [deg]"], row["high [deg]"]] for row in of_strikes if row["values"] == values]
-            assert intervals == [[repr(end) for end in run] for run in expected] or (intervals, expected) == ([["", ""]], [])
-    assert len({row["values"] for row in rows}) == 3
+    rows, expected = found["tables"]["limits"], hyq(0.1, step=math.radians(2.0))
+    for one in expected.limits:
+        strikes = [math.degrees(angle) for angle in one.strikes]
+        pieces = [row for row in rows if [row["strike_from_deg"], row["strike_to_deg"]] == pytest.approx(strikes)]
+        feasible = [(row["low_deg"], row["high_deg"]) for row in pieces if row["feasible"]]
+        np.testing.assert_allclose(feasible, np.degrees(one.usable), atol=1e-8)
+        # The pieces of an interval follow one another; its ends are those that are found.
+        ends = [(row["low_deg"], row["high_deg"], row["low_end"], row["high_end"]) for row in pieces]
+        assert all(a[1] <= b[0] for a, b in itertools.pairwise(ends))
+        named = {(round(math.degrees(x), 6), end) for part in one.allowed for x, end in zip(part[:2], part[2:], strict=True)}
+        assert {(round(x, 6), name) for end in ends for x, name in zip(end[:2], end[2:], strict=True) if name != "ground"} == named
+    assert f"{rows[-1]['high_deg']:.2f}" in table
     postures = pandas.read_csv(tmp_path / "postures.csv")
     assert set(map(str, postures.dtypes)) == {"float64"}
-    wanted = [[low, high] for one in found["postures"] for low, high in one["allowed_strike_angles_deg"] or [(np.nan, np.nan)]]
-    np.testing.assert_array_equal(postures.iloc[:, -2:], wanted)
+    kept = [part for of_posture in expected.allowed_strikes for part in of_posture or [(np.nan, np.nan)]]
+    np.testing.assert_allclose(postures.iloc[:, -2:], np.degrees(kept), atol=1e-8)
     assert {file.name for file in tmp_path.iterdir() if file.name[0] != "."} == {
-        "limits.json", "limits.csv", "postures.csv", "report.md", "report.html", "limits.svg", "limits.png",
+        "limits.json", "limits.csv", "best.csv", "postures.csv", "report.md", "report.html", "limits.svg", "limits.png",
     }  # fmt: skip
     outcome = run(capfd, *words[:-5], 0.1, "--range", "12")
     assert (outcome.code, outcome.out) == (2, "")

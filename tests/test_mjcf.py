@@ -18,7 +18,7 @@ from shockpc.impact.impact import DoubleImpact
 from shockpc.landing.scene_file import robot_of
 from shockpc.profile import impact_jumps
 from shockpc.quantities.quantity import evaluate
-from shockpc.quantities.table import select
+from shockpc.quantities.selection import select
 from shockpc.robot.mjcf_compiled import compiled
 from shockpc.text.errors import RobotError, SceneError, SolveError, UnknownName
 

@@ -500,7 +500,7 @@ def test_names_of_parts(capfd, here):
 
 def test_a_margin_that_takes_too_many_events_is_not_sought(here, monkeypatch):
     """On a very soft contact a leg may oscillate thousands of times, for each stiffness that is tried."""
-    monkeypatch.setattr("shockpc.quantities.parts.MOST_SEGMENTS", 1)
+    monkeypatch.setattr("shockpc.quantities.of_parts.MOST_SEGMENTS", 1)
     part = (Part(name="gear", joint="slide", momentary_torque=300.0),)
     contact = Contact(frame="foot", directions=("z",))
     scene = Scene(robot="column.urdf", contact=contact, joints=Joints(stiffness={"slide": 2e5}), part=part)

@@ -16,11 +16,11 @@ import shockpc
 from shockpc.robot.geometry import outline
 from shockpc.robot.load import load_robot
 from shockpc.robot.shapes import facets, half_spaces
+from shockpc.studies.place.best_first import best_places, box
 from shockpc.studies.place.cone import ConvexCell, least_shock
 from shockpc.studies.place.field import fields_of
 from shockpc.studies.place.groups import best_group
 from shockpc.studies.place.report import place_report
-from shockpc.studies.place.search import best_places, box
 
 TOLERANCE = 1e-8
 """Of values near 1: the accuracy asked of the solver is 1e-11, and its gap is checked."""

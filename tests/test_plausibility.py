@@ -30,11 +30,11 @@ from shockpc import (
 )
 from shockpc.evaluation.budgets import Budget, Budgets, Case, DesignVariation
 from shockpc.evaluation.cost import ShockCost
+from shockpc.landing.constraints import block_point
 from shockpc.landing.dynamics import dynamics
 from shockpc.landing.resolve import resolve
-from shockpc.landing.rows import block_point
 from shockpc.quantities.heights import levels
-from shockpc.quantities.robot import NEEDS_TILT
+from shockpc.quantities.of_robot import NEEDS_TILT
 from shockpc.robot import geometry
 from shockpc.robot.feet_and_sensors import each_foot, feet
 from shockpc.robot.geometry import inflated_inertias

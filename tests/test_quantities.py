@@ -16,7 +16,7 @@ from shockpc.evaluation.designs import Design
 from shockpc.impact.impact import DoubleImpact
 from shockpc.profile import impact_jumps
 from shockpc.quantities.quantity import evaluate
-from shockpc.quantities.table import QUANTITIES, quantities_of, select
+from shockpc.quantities.selection import QUANTITIES, quantities_of, select
 from shockpc.robot.load import load_robot
 
 COMMON = [entry for entry in QUANTITIES if not entry.needs_posture]

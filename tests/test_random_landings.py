@@ -88,7 +88,7 @@ def assert_loads(profile):
     size = sum(np.linalg.norm(impulse) + np.linalg.norm(moment) for _, _, impulse, moment in ground)
     for load in profile.loads:
         k, joint = next((k, joint) for k, joint in enumerate(robot.joints) if load.joint in joint.name.split("+"))
-        behind, about = robot.supports[:, joint.v].any(axis=1), profile.position[k]
+        behind, about = robot.ancestors[:, joint.v].any(axis=1), profile.position[k]
         force, moment = dense.momentum(profile, np.flatnonzero(behind), about)
         for body, point, impulse, stop_joint in ground:
             force = force - behind[body] * impulse

@@ -29,7 +29,7 @@ OPTIONAL = ("import casadi", "import crocoddyl")
 SCENE = 'robot = "robot.urdf"\n[[contact]]\nframe = "foot"\n'
 
 
-class Block(NamedTuple):
+class ConstraintBlock(NamedTuple):
     """A fenced block: its language and its text."""
 
     language: str
@@ -43,7 +43,7 @@ class Typed(NamedTuple):
     shown: str
 
 
-BLOCKS = [Block(*found) for found in re.findall(r"^```(\w*)[^\n]*\n(.*?)^```", TEXT, re.MULTILINE | re.DOTALL)]
+BLOCKS = [ConstraintBlock(*found) for found in re.findall(r"^```(\w*)[^\n]*\n(.*?)^```", TEXT, re.MULTILINE | re.DOTALL)]
 
 
 def commands() -> list[Typed]:

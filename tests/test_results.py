@@ -10,7 +10,7 @@ from robot_texts import INERTIA, LIMIT, joint, link, urdf
 from trees import known_robot, robot_from
 
 from shockpc import Contact, Joints, Point, Posture, Scene, SceneError, Strike, shock_profile
-from shockpc.core.directions import most_severe_direction
+from shockpc.core.most_severe import most_severe_direction
 from shockpc.core.pulse import SHAPES, peak_acceleration, pulse_from
 from shockpc.landing.scene_file import robot_of
 from shockpc.landing.strike import GRAVITY

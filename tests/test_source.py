@@ -11,7 +11,7 @@ from robot_texts import arm, body, floating, link, loaded, mjcf, read, refusal, 
 
 from shockpc import RobotError, UnknownName, load_robot
 from shockpc.robot.catalogue import catalogue
-from shockpc.robot.source import read_source
+from shockpc.robot.formats import read_source
 
 NOT_ROBOTS = {"ur3_empty", "hector_macro", "hector_xacro"}  # files of the data package that hold none
 SRDF = '<robot name="r"><group_state name="standing" group="all"/></robot>'

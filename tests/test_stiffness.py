@@ -10,8 +10,8 @@ from scipy.integrate import solve_ivp
 
 from shockpc.core import crossing, stiff_motion, stiff_state
 from shockpc.core.impulse import TOLERANCE, solve_impact
+from shockpc.core.stiff_contacts import attach_rotors, damper_restitution, simulate_landing
 from shockpc.core.stiff_motion import Elements
-from shockpc.core.stiffness import attach_rotors, damper_restitution, simulate_landing
 
 SEEDS = range(3)
 

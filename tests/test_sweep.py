@@ -13,6 +13,7 @@ from commands import STICK
 from hypothesis import given, reject, settings
 from hypothesis import strategies as st
 from random_landings import random_landing
+from robot_texts import floating, mjcf
 from trees import known_robot, robot_from
 
 from shockpc import Contact, Joints, Point, Rotor, Scene, ShockError, Strike, read_scene, resolve, shock_profile
@@ -20,7 +21,7 @@ from shockpc.evaluation.columns import Column, proven_columns
 from shockpc.evaluation.evaluate import Evaluation
 from shockpc.evaluation.table import Table
 from shockpc.landing.places import Place
-from shockpc.quantities.table import select
+from shockpc.quantities.selection import select
 from shockpc.robot.changes import changed, links_with_mass, read_changes
 from shockpc.show.wording import proof_lines
 from shockpc.studies.sweep.study import sweep
@@ -642,3 +643,14 @@ def test_an_option_that_says_that_it_varies_is_one_of_a_sweep(anymal):
 def test_landings_that_are_compared_with_a_proof_are_others_only_beside_proven_ones():
     assert " in 3 landings: " in next(proof_lines(0, 3, 1e-16, ()))
     assert " in 1 other landing: " in [*proof_lines(2, 1, 1e-16, ())][1]
+
+
+def test_a_ball_joint_and_a_point_mass_are_set_as_an_analysis_sets_them():
+    """Rows in double precision are the proven landings of the scenes and robots that they stand for."""
+    ball = '<joint name="hip" type="ball"/><inertial pos="0 0 -.1" mass="1" diaginertia=".1 .2 .25"/>'
+    leg = f'<body name="leg">{ball}<site name="foot" pos="0.1 0 -0.3"/></body>'
+    robot = robot_from(mjcf(floating(leg)), ".xml")
+    vary = {"turn-x:hip": [-10.0, 20.0], "turn-y:hip": [0.0, 30.0], "point-mass:leg": [0.0, 0.5]}
+    table = sweep(Scene(robot="m", contact="foot"), vary, robot=robot, quantities=["shock_com@base"], prove=8).table()
+    assert len(set(np.round(table.columns["shock_com@base"], 9))) == 8
+    assert table.columns["double_error"].max() < 1e-12

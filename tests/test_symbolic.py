@@ -5,6 +5,7 @@ import numpy as np
 import pinocchio as pin
 import pytest
 from robot_texts import LIMIT, joint, link, urdf
+from shockpc.quantities.table import QUANTITIES
 from test_derivatives import IN_SERIES, in_balls, on
 from trees import known_robot, robot_from
 
@@ -14,7 +15,6 @@ from shockpc.evaluation.symbolic import SymbolicLanding
 from shockpc.impact.exact.arithmetic import NoValueError
 from shockpc.impact.exact.symbols import SymbolImpact, compiled
 from shockpc.profile import ILL_CONDITIONED, profile_of
-from shockpc.quantities.table import QUANTITIES
 from shockpc.text.cache import cache_folder
 
 MOVING = Strike(strike_angle_deg=20.0, angular_velocity=(0.2, -0.4, 0.1), joint_velocities={"LF_KFE": 1.5})
@@ -104,7 +104,7 @@ def test_gradient_in_balls():
     body = [body.name for body in landing.robot.bodies].index("RF_SHANK")
     R, jump = landing.state.rotation[0, body], profile_of(landing).proof.jumps[body, 3:, 2]
     for k in (5, 8, 17):
-        turn = R.T @ landing.state.J[0, :3, k] * landing.robot.supports[body, k]
+        turn = R.T @ landing.state.J[0, :3, k] * landing.robot.ancestors[body, k]
         exact = R.T @ in_balls(landing, landing.q, k, 1e-4)[body, 3:, 2] - np.cross(turn, jump)  # in axes that turn
         np.testing.assert_allclose(found[:, k], exact, rtol=0, atol=1e-9 * np.abs(found).max())
 

@@ -133,8 +133,8 @@ STUDIES = {
     ),
     "limits": (
         lambda _: shockpc.limits(FOOT, "LF_KFE", "shock@imu_link", 0.1, joint_range=(-1.5, -1.0), step=0.02),
-        lambda found: sum(len(runs) or 1 for one in found.limits for runs in (one.allowed, one.feasible, one.usable)),
-        {"low [deg]": "deg", "least strike angle [deg]": "deg", "low end": ""},
+        lambda found: sum(len(one.pieces) or 1 for one in found.limits),
+        {"low [deg]": "deg", "strike from [deg]": "deg", "low end": ""},
     ),
     "place": (
         lambda _: shockpc.place({"down": FOOT, "slanted": Scene(robot="anymal_b", contact="RH_FOOT")}),

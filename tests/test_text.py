@@ -18,12 +18,12 @@ from robot_texts import joint, link, urdf
 from trees import robot_from
 
 from shockpc import Contact, Joints, Point, Posture, Rotor, Scene, Strike, shock_profile
-from shockpc.core.directions import ExtremeDirections
-from shockpc.quantities.table import select
+from shockpc.core.most_severe import ExtremeDirections
+from shockpc.quantities.selection import select
 from shockpc.show.tables import Lines, Sheet, as_csv, as_markdown, as_text, escaped, rounded
 from shockpc.show.wording import header_lines, shared_warnings, vector_text
 from shockpc.studies.analyze.report import accuracy_line, analyze_report, landing_report
-from shockpc.studies.analyze.tables import directions_sheet
+from shockpc.studies.analyze.sheets import directions_sheet
 from shockpc.studies.analyze.views import contacts_view
 from shockpc.text.diagnostic import Diagnostic, by_cause
 from shockpc.text.printed import cause_lines, causes, message, printable

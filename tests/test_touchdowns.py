@@ -14,7 +14,7 @@ from rosbags.typesys import Stores, get_typestore
 
 import shockpc
 from shockpc import Contact, Scene, load_robot
-from shockpc.bench.logs import FEET, quadruped, trot
+from shockpc.bench.found_touchdowns import FEET, quadruped, trot
 from shockpc.recorded.bags import read_bag
 from shockpc.recorded.detection import line_slopes, noise
 from shockpc.recorded.logs import read_log

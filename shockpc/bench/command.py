@@ -4,7 +4,7 @@ import os
 import sys
 from pathlib import Path
 
-from shockpc.cli.declare import argument, command
+from shockpc.cli.declared import argument, command
 from shockpc.cli.options import SceneOptions, in_output
 from shockpc.cli.parse import out_folder, robot_name
 

@@ -19,7 +19,7 @@ import pinocchio as pin
 
 from shockpc import Contact, Joints, Rotor, ShockMaps, SolveError, resolve, shock_maps, shock_profile
 from shockpc.bench.cases import chain, known_robot, landing
-from shockpc.bench.logs import found_touchdowns
+from shockpc.bench.found_touchdowns import found_touchdowns
 from shockpc.bench.measure import timed
 from shockpc.bench.measured import measured_landings, measured_tosses
 from shockpc.bench.methods import Prepared, System, UnsuitedError, all_quantities, double_jumps, system_of

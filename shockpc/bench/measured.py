@@ -4,7 +4,7 @@ from dataclasses import replace
 
 from shockpc import Contact, Joints, Scene, load_robot, read_scene
 from shockpc.landing.scene_file import robot_of
-from shockpc.recorded.files import read_table
+from shockpc.recorded.table_files import read_table
 from shockpc.robot.catalogue import project_robots_folder
 from shockpc.show.tables import Sheet
 from shockpc.studies.landings.report import agreement_sheet

@@ -9,11 +9,11 @@ import pinocchio as pin
 
 from shockpc import Robot, Scene, SceneError, ShockProfile, resolve, shock_profile
 from shockpc.core.spatial import Array
+from shockpc.landing.constraints import block_axes, block_point
 from shockpc.landing.landing import PosedLanding
 from shockpc.landing.motion import approach_speeds
-from shockpc.landing.rows import block_axes, block_point
 from shockpc.profile import impact_jumps
-from shockpc.quantities.table import QUANTITIES
+from shockpc.quantities.selection import QUANTITIES
 
 PROVEN = "shockpc, proven"
 WORLD_AXES = pin.LOCAL_WORLD_ALIGNED

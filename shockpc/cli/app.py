@@ -12,7 +12,7 @@ import typer
 from typer.core import TyperCommand, TyperGroup, TyperOption
 
 from shockpc import __version__
-from shockpc.cli.declare import EXIT_CODES, Command, Help, command
+from shockpc.cli.declared import EXIT_CODES, Command, Help, command
 from shockpc.cli.options import EVERYBODY, PANELS, RARE, RARE_OF_RUN
 
 STUDIES = Path(__file__).resolve().parent.parent / "studies"
@@ -116,7 +116,7 @@ def app_for(words: Sequence[str]) -> typer.Typer:
 def _command(name: str) -> Command:
     """The function that runs a command."""
     if importlib.util.find_spec(f"{COMMANDS[name]}.command") is None:
-        from shockpc.cli.study import study_command  # which imports the studies
+        from shockpc.cli.study_command import study_command  # which imports the studies
 
         return study_command(name)
     function: Command = getattr(importlib.import_module(f"{COMMANDS[name]}.command"), name)

@@ -5,7 +5,7 @@ from dataclasses import fields
 from pathlib import Path
 from typing import Any, Literal, NamedTuple, get_args, get_origin
 
-from shockpc.cli.declare import Declared, Parser, argument, group
+from shockpc.cli.declared import Declared, Parser, argument, group
 from shockpc.cli.parse import (
     Motor,
     Setting,
@@ -25,7 +25,7 @@ from shockpc.cli.parse import (
     vector,
     whole,
 )
-from shockpc.landing.joints import Joints
+from shockpc.landing.joint_options import Joints
 from shockpc.landing.record import Option, options_of
 from shockpc.landing.scene import Contact, Posture, Scene
 from shockpc.landing.strike import Strike

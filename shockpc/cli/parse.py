@@ -8,7 +8,7 @@ from typing import TypeAlias, get_args
 
 import typer
 
-from shockpc.landing.joints import JointModelName
+from shockpc.landing.joint_options import JointModelName
 from shockpc.landing.record import Option
 from shockpc.text.errors import OutputError
 from shockpc.text.paths import is_path, usable_path

@@ -7,7 +7,7 @@ from typing import Any, TypeVar
 
 from shockpc.cli.options import SceneOptions
 from shockpc.landing.contact import contact_name, landing_frames, match_contacts
-from shockpc.landing.joints import Joints, Rotor, with_model
+from shockpc.landing.joint_options import Joints, Rotor, with_model
 from shockpc.landing.level_feet import default_landings
 from shockpc.landing.ratings import part_from
 from shockpc.landing.scene import Contact, Posture, Scene
@@ -128,7 +128,7 @@ def with_contact(robot: str, options: SceneOptions, contacts: list[str]) -> tupl
     scene = _scene_of(robot)
     if options.contact or scene.contact:
         return options, contacts
-    from shockpc.recorded.source import first_contact
+    from shockpc.recorded.landings import first_contact
 
     loaded = _robot_of(_with_file(scene, options), filter(str.strip, contacts))
     chosen = first_contact(loaded, contacts)

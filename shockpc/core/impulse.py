@@ -73,22 +73,22 @@ class RowChoice(NamedTuple):
 
     Attributes:
         rows: (r,) indices of independent rows from which all others follow.
-        spread: (nc, r) distributes impulses along these rows over all rows, with the same effect and the least norm at unit
+        distribution: (nc, r) distributes impulses along these rows over all rows, with the same effect and the least norm at unit
             mobility; the identity where no row depends on others.
         unique: (nc,) whether the impulse along a row is determined. A row along which nothing can move takes none.
         uncertain: whether rounding can change how many rows are independent.
         discarded: greatest singular value above rounding that counts as zero, relative to the terms of the rows; 0 if none is.
-        left_out: (m, nc) combinations of rows, of unit length, along which the mechanism moves only by what rounding of its file
+        infeasible: (m, nc) combinations of rows, of unit length, along which the mechanism moves only by what rounding of its file
             leaves.
         slack: share of their terms that rounding of the file may leave in rows that follow from others.
     """
 
     rows: np.ndarray
-    spread: Array
+    distribution: Array
     unique: np.ndarray
     uncertain: bool
     discarded: float = 0.0
-    left_out: Array = np.zeros((0, 0))
+    infeasible: Array = np.zeros((0, 0))
     slack: float = 0.0
 
     @staticmethod
@@ -108,15 +108,15 @@ def solve_impact(
     """The jump of least kinetic energy that meets the contact: Δq̇ = −H⁻¹ J_cᵀ Λ b, λ = −Λ b, Λ = (J_c H⁻¹ J_cᵀ)⁻¹.
 
     The Delassus matrix J_c H⁻¹ J_cᵀ, scaled to a unit diagonal, is eliminated without pivoting. Where a pivot comes near zero, or
-    the inertia has lost the digits to tell, `choose_rows` finds the independent rows of that posture.
+    the inertia has lost the digits to tell, `independent_rows` finds the independent rows of that posture.
 
     Args:
         H: joint-space inertia, matrices (N, nv, nv) or what they consist of [kg, kg m, kg m²].
         J_c: (N, nc, nv) contact and closure rows.
         b: (N, nc, k) speed to be undone along each row, (1 + e) times the approach [m/s].
         terms: the sizes (N, nc, nv) of the terms that the entries of J_c are sums of; asked only where they may matter.
-        tolerance: as of `choose_rows`.
-        most: posture → the last two arguments of `choose_rows`; asked only there, too.
+        tolerance: as of `independent_rows`.
+        most: posture → the last two arguments of `independent_rows`; asked only there, too.
 
     Returns: NaN in a posture whose inertia is singular in double precision.
     """
@@ -151,12 +151,12 @@ def solve_impact(
     choices, independent, rank = {}, {}, np.full(n, nc)
     sizes = terms() if unclear else J_c
     for k in unclear:
-        choices[k] = choice = choose_rows(J_c[k], sizes[k], levers(sizes[k]), scale[k], tolerance, *limits.get(k, ()))
+        choices[k] = choice = independent_rows(J_c[k], sizes[k], column_sizes(sizes[k]), scale[k], tolerance, *limits.get(k, ()))
         r, rank[k] = choice.rows, len(choice.rows)
         part, condition[k] = _least_squares(A[k][np.ix_(r, r)], b[k, r])
         condition[k] *= stiffness[k]
         independent[k] = part
-        impulse[k], delta_qd[k] = choice.spread @ part, X[k][:, r] @ part
+        impulse[k], delta_qd[k] = choice.distribution @ part, X[k][:, r] @ part
     return Solution(delta_qd, impulse, scale, rank, condition * _light(size, delta_qd), choices, independent)
 
 
@@ -198,7 +198,7 @@ def _least_squares(A: Array, b: Array) -> tuple[Array, float]:
         return np.full_like(b, np.nan), np.inf
 
 
-def choose_rows(
+def independent_rows(
     J_c: Array,
     terms: Array,
     size: Array,
@@ -217,7 +217,7 @@ def choose_rows(
     Args:
         J_c: (nc, nv) rows.
         terms: (nc, nv) sizes of the terms that its entries are sums of.
-        size: (nv,) by which joint velocities are measured, as `levers`.
+        size: (nv,) by which joint velocities are measured, as `column_sizes`.
         scale: (nc,) that brings each row to unit mobility.
         tolerance: relative error of the terms. Rounding alone may change the choice only where it is `TOLERANCE`.
         most: how many rows can be independent; the least singular values beyond that count as zero.
@@ -237,12 +237,12 @@ def choose_rows(
     uncertain = tolerance == TOLERANCE and bool(np.any(_near(s[:most], bound)) or np.any(_near(share, TOLERANCE)))
     zeros = np.concatenate([s[rank:], share[~moves]])
     discarded = float(zeros[zeros > UNCERTAIN[1] * TOLERANCE * np.sqrt(count)].max(initial=0.0))
-    left_out, slack = Vt[:0], 0.0
+    infeasible, slack = Vt[:0], 0.0
     if rank == most < count and rounded > 0.0:
         # Of what rounding of the file left nothing may count: neither a row that is all of that, nor its share of others.
         others, slack = Vt[rank:], max(rounded, float(s[rank]))
         rounding = moves & (share <= slack) & (np.sum(others**2, axis=0) > 0.5)
-        left_out = others[(s[rank:] > bound) | np.any(others[:, rounding] ** 2 > 0.5, axis=1)]
+        infeasible = others[(s[rank:] > bound) | np.any(others[:, rounding] ** 2 > 0.5, axis=1)]
         moves &= ~rounding
         uncertain = bool(np.any(_near(s[:rank], bound)))
         scaled = np.where(moves[:, None], scaled - others.T @ (others @ scaled), 0.0)
@@ -251,17 +251,17 @@ def choose_rows(
     unique = ~moves | (np.sum(Vt[:rank] ** 2, axis=0) > 1.0 - 1e-9)
     rows = np.flatnonzero(moves) if rank == moves.sum() else _farthest(scaled.T, rank)
     # In units of its terms every row has the same rounding, so a row of small mobility does not hide others.
-    spread = np.eye(rank) if rank == count else _distribution(scaled * term_size[:, None], moves, size, scale, rows, unique)
-    return RowChoice(rows, spread, unique, uncertain, discarded, left_out, slack)
+    distribution = np.eye(rank) if rank == count else _distribution(scaled * term_size[:, None], moves, size, scale, rows, unique)
+    return RowChoice(rows, distribution, unique, uncertain, discarded, infeasible, slack)
 
 
 def _distribution(J: Array, moves: np.ndarray, size: Array, scale: Array, rows: np.ndarray, unique: np.ndarray) -> Array:
-    """Impulses (nc, r) along all rows that do the same as unit impulses along r independent ones, as `RowChoice.spread`.
+    """Impulses (nc, r) along all rows that do the same as unit impulses along r independent ones, as `RowChoice.distribution`.
 
     Args:
         J: (nc, nv) rows, without what is rounding in them.
         moves: (nc,) which of them move anything.
-        size: as of `choose_rows`.
+        size: as of `independent_rows`.
         scale: likewise.
         rows: (r,) the independent ones.
         unique: (nc,) along which the impulse is determined.
@@ -270,22 +270,22 @@ def _distribution(J: Array, moves: np.ndarray, size: Array, scale: Array, rows: 
     mobile = np.where(moves, np.where(scale > 0.0, scale, 1.0 / (size.min() * length)), 0.0)
     U, s, Vt = np.linalg.svd((mobile[:, None] * J).T, full_matrices=False)
     rank = len(rows)
-    spread = mobile[:, None] * (Vt[:rank].T @ ((U[:, :rank].T @ J[rows].T) / s[:rank, None]))
+    distribution = mobile[:, None] * (Vt[:rank].T @ ((U[:, :rank].T @ J[rows].T) / s[:rank, None]))
     # Impulses that are determined have nothing to do with the others; rounding would say otherwise.
-    spread[unique], spread[:, unique[rows]] = 0.0, 0.0
+    distribution[unique], distribution[:, unique[rows]] = 0.0, 0.0
     unrepeated = np.flatnonzero(unique[rows])
-    spread[rows[unrepeated], unrepeated] = 1.0
-    return np.asarray(spread)
+    distribution[rows[unrepeated], unrepeated] = 1.0
+    return np.asarray(distribution)
 
 
-def levers(terms: Array) -> Array:
+def column_sizes(terms: Array) -> Array:
     """The greatest size (nv,) of a term in each column of terms (nc, nv): for a rotation a length [m], for a translation 1."""
     greatest = terms.max(axis=0, initial=0.0)
     return np.where(greatest > 0.0, greatest, 1.0)
 
 
 def in_terms(J_c: Array, terms: Array, size: Array) -> tuple[Array, Array]:
-    """The size (nc,) of the terms of each row, and the rows (nc, nv) in units of that; arguments as of `choose_rows`."""
+    """The size (nc,) of the terms of each row, and the rows (nc, nv) in units of that; arguments as of `independent_rows`."""
     # What is left of terms that cancel to within their rounding is a structural zero, such as the speed of a point on the only
     # axis that rotates; nothing later could tell it from a lever of 1e-16 m.
     J = np.where(np.abs(J_c) > 8.0 * EPS * terms, J_c, 0.0) / size

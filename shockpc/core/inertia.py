@@ -7,7 +7,7 @@ import numpy as np
 from shockpc.core.spatial import Array
 
 
-class Momenta(NamedTuple):
+class CompositeInertia(NamedTuple):
     """What H consists of: H_ij = J_iᵀ F_j where velocity i also moves what velocity j moves; on the diagonal also armature.
 
     With them the work for one posture grows with nv, and with its cube in the matrix, but each velocity costs a dozen calls.
@@ -25,7 +25,7 @@ class Momenta(NamedTuple):
     before: tuple[int, ...]
 
 
-Inertia: TypeAlias = Array | Momenta
+Inertia: TypeAlias = Array | CompositeInertia
 """Matrices H (N, nv, nv), symmetric positive definite [kg, kg m, kg m²], or what they consist of."""
 
 
@@ -35,14 +35,14 @@ DEFINITE = 1e-14
 
 def diagonal_of(inertia: Inertia) -> Array:
     """The diagonal (N, nv) of H."""
-    if isinstance(inertia, Momenta):
+    if isinstance(inertia, CompositeInertia):
         return np.asarray(np.einsum("nij,nij->nj", inertia.J, inertia.F) + inertia.armature)
     return np.asarray(np.einsum("nii->ni", inertia))
 
 
 def matrix_of(inertia: Inertia) -> Array:
     """H (N, nv, nv)."""
-    if not isinstance(inertia, Momenta):
+    if not isinstance(inertia, CompositeInertia):
         return inertia
     carries = np.eye(len(inertia.before), dtype=bool)
     for k, before in enumerate(inertia.before):
@@ -70,7 +70,7 @@ def solve_inertia(inertia: Inertia, B: Array) -> Array:
 
     Returns: NaN, or numbers without meaning, in a posture whose H is singular.
     """
-    if isinstance(inertia, Momenta):
+    if isinstance(inertia, CompositeInertia):
         return _along_the_tree(inertia, B)
     try:
         return np.asarray(np.linalg.solve(inertia, B), dtype=float)
@@ -80,7 +80,7 @@ def solve_inertia(inertia: Inertia, B: Array) -> Array:
         return np.concatenate([solve_inertia(inertia[k : k + 1], B[k : k + 1]) for k in range(len(B))])
 
 
-def _along_the_tree(inertia: Momenta, B: Array) -> Array:
+def _along_the_tree(inertia: CompositeInertia, B: Array) -> Array:
     """H⁻¹ B by Gaussian elimination from the leaves to the base, and back.
 
     To eliminate velocity k takes H_ik H_kj / H_kk from H_ij. As H_ik = J_iᵀ F_k, this takes (F_k F_kᵀ / H_kk) J_j from F_j, and one

@@ -15,7 +15,7 @@ from shockpc.landing.record import CHECKED
 from shockpc.landing.scene import Part, Scene
 from shockpc.landing.scene_file import read_scene, record_schema, scene_from, scene_table
 from shockpc.landing.strike import replaced_ways
-from shockpc.quantities.table import Selection, select, selections
+from shockpc.quantities.selection import Selection, select, selections
 from shockpc.text.errors import SceneError, ShockError, StudyError
 from shockpc.text.paths import read_file, usable_path
 from shockpc.text.printed import printable

@@ -9,18 +9,18 @@ from shockpc.core.bodies import in_body_axes
 from shockpc.core.impulse import Solution
 from shockpc.core.spatial import Array
 from shockpc.impact.impact import DoubleImpact
+from shockpc.landing.constraints import Equation
 from shockpc.landing.dynamics import Inertias, dynamics
+from shockpc.landing.end_stops import at_stops, driven_beyond, missed_stops
 from shockpc.landing.landing import PosedLanding
 from shockpc.landing.motion import separating
 from shockpc.landing.places import Place, moving_point
-from shockpc.landing.rows import Equation
 from shockpc.landing.scene import Point, Scene
 from shockpc.landing.scene_file import points_at
-from shockpc.landing.stops import at_stops, driven_beyond, missed_stops
 from shockpc.profile import impact_jumps, needs_proof
-from shockpc.quantities.profile import ShockProfile
 from shockpc.quantities.quantity import Quantity, evaluate
-from shockpc.quantities.table import Selection, select, selections
+from shockpc.quantities.selection import Selection, select, selections
+from shockpc.quantities.shock_profile import ShockProfile
 from shockpc.text.errors import ShockError, SolveError, StudyError
 from shockpc.text.printed import listed
 

@@ -27,11 +27,11 @@ from shockpc.landing.posture import difference
 from shockpc.landing.resolve import resolve
 from shockpc.landing.scene import Scene
 from shockpc.landing.strike import Strike
-from shockpc.quantities.contacts import IMPULSE, REDUNDANT
 from shockpc.quantities.heights import CLEARANCE, HEIGHTS, REACH, SPREAD, on_ground, without_shapes
+from shockpc.quantities.of_contacts import IMPULSE, REDUNDANT
+from shockpc.quantities.of_robot import ENERGY_LOST, ROUNDING
 from shockpc.quantities.quantity import Quantity
-from shockpc.quantities.robot import ENERGY_LOST, ROUNDING
-from shockpc.quantities.table import Selection
+from shockpc.quantities.selection import Selection
 from shockpc.robot.robot import Robot
 from shockpc.text.arguments import checked
 from shockpc.text.errors import StudyError

@@ -17,7 +17,7 @@ from shockpc.text.arguments import checked, is_numeric
 F = TypeVar("F", bound=Callable[..., Any])
 
 Reads: TypeAlias = Literal["scene", "landings", "postures", "designs", "table", "log"]
-"""What a command reads for the parameter of this name, as `shockpc.cli.study.INPUTS` describes."""
+"""What a command reads for the parameter of this name, as `shockpc.cli.study_command.INPUTS` describes."""
 
 Passed: TypeAlias = Literal["target", "trace", "progress"]
 """What a command passes besides: the number that the study is about, by --at or --quantity; what measures stages, for --explain; a
@@ -45,7 +45,7 @@ RenameOption: TypeAlias = Annotated[
         "map",
     ),
 ]
-"""Names of the columns of a table or a log, as `shockpc.recorded.table.rows_of` takes them."""
+"""Names of the columns of a table or a log, as `shockpc.recorded.reader.rows_of` takes them."""
 
 
 class StudyParameter(NamedTuple):

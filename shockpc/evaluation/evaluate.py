@@ -16,8 +16,8 @@ from shockpc.evaluation.source import Chunk, Group, Landings, Refusal, refuse_un
 from shockpc.evaluation.table import Table
 from shockpc.landing.scene import Scene
 from shockpc.profile import profile_of_scene
-from shockpc.quantities.profile import ShockProfile
-from shockpc.quantities.table import Selection
+from shockpc.quantities.selection import Selection
+from shockpc.quantities.shock_profile import ShockProfile
 from shockpc.robot.robot import Robot
 from shockpc.text.diagnostic import warn
 from shockpc.text.errors import DefectError, ShockError, attempt, refusal

@@ -2,7 +2,6 @@
 
 import reprlib
 from collections.abc import Callable, Iterable, Mapping
-from dataclasses import dataclass, field
 from typing import Any, NamedTuple, Protocol
 
 import numpy as np
@@ -10,12 +9,12 @@ import numpy as np
 from shockpc.core.spatial import Array
 from shockpc.landing.contact import contact_name
 from shockpc.landing.dynamics import Inertias
-from shockpc.landing.landing import OfLanding, PosedLanding
+from shockpc.landing.landing import PosedLanding
 from shockpc.landing.level_feet import with_contacts
 from shockpc.landing.scene import Scene
 from shockpc.landing.scene_file import robot_of
-from shockpc.quantities.profile import ShockProfile
-from shockpc.quantities.table import Selection
+from shockpc.quantities.selection import Selection
+from shockpc.quantities.shock_profile import ShockProfile
 from shockpc.robot.robot import Robot
 from shockpc.text.errors import ShockError, StudyError
 
@@ -132,41 +131,6 @@ class Landings(Protocol):
 
     def chunk(self, k: int, data: Any) -> Chunk:
         """The postures of a chunk. Args: data, as the method of that name gives it."""
-
-
-@dataclass(frozen=True, eq=False)
-class LandingsBeside(OfLanding):
-    """What sources have in common whose rows differ from one landing that is resolved.
-
-    Attributes:
-        landing: that one.
-    """
-
-    landing: PosedLanding = field(repr=False)
-
-    further = ()
-
-    @property
-    def base_scene(self) -> Scene:
-        """That one."""
-        return self.scene
-
-    @property
-    def kinds(self) -> tuple[str, ...]:
-        """What varies, as `Variation.kind`."""
-        raise NotImplementedError
-
-    @property
-    def opens(self) -> bool:
-        """Whether a contact that would be pulled opens, because there is friction."""
-        return self.scene.friction is not None or "friction" in self.kinds
-
-    def compared(self, count: int) -> np.ndarray:
-        """No rows: those that need a proof have one."""
-        return np.arange(0)
-
-    def data(self, k: int) -> None:
-        """Nothing."""
 
 
 def named_scenes(landings: Scene | Mapping[str, Scene]) -> dict[str, Scene]:

@@ -10,7 +10,7 @@ import numpy as np
 
 from shockpc.core.spatial import Array
 from shockpc.evaluation.columns import Column, percentile
-from shockpc.quantities.table import selections
+from shockpc.quantities.selection import selections
 from shockpc.text.arguments import checked
 from shockpc.text.errors import DefectError, StudyError
 from shockpc.text.printed import listed

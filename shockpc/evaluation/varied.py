@@ -9,7 +9,7 @@ import functools
 import math
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field, fields, replace
-from typing import Any, cast
+from typing import Any
 
 import numpy as np
 
@@ -17,10 +17,8 @@ from shockpc.core.permutation import permuted
 from shockpc.core.spatial import Array
 from shockpc.evaluation.source import GROUP, ROWS, Chunk, Group, Refusal
 from shockpc.evaluation.variation import (
-    ATTITUDE,
     COMPONENT,
     INERTIAL,
-    OF_A_LINK,
     OFFSET,
     Variation,
     Vary,
@@ -31,17 +29,17 @@ from shockpc.evaluation.variation import (
     several_joints,
 )
 from shockpc.evaluation.variation import variation as read_variation
+from shockpc.evaluation.varied_arrays import configurations, inertias, velocities
 from shockpc.evaluation.varied_scene import applied, armature_set, refuse_given_otherwise, robot_changes, with_offsets
 from shockpc.landing.dynamics import Inertias
 from shockpc.landing.landing import PosedLanding
-from shockpc.landing.posture import displaced, set_many
 from shockpc.landing.resolve import close_loops, resolve, with_definite_contacts
 from shockpc.landing.scene import Contact, Scene
 from shockpc.landing.scene_file import check_scene, plane_of, robot_of
-from shockpc.landing.strike import GRAVITY, Strike
+from shockpc.landing.strike import Strike
 from shockpc.profile import profile_of_scene
-from shockpc.quantities.profile import ShockProfile
-from shockpc.robot.changes import Change, Property, changed, varied_bodies
+from shockpc.quantities.shock_profile import ShockProfile
+from shockpc.robot.changes import Change, changed
 from shockpc.robot.robot import Robot
 from shockpc.text.errors import ShockError, StudyError, attempt
 
@@ -51,7 +49,8 @@ MOST_ROWS = 10**8
 CLOSED = 4096
 """Postures whose closed loops are kept, at most."""
 
-DEG = math.pi / 180.0
+MOVED = 1e-6
+"""By how much closing loops may move a joint that varies [deg, m]."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -290,28 +289,9 @@ class VariedLandings:
         )
 
     def _postures(self, landing: PosedLanding, values: dict[Variation, np.ndarray], rows: np.ndarray) -> Array:
-        """Configurations (n, nq) of some rows of a chunk."""
-        Q = np.repeat(landing.q[None], len(rows), axis=0)
+        """Configurations (n, nq) of some rows of a chunk; the landing's where loops have to be closed."""
         moved = {variation: x[rows, 0].astype(float) for variation, x in values.items() if variation.moves and not self.separate}
-        # As they are typed: angles in degrees.
-        moved = {variation: x * (DEG if variation.unit == "deg" else 1.0) for variation, x in moved.items()}
-        angles = {variation.kind: x for variation, x in moved.items() if variation.kind in ATTITUDE}
-        if angles:
-            from scipy.spatial.transform import Rotation
-
-            present = dict(zip(ATTITUDE, np.radians(landing.scene.posture.base_rpy_deg or (0.0, 0.0, 0.0)), strict=True))
-            rpy = np.stack([_or(angles.get(kind, np.full(len(rows), np.nan)), present[kind]) for kind in ATTITUDE], axis=1)
-            turned = ~np.isnan([*angles.values()]).all(axis=0)
-            Q[turned, 3:7] = Rotation.from_euler("xyz", rpy[turned]).as_quat()
-        joints = [(joint, x) for varied, x in moved.items() if varied.kind == "joint" for joint in varied.joints(self.robot)]
-        set_many(self.robot, [(joint, _or(x, joint.value(landing.q))) for joint, x in joints], Q)
-        for varied, x in moved.items():
-            if varied.kind in COMPONENT:
-                steps = np.zeros((len(rows), self.robot.model.nv))
-                chosen = [v for _, v in several_joints(self.robot, varied.subject, varied.kind, varied.target)]
-                steps[:, chosen] = _or(x, 0.0)[:, None]
-                Q = displaced(self.robot, Q, steps)
-        return Q
+        return configurations(landing, moved, len(rows))
 
     def _inertias(
         self, landing: PosedLanding, values: dict[Variation, np.ndarray], rows: np.ndarray
@@ -321,47 +301,22 @@ class VariedLandings:
         if not varied:
             return None, {}
         x = {variation: values[variation][rows, 0].astype(float) for variation in varied}
-        bodies = varied_bodies(
-            landing.robot,
-            [
-                (cast(Property, variation.kind), variation.target, x[variation], variation.factor)
-                for variation in varied
-                if variation.kind in OF_A_LINK
-            ],
-        )
-        armature = np.repeat(landing.joint_model.armature[None], len(rows), axis=0)
-        for variation in varied:
-            if variation.kind == "armature":
-                chosen = armature_set(landing.scene, self.robot, variation)
-                new = x[variation][:, None] * (armature[:, chosen] if variation.factor else 1.0)
-                armature[:, chosen] = _or(new, armature[:, chosen])
-        mass, com, inertia = (np.broadcast_to(part, (len(rows), *part.shape[1:])) for part in bodies)
+        found, possible = inertias(landing, x)
         refused = dict[int, ShockError]()
-        with np.errstate(all="ignore"):
-            plausible = (np.where(mass > 0.0, mass, 1.0) > 1e-14) & (mass < 1e23) & (np.abs(inertia).max(axis=(-1, -2)) < 1e23)
-        for i in np.flatnonzero(~plausible.all(axis=1)).tolist():
+        for i in np.flatnonzero(~possible).tolist():
             try:
                 self._case({variation: row[i] for variation, row in x.items()})
             except ShockError as error:
                 refused[i] = error
-        return Inertias(mass, com, inertia, armature), refused
+        return found, refused
 
     def _strikes(self, landing: PosedLanding, values: dict[Variation, np.ndarray], rows: np.ndarray) -> Array:
+        """Velocities (n, S, 3) of the base before the impact in some rows of a chunk [m/s]."""
         varied = {variation.kind: x if self.sample is None else x[rows] for variation, x in values.items() if variation.stage == 2}
-        if not varied:
-            several = len(self.struck) > 1
-            velocity = [one.vector(landing.plane) for one in self.struck.values()] if several else landing.before.velocity
-            return np.broadcast_to(velocity, (len(rows), self.strikes, 3))
-        strike = landing.scene.strike
-        before, normal = landing.before.velocity, landing.plane.normal
-        outside = (before @ normal) * normal
-        nothing = np.array([[np.nan]])
-        speed = _or(varied.get("speed", nothing), float(np.linalg.norm(before - outside)))
-        theta = _or(varied.get("strike-angle", nothing) * DEG, landing.strike_angle)
-        if strike.drop_height is not None:
-            speed = math.sqrt(2.0 * GRAVITY * strike.drop_height) / np.cos(theta)
-        up = np.array([0.0, 0.0, 1.0])
-        velocity = outside + speed[..., None] * (np.sin(theta)[..., None] * landing.plane.forward - np.cos(theta)[..., None] * up)
+        if varied or len(self.struck) < 2:
+            velocity = velocities(landing, varied)
+        else:
+            velocity = np.array([one.vector(landing.plane) for one in self.struck.values()])
         return np.broadcast_to(velocity, (len(rows), self.strikes, 3))
 
     def _case(self, choice: dict[Variation, Any], strike: int = 0) -> tuple[Scene, Robot]:
@@ -376,11 +331,23 @@ class VariedLandings:
             elif edits := robot_changes(robot, variation, value):
                 changes += edits
             else:
+                if variation.kind in COMPONENT and self.separate:  # from where closing the loops has put it
+                    joints = several_joints(robot, variation.subject, variation.kind, variation.target)
+                    closed = {joint.name: joint.coordinates(self.first.q) for joint, _ in joints}
+                    posture = replace(scene.posture, joint_quaternions={**closed, **scene.posture.joint_quaternions})
+                    scene = replace(scene, posture=posture)
                 scene, robot = applied(scene, robot, variation, value)
         if changes:
             robot = changed(robot, changes)  # at once, as each robot reads the places of its frames anew
         if any(variation.moves for variation in choice) and self.separate:
             scene = self._with_closed_loops(scene)
+            for variation, value in choice.items():
+                for joint in variation.joints(robot) if variation.kind == "joint" else ():
+                    if abs(scene.posture.joints_deg.get(joint.name, value) - value) > MOVED:
+                        raise StudyError(
+                            f'{variation.subject}: closing the loops moves "{joint.name}" away from {value:g} {variation.unit}; '
+                            "let other joints move with --assemble"
+                        )
         return scene, robot
 
     def _with_closed_loops(self, scene: Scene) -> Scene:
@@ -391,11 +358,6 @@ class VariedLandings:
                 self._closed.clear()
             self._closed[key] = close_loops(scene, self.first)
         return replace(scene, posture=self._closed[key].posture, assemble=self._closed[key].assemble)
-
-
-def _or(x: Array, present: Array | float) -> Array:
-    """Values (...), those that are NaN replaced by the present ones."""
-    return np.where(np.isnan(x), present, x)
 
 
 def _picked(values: dict[Variation, np.ndarray], solve: int, strike: int) -> dict[Variation, Any]:

@@ -22,7 +22,7 @@ from shockpc.evaluation.variation import (
 )
 from shockpc.landing.contact import contact_name, contacts_like
 from shockpc.landing.joint_model import JointModel, joint_model
-from shockpc.landing.joints import Joints, Rotor
+from shockpc.landing.joint_options import Joints, Rotor
 from shockpc.landing.landing import PosedLanding
 from shockpc.landing.posture import configuration, displaced
 from shockpc.landing.scene import Scene

@@ -5,10 +5,10 @@ from dataclasses import dataclass, fields
 import numpy as np
 
 from shockpc.core.spatial import Array
-from shockpc.impact.solve import independent_rows, rows_as_meant
+from shockpc.impact.solve import independent_rows_of, rows_as_meant
+from shockpc.landing.constraints import NO_AXES, ConstraintBlock, Equation, slices_of
 from shockpc.landing.directions import across
 from shockpc.landing.landing import PosedLanding
-from shockpc.landing.rows import NO_AXES, Block, Equation, slices_of
 
 
 @dataclass(frozen=True)
@@ -84,7 +84,7 @@ def contact_rows(landing: PosedLanding, stands: bool = False) -> ContactRows:
     stop, (J, b) = np.zeros(len(H)), rows_as_meant(landing)
     rigid_blocks = tuple(_without_rows(block) if i in layout.blocks else block for i, block in enumerate(blocks))
     if rigid.any():
-        chosen = np.flatnonzero(rigid)[independent_rows(landing, tuple(block for block in rigid_blocks if block.size))]
+        chosen = np.flatnonzero(rigid)[independent_rows_of(landing, tuple(block for block in rigid_blocks if block.size))]
         K, by_impulse = equation.J_c[0, chosen], np.linalg.solve(H, equation.J_c[0, chosen].T)
         stop = -by_impulse @ np.linalg.solve(K @ by_impulse, equation.b[0, chosen, 3])
         basis = np.linalg.qr(K.T, mode="complete")[0][:, len(K) :]
@@ -93,7 +93,7 @@ def contact_rows(landing: PosedLanding, stands: bool = False) -> ContactRows:
     return ContactRows(**fixed, equation=equation, speeds=speeds, stop=stop, basis=basis, M=basis.T @ H @ basis, J=turn @ J @ basis)
 
 
-def row_layout(blocks: tuple[Block, ...], stands: bool = False) -> RowLayout:
+def row_layout(blocks: tuple[ConstraintBlock, ...], stands: bool = False) -> RowLayout:
     """The rows of contacts and standing feet. Args: as of `contact_rows`."""
     contact_indices = [
         k for k, block in enumerate(blocks) if block.kind in ("contact", "stop") or (block.kind == "stance" and not stands)
@@ -115,12 +115,12 @@ def row_layout(blocks: tuple[Block, ...], stands: bool = False) -> RowLayout:
     return RowLayout(contact_indices, rigid, turn, axes, number, place, np.where((place == 2) | every, e, 0.0))
 
 
-def _without_rows(block: Block) -> Block:
+def _without_rows(block: ConstraintBlock) -> ConstraintBlock:
     """A contact without the rows that are not held rigidly on springs or with friction: an end stop has no other."""
     return block._replace(forces=NO_AXES, moments=NO_AXES if block.kind == "stop" else block.moments)
 
 
-def _axes(block: Block) -> tuple[Array, np.ndarray]:
+def _axes(block: ConstraintBlock) -> tuple[Array, np.ndarray]:
     """The axes (n, 3) of a contact: tangents of the ground along which it is stopped, and the normal; and which (n,) they are."""
     if block.kind == "stop":
         return np.zeros((1, 3)), np.array([2])

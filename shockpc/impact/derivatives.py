@@ -19,10 +19,20 @@ from shockpc.core.impulse import Solution
 from shockpc.core.inertia import solve_inertia
 from shockpc.core.memo import memoized
 from shockpc.core.spatial import Array, cross, cross_matrix, motion_cross
+from shockpc.landing.constraints import (
+    ConstraintBlock,
+    Equation,
+    block_axes,
+    block_point,
+    block_wrenches,
+    moved_by,
+    row_signs,
+    slices_of,
+    wrenches,
+)
 from shockpc.landing.contact import lowest_point_turned
 from shockpc.landing.dynamics import Dynamics, Inertias, spatial_inertias
 from shockpc.landing.landing import Landing
-from shockpc.landing.rows import Block, Equation, block_axes, block_point, block_wrenches, moved_by, row_signs, slices_of, wrenches
 from shockpc.robot.robot import Robot
 
 BLOCK = 16
@@ -72,7 +82,7 @@ def derivatives(
     d_y, d_impulse = _solved(landing, equation, solution, right.reshape(n, -1, 3 * nv), left.reshape(n, -1, 3 * nv))
     d_qd = equation.full(d_y).reshape(n, nv, 3, nv)
     chosen = slice(None) if bodies is None else list(bodies)
-    position, moves, twists = state.position[:, chosen], robot.supports[chosen].astype(float), twists[:, chosen]
+    position, moves, twists = state.position[:, chosen], robot.ancestors[chosen].astype(float), twists[:, chosen]
     maps = np.empty((n, len(moves), 6, 3, nv)) if out is None else out
     for k in range(0, n, BLOCK):
         chunk = slice(k, k + BLOCK)
@@ -95,7 +105,7 @@ def _masks(robot: Robot) -> tuple[Array, Array]:
     first = np.array([joint.v.start for joint in robot.single_joints for _ in range(joint.v.start, joint.v.stop)])
     if robot.free_base:
         first[:6] = 6
-    carriers = robot.supports[np.argmax(robot.supports, axis=0)]
+    carriers = robot.ancestors[np.argmax(robot.ancestors, axis=0)]
     ahead = carriers & (np.arange(len(first)) < first[:, None])
     return (carriers.T & ~ahead).astype(float), ahead.astype(float)
 
@@ -112,7 +122,7 @@ def _momentum_rates(robot: Robot, state: Dynamics, J: Array, J_cross: Array, del
 
     Returns: −dH Δq̇ (N, nv, 3, nv); the twists V (N, nb, 6, 3) of the bodies; and J_k × U_k (N, 6, 3 nv), as in the module's text.
     """
-    (n, nv), nb, (turned, ahead), moves = J.shape[:2], len(robot.bodies), _masks(robot), robot.supports.T.astype(float)
+    (n, nv), nb, (turned, ahead), moves = J.shape[:2], len(robot.bodies), _masks(robot), robot.ancestors.T.astype(float)
     parts = (J[..., None] * delta_qd[:, :, None]).reshape(n, nv, 18)
     twists, fixed = (moves.T @ parts).reshape(n, nb, 6, 3), J_cross @ (ahead @ parts).reshape(n, nv, 6, 3)
     inertia = spatial_inertias(state, Inertias.of(robot, np.zeros(nv)))
@@ -126,7 +136,7 @@ def _momentum_rates(robot: Robot, state: Dynamics, J: Array, J_cross: Array, del
     return right.reshape(n, nv, 3, nv), twists, fixed
 
 
-def _row_rates(robot: Robot, state: Dynamics, blocks: Sequence[Block], J: Array, J_cross: Array) -> Array:
+def _row_rates(robot: Robot, state: Dynamics, blocks: Sequence[ConstraintBlock], J: Array, J_cross: Array) -> Array:
     """Derivatives (N, nc, nv, nv) of the rows J_c before any reduction, the last axis that of the tangent; arguments as above."""
     (n, nv), (turned, _), (omega, v) = J.shape[:2], _masks(robot), np.split(J, 2, axis=-1)
     out = np.empty((n, sum(block.size for block in blocks), nv, nv))

@@ -14,7 +14,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from shockpc.core.bodies import body_jumps, in_body_axes
-from shockpc.core.friction import FrictionImpact, solve_each, solve_friction
+from shockpc.core.coulomb import FrictionImpact, solve_each, solve_friction
 from shockpc.core.impulse import Solution
 from shockpc.core.inertia import solve_inertia
 from shockpc.core.memo import memoized
@@ -23,10 +23,10 @@ from shockpc.impact.contact_rows import ContactRows, contact_rows, row_layout
 from shockpc.impact.impact import DoubleImpact
 from shockpc.impact.solve import solve_in_doubles
 from shockpc.impact.stops import stop_rows
+from shockpc.landing.constraints import NO_AXES, ConstraintBlock, Equation, block_wrenches
 from shockpc.landing.dynamics import Dynamics
 from shockpc.landing.landing import Landing, PosedLanding, contact_velocity
 from shockpc.landing.motion import approach_speeds
-from shockpc.landing.rows import NO_AXES, Block, Equation, block_wrenches
 from shockpc.text.errors import SolveError
 
 
@@ -153,11 +153,11 @@ def friction_problem(landing: PosedLanding) -> FrictionProblem:
     return _problem_of(landing.without_stops)[0]
 
 
-def _problem_of(landing: PosedLanding) -> tuple[FrictionProblem, ContactRows, tuple[Block, ...]]:
+def _problem_of(landing: PosedLanding) -> tuple[FrictionProblem, ContactRows, tuple[ConstraintBlock, ...]]:
     """The problem, the rows of contacts and standing feet, and the end stops."""
     rows = contact_rows(landing)
     m = int(rows.number[-1]) + 1
-    nothing: tuple[tuple[Block, ...], Array, Array] = ((), np.zeros((0, landing.robot.model.nv)), np.zeros(0))
+    nothing: tuple[tuple[ConstraintBlock, ...], Array, Array] = ((), np.zeros((0, landing.robot.model.nv)), np.zeros(0))
     stops, along, speeds = stop_rows(landing) if landing.scene.stops else nothing
     along = along if rows.equation.G is None else along @ rows.equation.G[0]
     before, J = np.zeros(3 * (m + len(stops))), np.zeros((3 * (m + len(stops)), len(rows.M)))
@@ -302,7 +302,7 @@ def _free_slip(landing: PosedLanding, axes: Array, delta_qd: Array) -> Array:
     for k in np.unique(np.argwhere(~axes.any(axis=2))[:, 0]).tolist():
         block = landing.blocks[k]
         jump = (block_wrenches(state, block._replace(forces=np.eye(3), moments=NO_AXES)) @ state.J)[0]
-        jump = (jump * state.supports[block.body]) @ delta_qd[0]
+        jump = (jump * state.ancestors[block.body]) @ delta_qd[0]
         slip[k] = (np.eye(3) - axes[k].T @ axes[k]) @ (contact_velocity(landing, state, block)[0] + jump)
     return slip
 

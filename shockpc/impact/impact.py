@@ -14,11 +14,11 @@ from shockpc.core.impulse import Solution
 from shockpc.core.inertia import solve_inertia
 from shockpc.core.percussion import larger, norm
 from shockpc.core.spatial import Array, cross, velocity_at
+from shockpc.landing.constraints import ConstraintBlock, Equation, block_axes, block_point, block_wrenches, row_jacobian, slices_of
 from shockpc.landing.dynamics import Dynamics, Inertias, spatial_inertias
+from shockpc.landing.end_stops import velocity_at_stop
 from shockpc.landing.landing import PosedLanding
 from shockpc.landing.motion import twist_before
-from shockpc.landing.rows import Block, Equation, block_axes, block_point, block_wrenches, row_jacobian, slices_of
-from shockpc.landing.stops import velocity_at_stop
 
 
 class Impact:
@@ -40,7 +40,7 @@ class Impact:
 
     landing: PosedLanding
     state: Dynamics
-    blocks: tuple[Block, ...]
+    blocks: tuple[ConstraintBlock, ...]
     delta_qd: Any
     impulse: Any
     independent_impulse: Any
@@ -121,7 +121,7 @@ class Impact:
         return np.zeros(3) if self.strikes is None else self.strikes - self.landing.before.velocity[..., None, :]
 
     @functools.cached_property
-    def contacts(self) -> tuple[Block, ...]:
+    def contacts(self) -> tuple[ConstraintBlock, ...]:
         """The rows of what strikes."""
         return self.blocks[: len(self.landing.contacts)]
 
@@ -278,13 +278,13 @@ class DoubleImpact(Impact):
         if inertias is not None:
             self.inertias = inertias
 
-    def mobility(self, block: Block) -> Array:
+    def delassus(self, block: ConstraintBlock) -> Array:
         """Delassus matrices (N, n, n) of the rows of a block while nothing is held: J G (GᵀHG)⁻¹ Gᵀ Jᵀ [1/kg]."""
         J, G = row_jacobian(self.state, [block]), self.equation.G
         J = J if G is None else J @ G
         return np.asarray(J @ solve_inertia(self.equation.inertia, np.swapaxes(J, -1, -2)))
 
-    def rigid_mobility(self, block: Block) -> Array:
+    def rigid_mobility(self, block: ConstraintBlock) -> Array:
         """The same (N, n, n) of the whole robot as one rigid body, which is free."""
         wrenches = block_wrenches(self.state, block)
         return np.asarray(wrenches @ np.linalg.solve(self.spatial_inertias.sum(axis=1), np.swapaxes(wrenches, -1, -2)))

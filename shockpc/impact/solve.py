@@ -10,9 +10,9 @@ from shockpc.core.impulse import (
     UNCERTAIN,
     RowChoice,
     Solution,
-    choose_rows,
+    column_sizes,
     in_terms,
-    levers,
+    independent_rows,
     solve_impact,
     weakest_columns,
 )
@@ -21,8 +21,8 @@ from shockpc.core.memo import memoized
 from shockpc.core.spatial import Array, velocity_at
 from shockpc.impact.exact.arithmetic import SingularError
 from shockpc.impact.exact.proof import Proof
+from shockpc.landing.constraints import ConstraintBlock, Equation, block_axes, row_jacobian, row_terms, row_tolerance, slices_of
 from shockpc.landing.landing import Landing, PosedLanding
-from shockpc.landing.rows import Block, Equation, block_axes, row_jacobian, row_terms, row_tolerance, slices_of
 from shockpc.robot.robot import Robot
 from shockpc.text.errors import SolveError
 from shockpc.text.printed import few, listed
@@ -71,8 +71,8 @@ def solve_exactly(landing: PosedLanding, equation: Equation, solution: Solution)
         raise without_inertia(landing, equation)
     # Rows that look independent are taken as such, and looked at more closely if the proof finds that they are not.
     for given in [solution.choices[0]] if solution.choices else (RowChoice.every(len(equation.b[0])), None):
-        choice = given or choose_rows(
-            equation.J_c[0], terms := equation.terms()[0], levers(terms), solution.scale[0], equation.tolerance,
+        choice = given or independent_rows(
+            equation.J_c[0], terms := equation.terms()[0], column_sizes(terms), solution.scale[0], equation.tolerance,
             *landing.most_independent(landing.state, landing.blocks)(0),
         )  # fmt: skip
         try:
@@ -119,14 +119,14 @@ def rows_as_meant(landing: PosedLanding) -> tuple[Array, Array]:
     J, b, terms = equation.J_c[0], equation.b[0, :, 3], equation.terms()[0]
     if most == len(J):
         return J, b
-    size = levers(terms)
-    others = choose_rows(J, terms, size, np.ones(len(J)), equation.tolerance, most, rounded).left_out
+    size = column_sizes(terms)
+    others = independent_rows(J, terms, size, np.ones(len(J)), equation.tolerance, most, rounded).infeasible
     term_size, scaled = in_terms(J, terms, size)
     left = (others.T @ (others @ part) for part in (scaled, b / term_size))
     return J - next(left) * term_size[:, None] * size, b - next(left) * term_size
 
 
-def independent_rows(landing: PosedLanding, blocks: tuple[Block, ...]) -> list[int]:
+def independent_rows_of(landing: PosedLanding, blocks: tuple[ConstraintBlock, ...]) -> list[int]:
     """Indices of independent ones among the rows of some blocks, alone, in the landing's posture."""
     if not blocks:
         return []
@@ -135,7 +135,7 @@ def independent_rows(landing: PosedLanding, blocks: tuple[Block, ...]) -> list[i
     if G is not None:
         J, terms = J @ G[0], terms @ np.abs(G[0])
     most = landing.most_independent(state, blocks)(0)
-    choice = choose_rows(J, terms, levers(terms), np.ones(len(J)), row_tolerance(blocks), *most)
+    choice = independent_rows(J, terms, column_sizes(terms), np.ones(len(J)), row_tolerance(blocks), *most)
     return [int(row) for row in choice.rows]
 
 
@@ -210,7 +210,7 @@ def residual(proof: Proof) -> Residual:
     # precision here, and that with which they were found dependent. That of a file's digits counts only where rows differ by it.
     tolerance = max(equation.tolerance if proof.choice.discarded else UNCERTAIN[1] * TOLERANCE, proof.choice.slack)
     terms = row_terms(state, blocks)[0]
-    size = levers(terms)
+    size = column_sizes(terms)
     rounding = tolerance * len(b) * np.linalg.norm(terms / size, axis=1)
     return Residual(rows, left[rows], b, rounding[rows], size[:, None] * proof.delta_qd)
 
@@ -240,7 +240,7 @@ def _refuse_contradiction(landing: PosedLanding, equation: Equation, proof: Proo
     )
 
 
-def _direction(equation: Equation, row: int) -> tuple[Block, str]:
+def _direction(equation: Equation, row: int) -> tuple[ConstraintBlock, str]:
     ranges = zip(equation.blocks, slices_of(equation.blocks), strict=True)
     block, rows = next((block, rows) for block, rows in ranges if row < rows.stop)
     return block, " ".join(f"{u:.3g}" for u in block_axes(equation.state, block)[0, row - rows.start] + 0.0)

@@ -19,8 +19,8 @@ from shockpc.core.impulse import Solution
 from shockpc.core.memo import memoized
 from shockpc.core.spatial import Array, freeze
 from shockpc.core.spectrum import SAMPLES_A_PERIOD, shock_response
+from shockpc.core.stiff_contacts import attach_rotors, damper_restitution, simulate_landing
 from shockpc.core.stiff_motion import Elements, History
-from shockpc.core.stiffness import attach_rotors, damper_restitution, simulate_landing
 from shockpc.core.threads import one_thread
 from shockpc.impact.contact_rows import contact_rows
 from shockpc.impact.exact.proof import motion as size_of
@@ -28,11 +28,11 @@ from shockpc.impact.friction import jumps_of
 from shockpc.impact.impact import ColumnImpact, DoubleImpact, Impact
 from shockpc.impact.loads import free_fall, motor_torques, spring_loads
 from shockpc.impact.stops import stop_rows, with_stops
+from shockpc.landing.constraints import ConstraintBlock, block_point
 from shockpc.landing.landing import PosedLanding
 from shockpc.landing.motion import mass_lifted
 from shockpc.landing.places import Place
 from shockpc.landing.record import spelled
-from shockpc.landing.rows import Block, block_point
 from shockpc.landing.scene import Contact
 from shockpc.landing.strike import GRAVITY
 from shockpc.text.diagnostic import Diagnostic
@@ -114,7 +114,7 @@ class CompliantLanding:
                 f"once; let it not turn, or make it a point: {spelled(Contact, 'kind', 'point')}"
             )
 
-    def _further_stops(self) -> tuple[tuple[Block, ...], Array, Array]:
+    def _further_stops(self) -> tuple[tuple[ConstraintBlock, ...], Array, Array]:
         """The stops at which joints are that are no contacts of the scene, as `stop_rows`; none where the scene leaves them out."""
         if not self.landing.scene.stops:
             return (), np.zeros((0, self.landing.robot.model.nv)), np.zeros(0)

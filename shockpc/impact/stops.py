@@ -15,9 +15,9 @@ import numpy as np
 
 from shockpc.core.spatial import Array
 from shockpc.impact.solve import solve_in_doubles
+from shockpc.landing.constraints import ConstraintBlock
+from shockpc.landing.end_stops import at_stops, driven_beyond, missed_stops, stop_block, stops_at
 from shockpc.landing.landing import PosedLanding
-from shockpc.landing.rows import Block
-from shockpc.landing.stops import at_stops, driven_beyond, missed_stops, stop_block, stops_at
 from shockpc.text.errors import SceneError, SolveError
 from shockpc.text.printed import listed
 
@@ -37,7 +37,7 @@ CONTRADICTS = 1e-10
 """Residual of the dual problem of `least_push` below which no motion meets the inequalities."""
 
 
-def stop_rows(landing: PosedLanding) -> tuple[tuple[Block, ...], Array, Array]:
+def stop_rows(landing: PosedLanding) -> tuple[tuple[ConstraintBlock, ...], Array, Array]:
     """The stops at which joints are: blocks, rows (k, nv) of speeds away from them, and these before the impact (k,)."""
     robot, rates = landing.robot, landing.before.joint_rates
     sides = stops_at(robot, landing.q, landing.joint_model)

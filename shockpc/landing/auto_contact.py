@@ -15,10 +15,10 @@ import numpy as np
 from shockpc.core.impulse import solve_impact
 from shockpc.core.memo import memoized
 from shockpc.core.spatial import Array, cross
+from shockpc.landing.constraints import ConstraintBlock, block_point, slices_of
 from shockpc.landing.contact import contact_block
 from shockpc.landing.directions import across
 from shockpc.landing.landing import PosedLanding
-from shockpc.landing.rows import Block, block_point, slices_of
 from shockpc.landing.scene import Contact
 from shockpc.robot.geometry import robot_size, shapes_of
 from shockpc.robot.robot import Robot
@@ -85,12 +85,12 @@ def resolve_contacts(landing: PosedLanding) -> PosedLanding:
         soles = {k: sole for k, sole in soles.items() if k not in tipping}
 
 
-def _block(landing: PosedLanding, contact: Contact, given: Contact, block: Block) -> Block:
+def _block(landing: PosedLanding, contact: Contact, given: Contact, block: ConstraintBlock) -> ConstraintBlock:
     """The rows of a contact. Args: given, block, the same before it was resolved."""
     return block if block.kind == "stop" or contact == given else contact_block(landing.robot, contact, block.normal)
 
 
-def _placed(landing: PosedLanding, contact: Contact, block: Block) -> tuple[Contact, Array | None, Diagnostic | None]:
+def _placed(landing: PosedLanding, contact: Contact, block: ConstraintBlock) -> tuple[Contact, Array | None, Diagnostic | None]:
     """A contact at a definite point, its `_sole` if its kind is open, and a warning where its geometry could not be read."""
     if "auto" not in (contact.at, contact.kind):
         return contact, None, None
@@ -119,7 +119,7 @@ def _placed(landing: PosedLanding, contact: Contact, block: Block) -> tuple[Cont
     return definite, sole, Diagnostic("geometry", contact.frame, None, text)
 
 
-def _depth(block: Block, shapes: Sequence[Shape], up: Array) -> float:
+def _depth(block: ConstraintBlock, shapes: Sequence[Shape], up: Array) -> float:
     """Height of a frame's origin above the lowest point of some shapes of its body [m].
 
     Args:

@@ -11,11 +11,11 @@ import numpy as np
 import pinocchio as pin
 
 from shockpc.core.spatial import Array, Plane
+from shockpc.landing.constraints import ConstraintBlock, row_jacobian, world_point
 from shockpc.landing.directions import unit_directions
 from shockpc.landing.dynamics import Dynamics, dynamics
-from shockpc.landing.freedom import free_columns
-from shockpc.landing.rows import Block, row_jacobian, world_point
 from shockpc.landing.scene import Closure
+from shockpc.landing.selection_matrix import free_columns
 from shockpc.robot.elements import Loop
 from shockpc.robot.robot import Robot
 from shockpc.text.diagnostic import Diagnostic
@@ -84,14 +84,14 @@ def loop_of(robot: Robot, closure: Closure) -> Loop:
     )
 
 
-def closure_block(loop: Loop) -> Block:
+def closure_block(loop: Loop) -> ConstraintBlock:
     """The rows of a loop: the two ends may not separate along the loop's axes, which turn with its first body.
 
     Both impulses act at the second end: along an axis that is left free the first end may be elsewhere, and opposite impulses at
     two places would turn the robot. It is also what makes the rows the derivative of `closure_gap`.
     """
     (a, b), frame = loop.bodies, loop.rotations[0]
-    return Block(
+    return ConstraintBlock(
         kind="closure",
         frame=loop.name,
         body=b,

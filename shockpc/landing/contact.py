@@ -8,8 +8,8 @@ from typing import Literal
 import numpy as np
 
 from shockpc.core.spatial import Array, cross_matrix
+from shockpc.landing.constraints import ConstraintBlock
 from shockpc.landing.directions import across, unit_directions
-from shockpc.landing.rows import Block
 from shockpc.landing.scene import Contact, Scene
 from shockpc.robot.feet_and_sensors import feet
 from shockpc.robot.geometry import body_outline, shapes_of
@@ -61,7 +61,7 @@ def contacts_like(contacts: Sequence[Contact], names: Iterable[str]) -> tuple[Co
     return tuple(alike.get(name, replace(first, frame=name)) for name in names)
 
 
-def contact_block(robot: Robot, contact: Contact, up: Array, kind: Literal["contact", "stance"] = "contact") -> Block:
+def contact_block(robot: Robot, contact: Contact, up: Array, kind: Literal["contact", "stance"] = "contact") -> ConstraintBlock:
     """The rows of a contact, or of a foot that is down already and stays where it is, whatever strikes elsewhere.
 
     Args:
@@ -104,13 +104,13 @@ def contact_block(robot: Robot, contact: Contact, up: Array, kind: Literal["cont
         basis = basis[: int(np.sum(s > s[0] * max(vectors.shape) * np.finfo(float).eps))]
         rebound = up if len(basis) == 3 else (along := basis.T @ (basis @ up)) / np.linalg.norm(along)
     velocity = None if contact.velocity is None else np.array(contact.velocity, dtype=float)
-    return Block(
+    return ConstraintBlock(
         kind, contact.frame, frame.body, point, vectors, moments, restitution=contact.restitution, rebound=rebound, normal=up,
         velocity=velocity, lowest=lowest,
     )  # fmt: skip
 
 
-def locate_lowest_point(contact: Block, rotation: Array) -> Block:
+def locate_lowest_point(contact: ConstraintBlock, rotation: Array) -> ConstraintBlock:
     """A contact with its point in each posture, if that is the lowest one.
 
     Args:
@@ -163,7 +163,7 @@ def _level(points: list[Array], up: Array) -> list[np.ndarray]:
     return [np.asarray(piece @ up <= height.min() + slack) for piece in points]
 
 
-def lowest_point_turned(contact: Block, rotation: Array) -> Array:
+def lowest_point_turned(contact: ConstraintBlock, rotation: Array) -> Array:
     """By how much (N, 3, 3) a lowest point moves over its body as that turns at 1 rad/s about world x, y and z: it rolls [m].
 
     It stays at a corner; over a rounding E, an ellipsoid with the semi-axes in its columns, it is E Eᵀ u / |Eᵀ u| along u, down.

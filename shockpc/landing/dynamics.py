@@ -11,7 +11,7 @@ from typing import NamedTuple
 import numpy as np
 import pinocchio as pin
 
-from shockpc.core.inertia import Inertia, Momenta, matrix_of
+from shockpc.core.inertia import CompositeInertia, Inertia, matrix_of
 from shockpc.core.memo import memoized
 from shockpc.core.spatial import Array, cross_matrix
 from shockpc.robot.robot import Robot
@@ -72,7 +72,7 @@ class Dynamics(NamedTuple):
         rotation: (N, nb, 3, 3) of the body frames, body to world.
         position: (N, nb, 3) origins of the body frames, from the base [m].
         origin: (N, 3) position of the base in the world [m].
-        supports: (nb, nv) which joint velocities move which bodies.
+        ancestors: (nb, nv) which joint velocities move which bodies.
         Q: (N, nq) configurations, Pinocchio's layout; the position of a floating base is of no account.
     """
 
@@ -81,7 +81,7 @@ class Dynamics(NamedTuple):
     rotation: Array
     position: Array
     origin: Array
-    supports: np.ndarray
+    ancestors: np.ndarray
     Q: Array
 
     @property
@@ -138,7 +138,7 @@ def dynamics(robot: Robot, Q: Array, armature: Array | None = None, inertias: In
     if inertias is None and n * nv**2 >= WHOLE_ARRAYS:
         about_the_origin = F[:, :, 3:] + np.cross(com[:, None], F[:, :, :3])
         F = np.concatenate([about_the_origin, F[:, :, :3]], axis=2).swapaxes(1, 2)
-        inertia = Momenta(J, F, np.array(armature), before)
+        inertia = CompositeInertia(J, F, np.array(armature), before)
     rotation = placed[:, 1:, :9].reshape(n, -1, 3, 3).swapaxes(-1, -2)
     position = placed[:, 1:, 9:12]
     if robot.body_frames is not None:
@@ -146,9 +146,9 @@ def dynamics(robot: Robot, Q: Array, armature: Array | None = None, inertias: In
         position = position + (rotation @ offset[..., None])[..., 0]
         rotation = rotation @ body_rotation
     if inertias is not None:
-        momenta = Momenta(J, _momenta(robot, J, rotation, position, inertias), inertias.armature, before)
+        momenta = CompositeInertia(J, _momenta(robot, J, rotation, position, inertias), inertias.armature, before)
         inertia = momenta if n * nv**2 >= WHOLE_ARRAYS else matrix_of(momenta)
-    return Dynamics(inertia, J, rotation, position, origin, robot.supports, Q)
+    return Dynamics(inertia, J, rotation, position, origin, robot.ancestors, Q)
 
 
 def _place_joints(model: pin.Model, Q: Array, J: Array, placed: Array) -> tuple[int, ...]:
@@ -192,7 +192,7 @@ def spatial_inertias(state: Dynamics, inertias: Inertias) -> Array:
 
 
 def _momenta(robot: Robot, J: Array, rotation: Array, position: Array, inertias: Inertias) -> Array:
-    """Momenta F (N, 6, nv) of unit joint velocities, as in `Momenta`: the composite inertia of what each joint carries times J.
+    """Momenta F (N, 6, nv) of unit joint velocities, as `CompositeInertia` holds them: composite inertias times J.
 
     About the common origin a body of mass m with its centre of mass at c has the momentum (Ī ω + m c × v, m v + ω × m c) with
     Ī = R I Rᵀ − m c× c×. All three of m, m c and Ī add along the tree (Featherstone 2008, section 6.2).

@@ -14,7 +14,7 @@ from typing import NamedTuple
 import numpy as np
 
 from shockpc.core.spatial import Array
-from shockpc.landing.joints import Joints
+from shockpc.landing.joint_options import Joints
 from shockpc.robot.drives import drives_like, drives_of, read_drives
 from shockpc.robot.elements import Drive, Drives
 from shockpc.robot.robot import Robot

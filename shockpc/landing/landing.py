@@ -12,16 +12,16 @@ from shockpc.core.inertia import definite
 from shockpc.core.pulse import Pulse
 from shockpc.core.spatial import Array, Plane, freeze, velocity_at
 from shockpc.landing.closure import Assembly, closure_block
+from shockpc.landing.constraints import ConstraintBlock, Equation, block_point, row_jacobian
 from shockpc.landing.contact import locate_lowest_point
 from shockpc.landing.dynamics import Dynamics, dynamics
-from shockpc.landing.freedom import free_columns
+from shockpc.landing.end_stops import velocity_at_stop
 from shockpc.landing.joint_model import JointModel
 from shockpc.landing.motion import Motion, approach_speeds, twist_before
 from shockpc.landing.places import Place, PlaceKind, body_places, joint_places, part_places, point_places
 from shockpc.landing.rank import Mechanism
-from shockpc.landing.rows import Block, Equation, block_point, row_jacobian
 from shockpc.landing.scene import Base, Contact, Scene
-from shockpc.landing.stops import velocity_at_stop
+from shockpc.landing.selection_matrix import free_columns
 from shockpc.robot.elements import Loop
 from shockpc.robot.robot import Robot
 from shockpc.text.diagnostic import Diagnostic
@@ -49,8 +49,8 @@ class Landing:
     robot: Robot
     plane: Plane
     up: Array
-    contacts: tuple[Block, ...]
-    stance: tuple[Block, ...]
+    contacts: tuple[ConstraintBlock, ...]
+    stance: tuple[ConstraintBlock, ...]
     loops: tuple[Loop, ...]
     joint_model: JointModel
     before: Motion
@@ -86,11 +86,11 @@ class Landing:
         """The robot and what of it is free."""
         return Mechanism(self.robot, self.base, self.plane, self.joint_model.locked, self.loops)
 
-    def most_independent(self, state: Dynamics, blocks: tuple[Block, ...]) -> Callable[[int], tuple[int, float]]:
+    def most_independent(self, state: Dynamics, blocks: tuple[ConstraintBlock, ...]) -> Callable[[int], tuple[int, float]]:
         """How many of some rows can be independent in any posture, and the effect of rounding on the others, as `Mechanism`'s."""
         return self.mechanism.most_independent(blocks, state)
 
-    def rows(self, state: Dynamics) -> tuple[Block, ...]:
+    def rows(self, state: Dynamics) -> tuple[ConstraintBlock, ...]:
         """What is held, described: contacts, then standing feet, then loops."""
         contacts = (locate_lowest_point(contact, state.rotation[:, contact.body]) for contact in self.contacts)
         return (*contacts, *self.stance, *(closure_block(loop) for loop in self.loops))
@@ -170,7 +170,7 @@ class PosedLanding(Landing):
     state: Dynamics
     assembly: Assembly | None = None
     warnings: tuple[Diagnostic, ...] = ()
-    acting: tuple[Block, ...] = ()
+    acting: tuple[ConstraintBlock, ...] = ()
     asked: tuple[Contact, ...] = ()
 
     def __post_init__(self) -> None:
@@ -182,11 +182,11 @@ class PosedLanding(Landing):
         """This landing without the rows of stops that act."""
         return replace(self, acting=()) if self.acting else self
 
-    def rows(self, state: Dynamics) -> tuple[Block, ...]:
+    def rows(self, state: Dynamics) -> tuple[ConstraintBlock, ...]:
         """As for any landing, then the stops that act."""
         return (*super().rows(state), *self.acting)
 
-    def most_independent(self, state: Dynamics, blocks: tuple[Block, ...]) -> Callable[[int], tuple[int, float]]:
+    def most_independent(self, state: Dynamics, blocks: tuple[ConstraintBlock, ...]) -> Callable[[int], tuple[int, float]]:
         """As for any landing; other postures have the number of the landing's posture."""
         return self.mechanism.most_independent(blocks, state, self.state.Q[0])
 
@@ -201,7 +201,7 @@ class PosedLanding(Landing):
         return equation
 
     @functools.cached_property
-    def blocks(self) -> tuple[Block, ...]:
+    def blocks(self) -> tuple[ConstraintBlock, ...]:
         """What is held in this posture, as `rows`, each with one point (3,)."""
         blocks = tuple(block._replace(point=np.reshape(block.point, 3)) for block in self.rows(self.state))
         freeze(blocks)
@@ -280,7 +280,7 @@ class OfLanding:
         return self.landing.scene
 
 
-def contact_velocity(landing: Landing, state: Dynamics, block: Block) -> Array:
+def contact_velocity(landing: Landing, state: Dynamics, block: ConstraintBlock) -> Array:
     """Velocity (N, 3) of a contact point before the impact, world axes [m/s]."""
     if block.velocity is not None:
         return np.broadcast_to(block.velocity, (len(state.J), 3))

@@ -7,12 +7,12 @@ import numpy as np
 
 from shockpc.core.spatial import Array, Plane, velocity_at
 from shockpc.landing.closure import closure_block
+from shockpc.landing.constraints import NO_AXES, ConstraintBlock, block_axes, block_wrenches, row_jacobian, slices_of
 from shockpc.landing.dynamics import Dynamics
-from shockpc.landing.freedom import free_columns
 from shockpc.landing.joint_model import JointModel
 from shockpc.landing.posture import settable_joints
-from shockpc.landing.rows import NO_AXES, Block, block_axes, block_wrenches, row_jacobian, slices_of
 from shockpc.landing.scene import Scene
+from shockpc.landing.selection_matrix import free_columns
 from shockpc.landing.strike import GRAVITY
 from shockpc.robot.elements import Loop
 from shockpc.robot.robot import Robot
@@ -38,11 +38,11 @@ def twist_before(state: Dynamics, before: Motion, body: int) -> Array:
     whole = np.concatenate([before.omega, before.velocity], axis=-1)
     if not before.joint_rates.any():
         return np.broadcast_to(whole, (len(state.J), 6))
-    rates = np.where(state.supports[body], before.joint_rates, 0.0)
+    rates = np.where(state.ancestors[body], before.joint_rates, 0.0)
     return np.asarray(whole + (state.J @ rates[..., None])[..., 0])
 
 
-def approach_speeds(state: Dynamics, blocks: Sequence[Block], before: Motion | None) -> Array:
+def approach_speeds(state: Dynamics, blocks: Sequence[ConstraintBlock], before: Motion | None) -> Array:
     """The speeds b (N, nc, 4 or 3) that an impact undoes along each row, (1 + e) J_c q̇⁻ [m/s, rad/s].
 
     The first three columns are strikes of 1 m/s along world x, y and z, the last is that of a motion, if one is given. Rows of
@@ -71,17 +71,17 @@ def approach_speeds(state: Dynamics, blocks: Sequence[Block], before: Motion | N
     return np.concatenate(b, axis=1)
 
 
-def speeds_undone(state: Dynamics, blocks: Sequence[Block], qd: Array) -> Array:
+def speeds_undone(state: Dynamics, blocks: Sequence[ConstraintBlock], qd: Array) -> Array:
     """The speeds b (N, nc, 1) that an impact undoes along each row, for whatever joint velocities (N, nv) before it."""
     b = []
     for block in blocks:
         wrenches = block_wrenches(state, block)
         undone = _undone(state, block, wrenches) if block.kind == "contact" else 0.0 * wrenches
-        b.append(undone @ (state.J @ np.where(state.supports[block.body], qd, 0.0)[..., None]))
+        b.append(undone @ (state.J @ np.where(state.ancestors[block.body], qd, 0.0)[..., None]))
     return np.concatenate(b, axis=1)
 
 
-def _undone(state: Dynamics, block: Block, wrenches: Array) -> Array:
+def _undone(state: Dynamics, block: ConstraintBlock, wrenches: Array) -> Array:
     """The wrenches (N, k, 6) whose power is the speed that the impact undoes along each row of a contact."""
     e, n = block.restitution, block.rebound
     if not e:
@@ -96,7 +96,13 @@ def _undone(state: Dynamics, block: Block, wrenches: Array) -> Array:
 
 
 def motion_of(
-    robot: Robot, scene: Scene, contacts: Sequence[Block], loops: Sequence[Loop], joints: JointModel, plane: Plane, state: Dynamics
+    robot: Robot,
+    scene: Scene,
+    contacts: Sequence[ConstraintBlock],
+    loops: Sequence[Loop],
+    joints: JointModel,
+    plane: Plane,
+    state: Dynamics,
 ) -> Motion:
     """The motion of a scene, in which its loops stay closed.
 
@@ -127,7 +133,7 @@ def _rotation(scene: Scene, plane: Plane) -> Array:
     return omega
 
 
-def _rail(robot: Robot, scene: Scene, contacts: Sequence[Block], state: Dynamics) -> int | None:
+def _rail(robot: Robot, scene: Scene, contacts: Sequence[ConstraintBlock], state: Dynamics) -> int | None:
     """The joint velocity along which a robot that its file ties to the world falls; None where it is not dropped on a rail.
 
     The rail is the first joint towards a contact that lifts what it carries, if it slides.
@@ -135,7 +141,7 @@ def _rail(robot: Robot, scene: Scene, contacts: Sequence[Block], state: Dynamics
     if scene.strike.drop_height is None or scene.base != "fixed" or robot.usual_base != "fixed":
         return None
     lifts = mass_lifted(robot, state)
-    carrying = np.flatnonzero(state.supports[contacts[0].body] & (np.abs(lifts) > 1e-9 * np.abs(lifts).max(initial=1e-300)))
+    carrying = np.flatnonzero(state.ancestors[contacts[0].body] & (np.abs(lifts) > 1e-9 * np.abs(lifts).max(initial=1e-300)))
     carrying = carrying[carrying >= 6 * robot.free_base]
     if not len(carrying) or next(joint for joint in robot.single_joints if joint.v.start == carrying[0]).kind != "prismatic":
         return None
@@ -146,7 +152,7 @@ def mass_lifted(robot: Robot, state: Dynamics) -> Array:
     """∂(m z)/∂q (nv,): how fast unit joint velocities lift the mass of the robot [kg m/s]."""
     com = state.position[0] + (state.rotation[0] @ robot.coms[..., None])[..., 0]
     lifted = velocity_at(state.J[0, :3].T, state.J[0, 3:].T, com[:, None])[..., 2]
-    return np.asarray(robot.masses @ (lifted * state.supports[: len(com)]))
+    return np.asarray(robot.masses @ (lifted * state.ancestors[: len(com)]))
 
 
 def _fall_along(robot: Robot, scene: Scene, rail: int, state: Dynamics) -> float:
@@ -163,7 +169,7 @@ def _fall_along(robot: Robot, scene: Scene, rail: int, state: Dynamics) -> float
             f'the robot falls along its rail "{name}", whose rate follows from the drop height; leave out '
             + ("that rate, or the drop height" if name in given else "the strike angle and the forward speed")
         )
-    carried = float(robot.masses @ state.supports[: len(robot.bodies), rail])
+    carried = float(robot.masses @ state.ancestors[: len(robot.bodies), rail])
     return float(-np.sign(lift) * np.sqrt(2.0 * GRAVITY * height * carried / state.H[0, rail, rail]))
 
 
@@ -182,7 +188,9 @@ def rates_of(robot: Robot, scene: Scene, joints: JointModel) -> tuple[Array, np.
     return rates, given
 
 
-def with_loops(robot: Robot, state: Dynamics, blocks: list[Block], rates: Array, given: np.ndarray, plane: Plane) -> Array:
+def with_loops(
+    robot: Robot, state: Dynamics, blocks: list[ConstraintBlock], rates: Array, given: np.ndarray, plane: Plane
+) -> Array:
     """The rates (nv,) with which the loops stay closed while the given ones stay: the others change by the least.
 
     Raises:
@@ -203,7 +211,7 @@ def with_loops(robot: Robot, state: Dynamics, blocks: list[Block], rates: Array,
     return rates
 
 
-def separating(approach: Array, blocks: Sequence[Block]) -> np.ndarray:
+def separating(approach: Array, blocks: Sequence[ConstraintBlock]) -> np.ndarray:
     """Which contacts (..., c) make a landing no impact: they leave the ground, or none approaches it and they move along it.
 
     A contact may slide while another one strikes. End stops always strike.

@@ -6,14 +6,14 @@ from typing import NamedTuple
 import numpy as np
 import pinocchio as pin
 
-from shockpc.core.impulse import in_terms, levers
+from shockpc.core.impulse import column_sizes, in_terms
 from shockpc.core.memo import memoized
 from shockpc.core.spatial import Array, Plane, cross_matrix
 from shockpc.landing.closure import closed_nearby
+from shockpc.landing.constraints import ConstraintBlock, row_jacobian, row_terms, row_tolerance
 from shockpc.landing.dynamics import Dynamics, dynamics
-from shockpc.landing.freedom import free_columns
-from shockpc.landing.rows import Block, row_jacobian, row_terms, row_tolerance
 from shockpc.landing.scene import Base
+from shockpc.landing.selection_matrix import free_columns
 from shockpc.robot.elements import Loop
 from shockpc.robot.robot import Robot
 from shockpc.robot.rounding import rounding_of
@@ -61,7 +61,7 @@ class Mechanism(NamedTuple):
     loops: tuple[Loop, ...]
 
     def most_independent(
-        self, blocks: Sequence[Block], state: Dynamics, near: Array | None = None
+        self, blocks: Sequence[ConstraintBlock], state: Dynamics, near: Array | None = None
     ) -> Callable[[int], tuple[int, float]]:
         """The greatest number of independent rows that these blocks have in any posture, up to what rounding of the file leaves.
 
@@ -105,12 +105,12 @@ class Mechanism(NamedTuple):
 
         return most
 
-    def independent_here(self, blocks: Sequence[Block], state: Dynamics) -> int:
+    def independent_here(self, blocks: Sequence[ConstraintBlock], state: Dynamics) -> int:
         """The number of independent rows in one posture (N = 1), without those that rounding of the file alone may leave."""
         at = [block._replace(point=block.point if block.point.ndim == 1 else block.point[0]) for block in blocks]
         return self._independent(at, state.Q[0])[0]
 
-    def _attitude(self, blocks: Sequence[Block], state: Dynamics) -> Array:
+    def _attitude(self, blocks: Sequence[ConstraintBlock], state: Dynamics) -> Array:
         """What of the attitude of the base (N, ...) the number of independent rows depends on."""
         rotation = state.rotation[:, 0]
         whole = all(len(block.forces) == 3 and not len(block.moments) for block in blocks)
@@ -137,7 +137,7 @@ class Mechanism(NamedTuple):
             others.append(closed_nearby(self.robot, other, self.loops, self.plane, self.locked) if self.loops else other)
         return [q if other is None else other for other in others]
 
-    def _independent(self, blocks: Sequence[Block], q: Array) -> tuple[int, float]:
+    def _independent(self, blocks: Sequence[ConstraintBlock], q: Array) -> tuple[int, float]:
         """The same in one posture."""
         state = dynamics(self.robot, q[None])
         columns, term_size, size, U, s, Vt = self._rows(blocks, state)
@@ -153,12 +153,12 @@ class Mechanism(NamedTuple):
         effect = np.linalg.norm(U[:, rank:].T @ changes, axis=-1).sum(axis=0)
         return rank, SLACK * float(effect.max(initial=0.0))
 
-    def _rows(self, blocks: Sequence[Block], state: Dynamics) -> "_Rows":
+    def _rows(self, blocks: Sequence[ConstraintBlock], state: Dynamics) -> "_Rows":
         """The rows in one posture (N = 1), in units of their terms."""
         free = free_columns(self.robot, self.base, self.plane, state.rotation[:, 0], self.locked)
         columns = np.eye(self.robot.model.nv) if free is None else free[0]
         terms = row_terms(state, blocks)[0] @ np.abs(columns)
-        size = levers(terms)
+        size = column_sizes(terms)
         term_size, scaled = in_terms(row_jacobian(state, blocks)[0] @ columns, terms, size)
         return _Rows(columns, term_size, size, *np.linalg.svd(scaled))
 
@@ -195,8 +195,8 @@ def _displaced(robot: Robot, state: Dynamics) -> Dynamics:
     motions = STEP * np.tile(np.eye(6), (nb, 1))
     omega, shift = motions[:, None, :3], motions[:, None, 3:]
     which = np.repeat(np.arange(nb), 6)
-    carried = state.supports[:, [joint.v.start for joint in robot.joints]].T[which]
-    behind = carried[:, np.argmax(state.supports, axis=0), None]
+    carried = state.ancestors[:, [joint.v.start for joint in robot.joints]].T[which]
+    behind = carried[:, np.argmax(state.ancestors, axis=0), None]
     origins = np.array([-body.rotation.T @ body.offset for body in robot.bodies])  # of the joint that carries each body
     pivot = (position + (state.rotation[0] @ origins[..., None])[..., 0])[which, None]
     v = shift - np.cross(omega, pivot)

@@ -10,18 +10,18 @@ import numpy as np
 from shockpc.core.pulse import Pulse, pulse_from
 from shockpc.landing.auto_contact import resolve_contacts
 from shockpc.landing.closure import all_loops, assemble, follow
+from shockpc.landing.constraints import ConstraintBlock
 from shockpc.landing.contact import contact_block
 from shockpc.landing.dynamics import dynamics
+from shockpc.landing.end_stops import is_stop, striking_stop
 from shockpc.landing.joint_model import joint_model
 from shockpc.landing.landing import PosedLanding, contact_velocity
 from shockpc.landing.level_feet import default_landings
 from shockpc.landing.motion import motion_of, rates_of, separating
 from shockpc.landing.posture import configuration, fixed_joints, outside_limits, reference_name
 from shockpc.landing.ratings import check_parts, strength, torque_limits
-from shockpc.landing.rows import Block
 from shockpc.landing.scene import Contact, Scene
 from shockpc.landing.scene_file import check_scene, ground_normal, plane_of, point_at, with_paths, with_plane
-from shockpc.landing.stops import is_stop, striking_stop
 from shockpc.landing.strike import Strike
 from shockpc.robot.catalogue import closing_scene
 from shockpc.robot.robot import Robot
@@ -71,7 +71,7 @@ def pulse_of(scene: Scene) -> Pulse | None:
         raise SceneError(f"pulse: {refusal}") from None
 
 
-def _check_ground(scene: Scene, blocks: tuple[Block, ...]) -> None:
+def _check_ground(scene: Scene, blocks: tuple[ConstraintBlock, ...]) -> None:
     """Refuse a friction, a contact stiffness or a tolerance of the ground that has no meaning for the scene."""
     mu, k = scene.friction, scene.contact_stiffness
     if scene.stop_restitution is not None and not scene.stops:
@@ -226,7 +226,7 @@ def close_loops(scene: Scene, near: PosedLanding) -> Scene:
     return replace(scene, posture=posture, assemble=(*given, *turned))
 
 
-def _refuse_twice(blocks: tuple[Block, ...]) -> None:
+def _refuse_twice(blocks: tuple[ConstraintBlock, ...]) -> None:
     for one, other in itertools.combinations([block for block in blocks if block.kind != "closure"], 2):
         if one.body == other.body and np.linalg.norm(one.point - other.point) <= 1e-9:
             raise SceneError(

@@ -12,7 +12,7 @@ from dataclasses import field
 from typing import TYPE_CHECKING, Any, Literal
 
 from shockpc.core.frozen import frozen
-from shockpc.landing.joints import Joints
+from shockpc.landing.joint_options import Joints
 from shockpc.landing.record import CONTACT, POSTURE, RESULTS, Record, documented, option
 from shockpc.landing.strike import Strike
 from shockpc.text.errors import SceneError

@@ -1,6 +1,6 @@
 """`shockpc paper`: recompute the figures of the paper that the method is from."""
 
-from shockpc.cli.declare import argument, command
+from shockpc.cli.declared import argument, command
 from shockpc.cli.options import OutputOptions, in_output
 
 

@@ -4,10 +4,10 @@ from collections.abc import Sequence
 
 from matplotlib.figure import Figure
 
-from shockpc.quantities.profile import ShockProfile
-from shockpc.show.figure.landing import FOOT, draw_row
+from shockpc.quantities.shock_profile import ShockProfile
 from shockpc.show.figure.layout import LEFT, Page, TableRows
 from shockpc.show.figure.picture import letter
+from shockpc.show.figure.plane import FOOT, draw_row
 from shockpc.show.figure.view import View, Window, view_of, windows_of
 from shockpc.show.wording import angle_text, joint_model_text
 from shockpc.text.printed import printable

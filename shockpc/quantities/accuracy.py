@@ -17,11 +17,11 @@ from shockpc.impact.solve import UNPHYSICAL, body_speeds, greatest_motion
 from shockpc.landing.landing import PosedLanding
 from shockpc.landing.places import Place
 from shockpc.quantities.quantity import Quantity
-from shockpc.quantities.table import quantity
+from shockpc.quantities.selection import quantity
 from shockpc.text.diagnostic import Diagnostic
 
 if TYPE_CHECKING:
-    from shockpc.quantities.profile import ShockProfile
+    from shockpc.quantities.shock_profile import ShockProfile
 
 SENSITIVE = 1e-9
 """A result that a change of the data in their last digits moves by more than this share carries a warning."""
@@ -81,8 +81,8 @@ def redundant(profile: "ShockProfile") -> Iterator[Diagnostic]:
     """A warning where rows of loops count as dependent, although more than rounding sets them apart."""
     choice, blocks = profile.choice, profile.landing.blocks
     loops = np.concatenate([np.full(block.size, block.kind == "closure") for block in blocks])
-    if choice.discarded and loops.any() and (not len(choice.left_out) or np.any(np.abs(choice.left_out[:, loops]) > SHARE)):
-        limit = "as much as rounding of the file leaves" if len(choice.left_out) else f"below {DATA_TOLERANCE:.0e}"
+    if choice.discarded and loops.any() and (not len(choice.infeasible) or np.any(np.abs(choice.infeasible[:, loops]) > SHARE)):
+        limit = "as much as rounding of the file leaves" if len(choice.infeasible) else f"below {DATA_TOLERANCE:.0e}"
         text = (
             f"rows of the loops differ by {choice.discarded:.0e} of their size, {limit}, so they count as the same (bars "
             "that are parallel to the last digits of the file); if all of them are meant to hold, give the file more digits"

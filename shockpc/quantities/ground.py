@@ -10,12 +10,12 @@ from shockpc.impact.impact import DoubleImpact, Impact
 from shockpc.landing.landing import PosedLanding
 from shockpc.landing.places import Place, PlaceKind
 from shockpc.landing.strike import GRAVITY
-from shockpc.quantities.bodies import BODIES
-from shockpc.quantities.contacts import CONTACTS, IMPULSE
-from shockpc.quantities.joints import JOINTS
-from shockpc.quantities.points import POINTS, point_velocity
+from shockpc.quantities.of_bodies import BODIES
+from shockpc.quantities.of_contacts import CONTACTS, IMPULSE
+from shockpc.quantities.of_joints import JOINTS
+from shockpc.quantities.of_points import POINTS, point_velocity
+from shockpc.quantities.of_robot import ROBOT
 from shockpc.quantities.quantity import Places, Quantity, cached
-from shockpc.quantities.robot import ROBOT
 
 if TYPE_CHECKING:
     from shockpc.impact.friction import FrictionResult

@@ -6,19 +6,19 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
+from shockpc.landing.end_stops import at_stops, driven_beyond, has_stops
 from shockpc.landing.ratings import TorqueStrength
-from shockpc.landing.stops import at_stops, driven_beyond, has_stops
 from shockpc.quantities.accuracy import data_sensitivity, double_error, nearly_singular, oversized, redundant, strained
-from shockpc.quantities.parts import REMEDIES
+from shockpc.quantities.of_parts import REMEDIES
 from shockpc.quantities.plausibility import angles, gained, heights, inertias, masses, pulled, slipping, straight
 from shockpc.quantities.ranges import sensor_peaks
+from shockpc.quantities.selection import quantity
 from shockpc.quantities.standing import lying
-from shockpc.quantities.table import quantity
 from shockpc.robot.geometry import body_outline
 from shockpc.text.diagnostic import Diagnostic, by_cause
 
 if TYPE_CHECKING:
-    from shockpc.quantities.profile import ShockProfile
+    from shockpc.quantities.shock_profile import ShockProfile
 
 CLEARLY_BEYOND = 1e-6
 """Share of the largest rate with which a joint moves beyond an end stop from which on that is no rounding of double precision."""

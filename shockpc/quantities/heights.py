@@ -8,10 +8,10 @@ import numpy as np
 from shockpc.core.memo import memoized
 from shockpc.core.spatial import Array
 from shockpc.landing.auto_contact import LEVEL, most_inside
+from shockpc.landing.constraints import ConstraintBlock, block_point, wrenches
 from shockpc.landing.dynamics import Dynamics
 from shockpc.landing.landing import Landing
 from shockpc.landing.places import Place
-from shockpc.landing.rows import Block, block_point, wrenches
 from shockpc.quantities.quantity import Quantity
 from shockpc.robot.geometry import body_outline
 from shockpc.robot.robot import Robot
@@ -142,7 +142,9 @@ def _lowest_of_shapes(landing: Landing, rotation: Array, position: Array, carrie
     return surface.T
 
 
-def _relative(landing: Landing, state: Dynamics, blocks: Sequence[Block], places: Sequence[Place]) -> tuple[Levels, Array]:
+def _relative(
+    landing: Landing, state: Dynamics, blocks: Sequence[ConstraintBlock], places: Sequence[Place]
+) -> tuple[Levels, Array]:
     """Heights in N postures: all; and (N, 1 + n) `SPREAD`, and `CLEARANCE` of n bodies, inf of one without other shapes."""
     here = levels(landing, state.rotation, state.position, _grounded_points(landing, state, blocks), every=True)
     bodies, low = body_outline(landing.robot).pieces.body, here.contacts.min(axis=1)
@@ -150,7 +152,7 @@ def _relative(landing: Landing, state: Dynamics, blocks: Sequence[Block], places
     return here, np.stack([here.spread, *(heights.min(axis=1, initial=np.inf) - low for heights in shapes)], axis=1)
 
 
-def _grounded_points(landing: Landing, state: Dynamics, blocks: Sequence[Block]) -> Array:
+def _grounded_points(landing: Landing, state: Dynamics, blocks: Sequence[ConstraintBlock]) -> Array:
     """Points (N, c, 3) of the contacts and standing feet on flat ground, from the base [m]."""
     return np.stack([block_point(state, blocks[k]) for k in on_ground(landing)], axis=1)
 
@@ -171,7 +173,9 @@ HEIGHTS = (SPREAD, CLEARANCE, REACH)
 """What `feasible` decides by, as numbers that a constraint can follow: they have either sign."""
 
 
-def _reach(landing: Landing, state: Dynamics, blocks: Sequence[Block], places: Sequence[Place]) -> tuple[Array, np.ndarray]:
+def _reach(
+    landing: Landing, state: Dynamics, blocks: Sequence[ConstraintBlock], places: Sequence[Place]
+) -> tuple[Array, np.ndarray]:
     """`REACH` of n contacts without shapes in N postures, (N, n), and which shape (N, n) of the body is the lowest.
 
     Where it is less than a contact point may lie inside, the shape does not count as that of the contact, and `CLEARANCE` jumps.
@@ -184,7 +188,7 @@ def _reach(landing: Landing, state: Dynamics, blocks: Sequence[Block], places: S
 
 
 def reach_rates(
-    landing: Landing, state: Dynamics, blocks: Sequence[Block], twists: Array, places: Sequence[Place]
+    landing: Landing, state: Dynamics, blocks: Sequence[ConstraintBlock], twists: Array, places: Sequence[Place]
 ) -> tuple[Array, Array]:
     """`REACH` of n contacts, (N, n) in N postures, and how fast (N, n, d) it changes. Args: as for `height_rates`."""
     values, lowest = _reach(landing, state, blocks, places)
@@ -196,7 +200,7 @@ def reach_rates(
 
 
 def height_rates(
-    landing: Landing, state: Dynamics, blocks: Sequence[Block], twists: Array, places: Sequence[Place]
+    landing: Landing, state: Dynamics, blocks: Sequence[ConstraintBlock], twists: Array, places: Sequence[Place]
 ) -> tuple[Array, Array]:
     """`SPREAD`, and `CLEARANCE` of bodies, (N, 1 + n) in N postures, and how fast (N, 1 + n, d) they change.
 

@@ -8,7 +8,7 @@ from shockpc.core.spatial import Array
 from shockpc.impact.stiffness import CompliantLanding
 from shockpc.landing.places import Place
 from shockpc.landing.strike import GRAVITY
-from shockpc.quantities.points import point_velocity
+from shockpc.quantities.of_points import point_velocity
 
 
 def contact_forces(compliant: CompliantLanding, times: Array) -> Array:

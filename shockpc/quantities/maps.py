@@ -9,11 +9,11 @@ from shockpc.core.impulse import Solution
 from shockpc.core.spatial import Array, cross, jump_at
 from shockpc.core.threads import one_thread
 from shockpc.impact.solve import solve_in_doubles
+from shockpc.landing.constraints import Equation, block_axes, slices_of
 from shockpc.landing.dynamics import dynamics
 from shockpc.landing.landing import Landing
 from shockpc.landing.motion import speeds_undone
 from shockpc.landing.places import point_place
-from shockpc.landing.rows import Equation, block_axes, slices_of
 from shockpc.landing.scene_file import point_at
 from shockpc.robot.robot import Robot
 from shockpc.text.errors import SceneError, StudyError
@@ -110,7 +110,7 @@ class ShockMaps(NamedTuple):
         r = self.rotation[:, body] @ r
         moved = jump_at(slopes.reshape(n, 6, -1), r).reshape(n, 3, 3, nv)
         # r turns with the body: Δω × (ω_k × r).
-        turned = cross(self.columns[:, :3].swapaxes(1, 2) * self.robot.supports[body][:, None], r[:, None])
+        turned = cross(self.columns[:, :3].swapaxes(1, 2) * self.robot.ancestors[body][:, None], r[:, None])
         return np.asarray(moved + cross(self.maps[:, body, :3].swapaxes(1, 2)[:, :, None], turned[:, None]).transpose(0, 3, 1, 2))
 
     def delta_v(self, place: str | int, strike: Array | Sequence[float] | None = None) -> Array:

@@ -6,10 +6,10 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from shockpc.landing.constraints import NO_AXES, block_point, row_jacobian
 from shockpc.landing.dynamics import dynamics
 from shockpc.landing.posture import reference_name, set_joints
 from shockpc.landing.record import spelled
-from shockpc.landing.rows import NO_AXES, block_point, row_jacobian
 from shockpc.landing.scene import Contact
 from shockpc.quantities.heights import levels, on_ground
 from shockpc.robot.geometry import body_outline, inflated_inertias, size_text
@@ -17,7 +17,7 @@ from shockpc.text.diagnostic import Diagnostic
 from shockpc.text.printed import few, listed
 
 if TYPE_CHECKING:
-    from shockpc.quantities.profile import ShockProfile
+    from shockpc.quantities.shock_profile import ShockProfile
 
 STRAIGHT = 0.02
 """A limb cannot move its end in a direction in which the joints move it by less than this share of what they do elsewhere [1]."""

@@ -12,11 +12,11 @@ from shockpc.landing.places import Place
 from shockpc.landing.scene import Scene
 from shockpc.landing.strike import GRAVITY
 from shockpc.quantities.ground import solved_on
-from shockpc.quantities.points import DELTA_V
+from shockpc.quantities.of_points import DELTA_V
 from shockpc.quantities.quantity import Places, Quantity, evaluate
 
 if TYPE_CHECKING:
-    from shockpc.quantities.profile import ShockProfile
+    from shockpc.quantities.shock_profile import ShockProfile
 
 AXES = "x", "y", "z"
 

@@ -6,14 +6,14 @@ from typing import TYPE_CHECKING, Any, NamedTuple, TypeVar
 
 import numpy as np
 
-from shockpc.core.directions import ExtremeDirections
+from shockpc.core.most_severe import ExtremeDirections
 from shockpc.core.spatial import Array
 from shockpc.landing.places import Place, PlaceKind
 from shockpc.landing.ratings import Strength, TorqueStrength
-from shockpc.quantities.table import quantities_of, quantity
+from shockpc.quantities.selection import quantities_of, quantity
 
 if TYPE_CHECKING:
-    from shockpc.quantities.profile import ShockProfile
+    from shockpc.quantities.shock_profile import ShockProfile
 
 R = TypeVar("R", bound="NamedTuple")
 

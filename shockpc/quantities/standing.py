@@ -13,7 +13,7 @@ from shockpc.text.diagnostic import Diagnostic
 from shockpc.text.printed import listed
 
 if TYPE_CHECKING:
-    from shockpc.quantities.profile import ShockProfile
+    from shockpc.quantities.shock_profile import ShockProfile
 
 BESIDE = 0.1
 """Distance of the centre of mass from the support of three feet or more, as a share of its height, up to which they carry it."""

@@ -8,17 +8,17 @@ from typing import Literal
 import numpy as np
 
 from shockpc.core.spatial import Array, cross
+from shockpc.landing.constraints import block_point
 from shockpc.landing.contact import locate_lowest_point
 from shockpc.landing.dynamics import dynamics
 from shockpc.landing.landing import PosedLanding
 from shockpc.landing.resolve import landing_of
-from shockpc.landing.rows import block_point
 from shockpc.landing.scene import Contact, Scene
 from shockpc.landing.strike import GRAVITY
 from shockpc.recorded.column_names import column_name
 from shockpc.recorded.detection import FEWEST, noise, slope_noise
 from shockpc.recorded.logs import Log
-from shockpc.recorded.table import rows_of
+from shockpc.recorded.reader import rows_of
 from shockpc.robot.feet_and_sensors import each_foot
 from shockpc.robot.robot import Robot
 from shockpc.text.printed import listed
@@ -83,7 +83,7 @@ class LoggedMotion:
         self.free = self.robot.free_base and landing.base != "fixed"
         self.names = {"joints": self.joints, "base": tuple(key for key in TWIST if self.free and self.has(key))}
         # What the log lacks of the chain that carries a contact has to be stated by the scene: a guess would move its height.
-        chain = np.any([self.robot.supports[contact.body] for contact in landing.contacts], axis=0)
+        chain = np.any([self.robot.ancestors[contact.body] for contact in landing.contacts], axis=0)
         posture = landing.scene.posture
         stated = {
             name

@@ -14,7 +14,7 @@ import numpy as np
 from shockpc.core.spatial import Array
 from shockpc.recorded.bags import BAGS, QUATERNION, read_bag
 from shockpc.recorded.column_names import LABELS, state_columns
-from shockpc.recorded.files import columns_of, read_table
+from shockpc.recorded.table_files import columns_of, read_table
 from shockpc.robot.robot import Robot
 from shockpc.text.arguments import LARGEST_NUMBER
 from shockpc.text.errors import StudyError

@@ -16,15 +16,15 @@ from shockpc.evaluation.source import Refusal
 from shockpc.evaluation.variation import Variation
 from shockpc.evaluation.varied_scene import applied
 from shockpc.impact.friction import FrictionProblem, friction_problem, friction_problems, joined
+from shockpc.landing.constraints import Equation
 from shockpc.landing.dynamics import Dynamics, dynamics
-from shockpc.landing.freedom import free_columns
 from shockpc.landing.motion import Motion
 from shockpc.landing.places import Place, body_places
-from shockpc.landing.rows import Equation
 from shockpc.landing.scene import Scene
-from shockpc.quantities.table import select, selections
+from shockpc.landing.selection_matrix import free_columns
+from shockpc.quantities.selection import select, selections
+from shockpc.recorded.landings import RecordedLandings
 from shockpc.recorded.rows import Measured, RecordedRows
-from shockpc.recorded.source import RecordedLandings
 from shockpc.robot.robot import Robot
 from shockpc.text.errors import DefectError, ShockError, StudyError
 

@@ -174,23 +174,6 @@ def varied_bodies(robot: Robot, changes: Iterable[tuple[Property, str, Array, bo
     return mass, com, inertia
 
 
-def with_inertias(robot: Robot, mass: Array, com: Array, inertia: Array) -> Robot:
-    """The robot with other inertias of its bodies, also such as nothing has: below zero, as a step of a difference may be.
-
-    Args:
-        robot: the robot.
-        mass: (nb,) [kg].
-        com: (nb, 3) centres of mass in the bodies' frames [m].
-        inertia: (nb, 3, 3) about these, axes of the frames [kg m²].
-    """
-    model = pin.Model(robot.model)
-    for body, m, c, moment in zip(robot.bodies, mass, com, inertia, strict=True):
-        R, Y = body.rotation, pin.Inertia.Zero()  # whose constructor would refuse an inertia that none has
-        Y.mass, Y.lever, Y.inertia = float(m), R @ c + body.offset, R @ moment @ R.T
-        model.inertias[body.joint] = Y
-    return replace(robot, model=model)
-
-
 def _change_armature(robot: Robot, model: pin.Model, drives: Drives | None, change: Change) -> Drives | None:
     """Change the reflected inertia of some joints. Returns: the default drives; a joint that is given a number has none of them."""
     names = robot.match_joints(change.pattern)
@@ -297,6 +280,11 @@ def links_with_mass(robot: Robot, pattern: str, model: pin.Model | None = None) 
         hint = f'"{pattern}" has no mass; the main link of its body is "{_main_link(robot, frame.body)}"'
     names = robot.match("link with mass", pattern, masses, (), hint)
     return {name: masses[name] for name in names}
+
+
+def link_inertia(robot: Robot, link: str) -> pin.Inertia:
+    """The inertia of a link without that of the links that are fixed to it, in its frame. Args: link, its exact name."""
+    return _frame(robot.model, link).inertia
 
 
 def _small_parts(robot: Robot, model: pin.Model, change: Change, links: Mapping[str, float]) -> Iterator[Diagnostic]:

@@ -10,8 +10,8 @@ from xml.etree.ElementTree import Element
 import numpy as np
 import pinocchio as pin
 
-from shockpc.robot.files import shared_xml
 from shockpc.robot.geometry import inflated_inertias, size_text
+from shockpc.robot.reading import shared_xml
 from shockpc.robot.robot import Robot, RobotSource
 from shockpc.robot.tags import URDF, unread
 from shockpc.robot.tolerances import inertia_fault, negative_moment
@@ -89,7 +89,7 @@ def _read(robot: Robot, root: Element) -> Iterator[tuple[Level, str, str, str]]:
 def _masses(robot: Robot) -> Iterator[tuple[Level, str, str, str]]:
     """Moving bodies without mass, and masses far from all the others."""
     masses = robot.masses
-    carried = masses @ robot.supports[:, [joint.v.start for joint in robot.joints]]  # with all that each body carries
+    carried = masses @ robot.ancestors[:, [joint.v.start for joint in robot.joints]]  # with all that each body carries
     for k, (body, mass) in enumerate(zip(robot.bodies, masses, strict=True)):
         next_heaviest = float(np.delete(masses, k).max(initial=0.0)) or mass
         if carried[k] == 0:

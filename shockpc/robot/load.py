@@ -14,8 +14,8 @@ from shockpc.robot.bent_legs import bent_legs
 from shockpc.robot.drives import default_drives
 from shockpc.robot.elements import Mimic
 from shockpc.robot.feet_and_sensors import BENT, standing_posture
+from shockpc.robot.formats import YourdfpyRobot, format_of, read_source, source_of_yourdfpy
 from shockpc.robot.robot import Robot, RobotSource
-from shockpc.robot.source import YourdfpyRobot, format_of, read_source, source_of_yourdfpy
 from shockpc.robot.srdf import read_srdf
 from shockpc.robot.tolerances import LIMIT_SLACK, refuse_number
 from shockpc.text.arguments import checked

@@ -14,7 +14,7 @@ from xml.etree import ElementTree
 import numpy as np
 
 from shockpc.core.spatial import Array
-from shockpc.robot.files import decoded, parse_xml
+from shockpc.robot.reading import decoded, parse_xml
 from shockpc.text.paths import LARGEST_FILE
 
 FORMATS = ("stl", "obj", "dae", "ply", "msh")

@@ -14,8 +14,8 @@ import pinocchio as pin
 
 from shockpc.core.spatial import Array, read_only
 from shockpc.robot.elements import Frame, Loop, Mimic
-from shockpc.robot.files import parse_xml
 from shockpc.robot.mjcf_compiled import Compiled, compiled, insert_includes
+from shockpc.robot.reading import parse_xml
 from shockpc.robot.robot import Robot, RobotSource
 from shockpc.robot.tolerances import refuse_number, refuse_tree
 from shockpc.robot.tree import add_joint, axis_joint, rotation

@@ -12,7 +12,7 @@ import pinocchio as pin
 from shockpc.core.frozen import frozen
 from shockpc.core.spatial import Array, freeze, read_only
 from shockpc.robot.elements import Body, Drives, Frame, Joint, Loop, Mimic, bodies_of, frames_of, joints_of
-from shockpc.robot.files import OpenFolders
+from shockpc.robot.reading import OpenFolders
 from shockpc.robot.tolerances import POINT, inertia_fault, negative_moment
 from shockpc.text.diagnostic import Diagnostic
 from shockpc.text.errors import UnknownName
@@ -290,14 +290,14 @@ class Robot:
         return limb
 
     @cached_property
-    def supports(self) -> np.ndarray:
+    def ancestors(self) -> np.ndarray:
         """Which joint velocities (columns) move which bodies (rows): those of the joints from the base to the body."""
-        supports = np.zeros((len(self.bodies) + 1, self.model.nv), dtype=bool)  # the last row is the world's
+        ancestors = np.zeros((len(self.bodies) + 1, self.model.nv), dtype=bool)  # the last row is the world's
         for i, joint in enumerate(self.joints):
-            supports[i] = supports[joint.parent]
-            supports[i, joint.v] = True
-        freeze(supports)
-        return supports[:-1]
+            ancestors[i] = ancestors[joint.parent]
+            ancestors[i, joint.v] = True
+        freeze(ancestors)
+        return ancestors[:-1]
 
     def match(self, kind: str, pattern: str, names: Iterable[str], known: Iterable[str] = (), hint: str = "") -> tuple[str, ...]:
         """The names that an exact name or a glob means, as in `names.match`."""

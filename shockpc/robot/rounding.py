@@ -13,7 +13,7 @@ import numpy as np
 
 from shockpc.core.memo import memoized
 from shockpc.core.spatial import Array
-from shockpc.robot.files import shared_xml
+from shockpc.robot.reading import shared_xml
 from shockpc.robot.robot import Robot
 
 RESIDUE = 1e-5

@@ -16,7 +16,7 @@ import pinocchio as pin
 import yourdfpy
 
 from shockpc.core.spatial import Array
-from shockpc.robot.files import shared_xml
+from shockpc.robot.reading import shared_xml
 from shockpc.robot.robot import Robot
 from shockpc.text.errors import RobotError
 from shockpc.text.printed import listed

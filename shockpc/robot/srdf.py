@@ -11,7 +11,7 @@ import numpy as np
 import pinocchio as pin
 
 from shockpc.core.spatial import Array, read_only
-from shockpc.robot.files import read_xml
+from shockpc.robot.reading import read_xml
 from shockpc.robot.urdf_numbers import vector
 from shockpc.text.errors import RobotError
 

@@ -18,7 +18,7 @@ import pinocchio as pin
 from shockpc.core.spatial import read_only
 from shockpc.robot.catalogue import find_srdf
 from shockpc.robot.elements import Mimic
-from shockpc.robot.files import shared_xml
+from shockpc.robot.reading import shared_xml
 from shockpc.robot.robot import WORLD, Robot, RobotSource
 from shockpc.robot.tags import URDF, unread
 from shockpc.robot.tolerances import refuse_tree

@@ -20,7 +20,7 @@ from contextlib import suppress
 from pathlib import Path
 from typing import Any
 
-from shockpc.robot.files import OpenFolders, parse_xml, read_text
+from shockpc.robot.reading import OpenFolders, parse_xml, read_text
 from shockpc.robot.tolerances import LINKS
 from shockpc.text.errors import RobotError
 from shockpc.text.paths import LARGEST_FILE

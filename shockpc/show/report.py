@@ -4,7 +4,7 @@ from collections.abc import Callable, Iterable, Mapping, Sequence
 from pathlib import Path
 from typing import Any, NamedTuple
 
-from shockpc.quantities.profile import ShockProfile
+from shockpc.quantities.shock_profile import ShockProfile
 from shockpc.show.document import headed
 from shockpc.show.tables import Lines, Sheet, as_csv, as_markdown, as_records, as_text, escaped, joined
 from shockpc.text.printed import json_text

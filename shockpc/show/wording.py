@@ -6,13 +6,13 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from shockpc.landing.rows import slices_of
+from shockpc.landing.constraints import slices_of
+from shockpc.landing.end_stops import side_of
 from shockpc.landing.scene import Base
 from shockpc.landing.scene_file import sideways
-from shockpc.landing.stops import side_of
 from shockpc.quantities.accuracy import SHARE
-from shockpc.quantities.profile import ShockProfile
 from shockpc.quantities.quantity import Quantity
+from shockpc.quantities.shock_profile import ShockProfile
 from shockpc.robot.drives import similar_robots
 from shockpc.robot.feet_and_sensors import BENT, each_foot, feet, recognised
 from shockpc.robot.robot import WORLD, Robot
@@ -357,7 +357,7 @@ def _contact_text(profile: ShockProfile, i: int) -> str:
 def _left_out(profile: ShockProfile, i: int) -> Iterator[str]:
     """The directions in which a contact is not stopped, because the mechanism moves it there only by what rounding leaves."""
     block, rows = profile.landing.blocks[i], slices_of(profile.landing.blocks)[i]
-    for combination in profile.choice.left_out:
+    for combination in profile.choice.infeasible:
         axis = combination[rows][: len(block.forces)] @ block.forces
         length = float(np.linalg.norm(axis))
         if length > SHARE:

@@ -102,7 +102,7 @@ def forward_kinematics(
         np.array([R.table() for R, _ in frames], dtype=object)[None],
         np.array([p.entries() for _, p in frames], dtype=object)[None],
         (q[:3] if robot.free_base else arithmetic.numbers(np.zeros(3)))[None],
-        robot.supports,
+        robot.ancestors,
         q[None],
     )
     return state, places, np.array(origins, dtype=object)[None]
@@ -193,7 +193,7 @@ def joint_inertia(arithmetic: Arithmetic, robot: Robot, J: Numbers, inertias: Se
     """
     composite, columns, H = list(inertias), J.T.tolist(), np.zeros((len(armature), len(armature)), dtype=object)
     for i in range(len(composite) - 1, -1, -1):
-        v, before = robot.joints[i].v, np.flatnonzero(robot.supports[i])
+        v, before = robot.joints[i].v, np.flatnonzero(robot.ancestors[i])
         momenta = composite[i] * arithmetic.block(columns[v]).transpose()
         H[before, v] = entries(arithmetic.block([columns[k] for k in before]) * momenta)
         H[v, before] = H[before, v].T

@@ -18,9 +18,9 @@ from shockpc.core.spatial import Array
 from shockpc.impact.exact.arithmetic import Arithmetic, Matrix, Numbers, entries, solve
 from shockpc.impact.exact.kinematics import Data, body_coms, body_inertia, data_of, forward_kinematics, joint_inertia, shift
 from shockpc.impact.impact import Impact
+from shockpc.landing.constraints import ConstraintBlock, block_wrenches, row_jacobian
 from shockpc.landing.landing import PosedLanding
 from shockpc.landing.motion import approach_speeds
-from shockpc.landing.rows import Block, block_wrenches, row_jacobian
 
 BASE = {"free": [True] * 6, "planar": [True, True, False, False, False, True], "fixed": [False] * 6}
 """Which velocities of a floating base are free: along the plane's first and second axis and its normal, then about them."""
@@ -143,17 +143,17 @@ class ExactImpact(Impact):
     @cached_property
     def impulse(self) -> Numbers:
         """As in `Impact`."""
-        spread = self.choice.spread
+        distribution = self.choice.distribution
         return (
             self.independent_impulse
-            if spread.shape[0] == spread.shape[1]
-            else entries(self.arithmetic.matrix(spread) * self._solution[1])[None]
+            if distribution.shape[0] == distribution.shape[1]
+            else entries(self.arithmetic.matrix(distribution) * self._solution[1])[None]
         )
 
     @cached_property
     def independent_impulse(self) -> Numbers:
         """As in `Impact`."""
-        impulse = self.exact(np.zeros((1, len(self.choice.spread), 4)))
+        impulse = self.exact(np.zeros((1, len(self.choice.distribution), 4)))
         impulse[0, self.choice.rows] = entries(self._solution[1])
         return impulse
 
@@ -195,7 +195,7 @@ class ExactImpact(Impact):
         constrained = self.landing.joint_model.locked[columns] | np.isin(columns, coupled)
         return np.asarray(np.where(constrained, super().joint_power(joints), drive))
 
-    def mobility(self, block: Block, fixed: Sequence[Block], independent: list[int]) -> Any:
+    def delassus(self, block: ConstraintBlock, fixed: Sequence[ConstraintBlock], independent: list[int]) -> Any:
         """Delassus matrix (n, n) of the rows of a block while others stay held: J P Jᵀ, with P the inverse inertia on these [1/kg].
 
         Args:
@@ -210,7 +210,7 @@ class ExactImpact(Impact):
         R = self._reduced(row_jacobian(self.state, fixed)[0])[independent] if independent else None
         return J * self._fixed_response(J, R)
 
-    def rigid_mobility(self, block: Block) -> Any:
+    def rigid_mobility(self, block: ConstraintBlock) -> Any:
         """The same (n, n) of the whole robot as one rigid body: every joint locked, the base free, and nothing held."""
         wrenches = self.arithmetic.matrix(block_wrenches(self.state, block)[0])
         return wrenches * solve(sum(self._inertias, start=self.arithmetic.block(6, 6)), wrenches.transpose(), of_inertia=True)

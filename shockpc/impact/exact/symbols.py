@@ -18,9 +18,9 @@ from shockpc.core.spatial import Array, cross
 from shockpc.impact.exact.arithmetic import Arithmetic, NoValueError, Numbers, entries
 from shockpc.impact.exact.solution import ExactImpact
 from shockpc.impact.impact import Impact
+from shockpc.landing.constraints import row_terms
 from shockpc.landing.landing import PosedLanding
 from shockpc.landing.motion import Motion
-from shockpc.landing.rows import row_terms
 from shockpc.robot.robot import Robot
 
 

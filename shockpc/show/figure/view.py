@@ -10,7 +10,7 @@ import shapely
 from shockpc.core.memo import memoized
 from shockpc.core.spatial import Array, corners_of_box, plane_from
 from shockpc.landing.closure import all_loops
-from shockpc.quantities.profile import ShockProfile
+from shockpc.quantities.shock_profile import ShockProfile
 from shockpc.robot.geometry import drawn_outline, outline
 from shockpc.robot.robot import Robot
 from shockpc.robot.shapes import Shape, inertia_box

@@ -19,10 +19,10 @@ from shockpc.core.spatial import Array
 from shockpc.impact.solve import CONTRADICTION
 from shockpc.landing.scene_file import scene_text
 from shockpc.landing.strike import GRAVITY
-from shockpc.quantities.bodies import ROUNDED
+from shockpc.quantities.every_strike import EveryStrike, StrikeAxes, every_strike
 from shockpc.quantities.histories import contact_forces, point_accelerations
-from shockpc.quantities.profile import ShockProfile
-from shockpc.quantities.strikes import EveryStrike, StrikeAxes, every_strike
+from shockpc.quantities.of_bodies import ROUNDED
+from shockpc.quantities.shock_profile import ShockProfile
 from shockpc.show.figure.picture import letter
 from shockpc.show.figure.style import BANDS, EDGES, SHOCK
 from shockpc.show.figure.view import body_shapes, numbered

@@ -4,7 +4,7 @@ import sys
 from contextlib import suppress
 from pathlib import Path
 
-from shockpc.cli.declare import command
+from shockpc.cli.declared import command
 from shockpc.cli.options import EXPLAIN, ROBOT, STRICT, OutputOptions, SceneOptions, in_output
 from shockpc.cli.parse import scene_file
 
@@ -42,7 +42,7 @@ def analyze(
         from shockpc.landing.level_feet import together
         from shockpc.landing.scene_file import scene_text
         from shockpc.profile import shock_profile
-        from shockpc.quantities.profile import ShockProfile
+        from shockpc.quantities.shock_profile import ShockProfile
         from shockpc.studies.analyze.report import accuracy_line, analyze_report
         from shockpc.studies.analyze.several import level_text
         from shockpc.text.errors import ShockError, StudyError, traces

@@ -7,8 +7,8 @@ from typing import Any
 from matplotlib.figure import Figure
 
 from shockpc.landing.ratings import Strength
-from shockpc.quantities.profile import ShockProfile
 from shockpc.quantities.records import PartMargin
+from shockpc.quantities.shock_profile import ShockProfile
 from shockpc.show.figure.style import CURVES, INK, new_chart, plain_numbers
 from shockpc.show.wording import contact_name, robot_name
 from shockpc.text.printed import printable

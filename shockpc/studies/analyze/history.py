@@ -10,8 +10,8 @@ from shockpc.core.spatial import Array
 from shockpc.impact.stiffness import DAMPING, SPECTRUM, CompliantLanding
 from shockpc.landing.strike import GRAVITY
 from shockpc.quantities.ground import ALONG
-from shockpc.quantities.points import DELTA_V
-from shockpc.quantities.profile import ShockProfile
+from shockpc.quantities.of_points import DELTA_V
+from shockpc.quantities.shock_profile import ShockProfile
 from shockpc.show.figure.style import CURVES, INK, new_chart, plain_numbers
 from shockpc.show.wording import contact_name, count, robot_name
 from shockpc.text.printed import printable

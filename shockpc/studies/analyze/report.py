@@ -8,15 +8,15 @@ from typing import Any
 
 import numpy as np
 
+from shockpc.landing.constraints import ConstraintBlock
+from shockpc.landing.end_stops import side_of
 from shockpc.landing.ratings import Strength
-from shockpc.landing.rows import Block
 from shockpc.landing.scene import CONTACTS
-from shockpc.landing.stops import side_of
-from shockpc.quantities.parts import SOFTEST, STIFFEST
-from shockpc.quantities.profile import ShockProfile
+from shockpc.quantities.of_parts import SOFTEST, STIFFEST
 from shockpc.quantities.ranges import sensor_peaks
 from shockpc.quantities.records import ContactImpulse
-from shockpc.quantities.table import quantity
+from shockpc.quantities.selection import quantity
+from shockpc.quantities.shock_profile import ShockProfile
 from shockpc.robot.robot import STOP
 from shockpc.show.report import Picture, Report, Section, picture_files
 from shockpc.show.tables import Column, Lines, Row, Sheet, rounded
@@ -33,9 +33,9 @@ from shockpc.show.wording import (
     shown_as,
     warning_lines,
 )
-from shockpc.studies.analyze.document import content
+from shockpc.studies.analyze.landing_document import content
 from shockpc.studies.analyze.several import Reports, landings_sheet, worst_text
-from shockpc.studies.analyze.tables import OPTIONAL, landing_tables
+from shockpc.studies.analyze.sheets import OPTIONAL, landing_tables
 from shockpc.studies.analyze.views import shown_tables, stiffness_text, worst_bodies
 from shockpc.text.errors import ShockError
 from shockpc.text.printed import cause_lines, causes, few
@@ -79,7 +79,7 @@ def landing_report(
         body=lambda full: [
             Lines([*_summary(profile), *_level_feet(remark)]),
             Lines(header_lines(profile)),
-            Picture("shock", f"shock profile of {robot_name(profile.robot)}", "show.figure.landing:draw_landing", (profile,)),
+            Picture("shock", f"shock profile of {robot_name(profile.robot)}", "show.figure.plane:draw_landing", (profile,)),
             *(make() for make in shown_tables(profile, bodies, None if full else 6).values()),
             *_damage_picture([profile]),
             *_time_pictures(profile, spectrum),
@@ -239,7 +239,7 @@ def _summary_with_ground(profile: ShockProfile) -> list[tuple[str, str]]:
     return [*_summary(profile), ("ground", few(texts, 4, "; "))]
 
 
-def _stop_text(contact: ContactImpulse, stop: Block) -> str:
+def _stop_text(contact: ContactImpulse, stop: ConstraintBlock) -> str:
     """The impulse of an end stop that strikes, and what resists it."""
     slides = bool(len(stop.forces))
     impulse, unit, mass = (contact.impulse, "N s", "kg") if slides else (contact.moment, "N m s", "kg m²")

@@ -5,8 +5,8 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 
 import numpy as np
 
-from shockpc.quantities.profile import ShockProfile
-from shockpc.quantities.table import quantity
+from shockpc.quantities.selection import quantity
+from shockpc.quantities.shock_profile import ShockProfile
 from shockpc.show.report import Report
 from shockpc.show.tables import Cell, Row, Sheet, rounded
 from shockpc.show.wording import contact_name, landing_text

@@ -6,10 +6,10 @@ from typing import Any
 
 import numpy as np
 
-from shockpc.quantities.profile import ShockProfile
+from shockpc.quantities.shock_profile import ShockProfile
 from shockpc.show.tables import Column, Sheet
 from shockpc.show.wording import BRACKETED, count, vector_text
-from shockpc.studies.analyze.tables import (
+from shockpc.studies.analyze.sheets import (
     basis_of,
     bodies_sheet,
     contacts_sheet,

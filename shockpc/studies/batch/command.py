@@ -3,13 +3,13 @@
 import functools
 from typing import Any
 
-from shockpc.cli.declare import argument, command, group
+from shockpc.cli.declared import argument, command, group
 from shockpc.cli.options import JOBS, STRICT, OutputOptions, SceneOptions, in_output
 from shockpc.cli.output import emit, exit_code
 from shockpc.cli.parse import robot_name, whole
 from shockpc.cli.progress import progress
 from shockpc.cli.scenes import scenes_from
-from shockpc.cli.study import given, help_of, refuse_unasked, study_options
+from shockpc.cli.study_command import given, help_of, refuse_unasked, study_options
 from shockpc.evaluation.executor import executor
 from shockpc.robot.catalogue import robots_of_set
 from shockpc.studies.batch.report import batch_report

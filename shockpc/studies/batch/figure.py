@@ -5,7 +5,7 @@ from pathlib import Path
 
 from matplotlib.figure import Figure
 
-from shockpc.quantities.table import select
+from shockpc.quantities.selection import select
 from shockpc.show.figure.layout import MARGIN, Page
 from shockpc.show.figure.picture import draw_bodies, draw_velocities
 from shockpc.show.figure.view import windows_of

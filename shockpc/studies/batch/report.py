@@ -2,7 +2,7 @@
 
 from collections.abc import Iterable
 
-from shockpc.quantities.table import select
+from shockpc.quantities.selection import select
 from shockpc.robot.feet_and_sensors import BENT, is_imu
 from shockpc.show.report import Picture, Report, picture_files
 from shockpc.show.tables import Column, Lines, Row, Sheet

@@ -20,9 +20,9 @@ from shockpc.landing.level_feet import with_contacts
 from shockpc.landing.places import Place
 from shockpc.landing.record import Option
 from shockpc.landing.scene import Scene
-from shockpc.quantities.profile import ShockProfile
-from shockpc.quantities.robot import NEEDS_TILT
-from shockpc.quantities.table import Selection, select
+from shockpc.quantities.of_robot import NEEDS_TILT
+from shockpc.quantities.selection import Selection, select
+from shockpc.quantities.shock_profile import ShockProfile
 from shockpc.robot.load import load_robot
 from shockpc.robot.robot import Robot
 from shockpc.text.diagnostic import Diagnostic

@@ -6,7 +6,7 @@ from pathlib import Path
 
 import typer
 
-from shockpc.cli.declare import argument, command, group
+from shockpc.cli.declared import argument, command, group
 from shockpc.cli.options import in_output
 from shockpc.cli.parse import out_folder, path, writable
 from shockpc.cli.process import print_error

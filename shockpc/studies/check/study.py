@@ -26,9 +26,9 @@ from shockpc.landing.places import Place
 from shockpc.landing.resolve import resolve
 from shockpc.landing.scene import Scene
 from shockpc.landing.scene_file import robot_of
-from shockpc.quantities.profile import ShockProfile
 from shockpc.quantities.quantity import Quantity
-from shockpc.quantities.table import Selection, select
+from shockpc.quantities.selection import Selection, select
+from shockpc.quantities.shock_profile import ShockProfile
 from shockpc.robot.robot import Robot
 from shockpc.studies.check.baseline import Baseline, OutcomeKey, case_record, read_baseline, refuse_other_scene
 from shockpc.studies.check.design_record import design_changes, six_digits

@@ -6,9 +6,9 @@ from collections.abc import Sequence
 import numpy as np
 from matplotlib.figure import Figure
 
-from shockpc.show.figure.landing import draw_row
 from shockpc.show.figure.layout import LEFT, Page
 from shockpc.show.figure.picture import letter
+from shockpc.show.figure.plane import draw_row
 from shockpc.show.figure.style import CURVES, INK, PAPER
 from shockpc.show.figure.view import View, view_of, windows_of
 from shockpc.studies.compare.study import STANDARD, WITH_FRICTION, Comparison, Difference, Differences

@@ -4,7 +4,7 @@ from collections.abc import Iterable, Mapping, Sequence
 from typing import TypeAlias
 
 from shockpc.landing.places import PlaceKind
-from shockpc.quantities.profile import ShockProfile
+from shockpc.quantities.shock_profile import ShockProfile
 from shockpc.text.names import matches
 
 KINDS: tuple[PlaceKind, ...] = ("body", "point", "joint", "part")

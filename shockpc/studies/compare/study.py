@@ -12,8 +12,8 @@ from shockpc.evaluation.evaluate import proven
 from shockpc.evaluation.table import Table
 from shockpc.landing.places import Place, PlaceKind
 from shockpc.landing.record import Option
-from shockpc.quantities.profile import ShockProfile
-from shockpc.quantities.table import Selection, select
+from shockpc.quantities.selection import Selection, select
+from shockpc.quantities.shock_profile import ShockProfile
 from shockpc.robot.changes import Change, changed, read_changes
 from shockpc.studies.compare.partners import KINDS, Partners, matching, partners
 from shockpc.text.errors import SceneError, ShockError, SolveError, StudyError
@@ -167,8 +167,9 @@ def compare(
         Sequence[str],
         Option(
             "A change of the one design, such as 'mass:*_shank=0.9x; armature:*=0.01', which makes another design; "
-            "mass, inertia (a factor), inertia-xx … -yz (added), com-x, -y, -z (moved by) of links, armature of joints, place of "
-            "joints, fixed ones too, in the frame of the link that carries them, such as 'place:*_KFE=0,0,-0.3' or =1.1x for "
+            "mass, point-mass (added), inertia (a factor), inertia-xx … -yz (added), com-x, -y, -z (moved by) of links, "
+            "armature of joints, place of joints, fixed ones too, in the frame of the link that carries them, "
+            "such as 'place:*_KFE=0,0,-0.3' or =1.1x for "
             "longer thighs.",
             "Designs",
             "CHANGES",

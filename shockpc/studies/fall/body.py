@@ -19,7 +19,7 @@ from shockpc.robot.geometry import Outline, drawn_outline, outline
 from shockpc.robot.meshes import hull_corners
 from shockpc.robot.robot import Robot
 from shockpc.robot.shapes import Shape
-from shockpc.studies.fall.motion import CrossSection
+from shockpc.studies.fall.tipping import CrossSection
 from shockpc.text.errors import StudyError
 
 UP = np.array([0.0, 0.0, 1.0])

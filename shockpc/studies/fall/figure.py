@@ -5,7 +5,7 @@ import math
 import numpy as np
 from matplotlib.figure import Figure
 
-from shockpc.quantities.table import select
+from shockpc.quantities.selection import select
 from shockpc.show.figure.layout import MARGIN, Page
 from shockpc.show.figure.picture import outlined
 from shockpc.show.figure.style import BANDS, INK, PAPER, faded

@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 from scipy.spatial.transform import Rotation
 
-from shockpc.core.friction import solve_friction
+from shockpc.core.coulomb import solve_friction
 from shockpc.core.spatial import Array
 from shockpc.impact.contact_rows import contact_rows
 from shockpc.impact.friction import friction_of
@@ -21,7 +21,7 @@ from shockpc.landing.resolve import landing_of
 from shockpc.landing.scene import Scene
 from shockpc.landing.strike import GRAVITY
 from shockpc.studies.fall.body import UP, Rigid, Spot
-from shockpc.studies.fall.motion import STICKS, CrossSection, Fall, Kind, Touch, follow_fall
+from shockpc.studies.fall.tipping import STICKS, CrossSection, Fall, Kind, Touch, follow_fall
 from shockpc.text.errors import SceneError, SolveError, StudyError
 from shockpc.text.printed import listed
 

@@ -18,12 +18,12 @@ from shockpc.evaluation.source import common_robot, named_scenes
 from shockpc.evaluation.table import Table
 from shockpc.evaluation.variation import Vary, pairs
 from shockpc.evaluation.varied_scene import scene_grid
-from shockpc.landing.joints import Joints
+from shockpc.landing.joint_options import Joints
 from shockpc.landing.ratings import TorqueStrength, torque_limits
 from shockpc.landing.record import CONTACT, STRIKE, Option
 from shockpc.landing.scene import Contact, Scene
-from shockpc.quantities.profile import ShockProfile
-from shockpc.quantities.table import Selection, select
+from shockpc.quantities.selection import Selection, select
+from shockpc.quantities.shock_profile import ShockProfile
 from shockpc.robot.geometry import drawn_outline, outline
 from shockpc.robot.robot import Robot
 from shockpc.robot.tolerances import LIMIT_SLACK

@@ -3,7 +3,7 @@
 import sys
 from pathlib import Path
 
-from shockpc.cli.declare import argument, command
+from shockpc.cli.declared import argument, command
 from shockpc.text.errors import UnknownName
 
 FOLDER = Path(__file__).resolve().parents[2] / "guide"

@@ -23,9 +23,9 @@ from shockpc.evaluation.variation import Variation, Vary, pairs, variation
 from shockpc.evaluation.varied_scene import applied
 from shockpc.landing.record import Option
 from shockpc.landing.scene import Scene
-from shockpc.recorded.files import columns_of
+from shockpc.recorded.landings import RecordedLandings, robot_of_table, rows_of_table
 from shockpc.recorded.prediction import SCALE, Predicted, Predictor, coordinate
-from shockpc.recorded.source import RecordedLandings, robot_of_table, rows_of_table
+from shockpc.recorded.table_files import columns_of
 from shockpc.robot.robot import Robot
 from shockpc.studies.identify.fit import Fit, Solution, fit_of, solve
 from shockpc.studies.identify.statements import of_model, of_unknowns

@@ -24,7 +24,7 @@ from shockpc.evaluation.varied_scene import scene_grid
 from shockpc.landing.record import Option
 from shockpc.landing.resolve import resolve
 from shockpc.landing.scene import Scene
-from shockpc.quantities.profile import ShockProfile
+from shockpc.quantities.shock_profile import ShockProfile
 from shockpc.robot.feet_and_sensors import is_imu, sensors
 from shockpc.robot.robot import Robot
 from shockpc.studies.improve.search import OPTIMUM_TOLERANCE, ROUGH, RUNS, SLOW, Run, search, starting_points
@@ -265,7 +265,7 @@ def _subjects(robot: Robot, varied: Vary) -> set[str]:
 def _near_joints(robot: Robot, scenes: Mapping[str, Scene]) -> dict[str, tuple[float, float]]:
     """Ranges of the joints between the trunk and what strikes, near the first landing as given and within their limits."""
     struck = [robot.frame(contact.frame).body for scene in scenes.values() for contact in scene.contact]
-    carrying, q = np.any(robot.supports[struck], axis=0), resolve(next(iter(scenes.values())), robot).q
+    carrying, q = np.any(robot.ancestors[struck], axis=0), resolve(next(iter(scenes.values())), robot).q
     ranges = dict[str, tuple[float, float]]()
     for joint in robot.independent_joints:
         low, high = motion_range([joint])

@@ -5,23 +5,23 @@ import sys
 from pathlib import Path
 from typing import Any, Literal
 
-from shockpc.cli.declare import argument, command, group
+from shockpc.cli.computed_rows import computed
+from shockpc.cli.declared import argument, command, group
 from shockpc.cli.options import ROBOT, OutputOptions, RunOptions, SceneOptions, in_run
 from shockpc.cli.output import emit, exit_code
 from shockpc.cli.parse import joint_models, path
 from shockpc.cli.process import print_error
-from shockpc.cli.rows import computed
-from shockpc.cli.study import given, help_of, refuse_unasked, study_options
-from shockpc.cli.tables import table_and_scene
+from shockpc.cli.recorded_table import table_and_scene
+from shockpc.cli.study_command import given, help_of, refuse_unasked, study_options
 from shockpc.landing.joint_model import joint_model
-from shockpc.landing.joints import JointModelName, Joints, with_model
+from shockpc.landing.joint_options import JointModelName, Joints, with_model
 from shockpc.landing.posture import spelled_out
 from shockpc.landing.record import options_of
 from shockpc.landing.resolve import landing_of
 from shockpc.landing.scene import Scene
 from shockpc.landing.scene_file import scene_text
-from shockpc.recorded.source import recorded_landings
-from shockpc.recorded.table import rows_of
+from shockpc.recorded.landings import recorded_landings
+from shockpc.recorded.reader import rows_of
 from shockpc.studies.landings.report import landings_report
 from shockpc.studies.landings.study import compare_measured, refuse_unused
 from shockpc.studies.landings.study import landings as study

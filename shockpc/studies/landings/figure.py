@@ -7,7 +7,7 @@ import numpy as np
 from matplotlib.figure import Figure
 
 from shockpc.evaluation.table import Table
-from shockpc.recorded.source import RecordedLandings
+from shockpc.recorded.landings import RecordedLandings
 from shockpc.show.figure.style import CURVES, INK, MARKERS, histogram, new_chart
 from shockpc.show.wording import count, robot_name
 from shockpc.studies.landings.study import ALL, FEWEST, Agreement, Validation

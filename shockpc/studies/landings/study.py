@@ -13,11 +13,11 @@ from shockpc.evaluation.source import refuse_unused_ground
 from shockpc.evaluation.table import Table
 from shockpc.landing.record import Option
 from shockpc.landing.scene import Scene
-from shockpc.quantities.table import select
-from shockpc.recorded.files import columns_of
+from shockpc.quantities.selection import select
+from shockpc.recorded.landings import RecordedLandings, recorded_landings, robot_of_table, rows_of_table
 from shockpc.recorded.prediction import base_in_world, coordinate, energy_norms, mobilities, predicted_later, predicting
 from shockpc.recorded.rows import Measured, RecordedRows
-from shockpc.recorded.source import RecordedLandings, recorded_landings, robot_of_table, rows_of_table
+from shockpc.recorded.table_files import columns_of
 from shockpc.robot.robot import Robot
 from shockpc.text.errors import StudyError
 

@@ -19,7 +19,7 @@ from shockpc.evaluation.table import Table
 from shockpc.evaluation.varied import VariedLandings, varied_landings
 from shockpc.landing.landing import PosedLanding
 from shockpc.profile import ILL_CONDITIONED
-from shockpc.quantities.table import select
+from shockpc.quantities.selection import select
 
 ANGLES = 43
 """Strike angles of a range that are computed."""
@@ -65,7 +65,7 @@ class Bound(NamedTuple):
         """1 where greater numbers are worse, −1 where less are."""
         return -1.0 if self.below else 1.0
 
-    def excess(self, numbers: Array) -> Array:
+    def violation(self, numbers: Array) -> Array:
         """How far numbers N are beyond the bound B, ±(N² − B²) / (N² + B²) from −1 to 1: smooth at zero and where N has a pole.
 
         Where there is no number it is 1.
@@ -74,7 +74,7 @@ class Bound(NamedTuple):
             return np.nan_to_num(self.sign * (1.0 - 2.0 / (1.0 + (numbers / self.value) ** 2)), nan=1.0)
 
 
-class StrikeScan:
+class LimitScan:
     """A number on the rows of a sweep over values of one quantity and strike angles.
 
     Args:
@@ -187,13 +187,13 @@ class StrikeScan:
         An interval that lies between two strike angles of the scan is not seen.
         """
         inside = self._inside(*self.strikes)
-        angles, beyond = self.angles[inside], self._bound.excess(self.numbers[:, inside])
+        angles, beyond = self.angles[inside], self._bound.violation(self.numbers[:, inside])
         row, k = np.nonzero((beyond[:, 1:] <= 0.0) != (beyond[:, :-1] <= 0.0))
         (low, high), (under, over) = (angles[k], angles[k + 1]), (beyond[row, k], beyond[row, k + 1])
         stayed = roots = np.zeros(len(row))
         for _ in range(STEPS if len(row) else 0):
             roots = low - under * (high - low) / (over - under)
-            there = self._bound.excess(self._at(self.values[row], roots))
+            there = self._bound.violation(self._at(self.values[row], roots))
             first = (there <= 0.0) == (under <= 0.0)
             under, over = under / np.where(stayed < 0.0, 2.0, 1.0), over / np.where(stayed > 0.0, 2.0, 1.0)
             low, under = np.where(first, roots, low), np.where(first, there, under)
@@ -215,7 +215,7 @@ class StrikeScan:
         worst, at = np.full(len(values), np.nan), np.full(len(values), self.strikes[0])
         angles, numbers, row = np.tile(self.angles[inside], (len(known), 1)), numbers[np.ix_(known, inside)], np.arange(len(known))
         for beside in (NEAR * np.arange(-1, 2), np.zeros(1)) if inside.sum() > 2 and len(known) else ():
-            beyond = self._bound.excess(numbers)
+            beyond = self._bound.violation(numbers)
             three = np.clip(np.argmax(beyond, axis=1), 1, angles.shape[1] - 2)[:, None] + np.arange(-1, 2)
             vertex = _vertices(np.take_along_axis(angles, three, 1), np.take_along_axis(beyond, three, 1))
             nearby = np.clip(vertex[:, None] + beside, *self.strikes)
@@ -223,7 +223,7 @@ class StrikeScan:
             angles, numbers = np.hstack([angles, nearby]), np.hstack([numbers, there])
             order = np.argsort(angles, axis=1, kind="stable")
             angles, numbers = np.take_along_axis(angles, order, 1), np.take_along_axis(numbers, order, 1)
-        best = np.argmax(self._bound.excess(numbers), axis=1)
+        best = np.argmax(self._bound.violation(numbers), axis=1)
         worst[known], at[known] = numbers[row, best], angles[row, best]
         return worst, at
 
@@ -234,7 +234,7 @@ class StrikeScan:
         """
         x, numbers = self.values, self._by_target(self.numbers, self.worst[0])
         for _ in range(ROUNDS):
-            wanted = np.unique(np.concatenate([_still_to_compute(x, self._bound.excess(y), fine) for y in numbers]))
+            wanted = np.unique(np.concatenate([_still_to_compute(x, self._bound.violation(y), fine) for y in numbers]))
             wanted = wanted[np.diff(wanted, prepend=-np.inf) > fine]
             if not len(wanted):
                 break

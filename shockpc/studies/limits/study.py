@@ -5,7 +5,6 @@ added, until a limit is known to `FINE` of the range.
 """
 
 import functools
-import itertools
 import math
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field
@@ -26,10 +25,10 @@ from shockpc.landing.record import Option
 from shockpc.landing.scene import Point, Scene
 from shockpc.landing.scene_file import robot_of
 from shockpc.profile import ILL_CONDITIONED
-from shockpc.quantities.profile import ShockProfile
+from shockpc.quantities.shock_profile import ShockProfile
 from shockpc.robot.elements import Joint
 from shockpc.robot.robot import Robot
-from shockpc.studies.limits.scan import ANGLES, LEAST, Bound, StrikeScan
+from shockpc.studies.limits.scan import ANGLES, LEAST, Bound, LimitScan
 from shockpc.text.errors import SolveError, StudyError
 from shockpc.text.printed import UNITS, in_degrees
 
@@ -106,11 +105,25 @@ class StrikeLimits(NamedTuple):
     best_at: float
 
     @property
+    def pieces(self) -> list[tuple[float, float, str, str, bool]]:
+        """The allowed intervals, cut where flat ground begins or ceases to allow the landing, ascending [rad, m].
+
+        Returns: minimum and maximum, what ends the piece there ("ground" within an interval), whether flat ground allows it.
+        """
+        pieces = list[tuple[float, float, str, str, bool]]()
+        for low, high, low_end, high_end in self.allowed:
+            runs = [(max(low, a), min(high, b)) for a, b in self.feasible if a <= high and b >= low]
+            edges = [low, *(end for run in runs for end in run), high]
+            gaps = [(a, b, False) for a, b in zip(edges[::2], edges[1::2], strict=True) if a < b or not runs]
+            ends = {low: low_end} | ({high: high_end} if high > low else {})
+            for a, b, feasible in sorted([*gaps, *((a, b, True) for a, b in runs)]):
+                pieces.append((a, b, ends.get(a, "ground"), high_end if b == high else "ground", feasible))
+        return pieces
+
+    @property
     def usable(self) -> tuple[tuple[float, float], ...]:
         """Values of the joint that are both allowed and feasible, ascending [rad, m]."""
-        pairs = itertools.product(self.allowed, self.feasible)
-        both = ((max(interval.low, low), min(interval.high, high)) for interval, (low, high) in pairs)
-        return tuple(sorted(part for part in both if part[0] <= part[1]))
+        return tuple((low, high) for low, high, _, _, feasible in self.pieces if feasible)
 
 
 @dataclass(frozen=True, eq=False)
@@ -144,7 +157,7 @@ class JointLimits:
     present: tuple[float, float]
     strikes: tuple[float, float]
     step: float
-    scan: StrikeScan = field(repr=False)
+    scan: LimitScan = field(repr=False)
     limits: tuple[StrikeLimits, ...]
 
     @property
@@ -168,31 +181,23 @@ class JointLimits:
 
     @property
     def table(self) -> Table:
-        """At every strike angle, and over the range, a row for each interval of values: those allowed, those feasible, and both.
+        """At each strike angle, and over the range, a row for each interval of values that keep the bound, without ends if none do.
 
-        A row without ends says that there are none. An end is that of the bound, of the range, of a loop, or of what the ground
-        allows.
+        An end is that of the bound, of the range, of a loop, or of what the ground allows.
         """
         unit = self.shown_unit
-        best = f"{'greatest' if self.bound.below else 'least'} {self.target.selection.name} [{self.target.unit}]"
-        header = (
-            "least strike angle [deg]", "greatest strike angle [deg]", "values", f"low [{unit}]", f"high [{unit}]", "low end",
-            "high end", best, f"at [{unit}]",
-        )  # fmt: skip
-        return Table.of_rows(header, (row for one in self.limits for row in self._rows(one)))
+        ends = f"low [{unit}]", f"high [{unit}]", "low end", "high end", "feasible"
+        return Table.of_rows(
+            ("strike from [deg]", "strike to [deg]", *ends),
+            (self._row(one, piece) for one in self.limits for piece in one.pieces or (None,)),
+        )
 
-    def _rows(self, one: StrikeLimits) -> Iterator[tuple[float | str | None, ...]]:
-        strikes, best = tuple(map(in_degrees, one.strikes)), (one.best, self.shown(one.best_at))
-        ends: dict[float, str] = dict.fromkeys(self.range, "range")
-        allowed = {end: name for interval in one.allowed for end, name in zip(interval[:2], interval[2:], strict=True)}
-        runs = {"allowed": [run[:2] for run in one.allowed], "feasible": one.feasible, "both": one.usable}
-        for values, intervals in runs.items():
-            named = ends if values == "feasible" else ends | allowed
-            for low, high in intervals:
-                names = (named.get(end, "ground") for end in (low, high))
-                yield (*strikes, values, self.shown(low), self.shown(high), *names, *best)
-            if not intervals:
-                yield (*strikes, values, None, None, None, None, *best)
+    def _row(self, one: StrikeLimits, piece: tuple[float, float, str, str, bool] | None) -> tuple[float | str | None, ...]:
+        strikes = map(in_degrees, one.strikes)
+        if piece is None:
+            return (*strikes, *(None,) * 5)
+        low, high, low_end, high_end, feasible = piece
+        return (*strikes, self.shown(low), self.shown(high), low_end, high_end, "yes" if feasible else "no")
 
     @functools.cached_property
     def unchanged(self) -> bool:
@@ -327,7 +332,7 @@ def limits(
         )
     values = np.linspace(low, high, int(np.maximum(LEAST, math.ceil((high - low) / step - 1e-9) + 1)))
     scale = math.degrees(1.0) if unit == "rad" else 1.0
-    scan = StrikeScan(landing, joint, number, bound, values, scale, _targets(angle, *angles))
+    scan = LimitScan(landing, joint, number, bound, values, scale, _targets(angle, *angles))
     if scan.unreachable and np.isnan(scan.at_scene_strike).all():
         raise SolveError(f"no posture from {_value(low, unit)} to {_value(high, unit)} has a result: {scan.unreachable[0][2]}")
     ends: tuple[End, End] = ("range" if scan.values[0] <= low else "loop", "range" if scan.values[-1] >= high else "loop")
@@ -402,11 +407,11 @@ def _targets(angle: float, low: float, high: float) -> tuple[tuple[float, float]
     return tuple(dict.fromkeys([(angle, angle), *((each, each) for each in others), (low, high)]))
 
 
-def _limits(scan: StrikeScan, bound: Bound, ends: tuple[End, End], fine: float) -> Iterator[StrikeLimits]:
+def _limits(scan: LimitScan, bound: Bound, ends: tuple[End, End], fine: float) -> Iterator[StrikeLimits]:
     """The intervals of the joint that keep the bound at each of the scan's targets."""
     x, numbers = scan.limited(fine)
     for strikes, number in zip(scan.targets, numbers, strict=True):
-        beyond = bound.excess(number)
+        beyond = bound.violation(number)
         inside = beyond <= 0.0
         i = np.flatnonzero(inside[1:] != inside[:-1])
         roots = x[i] - beyond[i] * (x[i + 1] - x[i]) / (beyond[i + 1] - beyond[i])

@@ -9,8 +9,8 @@ from shockpc.core.spatial import Array
 from shockpc.robot.geometry import GeometryKind, outline
 from shockpc.robot.robot import Robot
 from shockpc.robot.shapes import LARGEST_COORDINATE, HalfSpaces, facets, half_spaces
+from shockpc.studies.place.best_first import box
 from shockpc.studies.place.cone import ConvexCell
-from shockpc.studies.place.search import box
 from shockpc.text.errors import StudyError
 
 Box = tuple[tuple[float, float, float], tuple[float, float, float]]

@@ -4,7 +4,7 @@ from typing import Any
 
 import numpy as np
 
-from shockpc.quantities.profile import ShockProfile
+from shockpc.quantities.shock_profile import ShockProfile
 from shockpc.show.document import record
 from shockpc.show.report import Picture, Report
 from shockpc.show.tables import Column, Lines, Row, Sheet, sheet_of

@@ -21,13 +21,13 @@ from shockpc.landing.record import Option
 from shockpc.landing.resolve import pulse_of
 from shockpc.landing.scene import Point, Scene
 from shockpc.landing.strike import GRAVITY
-from shockpc.quantities.profile import ShockProfile
+from shockpc.quantities.shock_profile import ShockProfile
 from shockpc.robot.robot import Robot
+from shockpc.studies.place.best_first import best_places, box
 from shockpc.studies.place.cone import ACCURACY, Optimum
 from shockpc.studies.place.field import Fields, fields_of
 from shockpc.studies.place.groups import best_group
 from shockpc.studies.place.region import Box, Region, region_of
-from shockpc.studies.place.search import best_places, box
 from shockpc.text.errors import ShockError, StudyError
 from shockpc.text.names import match
 

@@ -1,6 +1,6 @@
 """`shockpc quantities`: the numbers that a landing has, by the names that every command takes."""
 
-from shockpc.cli.declare import argument, command
+from shockpc.cli.declared import argument, command
 from shockpc.cli.options import OutputOptions
 
 

@@ -1,6 +1,6 @@
 """The table of quantities: key, kind of place, unit, title, which change is worse, and when a value is missing."""
 
-from shockpc.quantities.table import QUANTITIES
+from shockpc.quantities.selection import QUANTITIES
 from shockpc.show.report import Report
 from shockpc.show.tables import Sheet
 from shockpc.text.names import match

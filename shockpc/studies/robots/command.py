@@ -2,7 +2,7 @@
 
 from typing import TYPE_CHECKING
 
-from shockpc.cli.declare import argument, command
+from shockpc.cli.declared import argument, command
 from shockpc.cli.options import MESHES, PACKAGE, XACRO, OutputOptions, packages_of
 from shockpc.cli.parse import robot_name
 

@@ -3,7 +3,7 @@
 import sys
 from typing import Literal
 
-from shockpc.cli.declare import argument, command
+from shockpc.cli.declared import argument, command
 
 
 @command(examples=("shockpc schema > scene.schema.json",))

@@ -7,7 +7,7 @@ from matplotlib.patches import Patch
 
 from shockpc.show.figure.style import BANDS, CURVES, INK, new_chart
 from shockpc.show.wording import contact_name, count, robot_name
-from shockpc.studies.sensitivity.report import change_words, step_words
+from shockpc.studies.sensitivity.report import step_words
 from shockpc.studies.sensitivity.study import Sensitivity
 from shockpc.text.printed import printable
 
@@ -36,10 +36,10 @@ def draw_tornado(study: Sensitivity) -> Figure:
     landing = f"{robot_name(study.profiles[0].robot)}{' landing on' if single else ','} {printable(what, 60)}"
     figure = new_chart(7.2, 1.5 + HEIGHT * len(effects), f"What changes the {target}: {landing}")
     axes, rows = figure.add_subplot(), range(len(effects))
-    largest = max(abs(change) for effect in effects for change in (effect.up, study.opposite(effect)) if not math.isnan(change))
+    largest = max(abs(change) for effect in effects for change in (effect.up, effect.down) if not math.isnan(change))
     largest = max(largest, 1e-9 * abs(study.value)) or 1.0
     for row, effect in enumerate(effects):
-        for change, solid in ((study.opposite(effect), False), (effect.up, True)):
+        for change, solid in ((effect.down, False), (effect.up, True)):
             if not math.isnan(change):
                 colour = COLOURS[study.worse(change)]
                 axes.barh(row, change, left=study.value, height=0.72, facecolor=colour if solid else "none", edgecolor=colour)
@@ -48,7 +48,7 @@ def draw_tornado(study: Sensitivity) -> Figure:
         end = study.value + effect.up
         side, shift = ("left", 3.0) if effect.up >= 0.0 else ("right", -3.0)
         axes.annotate(share, (end, row), (shift, 0.0), textcoords="offset points", ha=side, va="center", fontsize=6.5)
-    names = [f"{change_words(one)}{f' of {one.name}' if one.name else ''}   {step_words(one)}" for one in effects]
+    names = [f"{one.parameter}   +{step_words(one)}" for one in effects]
     axes.set_yticks(rows, [printable(name, 70) for name in names])
     axes.set_ylim(len(effects) - 0.4, -0.6)
     axes.axvline(study.value, color=INK, linewidth=0.8)

@@ -2,12 +2,12 @@
 
 from typing import Any, Literal
 
-from shockpc.cli.declare import command
+from shockpc.cli.computed_rows import computed
+from shockpc.cli.declared import command
 from shockpc.cli.options import ROBOT, OutputOptions, RunOptions, SceneOptions, in_run
 from shockpc.cli.output import emit, exit_code
-from shockpc.cli.rows import computed
 from shockpc.cli.scenes import scenes_from, with_contact
-from shockpc.cli.study import given, help_of, refuse_unasked, refuse_varied, study_options
+from shockpc.cli.study_command import given, help_of, refuse_unasked, refuse_varied, study_options
 from shockpc.landing.contact import contact_name
 from shockpc.studies.sweep.report import sweep_report
 from shockpc.studies.sweep.study import sweep as study

@@ -12,7 +12,7 @@ from shockpc.evaluation.varied import MOST_ROWS, VariedLandings, varied_landings
 from shockpc.landing.places import Place, body_places, moving_point
 from shockpc.landing.record import Option
 from shockpc.landing.scene import Point, Scene
-from shockpc.quantities.table import select
+from shockpc.quantities.selection import select
 from shockpc.robot.robot import Robot
 from shockpc.text.errors import StudyError
 
@@ -32,9 +32,11 @@ def sweep(
         Option(
             "Quantity and values: a:b:n, a list a,b,c or, with --sample, a range a:b, a:b:log (log-uniform) or m±s (normal). "
             "Quantities are a joint or a glob [deg; m if prismatic], base-roll, base-pitch, base-yaw, strike-angle [deg], "
-            "speed [m/s], contact (names), offset-x, -y, -z [m], friction, contact-stiffness [N/m], mass:LINKS [kg], com-x:LINKS, "
-            "-y, -z (a shift) [m], inertia:LINKS, inertia-xx:LINKS, -yy, -zz, -xy, -xz, -yz (what is added) [kg m²], "
-            "armature:JOINTS [kg m²], joint-stiffness:JOINTS [N m/rad], place:JOINTS (lengths); of masses, inertias, armature, "
+            "speed [m/s], contact (names), offset-x, -y, -z [m], friction, contact-stiffness [N/m], mass:LINKS, "
+            "point-mass:LINKS (what is added) [kg], com-x:LINKS, -y, -z (a shift) [m], inertia:LINKS, "
+            "inertia-xx:LINKS, -yy, -zz, -xy, -xz, -yz (what is added) [kg m²], "
+            "armature:JOINTS [kg m²], joint-stiffness:JOINTS [N m/rad], place:JOINTS (lengths), turn-x:JOINTS, -y, -z [deg], "
+            "shift-x:JOINTS, -y, -z [m] of ball, planar and floating joints; of masses, inertias, armature, "
             "springs and places also factors, 0.8x:1.2x:9 or ±5% (a standard deviation).",
             "What varies",
             "NAME=VALUES",

@@ -11,9 +11,9 @@ from shockpc.impact.exact.proof import Proof
 from shockpc.impact.impact import DoubleImpact
 from shockpc.impact.solve import residual
 from shockpc.landing.places import PlaceKind
-from shockpc.quantities.profile import ShockProfile
 from shockpc.quantities.quantity import evaluate
-from shockpc.quantities.table import quantity
+from shockpc.quantities.selection import quantity
+from shockpc.quantities.shock_profile import ShockProfile
 
 
 class EveryStrike(NamedTuple):

@@ -10,7 +10,7 @@ from shockpc.core.percussion import Percussion, off_plane_share, percussion, tra
 from shockpc.core.spatial import Array, velocity_at
 from shockpc.impact.impact import Impact
 from shockpc.landing.places import Place
-from shockpc.quantities.points import AT_CENTRE, DELTA_V, MOST_SEVERE, point_velocity, shock, world_position
+from shockpc.quantities.of_points import AT_CENTRE, DELTA_V, MOST_SEVERE, point_velocity, shock, world_position
 from shockpc.quantities.quantity import Places, Quantity, cached, largest_jump, largest_shock, reach
 from shockpc.robot.geometry import body_outline
 from shockpc.robot.robot import Robot

@@ -8,7 +8,7 @@ from shockpc.landing.landing import PosedLanding
 from shockpc.landing.motion import Motion
 from shockpc.recorded.cells import RowMessages
 from shockpc.recorded.column_names import FRICTION, LABELS, named_columns
-from shockpc.recorded.contacts import row_friction, row_scenes
+from shockpc.recorded.contact_columns import row_friction, row_scenes
 from shockpc.recorded.rows import Measured, RecordedRows, contacts_of
 from shockpc.recorded.state import ANGLES, TWIST, MeasuredColumn, RobotColumns, configurations, motions, read_columns
 from shockpc.robot.robot import Robot

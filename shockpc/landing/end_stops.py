@@ -7,10 +7,10 @@ from functools import partial
 import numpy as np
 
 from shockpc.core.spatial import Array, velocity_at
+from shockpc.landing.constraints import NO_AXES, ConstraintBlock, block_point
 from shockpc.landing.dynamics import Dynamics
 from shockpc.landing.joint_model import JointModel
 from shockpc.landing.motion import Motion, twist_before
-from shockpc.landing.rows import NO_AXES, Block, block_point
 from shockpc.landing.scene import Contact
 from shockpc.robot.elements import Joint
 from shockpc.robot.robot import STOP, Robot
@@ -31,7 +31,7 @@ def has_stops(robot: Robot, joint: Joint) -> bool:
     return joint.kind in ("revolute", "prismatic") and any(joint is one for one in robot.joints)
 
 
-def stop_block(robot: Robot, joint: Joint, side: float, restitution: float = 0.0) -> Block:
+def stop_block(robot: Robot, joint: Joint, side: float, restitution: float = 0.0) -> ConstraintBlock:
     """The row of a stop: a unit moment, or force, on the joint's body away from the stop, and its opposite on the body before it.
 
     Args:
@@ -44,10 +44,10 @@ def stop_block(robot: Robot, joint: Joint, side: float, restitution: float = 0.0
     body = next(i for i, one in enumerate(robot.joints) if one is joint)
     axis = side * (robot.bodies[body].rotation.T @ joint.axis)[None]
     forces, moments = (axis, NO_AXES) if joint.kind == "prismatic" else (NO_AXES, axis)
-    return Block("stop", joint.name, body, np.zeros(3), forces, moments, joint.parent, body, restitution)
+    return ConstraintBlock("stop", joint.name, body, np.zeros(3), forces, moments, joint.parent, body, restitution)
 
 
-def striking_stop(robot: Robot, contact: Contact, q: Array, rates: Array) -> Block:
+def striking_stop(robot: Robot, contact: Contact, q: Array, rates: Array) -> ConstraintBlock:
     """The row of an end stop that strikes: a joint runs into the stop towards which it moves.
 
     Its contact point is the centre of mass of the joint's body, whose velocity is that relative to the body before it.
@@ -92,7 +92,7 @@ def striking_stop(robot: Robot, contact: Contact, q: Array, rates: Array) -> Blo
     return stop._replace(frame=frame, point=point)
 
 
-def missed_stops(robot: Robot, stops: list[Block], Q: Array, rates: Array) -> np.ndarray:
+def missed_stops(robot: Robot, stops: list[ConstraintBlock], Q: Array, rates: Array) -> np.ndarray:
     """Whether (N,) a joint is not at the stop that it strikes, or does not move towards it.
 
     Args:
@@ -109,7 +109,7 @@ def missed_stops(robot: Robot, stops: list[Block], Q: Array, rates: Array) -> np
     return missed
 
 
-def velocity_at_stop(state: Dynamics, stop: Block, before: Motion) -> Array:
+def velocity_at_stop(state: Dynamics, stop: ConstraintBlock, before: Motion) -> Array:
     """Velocity (N, 3) of the contact point of an end stop relative to the body before its joint, world axes [m/s]."""
     point, turning = block_point(state, stop), before._replace(velocity=0.0 * before.velocity, omega=0.0 * before.omega)
     ends = [twist_before(state, turning, end) for end in (stop.body, stop.other) if end >= 0]
@@ -117,7 +117,7 @@ def velocity_at_stop(state: Dynamics, stop: Block, before: Motion) -> Array:
     return np.asarray(velocity_at(relative[:, :3], relative[:, 3:], point))
 
 
-def side_of(robot: Robot, stop: Block) -> float:
+def side_of(robot: Robot, stop: ConstraintBlock) -> float:
     """The side of the row of a stop, as of `stop_block`."""
     axis = robot.joints[stop.body].axis
     assert axis is not None

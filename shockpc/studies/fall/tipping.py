@@ -22,7 +22,7 @@ from scipy.integrate import solve_ivp
 from scipy.optimize import brentq
 from scipy.spatial import ConvexHull, QhullError
 
-from shockpc.core.friction import solve_friction
+from shockpc.core.coulomb import solve_friction
 from shockpc.core.spatial import Array
 from shockpc.landing.strike import GRAVITY
 from shockpc.text.errors import StudyError

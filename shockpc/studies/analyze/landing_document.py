@@ -4,8 +4,8 @@ import math
 from typing import TYPE_CHECKING, Any
 
 from shockpc.landing.strike import GRAVITY
-from shockpc.quantities.profile import ShockProfile
-from shockpc.quantities.table import quantity
+from shockpc.quantities.selection import quantity
+from shockpc.quantities.shock_profile import ShockProfile
 from shockpc.show.document import record
 
 if TYPE_CHECKING:

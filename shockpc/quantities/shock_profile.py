@@ -8,9 +8,9 @@ from typing import TYPE_CHECKING, Any, TypeVar
 
 import numpy as np
 
-from shockpc.core.directions import ExtremeDirections
 from shockpc.core.frozen import frozen
 from shockpc.core.impulse import RowChoice
+from shockpc.core.most_severe import ExtremeDirections
 from shockpc.core.percussion import shock_at
 from shockpc.core.spatial import Array, Plane, freeze, read_only
 from shockpc.core.threads import one_thread
@@ -18,19 +18,19 @@ from shockpc.impact.exact.proof import Proof
 from shockpc.impact.solve import solve_exactly, solve_in_doubles
 from shockpc.impact.stops import with_stops
 from shockpc.landing.closure import Assembly
+from shockpc.landing.constraints import slices_of
 from shockpc.landing.dynamics import dynamics
 from shockpc.landing.joint_model import without_springs
 from shockpc.landing.landing import OfLanding, PosedLanding
 from shockpc.landing.places import Place, PlaceKind, body_places
 from shockpc.landing.posture import spelled_out
 from shockpc.landing.ratings import strength, torque_strength
-from shockpc.landing.rows import slices_of
 from shockpc.landing.scene import Scene
 from shockpc.quantities.health import Health, health_of
-from shockpc.quantities.parts import MarginLost, margin_lost, not_judged
+from shockpc.quantities.of_parts import MarginLost, margin_lost, not_judged
 from shockpc.quantities.quantity import Quantity
 from shockpc.quantities.records import Bracket, ContactImpulse, JointLoad, PartMargin, PointShock, StanceImpulse, records
-from shockpc.quantities.table import Selection, quantity
+from shockpc.quantities.selection import Selection, quantity
 from shockpc.text.errors import SceneError, SolveError
 from shockpc.text.trace import Trace
 

@@ -4,7 +4,7 @@ from typing import Any
 
 import numpy as np
 
-from shockpc.core.directions import ExtremeDirections, extreme_directions, most_severe_direction
+from shockpc.core.most_severe import ExtremeDirections, extreme_directions, most_severe_direction
 from shockpc.core.percussion import norm
 from shockpc.core.pulse import peak_acceleration
 from shockpc.core.spatial import Array, jump_at, velocity_at

@@ -11,10 +11,10 @@ from shockpc.core.spatial import Array
 from shockpc.impact.exact.arithmetic import entries
 from shockpc.impact.exact.balls import BALLS, BallImpact, BallMatrix, Balls, PrecisionError
 from shockpc.impact.impact import DoubleImpact, Impact
-from shockpc.impact.solve import independent_rows
+from shockpc.impact.solve import independent_rows_of
 from shockpc.landing.closure import closure_block
+from shockpc.landing.constraints import NO_AXES, ConstraintBlock, block_axes, block_point, slices_of
 from shockpc.landing.directions import across
-from shockpc.landing.rows import NO_AXES, Block, block_axes, block_point, slices_of
 from shockpc.quantities.quantity import Places, Quantity, cached, reach
 
 STRUCTURAL = 1e-26
@@ -38,13 +38,13 @@ PULLED = f"{REDUNDANT}; or the contact receives no impulse, or the ground would 
 MITIGATION = "it requires a free base, no stance, no loop that ties the robot to the world, and no end stop"
 
 
-def _rows(impact: Impact, places: Places) -> list[tuple[Block, slice]]:
+def _rows(impact: Impact, places: Places) -> list[tuple[ConstraintBlock, slice]]:
     """The block of each contact, and where its rows are."""
     slices = slices_of(impact.blocks)
     return [(impact.blocks[place.number], slices[place.number]) for place in places]
 
 
-def _force(impact: Impact, block: Block, rows: slice) -> Any:
+def _force(impact: Impact, block: ConstraintBlock, rows: slice) -> Any:
     """Impulse (N, S, 3) of a contact [N s], determined or not."""
     n = len(block.forces)
     axes = block_axes(impact.state, block)[:, None, :n] if block.kind == "stop" else impact.exact(block.forces)
@@ -160,13 +160,13 @@ class _Resistance:
     def _mobility(self, moments: Array) -> BallMatrix:
         """A while standing feet, loops and the contact's rotation about some axes are held."""
         blocks = self._constraints(moments)
-        A: BallMatrix = self.impact.mobility(self.point, blocks, independent_rows(self.impact.landing, blocks))
+        A: BallMatrix = self.impact.delassus(self.point, blocks, independent_rows_of(self.impact.landing, blocks))
         return A
 
-    def _constraints(self, moments: Array) -> tuple[Block, ...]:
+    def _constraints(self, moments: Array) -> tuple[ConstraintBlock, ...]:
         """Standing feet, loops, and the contact's rotation about some axes."""
         landing = self.impact.landing
-        blocks: tuple[Block, ...] = (*landing.stance, *(closure_block(loop) for loop in landing.loops))
+        blocks: tuple[ConstraintBlock, ...] = (*landing.stance, *(closure_block(loop) for loop in landing.loops))
         return (*blocks, self.point._replace(forces=NO_AXES, moments=moments)) if len(moments) else blocks
 
     @functools.cached_property
@@ -185,7 +185,7 @@ class _Resistance:
     def _stop(self) -> Any:
         """What resists at an end stop: the inertia about its joint, or the mass along it [kg m², kg]."""
         blocks = self._constraints(NO_AXES)
-        A = self.impact.mobility(self.block, blocks, independent_rows(self.impact.landing, blocks))
+        A = self.impact.delassus(self.block, blocks, independent_rows_of(self.impact.landing, blocks))
         return 1 / entries(A)[0, 0]
 
     @functools.cached_property
@@ -264,7 +264,7 @@ def _clear_resistance(impact: DoubleImpact, contact: int) -> dict[str, Array]:
     if not landing.floating or landing.loops or len(block.moments) or block.kind == "stop" or contact >= len(landing.contacts):
         return dict.fromkeys(names, np.full(len(impact.state.J), np.nan))
     point, n = block._replace(forces=np.eye(3), moments=NO_AXES), block.normal
-    A = impact.mobility(point)
+    A = impact.delassus(point)
     by_joints = A - impact.rigid_mobility(point)
     least, whole = (np.linalg.eigvalsh(part)[:, 0] for part in (A, by_joints)), np.trace(A, axis1=1, axis2=2)
     robot_moves, joints_move = (part > CLEAR * whole for part in least)

@@ -18,8 +18,8 @@ from shockpc.landing.ratings import Strength, TorqueStrength, strength, torque_l
 from shockpc.landing.resolve import landing_of
 from shockpc.landing.strike import GRAVITY
 from shockpc.quantities.ground import ALONG, PEAK_TORQUE, point_peaks
-from shockpc.quantities.joints import MULTIAXIAL, REDUNDANT
-from shockpc.quantities.points import DELTA_V, NEEDS_PULSE, SHOCK, point_velocity
+from shockpc.quantities.of_joints import MULTIAXIAL, REDUNDANT
+from shockpc.quantities.of_points import DELTA_V, NEEDS_PULSE, SHOCK, point_velocity
 from shockpc.quantities.quantity import Places, Quantity, largest_jump
 from shockpc.text.errors import SceneError, SolveError
 

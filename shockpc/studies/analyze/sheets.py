@@ -9,9 +9,9 @@ import numpy as np
 
 from shockpc.landing.places import Place, PlaceKind
 from shockpc.landing.ratings import TorqueStrength
-from shockpc.quantities.profile import ShockProfile
 from shockpc.quantities.records import ContactImpulse, PartMargin, StanceImpulse
-from shockpc.quantities.table import quantities_of, quantity
+from shockpc.quantities.selection import quantities_of, quantity
+from shockpc.quantities.shock_profile import ShockProfile
 from shockpc.robot.robot import STOP
 from shockpc.show.tables import Column, Row, Sheet
 from shockpc.show.wording import contact_name, mostly_off_plane

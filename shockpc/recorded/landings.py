@@ -25,12 +25,12 @@ from shockpc.landing.scene import Contact, Posture, Scene
 from shockpc.landing.scene_file import robot_of
 from shockpc.landing.strike import Strike
 from shockpc.profile import profile_of
-from shockpc.quantities.profile import ShockProfile
-from shockpc.quantities.table import Selection, select
+from shockpc.quantities.selection import Selection, select
+from shockpc.quantities.shock_profile import ShockProfile
 from shockpc.recorded.cells import empty_cells
 from shockpc.recorded.column_names import named_columns
+from shockpc.recorded.reader import rows_of
 from shockpc.recorded.rows import RecordedRows
-from shockpc.recorded.table import rows_of
 from shockpc.robot.robot import Robot
 from shockpc.text.errors import SceneError, ShockError, StudyError, UnknownName
 from shockpc.text.printed import listed

@@ -13,7 +13,7 @@ from typing import Any, NamedTuple, get_args
 import numpy as np
 
 import shockpc
-from shockpc.cli.declare import Command, Declared, Parser, argument, command, group
+from shockpc.cli.declared import Command, Declared, Parser, argument, command, group
 from shockpc.cli.options import AT, EXPLAIN, PARSERS, ROBOT, STRICT, TARGET, OutputOptions, SceneOptions, in_output
 from shockpc.cli.output import emit, exit_code
 from shockpc.cli.parse import Span, Vector, box, numbers, pair_of, path, renaming, robot_name, setting, span, variable
@@ -24,7 +24,7 @@ from shockpc.evaluation.designs import Design
 from shockpc.evaluation.variation import ATTITUDE, OFFSET, Vary, variation
 from shockpc.landing.scene import Point
 from shockpc.landing.scene_file import point_at
-from shockpc.quantities.table import select
+from shockpc.quantities.selection import select
 from shockpc.recorded.column_names import StateColumns
 from shockpc.robot.robot import Robot
 from shockpc.text.errors import StudyError, traces
@@ -101,7 +101,7 @@ def study_command(name: str) -> Command:
         refuse_unasked(study, options, values, filter(None, [typed.get("quantity")]))
         result = study(**arguments, **given(study, values, robot))
         if declared.reads == "log":
-            from shockpc.cli.tables import refuse_overridden
+            from shockpc.cli.recorded_table import refuse_overridden
 
             refuse_overridden(options, arguments["scene"], robot, StateColumns(result.log.positions, {}, {}))
         with trace.stage("output"):
@@ -246,7 +246,7 @@ def _designs(inputs: Sequence[Any], options: SceneOptions, rename: Mapping[str, 
 
 
 def _table(inputs: Sequence[Any], options: SceneOptions, rename: Mapping[str, str], trace: Trace) -> tuple[Robot, dict[str, Any]]:
-    from shockpc.cli.tables import table_and_scene
+    from shockpc.cli.recorded_table import table_and_scene
 
     file, robot_or_scene = inputs
     columns, robot, scene = table_and_scene(file, robot_or_scene, options, rename)

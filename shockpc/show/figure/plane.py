@@ -6,7 +6,7 @@ import numpy as np
 import shapely
 from matplotlib.figure import Figure
 
-from shockpc.quantities.profile import ShockProfile
+from shockpc.quantities.shock_profile import ShockProfile
 from shockpc.robot.geometry import drawn_outline
 from shockpc.show.figure.layout import LEFT, Page, TableRows, column_height, cut, short
 from shockpc.show.figure.picture import draw_bodies, draw_marks, letter

@@ -20,7 +20,7 @@ from shockpc.robot.shapes import Shape
 NO_AXES, NO_NORMAL = np.zeros((0, 3)), np.zeros(3)
 
 
-class Block(NamedTuple):
+class ConstraintBlock(NamedTuple):
     """The rows of one contact, standing foot, closure or end stop: its forces, then its moments.
 
     Attributes:
@@ -65,13 +65,13 @@ class Block(NamedTuple):
         return len(self.forces) + len(self.moments)
 
 
-def slices_of(blocks: Sequence[Block]) -> tuple[slice, ...]:
+def slices_of(blocks: Sequence[ConstraintBlock]) -> tuple[slice, ...]:
     """Where the rows of each block lie among all rows."""
     ends = itertools.accumulate(block.size for block in blocks)
     return tuple(slice(end - block.size, end) for block, end in zip(blocks, ends, strict=True))
 
 
-def block_point(state: Dynamics, block: Block) -> Array:
+def block_point(state: Dynamics, block: ConstraintBlock) -> Array:
     """Position (N, 3) of the point of a block, world axes, from the base [m]."""
     return world_point(state, block.body, block.point)
 
@@ -83,7 +83,7 @@ def world_point(state: Dynamics, body: int, point: Array) -> Array:
     return np.asarray(state.position[:, body] + (state.rotation[:, body] @ point[..., None])[..., 0])
 
 
-def block_axes(state: Dynamics, block: Block) -> Array:
+def block_axes(state: Dynamics, block: ConstraintBlock) -> Array:
     """Axes (N, n + m, 3) of the forces, then of the moments, in the world."""
     axes = np.concatenate([block.forces, block.moments])
     if block.axes_body < 0:
@@ -92,7 +92,7 @@ def block_axes(state: Dynamics, block: Block) -> Array:
     return np.asarray(axes @ np.swapaxes(state.rotation[:, block.axes_body], -1, -2))
 
 
-def block_wrenches(state: Dynamics, block: Block) -> Array:
+def block_wrenches(state: Dynamics, block: ConstraintBlock) -> Array:
     """Wrenches (N, n + m, 6) of the unit forces, then of the unit moments: moment about the origin [m], and force; world axes."""
     return wrenches(block_point(state, block), block_axes(state, block), len(block.forces))
 
@@ -108,12 +108,12 @@ def wrenches(point: Array, axes: Array, n: int) -> Array:
     return out
 
 
-def row_jacobian(state: Dynamics, blocks: Sequence[Block]) -> Array:
+def row_jacobian(state: Dynamics, blocks: Sequence[ConstraintBlock]) -> Array:
     """J_c (N, nc, nv): the speed along each row for unit joint velocities (shock paper, Eq. 4), the power of its wrench."""
     return np.concatenate([block_wrenches(state, block) @ state.J * row_signs(state, block) for block in blocks], axis=1)
 
 
-def row_terms(state: Dynamics, blocks: Sequence[Block]) -> Array:
+def row_terms(state: Dynamics, blocks: Sequence[ConstraintBlock]) -> Array:
     """Sizes (N, nc, nv) of the terms that the entries of J_c are sums of; rounding in an entry is a share of its terms.
 
     They are lengths of vectors, not of their components: a rotation spreads the rounding of a vector over all its components, so
@@ -121,7 +121,7 @@ def row_terms(state: Dynamics, blocks: Sequence[Block]) -> Array:
     """
     angular, linear = (norm(np.swapaxes(part, 1, 2)) for part in (state.J[:, :3], state.J[:, 3:]))
     # The linear part of a rotating joint is a product of its axis and its place, which may be parallel.
-    place = norm(state.position)[:, np.argmax(state.supports, axis=0)]
+    place = norm(state.position)[:, np.argmax(state.ancestors, axis=0)]
     linear = larger(linear, angular * place)
     terms = []
     for block in blocks:
@@ -131,19 +131,19 @@ def row_terms(state: Dynamics, blocks: Sequence[Block]) -> Array:
     return np.stack(terms, axis=1)
 
 
-def row_tolerance(blocks: Sequence[Block]) -> float:
+def row_tolerance(blocks: Sequence[ConstraintBlock]) -> float:
     """Relative error of the terms of some rows: rounding, or that of the data where a loop is closed."""
     return DATA_TOLERANCE if any(block.kind == "closure" for block in blocks) else TOLERANCE
 
 
-def row_signs(state: Dynamics, block: Block) -> Array:
+def row_signs(state: Dynamics, block: ConstraintBlock) -> Array:
     """How (nv,) each joint velocity moves one end of a block against the other: 1, −1, or 0 where it moves neither or both."""
     return moved_by(state, block.body) - moved_by(state, block.other)
 
 
 def moved_by(state: Dynamics, body: int) -> Array:
     """Which joint velocities (nv,) move a body, 1, and which do not, 0; none moves the world, −1."""
-    return np.asarray(np.where(body < 0, 0.0, state.supports[body].astype(float)))
+    return np.asarray(np.where(body < 0, 0.0, state.ancestors[body].astype(float)))
 
 
 class Equation(NamedTuple):
@@ -163,7 +163,7 @@ class Equation(NamedTuple):
     b: Array
     G: Array | None
     state: Dynamics
-    blocks: tuple[Block, ...]
+    blocks: tuple[ConstraintBlock, ...]
 
     @property
     def H(self) -> Array:
@@ -172,7 +172,7 @@ class Equation(NamedTuple):
 
     @property
     def tolerance(self) -> float:
-        """Relative error of the terms of the rows, as in `choose_rows`."""
+        """Relative error of the terms of the rows, as in `independent_rows`."""
         return row_tolerance(self.blocks)
 
     def terms(self) -> Array:

@@ -8,15 +8,15 @@ import numpy as np
 
 from shockpc.core.percussion import norm
 from shockpc.landing.places import PlaceKind
-from shockpc.quantities.bodies import BODIES
-from shockpc.quantities.contacts import CONTACTS
 from shockpc.quantities.ground import GROUND
-from shockpc.quantities.joints import JOINTS
-from shockpc.quantities.parts import PARTS
-from shockpc.quantities.points import POINTS
+from shockpc.quantities.of_bodies import BODIES
+from shockpc.quantities.of_contacts import CONTACTS
+from shockpc.quantities.of_joints import JOINTS
+from shockpc.quantities.of_parts import PARTS
+from shockpc.quantities.of_points import POINTS
+from shockpc.quantities.of_robot import ROBOT
 from shockpc.quantities.quantity import Quantity
 from shockpc.quantities.ranges import RANGES
-from shockpc.quantities.robot import ROBOT
 from shockpc.text.arguments import checked
 from shockpc.text.errors import UnknownName
 

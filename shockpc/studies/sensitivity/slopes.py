@@ -1,0 +1,192 @@
+"""Derivatives of a number by whatever a sweep varies: differences of its rows beside a landing, each with an error."""
+
+import math
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import replace
+from typing import NamedTuple
+
+import numpy as np
+
+from shockpc.evaluation.columns import Column
+from shockpc.evaluation.evaluate import TRUSTED, Evaluation
+from shockpc.evaluation.variation import COMPONENT, DRIVEN, OF_A_LINK, OF_THE_GROUND, Variation
+from shockpc.evaluation.varied import VariedLandings
+from shockpc.evaluation.varied_scene import present_value, refuse_given_otherwise
+from shockpc.landing.landing import PosedLanding
+from shockpc.landing.posture import COMPONENTS
+from shockpc.quantities.shock_profile import ShockProfile
+from shockpc.robot.changes import ADDED, link_inertia, links_with_mass
+
+STEP, FINER, ROUNDS = 2.0**-11, 16.0, 4
+"""First step of a difference as a share of the parameter's size; where its two differences do not agree, a step so much finer is
+tried, so many times in all."""
+
+AGREE = 1e-5
+"""How far two differences are apart that agree, as a share of the derivative: what follows from both is off by its square."""
+
+SETTLED, SMALL = 1e-3, 1e-4
+"""Largest error of a difference with which it is a derivative, as a share of it, or of the number for a change by the size."""
+
+ROUNDING = 4.0
+"""Rounding of a derivative, at most, relative to the median of what rounding leaves of second differences."""
+
+CENTRAL, FORWARD = np.array([1.0, 0.5, -0.5, -1.0]), np.array([1.0, 0.5, 0.25, 0.0])
+"""The rows of a parameter, as shares of the step; the second where less than none would be left on the other side."""
+
+EPSILON = float(np.finfo(float).eps)
+
+RADIAN, MILLIMETRE = math.degrees(1.0), 1e-3
+
+UNSETTLED = (
+    "the difference does not settle: the number has a kink or a jump near this value, such as where a contact opens, its lowest "
+    "point jumps, or contacts or loops depend on one another at this value alone"
+)
+NO_VALUE = "the landing gives it no value, or not a single one, that could be changed (locked joints have none); give one"
+
+
+class Parameter(NamedTuple):
+    """Something of a landing that can change.
+
+    Attributes:
+        varied: what a sweep varies.
+        value: present value [its unit]; NaN if there is not one, or it cannot change.
+        size: what the step of a difference is compared with [its unit].
+        step: the step that is shown at 1 % [its unit]: one degree, one millimetre, or 1 % of what it is.
+        relative: whether that is a share.
+        away: the sign of the direction away from zero.
+        lowest: below which there is no such value [its unit].
+    """
+
+    varied: Variation
+    value: float
+    size: float
+    step: float
+    relative: bool
+    away: float
+    lowest: float
+
+
+def _parameter(landing: PosedLanding, varied: Variation) -> Parameter:
+    """What a sweep varies as a parameter of a landing. Args: varied, of one link, one joint, or the landing.
+
+    Raises:
+        StudyError: the scene gives it in another way.
+    """
+    refuse_given_otherwise(landing.scene, varied.kind)
+    robot, kind, value = landing.robot, varied.kind, present_value(landing, varied)
+    of_zero, lowest, away = kind in ("mass", "place", *DRIVEN, *OF_THE_GROUND) or varied.factor, -math.inf, value
+    relative = varied.unit not in ("deg", "m")
+    size = step = landing.length if varied.unit == "m" else RADIAN if varied.unit == "deg" else abs(value) or 1.0
+    if kind in OF_A_LINK:
+        whole, own = robot.inertias[robot.frames[varied.target].body], link_inertia(robot, varied.target)
+        if kind.startswith("com-"):
+            size, away = float(robot.gyration[robot.frames[varied.target].body]) or size, float(own.lever["xyz".index(kind[-1])])
+        elif kind.startswith("inertia-"):
+            size, step = float(np.trace(whole)) / 3.0, float(np.trace(own.inertia)) / 3.0
+            away = float(own.inertia["xyz".index(kind[-2]), "xyz".index(kind[-1])])
+        elif not varied.factor:
+            size = step = own.mass
+            lowest = -own.mass if kind in ADDED else 0.0
+    if kind == "armature" and not value:
+        v, H = robot.joint(varied.target).v.start, landing.state.H[0]
+        step = float(H[v, v])  # the inertia that the joint moves; with all others free it resists by less
+        size = 1.0 / float(np.linalg.inv(H)[v, v])
+    if kind == "strike-angle" and landing.plane.level:
+        value = math.nan
+    step = {"deg": 1.0, "m": MILLIMETRE}.get(varied.unit, 0.01 * step)
+    return Parameter(varied, value, size or 1.0, step, relative, math.copysign(1.0, away or 1.0), 0.0 if of_zero else lowest)
+
+
+def _every(landing: PosedLanding) -> Iterator[Variation]:
+    """What varies of a landing if nothing is named: of links, then of joints, then the strike."""
+    robot, locked = landing.robot, landing.joint_model.locked
+    with_rotor = {name for pattern in landing.scene.joints.rotor for name in robot.match_joints(pattern)}
+    for link in links_with_mass(robot, "*"):
+        yield from (Variation(f"{kind}:{link}", kind, link, unit) for kind, unit in OF_A_LINK.items() if kind != "inertia")
+    joints = [joint for name in robot.joint_names if name not in robot.followers for joint in [robot.joint(name)]]
+    for joint in joints:
+        if not locked[joint.v].all():
+            unit, factor = DRIVEN["armature"][1 if joint.unit == "rad" else 2], joint.name in with_rotor
+            yield Variation(f"armature:{joint.name}", "armature", joint.name, "-" if factor else unit, factor=factor)
+    for joint in joints:
+        if joint.axis is not None:
+            yield Variation(joint.name, "joint", joint.name, joint.unit.replace("rad", "deg"))
+        for kind in COMPONENTS.get(joint.kind, ()):
+            yield Variation(f"{kind}:{joint.name}", kind, joint.name, COMPONENT[kind])
+    if not landing.plane.level:
+        yield Variation("strike-angle", "strike-angle", "", "deg")
+
+
+def parameters(landing: PosedLanding, chosen: Sequence[Variation] = ()) -> dict[str, Parameter]:
+    """The parameters of a landing by name: those that are chosen, or all; an inertia that a link lacks does not change."""
+    parameters = (_parameter(landing, varied) for varied in chosen or _every(landing))
+    return {one.varied.subject: one for one in parameters if chosen or one.step > 0.0}
+
+
+class Slope(NamedTuple):
+    """A derivative of the number in a landing, its error, and why there is none."""
+
+    value: float
+    error: float = 0.0
+    reason: str = ""
+
+
+def slopes_beside(profile: ShockProfile, wanted: Mapping[str, Parameter], number: Column) -> dict[str, Slope]:
+    """The derivatives of the number by the parameters that are wanted: differences of the rows of a sweep beside the landing.
+
+    Of two steps h and h/2 the central differences D(h) and D(h/2) give (4 D(h/2) − D(h)) / 3, off by h⁴ (Richardson); one-sided
+    ones of second order, where less than none would be left of a mass, do the same, off by h³. The error is stated as
+    |D(h) − D(h/2)|, or as the part of the second differences that does not vanish with h, which is that of a kink or a jump, if
+    that is larger. Of most parameters this part is rounding, which is added, and a smaller derivative is zero.
+
+    Args:
+        profile: the landing.
+        wanted: the parameters by name.
+        number: the number.
+    """
+    names = [name for name, parameter in wanted.items() if math.isfinite(parameter.value)]
+    slopes = {name: Slope(np.nan, reason=NO_VALUE) for name in wanted if name not in names}
+    if not names:
+        return slopes
+    present, size, lowest = np.array([(p.value, p.size, p.lowest) for p in map(wanted.get, names) if p is not None]).T
+    here, n = number_of(profile, number), len(names)
+    source = VariedLandings(profile.scene, profile.robot, tuple(wanted[name].varied for name in names), sample=1)
+    evaluation = Evaluation(source, (number,), prove=0, trusted=TRUSTED)
+    step = 2.0 ** np.round(np.log2(STEP * size))  # so that a value and its step are added without rounding
+    one_sided = present - step < lowest
+    value, error, noise, todo, messages = np.full(n, np.nan), np.full(n, np.inf), 0.0, np.arange(n), dict[int, str]()
+    for k in range(ROUNDS):
+        h, given = step[todo] / FINER**k, np.full((len(todo), 4, n), np.nan)
+        shares = np.where(one_sided[todo, None], FORWARD, CENTRAL)
+        given[np.arange(len(todo)), :, todo] = present[todo, None] + h[:, None] * shares
+        table = replace(evaluation, landings=source.at(given.reshape(-1, n))).table().without_defects()
+        f = table.values(number).reshape(-1, 4).T
+        messages |= {int(todo[i // 4]): text for i, text in table.messages.items()}
+        whole, half = (f[0] - f[3]) / (2.0 * h), (f[1] - f[2]) / h
+        bend, kink = (f[0] - 2.0 * here + f[3]) / h, 2.0 * (f[1] - 2.0 * here + f[2]) / h
+        forward = (4.0 * f[1] - f[0] - 3.0 * f[3]) / h, 2.0 * (4.0 * f[2] - f[1] - 3.0 * f[3]) / h
+        whole, half = (np.where(one_sided[todo], *pair) for pair in zip(forward, (whole, half), strict=True))
+        left = np.where(one_sided[todo], 0.0, np.abs(2.0 * kink - bend))
+        if not k:
+            central = np.nan_to_num(left * h)[~one_sided]
+            noise = ROUNDING * float(np.median(central)) if len(central) else ROUNDING * EPSILON * abs(here)
+        apart = np.maximum(np.abs(whole - half), left) + noise / h
+        better = apart < error[todo]
+        found = (4.0 * half - whole) / 3.0
+        error[todo[better]], value[todo[better]] = apart[better], np.where(np.abs(found) > noise / h, found, 0.0)[better]
+        todo = todo[(apart > AGREE * np.abs(found) + 2.0 * noise / h) & better]
+        if not len(todo):
+            break
+    for i, name in enumerate(names):
+        if i in messages:
+            slopes[name] = Slope(np.nan, reason=f"beside this value there is no such number: {messages[i]}")
+        elif not error[i] <= max(SETTLED * abs(value[i]), SMALL * abs(here) / size[i]):
+            slopes[name] = Slope(np.nan, float(error[i]), UNSETTLED)
+        else:
+            slopes[name] = Slope(float(value[i]), float(error[i]))
+    return slopes
+
+
+def number_of(profile: ShockProfile, number: Column) -> float:
+    """A number of a landing, as proven [its unit]."""
+    return float(number.selection.scalar(profile.values(number.selection.quantity, [number.place]))[0])
