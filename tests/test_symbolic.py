@@ -5,7 +5,6 @@ import numpy as np
 import pinocchio as pin
 import pytest
 from robot_texts import LIMIT, joint, link, urdf
-from shockpc.quantities.table import QUANTITIES
 from test_derivatives import IN_SERIES, in_balls, on
 from trees import known_robot, robot_from
 
@@ -15,6 +14,7 @@ from shockpc.evaluation.symbolic import SymbolicLanding
 from shockpc.impact.exact.arithmetic import NoValueError
 from shockpc.impact.exact.symbols import SymbolImpact, compiled
 from shockpc.profile import ILL_CONDITIONED, profile_of
+from shockpc.quantities.selection import QUANTITIES
 from shockpc.text.cache import cache_folder
 
 MOVING = Strike(strike_angle_deg=20.0, angular_velocity=(0.2, -0.4, 0.1), joint_velocities={"LF_KFE": 1.5})

@@ -11,7 +11,7 @@ from shockpc.core.program import Program
 from shockpc.core.spatial import Array
 from shockpc.evaluation.columns import Column, selected
 from shockpc.impact.exact.arithmetic import NoValueError
-from shockpc.impact.exact.graph import Before, Graph, inputs_of, refuse, symbols_module
+from shockpc.impact.graph import Before, Graph, inputs_of, refuse, symbols_module
 from shockpc.impact.impact import Impact
 from shockpc.landing.landing import PosedLanding
 from shockpc.landing.posture import check_rotations
@@ -19,7 +19,7 @@ from shockpc.landing.resolve import resolve
 from shockpc.landing.scene import Scene
 from shockpc.landing.scene_file import robot_of
 from shockpc.quantities.maps import doubles
-from shockpc.quantities.table import Selection
+from shockpc.quantities.selection import Selection
 from shockpc.robot.robot import Robot
 from shockpc.text.arguments import checked
 from shockpc.text.errors import SceneError, StudyError

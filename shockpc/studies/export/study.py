@@ -14,7 +14,7 @@ from shockpc.core.spatial import Array
 from shockpc.evaluation.columns import Column
 from shockpc.evaluation.declare import QuantityOption, study
 from shockpc.evaluation.symbolic import SymbolicLanding, identifier
-from shockpc.impact.exact.graph import Before
+from shockpc.impact.graph import Before
 from shockpc.landing.landing import PosedLanding
 from shockpc.landing.motion import Motion
 from shockpc.landing.posture import displaced, set_many
