@@ -15,6 +15,7 @@ import numpy as np
 from shockpc.core.spatial import Array, freeze
 from shockpc.evaluation.columns import Column, selected
 from shockpc.evaluation.evaluate import TRUSTED, Evaluation
+from shockpc.evaluation.gradients import has_gradient, slopes
 from shockpc.evaluation.source import common_robot, named_scenes, refuse_ground
 from shockpc.evaluation.variation import OFFSET, Vary, pairs
 from shockpc.evaluation.varied import VariedLandings, varied_landings
@@ -22,6 +23,7 @@ from shockpc.evaluation.varied_scene import present_value, with_offsets
 from shockpc.landing.auto_contact import most_inside
 from shockpc.landing.landing import PosedLanding
 from shockpc.landing.places import Place
+from shockpc.landing.posture import difference
 from shockpc.landing.resolve import resolve
 from shockpc.landing.scene import Scene
 from shockpc.landing.strike import Strike
@@ -51,7 +53,8 @@ def _pushed(impact: Any, places: Sequence[Place]) -> Array:
 
 
 PUSH = Quantity(
-    "push", "contact", "push of the ground", "N s", "neither", _pushed, missing=f"{REDUNDANT}; --any-ground leaves it out"
+    "push", "contact", "push of the ground", "N s", "neither", _pushed, missing=f"{REDUNDANT}; --any-ground leaves it out",
+    linear=True,
 )  # fmt: skip
 """With `HEIGHTS` what `feasible` decides by, as numbers that a constraint can follow: they have either sign."""
 
@@ -107,6 +110,7 @@ class ShockCost:
         given: (n,) present values; NaN of what has none, or not a single one in all landings.
         x0: (n,) those of the first landing, within the bounds; the middle of the bounds of what has none.
         slow: whether each point needs separate landings.
+        exact: whether there are formulas for all derivatives; else they are differences.
         terms: the K numbers that count, of all landings.
         constraints: (K,) which of them are constraints.
         power: 1; −1 where more of the number is better, so that its reciprocal counts.
@@ -152,6 +156,10 @@ class ShockCost:
         self._columns = [
             tuple({one.column.name: one.column for one in self.terms if one.group == g}.values()) for g in range(len(self.groups))
         ]
+        # Formulas are of a strike at constant speed, which that of a drop at another angle is not.
+        dropped = any(scene.strike.drop_height is not None for scene in self.scenes.values())
+        moved = all(one.moves or (one.kind == "strike-angle" and not dropped) for one in self.variations)
+        self.exact = moved and not first.loops and all(has_gradient(landings[term.landing], term.column) for term in self.terms)
         self.constraints = np.array([term.limit is not None for term in self.terms])
         if self.constraints.all():
             raise StudyError(f'"{quantity}" has no place in these landings; name one')
@@ -204,14 +212,42 @@ class ShockCost:
             return np.asarray(self.measured(X)[:, ~self.constraints].max(axis=1) ** self.power)
 
     def linearized(self, X: Array) -> tuple[Array, Array]:
-        """The same (m, K) and its derivatives (m, K, n) by central differences; 0 where there are none."""
-        (m, n), h = X.shape, 2.0 * STEP * np.ptp(self.bounds, axis=1)
-        beside = np.stack([X[:, None] + np.diag(h / 2.0), X[:, None] - np.diag(h / 2.0)]).reshape(-1, n)
-        found = self._numbers(np.concatenate([X, beside]))  # at once: a call costs more than some rows
-        (measures, factors), (up, down) = self._measured(found[:m]), found[m:].reshape(2, m, n, -1)
+        """The same (m, K) and its derivatives (m, K, n), of all terms by formulas, or differences; 0 where there are none."""
+        if self.exact:
+            (m, n), (h, beside) = X.shape, self._beside(X)
+            found, unclear = [], np.zeros(m, dtype=bool)
+            for group, columns in zip(self.groups, self._columns, strict=True):
+                # How posture and strike change is a difference, of angles an exact one.
+                (up, down), turned = (part.reshape(2, m * n, *part.shape[1:]) for part in group.at(beside).resolved())
+                rates = difference(self.robot, down, up).reshape(m, n, -1) / h[:, None]
+                turns = (turned[0] - turned[1]).reshape(m, n, -1, 3) / h[:, None, None]
+                numbers, prove = slopes(group.first, *group.at(X).resolved(), rates, turns, columns, TRUSTED)
+                found.append(numbers)
+                unclear |= prove
+            values, change = (self._of_terms([{name: pair[k] for name, pair in of.items()} for of in found]) for k in (0, 1))
+            if unclear.any():
+                values[unclear] = self._numbers(X[unclear])
+            # A posture that is singular has no derivatives by formulas.
+            if (rough := np.isnan(change).any(axis=(1, 2))).any():
+                change[rough] = self._differences(X[rough])[1]
+        else:
+            values, change = self._differences(X)
+        measures, factors = self._measured(_of_points(X, values))
         with np.errstate(invalid="ignore"):
-            change = factors[..., None] * ((up - down) / h[:, None]).swapaxes(1, 2)
-        return measures, np.nan_to_num(change, nan=0.0, posinf=0.0, neginf=0.0)
+            return measures, np.nan_to_num(factors[..., None] * change, nan=0.0, posinf=0.0, neginf=0.0)
+
+    def _beside(self, X: Array) -> tuple[Array, Array]:
+        """The widths (n,) of central differences, and the points (2 m n, n) between which they are: above, then below."""
+        h = 2.0 * STEP * np.ptp(self.bounds, axis=1)
+        return h, np.stack([X[:, None] + np.diag(h / 2.0), X[:, None] - np.diag(h / 2.0)]).reshape(-1, X.shape[1])
+
+    def _differences(self, X: Array) -> tuple[Array, Array]:
+        """The values (m, K) of all terms and their derivatives (m, K, n) by differences; NaN where there are none."""
+        (m, n), (h, beside) = X.shape, self._beside(X)
+        found = self._numbers(np.concatenate([X, beside]))  # at once: a call costs more than some rows
+        up, down = found[m:].reshape(2, m, n, -1)
+        with np.errstate(invalid="ignore"):
+            return found[:m], ((up - down) / h[:, None]).swapaxes(1, 2)
 
     def _measured(self, v: Array) -> tuple[Array, Array]:
         """What an optimiser takes for the values (m, K), and its derivatives by them."""

@@ -43,7 +43,7 @@ class Derivatives(NamedTuple):
     """Derivatives by the tangent of q, Pinocchio's layout, for strikes of 1 m/s along world x, y and z; NaN where there are none.
 
     Attributes:
-        maps: (N, nb, 6, 3, nv) of the jumps of bodies, world axes, at their frames' origins.
+        maps: (N, n, 6, 3, nv) of the jumps of bodies, world axes, at their frames' origins.
         delta_qd: (N, nv, 3, nv) of the jumps of the joint velocities.
         impulse: (N, nc, 3, nv) of the impulses along the rows; NaN where redundant rows leave them undetermined.
     """
@@ -53,7 +53,9 @@ class Derivatives(NamedTuple):
     impulse: Array
 
 
-def derivatives(landing: Landing, equation: Equation, solution: Solution, out: Array | None = None) -> Derivatives:
+def derivatives(
+    landing: Landing, equation: Equation, solution: Solution, bodies: Sequence[int] | None = None, out: Array | None = None
+) -> Derivatives:
     """The derivatives of steps 1 and 2 in N postures.
 
     They are those of the equations as they stand: a follower, a locked joint and one of a loop each have a separate column, in
@@ -64,7 +66,8 @@ def derivatives(landing: Landing, equation: Equation, solution: Solution, out: A
         landing: the landing; strikes of a contact's velocity are not among these.
         equation: step 1.
         solution: of it.
-        out: (N, nb, 6, 3, nv) into which the derivatives of the maps are written; a new array by default.
+        bodies: indices of those whose jumps are wanted; all by default.
+        out: (N, n, 6, 3, nv) into which the derivatives of the maps are written; a new array by default.
     """
     state, robot = equation.state, landing.robot
     J = np.ascontiguousarray(state.J.swapaxes(1, 2))
@@ -78,7 +81,8 @@ def derivatives(landing: Landing, equation: Equation, solution: Solution, out: A
         right = equation.G.swapaxes(1, 2) @ right.reshape(n, nv, -1)
     d_y, d_impulse = _solved(landing, equation, solution, right.reshape(n, -1, 3 * nv), left.reshape(n, -1, 3 * nv))
     d_qd = equation.full(d_y).reshape(n, nv, 3, nv)
-    position, moves = state.position, robot.ancestors.astype(float)
+    chosen = slice(None) if bodies is None else list(bodies)
+    position, moves, twists = state.position[:, chosen], robot.ancestors[chosen].astype(float), twists[:, chosen]
     maps = np.empty((n, len(moves), 6, 3, nv)) if out is None else out
     for k in range(0, n, BLOCK):
         chunk = slice(k, k + BLOCK)

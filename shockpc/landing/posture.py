@@ -305,6 +305,11 @@ def fixed_joints(robot: Robot, posture: Posture, movable: tuple[str, ...]) -> np
     return fixed
 
 
+def difference(robot: Robot, Q: Array, other: Array) -> Array:
+    """The displacements (n, nv), tangent of q, that lead from configurations Q (n, nq) to others."""
+    return np.array([pin.difference(robot.model, *pair) for pair in zip(Q, other, strict=True)])
+
+
 COMPONENTS = {
     "ball": ("turn-x", "turn-y", "turn-z"),
     "planar": ("shift-x", "shift-y", "turn-z"),

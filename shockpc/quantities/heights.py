@@ -8,7 +8,7 @@ import numpy as np
 from shockpc.core.memo import memoized
 from shockpc.core.spatial import Array
 from shockpc.landing.auto_contact import LEVEL, most_inside
-from shockpc.landing.constraints import ConstraintBlock, block_point
+from shockpc.landing.constraints import ConstraintBlock, block_point, wrenches
 from shockpc.landing.dynamics import Dynamics
 from shockpc.landing.landing import Landing
 from shockpc.landing.places import Place
@@ -142,12 +142,14 @@ def _lowest_of_shapes(landing: Landing, rotation: Array, position: Array, carrie
     return surface.T
 
 
-def _relative(landing: Landing, state: Dynamics, blocks: Sequence[ConstraintBlock], places: Sequence[Place]) -> Array:
-    """In N postures (N, 1 + n) `SPREAD`, and `CLEARANCE` of n bodies, inf of one without other shapes."""
+def _relative(
+    landing: Landing, state: Dynamics, blocks: Sequence[ConstraintBlock], places: Sequence[Place]
+) -> tuple[Levels, Array]:
+    """Heights in N postures: all; and (N, 1 + n) `SPREAD`, and `CLEARANCE` of n bodies, inf of one without other shapes."""
     here = levels(landing, state.rotation, state.position, _grounded_points(landing, state, blocks), every=True)
     bodies, low = body_outline(landing.robot).pieces.body, here.contacts.min(axis=1)
     shapes = (here.surface[:, here.others & (bodies == place.body)] for place in places)
-    return np.stack([here.spread, *(heights.min(axis=1, initial=np.inf) - low for heights in shapes)], axis=1)
+    return here, np.stack([here.spread, *(heights.min(axis=1, initial=np.inf) - low for heights in shapes)], axis=1)
 
 
 def _grounded_points(landing: Landing, state: Dynamics, blocks: Sequence[ConstraintBlock]) -> Array:
@@ -157,22 +159,24 @@ def _grounded_points(landing: Landing, state: Dynamics, blocks: Sequence[Constra
 
 SPREAD = Quantity(
     "spread", "robot", "difference in height of the contacts", "m", "neither",
-    lambda impact, places: _relative(impact.landing, impact.state, impact.blocks, places)[:, None, :1],
+    lambda impact, places: _relative(impact.landing, impact.state, impact.blocks, places)[1][:, None, :1],
 )  # fmt: skip
 CLEARANCE = Quantity(
     "clearance", "body", "height of the body above the lowest contact", "m", "neither",
-    lambda impact, places: _relative(impact.landing, impact.state, impact.blocks, places)[:, None, 1:],
+    lambda impact, places: _relative(impact.landing, impact.state, impact.blocks, places)[1][:, None, 1:],
 )  # fmt: skip
 REACH = Quantity(
     "reach", "contact", "height of the link's lowest point above the contact", "m", "neither",
-    lambda impact, places: _reach(impact.landing, impact.state, impact.blocks, places)[:, None],
+    lambda impact, places: _reach(impact.landing, impact.state, impact.blocks, places)[0][:, None],
 )  # fmt: skip
 HEIGHTS = (SPREAD, CLEARANCE, REACH)
 """What `feasible` decides by, as numbers that a constraint can follow: they have either sign."""
 
 
-def _reach(landing: Landing, state: Dynamics, blocks: Sequence[ConstraintBlock], places: Sequence[Place]) -> Array:
-    """`REACH` of n contacts without shapes in N postures (N, n).
+def _reach(
+    landing: Landing, state: Dynamics, blocks: Sequence[ConstraintBlock], places: Sequence[Place]
+) -> tuple[Array, np.ndarray]:
+    """`REACH` of n contacts without shapes in N postures, (N, n), and which shape (N, n) of the body is the lowest.
 
     Where it is less than a contact point may lie inside, the shape does not count as that of the contact, and `CLEARANCE` jumps.
     """
@@ -180,7 +184,59 @@ def _reach(landing: Landing, state: Dynamics, blocks: Sequence[ConstraintBlock],
     bodies, contacts = body_outline(landing.robot).pieces.body, [blocks[place.number] for place in places]
     core = np.stack([np.where(here.others & (bodies == block.body), here.core, np.inf) for block in contacts], axis=1)
     heights = np.stack([block_point(state, block) @ landing.up for block in contacts], axis=1)
-    return np.asarray(core.min(axis=2) - heights)
+    return core.min(axis=2) - heights, core.argmin(axis=2)
+
+
+def reach_rates(
+    landing: Landing, state: Dynamics, blocks: Sequence[ConstraintBlock], twists: Array, places: Sequence[Place]
+) -> tuple[Array, Array]:
+    """`REACH` of n contacts, (N, n) in N postures, and how fast (N, n, d) it changes. Args: as for `height_rates`."""
+    values, lowest = _reach(landing, state, blocks, places)
+    low = np.take_along_axis(_lowest_points(landing, state), lowest[..., None], axis=1)
+    arms = low - np.stack([block_point(state, blocks[place.number]) for place in places], axis=1)
+    # Both points turn with the body.
+    turning = twists[:, [blocks[place.number].body for place in places], :3]
+    return values, (np.cross(arms, landing.up)[:, :, None] @ turning)[:, :, 0]
+
+
+def height_rates(
+    landing: Landing, state: Dynamics, blocks: Sequence[ConstraintBlock], twists: Array, places: Sequence[Place]
+) -> tuple[Array, Array]:
+    """`SPREAD`, and `CLEARANCE` of bodies, (N, 1 + n) in N postures, and how fast (N, 1 + n, d) they change.
+
+    Spread and clearance change as the lowest points rise: each at ω · (p × n) + v · n, with the ground's normal n. Which points are
+    the lowest changes at kinks.
+
+    Args:
+        landing: names the contacts and the standing feet.
+        state: the robot in the postures.
+        blocks: the rows of the contacts, then of the standing feet.
+        twists: (N, nb, 6, d) of the bodies in d motions, world axes, about the base.
+        places: the n bodies; the clearance of a place that is none is infinite.
+    """
+    here, values = _relative(landing, state, blocks, places)
+    grounded = [blocks[k].body for k in on_ground(landing)]
+    points = np.concatenate([_lowest_points(landing, state), _grounded_points(landing, state, blocks)], axis=1)
+    heights, bodies = points @ landing.up, np.append(body_outline(landing.robot).pieces.body, grounded)
+    # The lowest point of a contact is that of one of the link's shapes, or the contact point.
+    sought = here.contacts.min(axis=1)[:, None] + np.insert(values, 0, 0.0, axis=1)
+    among = np.array([bodies >= 0, bodies >= 0, *(bodies == place.body for place in places)])
+    chosen = np.where(among, np.abs(heights[:, None] - sought[..., None]), np.inf).argmin(axis=2)
+    pushes = wrenches(np.take_along_axis(points, chosen[..., None], axis=1), np.broadcast_to(landing.up, (*chosen.shape, 1, 3)), 1)
+    rates = (pushes @ twists[np.arange(len(twists))[:, None], bodies[chosen]])[:, :, 0]
+    return values, rates[:, 1:] - rates[:, :1]
+
+
+def _lowest_points(landing: Landing, state: Dynamics) -> Array:
+    """The lowest points (N, n, 3) of the shapes, world axes, from the base [m]."""
+    pieces = body_outline(landing.robot).pieces
+    up, low = landing.up @ state.rotation, np.empty((len(state.Q), len(pieces.body), 3))
+    for k, corners in enumerate(np.split(pieces.points, pieces.start)[1:]):
+        low[:, k] = corners[(corners @ up[:, pieces.body[k]].T).argmin(axis=0)]
+    towards = up[:, pieces.body, None] @ pieces.rounding
+    length = np.linalg.norm(towards, axis=3, keepdims=True)
+    low -= (towards / np.where(length > 0.0, length, 1.0) @ pieces.rounding.swapaxes(1, 2))[:, :, 0]
+    return np.asarray(state.position[:, pieces.body] + (state.rotation[:, pieces.body] @ low[..., None])[..., 0])
 
 
 @memoized()

@@ -10,7 +10,7 @@ from shockpc.core.percussion import Percussion, off_plane_share, percussion, tra
 from shockpc.core.spatial import Array, velocity_at
 from shockpc.impact.impact import Impact
 from shockpc.landing.places import Place
-from shockpc.quantities.of_points import AT_CENTRE, MOST_SEVERE, point_velocity, shock, world_position
+from shockpc.quantities.of_points import AT_CENTRE, DELTA_V, MOST_SEVERE, point_velocity, shock, world_position
 from shockpc.quantities.quantity import Places, Quantity, cached, largest_jump, largest_shock, reach
 from shockpc.robot.geometry import body_outline
 from shockpc.robot.robot import Robot
@@ -118,9 +118,9 @@ BODIES = (
     Quantity("position", "body", "origin of the frame in the world", "m", "neither", lambda i,
         p: world_position(i, [Place(place.name, place.body) for place in p]), reach, vector=True),
     Quantity("delta_omega", "body", "Δω, body axes", "rad/s", "greater", lambda i, p: _split(i, p)[0], largest_jump, vector=True,
-        also=("friction",)),
+        also=("friction",), linear=True),
     Quantity("delta_v", "body", "Δv of the frame's origin, body axes", "m/s", "greater", lambda i, p: _split(i, p)[1],
-        largest_jump, vector=True, also=("friction",)),
+        largest_jump, vector=True, also=("friction",), linear=True),
     Quantity("copc", "body", "CoPc, body coordinates", "m", "neither", lambda i, p: _percussion(i, p).copc, _length, STILL,
         vector=True, also=("friction",)),
     Quantity("copc_world", "body", "CoPc in the world", "m", "neither", _copc_world, lambda i, x: _length(i, x) + reach(i, x),
@@ -133,13 +133,13 @@ BODIES = (
         "the body does not rotate", signed=True),
     Quantity("off_plane", "body", "motion out of the plane", "1", "neither", _off_plane, lambda i, x: 1.0),
     Quantity("shock_com", "body", "shock at the centre of mass", "1", "greater", shock, largest_shock, most_severe=MOST_SEVERE,
-        also=("friction", "stiffness")),
+        also=("friction", "stiffness"), length_of=DELTA_V),
     Quantity("shock_min", "body", "least shock over the body", "1", "greater", _least, missing=NO_GEOMETRY),
     Quantity("shock_max", "body", "greatest shock over the body", "1", "greater", _greatest, missing=NO_GEOMETRY,
         most_severe=MOST_SEVERE),
     *(entry._replace(of="body", title=f"{entry.title}, at the centre of mass", also=()) for entry in AT_CENTRE),
     Quantity("delta_v_com", "body", "Δv of the centre of mass, body axes", "m/s", "greater", point_velocity, largest_jump,
-        vector=True),
+        vector=True, linear=True),
     Quantity("error_bound", "body", "proven error of the jump, relative to the motion", "1", "greater",
         lambda health, places: [health.body_error_bounds[place.body] for place in places], needs_posture=True, on="health"),
     Quantity("delta_v_max", "body", "greatest |Δv| over the body", "m/s", "greater", lambda i,

@@ -312,7 +312,7 @@ def _moving_axes(A: BallMatrix, whole: float = 0.0) -> list[int]:
 
 
 IMPULSE = Quantity("impulse", "contact", "impulse of the ground on the robot, world axes", "N s", "greater", _impulse,
-    _impulse_size, REDUNDANT, vector=True, also=("friction",))  # fmt: skip
+    _impulse_size, REDUNDANT, vector=True, also=("friction",), linear=True)  # fmt: skip
 
 CONTACTS = (
     Quantity("point", "contact", "contact point, world", "m", "neither", _point, reach, vector=True),

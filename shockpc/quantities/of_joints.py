@@ -108,7 +108,7 @@ JOINTS = (
         f"{MULTIAXIAL}; or {REDUNDANT}", shared=True, signed=True, also=("friction",)),
     Quantity("delta_qd", "joint", "jump of the joint's rate", "rad/s, m/s", "greater", _delta_qd, lambda i,
         x: float(np.abs(i.along(i.delta_qd).astype(float)).max()), MULTIAXIAL, signed=True,
-        also=("friction", "stiffness")),
+        also=("friction", "stiffness"), linear=True),
     Quantity("joint_impulse", "joint", "impulse through the joint", "N s", "greater", lambda i, p: norm(_force(i, p)), _size,
         REDUNDANT, shared=True, also=("friction",)),
     Quantity("joint_moment", "joint", f"impulsive moment through the joint, about {ORIGIN}", "N m s", "greater",

@@ -76,11 +76,11 @@ def _maps(impact: Impact, places: Places) -> Array:
 
 
 DELTA_V = Quantity("delta_v", "point", "Δv, axes of the frame", "m/s", "greater", _delta_v, largest_jump, vector=True,
-    also=("friction", "stiffness"))  # fmt: skip
+    also=("friction", "stiffness"), linear=True)  # fmt: skip
 MOST_SEVERE = Quantity("most_severe", "point", "shock of the most severe strike", "1", "greater", lambda i,
     p: _most_severe(i, p)[1])  # fmt: skip
 SHOCK = Quantity("shock", "point", "shock", "1", "greater", shock, largest_shock, most_severe=MOST_SEVERE,
-    also=("friction", "stiffness"))  # fmt: skip
+    also=("friction", "stiffness"), length_of=DELTA_V)  # fmt: skip
 AT_CENTRE = (
     Quantity("most_severe_direction", "point", "most severe strike, world axes", "1", "neither", lambda i,
         p: _most_severe(i, p)[0], vector=True),
@@ -90,7 +90,7 @@ AT_CENTRE = (
     Quantity("least_severe", "point", "shock of the least severe strike", "1", "greater", lambda i,
         p: directions(i, p).least_severe_shock),
     Quantity("peak_g", "point", "peak acceleration", "g", "greater", _peak, missing="the scene gives no pulse",
-        lacks=lambda landing: NEEDS_PULSE if landing.pulse is None else "", also=("friction",)),
+        lacks=lambda landing: NEEDS_PULSE if landing.pulse is None else "", also=("friction",), length_of=DELTA_V),
 )  # fmt: skip
 """What bodies have too, at their centres of mass."""
 

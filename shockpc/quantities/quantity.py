@@ -49,6 +49,8 @@ class Quantity(NamedTuple):
             "gain" where the impact would make energy.
         also: for what else it exists: the impact with friction, and the jumps on contacts of finite stiffness.
         flag: whether it is 1 or 0, which documents write as true or false.
+        linear: whether it is linear in the jumps and impulses, by coefficients that do not change with the posture or the strike.
+        length_of: a quantity of that kind of which it is the length, but for a factor that does not change with them either.
     """
 
     key: str
@@ -76,6 +78,8 @@ class Quantity(NamedTuple):
     role: Literal["", "feasible", "tilt", "pull", "gain"] = ""
     also: tuple[Literal["friction", "stiffness"], ...] = ()
     flag: bool = False
+    linear: bool = False
+    length_of: "Quantity | None" = None
 
     @property
     def decided_by_ground(self) -> bool:

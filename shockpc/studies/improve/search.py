@@ -16,8 +16,8 @@ from shockpc.core.threads import one_thread
 from shockpc.evaluation.cost import SLACK, ShockCost
 from shockpc.studies.improve.lockstep import in_lockstep
 
-RUNS, SLOW = 80, 4
-"""Runs by default, and where each point needs a separate landing."""
+RUNS, ROUGH, SLOW = 80, 36, 4
+"""Runs by default; where derivatives are differences; and where each point needs a separate landing."""
 
 TRIED = 20
 """Random points of which a run begins at the best."""
@@ -114,7 +114,7 @@ def starting_points(cost: ShockCost, count: int | None, seed: int) -> list[Array
     """The landing as given, and random points, each the best of some: the least bad one of those nearest to all constraints."""
     low, width = cost.bounds[:, 0], np.ptp(cost.bounds, axis=1)
     if count is None:
-        count = SLOW if cost.slow else RUNS
+        count = SLOW if cost.slow else RUNS if cost.exact else ROUGH
     tried = low + width * np.random.default_rng(seed).random((max(count, 1), TRIED, len(low)))
     measures = cost.measured(tried.reshape(-1, len(low))).reshape(*tried.shape[:2], -1)
     worst, missed = measures[..., ~cost.constraints].max(axis=-1), -measures[..., cost.constraints].min(axis=-1, initial=0.0)

@@ -27,7 +27,7 @@ from shockpc.landing.scene import Scene
 from shockpc.quantities.shock_profile import ShockProfile
 from shockpc.robot.feet_and_sensors import is_imu, sensors
 from shockpc.robot.robot import Robot
-from shockpc.studies.improve.search import OPTIMUM_TOLERANCE, RUNS, SLOW, Run, search, starting_points
+from shockpc.studies.improve.search import OPTIMUM_TOLERANCE, ROUGH, RUNS, SLOW, Run, search, starting_points
 from shockpc.text.errors import StudyError
 from shockpc.text.printed import few
 from shockpc.text.trace import Trace
@@ -168,8 +168,8 @@ def improve(
     starts: Annotated[
         int | None,
         Option(
-            f"Runs from random points, besides that from the landing as given; by default {RUNS}, {SLOW} where each point needs a "
-            "separate landing.",
+            f"Runs from random points, besides that from the landing as given; by default {RUNS}, {ROUGH} where derivatives are "
+            f"differences, and {SLOW} where each point needs a separate landing.",
             "Search",
             "N",
             least=0.0,
