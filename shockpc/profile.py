@@ -9,6 +9,7 @@ strike: every strike angle, and the most severe one, is a product afterwards. Th
 exact answer, and that is what a profile reports.
 """
 
+import math
 from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any
 
@@ -31,7 +32,7 @@ from shockpc.quantities.shock_profile import ShockProfile
 from shockpc.robot.robot import Robot
 from shockpc.text.arguments import checked
 from shockpc.text.diagnostic import warn
-from shockpc.text.errors import SceneError
+from shockpc.text.errors import SceneError, StudyError
 from shockpc.text.trace import Trace
 
 if TYPE_CHECKING:
@@ -117,7 +118,7 @@ def shock_maps(landing: Landing | Scene, Q: Array | Sequence[Sequence[float]], d
     Raises:
         SceneError: Q has another shape, no row, or a rotation whose length is not 1; or the landing counts end stops, with which
             the jumps are not linear in the strike.
-        StudyError: an argument is of another type.
+        StudyError: an argument is of another type, or the derivatives do not fit into the memory.
     """
     from shockpc.quantities.maps import CHUNK, ShockMaps, doubles
 
@@ -136,7 +137,14 @@ def shock_maps(landing: Landing | Scene, Q: Array | Sequence[Sequence[float]], d
     if derivatives:
         from shockpc.impact.derivatives import derivatives as map_derivatives
 
-        changes = np.empty((len(Q), len(landing.robot.bodies), 6, 3, nv))
+        shape = (len(Q), len(landing.robot.bodies), 6, 3, nv)
+        try:
+            changes = np.empty(shape)
+        except MemoryError:
+            raise StudyError(
+                f"the derivatives of all maps in {len(Q)} postures take {math.prod(shape) / 2**27:.3g} GiB; give fewer postures at "
+                "a time, or take the gradient of single numbers by shockpc.symbolic"
+            ) from None
     with one_thread(3 * nv if derivatives else nv):
         for k in range(0, len(Q), CHUNK):
             state = dynamics(landing.robot, Q[k : k + CHUNK], landing.joint_model.armature)
