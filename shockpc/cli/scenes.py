@@ -11,7 +11,7 @@ from shockpc.landing.joint_options import Joints, Rotor, with_model
 from shockpc.landing.level_feet import default_landings
 from shockpc.landing.ratings import part_from
 from shockpc.landing.scene import Contact, Posture, Scene
-from shockpc.landing.scene_file import check_scene, plane_of, points_at, read_scene, robot_of
+from shockpc.landing.scene_file import check_scene, plane_of, points_at, robot_of, scene_of
 from shockpc.landing.strike import Strike, replaced_ways
 from shockpc.robot.feet_and_sensors import each_foot
 from shockpc.robot.robot import Robot
@@ -177,7 +177,7 @@ def _scene_of(name: str) -> Scene:
         if case not in cases:
             raise UnknownName("case", case, cases, f"{file}.toml", "")
         return cases[case]
-    return read_scene(name) if is_scene_file(name) else Scene(robot=name)
+    return scene_of(name)
 
 
 def is_scene_file(name: str) -> bool:

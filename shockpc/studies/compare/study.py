@@ -12,6 +12,7 @@ from shockpc.evaluation.evaluate import proven
 from shockpc.evaluation.table import Table
 from shockpc.landing.places import Place, PlaceKind
 from shockpc.landing.record import Option
+from shockpc.landing.scene import Scene
 from shockpc.quantities.selection import Selection, select
 from shockpc.quantities.shock_profile import ShockProfile
 from shockpc.robot.changes import Change, changed, read_changes
@@ -150,7 +151,7 @@ def design_with(design: Design, changes: Sequence[Change]) -> Design:
     reads="designs",
 )
 def compare(
-    designs: Iterable[Design],
+    designs: Iterable[Design | Scene | str],
     quantities: QuantityOption = (),
     pairs: Annotated[
         Sequence[tuple[str, str]],
@@ -186,7 +187,7 @@ def compare(
         ShockError: there are fewer than two designs, one of them cannot be computed, or lacks a place that is named; or a quantity
             has no value at any place that all of them have.
     """
-    every = tuple(designs)
+    every = tuple(map(Design.of, designs))
     if changes and len(every) > 1:
         raise StudyError("--change makes other designs of one, but several are given; give one design, or a file for each")
     read = [read_changes(text) for text in changes]

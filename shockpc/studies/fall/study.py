@@ -141,7 +141,7 @@ class Falls:
     fails=True,
 )
 def fall(
-    postures: Scene | Mapping[str, Scene],
+    postures: Scene | str | Mapping[str, Scene | str],
     robot: Robot | None = None,
     *,
     headings: Annotated[

@@ -23,6 +23,7 @@ from shockpc.evaluation.variation import Variation, Vary, pairs, variation
 from shockpc.evaluation.varied_scene import applied
 from shockpc.landing.record import Option
 from shockpc.landing.scene import Scene
+from shockpc.landing.scene_file import scene_of
 from shockpc.recorded.landings import RecordedLandings, robot_of_table, rows_of_table
 from shockpc.recorded.prediction import SCALE, Predicted, Predictor, coordinate
 from shockpc.recorded.table_files import columns_of
@@ -110,7 +111,7 @@ class Identification:
 )
 def identify(
     table: str | os.PathLike[str] | Mapping[str, Any] | Table,
-    scene: Scene,
+    scene: Scene | str,
     unknown: Annotated[
         Vary,
         Option(
@@ -150,7 +151,7 @@ def identify(
         StudyError: a range is not valid, or the table has too little to find unknowns from.
         ShockError: the table cannot be read, or no landing can be computed.
     """
-    columns = columns_of(table)
+    columns, scene = columns_of(table), scene_of(scene)
     robot = robot or robot_of_table(columns, scene)
     rows = rows_of_table(columns, scene, robot, rename)
     unknowns = tuple(_unknown(robot, *one) for one in pairs(unknown))

@@ -132,7 +132,7 @@ class Improvement:
     passed=("trace",),
 )
 def improve(
-    landings: Scene | Mapping[str, Scene],
+    landings: Scene | str | Mapping[str, Scene | str],
     quantities: Annotated[
         str | Sequence[str],
         Option(

@@ -23,7 +23,7 @@ from shockpc.landing.landing import PosedLanding
 from shockpc.landing.posture import set_many, settable_joints
 from shockpc.landing.record import Option
 from shockpc.landing.scene import Point, Scene
-from shockpc.landing.scene_file import robot_of
+from shockpc.landing.scene_file import robot_of, scene_of
 from shockpc.profile import ILL_CONDITIONED
 from shockpc.quantities.shock_profile import ShockProfile
 from shockpc.robot.elements import Joint
@@ -230,7 +230,7 @@ def _typed(robot: Robot, given: dict[str, Any]) -> dict[str, Any]:
     passed=("target",),
 )
 def limits(
-    scene: Scene,
+    scene: Scene | str,
     joint: Annotated[
         str,
         Option(
@@ -299,6 +299,7 @@ def limits(
     if len(bounds) != 1:
         raise StudyError("one bound is needed: max for the greatest value that is allowed, or min for the least")
     bound = bounds[0]
+    scene = scene_of(scene)
     robot = robot or robot_of(scene)
     varied, joints, (low, high) = _varied(robot, joint, joint_range)
     scene = with_offsets(scene) if varied.kind in OFFSET else scene

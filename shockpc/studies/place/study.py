@@ -168,7 +168,7 @@ class PlaceStudy:
     fails=True,
 )
 def place(
-    landings: Scene | Mapping[str, Scene],
+    landings: Scene | str | Mapping[str, Scene | str],
     robot: Robot | None = None,
     *,
     vary: Annotated[

@@ -146,7 +146,7 @@ class Sensitivity:
     passed=("target", "trace"),
 )
 def sensitivity(
-    landings: Scene | Mapping[str, Scene],
+    landings: Scene | str | Mapping[str, Scene | str],
     target: str | Point,
     robot: Robot | None = None,
     *,

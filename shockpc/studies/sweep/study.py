@@ -12,6 +12,7 @@ from shockpc.evaluation.varied import MOST_ROWS, VariedLandings, varied_landings
 from shockpc.landing.places import Place, body_places, moving_point
 from shockpc.landing.record import Option
 from shockpc.landing.scene import Point, Scene
+from shockpc.landing.scene_file import scene_of
 from shockpc.quantities.selection import select
 from shockpc.robot.robot import Robot
 from shockpc.text.errors import StudyError
@@ -26,7 +27,7 @@ FEASIBILITY = ("friction_needed", "pull", "energy_made", "depth", "feasible")
     'shockpc sweep go2 --contact FL_foot --sample 10000 --vary-each "mass:*_calf=±5%" --out masses/',
 )
 def sweep(
-    scene: Scene,
+    scene: Scene | str,
     vary: Annotated[
         Vary,
         Option(
@@ -102,7 +103,7 @@ def sweep(
     """
     points = tuple(Point(frame=point) if isinstance(point, str) else point for point in at)
     source = varied_landings(
-        replace(scene, point=points), vary, robot=robot, vary_each=vary_each, sample=sample, lhs=lhs, seed=seed
+        replace(scene_of(scene), point=points), vary, robot=robot, vary_each=vary_each, sample=sample, lhs=lhs, seed=seed
     )
     columns = _columns(source, points, bodies, quantities)
     return Evaluation(source, columns, prove, feasible)

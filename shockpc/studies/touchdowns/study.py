@@ -19,7 +19,7 @@ from shockpc.evaluation.declare import RenameOption, study
 from shockpc.evaluation.table import Table
 from shockpc.landing.record import JOINT_MODEL, RESULTS, STRIKE, Option
 from shockpc.landing.scene import Scene
-from shockpc.landing.scene_file import robot_of
+from shockpc.landing.scene_file import robot_of, scene_of
 from shockpc.landing.strike import GRAVITY
 from shockpc.recorded.detection import FEWEST, foot_landings
 from shockpc.recorded.logged_motion import PARTS, TWIST, LoggedMotion, StatePart, watched_motion
@@ -126,7 +126,7 @@ class Touchdowns:
 )
 def touchdowns(
     log: str | os.PathLike[str] | Mapping[str, Any],
-    scene: Scene,
+    scene: Scene | str,
     *,
     robot: Robot | None = None,
     contacts: Sequence[str] | None = None,
@@ -192,6 +192,7 @@ def touchdowns(
     """
     if len(set(after)) < len(after):
         raise StudyError("a time after touchdowns is given twice; give each once")
+    scene = scene_of(scene)
     robot = robot or robot_of(scene)
     source = Path(log) if isinstance(log, str | os.PathLike) else log
     series = read_log(source, robot, rename or {}, topics)
