@@ -19,6 +19,7 @@ from shockpc.robot.changes import Change, changed, read_changes
 from shockpc.studies.compare.partners import KINDS, Partners, matching, partners
 from shockpc.text.errors import SceneError, ShockError, SolveError, StudyError
 from shockpc.text.printed import listed
+from shockpc.text.shown import shown_by
 
 STANDARD = ("shock", "shock_com", "shock_max", "ropc", "mass_sticking", "mass_frictionless", "joint_impulse", "joint_moment")
 WITH_FRICTION = ("shock_friction", "shock_com_friction", "ropc_friction", "joint_impulse_friction", "joint_moment_friction")
@@ -93,6 +94,8 @@ class Comparison:
     quantities: tuple[Differences, ...]
     unmatched: tuple[Unmatched, ...]
     partners: tuple[Partners, ...] = field(repr=False)
+
+    _repr_html_ = shown_by("studies.compare.report:compare_report")
 
     @property
     def letters(self) -> list[str]:

@@ -32,6 +32,7 @@ from shockpc.studies.fall.strikes import FallStrike, Tip, drops, strikes_of, tip
 from shockpc.text.diagnostic import warn
 from shockpc.text.errors import DefectError, ShockError, StudyError, attempt, traces
 from shockpc.text.printed import listed
+from shockpc.text.shown import shown_by
 from shockpc.text.trace import Trace
 
 HEADINGS = {"front": 0.0, "left": 90.0, "back": 180.0, "right": -90.0}
@@ -118,6 +119,8 @@ class Falls:
     drop: float | None
     notes: tuple[str, ...]
     margins: tuple[Margin, ...]
+
+    _repr_html_ = shown_by("studies.fall.report:fall_report")
 
     @property
     def landings(self) -> tuple[StrikeResult, ...]:

@@ -12,6 +12,7 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from fnmatch import fnmatchcase
 from functools import cache, partial
+from pathlib import Path
 from typing import Annotated, Any
 
 import numpy as np
@@ -33,6 +34,7 @@ from shockpc.studies.identify.statements import of_model, of_unknowns
 from shockpc.studies.identify.uncertainty import Unknown, errors_left_out, errors_of_free_impulse, uncertainty
 from shockpc.text.errors import StudyError
 from shockpc.text.printed import listed
+from shockpc.text.shown import shown_by
 
 SCAN = 25
 """Values of each unknown for which the error is given."""
@@ -81,6 +83,8 @@ class Identification:
     statements: tuple[str, ...]
     messages: Mapping[int, str]
     scan: Callable[[int], tuple[Array, Array]] = field(repr=False)
+
+    _repr_html_ = shown_by("studies.identify.report:identify_report", Path("a table"))
 
     @property
     def table(self) -> Table:

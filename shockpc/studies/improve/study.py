@@ -30,6 +30,7 @@ from shockpc.robot.robot import Robot
 from shockpc.studies.improve.search import OPTIMUM_TOLERANCE, ROUGH, RUNS, SLOW, Run, search, starting_points
 from shockpc.text.errors import StudyError
 from shockpc.text.printed import few
+from shockpc.text.shown import shown_by
 from shockpc.text.trace import Trace
 
 USUAL_RANGE = 45.0
@@ -111,6 +112,8 @@ class Improvement:
     front: tuple[FrontPoint, ...]
     seed: int
     chosen: tuple[str, ...]
+
+    _repr_html_ = shown_by("studies.improve.report:improve_report")
 
     @property
     def table(self) -> Table:

@@ -31,6 +31,7 @@ from shockpc.robot.robot import Robot
 from shockpc.studies.limits.scan import ANGLES, LEAST, Bound, LimitScan
 from shockpc.text.errors import SolveError, StudyError
 from shockpc.text.printed import UNITS, in_degrees
+from shockpc.text.shown import shown_by
 
 STRIKES = (-30.0, 75.0)
 """Strike angles of landings that are looked at if none are given [deg]."""
@@ -160,6 +161,8 @@ class JointLimits:
     scan: LimitScan = field(repr=False)
     limits: tuple[StrikeLimits, ...]
 
+    _repr_html_ = shown_by("studies.limits.report:limits_report")
+
     @property
     def worst(self) -> tuple[Array, Array]:
         """The worst number (n,) of every posture over the range of strike angles, and the strike angle (n,) of it [rad]."""
@@ -187,10 +190,8 @@ class JointLimits:
         """
         unit = self.shown_unit
         ends = f"low [{unit}]", f"high [{unit}]", "low end", "high end", "feasible"
-        return Table.of_rows(
-            ("strike from [deg]", "strike to [deg]", *ends),
-            (self._row(one, piece) for one in self.limits for piece in one.pieces or (None,)),
-        )
+        rows = (self._row(one, piece) for one in self.limits for piece in one.pieces or (None,))
+        return Table.of_rows(("strike from [deg]", "strike to [deg]", *ends), rows)
 
     def _row(self, one: StrikeLimits, piece: tuple[float, float, str, str, bool] | None) -> tuple[float | str | None, ...]:
         strikes = map(in_degrees, one.strikes)
@@ -392,10 +393,7 @@ def _varied(
 
 
 def _file_limits(joints: Sequence[Joint]) -> tuple[float, float]:
-    return (
-        max((joint.limits[0] for joint in joints), default=-math.inf),
-        min((joint.limits[1] for joint in joints), default=math.inf),
-    )
+    return max((one.limits[0] for one in joints), default=-math.inf), min((one.limits[1] for one in joints), default=math.inf)
 
 
 def _targets(angle: float, low: float, high: float) -> tuple[tuple[float, float], ...]:

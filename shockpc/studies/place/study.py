@@ -30,6 +30,7 @@ from shockpc.studies.place.groups import best_group
 from shockpc.studies.place.region import Box, Region, region_of
 from shockpc.text.errors import ShockError, StudyError
 from shockpc.text.names import match
+from shockpc.text.shown import shown_by
 
 NEAREST = 1e-3
 """Least distance between alternatives [m]."""
@@ -120,6 +121,8 @@ class PlaceStudy:
     assigned: np.ndarray
     apart: float
     failures: tuple[tuple[str, ShockError], ...]
+
+    _repr_html_ = shown_by("studies.place.report:place_report")
 
     @property
     def weights(self) -> Array | None:

@@ -26,6 +26,7 @@ from shockpc.quantities.shock_profile import ShockProfile
 from shockpc.robot.robot import Robot
 from shockpc.studies.sensitivity.slopes import Parameter, Slope, number_of, parameters, slopes_beside
 from shockpc.text.errors import StudyError
+from shockpc.text.shown import shown_by
 from shockpc.text.trace import Trace
 
 ZERO = 1e-12
@@ -93,6 +94,8 @@ class Sensitivity:
     mean: bool
     percent: float
     effects: tuple[Effect, ...]
+
+    _repr_html_ = shown_by("studies.sensitivity.report:sensitivity_report")
 
     @property
     def value(self) -> float:

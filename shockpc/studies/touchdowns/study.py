@@ -28,6 +28,7 @@ from shockpc.robot.robot import Robot
 from shockpc.studies.touchdowns.flags import OFF, flags_of
 from shockpc.text.errors import StudyError
 from shockpc.text.printed import few, listed
+from shockpc.text.shown import shown_by
 
 WINDOW = 3e-3
 """Default of the windows for velocities; each has at least `FEWEST` samples, after a touchdown the nearest ones [s]."""
@@ -96,6 +97,8 @@ class Touchdowns:
     window: Mapping[StatePart, float]
     after: tuple[float, ...]
     warnings: tuple[str, ...]
+
+    _repr_html_ = shown_by("studies.touchdowns.report:touchdowns_report", Path("a log"))
 
 
 @study(
