@@ -41,7 +41,7 @@ def scenes_from(robot: str, options: SceneOptions, trace: Trace | None = None) -
     Raises:
         ShockError: an option's value is not valid, or names nothing in the robot.
     """
-    scene = _with_file(_scene_of(robot), options)
+    scene = _with_file(scene_named(robot), options)
     with (trace or Trace()).stage("robot file"):
         loaded = _robot_of(scene, options.contact)
     scene = _with(
@@ -125,7 +125,7 @@ def with_contact(robot: str, options: SceneOptions, contacts: list[str]) -> tupl
     Raises:
         ShockError: the scene or the robot cannot be read.
     """
-    scene = _scene_of(robot)
+    scene = scene_named(robot)
     if options.contact or scene.contact:
         return options, contacts
     from shockpc.recorded.landings import first_contact
@@ -163,7 +163,7 @@ def one_scene(robot: str, options: SceneOptions, trace: Trace | None = None) -> 
     return loaded, scenes[0]
 
 
-def _scene_of(name: str) -> Scene:
+def scene_named(name: str) -> Scene:
     """The scene of a file, of FILE.toml:CASE, or of a robot alone.
 
     Raises:

@@ -131,7 +131,7 @@ def identify(
     robot: Robot | None = None,
     rename: RenameOption = None,
     after: Annotated[
-        float | None, Option("Which of several measured times counts; by default the first.", "Table", "MS", unit="ms", above=0.0)
+        float | None, Option("Which of several measured times counts.", "Table", "MS", unit="ms", above=0.0, default="first")
     ] = None,
     noise: Annotated[
         Mapping[str, float] | None,

@@ -139,11 +139,12 @@ def improve(
     quantities: Annotated[
         str | Sequence[str],
         Option(
-            "A number: a quantity (shockpc quantities lists them) at a place, of several places the worst; by default the shock at "
-            "the points of --at, at the IMU, or at the trunk's centre of mass. Twice for the front between two.",
+            "A number: a quantity (shockpc quantities lists them) at a place, of several places the worst. Twice for the "
+            "front between two.",
             "Question",
             "KEY@PLACES",
             "quantity",
+            default="shock at the points of --at, at the IMU, or at the trunk's centre of mass",
         ),
     ] = (),
     robot: Robot | None = None,
@@ -171,12 +172,12 @@ def improve(
     starts: Annotated[
         int | None,
         Option(
-            f"Runs from random points, besides that from the landing as given; by default {RUNS}, {ROUGH} where derivatives are "
-            f"differences, and {SLOW} where each point needs a separate landing.",
+            "Runs from random points, besides that from the landing as given.",
             "Search",
             "N",
             least=0.0,
             greatest=1000.0,
+            default=f"{RUNS}, {ROUGH} where derivatives are differences, {SLOW} where each point needs a separate landing",
         ),
     ] = None,
     seed: Annotated[int, Option("Seed of the random numbers.", "Search", "N", least=0.0, greatest=1e15)] = 0,

@@ -254,27 +254,26 @@ def limits(
     ] = None,
     joint_range: Annotated[
         tuple[float, float] | None,
-        Option(
-            "Values to look at; of a joint the file's limits by default, at most a turn.", "Question", "LOW:HIGH", "range", VALUE
-        ),
+        Option("Values to look at.", "Question", "LOW:HIGH", "range", VALUE, default="the joint's limits, at most a turn"),
     ] = None,
     strikes: Annotated[
         tuple[float, float] | None,
         Option(
-            "Strike angles to look at; -30:75 by default, the scene's where many landings need a proof.",
+            "Strike angles to look at.",
             "Question",
             "LOW:HIGH",
             unit="deg",
+            default="-30:75; the scene's where many landings need a proof",
         ),
     ] = None,
     step: Annotated[
         float | None,
         Option(
-            "Largest step of the scan; 0.1 deg or 0.0001 m by default, 20 times that where many landings need a proof; of "
-            "what is no joint a 200th of the range.",
+            "Largest step of the scan.",
             "Question",
             "STEP",
             unit=VALUE,
+            default="0.1 deg or 0.0001 m, 20 times that where many landings need a proof; of others a 200th of the range",
         ),
     ] = None,
     robot: Robot | None = None,

@@ -195,7 +195,7 @@ def place(
     ] = None,
     body: Annotated[
         str | None,
-        Option("The body, or a link or site fixed to it, by name or glob; the base by default.", "Where a sensor may be", "BODY"),
+        Option("The body, or a link or site fixed to it, by name or glob.", "Where a sensor may be", "BODY", default="base"),
     ] = None,
     within: Annotated[
         Box | None,
@@ -224,12 +224,12 @@ def place(
     alternatives: Annotated[
         int | None,
         Option(
-            "Number of further places of one sensor, each the best at a tenth of the region's size from those before; "
-            "by default 2.",
+            "Number of further places of one sensor, each the best at a tenth of the region's size from those before.",
             "Sensors",
             "N",
             least=0.0,
             greatest=20.0,
+            default="2",
         ),
     ] = None,
     progress: Callable[[int], Callable[[str], None]] = lambda landings: lambda name: None,

@@ -31,14 +31,9 @@ def sweep(
     vary: Annotated[
         Vary,
         Option(
-            "Quantity and values: a:b:n, a list a,b,c or, with --sample, a range a:b, a:b:log (log-uniform) or m±s (normal). "
-            "Quantities are a joint or a glob [deg; m if prismatic], base-roll, base-pitch, base-yaw, strike-angle [deg], "
-            "speed [m/s], contact (names), offset-x, -y, -z [m], friction, contact-stiffness [N/m], mass:LINKS, "
-            "point-mass:LINKS (what is added) [kg], com-x:LINKS, -y, -z (a shift) [m], inertia:LINKS, "
-            "inertia-xx:LINKS, -yy, -zz, -xy, -xz, -yz (what is added) [kg m²], "
-            "armature:JOINTS [kg m²], joint-stiffness:JOINTS [N m/rad], place:JOINTS (lengths), turn-x:JOINTS, -y, -z [deg], "
-            "shift-x:JOINTS, -y, -z [m] of ball, planar and floating joints; of masses, inertias, armature, "
-            "springs and places also factors, 0.8x:1.2x:9 or ±5% (a standard deviation).",
+            "What varies, and its values: a:b:n, a list a,b,c or, with --sample, a range a:b, a:b:log or m±s (normal). It is a "
+            "joint or a glob [deg; m if prismatic], strike-angle, speed, friction, mass:LINKS or another one of the table that "
+            "shockpc guide vary prints.",
             "What varies",
             "NAME=VALUES",
         ),

@@ -136,22 +136,26 @@ def touchdowns(
     rename: RenameOption = None,
     topics: Annotated[
         Sequence[str],
-        Option("Read this topic of a bag, and no other that is not named; by default the usual ones.", "Log", "TOPIC", "topic"),
+        Option("Read this topic of a bag, and no other that is not named.", "Log", "TOPIC", "topic", default="the usual ones"),
     ] = (),
     flags: Annotated[
         Mapping[str, str] | None,
         Option(
-            "The column of flags, or of forces, that says when a contact touches; by default one named like it, such as "
-            "FRAME_contact.",
+            "The column of flags, or of forces, that says when a contact touches.",
             "Touchdowns",
             "FRAME=COLUMN",
             "flag",
+            default="one named like it, such as FRAME_contact",
         ),
     ] = None,
     contact_force: Annotated[
         float | None,
         Option(
-            "Force above which a contact touches; by default 5 % of the robot's weight, at least 1 N.", "Touchdowns", "F", unit="N"
+            "Force above which a contact touches.",
+            "Touchdowns",
+            "F",
+            unit="N",
+            default="5 % of the robot's weight, at least 1 N",
         ),
     ] = None,
     within_time: Annotated[
@@ -160,24 +164,26 @@ def touchdowns(
     after: Annotated[
         tuple[float, ...],
         Option(
-            "Times after the touchdown at which velocities are measured; by default 6, 12 and 30.",
+            "Times after the touchdown at which velocities are measured.",
             "Touchdowns",
             "T[,T]",
             unit="ms",
             least=1e-3,
             greatest=1e4,
             most=100,
+            default="6,12,30",
         ),
     ] = (6.0, 12.0, 30.0),
     window: Annotated[
         float | None,
         Option(
-            "Length of the windows for velocities; by default 3, and at least the 3 nearest samples.",
+            "Length of the windows for velocities.",
             "Touchdowns",
             "T",
             unit="ms",
             above=0.0,
             greatest=1e4,
+            default="3, and at least the 3 nearest samples",
         ),
     ] = None,
 ) -> Touchdowns:
