@@ -21,6 +21,7 @@ def complete() -> int:
     """Print the completions of what is typed so far, and return the exit code."""
     from shockpc.cli.app import app_for
 
+    os.environ["COLUMNS"] = "10000"  # Rich breaks the help of an option into lines, each of which fish takes for a completion
     try:
         app_for(_words()[:1])([], standalone_mode=False, prog_name="shockpc")
     except SystemExit as done:
