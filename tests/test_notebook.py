@@ -1,6 +1,7 @@
 """What a notebook shows: the tables and the figure of the report, the page in a cell, and robots by their names."""
 
 import html
+import json
 import sys
 import types
 import webbrowser
@@ -87,3 +88,14 @@ def test_names_stand_for_scenes(here):
         shockpc.shock_profile("anymal_b")
     with pytest.raises(shockpc.UnknownName, match="nosuch"):
         shockpc.fall("nosuch")
+
+
+def test_the_notebook_of_a_lecture_runs(capfd):
+    """Its cells, which compare with closed forms themselves."""
+    cells = json.loads((Path(shockpc.__file__).parent / "guide" / "lecture.ipynb").read_text(encoding="utf-8"))["cells"]
+    names = {"__name__": "lecture"}
+    for cell in cells:
+        if cell["cell_type"] == "code":
+            assert cell["outputs"] == []
+            exec(compile("".join(cell["source"]), "lecture.ipynb", "exec"), names)
+    assert "by the formula" in capfd.readouterr().out
