@@ -27,7 +27,7 @@ from shockpc.landing.landing import Landing, PosedLanding
 from shockpc.landing.posture import check_rotations
 from shockpc.landing.resolve import resolve
 from shockpc.landing.scene import Scene
-from shockpc.landing.scene_file import robot_of
+from shockpc.landing.scene_file import robot_of, scene_of
 from shockpc.quantities.shock_profile import ShockProfile
 from shockpc.robot.robot import Robot
 from shockpc.text.arguments import checked
@@ -46,11 +46,11 @@ ILL_CONDITIONED = 3e5
 
 
 @checked
-def shock_profile(scene: Scene, robot: Robot | None = None, trace: Trace | None = None) -> ShockProfile:
+def shock_profile(scene: Scene | str, robot: Robot | None = None, trace: Trace | None = None) -> ShockProfile:
     """Compute the shock of one landing.
 
     Args:
-        scene: the landing.
+        scene: the landing; in its place, here as everywhere, a text may be the name of a scene file, or of a robot.
         robot: the scene's robot, if it is loaded already.
         trace: collects what each stage cost and what was left out.
 
@@ -60,7 +60,7 @@ def shock_profile(scene: Scene, robot: Robot | None = None, trace: Trace | None 
     Warns:
         ShockWarning: what `health.warnings` holds.
     """
-    profile = profile_of_scene(scene, robot, trace)
+    profile = profile_of_scene(scene_of(scene), robot, trace)
     warn(lambda: profile.health.warnings)
     return profile
 
@@ -106,7 +106,7 @@ def profile_of(landing: PosedLanding, trace: Trace | None = None) -> ShockProfil
 
 
 @checked
-def shock_maps(landing: Landing | Scene, Q: Array | Sequence[Sequence[float]], derivatives: bool = False) -> "ShockMaps":
+def shock_maps(landing: Landing | Scene | str, Q: Array | Sequence[Sequence[float]], derivatives: bool = False) -> "ShockMaps":
     """Steps 1 and 2 in many postures, in double precision.
 
     Args:
@@ -122,8 +122,8 @@ def shock_maps(landing: Landing | Scene, Q: Array | Sequence[Sequence[float]], d
     """
     from shockpc.quantities.maps import CHUNK, ShockMaps, doubles
 
-    if isinstance(landing, Scene):
-        landing = resolve(landing, robot_of(landing))
+    if isinstance(landing, Scene | str):
+        landing = resolve(scene := scene_of(landing), robot_of(scene))
     if landing.scene.stops:
         raise SceneError("with end stops the jumps are not linear in the strike, so there are no maps; leave stops out")
     Q, nq = doubles("Q", Q), landing.robot.model.nq

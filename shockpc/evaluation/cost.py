@@ -122,7 +122,7 @@ class ShockCost:
     @checked
     def __init__(
         self,
-        scenes: Scene | Mapping[str, Scene],
+        scenes: Scene | str | Mapping[str, Scene | str],
         quantity: str,
         variables: Vary,
         robot: Robot | None = None,
