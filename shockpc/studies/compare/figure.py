@@ -21,11 +21,11 @@ DRAWN_QUANTITIES = ("shock", "shock_com", "joint_impulse", "mass_sticking", *WIT
 MOST_ROWS, MOST_DESIGNS = 6, len(CURVES)
 """Rows of one quantity, unless the limb that is struck has more bodies; and designs beside the first one."""
 
-BAR, THIN, LETTER, WIDTH, GAP, FOOT = 0.2, 0.05, 0.062, 2.6, 0.36, 1.25
+BAR, THIN, LETTER, WIDTH, GAP, FOOT = 0.2, 0.04, 0.062, 2.6, 0.36, 1.25
 """Height of a row, least height of one of its bars, width of a letter beside them, of the bars, between panels, and room under the
 pictures [inches]."""
 
-KEYS = (0.8, 1.5)
+KEYS = (0.9, 1.6)
 """Height of the key in two columns and in one [inches]."""
 
 
@@ -66,7 +66,7 @@ def draw_comparison(comparison: Comparison, header: Sequence[tuple[str, str]]) -
     page.low = top - pictures
     draw_row(page, page.low + FOOT, views, windows, [letters[k] for k in drawn], GAP)
     page.bar(LEFT, left)
-    page.key((LEFT, (page.low if beside else top - tall + KEYS[0]) - 0.1), 1 if beside else 2)
+    page.key((LEFT, (page.low if beside else top - tall + KEYS[0]) - 0.2), 1 if beside else 2)
     _draw_bars(page, (x, top - bar * n, bar * n, names), sections, labels, letters)
     return page.figure
 
