@@ -271,7 +271,7 @@ def place(
         jumps[:, :3],
         jumps[:, 3:],
         np.array([profile.v_in for profile in computed]),
-        None if weights is None else _weights(names, landings, weights),
+        None if weights is None else _weights(names, named, weights),
     )
     optima, least, bound = _optima(fields, region, count, alternatives, apart, weights is None and _nested(computed))
     titles = [f"sensor {k + 1}" for k in range(len(optima))] if count > 1 else [_rank(k) for k in range(len(optima))]
