@@ -679,9 +679,9 @@ def test_a_column_without_values_says_why(capfd, here):
     """A force needs a stiffness, in a sweep and in a table of recorded landings."""
     (here / "log.csv").write_text("vz\n-1\n-2\n")
     robot = ("go2", "--contact", "FL_foot", "--quantity", "peak_force")
-    for words in (("sweep", *robot, "--vary", "strike-angle=0,5", "--out", "swept"), ("landings", "log.csv", *robot)):
+    for words in (("sweep", *robot, "--vary", "strike-angle=0,5", "--out", "swept"), ("recorded", "log.csv", *robot)):
         assert "peak_force@FL_foot has no value: the scene gives no contact stiffness" in good(capfd, *words)
-    assert "has no value" not in good(capfd, "landings", "log.csv", *robot, "--contact-stiffness", 1e5, "--no-gravity")
+    assert "has no value" not in good(capfd, "recorded", "log.csv", *robot, "--contact-stiffness", 1e5, "--no-gravity")
 
 
 ROD = """<robot name="rod"><link name="world"/><link name="arm"><inertial><origin xyz="0.5 0 0"/><mass value="1"/>

@@ -17,10 +17,10 @@ from shockpc.evaluation.variation import variation
 from shockpc.landing.dynamics import dynamics
 from shockpc.landing.resolve import landing_of
 from shockpc.landing.scene_file import robot_of
-from shockpc.recorded.landings import RecordedLandings
-from shockpc.recorded.prediction import Predictor, base_in_world, energy_norms, mobilities, predicting
-from shockpc.recorded.reader import rows_of
-from shockpc.recorded.table_files import read_table
+from shockpc.recordings.landings import RecordedLandings
+from shockpc.recordings.prediction import Predictor, base_in_world, energy_norms, mobilities, predicting
+from shockpc.recordings.reader import rows_of
+from shockpc.recordings.table_files import read_table
 
 TOSSED = Scene(robot=str(BLOCKS), contact="elbow_1_corner_1")
 GROUND = {"friction": "0:1.5", "restitution": "0:1"}

@@ -99,7 +99,7 @@ def test_path_with_a_colon_is_no_address(capfd, stick, tmp_path, monkeypatch):
     assert "sweep of stick: 15 landings" in good(capfd, "sweep", stick, *SMALL, "--prove", "2", "--out", "foot:0,0,0")
     pyarrow.parquet.write_table(pyarrow.table({"q_knee": [0.1, 0.2]}), tmp_path / "log.parquet")
     (tmp_path / "log.parquet").rename(tmp_path / "log:1.parquet")
-    assert "2 landings" in good(capfd, "landings", "log:1.parquet", stick, "--contact", "foot")
+    assert "2 landings" in good(capfd, "recorded", "log:1.parquet", stick, "--contact", "foot")
 
 
 def test_csv_holds_the_same_numbers_as_parquet(capfd, stick, tmp_path):

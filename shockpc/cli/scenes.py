@@ -128,7 +128,7 @@ def with_contact(robot: str, options: SceneOptions, contacts: list[str]) -> tupl
     scene = _scene_of(robot)
     if options.contact or scene.contact:
         return options, contacts
-    from shockpc.recorded.landings import first_contact
+    from shockpc.recordings.landings import first_contact
 
     loaded = _robot_of(_with_file(scene, options), filter(str.strip, contacts))
     chosen = first_contact(loaded, contacts)

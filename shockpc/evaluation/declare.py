@@ -45,7 +45,7 @@ RenameOption: TypeAlias = Annotated[
         "map",
     ),
 ]
-"""Names of the columns of a table or a log, as `shockpc.recorded.reader.rows_of` takes them."""
+"""Names of the columns of a table or a log, as `shockpc.recordings.reader.rows_of` takes them."""
 
 
 class StudyParameter(NamedTuple):

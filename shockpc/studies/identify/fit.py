@@ -8,7 +8,7 @@ import numpy as np
 
 from shockpc.core.spatial import Array
 from shockpc.evaluation.variation import Variation
-from shockpc.recorded.prediction import Predicted, Predictor, energy_norms, energy_roots, mobilities
+from shockpc.recordings.prediction import Predicted, Predictor, energy_norms, energy_roots, mobilities
 from shockpc.text.errors import StudyError
 
 SEED = 0

@@ -12,7 +12,7 @@ import numpy as np
 from shockpc.evaluation.variation import OF_A_LINK
 from shockpc.landing.joint_model import joint_model
 from shockpc.landing.scene_file import scene_text
-from shockpc.recorded.prediction import SCALE
+from shockpc.recordings.prediction import SCALE
 from shockpc.show.report import Picture, Report
 from shockpc.show.tables import Lines, Sheet, sheet_of
 from shockpc.show.wording import count, robot_line

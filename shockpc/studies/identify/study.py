@@ -23,9 +23,9 @@ from shockpc.evaluation.variation import Variation, Vary, pairs, variation
 from shockpc.evaluation.varied_scene import applied
 from shockpc.landing.record import Option
 from shockpc.landing.scene import Scene
-from shockpc.recorded.landings import RecordedLandings, robot_of_table, rows_of_table
-from shockpc.recorded.prediction import SCALE, Predicted, Predictor, coordinate
-from shockpc.recorded.table_files import columns_of
+from shockpc.recordings.landings import RecordedLandings, robot_of_table, rows_of_table
+from shockpc.recordings.prediction import SCALE, Predicted, Predictor, coordinate
+from shockpc.recordings.table_files import columns_of
 from shockpc.robot.robot import Robot
 from shockpc.studies.identify.fit import Fit, Solution, fit_of, solve
 from shockpc.studies.identify.statements import of_model, of_unknowns
@@ -101,7 +101,7 @@ class Identification:
     "shockpc identify drops.csv leg.toml --unknown 'armature:*knee=1e-4:0.1:log' --out knee/",
     "shockpc identify tosses.csv blocks.urdf --map gap= --unknown friction=0:1.5 --unknown restitution=0:1",
     more=(
-        "The table is one as shockpc landings takes, with velocities after the impact in columns after_…. Unknowns are found where "
+        "The table is one as shockpc recorded takes, with velocities after the impact in columns after_…. Unknowns are found where "
         "predicted and measured jumps differ least, with 95 % intervals; what the data do not tell is said. --out has drives.toml "
         "for --drives, and scene.toml with all values, which every command takes."
     ),

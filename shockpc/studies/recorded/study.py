@@ -14,10 +14,10 @@ from shockpc.evaluation.table import Table
 from shockpc.landing.record import Option
 from shockpc.landing.scene import Scene
 from shockpc.quantities.selection import select
-from shockpc.recorded.landings import RecordedLandings, recorded_landings, robot_of_table, rows_of_table
-from shockpc.recorded.prediction import base_in_world, coordinate, energy_norms, mobilities, predicted_later, predicting
-from shockpc.recorded.rows import Measured, RecordedRows
-from shockpc.recorded.table_files import columns_of
+from shockpc.recordings.landings import RecordedLandings, recorded_landings, robot_of_table, rows_of_table
+from shockpc.recordings.prediction import base_in_world, coordinate, energy_norms, mobilities, predicted_later, predicting
+from shockpc.recordings.rows import Measured, RecordedRows
+from shockpc.recordings.table_files import columns_of
 from shockpc.robot.robot import Robot
 from shockpc.text.errors import StudyError
 
@@ -87,8 +87,8 @@ class Validation(NamedTuple):
 
 
 @study(
-    "shockpc landings log.csv anymal_b --contact LF_FOOT --rank delta_v@imu_link",
-    "shockpc landings log.csv anymal_b --contact LF_FOOT --pulse half-sine:5ms --rank peak_g@imu_link --out landings/",
+    "shockpc recorded log.csv anymal_b --contact LF_FOOT --rank delta_v@imu_link",
+    "shockpc recorded log.csv anymal_b --contact LF_FOOT --pulse half-sine:5ms --rank peak_g@imu_link --out recorded/",
     more=(
         "A row is a touchdown (CSV, Parquet, NPZ). Columns: joint positions JOINT or "
         "q_JOINT and rates before_JOINT or qd_JOINT [rad, m]; the base's qw qx qy qz or roll pitch yaw, x y z, velocity vx vy vz "
@@ -99,7 +99,7 @@ class Validation(NamedTuple):
         " Columns after_JOINT, after_vx and after_KEY@PLACE, or after6ms_… with a time, are compared with the prediction."
     ),
 )
-def landings(
+def recorded(
     table: str | os.PathLike[str] | Mapping[str, Any] | Table,
     scene: Scene,
     quantities: QuantityOption = (),

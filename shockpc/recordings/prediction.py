@@ -23,8 +23,8 @@ from shockpc.landing.places import Place, body_places
 from shockpc.landing.scene import Scene
 from shockpc.landing.selection_matrix import free_columns
 from shockpc.quantities.selection import select, selections
-from shockpc.recorded.landings import RecordedLandings
-from shockpc.recorded.rows import Measured, RecordedRows
+from shockpc.recordings.landings import RecordedLandings
+from shockpc.recordings.rows import Measured, RecordedRows
 from shockpc.robot.robot import Robot
 from shockpc.text.errors import DefectError, ShockError, StudyError
 

@@ -15,10 +15,10 @@ from shockpc.landing.landing import PosedLanding
 from shockpc.landing.resolve import landing_of
 from shockpc.landing.scene import Contact, Scene
 from shockpc.landing.strike import GRAVITY
-from shockpc.recorded.column_names import column_name
-from shockpc.recorded.detection import FEWEST, noise, slope_noise
-from shockpc.recorded.logs import Log
-from shockpc.recorded.reader import rows_of
+from shockpc.recordings.column_names import column_name
+from shockpc.recordings.detection import FEWEST, noise, slope_noise
+from shockpc.recordings.logs import Log
+from shockpc.recordings.reader import rows_of
 from shockpc.robot.feet_and_sensors import each_foot
 from shockpc.robot.robot import Robot
 from shockpc.text.printed import listed
