@@ -322,7 +322,7 @@ def test_bars_that_are_parallel_to_the_digits_of_a_file_are_parallel(fault):
     most = {key: max(np.linalg.norm(load.force) for load in profile.loads) for key, profile in (("", exact), ("fault", found))}
     assert most["fault"] < 2.0 * most[""]
     warnings = " ".join(str(warning) for warning in found.health.warnings)
-    assert ("count as the same" in warnings) == (fault in ({"tilt": 1e-10}, {"longer": 1e-6}))
+    assert ("are taken as the same" in warnings) == (fault in ({"tilt": 1e-10}, {"longer": 1e-6}))
     assert ("mm apart, closed by least squares" in warnings) == (fault == {"longer": 1e-6})
 
 

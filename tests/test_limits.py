@@ -206,7 +206,7 @@ def test_loop_that_cannot_be_closed_ends_the_range():
         ({"bound": math.nan}, "max must be finite, got nan"),
         (
             {"joint_range": (0.0, -1.0)},
-            "the range of joint .* is from 0° to −57.3°; give its least and greatest value with --range",
+            "the range of joint .* is from 0° to −57.3°; give its minimum and maximum with --range",
         ),
         ({"strikes": (0.0, 1.6)}, "strike angles from 0° to 91.67° are not a range of landings"),
         ({"step": 0.0}, "a step of 0° from −150° to 0° is not possible"),

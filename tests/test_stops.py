@@ -276,8 +276,8 @@ def test_stops_that_strike_on_the_command_line(capfd, here):
     """Names and globs, the report, and rows of a sweep in which the joint is not at its stop."""
     words = ("column.urdf", "--contact", "stop:sl*", "--joint-velocity", "slide=-3")
     text = good(capfd, "analyze", *words)
-    assert "contact      stop:slide, the end stop at the least value" in text
-    assert "the end stop of slide at its least value acts with 1.286 N s" in text
+    assert "contact      stop:slide, the end stop at the minimum value" in text
+    assert "the end stop of slide at its minimum value acts with 1.286 N s" in text
     assert "stop:slide: impulse 1.286 N s, effective mass along its joint 0.4286 kg" in text
     scene = column(contact=Contact(frame="stop:slide"), stops=None, strike=Strike(joint_velocities={"slide": -3.0}))
     table = sweep(scene, {"slide": "0,0.1"}, quantities=("stop_impulse@slide",)).table()
@@ -384,13 +384,13 @@ def test_a_joint_that_is_driven_beyond_its_limit_is_a_warning(capfd, here):
     found = json.loads(good(capfd, "analyze", *words, "--format", "json"))
     (warned,) = [one for one in found["health"]["warnings"] if one["kind"] == "limits"]
     assert warned["text"] == (
-        "slide is at its limit, and the impact drives it beyond at 2 m/s; its end stop is left out: count it with stops = true "
+        "slide is at its limit, and the impact drives it beyond at 2 m/s; its end stop is left out: include it with stops = true "
         "(--stops)"
     )
     assert found["tables"]["joints"][0]["stop_acts"] is False
     assert "stop_impulse" not in found["tables"]["joints"][0]
     text = good(capfd, "analyze", *words, "--stops", "--save-scene", "s.toml")
-    assert "the end stop of slide at its least value acts with 6 N s" in text
+    assert "the end stop of slide at its minimum value acts with 6 N s" in text
     assert "beyond" not in text
     assert "stops = true" in (here / "s.toml").read_text()
     found = json.loads(good(capfd, "analyze", "s.toml", "--format", "json"))

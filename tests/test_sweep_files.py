@@ -140,7 +140,7 @@ def test_springs_that_count_nowhere_are_said(capfd, stick, tmp_path):
 @pytest.mark.parametrize("given", [("--friction", 0.1), ("--vary", "friction=0:0.5:3")])
 def test_a_friction_on_which_no_column_depends_is_said(capfd, stick, given):
     words = ("--contact", "foot", "--vary", "strike-angle=0:40:2", *given)
-    said = "warning: these numbers are of contacts that stick; the friction counts alone in whether flat ground allows"
+    said = "warning: these numbers are of contacts that stick; the friction only decides whether flat ground allows"
     assert said in good(capfd, "sweep", stick, *words)
     assert said not in good(capfd, "sweep", stick, *words, "--at", "body", "--quantity", "shock_friction@body")
     assert said not in good(capfd, "sweep", stick, *words[:4])

@@ -139,7 +139,7 @@ STUDIES = {
     "place": (
         lambda _: shockpc.place({"down": FOOT, "slanted": Scene(robot="anymal_b", contact="RH_FOOT")}),
         lambda found: len(found.today) + len(found.places),
-        {"x [m]": "m", "greatest shock [-]": "-", "in landing": ""},
+        {"x [m]": "m", "maximum shock [-]": "-", "in landing": ""},
     ),
     "sensitivity": (
         lambda _: shockpc.sensitivity(FOOT, "shock@imu_link"),

@@ -65,7 +65,7 @@ def scenes_from(robot: str, options: SceneOptions, trace: Trace | None = None) -
         changes["kind"] = "flat"
     if options.directions is not None:
         if options.slide:
-            raise SceneError("--slide means --directions along the normal alone; leave one of them out")
+            raise SceneError("--slide means --directions along the normal only; leave one of them out")
         changes["directions"] = options.directions
     landings = _contacts(loaded, scene, options)
 

@@ -294,7 +294,9 @@ class ShockCost:
                 raise StudyError(f'"{text}" is not KEY@PLACES<=LIMIT or >=LIMIT, such as joint_impulse@*_KFE<=2')
             columns = _columns(landing, parts[1])
             if limit < 0.0 and columns and columns[0].selection.signed:
-                raise StudyError(f'"{text}": of {parts[1]}, which has either sign, the size counts, which is never below zero')
+                raise StudyError(
+                    f'"{text}": {parts[1]} may have either sign, so its magnitude is bounded, which is never below zero'
+                )
             wanted.append((columns, limit, (abs(limit) or 1.0) * (1.0 if parts[2] == "<" else -1.0)))
         tolerance, level = landing.scene.ground_tolerance, len(on_ground(landing))
         falls, inside = level and landing.base != "fixed", max(most_inside(self.robot), tolerance)

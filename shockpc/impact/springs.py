@@ -34,7 +34,7 @@ def early_springs(landing: PosedLanding, time: float, duration: float | None) ->
         names = few([joint.name for joint in landing.robot.single_joints if joints[joint.v].any()], 2, what=" joints")
         text = (
             f"springs at {names} are left out on contacts of finite stiffness, because the inertia of the rotors behind them is "
-            f"unknown; they count after {count}, from when on forces and durations differ; give the rotors with --rotor"
+            f"unknown; from {count} on they would change forces and durations; give the rotors with --rotor"
         )
         yield Diagnostic("contact", "springs", time, text)
     elif time < (STIFF_CONTACT if duration is None else duration):
@@ -42,7 +42,7 @@ def early_springs(landing: PosedLanding, time: float, duration: float | None) ->
             f"the {1e3 * STIFF_CONTACT:g} ms of a stiff contact" if duration is None else f"the {1e3 * duration:.3g} ms of contact"
         )
         remedy = "a rotor behind such a spring acts as rigid: leave the stiffness out, lock the joint, or give --contact-stiffness"
-        text = f"springs of joints count after {count}, within {within}, but the impulse model leaves them free; " + (
+        text = f"springs of joints have an effect after {count}, within {within}, but the impulse model leaves them free; " + (
             remedy if duration is None else "see the jumps at the end of contact"
         )
         yield Diagnostic("contact", "springs", time, text)

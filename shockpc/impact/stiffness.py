@@ -412,7 +412,7 @@ class CompliantLanding:
             text = (
                 f"the damping of {names} in the robot's file is left out; in the {1e3 * duration:.3g} ms of the motion it may "
                 f"change velocities by up to {100.0 * share:.2g} % of what the impact changes, and late forces by about as much; "
-                "set it to zero in the file if it is there for a simulation alone"
+                "set it to zero in the file if it is there for simulation only"
             )
             yield Diagnostic("contact", "damping", share, text)
 

@@ -72,7 +72,7 @@ def nearly_singular(profile: "ShockProfile") -> Iterator[Diagnostic]:
     if most > UNPHYSICAL:
         text = (
             f"other strikes would move a body up to {most:.0e} times as fast as the strike, because the posture is singular or "
-            "nearly so; the most severe directions say that alone, and are not physically plausible"
+            "nearly so; the most severe directions are not physically plausible"
         )
         yield Diagnostic("posture", "", most, text)
 
@@ -84,7 +84,7 @@ def redundant(profile: "ShockProfile") -> Iterator[Diagnostic]:
     if choice.discarded and loops.any() and (not len(choice.infeasible) or np.any(np.abs(choice.infeasible[:, loops]) > SHARE)):
         limit = "as much as rounding of the file leaves" if len(choice.infeasible) else f"below {DATA_TOLERANCE:.0e}"
         text = (
-            f"rows of the loops differ by {choice.discarded:.0e} of their size, {limit}, so they count as the same (bars "
+            f"rows of the loops differ by {choice.discarded:.0e} of their size, {limit}, so they are taken as the same (bars "
             "that are parallel to the last digits of the file); if all of them are meant to hold, give the file more digits"
         )
         yield Diagnostic("posture", profile.robot.name, choice.discarded, text)

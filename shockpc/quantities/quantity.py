@@ -119,7 +119,7 @@ class Quantity(NamedTuple):
             "computed with a proof": self.needs_posture and not self.unproven,
             "in double precision, not proven": self.unproven,
             "in double precision, not proven, with a contact stiffness": self.with_stiffness,
-            "of least norm where rows are redundant": self.shared,
+            "of minimum norm where rows are redundant": self.shared,
         }
         return "; ".join(
             [*(text for text, holds in remarks.items() if holds), *([f"no value: {self.missing}"] if self.missing else [])]

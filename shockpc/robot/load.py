@@ -129,7 +129,7 @@ def _finished(robot: Robot, srdf: Path | None) -> Robot:
     if model.nv > _MOST_VELOCITIES:
         limit = f"and up to {_MOST_VELOCITIES} are computed"
         raise RobotError(f"it moves with {model.nv} velocities, {limit}; fix joints that do not matter")
-    refuse_number("drives", "the greatest reflected inertia", float(model.armature.max(initial=0.0)), "kg m²")
+    refuse_number("drives", "the largest reflected inertia", float(model.armature.max(initial=0.0)), "kg m²")
     # Rotations as good as doubles allow, by Newton's iteration R ← R (3 − RᵀR) / 2: a chain of bodies multiplies what is missing.
     for place in model.jointPlacements:
         R = place.rotation

@@ -49,7 +49,7 @@ def read_drives(root: Element, joints: dict[str, Element], model: pin.Model) -> 
 
     def give(values: dict[str, float], joint: str, what: str, value: float) -> None:
         if abs(values.setdefault(joint, value) - value) > 1e-9 * abs(value):
-            faults.append(("joint", joint, f"{what} {values[joint]:g} and {value:g} are given; the first counts"))
+            faults.append(("joint", joint, f"{what} {values[joint]:g} and {value:g} are given; the first one is used"))
 
     for name, joint in joints.items():
         if (dynamics := joint.find("dynamics")) is None:

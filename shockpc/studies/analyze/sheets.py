@@ -21,8 +21,8 @@ TITLES: dict[PlaceKind, dict[str, str]] = {
         "copc": "CoPc {} [m]",
         "ropc": "RoPc [m]",
         "shock_com": "shock at CoM [-]",
-        "shock_min": "least [-]",
-        "shock_max": "greatest [-]",
+        "shock_min": "minimum [-]",
+        "shock_max": "maximum [-]",
         "off_plane": "out of plane [%]",
     },
     "point": {
@@ -236,7 +236,7 @@ def joints_sheet(profile: ShockProfile) -> Sheet:
     columns["position [m]"] = [j.value(profile.q) if axis and slides else None for axis, slides, j in single]
     columns |= _quantities(profile, "joint")
     if profile.health.rank < profile.health.rows:
-        notes.append("contact or closure rows are redundant: these are the joint loads of least norm")
+        notes.append("contact or closure rows are redundant: these are the joint loads of minimum norm")
     return Sheet.of("impulse through the joints", columns, notes)
 
 

@@ -76,7 +76,7 @@ def moved_bodies(profile: ShockProfile, bodies: Sequence[int] | None = None) -> 
             f"lies in the plane; mostly: above {100.0 * BRACKETED:.0f} %; the shock is that of the whole motion"
         )
     if names := [profile.bodies[i] for i in shown if math.isnan(profile.shock_max[i])]:
-        notes.append(f"no geometry over which to take the least and the greatest shock: {few(names, 4)}")
+        notes.append(f"no geometry over which to take the minimum and maximum shock: {few(names, 4)}")
     if still := [profile.bodies[i] for i in matching if i not in shown]:
         notes.append(f"{count(len(still), 'body')} not shown, not moved by the impact: {few(still, 6)}")
     if hidden := len(profile.bodies) - len(matching):
@@ -135,7 +135,7 @@ def parts_view(profile: ShockProfile) -> Sheet:
     if profile.stiffness is not None and profile.scene.pulse is not None:
         notes.append("peaks and torques are those on the contact stiffness, whatever the pulse")
     if profile.impact_length is None and not all(one.joint for one in parts):
-        notes.append("margins by velocity change alone, because a peak needs a pulse or a contact stiffness")
+        notes.append("margins by velocity change only, because a peak needs a pulse or a contact stiffness")
     if profile.stiffness is None and any(one.torque is not None for one in parts):
         notes.append(_torque_note(profile).replace("of the torque limit", "torque"))
     keys = ("part", "speed_change", "critical_velocity_change", "velocity_margin", "peak_g", "critical_acceleration",
@@ -176,7 +176,7 @@ def peaks_sheet(profile: ShockProfile, most: int | None) -> Sheet:
 
 def joint_models(profile: ShockProfile) -> Sheet:
     """The same landing with free joints, with the joints as modelled, and with locked joints."""
-    headings = {"shock_at": "", "shock_free": "joints free [-]", "shock": "as modelled [-]", "shock_locked": "joints locked [-]"}
+    headings = {"shock_at": "", "shock_free": "joints free [-]", "shock": "with drives [-]", "shock_locked": "joints locked [-]"}
     named = {"free": "joints free", "locked": "joints locked", "springs_free": "locked, springs free"}
     # Without the remedy, which would be that of a scene with such joints.
     reasons = {model: text.removeprefix("no verdict: ").partition(";")[0] for model, text in profile.unsolved_joints.items()}
@@ -185,7 +185,7 @@ def joint_models(profile: ShockProfile) -> Sheet:
     if profile.landing.joint_model.springs.any():
         headings["shock_springs_free"] = "locked, springs free [-]"
         notes += [
-            "joints with springs yield in the impact, whatever their motors do, so the last column counts, not that before it"
+            "joints with springs yield in the impact, whatever their motors do, so the last column applies, not that before it"
         ]
     return _view(shocks_sheet(profile), "effect of the joint model", headings, notes)
 

@@ -131,8 +131,8 @@ class Falls:
     "shockpc fall go2 --drop 0.75 --part 'imu=half-sine 1500 g 0.5 ms'",
     more=(
         "The robot tips as one rigid body, its joints held, over an edge of its support until it rests: on an edge that sticks,"
-        " slides or leaves the ground, strike after strike. Each strike is a landing with the joints as modelled. With a pulse or a"
-        " contact stiffness all joints are judged by their torque or effort limits."
+        " slides or leaves the ground, strike after strike. Each strike is a landing with the drives of the joints. With a pulse or"
+        " a contact stiffness all joints are judged by their torque or effort limits."
     ),
     without=(CONTACT, STRIKE),  # which a fall computes
     uses=("part", "pulse"),
@@ -176,7 +176,8 @@ def fall(
         ),
     ] = None,
     attitudes: Annotated[
-        int | None, Option("Drop it in so many attitudes that are spread over all instead.", "Fall", "N", least=1.0, greatest=1e4)
+        int | None,
+        Option("Drop it in this number of attitudes, spread over all orientations.", "Fall", "N", least=1.0, greatest=1e4),
     ] = None,
     within_height: Annotated[float, Option("Height within which parts strike together.", "Fall", "H", unit="m", above=0.0)] = 1e-3,
     least: Annotated[
@@ -381,7 +382,7 @@ def _table(
         columns[text] = np.array([looks[i].values[text] if i in looks else np.nan for i in range(len(strikes))])
         columns[f"{text} at"] = np.array([looks[i].places[text] if i in looks else "" for i in range(len(strikes))])
     trunk = np.array([looks[i].trunk if i in looks else (np.nan,) * 3 for i in range(len(strikes))])
-    columns |= {f"trunk {model}": trunk[:, k] for k, model in enumerate(("free", "as modelled", "locked"))}
+    columns |= {f"trunk {model}": trunk[:, k] for k, model in enumerate(("free", "with drives", "locked"))}
     units = {"rotation": "deg", "rate": "rad/s", "speed": "m/s", "energy": "J"} | {f"{text} at": "" for text in texts}
     units |= {name: "m/s" for name in columns if name.startswith("trunk ")}
     columns["proven"] = np.array([i in looks for i in range(len(strikes))])

@@ -61,7 +61,7 @@ class Identification:
         landing_errors: (n,) the same by landing, NaN where it does not count.
         correlation: (p, p) of the values; NaN where one was not identified.
         singular: (p,) singular values of the derivatives by the unknowns over their ranges, relative to what is left unexplained.
-        statements: what the data do not tell, and what is wrong beyond their scatter.
+        statements: what the data cannot distinguish, and what is wrong beyond their scatter.
         messages: why landings have no prediction with these values, by number of the row.
         scan: of an unknown by its number: values (m,) over its range, and the errors (m,) with these, the others as found.
     """
@@ -84,7 +84,7 @@ class Identification:
     @property
     def table(self) -> Table:
         """A row for each unknown."""
-        header = ("unknown", "unit", "value", "low", "high", "least", "greatest", "state")
+        header = ("unknown", "unit", "value", "low", "high", "minimum", "maximum", "state")
         rows = (
             (x.variation.subject, x.variation.unit, x.value, x.low, x.high, *(x.variation.span or (None, None)), x.state)
             for x in self.unknowns
@@ -102,8 +102,8 @@ class Identification:
     "shockpc identify tosses.csv blocks.urdf --map gap= --unknown friction=0:1.5 --unknown restitution=0:1",
     more=(
         "The table is one as shockpc recorded takes, with velocities after the impact in columns after_…. Unknowns are found where "
-        "predicted and measured jumps differ least, with 95 % intervals; what the data do not tell is said. --out has drives.toml "
-        "for --drives, and scene.toml with all values, which every command takes."
+        "predicted and measured jumps differ least, with 95 % intervals; the report names what the data cannot distinguish. --out "
+        "writes drives.toml for --drives, and scene.toml with all values, which every command takes."
     ),
     without=("at", "part", "pulse", "range_g", "v_in", "ground_tolerance"),  # as velocities alone are compared
     reads="table",
@@ -126,13 +126,13 @@ def identify(
     robot: Robot | None = None,
     rename: RenameOption = None,
     after: Annotated[
-        float | None, Option("Which of several measured times counts; by default the first.", "Table", "MS", unit="ms", above=0.0)
+        float | None, Option("Which of several measured times is used; by default the first.", "Table", "MS", unit="ms", above=0.0)
     ] = None,
     noise: Annotated[
         Mapping[str, float] | None,
         Option(
-            "Standard deviation of measured velocities by name or glob [m/s, rad/s], the first that fits; what none fits is not "
-            "used. By default all count by their energy, relative to that of the strike.",
+            "Standard deviation of measured velocities by name or glob [m/s, rad/s]. The first that matches is taken; velocities "
+            "that none matches are not used. By default all are weighted by their energy, relative to that of the strike.",
             "How it is found",
             "NAME=SIGMA",
         ),
@@ -181,8 +181,8 @@ def identify(
         )
     if scene.contact_stiffness is not None and chosen[0].time is None:
         raise StudyError(
-            "the scene gives a contact stiffness, which counts for velocities at a time after contact alone, and the table does "
-            "not say when they were measured; name its columns after6ms_… for 6 ms, or leave the stiffness out"
+            "the scene gives a contact stiffness, which has an effect only on velocities at a time after contact, and the table "
+            "does not say when they were measured; name its columns after6ms_… for 6 ms, or leave the stiffness out"
         )
     if all(one.kind != "place" for one in unknowns):  # lengths alone decide how loops close
         rows = RecordedLandings(robot, rows).closed

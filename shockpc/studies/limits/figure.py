@@ -43,7 +43,7 @@ def draw_limits(study: JointLimits) -> Figure:
     axes.contour(x, y, numbers, levels=[bound], colors=INK, linewidths=1.6)
     greatest = np.degrees(study.worst[1][chosen])
     axes.plot(x, np.where(np.abs(np.diff(greatest, append=greatest[-1])) > 5.0, np.nan, greatest), ":", color=INK, linewidth=1.1)
-    words = [f"dotted: strike with the {'least' if below else 'greatest'} number"]
+    words = [f"dotted: strike with the {'smallest' if below else 'largest'} number"]
     ends = [end for end in study.file_limits if study.range[0] <= end <= study.range[1]]
     for end, part in itertools.product(ends, (axes, strip)):
         part.axvline(scale * end, color=INK, linewidth=1.2, linestyle=(0, (5, 3)), clip_on=False)

@@ -242,19 +242,17 @@ def limits(
     target: str | Point,
     max: Annotated[
         float | None,
-        Option(
-            "The bound, in the unit of the number, or of its magnitude: the greatest value allowed.", "Question", "VALUE", above=0.0
-        ),
+        Option("The largest value allowed, of the number or of its magnitude, in its unit.", "Question", "VALUE", above=0.0),
     ] = None,
     *,
     min: Annotated[
         float | None,
-        Option("The least value allowed, of a number of which less is worse: a margin.", "Question", "VALUE", above=0.0),
+        Option("The smallest value allowed, of a number that is worse when smaller: a margin.", "Question", "VALUE", above=0.0),
     ] = None,
     joint_range: Annotated[
         tuple[float, float] | None,
         Option(
-            "Values to look at; of a joint the file's limits by default, at most a turn.", "Question", "LOW:HIGH", "range", VALUE
+            "Values to look at; for a joint the file's limits by default, at most a turn.", "Question", "LOW:HIGH", "range", VALUE
         ),
     ] = None,
     strikes: Annotated[
@@ -269,8 +267,8 @@ def limits(
     step: Annotated[
         float | None,
         Option(
-            "Largest step of the scan; 0.1 deg or 0.0001 m by default, 20 times that where many landings need a proof; of "
-            "what is no joint a 200th of the range.",
+            "Largest step of the scan; 0.1 deg or 0.0001 m by default, 20 times that where many landings need a proof; "
+            "for what is not a joint a 200th of the range.",
             "Question",
             "STEP",
             unit=VALUE,
@@ -297,7 +295,7 @@ def limits(
     """
     bounds = [Bound(value, below) for value, below in ((max, False), (min, True)) if value is not None]
     if len(bounds) != 1:
-        raise StudyError("one bound is needed: max for the greatest value that is allowed, or min for the least")
+        raise StudyError("one bound is needed: max for the largest value that is allowed, or min for the smallest")
     bound = bounds[0]
     robot = robot or robot_of(scene)
     varied, joints, (low, high) = _varied(robot, joint, joint_range)
@@ -385,7 +383,7 @@ def _varied(
         if given is not None or math.isfinite(low + high):
             what = f"from {_value(low, unit)} to {_value(high, unit)}"
         subject_text = f'joint "{subject}"' if joints else subject
-        raise StudyError(f"the range of {subject_text} is {what}; give its least and greatest value with --range LOW:HIGH")
+        raise StudyError(f"the range of {subject_text} is {what}; give its minimum and maximum with --range LOW:HIGH")
     scale = math.degrees(1.0) if unit == "rad" or {**ATTITUDE, **COMPONENT}.get(kind) == "deg" else 1.0
     return variation(robot, subject, (scale * low, scale * high)), joints, (low, high)
 

@@ -139,7 +139,7 @@ class PlaceStudy:
             for name, at, combined, shocks in entries
         )
         means = ["weighted mean [-]"] * mean
-        return Table.of_rows(("place", "x [m]", "y [m]", "z [m]", *means, "greatest shock [-]", "in landing"), rows)
+        return Table.of_rows(("place", "x [m]", "y [m]", "z [m]", *means, "maximum shock [-]", "in landing"), rows)
 
     @property
     def gap(self) -> float:
@@ -156,7 +156,7 @@ class PlaceStudy:
     "shockpc place anymal_b --vary strike-angle=-30:75:4",
     more=(
         "Without --contact the landings are those on all level feet together, on each edge of their support, and on each "
-        "foot. What counts is the greatest shock over all "
+        "foot. Places are compared by the maximum shock over all "
         "landings. The optimum over the body is exact, with its gap stated; the shock at the places is proven. With "
         "--pulse and --range-g, also how much of a sensor's range is left along each axis."
     ),
@@ -183,7 +183,7 @@ def place(
     weights: Annotated[
         Mapping[str, float] | None,
         Option(
-            "Compare places by the weighted mean over the landings, not by the greatest shock: the weight of landings by name or "
+            "Compare places by the weighted mean over the landings, not by the maximum shock: the weight of landings by name or "
             "glob; others weigh 1.",
             "Landings",
             "LANDING=WEIGHT",
@@ -211,7 +211,7 @@ def place(
     count: Annotated[
         int,
         Option(
-            "Number of sensors that belong together: in each landing the one with the least shock counts.",
+            "Number of sensors that belong together: in each landing the one with the smallest shock is used.",
             "Sensors",
             "N",
             least=1.0,

@@ -22,8 +22,8 @@ MESSAGES = 5
 
 MEASURED_NOTES = (
     "r: correlation; slope: of the regression of measured on predicted jumps; error: median over the landings of "
-    "‖predicted − measured‖ / ‖measured‖; (energy): in the norm √(ΔᵀHΔ) of the landing's inertia, in which velocities of all units "
-    "count by their kinetic energy, those that were not measured by the least that is possible",
+    "‖predicted − measured‖ / ‖measured‖; (energy): in the norm √(ΔᵀHΔ) of the landing's inertia, which weighs velocities of all "
+    "units by their kinetic energy; those that were not measured have the smallest one that is possible",
     "skill: 1 − Σ(predicted − measured)² / Σ measured², against no jump; (mean): against the mean of the other landings; "
     "below 0 is worse than these",
     "n: landings that were measured and predicted, of which the others of the row are; low, high: 95 % interval, by drawing "
@@ -112,7 +112,7 @@ def _extents(landings: RecordedLandings, results: Table) -> Sheet:
         extent = np.quantile(known, (0.0, 0.5, 0.95, 1.0)).tolist() if known.size else [None] * 4
         rows.append((column.name, column.unit, *extent, str(landings.table.names[worst[0]]) if worst else None))
     percentile = Column("percentile_95", "95 %")
-    return Sheet("quantities", ("quantity", "unit", "least", "median", percentile, "greatest", "worst in landing"), rows)
+    return Sheet("quantities", ("quantity", "unit", "minimum", "median", percentile, "maximum", "worst in landing"), rows)
 
 
 def _rows(study: RecordedLandings, results: Table, order: Sequence[int]) -> Sheet:

@@ -95,8 +95,8 @@ class Validation(NamedTuple):
         "and angular velocity wx wy wz in world axes, with _body in body axes; contact (A+B), stance (feet that stand, A+B), "
         "vx@FRAME vy@FRAME vz@FRAME of a contact whose velocity is not that of the robot's motion (empty where it is), friction, "
         "name, time. _deg at the end of a name means degrees. Arrays qpos and qvel are MuJoCo's, name, position and velocity "
-        "ROS's. What is missing is the scene's."
-        " Columns after_JOINT, after_vx and after_KEY@PLACE, or after6ms_… with a time, are compared with the prediction."
+        "ROS's. What the table lacks is taken from the scene. "
+        "Columns after_JOINT, after_vx and after_KEY@PLACE, or after6ms_… with a time, are compared with the prediction."
     ),
 )
 def recorded(

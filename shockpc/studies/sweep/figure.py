@@ -171,7 +171,7 @@ def _distributions(title: str, extents: Sequence[Extent], summary: Summary[Varie
         histogram(panel, shares, edges, extent.column.shock, extent.median)
         unit = "" if common else f" [{extent.column.unit}]"
         name = printable(f"{extent.column.title}{unit}", 80)
-        panel.set(title=f"{name}: median {extent.median:.3g}, greatest {extent.greatest:.3g}", yticks=[])
+        panel.set(title=f"{name}: median {extent.median:.3g}, maximum {extent.greatest:.3g}", yticks=[])
         panel.spines["left"].set_visible(False)
         if 0.0 <= extent.least < 0.5 * extent.greatest:
             panel.set_xlim(left=0.0)

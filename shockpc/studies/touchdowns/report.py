@@ -15,7 +15,7 @@ from shockpc.text.printed import few
 ROWS = 12
 """Landings that are shown on a terminal."""
 
-NOTE = "fall: speed at which the contacts came down, by their heights, the greatest of several"
+NOTE = "fall: speed at which the contacts came down, by their heights, the largest of several"
 
 
 def touchdowns_report(log: Path, study: Touchdowns) -> Report:

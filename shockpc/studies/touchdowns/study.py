@@ -105,7 +105,7 @@ class Touchdowns:
         "A log is a time series: CSV, Parquet or NPZ with a column time [s] (or time_ms, time_us, time_ns) and columns of joints "
         "and base as in shockpc recorded; or a bag of ROS 1, ROS 2 or MCAP (pip install rosbags) with JointState, and Odometry, "
         "PoseStamped, TwistStamped or Imu. All feet are looked at, or those of --contact. A foot lands where its height has a "
-        "kink, or where its column of flags or forces says so. Velocities are slopes of straight lines through positions. The "
+        "kink, or where its column of flags or forces begins. Velocities are slopes of straight lines through positions. The "
         "table, touchdowns.csv, is what shockpc recorded takes."
     ),
     # Of the robot, where it touches and what the log lacks of its posture is all that is used of a landing.
@@ -133,7 +133,7 @@ def touchdowns(
     rename: RenameOption = None,
     topics: Annotated[
         Sequence[str],
-        Option("Read this topic of a bag, and no other that is not named; by default the usual ones.", "Log", "TOPIC", "topic"),
+        Option("Read only these topics of a bag; by default the usual ones.", "Log", "TOPIC", "topic"),
     ] = (),
     flags: Annotated[
         Mapping[str, str] | None,
