@@ -171,12 +171,12 @@ def test_the_last_line_is_the_accuracy():
     profile = shock_profile(Scene(robot="beam", contact="pivot"))
     proven = Altered(profile, health=health())
     line = (
-        "accuracy: proven to 2e-16 of each body's motion, for the robot as loaded (128 bits); double precision alone "
+        "accuracy: proven to 2e-16 of each body's motion, for the robot as loaded (128 bits); double precision "
         "was off by 6e-15; last-digit changes of the data move it by 3e-15"
     )
     assert text_of([proven], "table").splitlines()[-1] == line
     assert text_of([proven], "markdown").splitlines()[-1] == f"- {line}"
-    assert "double precision alone finds no solution" in accuracy_line(Altered(profile, health=health(double_error=math.inf)))
+    assert "double precision finds no solution" in accuracy_line(Altered(profile, health=health(double_error=math.inf)))
 
 
 def test_csv_has_every_digit(landings):

@@ -85,7 +85,7 @@ class OpenFolders(NamedTuple):
 
     def unchanged(self) -> bool:
         """Whether all that was read is still as it was."""
-        return all(state == _state(path, state is not None and state[-1] is not None) for path, state in self.seen.items())
+        return all(state == _state(path, state is not None and state[-1] is not None) for path, state in tuple(self.seen.items()))
 
     def remember(self) -> None:
         """Note what was read as an input of this command, too, where the robot of an earlier one is used again."""
