@@ -802,11 +802,11 @@ def statistics_of(sheet, k):
 
 @pytest.mark.slow
 def test_measured_landings_of_cassie(monkeypatch):
-    """The guide's table is what the benchmark computes; intervals of single joints, which it does not show, are left out."""
+    """The table of robots/measured is what the benchmark computes; intervals of single joints, which it does not show, are left out."""
     statistics = recorded._statistics
     none = dict.fromkeys(STATISTICS, (np.nan,) * 3)
     monkeypatch.setattr(recorded, "_statistics", lambda y, x, energy: statistics(y, x, energy) if y.shape[1] > 1 else none)
-    text = (Path(__file__).parents[1] / "shockpc" / "guide" / "logs.md").read_text(encoding="utf-8")
+    text = (Path(__file__).parents[1] / "robots" / "measured" / "README.md").read_text(encoding="utf-8")
     lines = re.findall(r"^\| (.*springs.*) \| (\d+) ms \| (\S+) \| (\S+) \| (.*) \| (\S+) \| (\S+) \|$", text, re.MULTILINE)
     sheet = statistics_of(measured_landings(), 1)
     assert len(lines) == 9
