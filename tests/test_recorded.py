@@ -802,7 +802,7 @@ def statistics_of(sheet, k):
 
 @pytest.mark.slow
 def test_measured_landings_of_cassie(monkeypatch):
-    """The table of robots/measured is what the benchmark computes; intervals of single joints, which it does not show, are left out."""
+    """The table of robots/measured is what the benchmark computes; it shows no intervals of single joints."""
     statistics = recorded._statistics
     none = dict.fromkeys(STATISTICS, (np.nan,) * 3)
     monkeypatch.setattr(recorded, "_statistics", lambda y, x, energy: statistics(y, x, energy) if y.shape[1] > 1 else none)

@@ -167,7 +167,7 @@ def _strikes(falls: Falls, full: bool) -> Sheet:
     }
     notes = [
         "struck links: that meet the ground together, with their speeds if they differ; speed: of the fastest towards the ground",
-        "trunk: |Δv| at the heaviest body's centre of mass with free joints, with drives and with locked joints, any of which may be the largest",
+        "trunk: |Δv| at the heaviest body's centre of mass with free joints, drives and locked joints; any may be the largest",
         *(
             f"{what}: " + "; ".join(f"{text} ({name})" for name, text in itertools.islice(named.items(), 4))
             for what, named in listings.items()
