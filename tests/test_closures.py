@@ -476,7 +476,7 @@ def test_one_rate_of_a_four_bar_sets_the_others(leader):
 
 
 def test_rates_that_are_not_given_are_the_least():
-    """A loop of five bars leaves one rate free: of all completions that keep it closed, the one of least norm is taken."""
+    """A loop of five bars leaves one rate free: of all completions that keep it closed, the one of minimum norm is taken."""
     found = scene("five_bar")
     robot = robot_of(found)
     given = next(name for name in robot.joint_names if name.startswith("rear"))

@@ -77,7 +77,7 @@ def test_predictions_are_those_of_the_landings(kind):
 
 
 def test_energies_count_what_the_base_cannot_do(here):
-    """Of a leg on a rail: ΔᵀHΔ of its three joints, and of two of them the least for whatever the third does."""
+    """Of a leg on a rail: ΔᵀHΔ of its three joints, and of two of them the smallest for whatever the third does."""
     table = leg(rng(), 4, here, noise=0.0)
     table |= {"before_rail": -np.ones(4), "after_rail": np.zeros(4)}
     scene, robot = leg_scene(here), robot_of(leg_scene(here))

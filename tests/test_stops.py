@@ -62,7 +62,7 @@ def test_restitution_of_a_stop(here, e):
 
 
 def test_a_stop_at_the_greatest_value_pushes_down(here):
-    """A foot thrown against the body above: the slide opens at 3 m/s at its greatest value, and the stop pulls both together."""
+    """A foot thrown against the body above: the slide opens at 3 m/s at its largest value, and the stop pulls both together."""
     strike = Strike(speed=2.0, joint_velocities={"slide": 5.0})
     profile = shock_profile(column(posture=Posture(joints={"slide": 0.4}), strike=strike))
     # The body rises at 5 − 2 = 3 m/s; the contact holds the foot, so the stop takes 3 kg · 3 m/s downwards.
@@ -173,7 +173,7 @@ def test_contacts_that_leave_a_stop_no_way_have_no_verdict(here):
     """Two contacts that pull a slide apart beyond its limit: no impulse of the stop can help."""
     apart = (replace(DOWN, velocity=(0.0, 0.0, -1.0)), Contact(frame="body", directions=("z",), velocity=(0.0, 0.0, -3.0)))
     scene = column(contact=apart)
-    # The body is stopped from 3 m/s and the foot from 1 m/s, so the slide opens: at its least value this is no matter …
+    # The body is stopped from 3 m/s and the foot from 1 m/s, so the slide opens: at its smallest value this is no matter …
     assert not shock_profile(scene).landing.acting
     closing = column(contact=apart[::-1], strike=Strike(speed=2.0))
     scene = replace(closing, contact=tuple(replace(c, velocity=(0.0, 0.0, -1.0 - 2.0 * (c.frame == "foot"))) for c in apart))

@@ -147,7 +147,7 @@ def test_a_friction_on_which_no_column_depends_is_said(capfd, stick, given):
 
 
 def test_most_severe_row_is_pasted_into_analyze(capfd, stick, tmp_path):
-    """The options in the summary reproduce the greatest shock in the table."""
+    """The options in the summary reproduce the largest shock in the table."""
     text = good(capfd, "sweep", stick, *SMALL, "--out", tmp_path / "out")
     line = next(line for line in text.splitlines() if line.startswith("most severe for shock@body: "))
     words = line.partition(": ")[2].replace("'", "").split()

@@ -115,8 +115,8 @@ class Budget:
         case: name or glob of the cases.
         at: name or glob of points, bodies, joints or contacts, whichever the metric belongs to; all by default.
         metric: a quantity, as `select` takes it.
-        max: greatest value allowed, in the unit of the metric.
-        min: least value allowed.
+        max: largest value allowed, in the unit of the metric.
+        min: smallest value allowed.
         baseline_tolerance: how much worse than the baseline it may be: a number with the unit of the metric, such as "0.01 kg",
             where "-" is the unit of a ratio; or a share such as "5%", and at least a change that may be given after it, as in
             "5%, 1e-3 N s", by default a thousandth of the largest value of the metric in the baseline, and the share if less.

@@ -354,5 +354,5 @@ def not_approaching(landing: PosedLanding, parting: np.ndarray) -> Iterator[tupl
 
 
 def percentile(values: Array, share: Any) -> Any:
-    """The least of some values that at least a share of them [%] do not exceed; they are sorted in place."""
+    """The smallest of some values that at least a share of them [%] do not exceed; they are sorted in place."""
     return np.percentile(values, share, method="inverted_cdf", overwrite_input=True)

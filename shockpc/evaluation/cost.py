@@ -106,7 +106,7 @@ class ShockCost:
     Attributes:
         column: the number at the first of its places.
         names: headings of the variables, with their units.
-        bounds: (n, 2) least and greatest value of each, in these units.
+        bounds: (n, 2) smallest and largest value of each, in these units.
         given: (n,) present values; NaN of what has none, or not a single one in all landings.
         x0: (n,) those of the first landing, within the bounds; the middle of the bounds of what has none.
         slow: whether each point needs separate landings.

@@ -47,9 +47,10 @@ def spring_loads(landing: PosedLanding) -> Array:
 def motor_torques(landing: PosedLanding, rows: ContactRows, free: Array, gravity: Array) -> Array:
     """Torques (nv,) of the motors, constant during the landing [N m, N]: those of the scene, or those that hold what is loaded.
 
-    In flight, the default, these are the least with which the loads of springs accelerate the robot least, √(aᵀ M a). Standing
-    torques hold the robot on the contacts that strike. Their forces are the least that hold it as one rigid body, or, where they
-    cannot hold all of it, as one foot, that leave the least acceleration; with these forces the torques are found as before.
+    In flight, the default, these are the smallest with which the loads of springs accelerate the robot as little as
+    possible, √(aᵀ M a). Standing torques hold the robot on the contacts that strike. Their forces are the smallest that hold it as one
+    rigid body, or, where they
+    cannot hold all of it, as one foot, that leave the smallest acceleration; with these forces the torques are found as before.
 
     Args:
         landing: the landing.

@@ -191,7 +191,7 @@ def rates_of(robot: Robot, scene: Scene, joints: JointModel) -> tuple[Array, np.
 def with_loops(
     robot: Robot, state: Dynamics, blocks: list[ConstraintBlock], rates: Array, given: np.ndarray, plane: Plane
 ) -> Array:
-    """The rates (nv,) with which the loops stay closed while the given ones stay: the others change by the least.
+    """The rates (nv,) with which the loops stay closed while the given ones stay: the others change by as little as possible.
 
     Raises:
         SceneError: the given ones open a loop.

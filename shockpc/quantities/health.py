@@ -25,7 +25,7 @@ CLEARLY_BEYOND = 1e-6
 
 DIFFERS, LEAST_DIFFERENCE = 0.1, 1e-3
 """Share by which shock on contacts of finite stiffness differs from that of the impulse model, from which a warning says so; and
-the least difference of which one does [1]."""
+the smallest difference of which one does [1]."""
 
 
 class Health(NamedTuple):

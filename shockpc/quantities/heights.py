@@ -21,7 +21,7 @@ class Levels(NamedTuple):
     """Heights of a robot's geometry over its base in N postures [m].
 
     Attributes:
-        core: (N, n) as `surface`, without the least semi-axis of the ellipsoid that rounds a shape.
+        core: (N, n) as `surface`, without the smallest semi-axis of the ellipsoid that rounds a shape.
         surface: (N, n) the lowest points of the shapes; inf of those of a body that is wholly above all contact points, or above
             another that strikes nothing, unless every body was asked for.
         contacts: (N, c) the lowest points of the contacts and standing feet: of their shapes, or the contact points.

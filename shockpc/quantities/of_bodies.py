@@ -71,7 +71,7 @@ def _off_plane(impact: Impact, places: Places) -> Any:
 
 @cached
 def _extremes(impact: Impact, places: Places) -> Array:
-    """Least and greatest shock (2, N, S, n) over the bodies' geometry, from the rounded jumps; NaN without geometry."""
+    """Smallest and largest shock (2, N, S, n) over the bodies' geometry, from the rounded jumps; NaN without geometry."""
     omega, v = (part.astype(float) for part in _split(impact, places))
     v_in, pieces = impact.v_in.astype(float), _pieces(impact.landing.robot, *(place.body for place in places))
     extremes = np.empty((2, *omega.shape[:3]))
@@ -81,12 +81,12 @@ def _extremes(impact: Impact, places: Places) -> Array:
 
 
 def _least(impact: Impact, places: Places) -> Array:
-    """Least shock (N, S, n) over the bodies' geometry, as `_extremes`."""
+    """Smallest shock (N, S, n) over the bodies' geometry, as `_extremes`."""
     return np.asarray(_extremes(impact, places)[0])
 
 
 def _greatest(impact: Impact, places: Places) -> Array:
-    """Greatest shock (N, S, n) over the bodies' geometry, as `_extremes`; of many landings body by body, which is faster."""
+    """Largest shock (N, S, n) over the bodies' geometry, as `_extremes`; of many landings body by body, which is faster."""
     if impact.v_in.size == 1:
         return np.asarray(_extremes(impact, places)[1])
     omega, v = (part.astype(float) for part in _split(impact, places))

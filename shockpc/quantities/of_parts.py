@@ -208,7 +208,7 @@ class MarginLost(NamedTuple):
     """Where a margin is lost.
 
     Attributes:
-        contact_stiffness: least stiffness of the contacts on which a part has a margin below 1, or a joint more than its torque
+        contact_stiffness: smallest stiffness of the contacts on which a part has a margin below 1, or a joint more than its torque
             limit [N/m]; 0 if that is so on `SOFTEST`, infinite if not even on `STIFFEST`; NaN where it is not known.
         place: the name of that part or joint; empty if there is none.
         refused: why it is not known; empty if it is.

@@ -35,7 +35,7 @@ HEAVY, LIGHT, ARMATURE = 2000.0, 200.0, 10.0
 def heights(profile: "ShockProfile") -> Iterator[Diagnostic]:
     """Warnings about geometry below the contacts, and about contacts and standing feet that flat ground cannot touch together.
 
-    A round foot may be struck at its centre: below a contact counts what its link's shapes reach without the least semi-axis of
+    A round foot may be struck at its centre: below a contact counts what its link's shapes reach without the smallest semi-axis of
     their ellipsoids.
     """
     landing = profile.landing

@@ -51,7 +51,7 @@ class Selection(NamedTuple):
     def worse(self, values: Any) -> Any:
         """How severe values (n,) are: greater is worse; −∞ where there is none. Of signed ones the magnitudes count.
 
-        Of a quantity that is not worse in either direction the greatest value counts as the worst.
+        Of a quantity that is not worse in either direction the largest value counts as the worst.
         """
         sizes = np.abs(values) if self.signed else values
         return np.nan_to_num(-sizes if self.quantity.worse == "less" else sizes, nan=-np.inf, posinf=np.inf)

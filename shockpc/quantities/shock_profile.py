@@ -337,7 +337,7 @@ class ShockProfile(OfLanding):
         """Impulses through the joints between bodies, and jumps of their rates.
 
         Where rows depend on one another (redundant contacts, a planar loop closed in space) they are those of the contact impulses
-        of least norm.
+        of minimum norm.
         """
         return records(JointLoad, self, "joint")
 

@@ -191,7 +191,7 @@ class RecordedLandings:
     def _closed(self, landing: PosedLanding, q: Array, rates: Array) -> tuple[Array, Array, float, float]:
         """A configuration and rates with which all loops are closed, and the largest changes of what the table gives.
 
-        First by the joints that the table does not give; if these cannot close them, by the least change of all, or of those of the
+        First by the joints that the table does not give; if these cannot close them, by the minimum change of all, or of the
         scene's `assemble`.
 
         Raises:

@@ -34,7 +34,7 @@ CHUNK = 4096
 """Samples whose kinematics are computed together."""
 
 LAG, LEAST_LAG, ALIKE = 20e-3, 1e-3, 0.9
-"""Longest lag of a rate that is looked for, and the least that is one [s]; and the least correlation at it."""
+"""Longest lag of a rate that is looked for, and the smallest that is one [s]; and the smallest correlation at it."""
 
 MOST_SAMPLES = 20_000
 """Samples in which lags and noise are looked for."""

@@ -141,7 +141,7 @@ def coordinate(measured: Measured, robot: Robot) -> int:
 
 
 def energy_roots(W: Array, chosen: np.ndarray) -> Array:
-    """Matrices R (n, k, k): ‖R δ‖² is the least ΔᵀHΔ of all motions Δ in which some velocities jump by δ.
+    """Matrices R (n, k, k): ‖R δ‖² is the smallest ΔᵀHΔ of all motions Δ in which some velocities jump by δ.
 
     Args:
         W: (n, nv, nv) mobilities.
@@ -153,7 +153,7 @@ def energy_roots(W: Array, chosen: np.ndarray) -> Array:
 
 
 def energy_norms(W: Array, coordinates: Array, jumps: Array) -> Array:
-    """√(ΔᵀHΔ) (n,), the least for whatever Δ there is where none was measured [√J].
+    """√(ΔᵀHΔ) (n,), the smallest for whatever Δ there is where none was measured [√J].
 
     Args:
         W: (n, nv, nv) mobilities.

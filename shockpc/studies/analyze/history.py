@@ -20,8 +20,8 @@ CURVES_SHOWN = 6
 """Most curves of a panel, those of the largest peaks."""
 
 MOST_EVENTS, SAME_TIME, STEP = 8, 0.01, 0.01
-"""Most events that are written, how far apart in time they are at least, as a share of the duration, and least step of a force at
-an event along the ground, as a share of the greatest force."""
+"""Most events that are written, how far apart in time they are at least, as a share of the duration, and minimum step of a force at
+an event along the ground, as a share of the largest force."""
 
 AFTER = 0.03
 """Time that is shown after the end, as a share of the duration."""

@@ -169,7 +169,7 @@ def _what(profile: ShockProfile, k: int, contact: ContactImpulse | StanceImpulse
 
 
 def directions_sheet(profile: ShockProfile) -> Sheet:
-    """The impact directions with the greatest and the least shock at each body's CoM and each point, at the same speed."""
+    """The impact directions with the largest and the smallest shock at each body's CoM and each point, at the same speed."""
     found = profile.directions
     rows = [(f"CoM of {name}", *(part[i] for part in found)) for i, name in enumerate(profile.bodies)]
     rows += [(point.frame, *point.directions) for point in profile.points]

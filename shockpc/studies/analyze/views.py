@@ -158,7 +158,7 @@ def posture(profile: ShockProfile) -> Sheet:
 
 
 def loads_sheet(profile: ShockProfile, most: int | None) -> Sheet:
-    """Impulse through every joint, or through those with the greatest force."""
+    """Impulse through every joint, or through those with the largest force."""
     share = ["joint_torque_share"] * (profile.stiffness is None)
     sheet = joints_sheet(profile).only("joint", "joint_impulse", "joint_moment", "along", *share)
     if share and "joint_torque_share" in (column.key for column in sheet.columns):
@@ -167,7 +167,7 @@ def loads_sheet(profile: ShockProfile, most: int | None) -> Sheet:
 
 
 def peaks_sheet(profile: ShockProfile, most: int | None) -> Sheet:
-    """Peaks through every joint on contacts of finite stiffness, or through those with the greatest torque, or else force."""
+    """Peaks through every joint on contacts of finite stiffness, or through those with the largest torque, or else force."""
     keys = ("peak_joint_force", "peak_joint_moment", "peak_torque")
     sheet = joints_sheet(profile).only("joint", *keys, "joint_torque_share")._replace(title="peaks through the joints", notes=())
     force, torque = profile.value("peak_joint_force", "joint"), profile.value("peak_torque", "joint")
@@ -175,7 +175,7 @@ def peaks_sheet(profile: ShockProfile, most: int | None) -> Sheet:
 
 
 def joint_models(profile: ShockProfile) -> Sheet:
-    """The same landing with free joints, with the joints as modelled, and with locked joints."""
+    """The same landing with free joints, with the joints with drives, and with locked joints."""
     headings = {"shock_at": "", "shock_free": "joints free [-]", "shock": "with drives [-]", "shock_locked": "joints locked [-]"}
     named = {"free": "joints free", "locked": "joints locked", "springs_free": "locked, springs free"}
     # Without the remedy, which would be that of a scene with such joints.

@@ -1,7 +1,7 @@
 """Falls of a robot: it tips over an edge of its support or is dropped, and each strike is a separate landing.
 
 Between strikes the robot is one rigid body, its joints held, in the plane of the fall. What then strikes is solved as any other
-landing, with the joints as modelled. Of the points that meet the ground together those are in the landing that press.
+landing, with the joints with drives. Of the points that meet the ground together those are in the landing that press.
 """
 
 import math
@@ -38,7 +38,7 @@ HEADINGS = {"front": 0.0, "left": 90.0, "back": 180.0, "right": -90.0}
 """Directions of a fall from forward to the left [deg]."""
 
 LEAST = 0.1
-"""Default of the least speed of strikes that are listed [m/s]."""
+"""Default of the smallest speed of strikes that are listed [m/s]."""
 
 STANDARD = ("delta_v_max", "delta_v", "joint_impulse")
 WITH_FRICTION = ("delta_v_friction", "joint_impulse_friction")
@@ -55,7 +55,7 @@ class StrikeResult(NamedTuple):
         strike: the strike.
         values: the worst value of each quantity, by its text; NaN where there is none.
         places: where it is the worst, by text.
-        trunk: |Δv| of the heaviest body's centre of mass, with friction where it is given: free joints, as modelled, locked; NaN
+        trunk: |Δv| of the heaviest body's centre of mass, with friction where it is given: free joints, with drives, locked; NaN
             without a verdict [m/s].
         stop: joint that reaches its limit first after the strike if its rate stays, and when [s]; None if none moves towards it.
         profile: of the landing.
@@ -104,7 +104,7 @@ class Falls:
         failures: names of falls and strikes without a result, and why.
         drop: height of the drop [m]; None if it tips.
         notes: what geometry is used, and what is left out.
-        margins: of all parts and joints that can be judged, the least first.
+        margins: of all parts and joints that can be judged, the smallest first.
     """
 
     robot: Robot
@@ -280,7 +280,7 @@ def _judged(scene: Scene, robot: Robot) -> tuple[bool, bool]:
 
 
 def _margins(results: Sequence[StrikeResult]) -> tuple[Margin, ...]:
-    """The least margin over the strikes of every part, and of every joint that no part rates."""
+    """The smallest margin over the strikes of every part, and of every joint that no part rates."""
     found = list[Margin]()
     for strike, profile in ((result.strike.name, result.profile) for result in results):
         for one in profile.parts:
@@ -401,7 +401,7 @@ def _trunk(profile: ShockProfile | ShockError) -> float:
 def _result(
     strike: FallStrike, profile: ShockProfile, texts: Sequence[str], landed: Sequence[ShockProfile | ShockError]
 ) -> StrikeResult:
-    """What is kept of a strike. Args: landed, the same landing with joints free, as modelled and locked."""
+    """What is kept of a strike. Args: landed, the same landing with joints free, with drives and locked."""
     values, places = {}, {}
     for text in texts:
         values[text], places[text] = math.nan, ""

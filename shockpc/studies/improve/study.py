@@ -1,4 +1,4 @@
-"""The posture, strike or design with the least worst value of a number over some landings, within ranges and constraints.
+"""The posture, strike or design with the smallest worst value of a number over some landings, within ranges and constraints.
 
 Where two numbers are to be small, one is made small for each of several bounds of the other.
 """
@@ -58,8 +58,8 @@ class Flatness(NamedTuple):
         after: its value at the optimum.
         bound: which bound it is held by, "minimum" or "maximum"; None if by none.
         set_back: the target if it alone is set back; NaN if there is no such landing.
-        low: least value of it alone with which the target is at most 5 % worse.
-        high: greatest.
+        low: smallest value of it alone with which the target is at most 5 % worse.
+        high: largest.
     """
 
     name: str
@@ -93,7 +93,7 @@ class Improvement:
         variables: what each does.
         runs: target of each run, the best first, step by step, in double precision; NaN where the constraints do not hold.
         agreeing: how many runs end within 1 % of the optimum.
-        front: of two numbers, the first one least first; empty for one.
+        front: of two numbers, in increasing order of the first; empty for one.
         seed: of the random points.
         chosen: what was asked for where nothing was said: a quantity, and what varies.
     """
@@ -341,7 +341,7 @@ def _proven(cost: ShockCost, found: Mapping[str, ShockProfile]) -> tuple[float, 
 def _front(
     costs: Sequence[ShockCost], x: Array, begun: Sequence[Array], seed: int, bounded: Callable[[str], ShockCost]
 ) -> tuple[FrontPoint, ...]:
-    """Points between the optimum of the first quantity and that of the second: the first least for bounds of the second.
+    """Points between the optimum of the first quantity and that of the second: the first at its minimum for bounds of the second.
 
     Args:
         costs: of both.

@@ -75,10 +75,10 @@ class Interval(NamedTuple):
     """Values of the joint that keep the bound.
 
     Attributes:
-        low: least value [rad, m].
-        high: greatest value [rad, m].
+        low: smallest value [rad, m].
+        high: largest value [rad, m].
         low_end: what ends it there: the bound, the range of the study, or a loop that cannot be closed beyond.
-        high_end: the same at the greatest value.
+        high_end: the same at the largest value.
     """
 
     low: float
@@ -91,7 +91,7 @@ class StrikeLimits(NamedTuple):
     """What keeps the bound at one strike angle, or at all of a range.
 
     Attributes:
-        strikes: least and greatest strike angle, equal for a single one [rad].
+        strikes: smallest and largest strike angle, equal for a single one [rad].
         allowed: values of the joint for which the number keeps the bound for each of these strikes, ascending.
         feasible: values of the scan, from the first to the last of each run, for which flat ground allows all of these landings.
         best: best number over the feasible values, of the worst of these strikes [its unit]; NaN if there is none at any of them.
@@ -137,10 +137,10 @@ class JointLimits:
         of_joints: whether joints vary, and nothing else.
         unit: of that value, "rad" or "m", or that of the variation.
         bound: of the number, in its unit.
-        range: least and greatest value looked at [rad, m].
+        range: smallest and largest value looked at [rad, m].
         file_limits: those of the robot's file; infinite where it gives none [rad, m].
         present: the value, NaN where there is none, and the strike angle of the scene [rad, m; rad].
-        strikes: least and greatest strike angle looked at [rad].
+        strikes: smallest and largest strike angle looked at [rad].
         step: largest distance between the values of the scan [rad, m].
         scan: the postures and their numbers.
         limits: at the scene's strike angle, at others one by one, and last at all strike angles of the range.

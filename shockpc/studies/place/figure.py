@@ -1,4 +1,4 @@
-"""The figure of a placement: the greatest shock over a body in three views, with present sensors, places found and CoPcs."""
+"""The figure of a placement: the largest shock over a body in three views, with present sensors, places found and CoPcs."""
 
 import math
 from typing import Any

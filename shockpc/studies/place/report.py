@@ -1,4 +1,4 @@
-"""Where a sensor sees least shock: places, margins, the shock in each landing, what is gained and what is proven."""
+"""Where a sensor has the smallest shock: places, margins, the shock in each landing, what is gained and what is proven."""
 
 from typing import Any
 
@@ -14,7 +14,7 @@ from shockpc.text.printed import cause_lines, causes, few, listed
 
 
 def place_report(study: PlaceStudy) -> Report:
-    """The places of least shock on a body."""
+    """The places of minimum shock on a body."""
     number = "maximum shock" if study.weights is None else "weighted mean of the shock"
     asked = dict.fromkeys(point.label for profile in study.profiles for point in profile.scene.point)
     apart = [name for name in asked if name not in {place.name for place in study.today}]
@@ -109,7 +109,7 @@ def _judged(study: PlaceStudy) -> bool:
 
 
 def _landings(study: PlaceStudy, most: int | None = None) -> Sheet:
-    """The shock at each place in each landing. Args: most, rows to show, those of the greatest shock."""
+    """The shock at each place in each landing. Args: most, rows to show, those of the largest shock."""
     places = (*study.today, *study.places)
     shocks = np.array([one.shocks for one in places]).T
     weights = {} if study.weights is None else {"weight [-]": study.weights}

@@ -17,7 +17,7 @@ MOST_PANELS, WORST, BINS = 8, 3, 60
 """Distributions of one figure, landings that are named beside each, and its most bins."""
 
 FRAME_REACH = 1.4
-"""Half the width of the frame of a comparison, in greatest measured jumps; predictions beyond it are arrows on its edge."""
+"""Half the width of the frame of a comparison, in largest measured jumps; predictions beyond it are arrows on its edge."""
 
 
 def draw_recorded(study: RecordedLandings, results: Table) -> Figure:

@@ -58,7 +58,7 @@ class Agreement(NamedTuple):
             an interval nor "r". "r" is the correlation, "slope" that of the regression of measured on predicted; "error" the median
             over the landings of ‖predicted − measured‖ / ‖measured‖,
             "error (energy)" that in the norm √(ΔᵀHΔ) of the landing's inertia H, which needs no choice of units (velocities that
-            were not measured are those with which it is least); "skill" 1 − Σ(predicted − measured)² / Σ measured², against the
+            were not measured are those that minimise it); "skill" 1 − Σ(predicted − measured)² / Σ measured², against the
             prediction of no jump; "skill (mean)" the same against the mean of the other landings.
         n: number of landings that were measured and predicted, of which the statistics are.
     """

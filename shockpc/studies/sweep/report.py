@@ -53,7 +53,7 @@ def sweep_report(summary: Summary[VariedLandings]) -> Report:
 
 
 def _most_severe(extent: Extent) -> int:
-    """The row of the most severe value; that of the greatest one where neither direction is worse."""
+    """The row of the most severe value; that of the largest one where neither direction is worse."""
     return extent.least_row if extent.column.selection.quantity.worse == "less" else extent.greatest_row
 
 
