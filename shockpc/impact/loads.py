@@ -48,8 +48,8 @@ def motor_torques(landing: PosedLanding, rows: ContactRows, free: Array, gravity
     """Torques (nv,) of the motors, constant during the landing [N m, N]: those of the scene, or those that hold what is loaded.
 
     In flight, the default, these are the smallest with which the loads of springs accelerate the robot as little as
-    possible, √(aᵀ M a). Standing torques hold the robot on the contacts that strike. Their forces are the smallest that hold it as one
-    rigid body, or, where they
+    possible, √(aᵀ M a). Standing torques hold the robot on the contacts that strike. Their forces are the smallest that hold it as
+    one rigid body, or, where they
     cannot hold all of it, as one foot, that leave the smallest acceleration; with these forces the torques are found as before.
 
     Args:
