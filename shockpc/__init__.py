@@ -1,4 +1,4 @@
-"""Mechanical shock of a landing, body by body, from the rigid-body model alone.
+"""Mechanical shock of a landing, body by body, from its rigid-body model.
 
     profile = shockpc.shock_profile(shockpc.Scene(robot="anymal_b", contact="LF_FOOT"))
     print(profile.bodies, profile.shock_com, profile.ropc)

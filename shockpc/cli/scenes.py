@@ -164,7 +164,7 @@ def one_scene(robot: str, options: SceneOptions, trace: Trace | None = None) -> 
 
 
 def _scene_of(name: str) -> Scene:
-    """The scene of a file, of FILE.toml:CASE, or of a robot alone.
+    """The scene of a file, of FILE.toml:CASE, or of a robot without a scene.
 
     Raises:
         ShockError: a file cannot be read, or has no such case.

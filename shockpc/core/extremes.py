@@ -106,7 +106,7 @@ def greatest_shock(delta_omega: Array, delta_v: Array, pieces: Pieces) -> Array:
     Args:
         delta_omega: (..., 3) jumps of angular velocity, body axes [rad/s].
         delta_v: (..., 3) jumps of velocity of the body frame's origin [m/s].
-        pieces: of this body alone.
+        pieces: of this body only.
 
     Returns: (...); NaN without pieces.
     """

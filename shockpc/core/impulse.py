@@ -3,7 +3,7 @@
     [ H    J_cᵀ ] [ Δq̇ ]   [  0 ]
     [ J_c   0   ] [ −λ ] = [ −b ]         b = (1 + e) J_c q̇⁻
 
-Works on arrays alone; it neither loads robots nor chooses contacts. What closes a loop is a row with b = 0; what cannot move is
+Works only on arrays; it neither loads robots nor chooses contacts. What closes a loop is a row with b = 0; what cannot move is
 a column left out (Eq. 7, with H and J_c reduced before they come here). All arrays have a leading posture axis.
 """
 
@@ -47,7 +47,7 @@ class Solution(NamedTuple):
         rank: (N,) number of independent rows.
         condition: (N,) estimated factor by which the inertia and the rows enlarge rounding in the jump that is known worst [1].
         choices: the independent rows of each posture in which some depend on others, or nearly do, by its index.
-        independent: (r, k) impulses along these rows alone, which do the same to the robot, by the same index [N s].
+        independent: (r, k) impulses along these rows only, which do the same to the robot, by the same index [N s].
     """
 
     delta_qd: Array
@@ -60,7 +60,7 @@ class Solution(NamedTuple):
 
     @property
     def independent_impulse(self) -> Array:
-        """(N, nc, k) impulses along the independent rows alone, zero along all others [N s]."""
+        """(N, nc, k) impulses along the independent rows only, zero along all others [N s]."""
         out = self.impulse.copy() if self.independent else self.impulse
         for k, part in self.independent.items():
             out[k] = 0.0

@@ -99,7 +99,7 @@ class Case(Scene):
 
     @property
     def landings(self) -> tuple[tuple[float | None, Scene], ...]:
-        """Each strike angle with its scene; the angle is None where the scene gives the strike alone."""
+        """Each strike angle with its scene; the angle is None where the scene gives only the strike."""
         scene = Scene(**{item.name: getattr(self, item.name) for item in fields(Scene)})
         if self.drop_height is not None:
             scene = replace(scene, strike=replace(scene.strike, drop_height=self.drop_height))
@@ -323,7 +323,7 @@ def _replaced(table: Mapping[str, Any], by: Mapping[str, Any]) -> dict[str, Any]
         for key, value in by.items()
         if isinstance(value, Mapping) and isinstance(table.get(key), Mapping)
     }
-    # Of patterns of joints the last one counts, so what is replaced comes last.
+    # Of patterns of joints the last one applies, so what is replaced comes last.
     return {key: value for key, value in table.items() if key not in by} | {**by, **inner}
 
 

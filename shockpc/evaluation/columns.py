@@ -131,7 +131,7 @@ def target_text(target: str | Point, scenes: Iterable[Scene]) -> str:
 
 
 def column(profile: ShockProfile, text: str) -> Column:
-    """The number of an impact that a text names, KEY@PLACE; of the robot as a whole KEY alone.
+    """The number of an impact that a text names, KEY@PLACE; of the robot as a whole only KEY.
 
     Args:
         profile: a landing in which it exists.

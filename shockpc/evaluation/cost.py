@@ -97,7 +97,7 @@ class ShockCost:
 
     Args:
         scenes: one landing, or landings of one robot by name.
-        quantity: KEY@PLACES; of several places the worst counts.
+        quantity: KEY@PLACES; of several places the worst is taken.
         variables: ranges by subject, as in `variation`: {"*_KFE": "-120:-10", "mass:base": "0.8x:1.2x"}, or pairs of both.
         robot: the scenes' robot, if it is loaded already.
         keep: constraints, KEY@PLACES<=LIMIT or >=LIMIT; of a number that may be negative its magnitude counts.
@@ -328,7 +328,7 @@ def _of_points(X: Array, values: Array) -> Array:
 
 
 def _groups(varied: VariedLandings, landings: Mapping[str, PosedLanding]) -> tuple[VariedLandings, ...]:
-    """The landings, those together that differ in the velocity of the strike alone, unless that varies."""
+    """The landings, those together that differ only in the velocity of the strike, unless that varies."""
     together, strikes_vary = dict[Any, dict[str, Strike]](), any(one.stage == 2 for one in varied.variations)
     for name, landing in landings.items():
         apart = name if strikes_vary or not landing.translates else ""

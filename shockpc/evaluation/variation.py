@@ -131,7 +131,7 @@ class Variation:
     @property
     def stage(self) -> int:
         """What a change of it needs: 0 another landing, 1 another posture or inertia, 2 only another product with the maps."""
-        # Springs count on contacts of finite stiffness alone, which are computed one by one; which joints have one counts before.
+        # Springs matter only on contacts of finite stiffness, which are computed one by one; which joints have one counts before.
         alike = self.kind in INERTIAL or (self.kind == "joint-stiffness" and self.factor)
         return 2 if self.kind in STRIKE else 1 if self.moves or alike else 0
 

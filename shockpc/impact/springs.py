@@ -1,4 +1,4 @@
-"""From which time after the impact springs count: those of joints, and those between joints and their rotors.
+"""From which time after the impact springs have an effect: those of joints, and those between joints and their rotors.
 
 In the instant of an impact a spring gives no impulse, because it has not moved. Afterwards the robot, with its contacts held,
 swings on its springs; the motion is that of the generalised eigenproblem K φ = ω² M φ in the geometry at the impact.
@@ -25,7 +25,7 @@ def early_springs(landing: PosedLanding, time: float, duration: float | None) ->
 
     Args:
         landing: gives the springs.
-        time: from which on the first spring counts [s].
+        time: from which on the first spring has an effect [s].
         duration: of the contact [s]; None where the landing gives no stiffness of the contacts.
     """
     model, count = landing.joint_model, f"{1e3 * time:.2g} ms"

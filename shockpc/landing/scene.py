@@ -191,7 +191,7 @@ class Scene(Record):
 
     Attributes:
         robot: a name that `shockpc robots` lists, or the path of a URDF, xacro, MJCF or SDFormat file.
-        packages: folders of packages, for `package://` and `$(find …)`; in that of "*" files are found by their names alone.
+        packages: folders of packages, for `package://` and `$(find …)`; in that of "*" files are found by their names only.
         xacro: arguments of a xacro file.
         posture: posture of base and joints.
         strike: velocity relative to the ground.

@@ -51,7 +51,7 @@ Compute = Callable[[Impact, Places], Any]
 
 
 def _of_points(compute: Compute, joints: bool = False, vector: bool = False) -> Compute:
-    """A formula of parts at points alone, or of those of joints: no value at the others."""
+    """A formula of parts only at points, or of those of joints: no value at the others."""
     axes = (3,) if vector else ()
 
     def chosen(impact: Impact, places: Places) -> Any:
@@ -67,7 +67,7 @@ def _of_points(compute: Compute, joints: bool = False, vector: bool = False) -> 
 
 
 def _of_joints(compute: Compute) -> Compute:
-    """A formula of parts of joints alone, of the places of these joints as parts are: no value at the others."""
+    """A formula of parts of joints only, of the places of these joints as parts are: no value at the others."""
     return _of_points(compute, joints=True)
 
 

@@ -29,7 +29,7 @@ class Quantity(NamedTuple):
             arithmetic of the impact. Of a profile's health values (n,).
         size: natural size of values (N, S, n, ...), against which a ball counts as narrow enough: of an impact and the values.
         missing: why a value may be missing.
-        vector: whether a value is a vector (3,), which counts by its length where one number is needed.
+        vector: whether a value is a vector (3,), whose length is taken where one number is needed.
         needs_posture: whether it is computed in one posture at a time, with a proof, because double precision cannot decide it.
         in_doubles: whether double precision has it nevertheless where it is clear, and NaN elsewhere.
         with_stiffness: whether it needs a posture and is unproven where the contacts have a finite stiffness.

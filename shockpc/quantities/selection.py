@@ -27,7 +27,7 @@ _BY_KEY = {(quantity.of, quantity.key): quantity for quantity in QUANTITIES}
 
 
 class Selection(NamedTuple):
-    """A quantity, or a component of one, as a number: a vector counts by its length.
+    """A quantity, or a component of one, as a number: of a vector the length is taken.
 
     Attributes:
         name: as a text names it.

@@ -351,7 +351,7 @@ class ShockProfile(OfLanding):
 
     @cached_property
     def spring_time(self) -> float:
-        """Time after the impact from which on the first spring counts, as `spring_times` [s]; infinite without springs."""
+        """Time after the impact from which on the first spring has an effect, as `spring_times` [s]; infinite without springs."""
         if not self.landing.joint_model.springs.any():
             return math.inf
         from shockpc.impact.springs import spring_times

@@ -223,7 +223,7 @@ def watched_motion(log: Log, scene: Scene, robot: Robot, frames: Sequence[str] |
     """The motion of a robot and of what may touch down: some frames, or all feet and the contacts of the scene.
 
     A contact of the scene stands for the foot of its body. Where the log lacks what the heights of the other feet follow from, the
-    scene's contacts are watched alone.
+    scene's contacts only are watched.
     """
     given = {contact.frame: contact for contact in scene.contact}
     if frames is not None:

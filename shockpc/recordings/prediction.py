@@ -205,7 +205,7 @@ class Predictor:
         rows: the landings.
         robot: their robot.
         unknowns: the quantities.
-        measured: what was measured, velocities alone.
+        measured: what was measured, only velocities.
     """
 
     rows: RecordedRows = field(repr=False)

@@ -73,7 +73,7 @@ def catalogue_drives(name: str | None) -> tuple[Drive, ...]:
         # Values are written as JSON writes them, which is read in a tenth of the time that TOML takes.
         drives = [converted({key: json.loads(value) for key, value in lines}, Drive, "", []) for lines in mentioning]
     except ValueError:
-        drives = list(read_drives(file))  # a value that TOML alone has, or several lines
+        drives = list(read_drives(file))  # a value that only TOML has, or several lines
     return tuple(drive for drive in drives if name in drive.robot)
 
 

@@ -46,7 +46,7 @@ def load_robot(
             robot_descriptions gives them. A scene file cannot name those, so pass the robot on with the scene.
         geometry: the shapes of a `pinocchio.Model`; of a `RobotWrapper` its collision model by default.
         xacro: arguments of a xacro file.
-        packages: folders of packages, for `package://` and `$(find …)`; in that of "*" files are found by their names alone.
+        packages: folders of packages, for `package://` and `$(find …)`; in that of "*" files are found by their names only.
         srdf: a file of reference postures; by default the one found beside the robot.
         frames: names or globs of frames that are asked for. Of several robots in an MJCF file the one that has the first of them is
             loaded, or else the one with the most joints.

@@ -25,7 +25,7 @@ LARGEST_COORDINATE = 1e6
 class Shape(NamedTuple):
     """One convex piece of a body: the Minkowski sum of the hull of some points and an ellipsoid, without approximation.
 
-    A box or a mesh is the hull alone. A sphere and an ellipsoid have one point; a capsule and a cylinder two, the cylinder with a
+    A box or a mesh is only the hull. A sphere and an ellipsoid have one point; a capsule and a cylinder two, the cylinder with a
     flat ellipsoid, a disc.
 
     Attributes:

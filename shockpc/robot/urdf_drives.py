@@ -36,7 +36,7 @@ def read_drives(root: Element, joints: dict[str, Element], model: pin.Model) -> 
     Read are <dynamics> of a joint: armature and RaiSim's rotor_inertia, both at the joint, RaiSim's stiffness, and
     spring_stiffness with spring_reference; and transmissions of one joint by one actuator, those of <ros2_control> included:
     rotor inertia and gear ratio of Drake, or motorInertia and mechanicalReduction, whose product counts where it stands in the
-    joint and in the actuator. Of two values for one joint the first counts.
+    joint and in the actuator. Of two values for one joint the first is used.
 
     Raises:
         RobotError: a number of a drive is negative or not finite.

@@ -71,7 +71,7 @@ def landing_report(
 
     The files are profile.json, a CSV file of each table, report.md, shock.svg and shock.png; with parts also damage_boundary.svg,
     with a contact stiffness time.svg, and on request spectrum.svg, the shock response spectrum, which then is in profile.json too.
-    On a terminal the answer alone is shown, or with `whole` all tables.
+    On a terminal only the answer is shown, or with `whole` all tables.
     """
     return Report(
         name="profile",

@@ -54,7 +54,7 @@ class Identification:
         predictor: of the jumps.
         before: jumps with the scene as it is given.
         after: jumps with the values that were found.
-        used: (n,) which landings count: those that can be computed and whose measured jump is not zero.
+        used: (n,) which landings are used: those that can be computed and whose measured jump is not zero.
         errors: "before" and "after", and "left out": of landings that had no part in finding the values (k-fold); "free impulse" is
             that of the best impulse at the contacts, whatever its law, with the inertia that was found; NaN where it has more than
             half as many directions as velocities were measured.
@@ -141,7 +141,7 @@ def identify(
     """Find unknowns of a robot and of the ground from measured jumps.
 
     Args:
-        table: landings with columns after_…, as `landings` takes them; velocities alone are used.
+        table: landings with columns after_…, as `landings` takes them; only velocities are used.
         scene: gives what the table does not.
         robot: the scene's robot, if it is loaded already.
 
@@ -184,7 +184,7 @@ def identify(
             "the scene gives a contact stiffness, which has an effect only on velocities at a time after contact, and the table "
             "does not say when they were measured; name its columns after6ms_… for 6 ms, or leave the stiffness out"
         )
-    if all(one.kind != "place" for one in unknowns):  # lengths alone decide how loops close
+    if all(one.kind != "place" for one in unknowns):  # only lengths decide how loops close
         rows = RecordedLandings(robot, rows).closed
     predictor = Predictor(rows, robot, unknowns, chosen)
     return _identification(fit_of(predictor, deviations[deviations > 0.0] if noise else None), scene)

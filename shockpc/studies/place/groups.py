@@ -1,4 +1,4 @@
-"""Several sensors, of which in each landing the one with the smallest shock counts: which landings belong to which sensor.
+"""Several sensors, of which in each landing the one with the smallest shock is used: which landings belong to which sensor.
 
 Branch and bound over assignments of landings to sensors. The best place for some of the landings is a bound for every assignment in
 which they share a sensor. A node whose places already serve the landings that it does not assign is optimal; otherwise the landing

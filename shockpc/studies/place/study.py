@@ -44,7 +44,7 @@ EQUAL_SHARE = 1.0 - 1e-6
 EQUAL = 0.01
 """By how much more than the smallest the largest shock at a place may be, as a share of it, for the mean over landings to decide.
 
-On all level feet a robot hardly rotates, so that many places are nearly equal; the landings on some of them tell these apart."""
+On all level feet a robot rotates little, so that many places are nearly equal; the landings on some of them tell these apart."""
 
 
 class Margin(NamedTuple):

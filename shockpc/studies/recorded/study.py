@@ -37,7 +37,7 @@ STATISTICS = ("r", "slope", "error", "error (energy)", "skill", "skill (mean)")
 """Names of the statistics."""
 
 ALL = "all velocities"
-"""The group of all velocities, which have different units: it has an error in the energy norm alone."""
+"""The group of all velocities, which have different units: it has only an error in the energy norm."""
 
 INTERVAL = (2.5, 97.5)
 """Percentiles of its intervals."""
@@ -51,7 +51,7 @@ class Agreement(NamedTuple):
         time: after the touchdown [ms]; None where no time is given.
         name: of the quantity, or of the group of quantities of one unit, which are taken together.
         unit: of the values.
-        group: whether it is a group, which may have one quantity alone.
+        group: whether it is a group, which may have only one quantity.
         measured: (n, k) jumps of k quantities in n landings; NaN where one was not measured.
         predicted: (n, k) the same, predicted.
         statistics: each with its bootstrap interval: (value, low, high) by name; of fewer than `FEWEST` landings there is neither

@@ -64,7 +64,7 @@ def _header(log: Path, study: Touchdowns) -> Iterator[tuple[str, str]]:
 
 
 def _table(study: Touchdowns) -> Sheet:
-    """The table that `shockpc recorded` takes, whose columns have its names alone."""
+    """The table that `shockpc recorded` takes, whose columns have only its names."""
     sheet = sheet_of(study.table)
     return sheet._replace(header=[Column(name, name) for name in study.table.columns])
 
