@@ -87,7 +87,7 @@ def test_data_give_the_shock_of_every_strike(moving, plane):
     s = rotated(landing, 25.0, 40.0, 2.0)
     other = shock_profile(replace(MOVING, plane=plane, strike=replace(MOVING.strike, velocity=tuple(s))))
     for model, expected in (
-        ("as modelled", other.proof),
+        ("with drives", other.proof),
         ("free", other.proof_with("free")),
         ("locked", other.proof_with("locked")),
     ):
@@ -367,7 +367,7 @@ def test_a_contact_with_a_velocity_does_not_follow_the_base(moving):
     s = np.array([0.3, 0.0, -0.5])
     other = shock_profile(replace(MOVING, contact=contacts, strike=replace(MOVING.strike, velocity=tuple(s))))
     np.testing.assert_allclose(other.approach, [moved["extra"], following["extra"] + s], rtol=1e-13, atol=1e-15)
-    M = np.array(landing["models"]["as modelled"]["jumps"])
+    M = np.array(landing["models"]["with drives"]["jumps"])
     np.testing.assert_allclose(M[..., :3] @ s + M[..., 3], other.proof.jumps[..., 3], rtol=1e-12, atol=1e-13)
 
 
@@ -377,7 +377,7 @@ def test_a_strike_that_contradicts_the_contacts_is_told_from_others(here):
     scene = Scene(robot="stick.urdf", contact=Contact(frame="foot", directions=("z", "y")), base="fixed")
     profile = shock_profile(replace(scene, posture=Posture(joints_deg={"knee": 30.0})))
     (landing,) = data_of(html_of(landing_report(profile)))["landings"]
-    left = np.array(landing["models"]["as modelled"]["left"])
+    left = np.array(landing["models"]["with drives"]["left"])
     assert left.shape == (1, 4)
     assert np.abs(left[:, :3] @ profile.strike + left[:, 3]).max() < 1e-12
     across = tuple(profile.strike + np.array([0.0, 0.5, 0.0]))
@@ -393,7 +393,7 @@ def test_page_and_analysis_refuse_the_same_strikes(here, across):
     scene = Scene(robot="stick.urdf", contact=Contact(frame="foot", directions=("z", "y")), base="fixed")
     profile = shock_profile(replace(scene, posture=Posture(joints_deg={"knee": 30.0})))
     data = data_of(html_of(landing_report(profile)))
-    model, s = data["landings"][0]["models"]["as modelled"], np.append(profile.strike + np.array([0.0, across, 0.0]), 1.0)
+    model, s = data["landings"][0]["models"]["with drives"], np.append(profile.strike + np.array([0.0, across, 0.0]), 1.0)
     left, speeds = (np.abs(np.array(model[key]) @ s) for key in ("left", "speeds"))
     length = np.sqrt(s @ np.array(model["motion"]) @ s)
     refused = bool(np.any(left > data["contradiction"] * speeds.max() + np.array(model["rounding"]) * length))

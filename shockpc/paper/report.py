@@ -85,7 +85,7 @@ def _bodies_sheet(figures: Sequence[PaperFigure]) -> Sheet:
                 shock = (profile.shock_com[i], profile.shock_min[i], profile.shock_max[i])
                 motion = "translates" if profile.translates[i] else None
                 rows.append((f"{figure.number} {panel.label}", body, *copc, profile.ropc[i], *shock, motion))
-    header = ("figure", "body", "CoPc x [m]", "CoPc z [m]", "RoPc [m]", "shock at CoM [-]", "least [-]", "greatest [-]", "motion")
+    header = ("figure", "body", "CoPc x [m]", "CoPc z [m]", "RoPc [m]", "shock at CoM [-]", "minimum [-]", "maximum [-]", "motion")
     notes = ("Figure 3: all masses and most lengths are assumed",) if any(figure.number == 3 for figure in figures) else ()
     return Sheet("bodies (CoPc in body coordinates, joints free; shock relative to the strike)", header, rows, notes)
 

@@ -240,7 +240,7 @@ class SymbolImpact(ExactImpact):
 
     @cached_property
     def pivot(self) -> Symbol:
-        """The least pivot of the Delassus matrix, scaled to a unit diagonal: 1 for orthogonal rows, 0 for dependent ones."""
+        """The smallest pivot of the Delassus matrix, scaled to a unit diagonal: 1 for orthogonal rows, 0 for dependent ones."""
         S = entries(self._by_rows[1])
         diagonal, pivots = np.diagonal(S).copy(), []
         for k in range(len(S)):

@@ -218,7 +218,7 @@ def _view(shown: Mapping[str, ShockProfile], every: int) -> str:
         f'<input type="number" id="{key}" step="any">'
         for key, title, what, low, high in CONTROLS
     )
-    models = "".join(f"<option>{name}</option>" for name in ("free", "as modelled", "locked"))
+    models = "".join(f"<option>{name}</option>" for name in ("free", "with drives", "locked"))
     switches = "".join(
         f'<label><input type="checkbox" id="{key}"{" checked" if on else ""}> {text}</label>'
         for key, text, on in (
@@ -231,7 +231,7 @@ def _view(shown: Mapping[str, ShockProfile], every: int) -> str:
     edges = ["" if math.isinf(edge) else f"{edge:g}" for edge in EDGES[1:]]
     bands = "".join(f'<span style="background:{colour}"><i>{edge}</i></span>' for colour, edge in zip(BANDS, edges, strict=True))
     points = ["", "sensor or point", "shock [-]", "Δv x [m/s]", "Δv y [m/s]", "Δv z [m/s]", *(["peak [g]"] if peak else [])]
-    bodies = ["", "body", "shock at CoM [-]", "least drawn [-]", "greatest drawn [-]", "|Δω| [rad/s]"]
+    bodies = ["", "body", "shock at CoM [-]", "minimum drawn [-]", "maximum drawn [-]", "|Δω| [rad/s]"]
     bodies += ["CoPc x [m]", "CoPc y [m]", "CoPc z [m]", "RoPc [m]", "motion"]
     contacts = ["", "contact or standing foot", "x [N s]", "y [N s]", "z [N s]", "friction to stick [-]"]
     joints = ["", "joint", "along the axis [N m s, N s]", "force [N s]", "moment [N m s]"]
@@ -299,7 +299,7 @@ def _landing(name: str, profile: ShockProfile, drawn: Sequence[Surface], geometr
     """One landing: placements, what follows from the velocity of the base, and what shock is relative to."""
     landing, robot, plane, axes = profile.landing, profile.robot, profile.plane, StrikeAxes.of(profile)
     strike_velocity = landing.before.velocity
-    proofs = {"free": profile.proof_with("free"), "as modelled": profile.proof, "locked": profile.proof_with("locked")}
+    proofs = {"free": profile.proof_with("free"), "with drives": profile.proof, "locked": profile.proof_with("locked")}
     angle, heading, speed = axes.polar(strike_velocity)
     blocks = landing.blocks[: len(profile.contacts)]
     contacts = [

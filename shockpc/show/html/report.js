@@ -47,7 +47,7 @@
 
   function reset() {
     inputs.forEach((name, k) => { byId(name).value = byId(`${name}-range`).value = shown(landing.strike[k]); });
-    byId("model").value = "as modelled";
+    byId("model").value = "with drives";
     update();
   }
 
@@ -161,8 +161,8 @@
   function update() {
     result = computed();
     const { bodies, deltas, refusal, v_in, contacts, loads } = result, model = byId("model").value;
-    const joints = model === "as modelled" ? "joints as modelled" : `joints ${model}`;
-    const ofScene = model === "as modelled" && inputs.every((name, k) => typed(name, k) === landing.strike[k]);
+    const joints = model === "with drives" ? "joints with drives" : `joints ${model}`;
+    const ofScene = model === "with drives" && inputs.every((name, k) => typed(name, k) === landing.strike[k]);
     byId("state").textContent = refusal ||
       `${ofScene ? "the strike of the scene" : "another strike or joint model than the scene's"}; shock is relative to ` +
       `${rounded(v_in)} m/s; ${joints}`;

@@ -71,7 +71,7 @@ def landing_report(
 
     The files are profile.json, a CSV file of each table, report.md, shock.svg and shock.png; with parts also damage_boundary.svg,
     with a contact stiffness time.svg, and on request spectrum.svg, the shock response spectrum, which then is in profile.json too.
-    On a terminal the answer alone is shown, or with `whole` all tables.
+    On a terminal only the answer is shown, or with `whole` all tables.
     """
     return Report(
         name="profile",
@@ -280,7 +280,7 @@ def accuracy_line(profile: ShockProfile) -> str:
     proven = f"{proof_text(health.error_bound)} ({health.bits} bits)"
     double = f"was off by {health.double_error:.0e}" if math.isfinite(health.double_error) else "finds no solution"
     data = f"last-digit changes of the data move it by {health.data_sensitivity:.0e}"
-    return f"accuracy: {proven}; double precision alone {double}; {data}"
+    return f"accuracy: {proven}; double precision {double}; {data}"
 
 
 def _damage_picture(profiles: Sequence[ShockProfile]) -> list[Picture]:
@@ -330,7 +330,7 @@ def _stop_lines(profile: ShockProfile) -> list[str]:
     values = dict(zip((p.name for p in profile.places("joint")), profile.value("stop_impulse", "joint").tolist(), strict=True))
     lines = []
     for stop in (*striking, *profile.landing.acting):
-        side, name = "least" if side_of(profile.robot, stop) > 0.0 else "greatest", stop.frame.removeprefix(STOP)
+        side, name = "minimum" if side_of(profile.robot, stop) > 0.0 else "maximum", stop.frame.removeprefix(STOP)
         unit = "N m s" if len(stop.moments) else "N s"
         peak = f", at most {profile.stiffness.stop_peaks.get(name, 0.0):.4g} {unit.removesuffix(' s')}" if profile.stiffness else ""
         lines.append(f"the end stop of {name} at its {side} value acts with {abs(values[name]):.4g} {unit}{peak}")
@@ -364,7 +364,7 @@ def _ground_lines(profile: ShockProfile) -> list[str]:
             how += "; part of the difference is between two laws of restitution, and remains on stiffer contacts"
         if profile.scene.contact_damping is not None:
             made = ", ".join(f"{e:.3g} at {c.frame}" for e, c in zip(stiffness.restitution, profile.contacts, strict=True))
-            how += f"; the damping makes a restitution of {made}, which the impulse model has with --restitution alone"
+            how += f"; the damping makes a restitution of {made}, which the impulse model has only with --restitution"
         return [f"impulse model: {within} ({how})"]
     if (sliding := profile.friction) is None:
         return []
