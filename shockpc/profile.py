@@ -132,7 +132,7 @@ def shock_maps(landing: Landing | Scene, Q: Array | Sequence[Sequence[float]], d
             "for one posture give q[None]"
         )
     check_rotations(landing.robot, Q)
-    nv, parts, changes = landing.robot.model.nv, [], None
+    nv, whole, changes = landing.robot.model.nv, list[Array](), None
     if derivatives:
         from shockpc.impact.derivatives import derivatives as map_derivatives
 
@@ -142,17 +142,24 @@ def shock_maps(landing: Landing | Scene, Q: Array | Sequence[Sequence[float]], d
             state = dynamics(landing.robot, Q[k : k + CHUNK], landing.joint_model.armature)
             equation, solution, maps = impact_jumps(landing, state, with_strike=False)
             condition, prove = needs_proof(landing, equation, solution)
-            parts.append((maps, state.rotation, state.position, solution.rank, condition, prove, state.J))
+            found = maps, state.rotation, state.position, solution.rank, condition, prove, state.J
+            if not k:
+                whole = [part if len(part) == len(Q) else _for(len(Q), part) for part in found]
+            if len(condition) < len(Q):
+                for all_, part in zip(whole, found, strict=True):
+                    all_[k : k + CHUNK] = part
             if changes is not None:
                 map_derivatives(landing, equation, solution, out=changes[k : k + CHUNK])
-    whole: list[Any] = list(parts[0] if len(parts) == 1 else map(concatenated, zip(*parts, strict=True)))
-    return ShockMaps(landing, Q, *whole)._replace(derivatives=changes)
+    arrays: Any = whole
+    return ShockMaps(landing, Q, *arrays)._replace(derivatives=changes)
 
 
-def concatenated(parts: tuple[Array, ...]) -> Array:
-    """Arrays of consecutive postures as one, in the memory layout that they have."""
-    last = [np.moveaxis(part, 0, -1) for part in parts]
-    return np.moveaxis(np.concatenate(last, axis=-1), -1, 0) if last[0].flags.c_contiguous else np.concatenate(parts)
+def _for(n: int, part: Array) -> Array:
+    """An array for n postures in the memory layout of one for fewer."""
+    last = np.moveaxis(part, 0, -1)
+    if last.flags.c_contiguous:
+        return np.moveaxis(np.empty((*last.shape[:-1], n), part.dtype), -1, 0)
+    return np.empty((n, *part.shape[1:]), part.dtype)
 
 
 def needs_proof(landing: Landing, equation: Equation, solution: Solution, trusted: float | None = None) -> tuple[Array, np.ndarray]:
