@@ -348,6 +348,7 @@ def _landing(name: str, profile: ShockProfile, drawn: Sequence[Surface], geometr
         "gyration": robot.gyration.tolist(),
         "rotation": profile.rotation.tolist(),
         "position": profile.position.tolist(),
+        "origin": landing.state.origin[0].tolist(),
         "models": {key: proof and _matrices(every_strike(proof)) for key, proof in proofs.items()},
         "joints": [printable(place.name) for place in profile.places("joint")],
         "grounds": [

@@ -57,7 +57,7 @@ function postureOf(panel, changed) {
     const part = (start, width, n) => count(n).map((k) => Array.from(out.subarray(start + width * k, start + width * (k + 1))));
     return {
       rotation: count(nb).map((k) => product(T, matrix(out, 9 * k))),
-      position: part(9 * nb, 3, nb).map((p) => times(T, p)),
+      position: part(9 * nb, 3, nb).map((p) => times(T, p).map((x, k) => x + landing.origin[k])),
       jumps: part(12 * nb, 6, nb),
       contacts: part(18 * nb, 3, nc).map((impulse) => times(T, impulse)),
       loads: part(18 * nb + 3 * nc, 7, nj),
