@@ -1,6 +1,7 @@
 """How much code a row of a study passes: `python tests/row_path.py` prints the functions of the package and their files.
 
-Counted are the named functions that are called while a part of a table is computed, once its landings are resolved.
+Counted are the named functions that are called while a part of a table is computed, in a second run: what is found once for a robot
+is not of a row.
 """
 
 import sys
@@ -18,6 +19,7 @@ PACKAGE = str(Path(shockpc.__file__).parent)
 
 def passed(study: Callable[[], Any]) -> set[CodeType]:
     """The functions that are called in `Evaluation.compute` while a study runs."""
+    study()
     seen, compute = set[CodeType](), Evaluation.compute
 
     def note(frame: FrameType, event: str, _: Any) -> None:
