@@ -386,7 +386,7 @@ def test_browser_follows_the_sliders_of_the_posture(moving, here, tmp_path_facto
         compare_impulses(page, other)
         for width in (390, 800, 1300):
             page.call("Emulation.setDeviceMetricsOverride", width=width, height=1000, deviceScaleFactor=1, mobile=False)
-            assert page.evaluate("document.documentElement.scrollWidth <= innerWidth")
+            page.wait("document.documentElement.scrollWidth <= innerWidth")  # Plotly takes its time
             assert page.evaluate(OVERLAPS) == 0
         page.evaluate("document.getElementById('reset').click()")
         assert page.evaluate("document.getElementById('state').textContent").startswith("the strike of the scene")
