@@ -360,19 +360,14 @@ def traced(landing: PosedLanding, given: int, formulas: Callable[[Impact], list[
     """Symbols of the configuration (nq,) and of what is before the impact (given,), and what formulas make of them (m,).
 
     Raises:
-        SingularError: as for `SymbolImpact`.
-        NoValueError: a formula compares or rounds numbers.
+        SingularError, NoValueError: as for `SymbolImpact`; a formula compares or rounds numbers.
     """
     q, before = casadi.SX.sym("q", landing.robot.model.nq), casadi.SX.sym("before", given)
     return q, before, _densified(formulas(SymbolImpact.of(landing, q, before)))
 
 
 def program(n: int, formulas: Callable[[Numbers], Iterable[Any]]) -> Program:
-    """The steps that arrays of formulas take of n numbers, each expression once.
-
-    Raises:
-        NoValueError: a formula compares or rounds numbers.
-    """
+    """The steps that arrays of formulas take of n numbers. Raises: as `traced`."""
     x = casadi.SX.sym("x", n)
     return compiled([x], _densified(formulas(_symbols(x))))[0]
 
@@ -447,13 +442,7 @@ def function_from(text: str) -> Callable[[Array], Any]:
 
 
 def function_of(text: str, inputs: Mapping[str, int], outputs: Mapping[str, slice]) -> casadi.Function:
-    """A function of which this is the text with named inputs and outputs.
-
-    Args:
-        text: of the function.
-        inputs: sizes of the vectors that its inputs are made of.
-        outputs: where they are among its outputs.
-    """
+    """A function by its text. Args: inputs, sizes of the vectors that its input is made of; outputs, places among its outputs."""
     vectors = [casadi.SX.sym(name, size) for name, size in inputs.items()]
     rows = casadi.Function.deserialize(text)(casadi.vertcat(*vectors))
     return casadi.Function("landing", vectors, [rows[part] for part in outputs.values()], [*inputs], [*outputs])
