@@ -6,6 +6,7 @@ import subprocess
 
 import numpy as np
 import pytest
+from commands import run
 from robot_texts import joint, link, urdf
 from trees import robot_from
 
@@ -85,6 +86,23 @@ def test_wrong_code_is_not_written(leg, monkeypatch, wrong):
     if shutil.which("node"):
         with pytest.raises(StudyError, match="is off by"):
             export(scene, ["shock_com@trunk"], robot=robot, lang="js", sample=2)
+
+
+def test_the_command_writes_code_of_a_sole(capfd, tmp_path):
+    """With the point that the refusal of its lowest one names."""
+    foot = ("--contact", "left_ankle_roll_link")
+    code, _, err = run(capfd, "export", "g1", *foot)
+    assert code == 2
+    hint = err.split("--offset ")[1].split()
+    assert hint[1:3] == ["--contact-kind", "flat"]
+    sole = (*foot, "--offset", hint[0], *hint[1:3])
+    out = tmp_path / "code"
+    asked = ("--quantity", "shock_com@pelvis", "--lang", "js", "--sample", "2", "--out", str(out))
+    code, printed, err = run(capfd, "export", "g1", *sole, *asked)
+    assert (code, "maximum error" in printed) == (0, True), err
+    assert {"landing.mjs", "landing_test.mjs", "landing.toml"} <= {file.name for file in out.iterdir()}
+    if shutil.which("node"):
+        assert float(subprocess.run(["node", "landing_test.mjs"], cwd=out, capture_output=True, check=True).stdout) < 1e-11
 
 
 def test_report_has_inputs_outputs_and_the_scene(leg, tmp_path):

@@ -1,5 +1,8 @@
 """A landing in symbols: against balls, against maps in doubles, and its gradients against differences and derivatives in balls."""
 
+import subprocess
+import sys
+
 import casadi
 import numpy as np
 import pinocchio as pin
@@ -186,6 +189,45 @@ def test_programs_are_kept_and_made_again_where_a_file_is_wrong(tmp_path, monkey
     tmp_path.joinpath("shockpc").rename(tmp_path / "kept")
     tmp_path.joinpath("shockpc").write_text("no folder")
     SymbolicLanding(landing, ["v_in", "shock_com@trunk"])
+
+
+def test_a_changed_robot_has_programs_of_its_own():
+    found = []
+    for mass in ("1", "2"):
+        robot = robot_from(urdf(link("l0"), link("l1", mass), joint("j0", "l0", "l1", more=LIMIT)))
+        landing = resolve(Scene(robot="leg.urdf", contact=(Contact(frame="l1", at="frame"),)), robot)
+        found.append(SymbolicLanding(landing, ["total_impulse.z"]).value(landing.q[None])[f"total_impulse.z@{robot.name}"][0])
+    assert found == pytest.approx([2.0, 3.0], rel=0.5)
+    assert found[1] - found[0] > 0.5
+
+
+def test_without_casadi(monkeypatch):
+    """What was made before is computed; what has to be made says what to install; and nothing else imports it."""
+    landing = landing_of("sliding")
+    before = SymbolicLanding(landing, ["v_in"]).value(landing.q[None])
+    monkeypatch.setattr("shockpc.impact.graph.has_symbols", lambda: False)
+    kept = SymbolicLanding(landing, ["v_in"]).value(landing.q[None])
+    assert kept["condition"] == pytest.approx(before["condition"], rel=1e-12)
+    with pytest.raises(StudyError, match=r"shockpc\[symbols\]"):
+        SymbolicLanding(landing, ["total_moment"])
+    code = (
+        "import sys; from shockpc import Contact, Scene, shock_profile; "
+        "shock_profile(Scene(robot='solo12', contact=(Contact(frame='FL_FOOT'),))).points; sys.exit('casadi' in sys.modules)"
+    )
+    subprocess.run([sys.executable, "-W", "ignore", "-c", code], check=True)
+
+
+def test_steps_grow_with_the_length_of_a_chain():
+    steps = []
+    for n in (10, 20):
+        joints = (
+            joint(f"j{k}", f"l{k}", f"l{k + 1}", axis=("0 1 0", "1 0 0")[k % 2], more='<origin xyz="0.1 0 0.02"/>' + LIMIT)
+            for k in range(n)
+        )
+        robot = robot_from(urdf(*(link(f"l{k}") for k in range(n + 1)), *joints))
+        landing = resolve(Scene(robot=robot.label, contact=(Contact(frame=f"l{n}", at="frame"),)), robot)
+        steps.append(len(SymbolicLanding(landing, ["shock_com@l0"]).program.operation))
+    assert steps[1] < 2.3 * steps[0]
 
 
 def test_the_function_of_casadi_is_the_program():

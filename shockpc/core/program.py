@@ -98,7 +98,7 @@ class Program:
     @classmethod
     def of(cls, arrays: Mapping[str, np.ndarray]) -> Self:
         """The program of which these are `arrays`, among others."""
-        return cls(**{field.name: arrays[field.name] for field in fields(cls)} | {"inputs": int(arrays["inputs"])})
+        return cls(int(arrays["inputs"]), *(arrays[field.name] for field in fields(cls)[1:]))
 
     @functools.cached_property
     def _plan(self) -> Plan:

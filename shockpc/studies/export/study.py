@@ -81,6 +81,7 @@ class Export:
     "shockpc export anymal_b --contact LF_FOOT --quantity shock@imu_link --lang c --out code/",
     more="The code needs no library. It is compared with proven landings in random postures. With every number come the condition "
     "and the least pivot of the contacts, which say how near a singular posture is.",
+    reads="scene",
 )
 def export(
     scene: Scene,
