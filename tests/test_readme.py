@@ -196,6 +196,23 @@ def test_files_for_continuous_integration_are_whole():
     assert [one["id"] for repo in hooks["repos"] for one in repo["hooks"]] == [hook["id"]]
 
 
+def texts(drawing):
+    """All that is written in an SVG."""
+    return re.findall(r"<text[^>]*>(.*?)</text>", drawing.read_text(encoding="utf-8"))
+
+
+@pytest.mark.parametrize(
+    ("out", "drawn", "shown"), [("go2", "shock", "go2"), *((name, name, name) for name in ("compare", "sensitivity"))]
+)
+def test_pictures_are_those_of_the_commands(capfd, tmp_path, out, drawn, shown):
+    """What `make gallery` would write says the same as what is committed."""
+    rules = (README.parent / "Makefile").read_text(encoding="utf-8").replace("\\\n", " ")
+    words = re.search(rf'^\t@"\$\(BIN\)/shockpc" (.*) --out out/{out} > /dev/null$', rules, re.MULTILINE)
+    assert words is not None
+    good(capfd, *shlex.split(words[1]), "--out", tmp_path)
+    assert texts(tmp_path / f"{drawn}.svg") == texts(README.parent / "robots" / "gallery" / f"{shown}.svg")
+
+
 def test_the_readme_is_short():
     """What a page says at length stands in the guide."""
     assert len(TEXTS[README].splitlines()) <= 190
