@@ -1,6 +1,7 @@
 """report.html: its numbers are those of the analysis for every strike, and a browser draws it without a network."""
 
 import base64
+import importlib.util
 import io
 import json
 import re
@@ -218,7 +219,8 @@ def test_every_number_of_a_table_sorts(moving):
 
 def test_without_plotly(capfd, here, monkeypatch):
     """Everything else is written, and one line says what is missing."""
-    monkeypatch.setattr("importlib.util.find_spec", lambda name: None)
+    find = importlib.util.find_spec
+    monkeypatch.setattr("importlib.util.find_spec", lambda name: None if name == "plotly" else find(name))
     outcome = run(capfd, "analyze", "stick.urdf", "--contact", "foot", "--out", "out")
     assert outcome.code == 0
     assert (
@@ -341,6 +343,63 @@ def test_browser_draws_anymal(here, tmp_path_factory):
         assert [row[1] for row in order] == [other.bodies[k] for k in np.argsort(-other.shock_com)]
         page.call("Emulation.setDeviceMetricsOverride", width=800, height=1000, deviceScaleFactor=1, mobile=False)
         assert page.evaluate("[...document.querySelectorAll('.scroll')].every((box) => box.scrollWidth <= box.clientWidth)")
+        assert (page.faults, page.requests) == ([], [])
+
+
+SLIDE = """(() => {
+  const label = [...document.querySelectorAll("#posture label")].find((one) => one.textContent.startsWith("%s"));
+  label.lastChild.value = %s;
+  label.lastChild.dispatchEvent(new Event("input"));
+  return new Promise((done) => requestAnimationFrame(() => requestAnimationFrame(done)));
+})()"""
+
+OVERLAPS = """(() => {
+  document.querySelectorAll("details").forEach((one) => { one.open = true; });
+  const boxes = [...document.querySelectorAll("#controls > :not(.wide, [hidden]), #posture label > *, #posture summary")].map(
+    (one) => one.getBoundingClientRect()).filter(({ width }) => width);
+  const right = document.querySelector("main").getBoundingClientRect().right + 1;
+  return boxes.filter((a, k) => a.right > right || boxes.some((b, n) => n < k && a.left < b.right - 1 && b.left < a.right - 1 &&
+    a.top < b.bottom - 1 && b.top < a.bottom - 1)).length;
+})()"""
+
+
+@BROWSER
+def test_browser_follows_the_sliders_of_the_posture(moving, here, tmp_path_factory):
+    """They give the numbers of an analysis with them; a singular posture has none, and is grey."""
+    scene = replace(MOVING, strike=Strike(velocity=(0.2, 0.1, -1.5)))
+    held = replace(
+        scene, base="fixed", contact=Contact(frame="foot", directions=("z",)), posture=Posture(joints_deg={"knee": 30.0})
+    )
+    landings = {name: shock_profile(one, moving.robot) for name, one in (("free", scene), ("held", held), ("moving", MOVING))}
+    (here / "report.html").write_text(html_of(analyze_report(landings, live=("knee",))), encoding="utf-8")
+    with Browser(here / "report.html", tmp_path_factory.mktemp("browser")) as page:
+        page.wait("document.querySelectorAll('#view canvas').length > 0")
+        for name, value in (("knee", 40), ("pitch", 10), ("roll", -5), ("foot x", 0.03), ("imu_link z", 0.2), ("speed", 2)):
+            page.evaluate((SET if name == "speed" else SLIDE) % (name, value))
+        velocity = tuple(2.0 / np.linalg.norm(scene.strike.velocity) * np.array(scene.strike.velocity))
+        posture = Posture(joints_deg={"knee": 40.0}, base_rpy_deg=(-5.0, 10.0, 0.0))
+        contact = replace(scene.contact[0], offset=(0.03, 0.0, 0.0))
+        other = shock_profile(replace(scene, posture=posture, contact=contact, strike=Strike(velocity=velocity)), moving.robot)
+        body = other.shock_at("body", np.array([0.02, 0.0, 0.2]))
+        np.testing.assert_allclose(cells(page, "point-rows")["imu_link"][0], body, rtol=1e-10)
+        for k, row in enumerate(cells(page, "body-rows").values()):
+            expected = [other.shock_com[k], np.linalg.norm(other.delta_omega[k]), *other.copc[k], other.ropc[k]]
+            np.testing.assert_allclose([row[0], *row[3:]], expected, rtol=1e-10, atol=1e-14)
+        compare_impulses(page, other)
+        for width in (390, 800, 1300):
+            page.call("Emulation.setDeviceMetricsOverride", width=width, height=1000, deviceScaleFactor=1, mobile=False)
+            page.wait("document.documentElement.scrollWidth <= innerWidth")  # Plotly takes its time
+            assert page.evaluate(OVERLAPS) == 0
+        page.evaluate("document.getElementById('reset').click()")
+        assert page.evaluate("document.getElementById('state').textContent").startswith("the strike of the scene")
+        page.evaluate(SET % ("landing", 1))
+        page.evaluate(SLIDE % ("knee", "1e-9"))
+        assert "singular" in page.evaluate("document.getElementById('state').textContent")
+        assert np.isnan(cells(page, "point-rows")["imu_link"]).all()
+        assert page.evaluate("document.getElementById('view').data[0].colorscale")[0][1] == "#999"
+        page.evaluate(SET % ("landing", 2))
+        notes = "[...document.querySelectorAll('main .note')].filter((one) => !one.hidden).map((one) => one.textContent)"
+        assert any("rotates" in note for note in page.evaluate(notes))
         assert (page.faults, page.requests) == ([], [])
 
 

@@ -65,7 +65,12 @@ NO_MITIGATION = "no impact mitigation factor (it requires a free base, no stance
 
 
 def landing_report(
-    profile: ShockProfile, bodies: Sequence[int] | None = None, spectrum: bool = False, whole: bool = False, remark: str = ""
+    profile: ShockProfile,
+    bodies: Sequence[int] | None = None,
+    spectrum: bool = False,
+    whole: bool = False,
+    remark: str = "",
+    live: Sequence[str] = (),
 ) -> Report:
     """Everything of one landing; of the bodies only those that are given by their indices, save in the document.
 
@@ -99,6 +104,7 @@ def landing_report(
         tables=True,
         others=(*(f"{name}.csv" for name in OPTIONAL), *picture_files("damage_boundary", "time", "spectrum")),
         landings={contact_name(profile): profile},
+        live=live,
     )
 
 
@@ -115,6 +121,7 @@ def analyze_report(
     whole: bool = False,
     failures: Mapping[str, ShockError] = MappingProxyType({}),
     remark: str = "",
+    live: Sequence[str] = (),
 ) -> Report:
     """The report of one landing, or of several with their shocks side by side.
 
@@ -125,8 +132,9 @@ def analyze_report(
         whole: whether a terminal shows all tables of each.
         failures: why others could not be computed, by name.
         remark: which other feet are level, as `level_text` says it.
+        live: names or globs of joints that have sliders in report.html; of one landing those that carry the contact always have.
     """
-    parts = Reports(landings, lambda profile: landing_report(profile, bodies, spectrum, whole, remark))
+    parts = Reports(landings, lambda profile: landing_report(profile, bodies, spectrum, whole, remark, live))
     if len(parts) == 1 and not failures:
         return next(iter(parts.values()))
     profiles, reasons = list(landings.values()), [(name, str(reason)) for name, reason in failures.items()]
@@ -155,6 +163,7 @@ def analyze_report(
         document=lambda: {"failures": [{"landing": name, "reason": reason} for name, reason in reasons]} if reasons else {},
         others=picture_files("damage_boundary"),
         landings=landings,
+        live=live or None,
         parts=parts,
     )
 

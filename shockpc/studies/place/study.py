@@ -252,20 +252,18 @@ def place(
     if count > 1 and alternatives is not None:
         raise StudyError(f"alternatives are places of one sensor, and {count} sensors are asked for; leave one of the two out")
     alternatives = ALTERNATIVES if alternatives is None else alternatives
-    landings = named_scenes(landings)
-    robot = robot or common_robot(landings)
-    landings = with_default_landings(landings, robot)
+    named = named_scenes(landings)
+    robot = robot or common_robot(named)
+    named = with_default_landings(named, robot)
     if varied := pairs(vary):
-        landings = {
-            label: case for name, scene in landings.items() for label, case in scene_grid(name, scene, robot, varied).items()
-        }
-    scenes = list(landings.values())
+        named = {label: case for name, scene in named.items() for label, case in scene_grid(name, scene, robot, varied).items()}
+    scenes = list(named.values())
     for scene in scenes:
         refuse_ground(scene, friction=False, others="use shockpc analyze, sweep, check or compare")
     i = 0 if body is None else robot.body(body)
     region = region_of(robot, i, within, surface)
     apart = max(region.size / 10.0, NEAREST)
-    profiles, failures = _profiles(landings, robot, progress(len(landings)))
+    profiles, failures = _profiles(named, robot, progress(len(named)))
     names = tuple(profiles)
     computed = tuple(profiles.values())
     jumps = np.array([_jump(profile, i) for profile in computed])
@@ -273,7 +271,7 @@ def place(
         jumps[:, :3],
         jumps[:, 3:],
         np.array([profile.v_in for profile in computed]),
-        None if weights is None else _weights(names, landings, weights),
+        None if weights is None else _weights(names, named, weights),
     )
     optima, least, bound = _optima(fields, region, count, alternatives, apart, weights is None and _nested(computed))
     titles = [f"sensor {k + 1}" for k in range(len(optima))] if count > 1 else [_rank(k) for k in range(len(optima))]
