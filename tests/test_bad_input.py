@@ -214,15 +214,15 @@ SWEEP:: --pulse half-sine:5ms | --pulse half-sine:5ms --quantity shock@body => n
 batch stick.urdf --contact foot:: --pulse half-sine:5ms | --pulse half-sine:5ms --rank mass => such as peak_g, or leave it out
 compare stick.urdf --contact foot --change mass:shin=0.9x:: --part knee="5 N m" => no number here depends on --part
 limits stick.urdf --contact foot --joint knee --at body --max 0.2:: --pulse half-sine:5ms => no number here depends on --pulse
-landings log.csv stick.urdf --contact foot:: --part knee="5 N m" --quantity delta_v@body => such as part_margin, or leave it out
+recorded log.csv stick.urdf --contact foot:: --part knee="5 N m" --quantity delta_v@body => such as part_margin, or leave it out
 sensitivity stick.urdf --contact foot --at body --vary mass:*=0.9x:1.1x:: --group shin => leave one of the two out
-landings scenes:: --contact-stiffness 1e5 => shockpc batch scenes/*.toml
-landings log.csv stick.urdf --contact foot:: --contact-stiffness 1e5 => a contact stiffness, which would change nothing here
+recorded scenes:: --contact-stiffness 1e5 => shockpc batch scenes/*.toml
+recorded log.csv stick.urdf --contact foot:: --contact-stiffness 1e5 => a contact stiffness, which would change nothing here
 analyze scenes/one.toml:: --together => the contacts of a scene strike together
 SWEEP:: --rows csv => --rows csv is the format of files, and needs a folder: --out DIR
 SWEEP:: --wait => waits for the workers of a cluster; give its address with --cluster
 SWEEP:: --jobs 2 --cluster tcp://host:8786 => --jobs 2 is for this machine, and a cluster computes
-landings log.csv stick.urdf --contact foot:: --command 1 --out out | --command 1 --format json => prints the scene of one landing
+recorded log.csv stick.urdf --contact foot:: --command 1 --out out | --command 1 --format json => prints the scene of one landing
 place stick.urdf --contact foot:: --count 2 --alternatives 1 => places of one sensor, and 2 sensors are asked for
 robots:: --xacro mass:=3 | --meshes . | --package dog=dog => are for the files of one robot; name it
 schema:: landing.toml => 'landing.toml' is not one of 'scene', 'budgets'

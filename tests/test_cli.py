@@ -421,7 +421,7 @@ def test_a_shell_completes(shell, here, capfd, monkeypatch):
         "analyze stick.urdf --contact foot+f": ["foot+foot"],
         "limits stick.toml --joint k": ["knee"],
         "limits stick.toml --quantity peak_joint_f": ["peak_joint_force"],
-        "landings log.csv stick.urdf --contact f": ["foot"],
+        "recorded log.csv stick.urdf --contact f": ["foot"],
         "analyze nosuch --contact f": [],
     }
     monkeypatch.setenv(ASKED, f"complete_{shell}")
