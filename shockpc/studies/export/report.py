@@ -67,7 +67,7 @@ def _inputs(study: Export) -> Sheet:
         (f"q[{k}]", joint, unit, *(limit if math.isfinite(limit) else None for limit in (low, high)))
         for k, (joint, unit, low, high) in enumerate(study.joints)
     ]
-    return Sheet("Configuration", ("input", "joint", "unit", "least", "greatest"), rows)
+    return Sheet("Configuration", ("input", "joint", "unit", "minimum", "maximum"), rows)
 
 
 def _files(study: Export, folder: Path) -> Mapping[str, str]:
