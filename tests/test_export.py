@@ -7,10 +7,10 @@ import subprocess
 import numpy as np
 import pytest
 from commands import run
-from robot_texts import joint, link, urdf
+from robot_texts import LIMIT, joint, link, urdf
 from trees import robot_from
 
-from shockpc import Contact, Scene, StudyError, export
+from shockpc import Contact, Scene, StudyError, export, symbolic
 from shockpc.studies.export import code
 from shockpc.studies.export.report import export_report
 
@@ -73,6 +73,17 @@ int main(void) {{ const double x[] = {{{given}}};\n{calls}printf("%.17g %.17g %.
     )
     printed = subprocess.run([tmp_path / "t"], capture_output=True, text=True, check=True).stdout
     np.testing.assert_allclose([float(word) for word in printed.split()], program(x[None])[0], rtol=1e-13)
+
+
+def test_names_that_are_the_same_in_code_are_refused():
+    same = urdf(*map(link, ("a-b", "a_b", "A_B")), joint("j", "a-b", "a_b", more=LIMIT), joint("k", "a-b", "A_B", more=LIMIT))
+    robot = robot_from(same)
+    scene = Scene(robot=robot.label, contact=(Contact(frame="A_B", offset=(0.1, 0.0, -0.3)),))
+    for other in ("a_b", "A_B"):
+        with pytest.raises(StudyError, match=f"shock@a-b and shock@{other}"):
+            export(scene, ["shock@a-b", f"shock@{other}"], robot=robot, lang="js", sample=1)
+    with pytest.raises(StudyError, match="shock@a-b and shock@a_b"):
+        symbolic(scene, ["shock@a-b", "shock@a_b"], robot=robot).casadi()
 
 
 @pytest.mark.parametrize("wrong", [1e-8, float("nan")])

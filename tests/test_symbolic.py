@@ -167,6 +167,8 @@ def test_what_no_program_can_say_is_refused_by_name():
     for quantity in ("most_severe@imu_link", "shock_max@base", "effective_mass", "feasible", "shock_free@imu_link", "bits"):
         with pytest.raises(StudyError, match=quantity.split("@")[0]):
             SymbolicLanding(landing, [quantity])
+    with pytest.raises(StudyError, match="shock@PLACE"):
+        SymbolicLanding(landing, [])
     with pytest.raises(StudyError, match="peak_g"):
         SymbolicLanding(landing, ["peak_g@imu_link"])
 

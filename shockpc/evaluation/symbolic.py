@@ -48,13 +48,15 @@ class SymbolicLanding:
 
     Raises:
         SceneError, SolveError: the landing cannot be written in symbols.
-        StudyError: a number cannot, or CasADi is not installed.
+        StudyError: a number cannot, there is none, or CasADi is not installed.
         UnknownName: there is no such quantity, or no such place of its kind.
     """
 
     def __init__(self, landing: PosedLanding, quantities: Sequence[str], before: Before = "strike") -> None:
         self.landing, self.before = landing, before
         self.columns = tuple({column.name: column for text in quantities for column in _columns(landing, text)}.values())
+        if not self.columns:
+            raise StudyError(f"{', '.join(quantities) or 'nothing'} has no number in this landing; name one, such as shock@PLACE")
         self.names = (*(column.name for column in self.columns), *ACCURACY)
         refuse(landing)
         if before == "velocity" and any(contact.velocity is not None for contact in landing.contacts):
@@ -99,9 +101,13 @@ class SymbolicLanding:
         return self._named(found[:, :m], names), self._named(found[:, m:].reshape(len(found), m, -1), names)
 
     def casadi(self) -> Any:
-        """The function of CasADi: of q and what is before the impact, the outputs by name."""
+        """The function of CasADi: of q and what is before the impact, the outputs by name.
+
+        Raises:
+            StudyError: two outputs have the same name in code, or CasADi is not installed.
+        """
         ends = np.cumsum([0, *map(self._size, self.columns), 1, 1]).tolist()
-        parts = {identifier(name): slice(a, b) for name, a, b in zip(self.names, ends[:-1], ends[1:], strict=True)}
+        parts = {name: slice(a, b) for name, a, b in zip(identifiers(self.names), ends[:-1], ends[1:], strict=True)}
         inputs = {"q": self.landing.robot.model.nq, self.before: self._values.given}
         return symbols_module().function_of(self._value.text, inputs, parts)
 
@@ -122,7 +128,10 @@ class SymbolicLanding:
         robot, given = self.landing.robot, self._values.given
         Q = doubles("Q", Q)
         if Q.ndim != 2 or Q.shape[1] != robot.model.nq or not len(Q):
-            raise SceneError(f'Q has shape {Q.shape}; the configurations of robot "{robot.name}" have shape (N, {robot.model.nq})')
+            raise SceneError(
+                f'Q has shape {Q.shape}; the configurations of robot "{robot.name}" have shape (N, {robot.model.nq}); '
+                "for one posture give q[None]"
+            )
         check_rotations(robot, Q)
         v = self._motion() if before is None else doubles(self.before, before)
         if v.shape not in ((given,), (len(Q), given)):
@@ -192,6 +201,14 @@ def _accuracy(impact: Any) -> list[Any]:
     return [impact.condition, impact.pivot]
 
 
-def identifier(name: str) -> str:
-    """A name in code: what is no letter or digit becomes an underscore."""
-    return "".join(letter if letter.isalnum() else "_" for letter in name)
+def identifiers(names: Sequence[str]) -> list[str]:
+    """Names in code: what is no letter or digit becomes an underscore.
+
+    Raises:
+        StudyError: two of them are the same then, or differ in capitals alone, which names of constants do not have.
+    """
+    codes, known = ["".join(letter if letter.isalnum() else "_" for letter in name) for name in names], dict[str, str]()
+    for name, code in zip(names, codes, strict=True):
+        if (other := known.setdefault(code.upper(), name)) != name:
+            raise StudyError(f"{other} and {name} have the same name in code; ask for one at a time")
+    return codes

@@ -148,14 +148,18 @@ def refuse(landing: PosedLanding) -> None:
     """
     scene = landing.scene
     for found, what, change in (
-        (landing.loops, "is closed by a loop, whose postures come from an assembly", "cut the loop"),
-        (scene.stops, "has end stops that act, found by a complementarity problem", "leave stops out"),
+        (landing.loops, "is closed by a loop, whose postures come from an assembly,", "take a model without the loop"),
+        (scene.stops, "has end stops that act, found by a complementarity problem,", "leave stops out"),
         (
             scene.friction is not None,
-            "has friction, so that contacts stick or slide",
-            'leave it out, or let them slide with "slide"',
+            "has friction, so that contacts stick or slide,",
+            "leave it out, or give the contact the directions in which it stops",
         ),
-        (scene.contact_stiffness is not None, "has a contact stiffness, with which forces are integrals over time", "leave it out"),
+        (
+            scene.contact_stiffness is not None,
+            "has a contact stiffness, with which forces are integrals over time,",
+            "leave it out",
+        ),
         (landing.robot.negative_moments, "has negative principal moments of inertia", "correct them in the file"),
     ):
         if found:

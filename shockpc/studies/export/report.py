@@ -1,5 +1,6 @@
 """Code of a landing: what it is given, what it computes, and how far it is from what is proven."""
 
+import math
 from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
@@ -35,7 +36,10 @@ def _lines(study: Export) -> list[tuple[str, str]]:
     lines = [
         ("robot", f"{landing.robot.label} ({landing.robot.name})"),
         ("contact", ", ".join(block.name for block in (*landing.contacts, *landing.stance))),
-        ("code", f"{LANGUAGES[study.lang]}, {len(study.symbols.program.operation)} operations: {', '.join(study.files)}"),
+        (
+            "code",
+            f"{LANGUAGES[study.lang]}, {len(study.symbols.program.operation)} operations; files of --out: {', '.join(study.files)}",
+        ),
         (
             "compared",
             f"with proven landings in {count(n, 'random posture')}: maximum error {study.error:.1e} of a number{left_out}",
@@ -59,7 +63,10 @@ def _outputs(study: Export) -> Sheet:
 
 
 def _inputs(study: Export) -> Sheet:
-    rows: list[tuple[Any, ...]] = [(f"q[{k}]", *row) for k, row in enumerate(study.joints)]
+    rows: list[tuple[Any, ...]] = [
+        (f"q[{k}]", joint, unit, *(limit if math.isfinite(limit) else None for limit in (low, high)))
+        for k, (joint, unit, low, high) in enumerate(study.joints)
+    ]
     return Sheet("Configuration", ("input", "joint", "unit", "minimum", "maximum"), rows)
 
 

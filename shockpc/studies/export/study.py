@@ -13,7 +13,7 @@ import numpy as np
 from shockpc.core.spatial import Array
 from shockpc.evaluation.columns import Column
 from shockpc.evaluation.declare import QuantityOption, study
-from shockpc.evaluation.symbolic import SymbolicLanding, identifier
+from shockpc.evaluation.symbolic import ACCURACY, SymbolicLanding, identifiers
 from shockpc.impact.graph import Before
 from shockpc.landing.landing import PosedLanding
 from shockpc.landing.motion import Motion
@@ -136,15 +136,14 @@ def export(
 
 def outputs_of(symbols: SymbolicLanding) -> list[tuple[str, str, str]]:
     """As `Export.outputs`."""
-    found = []
+    found: list[tuple[str, str, str]] = []
     for column in symbols.columns:
         for axis in "xyz" if column.selection.quantity.vector and column.selection.axis is None else ("",):
-            found.append((identifier(column.name + (f".{axis}" if axis else "")), f"{column.title} {axis}".strip(), column.unit))
-    return [
-        *found,
-        ("condition", "factor by which rounding is enlarged", "-"),
-        ("pivot", "smallest pivot of the contact rows", "-"),
-    ]
+            found.append((column.name + (f".{axis}" if axis else ""), f"{column.title} {axis}".strip(), column.unit))
+    about = ("factor by which rounding is enlarged", "smallest pivot of the contact rows")
+    found += [(name, title, "-") for name, title in zip(ACCURACY, about, strict=True)]
+    names = identifiers([name for name, _, _ in found])
+    return [(name, title, unit) for name, (_, title, unit) in zip(names, found, strict=True)]
 
 
 def coordinates_of(robot: Robot) -> list[tuple[str, str, float, float]]:
@@ -241,7 +240,10 @@ def _tested(lang: Literal["c", "js"], files: Mapping[str, str]) -> float | None:
     with tempfile.TemporaryDirectory() as folder:
         for name, text in files.items():
             Path(folder, name).write_text(text, encoding="utf-8")
-        run = subprocess.run(RUNS[lang][1], cwd=folder, capture_output=True, text=True, timeout=TIME, check=False)
+        try:
+            run = subprocess.run(RUNS[lang][1], cwd=folder, capture_output=True, text=True, timeout=TIME, check=False)
+        except subprocess.TimeoutExpired:
+            raise StudyError(f"the test of the code takes more than {TIME:g} s; ask for fewer quantities") from None
     try:
         return float(run.stdout)
     except ValueError:
