@@ -30,6 +30,9 @@ COMMANDS = {
 Its command is the function of its name in the module `command`, else that of a study as `study_command` makes it.
 """
 
+RENAMED = {"landings": "recorded"}
+"""New names of commands by their old ones, which still work."""
+
 HEADINGS = ("Begin", "Look at a robot", "One landing", "Many landings", "Decide", "Data", "For developers")
 
 
