@@ -17,7 +17,7 @@ from shockpc.landing.landing import PosedLanding
 from shockpc.landing.posture import check_rotations
 from shockpc.landing.resolve import resolve
 from shockpc.landing.scene import Scene
-from shockpc.landing.scene_file import robot_of
+from shockpc.landing.scene_file import robot_of, scene_of
 from shockpc.quantities.maps import doubles
 from shockpc.quantities.selection import Selection
 from shockpc.robot.robot import Robot
@@ -158,7 +158,7 @@ class SymbolicLanding:
 
 @checked
 def symbolic(
-    scene: Scene,
+    scene: Scene | str,
     quantities: Sequence[str] = ("shock", "shock_com"),
     before: Before = "strike",
     robot: Robot | None = None,
@@ -174,6 +174,7 @@ def symbolic(
     Raises:
         ShockError: as for `resolve` and `SymbolicLanding`.
     """
+    scene = scene_of(scene)
     return SymbolicLanding(resolve(scene, robot or robot_of(scene)), quantities, before)
 
 

@@ -21,11 +21,12 @@ from shockpc.landing.posture import displaced, set_many
 from shockpc.landing.record import Option
 from shockpc.landing.resolve import resolve
 from shockpc.landing.scene import Scene
-from shockpc.landing.scene_file import robot_of
+from shockpc.landing.scene_file import robot_of, scene_of
 from shockpc.profile import ILL_CONDITIONED, profile_of
 from shockpc.robot.robot import Robot
 from shockpc.studies.export.code import MOST_ERROR, Samples, code_files
 from shockpc.text.errors import SolveError, StudyError
+from shockpc.text.shown import shown_by
 
 Language = Literal["c", "js", "casadi"]
 
@@ -61,6 +62,8 @@ class Export:
     error: float
     tested: float | None
 
+    _repr_html_ = shown_by("studies.export.report:export_report")
+
     @property
     def landing(self) -> PosedLanding:
         """The landing."""
@@ -84,7 +87,7 @@ class Export:
     reads="scene",
 )
 def export(
-    scene: Scene,
+    scene: Scene | str,
     quantities: QuantityOption = ("shock", "shock_com"),
     *,
     robot: Robot | None = None,
@@ -110,6 +113,7 @@ def export(
     Raises:
         ShockError: as for `shockpc.symbolic`; or no random posture has a landing, or the code is wrong.
     """
+    scene = scene_of(scene)
     landing = resolve(scene, robot or robot_of(scene))
     symbols = SymbolicLanding(landing, quantities, before)
     samples, singular = _samples(symbols, sample)
