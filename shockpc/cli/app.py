@@ -104,7 +104,7 @@ def app_for(words: Sequence[str]) -> typer.Typer:
     named = [word for word in words[:1] if word in COMMANDS]
     app = typer.Typer(
         cls=Commands,
-        help="Mechanical shock of a legged robot's landing, body by body, from the rigid-body model alone.\n\n\b\n"
+        help="Mechanical shock of a legged robot's landing, body by body, from its rigid-body model.\n\n\b\n"
         "A first landing, and what its results mean in report.html:\n"
         "  shockpc analyze anymal_b --contact LF_FOOT --out out/",
         epilog=EXIT_CODES,

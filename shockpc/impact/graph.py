@@ -113,7 +113,7 @@ def kept(landing: PosedLanding, label: tuple[Any, ...], make: Callable[[], Mappi
 
     def content() -> bytes:
         file = io.BytesIO()
-        np.savez_compressed(file, **make())
+        np.savez_compressed(file, allow_pickle=False, **make())
         return file.getvalue()
 
     key = hashlib.sha256(b"\0".join(_parts((_version(), *label, *_of_landing(landing)))))
