@@ -85,11 +85,12 @@ class OpenFolders(NamedTuple):
 
     def unchanged(self) -> bool:
         """Whether all that was read is still as it was."""
-        return all(state == _state(path, state is not None and state[-1] is not None) for path, state in self.seen.items())
+        seen = self.seen.copy()  # another thread may read more meanwhile
+        return all(state == _state(path, state is not None and state[-1] is not None) for path, state in seen.items())
 
     def remember(self) -> None:
         """Note what was read as an input of this command, too, where the robot of an earlier one is used again."""
-        for state in self.seen.values():
+        for state in self.seen.copy().values():
             if state is not None:
                 inputs.setdefault(state[:2], "file of the robot")
 
