@@ -141,6 +141,7 @@ def improve(
             "Question",
             "KEY@PLACES",
             "quantity",
+            holds="quantity",
         ),
     ] = (),
     robot: Robot | None = None,
@@ -157,10 +158,16 @@ def improve(
     ] = (),
     over: Annotated[
         Vary,
-        Option("Each landing with all of these values, a:b:n or a,b,c, such as strike-angle=-20:20:5.", "Search", "NAME=VALUES"),
+        Option(
+            "Each landing with all of these values, a:b:n or a,b,c, such as strike-angle=-20:20:5.",
+            "Search",
+            "NAME=VALUES",
+            holds="varied",
+        ),
     ] = (),
     keep: Annotated[
-        str | Sequence[str], Option("A constraint, such as 'joint_impulse@*_KFE<=2', or >=.", "Search", "KEY@PLACES<=LIMIT")
+        str | Sequence[str],
+        Option("A constraint, such as 'joint_impulse@*_KFE<=2', or >=.", "Search", "KEY@PLACES<=LIMIT", holds="quantity"),
     ] = (),
     any_ground: Annotated[
         bool, Option("Allow landings too in which flat ground would pull a contact, or meet another link first.", "Search")

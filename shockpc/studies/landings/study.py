@@ -106,7 +106,9 @@ def landings(
     *,
     robot: Robot | None = None,
     rename: RenameOption = None,
-    rank: Annotated[str | None, Option("Order the landings by a quantity, the worst first.", "Table", "KEY[@PLACE]")] = None,
+    rank: Annotated[
+        str | None, Option("Order the landings by a quantity, the worst first.", "Table", "KEY[@PLACE]", holds="quantity")
+    ] = None,
     prove: Annotated[
         int,
         Option(

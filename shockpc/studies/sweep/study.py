@@ -40,6 +40,7 @@ def sweep(
             "springs and places also factors, 0.8x:1.2x:9 or ±5% (a standard deviation).",
             "What varies",
             "NAME=VALUES",
+            holds="varied",
         ),
     ] = (),
     *,
