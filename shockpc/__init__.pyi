@@ -1,6 +1,8 @@
 from .evaluation.cost import ShockCost as ShockCost
 from .evaluation.designs import Design as Design
 from .evaluation.evaluate import Evaluation as Evaluation
+from .evaluation.symbolic import SymbolicLanding as SymbolicLanding
+from .evaluation.symbolic import symbolic as symbolic
 from .evaluation.table import Table as Table
 from .evaluation.varied import VariedLandings as VariedLandings
 from .landing.joint_options import Joints as Joints
@@ -42,6 +44,8 @@ from .studies.check.study import Check as Check
 from .studies.check.study import check_budgets as check_budgets
 from .studies.compare.study import Comparison as Comparison
 from .studies.compare.study import compare as compare
+from .studies.export.study import Export as Export
+from .studies.export.study import export as export
 from .studies.fall.study import Falls as Falls
 from .studies.fall.study import fall as fall
 from .studies.identify.study import Identification as Identification

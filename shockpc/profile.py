@@ -9,6 +9,7 @@ strike: every strike angle, and the most severe one, is a product afterwards. Th
 exact answer, and that is what a profile reports.
 """
 
+import math
 from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any
 
@@ -26,12 +27,12 @@ from shockpc.landing.landing import Landing, PosedLanding
 from shockpc.landing.posture import check_rotations
 from shockpc.landing.resolve import resolve
 from shockpc.landing.scene import Scene
-from shockpc.landing.scene_file import robot_of
+from shockpc.landing.scene_file import robot_of, scene_of
 from shockpc.quantities.shock_profile import ShockProfile
 from shockpc.robot.robot import Robot
 from shockpc.text.arguments import checked
 from shockpc.text.diagnostic import warn
-from shockpc.text.errors import SceneError
+from shockpc.text.errors import SceneError, StudyError
 from shockpc.text.trace import Trace
 
 if TYPE_CHECKING:
@@ -45,11 +46,11 @@ ILL_CONDITIONED = 3e5
 
 
 @checked
-def shock_profile(scene: Scene, robot: Robot | None = None, trace: Trace | None = None) -> ShockProfile:
+def shock_profile(scene: Scene | str, robot: Robot | None = None, trace: Trace | None = None) -> ShockProfile:
     """Compute the shock of one landing.
 
     Args:
-        scene: the landing.
+        scene: the landing; in its place, here as everywhere, a text may be the name of a scene file, or of a robot.
         robot: the scene's robot, if it is loaded already.
         trace: collects what each stage cost and what was left out.
 
@@ -59,7 +60,7 @@ def shock_profile(scene: Scene, robot: Robot | None = None, trace: Trace | None 
     Warns:
         ShockWarning: what `health.warnings` holds.
     """
-    profile = profile_of_scene(scene, robot, trace)
+    profile = profile_of_scene(scene_of(scene), robot, trace)
     warn(lambda: profile.health.warnings)
     return profile
 
@@ -105,7 +106,7 @@ def profile_of(landing: PosedLanding, trace: Trace | None = None) -> ShockProfil
 
 
 @checked
-def shock_maps(landing: Landing | Scene, Q: Array | Sequence[Sequence[float]], derivatives: bool = False) -> "ShockMaps":
+def shock_maps(landing: Landing | Scene | str, Q: Array | Sequence[Sequence[float]], derivatives: bool = False) -> "ShockMaps":
     """Steps 1 and 2 in many postures, in double precision.
 
     Args:
@@ -117,12 +118,12 @@ def shock_maps(landing: Landing | Scene, Q: Array | Sequence[Sequence[float]], d
     Raises:
         SceneError: Q has another shape, no row, or a rotation whose length is not 1; or the landing counts end stops, with which
             the jumps are not linear in the strike.
-        StudyError: an argument is of another type.
+        StudyError: an argument is of another type, or the derivatives do not fit into the memory.
     """
     from shockpc.quantities.maps import CHUNK, ShockMaps, doubles
 
-    if isinstance(landing, Scene):
-        landing = resolve(landing, robot_of(landing))
+    if isinstance(landing, Scene | str):
+        landing = resolve(scene := scene_of(landing), robot_of(scene))
     if landing.scene.stops:
         raise SceneError("with end stops the jumps are not linear in the strike, so there are no maps; leave stops out")
     Q, nq = doubles("Q", Q), landing.robot.model.nq
@@ -132,27 +133,41 @@ def shock_maps(landing: Landing | Scene, Q: Array | Sequence[Sequence[float]], d
             "for one posture give q[None]"
         )
     check_rotations(landing.robot, Q)
-    nv, parts, changes = landing.robot.model.nv, [], None
+    nv, whole, changes = landing.robot.model.nv, list[Array](), None
     if derivatives:
         from shockpc.impact.derivatives import derivatives as map_derivatives
 
-        changes = np.empty((len(Q), len(landing.robot.bodies), 6, 3, nv))
+        shape = (len(Q), len(landing.robot.bodies), 6, 3, nv)
+        try:
+            changes = np.empty(shape)
+        except MemoryError:
+            raise StudyError(
+                f"the derivatives of all maps in {len(Q)} postures take {math.prod(shape) / 2**27:.3g} GiB; give fewer postures at "
+                "a time, or take the gradient of single numbers by shockpc.symbolic"
+            ) from None
     with one_thread(3 * nv if derivatives else nv):
         for k in range(0, len(Q), CHUNK):
             state = dynamics(landing.robot, Q[k : k + CHUNK], landing.joint_model.armature)
             equation, solution, maps = impact_jumps(landing, state, with_strike=False)
             condition, prove = needs_proof(landing, equation, solution)
-            parts.append((maps, state.rotation, state.position, solution.rank, condition, prove, state.J))
+            found = maps, state.rotation, state.position, solution.rank, condition, prove, state.J
+            if not k:
+                whole = [part if len(part) == len(Q) else _for(len(Q), part) for part in found]
+            if len(condition) < len(Q):
+                for all_, part in zip(whole, found, strict=True):
+                    all_[k : k + CHUNK] = part
             if changes is not None:
                 map_derivatives(landing, equation, solution, out=changes[k : k + CHUNK])
-    whole: list[Any] = list(parts[0] if len(parts) == 1 else map(concatenated, zip(*parts, strict=True)))
-    return ShockMaps(landing, Q, *whole)._replace(derivatives=changes)
+    arrays: Any = whole
+    return ShockMaps(landing, Q, *arrays)._replace(derivatives=changes)
 
 
-def concatenated(parts: tuple[Array, ...]) -> Array:
-    """Arrays of consecutive postures as one, in the memory layout that they have."""
-    last = [np.moveaxis(part, 0, -1) for part in parts]
-    return np.moveaxis(np.concatenate(last, axis=-1), -1, 0) if last[0].flags.c_contiguous else np.concatenate(parts)
+def _for(n: int, part: Array) -> Array:
+    """An array for n postures in the memory layout of one for fewer."""
+    last = np.moveaxis(part, 0, -1)
+    if last.flags.c_contiguous:
+        return np.moveaxis(np.empty((*last.shape[:-1], n), part.dtype), -1, 0)
+    return np.empty((n, *part.shape[1:]), part.dtype)
 
 
 def needs_proof(landing: Landing, equation: Equation, solution: Solution, trusted: float | None = None) -> tuple[Array, np.ndarray]:

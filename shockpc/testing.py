@@ -5,7 +5,7 @@ from pathlib import Path
 
 from shockpc.evaluation.budgets import Budget, Budgets, Case
 from shockpc.landing.scene import Scene
-from shockpc.landing.scene_file import read_scene
+from shockpc.landing.scene_file import scene_of
 from shockpc.show.tables import as_text
 from shockpc.studies.check.report import check_sheet, place_text
 from shockpc.studies.check.study import check_budgets
@@ -36,7 +36,7 @@ def assert_shock(
         ShockError: the landing cannot be computed as asked, or has no such number.
     """
     __tracebackhide__ = True
-    landing = scene if isinstance(scene, Scene) else read_scene(Path(scene))
+    landing = scene_of(scene)
     name = landing.robot if isinstance(scene, Scene) else Path(scene).stem
     budget = Budget(at=at, metric=metric, max=max, min=min)
     check = check_budgets(Budgets(None, (Case(name=name, **vars(landing)),), (budget,), ()))

@@ -50,6 +50,12 @@ def no_figures(monkeypatch):
     monkeypatch.setattr("shockpc.show.folder.plotly", lambda: None)
 
 
+@pytest.fixture(autouse=True, scope="session")
+def own_cache(tmp_path_factory):
+    """A cache folder of the tests alone, also for the commands that they start."""
+    os.environ["XDG_CACHE_HOME"] = str(tmp_path_factory.mktemp("cache"))
+
+
 @pytest.fixture(autouse=True)
 def nothing_read_yet():
     """Files that an earlier test read do not count as this one's: a new file may have the inode of a removed one."""

@@ -4,6 +4,7 @@ import csv
 import io
 import json
 import math
+import os
 import re
 import shlex
 import subprocess
@@ -24,6 +25,8 @@ import shockpc.show.report
 from shockpc import read_scene, shock_profile
 from shockpc.cli import progress
 from shockpc.cli.app import COMMANDS
+from shockpc.cli.completion import ASKED
+from shockpc.cli.entry import main
 from shockpc.landing.strike import GRAVITY
 from shockpc.studies.analyze.report import document as document_of
 from shockpc.text.printed import json_text
@@ -380,7 +383,8 @@ def test_help(capfd, monkeypatch):
     assert set(commands) == set(COMMANDS)
     for command, sentence in commands.items():
         text = good(capfd, command, "-h")
-        assert all(len(line) <= 80 or line.startswith("    shockpc ") for line in text.splitlines())
+        assert all(len(line) <= 80 for line in text.splitlines())
+        assert " by default" not in text
         assert re.match(rf"Usage: shockpc {command} [^{{}}]*\n\n  {re.escape(sentence)}\n", text)
         assert "Arguments:" not in text.partition("Robot files:")[2]
 
@@ -394,6 +398,51 @@ def test_help_fits_two_screens(capfd, monkeypatch, command):
     if "--help-all" in text:
         assert "--cluster" not in text
         assert "--srdf" in good(capfd, command, "--help-all")
+
+
+def test_the_short_help_of_an_analysis(capfd, monkeypatch):
+    """At most 25 lines of options on a terminal of 80 columns, with defaults, and which of them repeat."""
+    monkeypatch.setenv("COLUMNS", "80")
+    text = good(capfd, "analyze", "--help").partition("Landing (")[2].partition("  Exit codes")[0]
+    assert sum(line.startswith("  ") for line in text.splitlines()) <= 25
+    assert re.search(r"--contact .*May\s+be\s+repeated\.\s+--set", text, re.DOTALL)
+    assert re.search(r"--speed .*\[default: 1\]\s+--strike", text, re.DOTALL)
+
+
+@pytest.mark.parametrize("shell", ["bash", "zsh", "fish"])
+def test_a_shell_completes(shell, here, capfd, monkeypatch):
+    """Commands, robots, options, contacts and joints of the robot that is typed, and quantities, as each shell asks for them."""
+    (here / "stick.toml").write_text('robot = "stick.urdf"\ncontact = "foot"\n')
+    expected = {
+        "sens": ["sensitivity"],
+        "analyze anymal_c": ["anymal_c"],
+        "analyze --contact-st": ["--contact-stiffness"],
+        "analyze stick.urdf --contact f": ["foot"],
+        "analyze stick.urdf --contact foot+f": ["foot+foot"],
+        "limits stick.toml --joint k": ["knee"],
+        "limits stick.toml --quantity peak_joint_f": ["peak_joint_force"],
+        "landings log.csv stick.urdf --contact f": ["foot"],
+        "analyze nosuch --contact f": [],
+    }
+    monkeypatch.setenv(ASKED, f"complete_{shell}")
+    monkeypatch.setenv("COLUMNS", "80")
+    monkeypatch.setenv("_TYPER_COMPLETE_FISH_ACTION", "get-args")
+    for typed, completions in expected.items():
+        monkeypatch.setenv("COMP_WORDS" if shell == "bash" else "_TYPER_COMPLETE_ARGS", f"shockpc {typed}")
+        monkeypatch.setenv("COMP_CWORD", str(len(typed.split())))
+        assert main([]) == 0
+        out, err = capfd.readouterr()
+        named = {"bash": "^(.+)$", "fish": "^([^\t\n]+)", "zsh": r'^(?:_arg.*?\(\()?"([^"]+)"'}[shell]
+        assert (re.findall(named, out, re.MULTILINE), err) == (completions, ""), typed
+
+
+def test_completion_is_shown_and_installed(tmp_path):
+    for option, file in (("--show-completion", None), ("--install-completion", ".bash_completions/shockpc.sh")):
+        words = [sys.executable, "-m", "shockpc", option]
+        shell = {**os.environ, "HOME": str(tmp_path), "SHELL": "/bin/bash"}
+        done = subprocess.run(words, capture_output=True, text=True, check=True, env=shell)
+        script = done.stdout if file is None else (tmp_path / file).read_text()
+        assert f"{ASKED}=complete_bash" in script
 
 
 def test_options_of_a_command_come_before_the_shared_ones(capfd):
@@ -485,7 +534,8 @@ def test_examples_of_the_help_run(capfd, here, command):
         (here / "leg.toml").write_text('robot = "leg.urdf"\n[[contact]]\nframe = "foot"\ndirections = ["x", "z"]\n')
         (here / "blocks.urdf").write_text(BLOCKS.read_text())
         (here / "tosses.csv").write_text("\n".join(BLOCKS.with_name("elbow_landings.csv").read_text().splitlines()[:9]) + "\n")
-    examples = re.findall(r"^ +shockpc (.*)$", good(capfd, command, "--help").partition("Examples:")[2], re.MULTILINE)
+    shown = good(capfd, command, "--help").partition("Examples:")[2].replace("\\\n", " ")
+    examples = re.findall(r"^ +shockpc (.*)$", shown, re.MULTILINE)
     assert 1 <= len(examples) <= 3
     for example in examples:
         words = shlex.split(example.partition(">")[0])

@@ -402,7 +402,7 @@ def test_a_body_without_shapes_is_the_box_of_its_inertia(tmp_path, monkeypatch, 
         monkeypatch.setattr(shockpc.show.figure.view, "inertia_box", lambda _: None)
         with settings():
             figure = draw_landing(shock_profile(scene, load_robot(scene.robot)))  # not the one whose silhouettes are kept
-            assert "no body of this robot has a shape, or an inertia that a body can have" in words(figure)
+            assert "no body has a shape\nor a valid inertia" in words(figure)
             assert outside(figure) == []
 
 

@@ -26,6 +26,7 @@ from shockpc import (
     resolve,
     shock_maps,
     shock_profile,
+    symbolic,
 )
 from shockpc.evaluation.columns import ground_columns
 from shockpc.evaluation.evaluate import Evaluation
@@ -173,6 +174,15 @@ def test_the_gradient_of_a_cost_is_that_of_differences(quantity, variables):
         steps = [cost(x + s * h * np.eye(len(x))[k]) for s in (2, 1, -1, -2)]
         slope = (-steps[0] + 8 * steps[1] - 8 * steps[2] + steps[3]) / (12 * h)
         assert cost.gradient(x)[k] * (high - low) == pytest.approx(slope * (high - low), rel=1e-6, abs=1e-7)
+
+
+def test_the_gradient_of_a_cost_is_that_of_symbols():
+    cost = ShockCost(anymal(), "shock@imu_link", LEGS, known_robot("anymal_b"), ground=False)
+    symbols, x = symbolic(anymal(), ["shock@imu_link"], robot=known_robot("anymal_b")), cost.x0 + 3.0
+    landing = resolve(cost.scene(x), known_robot("anymal_b"))
+    slope = symbols.gradient(landing.q[None], landing.before.velocity)["shock@imu_link"][0]
+    wanted = [np.radians(slope[landing.robot.joint(name).v.start]) for name in ("LF_HFE", "LF_KFE")]
+    np.testing.assert_allclose(cost.gradient(x), wanted, rtol=1e-9)
 
 
 @pytest.mark.parametrize("feet", [("LF_FOOT",), ("LF_FOOT", "RH_FOOT")])

@@ -50,10 +50,11 @@ def test_the_solution_meets_the_equation_of_the_paper(seed, n, data):
 
 @given(SEEDS, st.integers(2, 12), st.data())
 def test_contact_at_the_joints_is_the_partition_of_eq_6(seed, n, data):
-    """Where the contact stops joints themselves: Δq̇₁ = −q̇₁⁻ and Δq̇₂ = H₂₂⁻¹ H₂₁ q̇₁⁻."""
+    """Where the contact stops joints themselves (Eq. 5, H Δq̇ = [ι; 0]): Δq̇₁ = −q̇₁⁻ and Δq̇₂ = H₂₂⁻¹ H₂₁ q̇₁⁻."""
     n1 = data.draw(st.integers(1, n - 1))
     H, _, q1, _ = system(seed, n, n1)
-    delta_qd = solved(H, np.eye(n)[:n1], q1)[0]
+    delta_qd, impulse, *_ = solved(H, np.eye(n)[:n1], q1)
+    apart(H @ delta_qd, np.vstack([impulse, np.zeros((n - n1, 2))]), TIGHT)
     apart(delta_qd[:n1], -q1, TIGHT)
     apart(delta_qd[n1:], np.linalg.solve(H[n1:, n1:], H[n1:, :n1] @ q1), TIGHT)
 

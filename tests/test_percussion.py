@@ -8,7 +8,7 @@ from hypothesis.extra.numpy import arrays
 
 from shockpc.core.percussion import off_plane_share, percussion, shock_at, translation
 from shockpc.core.spatial import plane_from, velocity_at
-from shockpc.impact.exact.balls import balls
+from shockpc.impact.exact.balls import BALLS
 
 pytestmark = pytest.mark.smoke
 
@@ -102,8 +102,8 @@ def test_many_bodies_are_each_body_alone_and_balls_enclose_doubles(n, k):
     omega, v, r = rng.normal(size=(3, n, k, 3))
     no = np.zeros((n, k), dtype=bool)
     together = percussion(omega, v, SAGITTAL, 1.0, no, no)
-    enclosed = percussion(balls(omega), balls(v), balls(SAGITTAL), 1.0, no, no)
-    shares = off_plane_share(balls(omega), balls(v), balls(SAGITTAL), balls(np.full((n, k), 0.3)))
+    enclosed = percussion(BALLS.numbers(omega), BALLS.numbers(v), BALLS.numbers(SAGITTAL), 1.0, no, no)
+    shares = off_plane_share(BALLS.numbers(omega), BALLS.numbers(v), BALLS.numbers(SAGITTAL), BALLS.numbers(np.full((n, k), 0.3)))
     for i in np.ndindex(n, k):
         for whole, single, ball in zip(together, reduced(omega[i], v[i]), enclosed, strict=True):
             np.testing.assert_array_equal(whole[i], single)

@@ -1,6 +1,8 @@
 """The README and the guide: their commands, Python and scenes run, and the output that they show is the output."""
 
+import inspect
 import json
+import pkgutil
 import re
 import shlex
 import shutil
@@ -8,11 +10,15 @@ from pathlib import Path
 from typing import NamedTuple
 
 import pytest
+import yaml
 from commands import ROBOTS, STICK_WITH_IMU, dog_in, good
+
+from shockpc.evaluation.variation import WORDS
 
 README = Path(__file__).parent.parent / "README.md"
 PAGES = (README, *sorted((README.parent / "shockpc" / "guide").glob("*.md")))
 TEXTS = {page: page.read_text(encoding="utf-8") for page in PAGES}
+METHOD, VARY = (README.parent / "shockpc" / "guide" / f"{name}.md" for name in ("method", "vary"))
 TEXT = "".join(TEXTS.values())
 
 POSTURES = """<robot name="stick">
@@ -155,6 +161,37 @@ def test_pictures_and_links_are_there(page):
         assert file.exists(), target
         headings = re.findall(r"^#+ (.*)$", file.read_text(encoding="utf-8"), re.MULTILINE) if heading else []
         assert not heading or heading in [re.sub(r"[^\w -]", "", text.lower()).replace(" ", "-") for text in headings], target
+
+
+def test_the_equations_of_the_paper_are_where_the_guide_says():
+    """Each has a function that says which equation it is, and a test."""
+    rows = re.findall(r"^\| ([\d, ]+) \| [^|]* \| ([^|]*) \| ([^|]*) \|$", TEXTS[METHOD], re.MULTILINE)
+    assert [int(number) for numbers, *_ in rows for number in numbers.split(", ")] == list(range(1, 13))
+    for numbers, places, tests in rows:
+        functions = [pkgutil.resolve_name(f"shockpc.{name}") for name in re.findall(r"`([\w.]+:\w+)`", places)]
+        said = "".join(f"{one.__doc__}{inspect.getmodule(one).__doc__}" + inspect.getsource(one) for one in functions)
+        named = re.findall(r"Eqs?\. ([\d, and]+)", said)
+        assert set(numbers.split(", ")) & set(re.findall(r"\d+", " ".join(named))), numbers
+        found = [pkgutil.resolve_name(name) for name in re.findall(r"`(\w+:\w+)`", tests)]
+        assert found, numbers
+
+
+def test_what_varies_is_in_the_table_of_the_guide():
+    (rows,) = re.findall(r"\| NAME \|.*?\n\n", TEXTS[VARY], re.DOTALL)
+    assert set(re.findall(r"`([\w-]+(?::\w+)?)`", rows)) == set(WORDS)
+
+
+def test_files_for_continuous_integration_are_whole():
+    """Workflows can be copied as they are, and the hook of pre-commit runs a command."""
+    documents = [yaml.safe_load(block.text) for block in BLOCKS if block.language == "yaml"]
+    workflows, (hooks,) = [one for one in documents if "jobs" in one], [one for one in documents if "repos" in one]
+    assert len(workflows) == 2
+    for workflow in workflows:
+        assert workflow.keys() == {"name", True, "jobs"}  # YAML reads `on` as yes
+        assert {step.get("uses", "").split("@")[0] for step in workflow["jobs"]["shock"]["steps"]} >= {"actions/checkout"}
+    (hook,) = yaml.safe_load((README.parent / ".pre-commit-hooks.yaml").read_text(encoding="utf-8"))
+    assert hook["entry"] == "shockpc check"
+    assert [one["id"] for repo in hooks["repos"] for one in repo["hooks"]] == [hook["id"]]
 
 
 def test_the_readme_is_short():

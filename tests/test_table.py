@@ -160,6 +160,7 @@ def test_every_study_is_among_these():
     assert STUDIES.keys() == declared | {"check_budgets"}
 
 
+@pytest.mark.usefixtures("no_figures")
 @pytest.mark.parametrize("name", STUDIES)
 def test_every_study_has_a_table_with_units(name, tmp_path):
     compute, rows, units = STUDIES[name]
@@ -170,6 +171,8 @@ def test_every_study_has_a_table_with_units(name, tmp_path):
     assert table.units.keys() == table.columns.keys()
     assert {heading: table.units[heading] for heading in units} == units
     assert {len(values) for values in table.columns.values()} == {len(table)}
+    # A notebook shows the study as its report, and its table.
+    assert all("<table>" in one._repr_html_() for one in (found, table))
     arrow = table.to_arrow().to_pydict()
     for heading, values in table.columns.items():
         assert [cell is None for cell in arrow[heading]] == [cell is None or cell != cell for cell in values.tolist()]
@@ -181,6 +184,8 @@ def test_every_study_has_a_table_with_units(name, tmp_path):
         missing = pandas.isna(frame[heading]).to_numpy()
         np.testing.assert_array_equal(missing, [cell is None or cell != cell for cell in values.tolist()])
         assert frame[heading].to_numpy()[~missing].tolist() == values[~missing].tolist()
+    assert frame.attrs["units"] == table.units
+    assert frame.attrs["titles"].keys() == {column.name for column in table.computed}
 
 
 def test_tables_of_batches_and_falls_are_ranked_by_their_quantities():

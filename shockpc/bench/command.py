@@ -20,9 +20,7 @@ def bench(
     robot: str | None = argument(
         "A robot file, a robot's name or a scene (TOML); without it the standing suite runs.", "ROBOT", robot_name
     ),
-    out: Path | None = in_output(
-        "Folder of the report; by default out/bench for the suite, and none for a landing.", "DIR", out_folder
-    ),
+    out: Path | None = in_output("Folder of the report. [default: out/bench for the suite, none for a landing]", "DIR", out_folder),
 ) -> None:
     # Set before numpy is loaded: the run times are those of one thread.
     for name in THREADS:

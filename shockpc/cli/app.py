@@ -2,6 +2,7 @@
 
 import importlib
 import importlib.util
+import os
 import re
 import sys
 from collections.abc import Sequence
@@ -12,6 +13,7 @@ import typer
 from typer.core import TyperCommand, TyperGroup, TyperOption
 
 from shockpc import __version__
+from shockpc.cli.completion import ASKED
 from shockpc.cli.declared import EXIT_CODES, Command, Help, command
 from shockpc.cli.options import EVERYBODY, PANELS, RARE, RARE_OF_RUN
 
@@ -28,6 +30,10 @@ Its command is the function of its name in the module `command`, else that of a 
 """
 
 HEADINGS = ("Begin", "Look at a robot", "One landing", "Many landings", "Decide", "Data", "For developers")
+
+
+NARROW = 27
+"""Characters for the names of options in a short help."""
 
 
 class Commands(TyperGroup):
@@ -53,7 +59,7 @@ class GroupedCommand(TyperCommand):
         names = {parameter.name for parameter in every}
         if "posture" in names and "help_all" not in names:
             others = len(names.intersection(RARE) | names.intersection(RARE_OF_RUN))
-            text = f"Show these options and {others} others, each with all of its text, and exit."
+            text = f"Show these and {others} other options in full, and exit."
             every.append(
                 TyperOption(
                     param_decls=["--help-all"], is_flag=True, is_eager=True, expose_value=False, callback=_show_all, help=text
@@ -79,31 +85,31 @@ class GroupedCommand(TyperCommand):
                 else getattr(parameter, "rich_help_panel", None) or "Other options"
             )
             name, text = parameter.get_help_record(ctx) or ("", "")
-            text += " May be repeated." * getattr(parameter, "multiple", False)
             if short and heading in PANELS and parameter.name.rstrip("_") in EVERYBODY:
                 heading, text = "Landing (more with --help-all)", _shortened(text)
+            text += " May be repeated." * getattr(parameter, "multiple", False)
             sections.setdefault(heading, []).append((name, text))
         for heading, records in sections.items():
             if records:
                 with formatter.section(heading):
-                    formatter.write_dl(records)
+                    formatter.write_dl(records, col_max=NARROW if short else 30)
 
 
 def app_for(words: Sequence[str]) -> typer.Typer:
     """The command line for these words: if they name a command, it alone is imported and set up, because each takes time."""
+    named = [word for word in words[:1] if word in COMMANDS]
     app = typer.Typer(
         cls=Commands,
         help="Mechanical shock of a legged robot's landing, body by body, from the rigid-body model alone.\n\n\b\n"
         "A first landing, and what its results mean in report.html:\n"
         "  shockpc analyze anymal_b --contact LF_FOOT --out out/",
         epilog=EXIT_CODES,
-        add_completion=False,
+        add_completion=not named or ASKED in os.environ,
         rich_markup_mode=None,
         pretty_exceptions_enable=False,
         context_settings={"help_option_names": ["-h", "--help"], "max_content_width": 110},
         callback=_before_the_command,
     )
-    named = [word for word in words[:1] if word in COMMANDS]
     for name in named or COMMANDS:
         # Without a command, names alone are wanted: for help, and to suggest one that is spelt alike.
         function = _command(name) if named else command(examples=())(lambda: None)
@@ -124,10 +130,11 @@ def _command(name: str) -> Command:
 
 
 def _shortened(text: str) -> str:
-    """The first sentence of a help, or what is before its semicolon, with the unit that the help ends with."""
+    """The first sentence of a help, or what is before its semicolon, with the unit and the default that the help ends with."""
+    text, bracket, default = text.partition(" [default: ")
     first = re.split(r"[.;] (?![^\[]*\])", text)[0].removesuffix(".")
     unit = re.search(r" \[[^\]]+\]\.$", text)
-    return f"{first}{'' if unit is None or '[' in first else unit[0][:-1]}."
+    return f"{first}{'' if unit is None or '[' in first else unit[0][:-1]}.{bracket}{default}"
 
 
 def _show_all(ctx: Any, option: Any, wanted: bool) -> None:

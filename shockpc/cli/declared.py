@@ -11,11 +11,18 @@ the type allows none of these, or the default is `...`, it has to be given.
 import copy
 import functools
 import inspect
+import os
+import re
 from collections.abc import Callable, Collection
 from typing import Any, NamedTuple, TypeAlias, get_args
 
 import typer
 from typer.models import OptionInfo
+
+from shockpc.cli.completion import ASKED, completer
+
+WIDTH = 74
+"""Characters of an example on a line of the help."""
 
 Parser: TypeAlias = Callable[[str], Any]
 Command: TypeAlias = Callable[..., int | None]
@@ -47,7 +54,19 @@ class Help(NamedTuple):
 
     def text(self, summary: str) -> str:
         """What stands above the options, as Typer takes it. Args: summary, what the command does."""
-        return "\n\n".join(filter(None, [summary, self.more, "\n  ".join(["\b\nExamples:", *self.examples])]))
+        return "\n\n".join(filter(None, [summary, self.more, "\n  ".join(["\b\nExamples:", *map(_folded, self.examples)])]))
+
+
+def _folded(line: str) -> str:
+    """A command line on several lines of a terminal of 80 columns, as it may be copied."""
+    first, *options = re.split(r" (?=--\w)", line)
+    lines = [first]
+    for option in options:
+        if len(lines[-1]) + len(option) < WIDTH:
+            lines[-1] += f" {option}"
+        else:
+            lines.append(f"    {option}")
+    return " \\\n  ".join(lines)
 
 
 def group(heading: str) -> Callable[..., Any]:
@@ -150,5 +169,7 @@ def _for_typer(name: str, kind: Any, declared: Any) -> inspect.Parameter:
         info.default = () if repeated else False if kind is bool else ...
     if isinstance(info, OptionInfo) and not info.param_decls:
         info.param_decls = (f"--{name.rstrip('_').replace('_', '-')}",)
+    if ASKED in os.environ:
+        info.autocompletion = completer(name, info.metavar)
     annotation = list[str] if repeated else str if info.parser else kind
     return inspect.Parameter(name, inspect.Parameter.KEYWORD_ONLY, annotation=annotation, default=info)

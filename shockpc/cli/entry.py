@@ -8,6 +8,7 @@ import sys
 import warnings
 from collections.abc import Sequence
 
+from shockpc.cli.completion import ASKED, complete
 from shockpc.cli.process import command, prepare, print_error, received, write_stdout
 from shockpc.text.arguments import typed
 from shockpc.text.diagnostic import ShockWarning
@@ -49,6 +50,8 @@ def main(words: Sequence[str]) -> int:
 
     What a command prints is kept until it has ended, so that one which fails prints its message and nothing else.
     """
+    if ASKED in os.environ:
+        return complete()
     printed = io.StringIO()
     inputs.clear()
     command[:] = ["shockpc", *words]
@@ -58,7 +61,10 @@ def main(words: Sequence[str]) -> int:
         # What a command reports holds the warnings of its landings.
         with contextlib.redirect_stdout(printed), warnings.catch_warnings():
             warnings.simplefilter("ignore", ShockWarning)
-            code: int = app_for(words)(list(words) or ["--help"], standalone_mode=False, prog_name="shockpc") or 0
+            try:
+                code: int = app_for(words)(list(words) or ["--help"], standalone_mode=False, prog_name="shockpc") or 0
+            except SystemExit as done:  # of Typer's options for the completion of shells
+                code = int(done.code or 0)
         if code != INTERRUPTED:
             write_stdout(printed.getvalue())
             return code

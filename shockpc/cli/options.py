@@ -40,7 +40,7 @@ MESHES = _in_files("Folder in which meshes that are not where the file says are 
 PACKAGE = _in_files("Folder of a package, besides those in ROS_PACKAGE_PATH.", "NAME=DIR", folder)
 FRAME = "FRAME[:X,Y,Z]"
 EXPLAIN = in_output("Report on standard error what ran, how long it took, and what was not needed.")
-JOBS = Option("Number of processes, each of which takes some 100 MB; 1 by default.", "Run", "N", least=1, greatest=512)
+JOBS = Option("Number of processes, each of which takes some 100 MB.", "Run", "N", least=1, greatest=512, default="1")
 STRICT = "Exit code 3 if any landing could not be computed, not only if none could."
 AT = group("Question")("The shock at this point (with friction, if that is given), offset in the frame [m].", FRAME)
 TARGET = group("Question")(
@@ -94,7 +94,7 @@ class SceneOptions(NamedTuple):
     package: tuple[tuple[str, str], ...] = PACKAGE
     meshes: str | None = MESHES
     contact: tuple[str, ...] = _in_contact(
-        "What strikes the ground: a link, site or geom, by name or glob. All names here may be globs, such as '*_foot'. Several "
+        "What strikes the ground: a link, site or geom, a name or glob. All names here may be globs, such as '*_foot'. Several "
         "matches are one landing each; A+B is one landing on both; stop:JOINT is a joint that runs into its end stop.",
         "NAME",
     )
@@ -126,7 +126,7 @@ class SceneOptions(NamedTuple):
         "Constant torque of motors on contacts of finite stiffness [N m; N if prismatic].", "JOINT=TORQUE", setting
     )
     lock: tuple[str, ...] = _in_joints("Locked joints, which keep the rate that they have.", "JOINT")
-    at: tuple[str, ...] = _in_results("Points whose shock is computed besides the sensors', offset in the frame [m].", FRAME)
+    at: tuple[str, ...] = _in_results("Points, besides the sensors, whose shock is computed, offset in the frame [m].", FRAME)
     part: tuple[tuple[str, str], ...] = _in_results(
         "A part at a point and a pulse that it survives, such as imu_link='half-sine 1500 g 0.5 ms', or joints and the torque that "
         "their gears withstand, such as FL_calf_joint='50 N m' or '50 N m 20 ms' with its duration; a scene takes more.",
@@ -161,8 +161,8 @@ EVERYBODY = frozenset(
 RARE = frozenset({*SceneOptions._fields, *OF_RECORDS} - {"given", *EVERYBODY})
 """Those that --help-all adds."""
 
-RARE_OF_RUN = ("cluster", "wait")
-"""Fields of `RunOptions` that --help-all adds."""
+RARE_OF_RUN = ("cluster", "wait", "strict", "explain", "spectrum", "save_scene", "force")
+"""Options of a run that --help-all adds."""
 
 PANELS = frozenset(
     info.rich_help_panel
@@ -185,5 +185,5 @@ class RunOptions(NamedTuple):
 class OutputOptions(NamedTuple):
     """How the results of a study are given."""
 
-    format: Literal["table", "json", "csv", "markdown"] = in_output("What is printed; table by default.", default="table")
-    out: Path | None = in_output("Write JSON, CSV, a report and figures into this folder.", "DIR", out_folder)
+    format: Literal["table", "json", "csv", "markdown"] = in_output("What is printed. [default: table]", default="table")
+    out: Path | None = in_output("Folder for JSON, CSV, a report and figures.", "DIR", out_folder)

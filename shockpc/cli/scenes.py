@@ -11,7 +11,7 @@ from shockpc.landing.joint_options import Joints, Rotor, with_model
 from shockpc.landing.level_feet import default_landings
 from shockpc.landing.ratings import part_from
 from shockpc.landing.scene import Contact, Posture, Scene
-from shockpc.landing.scene_file import check_scene, plane_of, points_at, read_scene, robot_of
+from shockpc.landing.scene_file import check_scene, plane_of, points_at, robot_of, scene_of
 from shockpc.landing.strike import Strike, replaced_ways
 from shockpc.robot.feet_and_sensors import each_foot
 from shockpc.robot.robot import Robot
@@ -41,7 +41,7 @@ def scenes_from(robot: str, options: SceneOptions, trace: Trace | None = None) -
     Raises:
         ShockError: an option's value is not valid, or names nothing in the robot.
     """
-    scene = _with_file(_scene_of(robot), options)
+    scene = _with_file(scene_named(robot), options)
     with (trace or Trace()).stage("robot file"):
         loaded = _robot_of(scene, options.contact)
     scene = _with(
@@ -125,7 +125,7 @@ def with_contact(robot: str, options: SceneOptions, contacts: list[str]) -> tupl
     Raises:
         ShockError: the scene or the robot cannot be read.
     """
-    scene = _scene_of(robot)
+    scene = scene_named(robot)
     if options.contact or scene.contact:
         return options, contacts
     from shockpc.recorded.landings import first_contact
@@ -163,7 +163,7 @@ def one_scene(robot: str, options: SceneOptions, trace: Trace | None = None) -> 
     return loaded, scenes[0]
 
 
-def _scene_of(name: str) -> Scene:
+def scene_named(name: str) -> Scene:
     """The scene of a file, of FILE.toml:CASE, or of a robot alone.
 
     Raises:
@@ -177,7 +177,7 @@ def _scene_of(name: str) -> Scene:
         if case not in cases:
             raise UnknownName("case", case, cases, f"{file}.toml", "")
         return cases[case]
-    return read_scene(name) if is_scene_file(name) else Scene(robot=name)
+    return scene_of(name)
 
 
 def is_scene_file(name: str) -> bool:

@@ -45,7 +45,7 @@ def larger(a: Any, b: Any) -> Any:
 
 
 def _each(function: Callable[..., Any], *arrays: Any) -> Any:
-    """A function of balls, entry by entry."""
+    """A function of balls or symbols, entry by entry."""
     return np.asarray(np.frompyfunc(function, len(arrays), 1)(*arrays), dtype=object)
 
 

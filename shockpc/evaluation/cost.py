@@ -122,7 +122,7 @@ class ShockCost:
     @checked
     def __init__(
         self,
-        scenes: Scene | Mapping[str, Scene],
+        scenes: Scene | str | Mapping[str, Scene | str],
         quantity: str,
         variables: Vary,
         robot: Robot | None = None,
@@ -322,7 +322,7 @@ class ShockCost:
 
 def _of_points(X: Array, values: Array) -> Array:
     """Values (m, K) at (m, n) points; NaN at what is no point: in a sweep NaN leaves a thing as it is."""
-    return np.where(np.isnan(X).any(axis=1)[:, None], np.nan, values)
+    return np.where(np.isnan(X).any(axis=1, keepdims=True), np.nan, values)
 
 
 def _groups(varied: VariedLandings, landings: Mapping[str, PosedLanding]) -> tuple[VariedLandings, ...]:

@@ -3,6 +3,7 @@
 from dataclasses import dataclass, field
 
 from shockpc.landing.scene import Scene
+from shockpc.landing.scene_file import robot_of, scene_of
 from shockpc.robot.changes import Change
 from shockpc.robot.robot import Robot
 
@@ -22,3 +23,11 @@ class Design:
     scene: Scene = field(repr=False)
     robot: Robot = field(repr=False)
     changes: tuple[Change, ...] = ()
+
+    @classmethod
+    def of(cls, given: "Design | Scene | str") -> "Design":
+        """A design as it is; of a scene, or of the name of a scene file or a robot, as in `scene_of`, the one of that name."""
+        if isinstance(given, Design):
+            return given
+        scene = scene_of(given)
+        return cls(given if isinstance(given, str) else scene.robot, scene, robot_of(scene))

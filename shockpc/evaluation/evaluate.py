@@ -14,6 +14,7 @@ from shockpc.evaluation.columns import Column, columns, columns_at_times, double
 from shockpc.evaluation.executor import in_order
 from shockpc.evaluation.source import Chunk, Group, Landings, Refusal, refuse_unused_ground
 from shockpc.evaluation.table import Table
+from shockpc.landing.contact import contact_name
 from shockpc.landing.scene import Scene
 from shockpc.profile import profile_of_scene
 from shockpc.quantities.selection import Selection
@@ -21,6 +22,7 @@ from shockpc.quantities.shock_profile import ShockProfile
 from shockpc.robot.robot import Robot
 from shockpc.text.diagnostic import warn
 from shockpc.text.errors import DefectError, ShockError, attempt, refusal
+from shockpc.text.shown import shown_by
 from shockpc.text.trace import Trace
 
 TRUSTED = 1e10
@@ -61,6 +63,8 @@ class Evaluation(Generic[L]):
     def __post_init__(self) -> None:
         if (scene := self.landings.base_scene) is not None:
             refuse_unused_ground(scene, (*(column.selection for column in self.computed), *self.elsewhere))
+
+    _repr_html_ = shown_by("show.report:evaluation_report")
 
     @property
     def headings(self) -> tuple[str, ...]:
@@ -203,7 +207,9 @@ class Evaluation(Generic[L]):
         columns = {name: results[name] for name in self.headings if name in results}
         messages = dict(sorted(errors.messages.items()))
         first = self.landings.chunks[k][0] * self.landings.strikes
-        return Table(self.computed, columns, messages, refused, tuple(errors.defects), first=first)
+        common, scene = {"robot": self.landings.robot.label}, self.landings.base_scene
+        common |= {"contact": contact_name(scene)} if scene is not None and "contact" not in columns else {}
+        return Table(self.computed, columns, messages, refused, tuple(errors.defects), first=first, common=common)
 
 
 class _Errors:

@@ -12,7 +12,7 @@ from shockpc.landing.dynamics import Inertias
 from shockpc.landing.landing import PosedLanding
 from shockpc.landing.level_feet import with_contacts
 from shockpc.landing.scene import Scene
-from shockpc.landing.scene_file import robot_of
+from shockpc.landing.scene_file import robot_of, scene_of
 from shockpc.quantities.selection import Selection
 from shockpc.quantities.shock_profile import ShockProfile
 from shockpc.robot.robot import Robot
@@ -133,18 +133,18 @@ class Landings(Protocol):
         """The postures of a chunk. Args: data, as the method of that name gives it."""
 
 
-def named_scenes(landings: Scene | Mapping[str, Scene]) -> dict[str, Scene]:
-    """One landing, or landings by name, as the latter; the name of a single one is empty.
+def named_scenes(landings: Scene | str | Mapping[str, Scene | str]) -> dict[str, Scene]:
+    """One landing, or landings by name, as the latter, each as `scene_of`; the name of a single one is empty.
 
     Raises:
         StudyError: there is no landing, or something else.
     """
-    scenes = {"": landings} if isinstance(landings, Scene) else landings
-    if not isinstance(scenes, Mapping) or not all(isinstance(scene, Scene) for scene in scenes.values()):
-        raise StudyError(f"landings is {reprlib.repr(landings)}; give a scene, or scenes by name")
+    scenes = {"": landings} if isinstance(landings, Scene | str) else landings
+    if not isinstance(scenes, Mapping) or not all(isinstance(scene, Scene | str) for scene in scenes.values()):
+        raise StudyError(f"landings is {reprlib.repr(landings)}; give a scene or a robot, or several by name")
     if not scenes:
         raise StudyError("no landing is given; give at least one scene")
-    return dict(scenes)
+    return {name: scene_of(scene) for name, scene in scenes.items()}
 
 
 def with_default_landings(landings: Mapping[str, Scene], robot: Robot) -> dict[str, Scene]:

@@ -3,7 +3,7 @@
 import functools
 import itertools
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import Any, cast
 
 import numpy as np
@@ -14,6 +14,7 @@ from shockpc.quantities.selection import selections
 from shockpc.text.arguments import checked
 from shockpc.text.errors import DefectError, StudyError
 from shockpc.text.printed import listed
+from shockpc.text.shown import shown_by
 
 
 @dataclass(frozen=True, eq=False)
@@ -32,6 +33,7 @@ class Table:
         defects: descriptions of unexpected exceptions, which are errors in shockpc itself.
         first: number of the first row.
         label_units: units of columns by heading, where neither the heading nor a quantity tells it.
+        common: what all rows have in common, as "robot" and "contact", if that is known.
     """
 
     computed: tuple[Column, ...] = field(repr=False)
@@ -41,6 +43,9 @@ class Table:
     defects: tuple[str, ...] = field(default=(), repr=False)
     first: int = 0
     label_units: Mapping[str, str] = field(default_factory=dict, repr=False)
+    common: Mapping[str, str] = field(default_factory=dict, repr=False)
+
+    _repr_html_ = shown_by("show.report:table_report")
 
     def __len__(self) -> int:
         return len(next(iter(self.columns.values())))
@@ -73,7 +78,13 @@ class Table:
             cast(tuple[int, int, int], tuple(map(sum, zip(*(part.refused for part in parts), strict=True)))),
             tuple(itertools.chain.from_iterable(part.defects for part in parts)),
             parts[0].first,
+            common=parts[0].common,
         )
+
+    def first_rows(self, count: int) -> "Table":
+        """The first rows, at most so many."""
+        columns = {name: self.columns[name][:count] for name in self.columns}
+        return replace(self, columns=columns, messages={i: text for i, text in self.messages.items() if i < count})
 
     def without_defects(self) -> "Table":
         """The table itself, for a study that does not give its rows on.
@@ -191,10 +202,15 @@ class Table:
         return pyarrow.table({**arrays, "message": messages})
 
     def to_pandas(self) -> Any:
-        """The table for pandas, with the messages as a column."""
+        """The table for pandas, with the messages as a column.
+
+        Its `attrs` hold what the rows have in common (robot, contact), and the `units` and `titles` of its columns.
+        """
         import pandas
 
-        return pandas.DataFrame(self._with_messages())
+        frame = pandas.DataFrame(self._with_messages())
+        frame.attrs = {**self.common, "units": self.units, "titles": {column.name: column.title for column in self.computed}}
+        return frame
 
     def to_polars(self) -> Any:
         """The table for polars, with the messages as a column."""

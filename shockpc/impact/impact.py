@@ -1,7 +1,7 @@
 """An impact: the solution of Eq. 4, the jumps of the bodies, and all that follows from them by the laws of rigid bodies.
 
-One class for two arithmetics: N postures in doubles (`solve_impact`), or one posture in balls (`exact`). The arrays have the same
-shapes in both, so that a quantity is one function of an impact, whichever arithmetic it is evaluated in.
+One class for three arithmetics: N postures in doubles (`solve_impact`), one in balls, or any in symbols (`exact`). The arrays have
+the same shapes in all, so that a quantity is one function of an impact, whichever arithmetic it is evaluated in.
 """
 
 import functools
@@ -48,6 +48,9 @@ class Impact:
     speeds: Any
     jumps: Any
     _columns: dict[int, int] | None = None
+    has_values = True
+    """Whether its numbers have values that can be compared; symbols have none."""
+
     strikes: Array | None = None
     """(N, S, 3) velocities of the base before the impact [m/s]; None for the landing's alone."""
 

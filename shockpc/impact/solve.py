@@ -19,7 +19,7 @@ from shockpc.core.impulse import (
 from shockpc.core.inertia import definite
 from shockpc.core.memo import memoized
 from shockpc.core.spatial import Array, velocity_at
-from shockpc.impact.exact.balls import SingularError
+from shockpc.impact.exact.arithmetic import SingularError
 from shockpc.impact.exact.proof import Proof
 from shockpc.landing.constraints import ConstraintBlock, Equation, block_axes, row_jacobian, row_terms, row_tolerance, slices_of
 from shockpc.landing.landing import Landing, PosedLanding
@@ -68,7 +68,7 @@ def solve_exactly(landing: PosedLanding, equation: Equation, solution: Solution)
     if not np.isfinite(H).all():
         raise without_kinetic_energy(landing, equation.state.H)
     if not np.all(np.diagonal(H) > NO_INERTIA * size.max(initial=0.0)):
-        raise _without_inertia(landing, equation)
+        raise without_inertia(landing, equation)
     # Rows that look independent are taken as such, and looked at more closely if the proof finds that they are not.
     for given in [solution.choices[0]] if solution.choices else (RowChoice.every(len(equation.b[0])), None):
         choice = given or independent_rows(
@@ -79,7 +79,7 @@ def solve_exactly(landing: PosedLanding, equation: Equation, solution: Solution)
             proof = Proof(landing, choice)
         except SingularError as singular:
             if singular.of_inertia:
-                raise _without_inertia(landing, equation) from None
+                raise without_inertia(landing, equation) from None
             continue
         _refuse_contradiction(landing, equation, proof)
         _refuse_singular(landing, equation, proof, len(choice.rows))
@@ -143,7 +143,7 @@ def _posture(landing: PosedLanding) -> str:
     return f'posture "{landing.scene.posture.reference}"'
 
 
-def _without_inertia(landing: PosedLanding, equation: Equation) -> SolveError:
+def without_inertia(landing: PosedLanding, equation: Equation) -> SolveError:
     """The error for an inertia that cannot be inverted: the bodies whose joints carry none, and the joints to be locked."""
     robot = landing.robot
     columns = weakest_columns(equation.H[0])
@@ -276,7 +276,7 @@ def _refuse_singular(landing: PosedLanding, equation: Equation, proof: Proof, ra
     times, body = greatest_motion(landing, proof.jumps[..., 3], length)
     turning = float(np.abs(proof.delta_qd[:, 3]).max() * robot.gyration.max()) / landing.fastest_approach
     if max(times, turning) > FAST and not np.isfinite(definite(equation.H)).all():
-        raise _without_inertia(landing, equation)
+        raise without_inertia(landing, equation)
     rounded = FAST < times <= UNPHYSICAL and landing.mechanism.independent_here(landing.blocks, landing.state) < rank
     if times <= UNPHYSICAL and not rounded:
         return

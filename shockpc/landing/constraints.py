@@ -12,6 +12,7 @@ import numpy as np
 
 from shockpc.core.impulse import DATA_TOLERANCE, TOLERANCE
 from shockpc.core.inertia import Inertia, diagonal_of, matrix_of
+from shockpc.core.percussion import larger, norm
 from shockpc.core.spatial import Array, cross
 from shockpc.landing.dynamics import Dynamics
 from shockpc.robot.shapes import Shape
@@ -118,14 +119,13 @@ def row_terms(state: Dynamics, blocks: Sequence[ConstraintBlock]) -> Array:
     They are lengths of vectors, not of their components: a rotation spreads the rounding of a vector over all its components, so
     the speed of a planar robot across its plane is a rounding error of the speed in it.
     """
-    angular, linear = np.linalg.norm(state.J[:, :3], axis=1), np.linalg.norm(state.J[:, 3:], axis=1)
+    angular, linear = (norm(np.swapaxes(part, 1, 2)) for part in (state.J[:, :3], state.J[:, 3:]))
     # The linear part of a rotating joint is a product of its axis and its place, which may be parallel.
-    place = np.linalg.norm(state.position, axis=-1)[:, np.argmax(state.ancestors, axis=0)]
-    linear = np.maximum(linear, angular * place)
+    place = norm(state.position)[:, np.argmax(state.ancestors, axis=0)]
+    linear = larger(linear, angular * place)
     terms = []
     for block in blocks:
-        r = np.linalg.norm(block_point(state, block), axis=-1)[:, None]
-        moved = row_signs(state, block) != 0.0
+        r, moved = norm(block_point(state, block))[:, None], np.abs(row_signs(state, block))
         of_forces, of_moments = (r * angular + linear) * moved, angular * moved
         terms += [of_forces] * len(block.forces) + [of_moments] * len(block.moments)
     return np.stack(terms, axis=1)

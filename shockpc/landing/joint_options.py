@@ -42,8 +42,8 @@ class Joints(Record):
 
     model: JointModelName | None = option(
         None,
-        "All joints turn freely, resist by the reflected inertia of their drives, are as modelled with springs that do not yield, "
-        "or are locked; by default each is as its drive makes it. Free joints have no reflected inertia, whatever the robot's "
+        "All joints turn freely, resist by their drives, have rigid springs, or are locked. Drives resist by their reflected "
+        "inertia; by default each joint is as its drive makes it. Free joints have no reflected inertia, whatever the robot's "
         "file, --drives or the catalogue give; of rigid ones a joint with a spring is locked, and a rotor behind one is joined "
         "to its joint.",
         JOINT_MODEL,
@@ -51,7 +51,7 @@ class Joints(Record):
     )
     drives: str | None = option(
         None,
-        "A file of drives, a robot of the catalogue that has such drives (go2), or none. Joints of the same names have the drives "
+        "A file or robot that has the drives, or none. Joints of the same names have the drives "
         "of that robot. By default a robot of the catalogue has those known of it; none leaves what the robot's file gives. "
         "The form of a file is that of robots/drives.toml.",
         JOINT_MODEL,
@@ -60,8 +60,9 @@ class Joints(Record):
     motors: Literal["none", "flight", "standing"] | None = option(
         None,
         "Constant torques of the motors on contacts of finite stiffness: those that hold the load of springs before touchdown "
-        "(flight, the default), those that also hold the robot's weight on its contacts (standing), or none.",
+        "(flight), those that also hold the robot's weight on its contacts (standing), or none.",
         JOINT_MODEL,
+        default="flight",
     )
     armature: Mapping[str, float] = field(default_factory=dict)
     rotor: Mapping[str, Rotor] = field(default_factory=dict)

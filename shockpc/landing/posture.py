@@ -175,12 +175,15 @@ def check_rotations(robot: Robot, Q: Array) -> None:
     Raises:
         SceneError: a number is not finite, or the numbers of a rotation have another length than 1.
     """
-    for i, q in enumerate(Q):
-        if not (pin.isNormalized(robot.model, q, 1e-6) and math.isfinite(q.sum())):
-            raise SceneError(
-                f"row {i} of Q holds a number that is not finite, or a rotation, a quaternion (x, y, z, w) or a cosine and sine, "
-                "whose length is not 1; start from the configuration of a profile, profile.q"
-            )
+    wrong = ~np.isfinite(Q).all(axis=1)
+    for joint in robot.single_joints:
+        if (size := {"free": 4, "ball": 4, "planar": 2, "continuous": 2}.get(joint.kind, 0)) > 0:
+            wrong |= ~(np.abs(np.linalg.norm(Q[:, joint.q.stop - size : joint.q.stop], axis=1) - 1.0) < 1e-6)
+    if wrong.any():
+        raise SceneError(
+            f"row {np.flatnonzero(wrong)[0]} of Q holds a number that is not finite, or a rotation, a quaternion (x, y, z, w) or a "
+            "cosine and sine, whose length is not 1; start from the configuration of a profile, profile.q"
+        )
 
 
 def _set_base(robot: Robot, posture: Posture, q: Array) -> None:

@@ -47,6 +47,7 @@ class Option(NamedTuple):
         greatest: the maximum of its numbers; of those without one `LARGEST_NUMBER`.
         varies: whether a sweep can vary it, by its name on the command line.
         most: the maximum number of values in a list.
+        default: what holds without it, as the help states it.
         holds: what its texts are, if the command looks into them: names of what each landing of a study has a value of ("varied"),
             or of quantities that are computed ("quantity").
     """
@@ -61,20 +62,22 @@ class Option(NamedTuple):
     greatest: float | None = None
     varies: bool = False
     most: int | None = None
+    default: str = ""
     holds: Literal["", "varied", "quantity"] = ""
 
     @property
     def text(self) -> str:
-        """The help with the unit, and with the maximum unless it states that."""
+        """The help with the unit, with the maximum unless it states that, and with the default."""
         stated = self.greatest is None or re.search(rf"\b{self.greatest:g}\b", self.help)
         unit = self.unit if self.unit != "1" else ""
         inside = ", ".join(filter(None, [unit, "" if stated else f"at most {self.greatest:g}"]))
-        return f"{self.help[:-1]} [{inside}]." if inside else self.help
+        default = f" [default: {self.default}]" if self.default else ""
+        return (f"{self.help[:-1]} [{inside}]." if inside else self.help) + default
 
     def stating(self, default: Any) -> "Option":
         """The option whose help states the default, if that is a number or a word."""
         states = isinstance(default, int | float | str) and not isinstance(default, bool) and default != ""
-        return self._replace(help=f"{self.help[:-1]}; {default} by default.") if states else self
+        return self._replace(default=f"{default:g}" if isinstance(default, float) else str(default)) if states else self
 
     def fault(self, value: Any) -> str:
         """Why a number is not valid, or one of a collection of numbers; empty if all are."""
@@ -104,9 +107,9 @@ class Option(NamedTuple):
         return f"must be {' and '.join(wanted)}{unit}, got {value:g}"
 
 
-def option(default: Any, help_: str, heading: str, form: str | None = None, **further: Any) -> Any:
+def option(default: Any, /, help_: str, heading: str, form: str | None = None, **further: Any) -> Any:
     """A field of a record that is an option; the arguments are those of `Option`."""
-    declared = Option(help_, heading, form, **further)
+    declared = Option(help_, heading, form, **further).stating(default)
     return dataclasses.field(default=default, metadata={"option": declared, "description": declared.text})
 
 

@@ -21,7 +21,7 @@ from shockpc.landing.motion import motion_of, rates_of, separating
 from shockpc.landing.posture import configuration, fixed_joints, outside_limits, reference_name
 from shockpc.landing.ratings import check_parts, strength, torque_limits
 from shockpc.landing.scene import Contact, Scene
-from shockpc.landing.scene_file import check_scene, ground_normal, plane_of, point_at, with_paths, with_plane
+from shockpc.landing.scene_file import check_scene, ground_normal, plane_of, point_at, scene_of, with_paths, with_plane
 from shockpc.landing.strike import Strike
 from shockpc.robot.catalogue import closing_scene
 from shockpc.robot.robot import Robot
@@ -121,13 +121,13 @@ def _check_ground(scene: Scene, blocks: tuple[ConstraintBlock, ...]) -> None:
 
 
 @checked
-def resolve(scene: Scene, robot: Robot) -> PosedLanding:
+def resolve(scene: Scene | str, robot: Robot) -> PosedLanding:
     """Resolve a scene on its robot.
 
     Raises:
         ShockError: as for `landing_of`, or a contact does not approach the ground.
     """
-    landing = landing_of(scene, robot)
+    landing = landing_of(scene_of(scene), robot)
     _refuse_separation(landing)
     return landing
 

@@ -58,16 +58,16 @@ class Contact(Record):
         name="contact-kind",
     )
     restitution: float = option(
-        0.0, "Coefficient of restitution, 0 (default) to 1.", CONTACT, "E", unit="1", least=0.0, greatest=1.0, varies=True
+        0.0, "Coefficient of restitution, 0 to 1.", CONTACT, "E", unit="1", least=0.0, greatest=1.0, varies=True
     )
     restitution_along: Literal["normal", "directions"] = option(
         "normal",
-        "What restitution reverses: the velocity along the normal alone (default; Newton's law), or along every direction in which "
+        "What restitution reverses: the velocity along the normal alone (Newton's law), or along every direction in which "
         "the contact stops (Eq. 4 of the paper), so that a sticking contact rebounds along the ground too.",
         CONTACT,
     )
     normal: tuple[float, float, float] | None = option(
-        None, "Normal of the ground at the contact: a slope, or a wall; vertical by default.", CONTACT, "X,Y,Z"
+        None, "Normal of the ground at the contact: a slope, or a wall.", CONTACT, "X,Y,Z", default="vertical"
     )
     velocity: tuple[float, float, float] | None = None
 
@@ -124,7 +124,7 @@ class Posture(Record):
     """
 
     reference: str | None = option(
-        None, "A reference posture of the robot, or neutral; by default the standing one.", POSTURE, "NAME", name="posture"
+        None, "A reference posture of the robot, or neutral.", POSTURE, "NAME", name="posture", default="the standing one"
     )
     base_position: tuple[float, float, float] | None = None
     base_rpy_deg: tuple[float, float, float] | None = option(
@@ -216,12 +216,12 @@ class Scene(Record):
     )
     plane: Literal["auto", "xz", "yz", "xy"] | tuple[float, float, float] = option(
         "auto",
-        "Plane of CoPc, RoPc, figures and the strike angle: xz (sagittal), yz (frontal), xy, or a normal NX,NY,NZ; by default "
-        "auto: xz, or yz where more than half of the motion before the impact is sideways (velocity along y, rotation about x).",
+        "Plane of CoPc, RoPc, figures and the strike angle: xz (sagittal), yz (frontal), xy, or a normal NX,NY,NZ; auto is "
+        "xz, or yz where more than half of the motion before the impact is sideways (velocity along y, rotation about x).",
         RESULTS,
         "PLANE",
     )
-    srdf: str | None = option(None, "File of reference postures; by default the one beside the robot.", POSTURE, "FILE")
+    srdf: str | None = option(None, "File of reference postures.", POSTURE, "FILE", default="the one beside the robot")
     packages: Mapping[str, str] = field(default_factory=dict)
     xacro: Mapping[str, str] = field(default_factory=dict)
     posture: Posture = field(default_factory=Posture)
@@ -236,11 +236,11 @@ class Scene(Record):
     point: tuple[Point, ...] = ()
     part: tuple[Part, ...] = ()
     v_in: Literal["contact", "com"] = option(
-        "contact", "The speed that shock is relative to: of the contact (default) or of the centre of mass.", RESULTS
+        "contact", "The speed that shock is relative to: of the contact or of the centre of mass.", RESULTS
     )
     pulse: str | None = option(
         None,
-        "Also give peak accelerations, for example half-sine:5ms; shapes are half-sine, saw-tooth, haversine and rectangle.",
+        "Also give peak accelerations, as half-sine:5ms; shapes are half-sine, saw-tooth, haversine and rectangle.",
         RESULTS,
         "SHAPE:LENGTH",
     )
@@ -255,8 +255,8 @@ class Scene(Record):
     )
     friction: float | None = option(
         None,
-        "Also solve with this coefficient of friction (quantities *_friction). Restitution is along the normal alone there; all "
-        "other quantities are those of contacts that stick.",
+        "Also solve with this coefficient of friction. Quantities *_friction are those with it; restitution is along the normal "
+        "alone there. All other quantities are those of contacts that stick.",
         RESULTS,
         "MU",
         unit="1",
@@ -271,7 +271,7 @@ class Scene(Record):
     )
     stop_restitution: float | None = option(
         None,
-        "Coefficient of restitution of end stops, 0 (default) to 1.",
+        "Coefficient of restitution of end stops, 0 to 1.",
         RESULTS,
         "E",
         least=0.0,
@@ -290,10 +290,11 @@ class Scene(Record):
     )
     contact_stiffness: float | None = option(
         None,
-        "Also give forces, accelerations and their times on contacts of this stiffness; in every direction, or along the normal "
-        f"and along the ground: {CONTACTS.removesuffix(' N/m or more')} or more (sources: shockpc guide designer).",
+        "Also solve on contacts of this stiffness. It gives forces, accelerations and their times, and is that in every "
+        f"direction, or along the normal and along the ground: {CONTACTS.removesuffix(' N/m or more')} or more (sources: "
+        "shockpc guide designer).",
         RESULTS,
-        "K or KN:KT",
+        "KN[:KT]",
         unit="N/m",
         above=0.0,
         varies=True,
@@ -319,7 +320,7 @@ class Scene(Record):
     ground_tolerance: float = option(
         0.005,
         "By how much the lowest points of contacts and other links may differ in height that flat ground is taken to touch "
-        "together, in warnings and in what is feasible; 0.005 by default.",
+        "together, in warnings and in what is feasible.",
         RESULTS,
         "H",
         unit="m",

@@ -166,6 +166,17 @@ def read_scene(path: Path | str) -> Scene:
         return scene_from(Scene, table, path.resolve().parent)
 
 
+def scene_of(given: Scene | str | os.PathLike[str]) -> Scene:
+    """A scene as it is; of a text or path that ends in .toml the file, else a scene of the robot of that name, without contacts.
+
+    Raises:
+        SceneError: as for `read_scene`.
+    """
+    if isinstance(given, Scene):
+        return given
+    return read_scene(Path(given)) if Path(given).suffix.casefold() == ".toml" else Scene(robot=given)
+
+
 def scene_from(kind: type[S], table: Mapping[str, Any], folder: Path, key: str = "") -> S:
     """A scene from its table. Paths in it are relative to a folder and become absolute.
 

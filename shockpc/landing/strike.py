@@ -31,12 +31,10 @@ class Strike(Record):
         joint_velocities: joint velocities by name or glob [rad/s; m/s for a prismatic joint].
     """
 
-    speed: float | None = option(
-        None, "Speed along the strike angle; 1 by default.", STRIKE, "V", unit="m/s", above=0.0, varies=True
-    )
+    speed: float | None = option(None, "Speed along --strike-angle.", STRIKE, "V", unit="m/s", above=0.0, varies=True, default="1")
     strike_angle_deg: float | None = option(
         None,
-        "Angle of the velocity from the vertical, positive moving forward; in the plane.",
+        "Angle from vertical, positive forward; of the velocity, in the plane.",
         STRIKE,
         "DEG",
         unit="deg",
@@ -45,7 +43,7 @@ class Strike(Record):
     velocity: tuple[float, float, float] | None = option(None, "Velocity of the robot, world axes.", STRIKE, "VX,VY,VZ", unit="m/s")
     drop_height: float | None = option(
         None,
-        "Height of a free fall that ends in the impact. It gives the vertical velocity alone; with a --strike-angle or a "
+        "Height of a free fall before the impact. It gives the vertical velocity alone; with a --strike-angle or a "
         "--forward-speed the robot also moves forward.",
         STRIKE,
         "H",

@@ -10,7 +10,7 @@ from shockpc.cli.options import OutputOptions, in_output
 )
 def paper(
     *,
-    figures: tuple[str, ...] = argument("Numbers of figures: 1, 2, 3, 5; all by default.", "[FIGURE]..."),
+    figures: tuple[str, ...] = argument("Numbers of figures: 1, 2, 3, 5. [default: all]", "[FIGURE]..."),
     verbose: bool = in_output("Also show the interpretations that change an outcome, and the bodies of every figure."),
     output: OutputOptions,
 ) -> None:

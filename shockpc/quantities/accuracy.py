@@ -10,9 +10,9 @@ import numpy as np
 from shockpc.core.impulse import DATA_TOLERANCE
 from shockpc.core.memo import memoized
 from shockpc.core.spatial import Array
-from shockpc.impact.exact.balls import PrecisionError, SingularError
+from shockpc.impact.exact.arithmetic import SingularError
+from shockpc.impact.exact.balls import BallImpact, PrecisionError
 from shockpc.impact.exact.proof import Proof, motion
-from shockpc.impact.exact.solution import BallImpact
 from shockpc.impact.solve import UNPHYSICAL, body_speeds, greatest_motion
 from shockpc.landing.landing import PosedLanding
 from shockpc.landing.places import Place

@@ -21,7 +21,7 @@ from shockpc.text.errors import SceneError, StudyError
 GRADIENTS = ("shock", "delta_v", "most_severe")
 """Quantities of points of which maps give the gradient."""
 
-CHUNK = 256
+CHUNK = 512
 """Postures that are computed together, so that their arrays stay in the processor's cache."""
 
 

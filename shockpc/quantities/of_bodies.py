@@ -41,6 +41,9 @@ def _normal(impact: Impact, places: Places) -> Any:
 @cached
 def translations(impact: Impact, places: Places) -> tuple[Any, Any]:
     """Which bodies (N, S, n) do not rotate in the plane, and which do not rotate at all, by more than the rounding of files."""
+    if not impact.has_values:  # then the centre of a body that does not rotate is infinite or NaN
+        still = np.zeros((1, 1, len(places)), dtype=bool)
+        return still, still
     omega, v, normal = (part.astype(float) for part in (*_split(impact, places), _normal(impact, places)))
     return translation(omega, v, normal, impact.v_in.astype(float)[..., None], impact.landing.length, ROUNDED)
 

@@ -8,8 +8,8 @@ import numpy as np
 
 from shockpc.core.percussion import dot, norm
 from shockpc.core.spatial import Array
-from shockpc.impact.exact.balls import BallMatrix, Balls, PrecisionError, balls, entries, matrix
-from shockpc.impact.exact.solution import BallImpact
+from shockpc.impact.exact.arithmetic import entries
+from shockpc.impact.exact.balls import BALLS, BallImpact, BallMatrix, Balls, PrecisionError
 from shockpc.impact.impact import DoubleImpact, Impact
 from shockpc.impact.solve import independent_rows_of
 from shockpc.landing.closure import closure_block
@@ -160,7 +160,8 @@ class _Resistance:
     def _mobility(self, moments: Array) -> BallMatrix:
         """A while standing feet, loops and the contact's rotation about some axes are held."""
         blocks = self._constraints(moments)
-        return self.impact.delassus(self.point, blocks, independent_rows_of(self.impact.landing, blocks))
+        A: BallMatrix = self.impact.delassus(self.point, blocks, independent_rows_of(self.impact.landing, blocks))
+        return A
 
     def _constraints(self, moments: Array) -> tuple[ConstraintBlock, ...]:
         """Standing feet, loops, and the contact's rotation about some axes."""
@@ -175,7 +176,7 @@ class _Resistance:
 
     def _along_normal(self, A: BallMatrix) -> Any:
         """nᵀ A n."""
-        return balls(self.n) @ entries(A) @ balls(self.n)
+        return BALLS.numbers(self.n) @ entries(A) @ BALLS.numbers(self.n)
 
     def _gives_way(self, A: BallMatrix) -> bool:
         """Whether a point of mobility A can move along the normal at all."""
@@ -212,7 +213,7 @@ class _Resistance:
             most, rounded = landing.most_independent(landing.state, (*blocks, self.point))(0)
             most -= landing.most_independent(landing.state, blocks)(0)[0]
         immovable = IMMOVABLE if most == 3 else max(IMMOVABLE, LEFT_OUT * rounded)
-        V, column = matrix(np.eye(3)[:, sorted(axes[:most])]), matrix(self.n[:, None])
+        V, column = BALLS.matrix(np.eye(3)[:, sorted(axes[:most])]), BALLS.matrix(self.n[:, None])
         part = V.transpose() * column
         impulse = (V.transpose() * A * V).solve(part)
         if max(abs(float(x)) for x in (column - A * V * impulse).entries()) > immovable:
@@ -222,7 +223,8 @@ class _Resistance:
     @functools.cached_property
     def mobility_by_joints(self) -> BallMatrix:
         """A − A_L: what the joints add to the mobility of the contact point."""
-        return self.point_mobility - self.impact.rigid_mobility(self.point)
+        locked: BallMatrix = self.impact.rigid_mobility(self.point)
+        return self.point_mobility - locked
 
     @functools.cached_property
     def mitigation_frictionless(self) -> Any:
@@ -283,7 +285,8 @@ def _largest(A: BallMatrix) -> float:
 
 
 def _part(A: BallMatrix, rows: list[int], columns: list[int]) -> BallMatrix:
-    return matrix(entries(A)[np.ix_(rows, columns)])
+    part: BallMatrix = BALLS.matrix(entries(A)[np.ix_(rows, columns)])
+    return part
 
 
 def _moving_axes(A: BallMatrix, whole: float = 0.0) -> list[int]:

@@ -32,6 +32,7 @@ from shockpc.quantities.quantity import Quantity
 from shockpc.quantities.records import Bracket, ContactImpulse, JointLoad, PartMargin, PointShock, StanceImpulse, records
 from shockpc.quantities.selection import Selection, quantity
 from shockpc.text.errors import SceneError, SolveError
+from shockpc.text.shown import show_page, shown_by
 from shockpc.text.trace import Trace
 
 if TYPE_CHECKING:
@@ -89,6 +90,16 @@ class ShockProfile(OfLanding):
 
     def __repr__(self) -> str:
         return f"ShockProfile(landing={self.landing!r})"
+
+    _repr_html_ = shown_by("studies.analyze.report:landing_report")
+
+    def show(self) -> None:
+        """Show the landing in three dimensions, as in report.html: in the cell of a notebook, else in a browser.
+
+        Raises:
+            OutputError: Plotly is not installed, or no browser is found.
+        """
+        show_page("studies.analyze.report:landing_report", self)
 
     @cached_property
     def scene(self) -> Scene:

@@ -18,6 +18,7 @@ from shockpc.text.diagnostic import Diagnostic
 from shockpc.text.errors import UnknownName
 from shockpc.text.names import match
 from shockpc.text.printed import few
+from shockpc.text.shown import shown_by
 
 WORLD = "world"
 """A root link of this name stands for the ground: the robot is fixed to it unless the scene says otherwise."""
@@ -95,6 +96,8 @@ class Robot:
     default_drives: Drives | None = None
     welded: bool = False
     imus: tuple[str, ...] = ()
+
+    _repr_html_ = shown_by("studies.robots.report:robot_report")
 
     def __repr__(self) -> str:
         return f"Robot(name={self.name!r}, free_base={self.free_base}, mass={self.mass})"

@@ -2,12 +2,16 @@
 
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 from shockpc.quantities.shock_profile import ShockProfile
 from shockpc.show.document import headed
-from shockpc.show.tables import Lines, Sheet, as_csv, as_markdown, as_records, as_text, escaped, joined
+from shockpc.show.tables import Lines, Sheet, as_csv, as_markdown, as_records, as_text, escaped, joined, sheet_of
 from shockpc.text.printed import json_text
+
+if TYPE_CHECKING:
+    from shockpc.evaluation.evaluate import Evaluation
+    from shockpc.evaluation.table import Table
 
 
 class Picture(NamedTuple):
@@ -38,6 +42,29 @@ class Picture(NamedTuple):
         from shockpc.show.figure.style import render
 
         return render(self.name, self.draw)
+
+
+ROWS = 20
+"""Of a table, in a notebook."""
+
+
+def table_report(table: "Table", rows: int | None = None) -> "Report":
+    """The first rows of a table, and why some of them could not be computed. Args: table; rows, number of all."""
+    first, rows = table.first_rows(ROWS), len(table) if rows is None else rows
+    notes = [f"the first {len(first)} of {rows} rows"] if len(first) < rows else []
+    return Report(
+        name="table",
+        body=lambda _: [sheet_of(first, notes=notes)],
+        sheets={"table": lambda: sheet_of(first)},
+        document=dict,
+        lead=1,
+        warnings=[f"row {i}: {text}" for i, text in first.messages.items()],
+    )
+
+
+def evaluation_report(evaluation: "Evaluation[Any]") -> "Report":
+    """The first landings, which are computed now."""
+    return table_report(evaluation.chunk(0), evaluation.landings.rows)
 
 
 def picture_files(*names: str) -> tuple[str, ...]:

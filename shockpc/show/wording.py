@@ -5,6 +5,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from shockpc.evaluation.variation import DRIVEN, OF_A_PART, WORDS
 from shockpc.quantities.quantity import Quantity
 from shockpc.quantities.shock_profile import ShockProfile
 from shockpc.robot.robot import Robot
@@ -51,6 +52,18 @@ def count(number: int, noun: str) -> str:
 def at_place(text: str) -> str:
     """A quantity and its places as they are typed, such as "shock@imu_link", in words and on one line of a figure."""
     return printable(text.replace("@", " at ", 1), 60)
+
+
+def varied_text(name: str, unit: str) -> str:
+    """What a sweep varies, in words. Args: name, as it is typed, such as "com-x:LINK" or "*_KFE"; unit, of its values."""
+    kind, _, target = name.partition(":")
+    if kind in OF_A_PART and target:
+        what = DRIVEN[kind][0] if kind in DRIVEN else kind.replace("com-", "CoM ").replace("-", " ")
+        return printable(f"{what} of {target}", 60)
+    if name in WORDS:
+        return name.replace("-", " ")
+    what = {"deg": "angle of ", "m": "position of "}.get(unit, "") + "all " * ("*" in name)
+    return printable(what + name.removeprefix("joint:"), 60)
 
 
 def size_at_place(text: str, column: "Column") -> str:

@@ -1,1 +1,1 @@
-"""The same three steps once more in ball arithmetic, for one posture: they enclose the exact answer. The only importer of flint."""
+"""The same three steps once more in an arithmetic: in balls, which enclose the exact answer, or in symbols, which become code."""

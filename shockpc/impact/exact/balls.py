@@ -1,12 +1,21 @@
-"""Balls (midpoint and radius, python-flint's `arb`): from doubles, which are exact numbers, and back to the nearest doubles."""
+"""Balls (midpoint and radius, python-flint's `arb`): an impact in them, and the doubles nearest to them."""
 
-from collections.abc import Iterable
+from collections.abc import Callable
+from functools import cached_property
 from typing import Any, TypeAlias
 
 import numpy as np
 from flint import arb, arb_mat
 
+from shockpc.core.impulse import RowChoice
 from shockpc.core.spatial import Array
+from shockpc.impact.exact.arithmetic import Arithmetic
+from shockpc.impact.exact.kinematics import Data
+from shockpc.impact.exact.solution import ExactImpact
+from shockpc.landing.landing import PosedLanding
+
+BALLS = Arithmetic(arb, arb_mat)
+"""Ball arithmetic, at the precision of the present context."""
 
 Balls: TypeAlias = np.ndarray[Any, np.dtype[Any]]
 """An array of balls; what is written for doubles takes it as well."""
@@ -23,40 +32,6 @@ NEGLIGIBLE = 1e-15
 
 class PrecisionError(ArithmeticError):
     """A ball is too wide to be rounded to a double: the precision has to be raised."""
-
-
-class SingularError(ArithmeticError):
-    """A pivot may be zero: no inertia resists a motion, rows depend on one another, or the precision is too low to tell.
-
-    Attributes:
-        of_inertia: whether it is the inertia's.
-    """
-
-    def __init__(self, of_inertia: bool) -> None:
-        super().__init__(of_inertia)
-        self.of_inertia = of_inertia
-
-
-def matrix(values: Array | Balls) -> arb_mat:
-    """A matrix (n, m) of doubles, exactly, or of balls."""
-    array = np.asarray(values)
-    rows, columns = array.shape
-    return arb_mat(rows, columns, array.ravel().tolist())
-
-
-def balls(values: Array | Balls) -> Balls:
-    """An array of doubles, exactly, or of balls."""
-    array = np.asarray(values)
-    out = np.empty(array.size, dtype=object)
-    out[:] = [arb(value) for value in array.ravel().tolist()]
-    return out.reshape(array.shape)
-
-
-def entries(M: arb_mat) -> Balls:
-    """The entries (n, m) of a matrix as an array."""
-    out = np.empty(M.nrows() * M.ncols(), dtype=object)
-    out[:] = M.entries()
-    return out.reshape(M.nrows(), M.ncols())
 
 
 def radii(values: Balls | arb) -> Array:
@@ -83,15 +58,24 @@ def to_double(values: Balls | arb, size: Array | float) -> Array:
     return np.asarray(np.where(np.abs(rounded) <= radius, 0.0, rounded))
 
 
-def cross_matrix(r: arb_mat) -> arb_mat:
-    """The matrix [r]× with [r]× u = r × u. Args: r (3, 1)."""
-    x, y, z = r.entries()
-    return arb_mat(3, 3, [0, -z, y, z, 0, -x, -y, x, 0])
+class BallImpact(ExactImpact):
+    """An impact in balls, at the precision of the present context; arguments as of `ExactImpact`."""
 
+    arithmetic = BALLS
 
-def rotation_matrix(quaternion: Iterable[Any]) -> arb_mat:
-    """The rotation (3, 3) of a quaternion (x, y, z, w), of doubles or balls, divided by its length: exactly orthogonal."""
-    x, y, z, w = (arb(value) for value in quaternion)
-    s = 2 / (x * x + y * y + z * z + w * w)
-    xx, yy, zz, xy, xz, yz, wx, wy, wz = (s * p for p in (x * x, y * y, z * z, x * y, x * z, y * z, w * x, w * y, w * z))
-    return arb_mat([[1 - yy - zz, xy - wz, xz + wy], [xy + wz, 1 - xx - zz, yz - wx], [xz - wy, yz + wx, 1 - xx - yy]])
+    def __init__(self, landing: PosedLanding, choice: RowChoice, data: Data | None = None) -> None:
+        super().__init__(landing, choice, data)
+        self.resistances: dict[int, Any] = {}
+
+    def rounded(self, values: Balls, size: Callable[[Array], Any]) -> Array:
+        """The doubles nearest to balls; doubles as they are."""
+        values = np.asarray(values)
+        return values + 0.0 if values.dtype == float else to_double(values, size(values.astype(float)))
+
+    @cached_property
+    def _unit(self) -> Array:
+        """In its unit each inertia is about one, so that pivots stay on the diagonal of balls."""
+        if not self._mimics:
+            return super()._unit
+        inertia = np.array([abs(float(self._joint_inertia[k, k])) for k in self._free])
+        return np.asarray(np.ldexp(1.0, -np.frexp(inertia)[1] // 2))

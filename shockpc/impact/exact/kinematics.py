@@ -1,25 +1,21 @@
-"""A robot in one posture in ball arithmetic: the same record that `model.dynamics` computes in doubles with Pinocchio.
+"""A robot in one posture in an arithmetic: the same record that `landing.dynamics` computes in doubles with Pinocchio.
 
 Every joint is split into elementary ones (a composite joint has several, with massless bodies between them). The rotation through
 an elementary joint is affine in the sine and cosine of its angle, and its place in its displacement. Twists (ω, v) and wrenches
 (moment, force) are written in world axes at the base's origin, where those of different bodies may be added.
 """
 
-from typing import Any, NamedTuple, TypeAlias
+from collections.abc import Sequence
+from typing import Any, NamedTuple
 
 import numpy as np
-from flint import arb, arb_mat
 
 from shockpc.core.memo import memoized
 from shockpc.core.spatial import Array, Plane, quaternion_of
-from shockpc.impact.exact.balls import Balls, balls, cross_matrix, entries, matrix, rotation_matrix
+from shockpc.impact.exact.arithmetic import Arithmetic, Matrix, Numbers, entries
 from shockpc.landing.dynamics import Dynamics
 from shockpc.robot.elements import Joint
 from shockpc.robot.robot import Robot
-
-Numbers: TypeAlias = list[float]
-
-EYE, EYE_6 = matrix(np.eye(3)), matrix(np.eye(6))
 
 
 class Data(NamedTuple):
@@ -64,46 +60,48 @@ def data_of(robot: Robot) -> Data:
 
 
 def forward_kinematics(
-    robot: Robot, data: Data, q: Array | Balls, plane: Plane
-) -> tuple[Dynamics, list[tuple[arb_mat, arb_mat]], Balls]:
-    """A robot in one posture, at the precision of the present context.
+    arithmetic: Arithmetic, robot: Robot, data: Data, q: Array | Numbers, plane: Plane
+) -> tuple[Dynamics, list[tuple[Matrix, Matrix]], Numbers]:
+    """A robot in one posture, in an arithmetic.
 
     Args:
+        arithmetic: that of the result; balls have the precision of the present context.
         robot: the robot.
         data: its numbers.
-        q: (nq,) configuration in Pinocchio's layout, as doubles or balls.
+        q: (nq,) configuration in Pinocchio's layout, as doubles or numbers.
         plane: along and about whose axes the velocities of a floating base are counted.
 
     Returns: Jacobian and placements of the bodies (N = 1), without H, which few robots need; rotation (3, 3) and origin (3, 1) of
         the frame of each joint that carries a body; and origins (1, n, 3) of the frames of the elementary joints.
     """
-    q, numbers = balls(q), zip(data.rotation.tolist(), data.offset.tolist(), data.axis.tolist(), strict=True)
-    axes = matrix(np.stack([plane.e1, plane.e2, plane.normal], axis=1))
-    places: list[tuple[arb_mat, arb_mat]] = []
-    origins: list[list[arb]] = []
-    columns: list[list[arb]] = []
+    q = arithmetic.numbers(q)
+    constants = zip(data.rotation.tolist(), data.offset.tolist(), data.axis.tolist(), strict=True)
+    axes, zero = arithmetic.matrix(np.stack([plane.e1, plane.e2, plane.normal], axis=1)), arithmetic.number(0)
+    places: list[tuple[Matrix, Matrix]] = []
+    origins: list[list[Any]] = []
+    columns: list[list[Any]] = []
     for joint in robot.joints:
-        R, p = places[joint.parent] if joint.parent >= 0 else (EYE, arb_mat(3, 1))
+        R, p = places[joint.parent] if joint.parent >= 0 else (arithmetic.eye(3), arithmetic.block(3, 1))
         for part in joint.parts or (joint,):
             base = robot.free_base and not places
-            turned, moved, slides, spins = _through(part, q[part.q], *next(numbers))
-            R, p = R * turned, arb_mat(3, 1) if base else p + R * moved
+            turned, moved, slides, spins = _through(arithmetic, part, q[part.q], *next(constants))
+            R, p = R * turned, arithmetic.block(3, 1) if base else p + R * moved
             origins.append(p.entries())
             slides, spins = (axes, axes) if base else (R * slides, R * spins)
-            columns += [[*[arb(0)] * 3, *slide] for slide in slides.transpose().table()]
-            levers = (cross_matrix(p) * spins).transpose().table()
+            columns += [[*[zero] * 3, *slide] for slide in slides.transpose().table()]
+            levers = (arithmetic.cross_matrix(p) * spins).transpose().table()
             columns += [[*spin, *lever] for spin, lever in zip(spins.transpose().table(), levers, strict=True)]
         places.append((R, p))
     frames = places
     if robot.body_frames is not None:
-        turns, offsets = data.body_rotation.tolist(), data.body_offset.tolist()
-        frames = [(R * _rotation(turn), p + R * _column(r)) for (R, p), turn, r in zip(places, turns, offsets, strict=True)]
+        placed = zip(places, data.body_rotation.tolist(), data.body_offset.tolist(), strict=True)
+        frames = [(R * _rotation(arithmetic, turn), p + R * arithmetic.column(r)) for (R, p), turn, r in placed]
     state = Dynamics(
         np.zeros((1, 0, 0)),
         np.array(columns, dtype=object).T[None],
         np.array([R.table() for R, _ in frames], dtype=object)[None],
         np.array([p.entries() for _, p in frames], dtype=object)[None],
-        (q[:3] if robot.free_base else balls(np.zeros(3)))[None],
+        (q[:3] if robot.free_base else arithmetic.numbers(np.zeros(3)))[None],
         robot.ancestors,
         q[None],
     )
@@ -111,23 +109,25 @@ def forward_kinematics(
 
 
 def _through(
-    joint: Joint, at: Balls, quaternion: Numbers, offset: Numbers, axis: Numbers
-) -> tuple[arb_mat, arb_mat, arb_mat, arb_mat]:
+    arithmetic: Arithmetic, joint: Joint, at: Numbers, quaternion: Sequence[float], offset: Sequence[float], axis: Sequence[float]
+) -> tuple[Any, Any, Any, Any]:
     """An elementary joint: its frame (3, 3) and (3, 1) in the one before, and the axes (3, k) of its displacements and rotations.
 
     Args:
+        arithmetic: of the result.
         joint: its record.
         at: its configuration.
         quaternion: of its frame at rest.
         offset: (3,) origin of that.
         axis: (3,) of a joint of one coordinate.
     """
-    rest, p, nothing, values = _rotation(quaternion), _column(offset), arb_mat(3, 0), at.tolist()
+    rest, p, nothing, values = _rotation(arithmetic, quaternion), arithmetic.column(offset), arithmetic.block(3, 0), at.tolist()
+    eye = arithmetic.eye(3)
     if joint.kind == "ball":
-        return rest * rotation_matrix(at), p, nothing, EYE
+        return rest * arithmetic.rotation(at), p, nothing, eye
     if joint.kind == "free":
-        return rest * rotation_matrix(at[3:]), p + rest * arb_mat(3, 1, values[:3]), EYE, EYE
-    a = _column([0.0, 0.0, 1.0] if joint.kind == "planar" else axis)
+        return rest * arithmetic.rotation(at[3:]), p + rest * arithmetic.column(values[:3]), eye, eye
+    a = arithmetic.column([0.0, 0.0, 1.0] if joint.kind == "planar" else axis)
     a = a / (a.transpose() * a)[0, 0].sqrt()
     if joint.kind == "prismatic":
         return rest, p + rest * a * values[0], a, nothing
@@ -138,55 +138,54 @@ def _through(
         length = (cosine * cosine + sine * sine).sqrt()
         cosine, sine = cosine / length, sine / length
     # Rodrigues' formula.
-    turned = rest * (EYE * cosine + cross_matrix(a) * sine + a * a.transpose() * (1 - cosine))
+    turned = rest * (eye * cosine + arithmetic.cross_matrix(a) * sine + a * a.transpose() * (1 - cosine))
     if joint.kind == "planar":
-        return turned, p + rest * arb_mat(3, 1, [*values[:2], 0]), arb_mat(3, 2, [1, 0, 0, 1, 0, 0]), a
+        return turned, p + rest * arithmetic.column([*values[:2], 0]), arithmetic.block(3, 2, [1, 0, 0, 1, 0, 0]), a
     return turned, p, nothing, a
 
 
-def _rotation(quaternion: Numbers) -> arb_mat:
-    return rotation_matrix(quaternion) if any(quaternion[:3]) else EYE
+def _rotation(arithmetic: Arithmetic, quaternion: Sequence[float]) -> Any:
+    return arithmetic.rotation(quaternion) if any(quaternion[:3]) else arithmetic.eye(3)
 
 
-def _column(values: Numbers) -> arb_mat:
-    return arb_mat(3, 1, values)
-
-
-def shift(r: arb_mat) -> arb_mat:
+def shift(arithmetic: Arithmetic, r: Matrix) -> Any:
     """The matrix T (6, 6) for wrenches about a point r (3, 1) behind: T w. Twists go the other way by Tᵀ; inertias are T I Tᵀ."""
-    T, (x, y, z) = arb_mat(EYE_6), r.entries()
+    T, (x, y, z) = arithmetic.eye(6), r.entries()
     T[0, 5], T[1, 3], T[2, 4] = y, z, x
     T[0, 4], T[1, 5], T[2, 3] = -z, -x, -y
     return T
 
 
-def body_coms(data: Data) -> Balls:
+def body_coms(arithmetic: Arithmetic, data: Data) -> Numbers:
     """Centres of mass (nb, 3) in the bodies' frames [m]."""
-    turns = [_rotation(quaternion).transpose() for quaternion in data.body_rotation.tolist()]
-    levers = balls(data.lever) - data.body_offset
-    return np.array([(R * arb_mat(3, 1, lever)).entries() for R, lever in zip(turns, levers.tolist(), strict=True)], dtype=object)
+    turns = [_rotation(arithmetic, quaternion).transpose() for quaternion in data.body_rotation.tolist()]
+    levers = (arithmetic.numbers(data.lever) - data.body_offset).tolist()
+    return np.array([(R * arithmetic.column(lever)).entries() for R, lever in zip(turns, levers, strict=True)], dtype=object)
 
 
-def body_inertia(mass: Any, lever: Array | Balls, inertia: Array | Balls, R: arb_mat) -> arb_mat:
+def body_inertia(arithmetic: Arithmetic, mass: Any, lever: Array | Numbers, inertia: Array | Numbers, R: Matrix) -> Any:
     """Inertia (6, 6) of a body about its joint's origin, world axes (Featherstone 2008, Eq. 2.63).
 
     Args:
+        arithmetic: of the result.
         mass: [kg].
         lever: (3,) as in `Data`.
         inertia: (3, 3) as in `Data`.
         R: (3, 3) rotation of the joint's frame.
     """
-    C = cross_matrix(R * _column(lever.tolist()))
-    mC = C * arb(mass)
-    a, b, c = (R * matrix(inertia) * R.transpose() - mC * C).entries(), mC.entries(), mC.transpose().entries()
+    C = arithmetic.cross_matrix(R * arithmetic.column(lever.tolist()))
+    mC = C * arithmetic.number(mass)
+    moments = arithmetic.symmetric(R * arithmetic.matrix(inertia) * R.transpose() - mC * C)
+    a, b, c = moments.entries(), mC.entries(), mC.transpose().entries()
     upper = [*a[:3], *b[:3], *a[3:6], *b[3:6], *a[6:], *b[6:]]
-    return arb_mat(6, 6, [*upper, *c[:3], mass, 0, 0, *c[3:6], 0, mass, 0, *c[6:], 0, 0, mass])
+    return arithmetic.block(6, 6, [*upper, *c[:3], mass, 0, 0, *c[3:6], 0, mass, 0, *c[6:], 0, 0, mass])
 
 
-def joint_inertia(robot: Robot, J: Balls, inertias: list[arb_mat], armature: Array) -> Balls:
+def joint_inertia(arithmetic: Arithmetic, robot: Robot, J: Numbers, inertias: Sequence[Matrix], armature: Array) -> Numbers:
     """H (nv, nv): H_ij = J_iᵀ F_j where velocity i also moves what velocity j moves, F_j the momentum of all that j moves.
 
     Args:
+        arithmetic: of the result.
         robot: the robot.
         J: (6, nv) twists of unit joint velocities.
         inertias: (6, 6) of each body.
@@ -195,9 +194,10 @@ def joint_inertia(robot: Robot, J: Balls, inertias: list[arb_mat], armature: Arr
     composite, columns, H = list(inertias), J.T.tolist(), np.zeros((len(armature), len(armature)), dtype=object)
     for i in range(len(composite) - 1, -1, -1):
         v, before = robot.joints[i].v, np.flatnonzero(robot.ancestors[i])
-        H[before, v] = entries(arb_mat([columns[k] for k in before]) * (composite[i] * arb_mat(columns[v]).transpose()))
+        momenta = composite[i] * arithmetic.block(columns[v]).transpose()
+        H[before, v] = entries(arithmetic.block([columns[k] for k in before]) * momenta)
         H[v, before] = H[before, v].T
         if robot.parents[i] >= 0:
             composite[robot.parents[i]] = composite[robot.parents[i]] + composite[i]
-    H[np.diag_indices(len(H))] += balls(armature)
+    H[np.diag_indices(len(H))] += arithmetic.numbers(armature)
     return H

@@ -14,9 +14,9 @@ from flint import ctx
 
 from shockpc.core.impulse import RowChoice
 from shockpc.core.spatial import Array, freeze, read_only
-from shockpc.impact.exact.balls import Balls, PrecisionError, SingularError, radii, to_double
+from shockpc.impact.exact.arithmetic import SingularError
+from shockpc.impact.exact.balls import BallImpact, Balls, PrecisionError, radii, to_double
 from shockpc.impact.exact.sensitivity import last_digits_changed
-from shockpc.impact.exact.solution import BallImpact
 from shockpc.landing.landing import PosedLanding
 from shockpc.text.errors import SolveError
 

@@ -54,20 +54,31 @@ WHOLE = 0.75
 """Share of the circle of radius RoPc that has to be inside the picture for the circle to be drawn."""
 
 
-def draw_bodies(axes: Axes, view: View, fine: float = 4000.0) -> None:
-    """Paint every body, farthest first, on axes in plane coordinates [m]; the smallest detail is a part of the robot's size."""
+def draw_bodies(axes: Axes, view: View, fine: float = 4000.0, scale: float = 1.0) -> None:
+    """Paint every body, farthest first, on axes in plane coordinates [m].
+
+    Args:
+        axes: on which.
+        view: of which bodies.
+        fine: the robot's size, in smallest details.
+        scale: of lines, of which a small picture has thinner ones.
+    """
     for order, drawn in enumerate(view.drawn):
         if drawn.region.is_empty:
             continue
         fade, zorder = 0.35 if drawn.far or drawn.outlined else 0.0, 1.0 + 0.01 * order
-        style = {"linewidth": 0.5 if fade else 0.7, "linestyle": DOTTED if drawn.box else "solid", "edgecolor": faded(INK, fade)}
+        style = {
+            "linewidth": scale * (0.5 if fade else 0.7),
+            "linestyle": DOTTED if drawn.box else "solid",
+            "edgecolor": faded(INK, fade),
+        }
         label = BOXED if drawn.box else OUTLINED if drawn.outlined else None
         edge = outlined(axes, drawn.region, view.size / fine, zorder=zorder + 0.005, label=label, **style)
         for k, patch in [] if drawn.outlined else layers(drawn.region, drawn.field):
             axes.add_artist(patch).set(facecolor=faded(BANDS[k], 0.6 * fade), zorder=zorder, clip_path=edge)
     if all(drawn.region.is_empty for drawn in view.drawn):
-        nothing = "no body of this robot has a shape, or an inertia that a body can have"
-        axes.text(0.5, 0.9, nothing, ha="center", transform=axes.transAxes)
+        nothing = "no body has a shape\nor a valid inertia"
+        axes.text(0.5, 0.9, nothing, ha="center", va="top", transform=axes.transAxes)
 
 
 def layers(region: PlaneShape, field: Field) -> list[tuple[int, Patch]]:

@@ -34,7 +34,7 @@ MARKERS = ("o", "^", "s", "D")
 """Of quantities whose colours are the same."""
 
 COUNTS = "#b9a77c"
-"""Of bars of how often a value occurs that is not a shock, whose colours mean its size."""
+"""Of how often a value occurs, whose colour does not mean its size."""
 
 INK, PAPER = "#1a1a1a", "#ffffff"
 """Lines and letters; background."""
@@ -120,15 +120,11 @@ def plain_numbers(axis: Axis) -> None:
         axis.set_major_locator(LogLocator(subs=(1.0, 2.0, 5.0)))
 
 
-def histogram(axes: Axes, heights: np.ndarray, edges: np.ndarray, shock: bool, median: float) -> None:
-    """Draw how often values occur, heights (n,) between edges (n + 1,): shocks in the colours of their bands; dashed: median."""
-    middles = 0.5 * (edges[1:] + edges[:-1])
-    colours = [BANDS[band(max(x, 0.0))] if shock else COUNTS for x in middles]
-    axes.bar(edges[:-1], heights, np.diff(edges), align="edge", color=colours)
-    axes.stairs(heights, edges, color=INK, linewidth=0.6)
+def histogram(axes: Axes, heights: np.ndarray, edges: np.ndarray, median: float) -> None:
+    """Draw how often values occur, heights (n,) between edges (n + 1,); dashed: median."""
+    axes.stairs(heights, edges, fill=True, facecolor=COUNTS, edgecolor=INK, linewidth=0.6)
     axes.axvline(median, color=INK, linewidth=0.8, linestyle="--")
-    # Of values that are nearly equal the numbers have many digits.
-    axes.xaxis.set_major_locator(MaxNLocator(3))
+    axes.xaxis.set_major_locator(MaxNLocator(6, steps=[1, 2, 2.5, 5, 10]))
 
 
 def settings() -> AbstractContextManager[None]:

@@ -90,6 +90,17 @@ def page(report: Report, files: Mapping[str, str | bytes], library: Path | None,
     )
 
 
+def fragment(report: Report) -> str:
+    """A report without a page around it, for the cell of a notebook: its lines, tables and figures, and no script."""
+    report, body = report._replace(landings={}), list(report.body(True))
+    files = {name: content for block in body if isinstance(block, Picture) for name, content in block.files().items()}
+    style = (Path(__file__).parent / "report.css").read_text("utf-8").replace(":root", "&")
+    title = f"<h2>{_text(report.title)}</h2>" if report.title else ""
+    parts = [*_answer("", body, report, files), *_below("", body, report, files)]
+    style = f"<style>.shockpc {{ {style} img.paper {{ display: block; }} th {{ cursor: auto; }} }}</style>"
+    return f'<div class="shockpc">{style}{title}{_section(None, *parts)}</div>'
+
+
 def _section(number: int | None, *parts: str) -> str:
     """Parts of the page. Args: number, of the only landing that they are about."""
     return f"<section{'' if number is None else f' data-landing={number}'}>{''.join(parts)}</section>"

@@ -16,8 +16,8 @@ from shockpc.show.figure.style import CURVES, INK, new_chart, plain_numbers
 from shockpc.show.wording import contact_name, count, robot_name
 from shockpc.text.printed import printable
 
-CURVES_SHOWN = 6
-"""Most curves of a panel, those of the largest peaks."""
+CURVES_SHOWN, SMALL = 6, 0.05
+"""Most curves of a panel, those of the largest peaks, and least peak of them as a share of the largest."""
 
 MOST_EVENTS, SAME_TIME, STEP = 8, 0.01, 0.01
 """Most events that are written, how far apart in time they are at least, as a share of the duration, and least step of a force at
@@ -175,7 +175,8 @@ def _compliant(profile: ShockProfile) -> CompliantLanding:
 
 def _plot(axes: Axes, t: Array, names: Sequence[str], curves: Array) -> None:
     """Draw the curves (n, T) of the largest peaks, each with its name beside the panel, so that equal ones are all seen."""
-    order = np.argsort(-np.abs(curves).max(axis=1, initial=0.0), kind="stable")[:CURVES_SHOWN]
+    peaks = np.abs(curves).max(axis=1, initial=0.0)
+    order = np.argsort(-peaks, kind="stable")[: min(CURVES_SHOWN, np.sum(peaks >= SMALL * peaks.max()))]
     for k, i in enumerate(sorted(order.tolist())):
         axes.plot(t, curves[i], color=CURVES[k % len(CURVES)], linewidth=2.2 - 0.22 * k, label=printable(names[i], 30))
     left = len(names) - len(order)

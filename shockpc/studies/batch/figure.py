@@ -20,8 +20,8 @@ WIDTH, HEIGHT, CAPTION, GAP, FOOT, BAR = 1.45, 1.15, 0.42, 0.12, 0.42, 4.6
 """Sides of a picture, height of what is written under it, distance to the next, room for the colour bar, and its width [inches]."""
 
 
-LEAST_WIDTH = 6.0
-"""Of the pictures together: room for the lines above them [inches]."""
+LEAST_WIDTH, SCALE = 6.0, 0.5
+"""Of the pictures together: room for the lines above them [inches]; of lines and marks in such small pictures."""
 
 
 def draw_contact_sheet(batch: Batch) -> Figure:
@@ -33,7 +33,8 @@ def draw_contact_sheet(batch: Batch) -> Figure:
     heading = (
         f"Worst landing of each robot, by the {printable(select(batch.rank).quantity.title, 60)}",
         "arrow: velocity of the contact before the impact; numbers are of the trunk; each robot is scaled to fit",
-        *(["*: what drives the joints is known"] if any(row.drives_known for row in rows) else []),
+        *["*: what drives the joints is known"] * any(row.drives_known for row in rows),
+        *["dash-dotted: box of an inertia, of a body without a shape"] * any(one.box for row in rows for one in row.picture.drawn),
     )
     page = Page(MARGIN + max(across * step - GAP, LEAST_WIDTH), lines * drop + FOOT, heading)
     short = batch.short_names
@@ -41,8 +42,8 @@ def draw_contact_sheet(batch: Batch) -> Figure:
         x, y = MARGIN + (k % across) * step, page.low + FOOT + (lines - 1 - k // across) * drop + CAPTION + GAP
         (window,) = windows_of([row.picture], (0.0, 0.0), (WIDTH, HEIGHT), (WIDTH, HEIGHT), pad=0.05, arrow=0.22)
         axes = page.picture(x, y, window)
-        draw_bodies(axes, row.picture, 400.0)
-        draw_velocities(axes, row.picture, window, 0.5)
+        draw_bodies(axes, row.picture, 400.0, SCALE)
+        draw_velocities(axes, row.picture, window, SCALE)
         greatest, ranked = row.values["shock_max"], row.values[batch.rank]
         if batch.rank != "shock_max":
             number = f"{batch.rank} {rounded(ranked)}"

@@ -27,6 +27,7 @@ from shockpc.robot.load import load_robot
 from shockpc.robot.robot import Robot
 from shockpc.text.diagnostic import Diagnostic
 from shockpc.text.errors import ShockError, StudyError, attempt, traces
+from shockpc.text.shown import shown_by
 
 STANDARD = (
     "mass", "ropc", "shock_max", "shock_com", "shock_free", "shock_locked", "mass_sticking", "friction_needed", "feasible",
@@ -105,6 +106,9 @@ class Batch(NamedTuple):
     rows: tuple[BatchRow, ...]
     failures: tuple[Failure, ...]
     table: Table
+
+    def _repr_html_(self) -> str:
+        return shown_by("studies.batch.report:batch_report")(self)
 
     @property
     def ranks(self) -> tuple[str, ...]:

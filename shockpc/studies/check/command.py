@@ -81,7 +81,7 @@ def report(text: str) -> tuple[str, Path | None]:
 def check(
     *,
     budgets: Path | None = argument(
-        "A file of budgets (TOML); by default budgets.toml here, or [tool.shockpc] in the pyproject.toml.", "BUDGETS", path
+        "A file of budgets (TOML). [default: budgets.toml here, or tool.shockpc in the pyproject.toml]", "BUDGETS", path
     ),
     baseline: Path | None = _in_baseline("Numbers of an earlier design, to compare with.", "FILE", path),
     update_baseline: bool = _in_baseline("Write the numbers into the --baseline file instead of comparing with it."),

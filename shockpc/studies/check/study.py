@@ -36,6 +36,7 @@ from shockpc.text.arguments import checked
 from shockpc.text.errors import ShockError, StudyError, traces
 from shockpc.text.names import match
 from shockpc.text.printed import few, printable
+from shockpc.text.shown import shown_by
 
 EXCEEDED, NO_VERDICT = 1, 3
 """Exit codes of a command."""
@@ -139,6 +140,8 @@ class Check:
     notes: tuple[str, ...]
     profiles: dict[str, ShockProfile] = field(default_factory=dict, repr=False)
     defects: tuple[str, ...] = field(default=(), repr=False)
+
+    _repr_html_ = shown_by("studies.check.report:check_report")
 
     @property
     def table(self) -> Table:

@@ -11,17 +11,22 @@ from shockpc.show.figure.picture import letter
 from shockpc.show.figure.plane import draw_row
 from shockpc.show.figure.style import CURVES, INK, PAPER
 from shockpc.show.figure.view import View, view_of, windows_of
+from shockpc.show.wording import count
 from shockpc.studies.compare.study import STANDARD, WITH_FRICTION, Comparison, Difference, Differences
 from shockpc.text.printed import printable
 
 DRAWN_QUANTITIES = ("shock", "shock_com", "joint_impulse", "mass_sticking", *WITH_FRICTION[:2], "joint_impulse_friction")
 """Quantities that are drawn besides those that are asked for, which come first."""
 
-MOST_ROWS = 6
-"""Bars of one quantity, unless the limb that is struck has more bodies."""
+MOST_ROWS, MOST_DESIGNS = 6, len(CURVES)
+"""Rows of one quantity, unless the limb that is struck has more bodies; and designs beside the first one."""
 
-BAR, LETTER, WIDTH, GAP, FOOT = 0.2, 0.062, 2.6, 0.36, 0.95
-"""Height of a row of bars, width of a letter beside them, of the bars, between panels, and room under the pictures [inches]."""
+BAR, THIN, LETTER, WIDTH, GAP, FOOT = 0.2, 0.05, 0.062, 2.6, 0.36, 1.25
+"""Height of a row, least height of one of its bars, width of a letter beside them, of the bars, between panels, and room under the
+pictures [inches]."""
+
+KEYS = (0.8, 1.5)
+"""Height of the key in two columns and in one [inches]."""
 
 
 def draw_comparison(comparison: Comparison, header: Sequence[tuple[str, str]]) -> Figure:
@@ -31,43 +36,54 @@ def draw_comparison(comparison: Comparison, header: Sequence[tuple[str, str]]) -
         comparison: of the designs.
         header: letter and description of each.
     """
-    profiles, letters = comparison.profiles, [name for name, _ in header]
+    profiles, letters = comparison.profiles, [name for name, _ in header[: MOST_DESIGNS + 1]]
     stands = [
         (profile.robot.source.path, profile.position.round(9).tobytes(), tuple(contact.frame for contact in profile.contacts))
-        for profile in profiles
+        for profile in profiles[: len(letters)]
     ]
     drawn = [k for k, stand in enumerate(stands) if stand not in stands[:k]]
-    views = _views(comparison, drawn)
-    windows = windows_of(views, (0.1, 0.1), (4.4 if len(drawn) == 1 else 7.0, 3.6), (1.6, 1.6), arrow=0.45)
-    left = sum(window.sides[0] + GAP for window in windows) - GAP
     sections = [(section, rows) for section in _sections(comparison) if (rows := _rows(section))]
-    labels = [_label(row, section, comparison, views) for section, rows in sections for row in rows]
-    n = len(labels) + 1.6 * len(sections)
+    points = list(
+        dict.fromkeys(_name(row) for section, rows in sections for row in rows if section.selection.quantity.of == "point")
+    )
+    views = _views(comparison, drawn, points)
+    windows = windows_of(views, (0.1, 0.1), (4.4 if len(drawn) == 1 else 7.0, 3.6), (1.6, 1.6), arrow=0.45)
+    left = max(sum(window.sides[0] + GAP for window in windows) - GAP, 3.4)
+    labels = [_label(row, section, views[0], points) for section, rows in sections for row in rows]
+    n, bar = len(labels) + 1.6 * len(sections), max(BAR, THIN * (len(letters) - 1))
     names = LETTER * max(map(len, labels), default=0) + 0.1
-    x = LEFT + max(left, 3.4) + 2.0 * GAP + names
-    width = max(x + WIDTH + 0.9, x - names + 5.6)
-    tall = max(windows[0].sides[1] + FOOT + 0.3, BAR * n + 1.1)
+    x, pictures, bars = LEFT + left + 2.0 * GAP + names, windows[0].sides[1] + FOOT, bar * n + 0.6
+    # The key is in one column under the pictures where these are so much lower than the bars, else in two under both.
+    beside = pictures + KEYS[1] <= bars
+    tall = bars if beside else max(pictures, bars) + KEYS[0]
     title = f"Shock: changes from {letters[0]}" + (f" to {letters[1]}" if len(letters) == 2 else "")
-    lines = [f"{name}: {printable(text)}" for name, text in header]
+    lines = [f"{name}: {printable(text)}" for name, text in header[: len(letters)]]
+    lines += [f"{count(len(header) - len(letters), 'more design')} in the tables"] * (len(header) > len(letters))
     sliding = any(profile.scene.friction is not None for profile in profiles)
     lines += ["colours and CoPc: of contacts that stick, not with friction"] * sliding
-    page = Page(width, tall, [title, *lines])
-    draw_row(page, page.low + FOOT + 0.3, views, windows, [letters[k] for k in drawn], GAP)
-    page.bar(LEFT, max(left, 3.4))
-    y = page.low + tall - BAR * n - 0.25
-    page.key((x - names, y - 0.43), 2)
-    _draw_bars(page, (x, y, n, names), sections, labels, letters)
+    page = Page(x + WIDTH + 0.9, tall, [title, *lines])
+    top = page.low + tall
+    page.low = top - pictures
+    draw_row(page, page.low + FOOT, views, windows, [letters[k] for k in drawn], GAP)
+    page.bar(LEFT, left)
+    page.key((LEFT, (page.low if beside else top - tall + KEYS[0]) - 0.1), 1 if beside else 2)
+    _draw_bars(page, (x, top - bar * n, bar * n, names), sections, labels, letters)
     return page.figure
 
 
-def _views(comparison: Comparison, drawn: Sequence[int]) -> list[View]:
-    """The pictures; partners have one number."""
-    views = [view_of(comparison.profiles[k]) for k in drawn]
-    first = comparison.profiles[0].bodies
-    for n, k in enumerate(drawn[1:], start=1):
-        bodies, matched = comparison.profiles[k].bodies, comparison.partners[k - 1]["body"]
-        numbers = {bodies.index(matched[first[i]]): number for i, number in views[0].numbers.items() if first[i] in matched}
-        views[n] = views[n]._replace(numbers=numbers)
+def _views(comparison: Comparison, drawn: Sequence[int], points: Sequence[str]) -> list[View]:
+    """The pictures, with these points; partners have one number, and one letter."""
+    views, first = list[View](), comparison.profiles[0].bodies
+    for k in drawn:
+        profile, view = comparison.profiles[k], view_of(comparison.profiles[k])
+        known = [point.frame for point in profile.points]
+        names = [comparison.partners[k - 1]["point"].get(name, name) if k else name for name in points]
+        numbers = view.numbers
+        if k:
+            bodies, matched = profile.bodies, comparison.partners[k - 1]["body"]
+            numbers = {bodies.index(matched[first[i]]): number for i, number in views[0].numbers.items() if first[i] in matched}
+        sensors = view.sensors[[known.index(name) for name in names if name in known]]
+        views.append(view._replace(numbers=numbers, sensors=sensors))
     return views
 
 
@@ -80,9 +96,15 @@ def _sections(comparison: Comparison) -> list[Differences]:
 
 def _rows(section: Differences) -> list[Difference]:
     """The rows that are drawn: those of every table, and the largest changes."""
-    rows = [row for row in section.rows if _shares(row)]
-    others = [row for row in rows if not row.always][: max(MOST_ROWS - sum(row.always for row in rows), 1)]
-    return [row for row in rows if row.always or row in others]
+    rows, of_points = [row for row in section.rows if _shares(row)], section.selection.quantity.of == "point"
+    firm = [row for row in rows if row.always and not of_points]
+    others = [row for row in rows if row not in firm][: max(MOST_ROWS - len(firm), 1)]
+    return [row for row in rows if row in firm or row in others]
+
+
+def _name(row: Difference) -> str:
+    """The name of its place in the first design."""
+    return row.place.split(" / ")[0]
 
 
 def _shares(row: Difference) -> list[float] | None:
@@ -93,14 +115,13 @@ def _shares(row: Difference) -> list[float] | None:
     return [math.nan if change is None or not math.isfinite(change) else 100.0 * change / abs(first) for change in row.changes]
 
 
-def _label(row: Difference, section: Differences, comparison: Comparison, views: Sequence[View]) -> str:
+def _label(row: Difference, section: Differences, view: View, points: Sequence[str]) -> str:
     """Name of a row, with the number or letter that it has in the picture."""
     kind, mark = section.selection.quantity.of, ""
-    if kind == "body" and row.body in views[0].numbers:
-        mark = str(views[0].numbers[row.body])
-    if kind == "point" and len(views) == 1:
-        names = [point.frame for point in comparison.profiles[0].points]
-        mark = letter(names.index(row.place)) if row.place in names else ""
+    if kind == "body" and row.body in view.numbers:
+        mark = str(view.numbers[row.body])
+    elif kind == "point" and len(points) == len(view.sensors):
+        mark = letter(points.index(_name(row)))
     return f"{printable(row.place)}   {mark}" if mark else printable(row.place)
 
 
@@ -118,9 +139,9 @@ def _draw_bars(
     labels: Sequence[str],
     letters: Sequence[str],
 ) -> None:
-    """Draw a group of bars for each row. Args: place, left and lower edge [inches], height in rows, and room for names [inches]."""
-    x, y, n, names = place
-    axes = page.axes(x, y, WIDTH, BAR * n)
+    """Draw a group of bars for each row. Args: place, left and lower edge, height, and room for names [inches]."""
+    x, y, tall, names = place
+    axes = page.axes(x, y, WIDTH, tall)
     ticks, shares, at = list[float](), list[list[float]](), 0.0
     for section, rows in sections:
         quantity = section.selection.quantity
@@ -132,7 +153,7 @@ def _draw_bars(
         at += 1.3
         for row in rows:
             ticks.append(at)
-            shares.append(_shares(row) or [])
+            shares.append((_shares(row) or [])[: len(letters) - 1])
             at += 1.0
         at += 0.3
     values = np.array(shares).reshape(len(ticks), len(letters) - 1)
@@ -152,7 +173,7 @@ def _draw_bars(
             )  # fmt: skip
             axes.text(1.02, tick, text, va="center", fontsize=6.0, transform=axes.get_yaxis_transform())
     axes.axvline(0.0, color=INK, linewidth=0.8)
-    axes.set(xlim=(low - room, high + room), ylim=(n, 0.0), xlabel=f"change relative to {letters[0]} [%]")
+    axes.set(xlim=(low - room, high + room), ylim=(at, 0.0), xlabel=f"change relative to {letters[0]} [%]")
     axes.set_yticks(ticks, labels)
     if values.shape[1] > 1:
         axes.legend(loc="lower right", bbox_to_anchor=(1.0, 1.0), ncols=min(values.shape[1], 4), borderpad=0.0)

@@ -12,12 +12,14 @@ from shockpc.evaluation.evaluate import proven
 from shockpc.evaluation.table import Table
 from shockpc.landing.places import Place, PlaceKind
 from shockpc.landing.record import Option
+from shockpc.landing.scene import Scene
 from shockpc.quantities.selection import Selection, select
 from shockpc.quantities.shock_profile import ShockProfile
 from shockpc.robot.changes import Change, changed, read_changes
 from shockpc.studies.compare.partners import KINDS, Partners, matching, partners
 from shockpc.text.errors import SceneError, ShockError, SolveError, StudyError
 from shockpc.text.printed import listed
+from shockpc.text.shown import shown_by
 
 STANDARD = ("shock", "shock_com", "shock_max", "ropc", "mass_sticking", "mass_frictionless", "joint_impulse", "joint_moment")
 WITH_FRICTION = ("shock_friction", "shock_com_friction", "ropc_friction", "joint_impulse_friction", "joint_moment_friction")
@@ -93,6 +95,8 @@ class Comparison:
     unmatched: tuple[Unmatched, ...]
     partners: tuple[Partners, ...] = field(repr=False)
 
+    _repr_html_ = shown_by("studies.compare.report:compare_report")
+
     @property
     def letters(self) -> list[str]:
         """What tables call the designs."""
@@ -150,7 +154,7 @@ def design_with(design: Design, changes: Sequence[Change]) -> Design:
     reads="designs",
 )
 def compare(
-    designs: Iterable[Design],
+    designs: Iterable[Design | Scene | str],
     quantities: QuantityOption = (),
     pairs: Annotated[
         Sequence[tuple[str, str]],
@@ -186,7 +190,7 @@ def compare(
         ShockError: there are fewer than two designs, one of them cannot be computed, or lacks a place that is named; or a quantity
             has no value at any place that all of them have.
     """
-    every = tuple(designs)
+    every = tuple(map(Design.of, designs))
     if changes and len(every) > 1:
         raise StudyError("--change makes other designs of one, but several are given; give one design, or a file for each")
     read = [read_changes(text) for text in changes]

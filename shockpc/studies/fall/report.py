@@ -39,10 +39,10 @@ def fall_report(falls: Falls) -> Report:
             Lines(list(_lines(falls))),
             *([picture] if falls.results else []),
             *([_tips(falls)] if falls.tips else []),
-            _strikes(falls, full),
+            *_strikes(falls, full),
             *([_margins(falls).largest(None if full else ROWS, "margin")] if _judged(falls) else []),
         ],
-        lead=2 + bool(falls.results) + bool(falls.tips),
+        lead=3 + bool(falls.results) + bool(falls.tips),
         closing=[
             f"not computed: {line}" for line in cause_lines(causes((name, str(why)) for name, why in falls.failures), "falls", 6)
         ],
@@ -145,17 +145,15 @@ def struck_words(strike: FallStrike) -> str:
     return few(list(named), 4) if len(strike.struck) > 1 else next(iter(strike.struck))
 
 
-def _strikes(falls: Falls, full: bool) -> Sheet:
-    """The strikes, the worst first. Args: full, whether with all rows and columns."""
+def _strikes(falls: Falls, full: bool) -> list[Sheet]:
+    """The strikes, the worst first. Args: full, whether with all rows and columns, in two tables."""
     every, tipping = _every_strike(falls), bool(falls.tips)
     name = [column.key for column in every.columns].index("strike")
     by_name = {row[name]: row for row in every.rows}
     values = [key for text in falls.quantities for key in (text, *[f"{text}_at"] * (full or text == falls.rank))]
-    keys = [
-        "strike", "struck_links", *("motion", "rate") * (tipping and full), *("rotation_deg",) * tipping, "speed", *values,
-        "trunk_free", "trunk_as_modelled", "trunk_locked", *("first_at_its_stop", "stop_after") * full,
-    ]  # fmt: skip
-    sheet = every._replace(rows=[by_name[result.strike.name] for result in falls.results]).only(*keys)
+    motion = ["struck_links", *("motion", "rate") * (tipping and full), *("rotation_deg",) * tipping, "speed"]
+    causes_ = [*values, "trunk_free", "trunk_as_modelled", "trunk_locked"]
+    sheet = every._replace(rows=[by_name[result.strike.name] for result in falls.results])
     stops = {one.strike.name: text for one in falls.results if not full and (text := _stop(one))}
     listings: dict[str, dict[str, str]] = {
         "within 5 mm of striking too": {one.strike.name: listed(one.strike.near) for one in falls.results if one.strike.near},
@@ -174,8 +172,11 @@ def _strikes(falls: Falls, full: bool) -> Sheet:
         ),
         "places, rates and stops of every strike: --out DIR, --format md or json" * (not full),
     ]
-    sheet = sheet._replace(title=f"{count(len(falls.results), 'strike')}, ranked by {falls.rank}", notes=list(filter(None, notes)))
-    return sheet.largest(None if full else ROWS, "strike")
+    title, notes = f"{count(len(falls.results), 'strike')}, ranked by {falls.rank}", list(filter(None, notes))
+    if full:
+        before = sheet.only("strike", *motion, "first_at_its_stop", "stop_after")._replace(title=title)
+        return [before, sheet.only("strike", *causes_)._replace(title="what these strikes cause", notes=notes)]
+    return [sheet.only("strike", *motion, *causes_)._replace(title=title, notes=notes).largest(ROWS, "strike")]
 
 
 def _judged(falls: Falls) -> bool:

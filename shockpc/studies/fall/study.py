@@ -32,6 +32,7 @@ from shockpc.studies.fall.strikes import FallStrike, Tip, drops, strikes_of, tip
 from shockpc.text.diagnostic import warn
 from shockpc.text.errors import DefectError, ShockError, StudyError, attempt, traces
 from shockpc.text.printed import listed
+from shockpc.text.shown import shown_by
 from shockpc.text.trace import Trace
 
 HEADINGS = {"front": 0.0, "left": 90.0, "back": 180.0, "right": -90.0}
@@ -119,6 +120,8 @@ class Falls:
     notes: tuple[str, ...]
     margins: tuple[Margin, ...]
 
+    _repr_html_ = shown_by("studies.fall.report:fall_report")
+
     @property
     def landings(self) -> tuple[StrikeResult, ...]:
         """The landings that could be computed."""
@@ -141,27 +144,29 @@ class Falls:
     fails=True,
 )
 def fall(
-    postures: Scene | Mapping[str, Scene],
+    postures: Scene | str | Mapping[str, Scene | str],
     robot: Robot | None = None,
     *,
     headings: Annotated[
         Sequence[str] | None,
         Option(
-            "Front, left, back, right, or an angle from forward to the left [deg]; by default all four.",
+            "Front, left, back, right, or an angle from forward to the left [deg].",
             "Fall",
             "HEADING",
             "heading",
+            default="all four",
         ),
     ] = None,
     push: Annotated[
         float | None,
         Option(
-            "Speed that a level push gives to the centre of mass; by default it falls from its balance at rest.",
+            "Speed that a level push gives to the centre of mass.",
             "Fall",
             "V",
             unit="m/s",
             above=0.0,
             greatest=30.0,
+            default="it falls from its balance at rest",
         ),
     ] = None,
     drop: Annotated[
@@ -180,7 +185,7 @@ def fall(
     ] = None,
     within_height: Annotated[float, Option("Height within which parts strike together.", "Fall", "H", unit="m", above=0.0)] = 1e-3,
     least: Annotated[
-        float | None, Option("List strikes of at least this speed; by default 0.1.", "Fall", "V", unit="m/s", above=0.0)
+        float | None, Option("List strikes of at least this speed.", "Fall", "V", unit="m/s", above=0.0, default="0.1")
     ] = None,
     vary: Annotated[
         Vary,
@@ -195,11 +200,11 @@ def fall(
     rank: Annotated[
         str | None,
         Option(
-            "Quantity by which strikes are ranked, the worst first: delta_v_max by default, body.delta_v_friction with a friction, "
-            "part_margin with a part that can be judged.",
+            "Quantity by which strikes are ranked, the worst first.",
             "What is computed",
             "KEY[@PLACE]",
             holds="quantity",
+            default="delta_v_max; body.delta_v_friction with a friction, part_margin with a part that can be judged",
         ),
     ] = None,
     trace: Trace | None = None,

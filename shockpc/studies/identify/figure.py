@@ -4,7 +4,7 @@ import numpy as np
 from matplotlib.figure import Figure
 
 from shockpc.show.figure.style import CURVES, INK, MARKERS, faded, new_chart, plain_numbers
-from shockpc.show.wording import count, robot_name
+from shockpc.show.wording import count, robot_name, varied_text
 from shockpc.studies.identify.study import Identification
 from shockpc.text.printed import printable
 
@@ -36,7 +36,7 @@ def draw(study: Identification) -> Figure:
         panel.plot(one.value, np.interp(one.value, values, errors), "o", color=INK, markersize=3.5, label="value found")
         panel.axhline(study.errors["before"], color=INK, linewidth=0.7, linestyle="--", label="error before")
         panel.set(
-            xlabel=printable(f"{one.variation.subject} [{one.variation.unit}]", 40),
+            xlabel=f"{varied_text(one.variation.subject, one.variation.unit)} [{one.variation.unit}]",
             title=f"{one.value:.3g}" + (f" ({one.low:.3g} … {one.high:.3g})" if np.isfinite(one.low) else f", {one.state}"),
             yscale="log" if deep else "linear",
             ylim=(0.7 * max(least, 1e-4 * most) if deep else 0.0, most),

@@ -12,6 +12,7 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from fnmatch import fnmatchcase
 from functools import cache, partial
+from pathlib import Path
 from typing import Annotated, Any
 
 import numpy as np
@@ -23,6 +24,7 @@ from shockpc.evaluation.variation import Variation, Vary, pairs, variation
 from shockpc.evaluation.varied_scene import applied
 from shockpc.landing.record import Option
 from shockpc.landing.scene import Scene
+from shockpc.landing.scene_file import scene_of
 from shockpc.recorded.landings import RecordedLandings, robot_of_table, rows_of_table
 from shockpc.recorded.prediction import SCALE, Predicted, Predictor, coordinate
 from shockpc.recorded.table_files import columns_of
@@ -32,6 +34,7 @@ from shockpc.studies.identify.statements import of_model, of_unknowns
 from shockpc.studies.identify.uncertainty import Unknown, errors_left_out, errors_of_free_impulse, uncertainty
 from shockpc.text.errors import StudyError
 from shockpc.text.printed import listed
+from shockpc.text.shown import shown_by
 
 SCAN = 25
 """Values of each unknown for which the error is given."""
@@ -81,6 +84,8 @@ class Identification:
     messages: Mapping[int, str]
     scan: Callable[[int], tuple[Array, Array]] = field(repr=False)
 
+    _repr_html_ = shown_by("studies.identify.report:identify_report", Path("a table"))
+
     @property
     def table(self) -> Table:
         """A row for each unknown."""
@@ -110,7 +115,7 @@ class Identification:
 )
 def identify(
     table: str | os.PathLike[str] | Mapping[str, Any] | Table,
-    scene: Scene,
+    scene: Scene | str,
     unknown: Annotated[
         Vary,
         Option(
@@ -126,7 +131,7 @@ def identify(
     robot: Robot | None = None,
     rename: RenameOption = None,
     after: Annotated[
-        float | None, Option("Which of several measured times counts; by default the first.", "Table", "MS", unit="ms", above=0.0)
+        float | None, Option("Which of several measured times counts.", "Table", "MS", unit="ms", above=0.0, default="first")
     ] = None,
     noise: Annotated[
         Mapping[str, float] | None,
@@ -150,7 +155,7 @@ def identify(
         StudyError: a range is not valid, or the table has too little to find unknowns from.
         ShockError: the table cannot be read, or no landing can be computed.
     """
-    columns = columns_of(table)
+    columns, scene = columns_of(table), scene_of(scene)
     robot = robot or robot_of_table(columns, scene)
     rows = rows_of_table(columns, scene, robot, rename)
     unknowns = tuple(_unknown(robot, *one) for one in pairs(unknown))

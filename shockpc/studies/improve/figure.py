@@ -1,23 +1,30 @@
 """The search for an optimum as figures: the target over the steps of the runs, and the front of two numbers."""
 
+import itertools
+
 import numpy as np
 from matplotlib.figure import Figure
 from matplotlib.ticker import MaxNLocator
 
-from shockpc.show.figure.style import CURVES, INK, new_chart, plain_numbers
-from shockpc.show.wording import size_at_place
+from shockpc.show.figure.style import CURVES, INK, faded, new_chart, plain_numbers
+from shockpc.show.wording import count, size_at_place
 from shockpc.studies.improve.study import Improvement
 
 
 def draw_runs(study: Improvement) -> Figure:
-    """Draw the best value so far over the steps of each run; the constraints may not hold at a step between others."""
-    figure = new_chart(5.0, 3.6, "The runs; black: to the optimum")
-    axes, lower = figure.add_subplot(), study.costs[0].power > 0.0
-    for k, run in reversed(list(enumerate(study.runs))):
-        steps = np.flatnonzero(np.isfinite(run))
-        reached = (np.minimum if lower else np.maximum).accumulate(run[steps])
-        colour, width, opacity = (CURVES[0], 0.6, 0.5) if k else (INK, 1.8, 1.0)
-        axes.step(steps, reached, where="post", color=colour, linewidth=width, alpha=opacity, marker=".", markersize=2.5)
+    """Draw the best value so far of each run over its steps; the constraints may not hold at a step between others."""
+    figure = new_chart(5.0, 3.6, f"{count(len(study.runs), 'run')}: the best value so far")
+    axes, better = figure.add_subplot(), np.fmin if study.costs[0].power > 0.0 else np.fmax
+    # A run that has ended, or has no value at a step, keeps what it has reached.
+    reached = better.accumulate(np.array(list(itertools.zip_longest(*study.runs, fillvalue=np.nan))))
+    others, last = reached[:, 1:], len(study.runs[0])
+    known = np.isfinite(others).any(axis=1)
+    for part, shade, label in (((0, 100), 0.8, "all other runs"), ((25, 75), 0.5, "half of them")) if known.any() else ():
+        ends = np.nanpercentile(others[known], part, axis=1)
+        axes.fill_between(np.flatnonzero(known), *ends, step="post", color=faded(CURVES[0], shade), linewidth=0.0, label=label)
+    axes.step(range(last), reached[:last, 0], where="post", color=INK, linewidth=1.6, label="to the optimum")
+    axes.plot(last - 1, reached[last - 1, 0], "o", color=INK, markersize=4.0)
+    axes.legend()
     known = np.concatenate([run[np.isfinite(run)] for run in study.runs])
     if known.size and known.min() > 0.0 and known.max() > 20.0 * known.min():
         axes.set_yscale("log")

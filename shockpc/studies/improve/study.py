@@ -30,6 +30,7 @@ from shockpc.robot.robot import Robot
 from shockpc.studies.improve.search import OPTIMUM_TOLERANCE, ROUGH, RUNS, SLOW, Run, search, starting_points
 from shockpc.text.errors import StudyError
 from shockpc.text.printed import few
+from shockpc.text.shown import shown_by
 from shockpc.text.trace import Trace
 
 USUAL_RANGE = 45.0
@@ -112,6 +113,8 @@ class Improvement:
     seed: int
     chosen: tuple[str, ...]
 
+    _repr_html_ = shown_by("studies.improve.report:improve_report")
+
     @property
     def table(self) -> Table:
         """A row for each variable."""
@@ -132,16 +135,17 @@ class Improvement:
     passed=("trace",),
 )
 def improve(
-    landings: Scene | Mapping[str, Scene],
+    landings: Scene | str | Mapping[str, Scene | str],
     quantities: Annotated[
         str | Sequence[str],
         Option(
-            "A number: a quantity (shockpc quantities lists them) at a place, of several places the worst; by default the shock at "
-            "the points of --at, at the IMU, or at the trunk's centre of mass. Twice for the front between two.",
+            "A number: a quantity (shockpc quantities lists them) at a place, of several places the worst. Twice for the "
+            "front between two.",
             "Question",
             "KEY@PLACES",
             "quantity",
             holds="quantity",
+            default="shock at the points of --at, at the IMU, or at the trunk's centre of mass",
         ),
     ] = (),
     robot: Robot | None = None,
@@ -175,12 +179,12 @@ def improve(
     starts: Annotated[
         int | None,
         Option(
-            f"Runs from random points, besides that from the landing as given; by default {RUNS}, {ROUGH} where derivatives are "
-            f"differences, and {SLOW} where each point needs a separate landing.",
+            "Runs from random points, besides that from the landing as given.",
             "Search",
             "N",
             least=0.0,
             greatest=1000.0,
+            default=f"{RUNS}, {ROUGH} where derivatives are differences, {SLOW} where each point needs a separate landing",
         ),
     ] = None,
     seed: Annotated[int, Option("Seed of the random numbers.", "Search", "N", least=0.0, greatest=1e15)] = 0,

@@ -31,7 +31,7 @@ def draw_landings(study: RecordedLandings, results: Table) -> Figure:
     for panel, (column, values) in zip(figure.subplots(len(shown), 1, squeeze=False).ravel(), shown, strict=True):
         # Few landings have few bins, so that the shape is not that of chance.
         counts, edges = np.histogram(values, min(BINS, math.ceil(2.0 * values.size**0.5)))
-        histogram(panel, counts, edges, column.shock, float(np.median(values)))
+        histogram(panel, counts, edges, float(np.median(values)))
         worst = results.worst(WORST, column)
         severity = [float(results.columns[column.name][i]) for i in worst]
         below = {"clip_on": False, "transform": panel.get_xaxis_transform()}

@@ -13,6 +13,7 @@ from shockpc.evaluation.source import refuse_unused_ground
 from shockpc.evaluation.table import Table
 from shockpc.landing.record import Option
 from shockpc.landing.scene import Scene
+from shockpc.landing.scene_file import scene_of
 from shockpc.quantities.selection import select
 from shockpc.recorded.landings import RecordedLandings, recorded_landings, robot_of_table, rows_of_table
 from shockpc.recorded.prediction import base_in_world, coordinate, energy_norms, mobilities, predicted_later, predicting
@@ -101,7 +102,7 @@ class Validation(NamedTuple):
 )
 def landings(
     table: str | os.PathLike[str] | Mapping[str, Any] | Table,
-    scene: Scene,
+    scene: Scene | str,
     quantities: QuantityOption = (),
     *,
     robot: Robot | None = None,
@@ -130,7 +131,7 @@ def landings(
     Raises:
         ShockError: the table cannot be read, a column names nothing in the robot, or the scene cannot be resolved.
     """
-    columns = columns_of(table)
+    columns, scene = columns_of(table), scene_of(scene)
     robot = robot or robot_of_table(columns, scene)
     rows = rows_of_table(columns, scene, robot, rename)
     evaluation = recorded_landings(rows, robot, quantities, prove=prove, rank=rank)

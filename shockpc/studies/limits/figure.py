@@ -7,7 +7,7 @@ import numpy as np
 from matplotlib.figure import Figure
 
 from shockpc.show.figure.style import BANDS, INK, PAPER, SHOCK, new_chart
-from shockpc.show.wording import contact_name, robot_name
+from shockpc.show.wording import contact_name, robot_name, varied_text
 from shockpc.studies.limits.study import JointLimits
 from shockpc.text.printed import UNITS, printable
 
@@ -43,7 +43,7 @@ def draw_limits(study: JointLimits) -> Figure:
     axes.contour(x, y, numbers, levels=[bound], colors=INK, linewidths=1.6)
     greatest = np.degrees(study.worst[1][chosen])
     axes.plot(x, np.where(np.abs(np.diff(greatest, append=greatest[-1])) > 5.0, np.nan, greatest), ":", color=INK, linewidth=1.1)
-    words = [f"dotted: strike with the {'least' if below else 'greatest'} number"]
+    words = [f"dotted: strike with the {'minimum' if below else 'maximum'}"]
     ends = [end for end in study.file_limits if study.range[0] <= end <= study.range[1]]
     for end, part in itertools.product(ends, (axes, strip)):
         part.axvline(scale * end, color=INK, linewidth=1.2, linestyle=(0, (5, 3)), clip_on=False)
@@ -57,7 +57,7 @@ def draw_limits(study: JointLimits) -> Figure:
     for interval in study.limits[-1].allowed:
         strip.axvspan(scale * interval.low, scale * interval.high, color=ALLOWED)
     axes.set(ylabel="strike angle [deg]", xlim=(x[0], x[-1]), ylim=(y[0], y[-1]))
-    strip.set(yticks=[], xlabel=f"{printable('+'.join(study.joints), 60)} [{unit}]")
+    strip.set(yticks=[], xlabel=f"{varied_text('+'.join(study.joints), unit)} [{unit}]")
     strip.set_ylabel("allowed at\nevery strike", rotation=0.0, ha="right", va="center", fontsize=6.5)
     bar = figure.colorbar(
         drawn, ax=[axes, strip], drawedges=True, aspect=28, pad=0.02, format="%.3g", extendrect=True, extendfrac="auto"

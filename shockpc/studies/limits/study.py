@@ -23,7 +23,7 @@ from shockpc.landing.landing import PosedLanding
 from shockpc.landing.posture import set_many, settable_joints
 from shockpc.landing.record import Option
 from shockpc.landing.scene import Point, Scene
-from shockpc.landing.scene_file import robot_of
+from shockpc.landing.scene_file import robot_of, scene_of
 from shockpc.profile import ILL_CONDITIONED
 from shockpc.quantities.shock_profile import ShockProfile
 from shockpc.robot.elements import Joint
@@ -31,6 +31,7 @@ from shockpc.robot.robot import Robot
 from shockpc.studies.limits.scan import ANGLES, LEAST, Bound, LimitScan, within
 from shockpc.text.errors import SolveError, StudyError
 from shockpc.text.printed import UNITS, in_degrees
+from shockpc.text.shown import shown_by
 
 STRIKES = (-30.0, 75.0)
 """Strike angles of landings that are looked at if none are given [deg]."""
@@ -160,6 +161,8 @@ class JointLimits:
     scan: LimitScan = field(repr=False)
     limits: tuple[StrikeLimits, ...]
 
+    _repr_html_ = shown_by("studies.limits.report:limits_report")
+
     @property
     def worst(self) -> tuple[Array, Array]:
         """The worst number (n,) of every posture over the range of strike angles, and the strike angle (n,) of it [rad]."""
@@ -187,10 +190,8 @@ class JointLimits:
         """
         unit = self.shown_unit
         ends = f"low [{unit}]", f"high [{unit}]", "low end", "high end", "feasible"
-        return Table.of_rows(
-            ("strike from [deg]", "strike to [deg]", *ends),
-            (self._row(one, piece) for one in self.limits for piece in one.pieces or (None,)),
-        )
+        rows = (self._row(one, piece) for one in self.limits for piece in one.pieces or (None,))
+        return Table.of_rows(("strike from [deg]", "strike to [deg]", *ends), rows)
 
     def _row(self, one: StrikeLimits, piece: tuple[float, float, str, str, bool] | None) -> tuple[float | str | None, ...]:
         strikes = map(in_degrees, one.strikes)
@@ -230,7 +231,7 @@ def _typed(robot: Robot, given: dict[str, Any]) -> dict[str, Any]:
     passed=("target",),
 )
 def limits(
-    scene: Scene,
+    scene: Scene | str,
     joint: Annotated[
         str,
         Option(
@@ -253,27 +254,26 @@ def limits(
     ] = None,
     joint_range: Annotated[
         tuple[float, float] | None,
-        Option(
-            "Values to look at; of a joint the file's limits by default, at most a turn.", "Question", "LOW:HIGH", "range", VALUE
-        ),
+        Option("Values to look at.", "Question", "LOW:HIGH", "range", VALUE, default="the joint's limits, at most a turn"),
     ] = None,
     strikes: Annotated[
         tuple[float, float] | None,
         Option(
-            "Strike angles to look at; -30:75 by default, the scene's where many landings need a proof.",
+            "Strike angles to look at.",
             "Question",
             "LOW:HIGH",
             unit="deg",
+            default="-30:75; the scene's where many landings need a proof",
         ),
     ] = None,
     step: Annotated[
         float | None,
         Option(
-            "Largest step of the scan; 0.1 deg or 0.0001 m by default, 20 times that where many landings need a proof; of "
-            "what is no joint a 200th of the range.",
+            "Largest step of the scan.",
             "Question",
             "STEP",
             unit=VALUE,
+            default="0.1 deg or 0.0001 m, 20 times that where many landings need a proof; of others a 200th of the range",
         ),
     ] = None,
     robot: Robot | None = None,
@@ -299,6 +299,7 @@ def limits(
     if len(bounds) != 1:
         raise StudyError("one bound is needed: max for the greatest value that is allowed, or min for the least")
     bound = bounds[0]
+    scene = scene_of(scene)
     robot = robot or robot_of(scene)
     varied, joints, (low, high) = _varied(robot, joint, joint_range)
     scene = with_offsets(scene) if varied.kind in OFFSET else scene
@@ -391,10 +392,7 @@ def _varied(
 
 
 def _file_limits(joints: Sequence[Joint]) -> tuple[float, float]:
-    return (
-        max((joint.limits[0] for joint in joints), default=-math.inf),
-        min((joint.limits[1] for joint in joints), default=math.inf),
-    )
+    return max((one.limits[0] for one in joints), default=-math.inf), min((one.limits[1] for one in joints), default=math.inf)
 
 
 def _targets(angle: float, low: float, high: float) -> tuple[tuple[float, float], ...]:

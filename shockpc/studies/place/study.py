@@ -30,6 +30,7 @@ from shockpc.studies.place.groups import best_group
 from shockpc.studies.place.region import Box, Region, region_of
 from shockpc.text.errors import ShockError, StudyError
 from shockpc.text.names import match
+from shockpc.text.shown import shown_by
 
 NEAREST = 1e-3
 """Least distance between alternatives [m]."""
@@ -121,6 +122,8 @@ class PlaceStudy:
     apart: float
     failures: tuple[tuple[str, ShockError], ...]
 
+    _repr_html_ = shown_by("studies.place.report:place_report")
+
     @property
     def weights(self) -> Array | None:
         """Weights (L,) of the landings with sum 1 if places are compared by the weighted mean; None for the greatest shock."""
@@ -168,7 +171,7 @@ class PlaceStudy:
     fails=True,
 )
 def place(
-    landings: Scene | Mapping[str, Scene],
+    landings: Scene | str | Mapping[str, Scene | str],
     robot: Robot | None = None,
     *,
     vary: Annotated[
@@ -193,7 +196,7 @@ def place(
     ] = None,
     body: Annotated[
         str | None,
-        Option("The body, or a link or site fixed to it, by name or glob; the base by default.", "Where a sensor may be", "BODY"),
+        Option("The body, or a link or site fixed to it, by name or glob.", "Where a sensor may be", "BODY", default="base"),
     ] = None,
     within: Annotated[
         Box | None,
@@ -222,12 +225,12 @@ def place(
     alternatives: Annotated[
         int | None,
         Option(
-            "Number of further places of one sensor, each the best at a tenth of the region's size from those before; "
-            "by default 2.",
+            "Number of further places of one sensor, each the best at a tenth of the region's size from those before.",
             "Sensors",
             "N",
             least=0.0,
             greatest=20.0,
+            default="2",
         ),
     ] = None,
     progress: Callable[[int], Callable[[str], None]] = lambda landings: lambda name: None,

@@ -6,7 +6,7 @@ from matplotlib.figure import Figure
 from matplotlib.patches import Patch
 
 from shockpc.show.figure.style import BANDS, CURVES, INK, new_chart
-from shockpc.show.wording import contact_name, count, robot_name
+from shockpc.show.wording import contact_name, count, robot_name, varied_text
 from shockpc.studies.sensitivity.report import step_words
 from shockpc.studies.sensitivity.study import Sensitivity
 from shockpc.text.printed import printable
@@ -48,8 +48,7 @@ def draw_tornado(study: Sensitivity) -> Figure:
         end = study.value + effect.up
         side, shift = ("left", 3.0) if effect.up >= 0.0 else ("right", -3.0)
         axes.annotate(share, (end, row), (shift, 0.0), textcoords="offset points", ha=side, va="center", fontsize=6.5)
-    names = [f"{one.parameter}   +{step_words(one)}" for one in effects]
-    axes.set_yticks(rows, [printable(name, 70) for name in names])
+    axes.set_yticks(rows, [f"{varied_text(one.parameter, one.unit)}   +{step_words(one)}" for one in effects])
     axes.set_ylim(len(effects) - 0.4, -0.6)
     axes.axvline(study.value, color=INK, linewidth=0.8)
     axes.set_xlim(study.value - 1.25 * largest, study.value + 1.25 * largest)

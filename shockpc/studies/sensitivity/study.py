@@ -26,6 +26,7 @@ from shockpc.quantities.shock_profile import ShockProfile
 from shockpc.robot.robot import Robot
 from shockpc.studies.sensitivity.slopes import Parameter, Slope, number_of, parameters, slopes_beside
 from shockpc.text.errors import StudyError
+from shockpc.text.shown import shown_by
 from shockpc.text.trace import Trace
 
 ZERO = 1e-12
@@ -94,6 +95,8 @@ class Sensitivity:
     percent: float
     effects: tuple[Effect, ...]
 
+    _repr_html_ = shown_by("studies.sensitivity.report:sensitivity_report")
+
     @property
     def value(self) -> float:
         """The target: the number, the worst of several, or their mean [its unit]."""
@@ -146,7 +149,7 @@ class Sensitivity:
     passed=("target", "trace"),
 )
 def sensitivity(
-    landings: Scene | Mapping[str, Scene],
+    landings: Scene | str | Mapping[str, Scene | str],
     target: str | Point,
     robot: Robot | None = None,
     *,

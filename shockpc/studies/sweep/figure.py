@@ -5,16 +5,17 @@ from collections.abc import Mapping, Sequence
 from typing import Any, NamedTuple
 
 import numpy as np
+from matplotlib import colormaps
 from matplotlib.axes import Axes
-from matplotlib.colors import BoundaryNorm, ListedColormap, Normalize
+from matplotlib.colors import BoundaryNorm, ListedColormap, to_hex
 from matplotlib.figure import Figure
 from matplotlib.ticker import MaxNLocator
 
 from shockpc.core.spatial import Array
 from shockpc.evaluation.variation import Variation
 from shockpc.evaluation.varied import VariedLandings
-from shockpc.show.figure.style import CURVES, INK, PAPER, SHOCK, histogram, new_chart, shock_levels
-from shockpc.show.wording import robot_name
+from shockpc.show.figure.style import CURVES, INK, SHOCK, histogram, new_chart, shock_levels
+from shockpc.show.wording import robot_name, varied_text
 from shockpc.studies.sweep.summary import Extent, Summary
 from shockpc.text.printed import printable
 
@@ -78,9 +79,8 @@ def _label(extent: Extent) -> str:
 
 def _axis(variable: Variation) -> str:
     """What is varied, in words, with its unit."""
-    kind, unit = variable.kind.replace("-", " "), f" [{variable.unit}]" if variable.unit else ""
-    words = variable.subject if variable.kind == "joint" else f"{kind} of {variable.target}" if variable.target else kind
-    return printable(f"{words}{'' if variable.kind == 'contact' else unit}", 60)
+    words = varied_text(variable.subject, variable.unit)
+    return words if variable.kind == "contact" else f"{words} [{variable.unit}]"
 
 
 def _curves(title: str, variable: Variation, panels: Mapping[str, Sequence[_Curve]], varied: str = "") -> Figure:
@@ -122,23 +122,25 @@ def _maps(title: str, slow: Variation, fast: Variation, grids: Sequence[_Curve])
         most, usual = float(np.nanmax(every)), float(np.nanpercentile(every, USUAL))
         # A few values that are far greater than all others would leave those in one colour.
         open_end = most > 2.0 * usual > 0.0
-        most = usual if open_end else most
-        scale: dict[str, Any] = {"cmap": COLOUR_MAP, "norm": Normalize(least, most if most > least else least + 1.0)}
-        levels = [float(x) for x in MaxNLocator(6).tick_values(least, most)]
+        most = usual if open_end else max(most, least + 1e-9)
         if label == SHOCK:
             levels, colours = shock_levels(least, most)
-            finite = [level for level in levels if math.isfinite(level)]
-            extend: Any = "neither" if len(finite) == len(levels) else "max"
-            scale = {"cmap": ListedColormap(colours), "norm": BoundaryNorm(finite, len(colours), extend=extend)}
+        else:
+            levels = [float(x) for x in MaxNLocator(9).tick_values(least, most)]
+            colours = [to_hex(colour) for colour in colormaps[COLOUR_MAP](np.linspace(0.0, 1.0, len(levels) - 1))]
+        extend: Any = "max" if open_end or math.isinf(levels[-1]) else "neither"
+        levels = levels[: len(colours) + (extend == "neither")]
+        scale: dict[str, Any] = {"cmap": ListedColormap(colours), "norm": BoundaryNorm(levels, len(colours), extend=extend)}
         for panel, grid in maps:
             place = np.array(fast.values, dtype=float), np.array(slow.values, dtype=float), grid.values
-            mesh = panel.pcolormesh(*place, shading="nearest", rasterized=True, **scale)
             panel.set(title=grid.name, xlabel=_axis(fast), ylabel=_axis(slow))
-            if min(grid.values.shape) > 2 and np.nanmax(grid.values) > np.nanmin(grid.values):
-                contrast = {"cmap": ListedColormap([INK, PAPER]), "vmin": least, "vmax": most + 0.1 * (most - least)}
-                lines = panel.contour(*place, levels=levels[1:-1], linewidths=0.6, **contrast)
-                panel.clabel(lines, fontsize=6.5, fmt="%g")
-        figure.colorbar(mesh, ax=[panel for panel, _ in maps], aspect=30, label=label, extend="max" if open_end else "neither")
+            if min(grid.values.shape) < 3:
+                mesh: Any = panel.pcolormesh(*place, shading="nearest", **scale)
+                continue
+            # Areas and lines are of one grid, so that each line is the edge of a colour.
+            mesh = panel.contourf(*place, levels=levels, extend=extend, antialiased=False, **scale)
+            panel.contour(mesh, levels=levels[1:], colors=INK, linewidths=0.5)
+        figure.colorbar(mesh, ax=[panel for panel, _ in maps], aspect=30, label=label)
     for unused in panels[len(grids) :]:
         unused.remove()
     return figure
@@ -168,10 +170,10 @@ def _distributions(title: str, extents: Sequence[Extent], summary: Summary[Varie
         )
         shares = extent.counts.reshape(-1, joined).sum(axis=1) / total
         edges = np.linspace(low - margin, high + margin, len(shares) + 1)
-        histogram(panel, shares, edges, extent.column.shock, extent.median)
+        histogram(panel, shares, edges, extent.median)
         unit = "" if common else f" [{extent.column.unit}]"
         name = printable(f"{extent.column.title}{unit}", 80)
-        panel.set(title=f"{name}: median {extent.median:.3g}, greatest {extent.greatest:.3g}", yticks=[])
+        panel.set(title=f"{name}: median {extent.median:.4g}, maximum {extent.greatest:.4g}", yticks=[])
         panel.spines["left"].set_visible(False)
         if 0.0 <= extent.least < 0.5 * extent.greatest:
             panel.set_xlim(left=0.0)
@@ -184,7 +186,7 @@ def _bars(panel: Axes, summary: Summary[VariedLandings], k: int) -> None:
     """The strongest rank correlations of one column with what was varied."""
     correlations = np.nan_to_num(summary.correlations[:, k])
     strongest = np.argsort(-np.abs(correlations), kind="stable")[:BARS]
-    names = [printable(summary.varied[i].subject, 24) for i in strongest]
+    names = [varied_text(summary.varied[i].subject, summary.varied[i].unit) for i in strongest]
     panel.axvspan(-summary.chance, summary.chance, color="#e6e6e6", zorder=0)
     panel.barh(range(len(names)), correlations[strongest], color=CURVES[0], height=0.7)
     panel.set(yticks=range(len(names)), yticklabels=names, xlim=(-1.0, 1.0))

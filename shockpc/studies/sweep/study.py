@@ -12,6 +12,7 @@ from shockpc.evaluation.varied import MOST_ROWS, VariedLandings, varied_landings
 from shockpc.landing.places import Place, body_places, moving_point
 from shockpc.landing.record import Option
 from shockpc.landing.scene import Point, Scene
+from shockpc.landing.scene_file import scene_of
 from shockpc.quantities.selection import select
 from shockpc.robot.robot import Robot
 from shockpc.text.errors import StudyError
@@ -26,18 +27,13 @@ FEASIBILITY = ("friction_needed", "pull", "energy_made", "depth", "feasible")
     'shockpc sweep go2 --contact FL_foot --sample 10000 --vary-each "mass:*_calf=±5%" --out masses/',
 )
 def sweep(
-    scene: Scene,
+    scene: Scene | str,
     vary: Annotated[
         Vary,
         Option(
-            "Quantity and values: a:b:n, a list a,b,c or, with --sample, a range a:b, a:b:log (log-uniform) or m±s (normal). "
-            "Quantities are a joint or a glob [deg; m if prismatic], base-roll, base-pitch, base-yaw, strike-angle [deg], "
-            "speed [m/s], contact (names), offset-x, -y, -z [m], friction, contact-stiffness [N/m], mass:LINKS, "
-            "point-mass:LINKS (what is added) [kg], com-x:LINKS, -y, -z (a shift) [m], inertia:LINKS, "
-            "inertia-xx:LINKS, -yy, -zz, -xy, -xz, -yz (what is added) [kg m²], "
-            "armature:JOINTS [kg m²], joint-stiffness:JOINTS [N m/rad], place:JOINTS (lengths), turn-x:JOINTS, -y, -z [deg], "
-            "shift-x:JOINTS, -y, -z [m] of ball, planar and floating joints; of masses, inertias, armature, "
-            "springs and places also factors, 0.8x:1.2x:9 or ±5% (a standard deviation).",
+            "What varies, and its values: a:b:n, a list a,b,c or, with --sample, a range a:b, a:b:log or m±s (normal). It is a "
+            "joint or a glob [deg; m if prismatic], strike-angle, speed, friction, mass:LINKS or another one of the table that "
+            "shockpc guide vary prints.",
             "What varies",
             "NAME=VALUES",
             holds="varied",
@@ -103,7 +99,7 @@ def sweep(
     """
     points = tuple(Point(frame=point) if isinstance(point, str) else point for point in at)
     source = varied_landings(
-        replace(scene, point=points), vary, robot=robot, vary_each=vary_each, sample=sample, lhs=lhs, seed=seed
+        replace(scene_of(scene), point=points), vary, robot=robot, vary_each=vary_each, sample=sample, lhs=lhs, seed=seed
     )
     columns = _columns(source, points, bodies, quantities)
     return Evaluation(source, columns, prove, feasible)

@@ -19,7 +19,7 @@ from shockpc.evaluation.declare import RenameOption, study
 from shockpc.evaluation.table import Table
 from shockpc.landing.record import JOINT_MODEL, RESULTS, STRIKE, Option
 from shockpc.landing.scene import Scene
-from shockpc.landing.scene_file import robot_of
+from shockpc.landing.scene_file import robot_of, scene_of
 from shockpc.landing.strike import GRAVITY
 from shockpc.recorded.detection import FEWEST, foot_landings
 from shockpc.recorded.logged_motion import PARTS, TWIST, LoggedMotion, StatePart, watched_motion
@@ -28,6 +28,7 @@ from shockpc.robot.robot import Robot
 from shockpc.studies.touchdowns.flags import OFF, flags_of
 from shockpc.text.errors import StudyError
 from shockpc.text.printed import few, listed
+from shockpc.text.shown import shown_by
 
 WINDOW = 3e-3
 """Default of the windows for velocities; each has at least `FEWEST` samples, after a touchdown the nearest ones [s]."""
@@ -97,6 +98,8 @@ class Touchdowns:
     after: tuple[float, ...]
     warnings: tuple[str, ...]
 
+    _repr_html_ = shown_by("studies.touchdowns.report:touchdowns_report", Path("a log"))
+
 
 @study(
     "shockpc touchdowns walk.csv anymal_b --contact LF_FOOT --out touchdowns/",
@@ -126,29 +129,33 @@ class Touchdowns:
 )
 def touchdowns(
     log: str | os.PathLike[str] | Mapping[str, Any],
-    scene: Scene,
+    scene: Scene | str,
     *,
     robot: Robot | None = None,
     contacts: Sequence[str] | None = None,
     rename: RenameOption = None,
     topics: Annotated[
         Sequence[str],
-        Option("Read this topic of a bag, and no other that is not named; by default the usual ones.", "Log", "TOPIC", "topic"),
+        Option("Read this topic of a bag, and no other that is not named.", "Log", "TOPIC", "topic", default="the usual ones"),
     ] = (),
     flags: Annotated[
         Mapping[str, str] | None,
         Option(
-            "The column of flags, or of forces, that says when a contact touches; by default one named like it, such as "
-            "FRAME_contact.",
+            "The column of flags, or of forces, that says when a contact touches.",
             "Touchdowns",
             "FRAME=COLUMN",
             "flag",
+            default="one named like it, such as FRAME_contact",
         ),
     ] = None,
     contact_force: Annotated[
         float | None,
         Option(
-            "Force above which a contact touches; by default 5 % of the robot's weight, at least 1 N.", "Touchdowns", "F", unit="N"
+            "Force above which a contact touches.",
+            "Touchdowns",
+            "F",
+            unit="N",
+            default="5 % of the robot's weight, at least 1 N",
         ),
     ] = None,
     within_time: Annotated[
@@ -157,24 +164,26 @@ def touchdowns(
     after: Annotated[
         tuple[float, ...],
         Option(
-            "Times after the touchdown at which velocities are measured; by default 6, 12 and 30.",
+            "Times after the touchdown at which velocities are measured.",
             "Touchdowns",
             "T[,T]",
             unit="ms",
             least=1e-3,
             greatest=1e4,
             most=100,
+            default="6,12,30",
         ),
     ] = (6.0, 12.0, 30.0),
     window: Annotated[
         float | None,
         Option(
-            "Length of the windows for velocities; by default 3, and at least the 3 nearest samples.",
+            "Length of the windows for velocities.",
             "Touchdowns",
             "T",
             unit="ms",
             above=0.0,
             greatest=1e4,
+            default="3, and at least the 3 nearest samples",
         ),
     ] = None,
 ) -> Touchdowns:
@@ -192,6 +201,7 @@ def touchdowns(
     """
     if len(set(after)) < len(after):
         raise StudyError("a time after touchdowns is given twice; give each once")
+    scene = scene_of(scene)
     robot = robot or robot_of(scene)
     source = Path(log) if isinstance(log, str | os.PathLike) else log
     series = read_log(source, robot, rename or {}, topics)

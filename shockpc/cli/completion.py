@@ -1,0 +1,93 @@
+"""What a shell completes besides commands and options: robots, names in the robot that is typed, and quantities."""
+
+import contextlib
+import os
+import re
+from collections.abc import Callable, Iterable
+from typing import TYPE_CHECKING, TypeAlias
+
+from shockpc.text.errors import ShockError
+
+if TYPE_CHECKING:
+    from shockpc.robot.robot import Robot
+
+ASKED = "_SHOCKPC_COMPLETE"
+"""The variable by which a shell asks, as Typer's scripts set it."""
+
+Completer: TypeAlias = Callable[[str], Iterable[str]]
+
+
+def complete() -> int:
+    """Print the completions of what is typed so far, and return the exit code."""
+    from shockpc.cli.app import app_for
+
+    os.environ["COLUMNS"] = "10000"  # Rich breaks the help of an option into lines, each of which fish takes for a completion
+    try:
+        app_for(_words()[:1])([], standalone_mode=False, prog_name="shockpc")
+    except SystemExit as done:
+        return int(done.code or 0)
+    return 0
+
+
+def _words() -> list[str]:
+    """What is typed so far after the name of the program."""
+    return (os.environ.get("COMP_WORDS") or os.environ.get("_TYPER_COMPLETE_ARGS", "")).split()[1:]
+
+
+def completer(name: str, form: str | None) -> Completer | None:
+    """What completes a parameter, or nothing. Args: name; form, of its value."""
+    if name in ("contact", "stance"):
+        return _contacts
+    return COMPLETERS.get(re.split("[^A-Z]", form or "")[0])
+
+
+def _robots(incomplete: str) -> Iterable[str]:
+    from shockpc.robot.catalogue import catalogue
+
+    return [name for entry in catalogue() for name in (entry.name, *entry.aliases)]
+
+
+def _robot() -> "Robot | None":
+    """The robot of the first word that is one, or a scene, and can be read."""
+    from shockpc.cli.scenes import scene_named
+    from shockpc.landing.scene_file import robot_of
+
+    for word in _words()[1:]:
+        with contextlib.suppress(ShockError):
+            return robot_of(scene_named(word))
+    return None
+
+
+def _contacts(incomplete: str) -> Iterable[str]:
+    """Feet, and all that may be a contact, also after A+."""
+    from shockpc.robot.feet_and_sensors import feet
+
+    robot, others = _robot(), incomplete[: incomplete.rfind("+") + 1]
+    return [] if robot is None else [others + name for name in dict.fromkeys([*feet(robot), *robot.frames])]
+
+
+def _frames(incomplete: str) -> Iterable[str]:
+    robot = _robot()
+    return [] if robot is None else list(robot.frames)
+
+
+def _joints(incomplete: str) -> Iterable[str]:
+    robot = _robot()
+    return [] if robot is None else list(robot.joint_names)
+
+
+def _quantities(incomplete: str) -> Iterable[str]:
+    """The keys, and the places after an @."""
+    from shockpc.quantities.selection import selections
+
+    key, at, _ = incomplete.partition("@")
+    return [f"{key}@{place}" for place in (*_frames(""), *_joints(""))] if at else list(selections())
+
+
+COMPLETERS: dict[str, Completer] = {
+    **dict.fromkeys(("ROBOT", "SCENE", "DESIGN"), _robots),
+    **dict.fromkeys(("FRAME", "BODY"), _frames),
+    "JOINT": _joints,
+    "KEY": _quantities,
+}
+"""What completes values by how their form begins."""

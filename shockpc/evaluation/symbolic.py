@@ -1,0 +1,197 @@
+"""A landing in symbols: its numbers and their gradients in many postures, in NumPy, as a function of CasADi, and as code."""
+
+import functools
+import math
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+
+from shockpc.core.program import Program
+from shockpc.core.spatial import Array
+from shockpc.evaluation.columns import Column, selected
+from shockpc.impact.exact.arithmetic import NoValueError
+from shockpc.impact.graph import Before, Graph, inputs_of, refuse, symbols_module
+from shockpc.impact.impact import Impact
+from shockpc.landing.landing import PosedLanding
+from shockpc.landing.posture import check_rotations
+from shockpc.landing.resolve import resolve
+from shockpc.landing.scene import Scene
+from shockpc.landing.scene_file import robot_of
+from shockpc.quantities.maps import doubles
+from shockpc.quantities.selection import Selection
+from shockpc.robot.robot import Robot
+from shockpc.text.arguments import checked
+from shockpc.text.errors import SceneError, StudyError
+
+ACCURACY = ("condition", "pivot")
+"""What says how far a posture is from a singular one, beside the numbers."""
+
+
+class SymbolicLanding:
+    """Numbers of a landing as expressions of its posture and of what is before the impact.
+
+    Near a singular posture double precision returns plausible wrong numbers. So `condition` and `pivot` belong to every value:
+    where the condition is above `shockpc.profile.ILL_CONDITIONED`, rounding may show above 1e-9, and only `shock_profile` knows.
+
+    Args:
+        landing: the landing; its posture is not used.
+        quantities: KEY@PLACE of what is computed, as `shockpc quantities` lists them; without places at all of its kind.
+        before: what is given of the motion before the impact: "strike", the velocity of the base (3,) in world axes, or
+            "velocity", that of all joints (nv,) in Pinocchio's layout.
+
+    Attributes:
+        landing: the landing.
+        before: as the argument.
+        columns: the numbers; a vector is one.
+        names: of all outputs: those of the columns, then "condition" and "pivot".
+
+    Raises:
+        SceneError, SolveError: the landing cannot be written in symbols.
+        StudyError: a number cannot, or CasADi is not installed.
+        UnknownName: there is no such quantity, or no such place of its kind.
+    """
+
+    def __init__(self, landing: PosedLanding, quantities: Sequence[str], before: Before = "strike") -> None:
+        self.landing, self.before = landing, before
+        self.columns = tuple({column.name: column for text in quantities for column in _columns(landing, text)}.values())
+        self.names = (*(column.name for column in self.columns), *ACCURACY)
+        refuse(landing)
+        if before == "velocity" and any(contact.velocity is not None for contact in landing.contacts):
+            raise SceneError("a contact has a velocity, which is no joint velocity; leave it out of the scene")
+        label = tuple((column.name, column.place) for column in self.columns)
+        self._values = Graph(landing, before, lambda impact: [*self._numbers(impact), *_accuracy(impact)], label)
+        self._slopes = Graph(landing, before, self._numbers, label)
+        self._value, self._slope = self._values.values(), functools.cache(self._slopes.slopes)
+
+    @property
+    def program(self) -> Program:
+        """The steps of `value`: of q and what is before the impact the outputs."""
+        return self._value.program
+
+    def value(self, Q: Array | Sequence[Sequence[float]], before: Array | Sequence[float] | None = None) -> dict[str, Array]:
+        """The numbers (N,), or vectors (N, 3), of N postures by name, with condition and pivot.
+
+        Args:
+            Q: (N, nq) configurations, Pinocchio's layout.
+            before: ([N,] 3) strikes or ([N,] nv) velocities before the impact [m/s, rad/s]; the landing's by default.
+
+        Raises:
+            SceneError: an argument has another shape, or a rotation another length than 1.
+        """
+        return self._named(self._value(self._inputs(Q, before)), self.names)
+
+    def gradient(self, Q: Array | Sequence[Sequence[float]], before: Array | Sequence[float] | None = None) -> dict[str, Array]:
+        """The derivatives (N, nv), of vectors (N, 3, nv), by the tangent of q, Pinocchio's layout; arguments as of `value`.
+
+        A follower, and a locked joint, has a column too, in which the others stay.
+        """
+        rows = self.slopes(Q, before)[1]
+        nv = self.landing.robot.model.nv
+        return {name: part[..., :nv] for name, part in rows.items()}
+
+    def slopes(
+        self, Q: Array | Sequence[Sequence[float]], before: Array | Sequence[float] | None = None
+    ) -> tuple[dict[str, Array], dict[str, Array]]:
+        """The numbers, and their derivatives (N, [3,] nv + 3 or nv + nv) by the tangent of q and by what is before the impact."""
+        found, m = self._slope()(self._inputs(Q, before)), sum(map(self._size, self.columns))
+        names = self.names[: len(self.columns)]
+        return self._named(found[:, :m], names), self._named(found[:, m:].reshape(len(found), m, -1), names)
+
+    def casadi(self) -> Any:
+        """The function of CasADi: of q and what is before the impact, the outputs by name."""
+        ends = np.cumsum([0, *map(self._size, self.columns), 1, 1]).tolist()
+        parts = {identifier(name): slice(a, b) for name, a, b in zip(self.names, ends[:-1], ends[1:], strict=True)}
+        inputs = {"q": self.landing.robot.model.nq, self.before: self._values.given}
+        return symbols_module().function_of(self._value.text, inputs, parts)
+
+    def _numbers(self, impact: Impact) -> list[Any]:
+        found = []
+        for column in self.columns:
+            entry, axis = column.selection.quantity, column.selection.axis
+            try:
+                value = np.asarray(entry.compute(impact, (column.place,)), dtype=object)[0, 0, 0]
+            except NoValueError:
+                raise _refused(column.selection) from None
+            if any(isinstance(part, float) and math.isnan(part) for part in np.ravel(value)):
+                raise StudyError(f"{column.name} has no value in this landing{f': {entry.missing}' if entry.missing else ''}")
+            found.append(value if axis is None else value[axis])
+        return found
+
+    def _inputs(self, Q: Any, before: Any) -> Array:
+        robot, given = self.landing.robot, self._values.given
+        Q = doubles("Q", Q)
+        if Q.ndim != 2 or Q.shape[1] != robot.model.nq or not len(Q):
+            raise SceneError(f'Q has shape {Q.shape}; the configurations of robot "{robot.name}" have shape (N, {robot.model.nq})')
+        check_rotations(robot, Q)
+        v = self._motion() if before is None else doubles(self.before, before)
+        if v.shape not in ((given,), (len(Q), given)):
+            raise SceneError(f"{self.before} has shape {v.shape}; give ({given},), or ({len(Q)}, {given}) with one row a posture")
+        return inputs_of(self._values, Q, v)
+
+    def _motion(self) -> Array:
+        motion = self.landing.before
+        if self.before == "strike":
+            return motion.velocity
+        raise SceneError("the velocity of the joints before the impact has no default; give it")
+
+    def _size(self, column: Column) -> int:
+        return 3 if column.selection.quantity.vector and column.selection.axis is None else 1
+
+    def _named(self, rows: Array, names: Sequence[str]) -> dict[str, Array]:
+        """Columns of rows (N, m, ...) by name."""
+        sizes, found, k = [*map(self._size, self.columns), 1, 1], {}, 0
+        for name, size in zip(names, sizes, strict=False):
+            found[name] = rows[:, k] if size == 1 else rows[:, k : k + size]
+            k += size
+        return found
+
+
+@checked
+def symbolic(
+    scene: Scene,
+    quantities: Sequence[str] = ("shock", "shock_com"),
+    before: Before = "strike",
+    robot: Robot | None = None,
+) -> SymbolicLanding:
+    """A landing in symbols, which needs CasADi the first time: its programs are kept in the user's cache folder.
+
+    Args:
+        scene: the landing.
+        quantities: as for `SymbolicLanding`.
+        before: likewise.
+        robot: the scene's robot, if it is loaded already.
+
+    Raises:
+        ShockError: as for `resolve` and `SymbolicLanding`.
+    """
+    return SymbolicLanding(resolve(scene, robot or robot_of(scene)), quantities, before)
+
+
+def _columns(landing: PosedLanding, text: str) -> list[Column]:
+    """The numbers that a text means.
+
+    Raises:
+        ShockError: as for `selected`; or a number cannot be written in symbols.
+    """
+    selection, places = selected(landing, text)
+    entry = selection.quantity
+    if entry.on != "scene" or entry.needs_posture or entry.role or entry.unproven:
+        raise _refused(selection)
+    return [Column(selection, place) for place in places]
+
+
+def _refused(selection: Selection) -> StudyError:
+    return StudyError(
+        f"{selection.name} ({selection.quantity.title}) cannot be written in symbols, because a decision or a search in it "
+        "depends on the posture; choose another quantity"
+    )
+
+
+def _accuracy(impact: Any) -> list[Any]:
+    return [impact.condition, impact.pivot]
+
+
+def identifier(name: str) -> str:
+    """A name in code: what is no letter or digit becomes an underscore."""
+    return "".join(letter if letter.isalnum() else "_" for letter in name)

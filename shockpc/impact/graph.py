@@ -1,0 +1,220 @@
+"""Programs of a landing in any posture, made by symbols: what no program can say is refused by name, and what was made is kept."""
+
+import functools
+import hashlib
+import importlib.util
+import io
+from collections.abc import Callable, Iterator, Mapping
+from pathlib import Path
+from typing import Any, Literal, NamedTuple, TypeAlias
+
+import numpy as np
+
+import shockpc
+from shockpc.core.frozen import frozen
+from shockpc.core.program import Program
+from shockpc.core.spatial import Array
+from shockpc.impact.exact.arithmetic import SingularError
+from shockpc.impact.exact.kinematics import data_of
+from shockpc.impact.impact import Impact
+from shockpc.impact.solve import solve_in_doubles, without_inertia
+from shockpc.landing.dynamics import dynamics
+from shockpc.landing.landing import PosedLanding
+from shockpc.landing.posture import displaced
+from shockpc.text.cache import cached
+from shockpc.text.errors import SceneError, StudyError
+
+Before: TypeAlias = Literal["strike", "velocity"]
+"""What is given of the motion before the impact: the base's velocity (3,), world axes, or that of all joints (nv,)."""
+
+Formulas: TypeAlias = Callable[[Impact], list[Any]]
+"""What is computed of an impact, as arrays of numbers."""
+
+FEW = 128
+"""Rows up to which CasADi's virtual machine takes less time than NumPy, which runs each step for all rows."""
+
+ROOMS = ("core", "landing", "impact", "quantities")
+"""Folders whose code decides what a program computes."""
+
+
+def has_symbols() -> bool:
+    """Whether CasADi is installed, which makes programs."""
+    return importlib.util.find_spec("casadi") is not None
+
+
+@frozen()
+class Compiled:
+    """A program, and the same as a function of CasADi, which is quicker where there are few rows.
+
+    Attributes:
+        program: the program.
+        text: of the function, as CasADi serialises it: of one vector of inputs one of outputs.
+    """
+
+    program: Program
+    text: str
+
+    def __call__(self, X: Array) -> Array:
+        """The results (N, m) of N rows of inputs (N, inputs)."""
+        if len(X) > FEW or not has_symbols():
+            return self.program(X)
+        return np.asarray(self.function(X.T)).T
+
+    @functools.cached_property
+    def function(self) -> Any:
+        """The function."""
+        return symbols_module().function_from(self.text)
+
+
+class Graph(NamedTuple):
+    """What is computed of a landing, in any posture.
+
+    Attributes:
+        landing: the landing; its posture is not used, and its motion not where it is given.
+        before: what is given of the motion before the impact.
+        formulas: what is computed.
+        label: what they depend on beside the landing, such as names and places.
+    """
+
+    landing: PosedLanding
+    before: Before
+    formulas: Formulas
+    label: tuple[Any, ...]
+
+    @property
+    def given(self) -> int:
+        """Number of inputs before the impact."""
+        return 3 if self.before == "strike" else int(self.landing.robot.model.nv)
+
+    def values(self) -> Compiled:
+        """Of the configuration (nq) and what is before the impact the numbers."""
+        return self._program("values", lambda symbols, y, q, before, robot: y)
+
+    def slopes(self) -> Compiled:
+        """The same with their derivatives (m, nv + given) by the tangent of q, Pinocchio's layout, and by what is before."""
+        return self._program("slopes", lambda symbols, *arguments: symbols.with_slopes(*arguments))
+
+    def _program(self, name: str, outputs: Callable[..., Any]) -> Compiled:
+        def make() -> bytes:
+            symbols = symbols_module()
+            try:
+                q, before, y = symbols.traced(self.landing, self.given, self.formulas)
+            except SingularError as singular:
+                raise self._singular(singular) from None
+            program, text = symbols.compiled((q, before), outputs(symbols, y, q, before, self.landing.robot))
+            file = io.BytesIO()
+            np.savez_compressed(file, text=np.frombuffer(text.encode(), dtype=np.uint8), **program.arrays())
+            return file.getvalue()
+
+        key = hashlib.sha256(b"\0".join(_parts((_version(), name, self.before, self.label, *_of_landing(self.landing)))))
+        with np.load(io.BytesIO(cached(f"{key.hexdigest()[:40]}.npz", make)), allow_pickle=False) as arrays:
+            return Compiled(Program.of(arrays), arrays["text"].tobytes().decode())
+
+    def _singular(self, singular: SingularError) -> Exception:
+        equation = self.landing.equation(self.landing.state)
+        return without_inertia(self.landing, equation) if singular.of_inertia else _dependent(self.landing)
+
+
+def symbols_module() -> Any:
+    """The module of symbols.
+
+    Raises:
+        StudyError: CasADi is not installed.
+    """
+    if not has_symbols():
+        raise StudyError('symbols need the package "casadi"; install it with: pip install "shockpc[symbols]"')
+    from shockpc.impact.exact import symbols
+
+    return symbols
+
+
+def refuse(landing: PosedLanding) -> None:
+    """Refuse a landing that no program can say: where a decision depends on the posture.
+
+    Raises:
+        SceneError: what it is; the text says what to change.
+        SolveError: no inertia resists a motion.
+    """
+    scene = landing.scene
+    for found, what, change in (
+        (landing.loops, "is closed by a loop, whose postures come from an assembly", "cut the loop"),
+        (scene.stops, "has end stops that act, found by a complementarity problem", "leave stops out"),
+        (
+            scene.friction is not None,
+            "has friction, so that contacts stick or slide",
+            'leave it out, or let them slide with "slide"',
+        ),
+        (scene.contact_stiffness is not None, "has a contact stiffness, with which forces are integrals over time", "leave it out"),
+        (landing.robot.negative_moments, "has negative principal moments of inertia", "correct them in the file"),
+    ):
+        if found:
+            raise SceneError(f'a landing of robot "{landing.robot.name}" that {what} cannot be written in symbols; {change}')
+    for block, posed in zip(landing.contacts + landing.stance, landing.blocks, strict=True):
+        if block.kind == "stop":
+            raise SceneError(f"{block.name} cannot be written in symbols; name a frame as the contact", blocks=[block.frame])
+        if block.lowest:
+            frame = landing.robot.frames[block.frame]
+            offset = ",".join(f"{x:.6g}" for x in frame.rotation.T @ (posed.point - frame.offset) + 0.0)
+            raise SceneError(
+                f"{block.name} strikes at its lowest point, which jumps as postures change, so it has no symbols; "
+                f"take the frame's origin (--contact-point frame), or the point of this posture: --offset {offset}"
+                + (" --contact-kind flat" if len(block.moments) else ""),
+                blocks=[block.frame],
+            )
+    steps = np.random.default_rng(0).uniform(-0.5, 0.5, (3, landing.robot.model.nv))
+    Q = displaced(landing.robot, np.tile(landing.q, (3, 1)), steps)
+    for q in Q:
+        landing.robot.set_followers(q)
+    equation = landing.equation(dynamics(landing.robot, Q, landing.joint_model.armature))
+    solution = solve_in_doubles(landing, equation)
+    if not np.isfinite(solution.condition).any():
+        raise without_inertia(landing, landing.equation(landing.state))
+    if solution.rank.max() < sum(block.size for block in landing.blocks):
+        raise _dependent(landing)
+
+
+def _dependent(landing: PosedLanding) -> SceneError:
+    names = [block.name for block in landing.blocks]
+    return SceneError(
+        f"the rows of {', '.join(names)} depend on one another in every posture, and which of them count is decided by singular "
+        "values, so they cannot be written in symbols; leave a direction or a contact out",
+        blocks=[block.frame for block in landing.blocks],
+    )
+
+
+@functools.cache
+def _version() -> str:
+    """The version, with a digest of the code that decides what a program computes."""
+    root, code = Path(shockpc.__file__).parent, hashlib.sha256()
+    for file in sorted(file for room in ROOMS for file in (root / room).rglob("*.py")):
+        code.update(file.read_bytes())
+    return f"{shockpc.__version__} {code.hexdigest()}"
+
+
+def _of_landing(landing: PosedLanding) -> tuple[Any, ...]:
+    """What a program depends on: the numbers and the tree of the robot, and how it lands."""
+    robot = landing.robot
+    return (
+        *(data_of(robot), robot.joints, robot.mimics, robot.bodies, repr(landing.scene), landing.plane, landing.up),
+        *(landing.blocks, tuple(landing.joint_model), landing.before, repr(landing.pulse)),
+    )
+
+
+def _parts(value: Any) -> Iterator[bytes]:
+    """A value as bytes, the same in every process: arrays by their numbers, collections by their entries."""
+    if isinstance(value, np.ndarray):
+        yield f"{value.dtype}{value.shape}".encode()
+        yield np.ascontiguousarray(value).tobytes()
+    elif isinstance(value, Mapping):
+        yield from _parts(tuple(value.items()))
+    elif isinstance(value, tuple):
+        yield f"({len(value)}".encode()
+        for one in value:
+            yield from _parts(one)
+    else:
+        yield repr(value).encode()
+
+
+def inputs_of(graph: Graph, Q: Array, before: Array) -> Array:
+    """Inputs (N, nq + given) of a graph's programs. Args: Q (N, nq) configurations, before ([N,] given)."""
+    return np.concatenate([Q, np.broadcast_to(before, (len(Q), graph.given))], axis=1)

@@ -1,0 +1,3 @@
+"""`shockpc export`."""
+
+HEADING, SUMMARY = "For developers", "Write a landing's numbers as code that needs no library."

@@ -1,0 +1,271 @@
+"""A program as code in C and in JavaScript: plain statements, cut into functions that compilers are quick with."""
+
+import itertools
+import json
+from collections.abc import Mapping, Sequence
+from typing import Literal, NamedTuple
+
+import numpy as np
+
+from shockpc.core.program import OPERATIONS, UNARY, Program
+from shockpc.core.spatial import Array
+
+C = {
+    "add": "{}+{}", "subtract": "{}-{}", "multiply": "{}*{}", "divide": "{}/{}", "maximum": "fmax({},{})", "minimum": "fmin({},{})",
+    "less": "({}<{})", "less_equal": "({}<={})", "negative": "-{}", "reciprocal": "1.0/{}", "sqrt": "sqrt({})", "sin": "sin({})",
+    "cos": "cos({})", "absolute": "fabs({})", "sign": "(({0}>0.0)-({0}<0.0))", "not": "({}==0.0)", "nan": "NAN", "inf": "INFINITY",
+}  # fmt: skip
+"""Operations, and the numbers that have no digits, as expressions of C99."""
+
+JAVASCRIPT = C | {
+    "maximum": "Math.max({},{})", "minimum": "Math.min({},{})", "less": "({}<{}?1:0)", "less_equal": "({}<={}?1:0)",
+    "sqrt": "Math.sqrt({})", "sin": "Math.sin({})", "cos": "Math.cos({})", "absolute": "Math.abs({})", "sign": "Math.sign({})",
+    "not": "({}===0?1:0)", "nan": "NaN", "inf": "Infinity",
+}  # fmt: skip
+"""The same of JavaScript."""
+
+
+class Pieces(NamedTuple):
+    """The statements of a program, in pieces.
+
+    Attributes:
+        bodies: the statements of each piece.
+        slots: size of the workspace w, which holds what a later piece needs.
+    """
+
+    bodies: list[str]
+    slots: int
+
+
+def pieces(program: Program, inputs: Mapping[str, int], words: Mapping[str, str], declare: str, size: int) -> Pieces:
+    """The statements of a program that read its inputs and write `out`.
+
+    Args:
+        program: the program.
+        inputs: sizes of the arrays that its inputs are in, by name, in their order.
+        words: operations as expressions, `C` or `JAVASCRIPT`.
+        declare: what stands before the name of a value, such as "const".
+        size: operations in a piece: compilers take long over long functions, or do not compile them.
+    """
+    texts = [f"{name}[{k}]" for name, n in inputs.items() for k in range(n)] + [
+        _digits(x, words) for x in program.constants.tolist()
+    ]
+    names, first, operands = list(OPERATIONS), program.first, program.operands.tolist()
+    home = [-1] * first + [k // size for k in range(len(operands))]
+    slots: dict[int, int] = {}
+    for k, values in enumerate(operands):
+        for value in values:
+            if home[value] not in (-1, k // size):
+                slots.setdefault(value, len(slots))
+    wanted: dict[int, list[int]] = {}
+    for k, value in enumerate(program.outputs.tolist()):
+        wanted.setdefault(value, []).append(k)
+    bodies = []
+    for piece, start in enumerate(range(0, max(len(operands), 1), size)):
+        lines, known = (
+            [f"out[{k}]={texts[value]};" for value in wanted if home[value] < 0 and not piece for k in wanted[value]],
+            set(),
+        )
+        for k in range(start, min(start + size, len(operands))):
+            arguments = operands[k][: 1 + (program.operation[k] < UNARY)]
+            for value in arguments:
+                if home[value] not in (-1, piece) and value not in known:
+                    known.add(value)
+                    lines.append(f"{declare} x{value - first}=w[{slots[value]}];")
+            read = (texts[value] if value < first else f"x{value - first}" for value in arguments)
+            lines.append(f"{declare} x{k}={words[names[program.operation[k]]].format(*read)};")
+            value = first + k
+            lines += [f"w[{slots[value]}]=x{k};"] if value in slots else []
+            lines += [f"out[{n}]=x{k};" for n in wanted.get(value, ())]
+        bodies.append("\n".join(lines))
+    return Pieces(bodies, len(slots))
+
+
+def _digits(value: float, words: Mapping[str, str]) -> str:
+    text = repr(abs(value))
+    text = words.get(text, text)
+    return f"(-{text})" if value < 0.0 else text
+
+
+class Samples(NamedTuple):
+    """What the test of a code compares with.
+
+    Attributes:
+        inputs: (n, i) of the program, one row a posture.
+        exact: (n, m) the numbers that `shock_profile` proves there, without condition and pivot.
+        size: (m,) their medians: errors are relative to the number and this.
+    """
+
+    inputs: Array
+    exact: Array
+    size: Array
+
+    def error(self, found: Array) -> float:
+        """The maximum error of numbers (n, m)."""
+        return float(np.max(np.abs(found - self.exact) / (np.abs(self.exact) + self.size)))
+
+
+C_HEADER = """/*
+{about} */
+#ifndef LANDING_H
+#define LANDING_H
+
+/* Places in out. */
+{names}#define LANDING_OUTPUTS {count}
+
+/* Where the condition is above this, the posture is singular or nearly so: the numbers are not to be trusted. */
+#define LANDING_MOST_CONDITION {most!r}
+
+void landing({arrays}, double out[LANDING_OUTPUTS]);
+
+#endif
+"""
+
+C_SOURCE = """/*
+{about} */
+#include "landing.h"
+#include <math.h>
+
+{functions}
+void landing({arrays}, double out[LANDING_OUTPUTS])
+{{
+double w[{slots}];
+{calls}}}
+"""
+
+C_TEST = """/* Compares landing.c with {n} landings that were proven, and prints the maximum error. */
+#include "landing.h"
+#include <math.h>
+#include <stdio.h>
+
+#define N {n}
+#define M (LANDING_OUTPUTS - 2)
+
+static const double given[N][{inputs}] = {{
+{given}}};
+static const double exact[N][M] = {{
+{exact}}};
+static const double size[M] = {{{size}}};
+
+int main(void)
+{{
+    double worst = 0.0, out[LANDING_OUTPUTS];
+    for (int k = 0; k < N; k++) {{
+        landing({arguments}, out);
+        for (int i = 0; i < M; i++) {{
+            const double error = fabs(out[i] - exact[k][i]) / (fabs(exact[k][i]) + size[i]);
+            if (worst == worst && !(error <= worst))
+                worst = error; /* NaN stays. */
+        }}
+    }}
+    printf("%.3g\\n", worst);
+    return !(worst < {error!r});
+}}
+"""
+
+MAKEFILE = """test: landing_test
+\t./landing_test
+
+landing_test: landing.c landing_test.c landing.h
+\t$(CC) -std=c99 -O1 -o $@ landing.c landing_test.c -lm
+"""
+
+JS_SOURCE = """/*
+{about} */
+
+/** Where the condition is above this, the posture is singular or nearly so: the numbers are not to be trusted. */
+export const mostCondition = {most!r};
+
+/** Names of the numbers in out. */
+export const names = {names};
+
+const w = new Float64Array({slots});
+
+{functions}
+/** Writes the numbers of a landing into out, and returns it. */
+export function landing({arrays}, out = new Float64Array({count})) {{
+{calls}return out;
+}}
+"""
+
+JS_TEST = """// Compares landing.mjs with {n} landings that were proven, and prints the maximum error.
+import {{ landing }} from "./landing.mjs";
+
+const given = [
+{given}];
+const exact = [
+{exact}];
+const size = [{size}];
+
+let worst = 0;
+given.forEach((x, k) => {{
+    const out = landing({arguments});
+    exact[k].forEach((value, i) => {{
+        const error = Math.abs(out[i] - value) / (Math.abs(value) + size[i]);
+        worst = Math.max(worst, error);
+    }});
+}});
+console.log(worst);
+process.exitCode = worst < {error!r} ? 0 : 1;
+"""
+
+MOST_ERROR = 1e-9
+"""Error of a number, relative to its size, above which the test of a code fails."""
+
+
+def code_files(
+    lang: Literal["c", "js"],
+    program: Program,
+    inputs: Mapping[str, int],
+    outputs: Sequence[str],
+    about: Sequence[str],
+    most: float,
+    samples: Samples,
+) -> dict[str, str]:
+    """A program in C99, or in JavaScript as a module, with a test of its own, by file name.
+
+    Args:
+        lang: the language.
+        program: the program.
+        inputs: sizes of its arrays by name.
+        outputs: names of its outputs, one of each number.
+        about: lines that say what it is of.
+        most: condition up to which the numbers are to be trusted.
+        samples: what the test compares with.
+    """
+    in_c = lang == "c"
+    words, size = (C, 300) if in_c else (JAVASCRIPT, 700)
+    bodies, slots = pieces(program, inputs, words, "const double" if in_c else "const", size)
+    given = ", ".join([*inputs, "w", "out"])
+    taken = ", ".join([*(f"const double *{name}" for name in inputs), "double *w", "double *out"]) if in_c else given
+    # Not every piece reads all of its arguments.
+    unused = "".join(f"(void){name};" for name in (*inputs, "w", "out")) + "\n" if in_c else ""
+    begin = "static void" if in_c else "function"
+    starts = [0, *itertools.accumulate(inputs.values())]
+    rows = "{{{}}}" if in_c else "[{}]"
+    parts = {
+        "about": "".join(f" * {line.replace('*/', '* /')}".rstrip() + "\n" for line in about),
+        "arrays": ", ".join(f"const double {name}[{n}]" if in_c else name for name, n in inputs.items()),
+        "names": "".join(f"#define LANDING_{name.upper()} {k}\n" for k, name in enumerate(outputs))
+        if in_c
+        else json.dumps(list(outputs)),
+        "count": len(outputs),
+        "most": most,
+        "functions": "".join(f"{begin} piece{k}({taken}) {{\n{unused}{body}\n}}\n" for k, body in enumerate(bodies)),
+        "calls": "".join(f"piece{k}({given});\n" for k in range(len(bodies))),
+        "slots": max(slots, 1),
+        "n": len(samples.inputs),
+        "inputs": starts[-1],
+        "arguments": ", ".join(f"given[k] + {a}" if in_c else f"x.slice({a}, {b})" for a, b in itertools.pairwise(starts)),
+        "given": _rows(samples.inputs, rows, words),
+        "exact": _rows(samples.exact, rows, words),
+        "size": ", ".join(_digits(x, words) for x in samples.size.tolist()),
+        "error": MOST_ERROR,
+    }
+    files = {"landing.h": C_HEADER, "landing.c": C_SOURCE, "landing_test.c": C_TEST, "Makefile": MAKEFILE}
+    files = files if in_c else {"landing.mjs": JS_SOURCE, "landing_test.mjs": JS_TEST}
+    return {name: template.format(**parts) for name, template in files.items()}
+
+
+def _rows(table: Array, row: str, words: Mapping[str, str]) -> str:
+    return "".join(row.format(", ".join(_digits(x, words) for x in one)) + ",\n" for one in table.tolist())

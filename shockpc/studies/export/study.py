@@ -1,0 +1,244 @@
+"""A landing's numbers as code, compared with what is proven in random postures."""
+
+import shutil
+import subprocess
+import tempfile
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import Annotated, Literal
+
+import numpy as np
+
+from shockpc.core.spatial import Array
+from shockpc.evaluation.columns import Column
+from shockpc.evaluation.declare import QuantityOption, study
+from shockpc.evaluation.symbolic import SymbolicLanding, identifier
+from shockpc.impact.graph import Before
+from shockpc.landing.landing import PosedLanding
+from shockpc.landing.motion import Motion
+from shockpc.landing.posture import displaced, set_many
+from shockpc.landing.record import Option
+from shockpc.landing.resolve import resolve
+from shockpc.landing.scene import Scene
+from shockpc.landing.scene_file import robot_of
+from shockpc.profile import ILL_CONDITIONED, profile_of
+from shockpc.robot.robot import Robot
+from shockpc.studies.export.code import MOST_ERROR, Samples, code_files
+from shockpc.text.errors import SolveError, StudyError
+
+Language = Literal["c", "js", "casadi"]
+
+RUNS = {"c": ("cc", ("make", "-s", "CC=cc", "test")), "js": ("node", ("node", "landing_test.mjs")), "casadi": ("CasADi", ())}
+"""What runs the code, and the command that runs its test."""
+
+TIME = 300.0
+"""Largest time that compiling and running the test may take [s]."""
+
+TURN = 0.5
+"""Largest rotation of a base or a ball joint from the posture of the scene in a random posture, about each axis [rad]."""
+
+
+@dataclass(frozen=True, eq=False)
+class Export:
+    """Code of a landing, and how far it is from what is proven.
+
+    Attributes:
+        symbols: the landing in symbols.
+        lang: the language.
+        files: the code by file name, without the scene.
+        samples: random postures with what is proven in them.
+        singular: how many random postures were left out, because no landing is proven there or the condition is too large.
+        error: maximum error of the program in these postures, run by NumPy, as `Samples.error`.
+        tested: the same of the code itself; None where nothing on this computer runs it.
+    """
+
+    symbols: SymbolicLanding
+    lang: Language
+    files: Mapping[str, str]
+    samples: Samples
+    singular: int
+    error: float
+    tested: float | None
+
+    @property
+    def landing(self) -> PosedLanding:
+        """The landing."""
+        return self.symbols.landing
+
+    @property
+    def outputs(self) -> list[tuple[str, str, str]]:
+        """Names of the outputs in code, one for each number, with titles and units."""
+        return outputs_of(self.symbols)
+
+    @property
+    def joints(self) -> list[tuple[str, str, float, float]]:
+        """Of every entry of q its name, unit, and least and greatest value."""
+        return coordinates_of(self.landing.robot)
+
+
+@study(
+    "shockpc export anymal_b --contact LF_FOOT --quantity shock@imu_link --lang c --out code/",
+    more="The code needs no library. It is compared with proven landings in random postures. With every number come the condition "
+    "and the least pivot of the contacts, which say how near a singular posture is.",
+    reads="scene",
+)
+def export(
+    scene: Scene,
+    quantities: QuantityOption = ("shock", "shock_com"),
+    *,
+    robot: Robot | None = None,
+    lang: Annotated[Language, Option("Language: c (C99), js (a JavaScript module) or casadi (a function).", "Code", "LANG")] = "c",
+    before: Annotated[
+        Before,
+        Option(
+            "What the code is given of the motion before the impact: the strike, or the velocity of all joints and the base.",
+            "Code",
+            "MOTION",
+        ),
+    ] = "strike",
+    sample: Annotated[
+        int, Option("Random postures in which it is compared with what is proven.", "Code", "N", least=1.0, greatest=1e4)
+    ] = 100,
+) -> Export:
+    """The numbers of a landing as code for any posture and motion before the impact.
+
+    Args:
+        scene: the landing.
+        robot: the scene's robot, if it is loaded already.
+
+    Raises:
+        ShockError: as for `shockpc.symbolic`; or no random posture has a landing, or the code is wrong.
+    """
+    landing = resolve(scene, robot or robot_of(scene))
+    symbols = SymbolicLanding(landing, quantities, before)
+    samples, singular = _samples(symbols, sample)
+    nq, m = landing.robot.model.nq, samples.exact.shape[1]
+    error, tested = samples.error(symbols.program(samples.inputs)[:, :m]), None
+    if lang == "casadi":
+        function = symbols.casadi()
+        files = {"landing.casadi": function.serialize()}
+        rows = type(function).deserialize(files["landing.casadi"])(samples.inputs[:, :nq].T, samples.inputs[:, nq:].T)
+        tested = samples.error(np.concatenate([row.full() for row in rows]).T[:, :m])
+    else:
+        inputs = {"q": nq, before: samples.inputs.shape[1] - nq}
+        names = [name for name, _, _ in outputs_of(symbols)]
+        files = code_files(lang, symbols.program, inputs, names, _about(symbols), ILL_CONDITIONED, samples)
+        tested = _tested(lang, files)
+    worst = float(np.max([error, 0.0 if tested is None else tested]))  # NaN, if one is
+    if not worst < MOST_ERROR:
+        raise StudyError(
+            f"the code is off by {worst:.2g} of a number in a posture whose condition is below {ILL_CONDITIONED:g}, so it is not "
+            "written; this is an error in shockpc or in the compiler, please report it"
+        )
+    return Export(symbols, lang, files, samples, singular, error, tested)
+
+
+def outputs_of(symbols: SymbolicLanding) -> list[tuple[str, str, str]]:
+    """As `Export.outputs`."""
+    found = []
+    for column in symbols.columns:
+        for axis in "xyz" if column.selection.quantity.vector and column.selection.axis is None else ("",):
+            found.append((identifier(column.name + (f".{axis}" if axis else "")), f"{column.title} {axis}".strip(), column.unit))
+    return [*found, ("condition", "factor by which rounding is enlarged", "-"), ("pivot", "least pivot of the contact rows", "-")]
+
+
+def coordinates_of(robot: Robot) -> list[tuple[str, str, float, float]]:
+    """As `Export.joints`."""
+    found = []
+    for joint in robot.single_joints:
+        names, unit = {
+            "free": (("x", "y", "z", "quaternion x", "quaternion y", "quaternion z", "quaternion w"), "m m m 1 1 1 1"),
+            "ball": (("quaternion x", "quaternion y", "quaternion z", "quaternion w"), "1 1 1 1"),
+            "planar": (("x", "y", "cosine", "sine"), "m m 1 1"),
+            "continuous": (("cosine", "sine"), "1 1"),
+        }.get(joint.kind, (("",), joint.unit))
+        low, high = joint.limits if len(names) == 1 else (-np.inf, np.inf)
+        found += [(f"{joint.name} {name}".strip(), one, low, high) for name, one in zip(names, unit.split(), strict=True)]
+    return found
+
+
+def _about(symbols: SymbolicLanding) -> list[str]:
+    """Lines that say what the code is of, and what its inputs and outputs mean."""
+    import shockpc
+
+    landing, given = symbols.landing, symbols.before
+    contacts = ", ".join(block.name for block in (*landing.contacts, *landing.stance))
+    lines = [
+        f"shockpc {shockpc.__version__}: a landing of robot {landing.robot.name}, {contacts}, base {landing.base}.",
+        "The scene is in landing.toml.",
+        "",
+        "Inputs: q, the configuration in Pinocchio's layout",
+    ]
+    for k, (name, unit, low, high) in enumerate(coordinates_of(landing.robot)):
+        lines.append(f"  q[{k}] {name} [{unit}]" + (f", {low:.6g} to {high:.6g}" if np.isfinite([low, high]).all() else ""))
+    if given == "strike":
+        lines.append("  strike[3] velocity of the base before the impact, world axes [m/s]")
+    else:
+        lines.append("  velocity before the impact, Pinocchio's layout: a free base's in its own axes [m/s, rad/s]")
+    lines += ["", "Outputs:"]
+    lines += [f"  out[{k}] {name}: {title} [{unit}]" for k, (name, title, unit) in enumerate(outputs_of(symbols))]
+    return ["".join(letter if letter.isprintable() else "?" for letter in line) for line in lines]
+
+
+def _samples(symbols: SymbolicLanding, n: int) -> tuple[Samples, int]:
+    """Random postures with what is proven there; and how many were left out."""
+    landing, rng = symbols.landing, np.random.default_rng(0)
+    robot, tried, inputs, exact = symbols.landing.robot, 0, list[Array](), list[Array]()
+    while len(inputs) < n and tried < 3 * n + 20:
+        tried += 1
+        q, motion, given = _random(landing, symbols.before, rng)
+        x = np.concatenate([q, given])
+        if not symbols.program(x[None])[0, -2] < ILL_CONDITIONED:
+            continue
+        try:
+            profile = profile_of(replace(landing.at(q), before=motion))
+        except SolveError:
+            continue
+        numbers = [_number(column, profile.values(column.selection.quantity, (column.place,))[0]) for column in symbols.columns]
+        inputs.append(x)
+        exact.append(np.concatenate(numbers))
+    if not inputs:
+        raise StudyError(f'no random posture of robot "{robot.name}" has a landing to compare the code with')
+    size = np.median(np.abs(exact), axis=0)
+    return Samples(np.array(inputs), np.array(exact), np.where(size > 0.0, size, 1.0)), tried - len(inputs)
+
+
+def _number(column: Column, value: Array) -> Array:
+    return np.atleast_1d(value if column.selection.axis is None else value[column.selection.axis])
+
+
+def _random(landing: PosedLanding, before: Before, rng: np.random.Generator) -> tuple[Array, Motion, Array]:
+    """A configuration, a motion before the impact, and what the code is given of that."""
+    robot, nv = landing.robot, landing.robot.model.nv
+    steps, values = np.zeros(nv), []
+    for joint in robot.independent_joints:
+        low, high = np.clip(joint.limits, -np.pi, np.pi)
+        values.append((joint, rng.uniform(low, high, 1)))
+    for joint in robot.single_joints:
+        if joint.kind in ("free", "ball"):
+            steps[joint.v.stop - 3 : joint.v.stop] = rng.uniform(-TURN, TURN, 3)
+    Q = displaced(robot, landing.q[None], steps[None])
+    set_many(robot, values, Q)
+    if before == "strike":
+        velocity = landing.before.velocity + 0.3 * np.linalg.norm(landing.before.velocity) * rng.uniform(-1.0, 1.0, 3)
+        return Q[0], landing.before._replace(velocity=velocity), velocity
+    qd = rng.uniform(-1.0, 1.0, nv)
+    if not robot.free_base:
+        return Q[0], Motion(np.zeros(3), np.zeros(3), qd), qd
+    turn = landing.at(Q[0]).state.rotation[0, 0] @ robot.bodies[0].rotation.T
+    return Q[0], Motion(turn @ qd[:3], turn @ qd[3:6], np.concatenate([np.zeros(6), qd[6:]])), qd
+
+
+def _tested(lang: Literal["c", "js"], files: Mapping[str, str]) -> float | None:
+    """The maximum error that the test of a code prints, where this computer can run it."""
+    if not all(map(shutil.which, {RUNS[lang][0], RUNS[lang][1][0]})):
+        return None
+    with tempfile.TemporaryDirectory() as folder:
+        for name, text in files.items():
+            Path(folder, name).write_text(text, encoding="utf-8")
+        run = subprocess.run(RUNS[lang][1], cwd=folder, capture_output=True, text=True, timeout=TIME, check=False)
+    try:
+        return float(run.stdout)
+    except ValueError:
+        raise StudyError(f"the test of the code does not run: {run.stderr[:400]}") from None

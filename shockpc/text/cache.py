@@ -1,0 +1,44 @@
+"""What costs time to make and is the same in the next run, in the user's cache folder."""
+
+import contextlib
+import hashlib
+import os
+from collections.abc import Callable
+from pathlib import Path
+
+MOST_FILES = 256
+"""Files that are kept; the oldest give way."""
+
+
+def cache_folder() -> Path:
+    """The folder, which need not exist: `shockpc` in $XDG_CACHE_HOME, or in ~/.cache."""
+    return Path(os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache") / "shockpc"
+
+
+def cached(name: str, make: Callable[[], bytes]) -> bytes:
+    """Bytes as an earlier run made them, or else made now and kept; a folder that cannot be written costs time alone.
+
+    A file begins with the digest of its content: one that is incomplete, or was changed, is made again.
+
+    Args:
+        name: of the file, which says all that the bytes depend on.
+        make: makes the bytes.
+    """
+    file = cache_folder() / name
+    with contextlib.suppress(OSError):
+        digest, content = (kept := file.read_bytes())[:32], kept[32:]
+        if hashlib.sha256(content).digest() == digest:
+            return content
+    content = make()
+    part = file.with_name(f".{name}.{os.urandom(4).hex()}")
+    with contextlib.suppress(OSError):
+        file.parent.mkdir(parents=True, exist_ok=True)
+        try:
+            part.write_bytes(hashlib.sha256(content).digest() + content)
+            part.replace(file)
+        finally:
+            part.unlink(missing_ok=True)
+        files = sorted(file.parent.glob(f"*{file.suffix}"), key=lambda one: one.stat().st_mtime)
+        for old in files[:-MOST_FILES]:
+            old.unlink(missing_ok=True)
+    return content
