@@ -72,8 +72,8 @@ bench: .venv/.dev
 # hinged blocks that struck with one corner, by law of contact: a contact that sticks, friction, friction and restitution; and what
 # these, and all tosses, say of friction and restitution.
 TABLE ?= robots/measured/cassie_landings.csv
-VALIDATE = "$(BIN)/shockpc" landings "$(TABLE)" robots/measured/cassie.toml --map second_foot_later_ms= --map "ankle_spring_joint_*="
-ELBOW = "$(BIN)/shockpc" landings out/validate/elbow.csv robots/measured/elbow/elbow.urdf --map gap=
+VALIDATE = "$(BIN)/shockpc" recorded "$(TABLE)" robots/measured/cassie.toml --map second_foot_later_ms= --map "ankle_spring_joint_*="
+ELBOW = "$(BIN)/shockpc" recorded out/validate/elbow.csv robots/measured/elbow/elbow.urdf --map gap=
 UNKNOWN = robots/measured/elbow/elbow.urdf --map gap= --unknown friction=0:1.5 --unknown restitution=0:1
 validate: .venv/.dev
 	@$(VALIDATE) --joints geared,free --contact-stiffness 1e5 --out out/validate

@@ -35,7 +35,7 @@ from .quantities.selection import QUANTITIES as QUANTITIES
 from .quantities.selection import Selection as Selection
 from .quantities.selection import select as select
 from .quantities.shock_profile import ShockProfile as ShockProfile
-from .recorded.landings import RecordedLandings as RecordedLandings
+from .recordings.landings import RecordedLandings as RecordedLandings
 from .robot.load import load_robot as load_robot
 from .robot.robot import Robot as Robot
 from .studies.batch.study import Batch as Batch
@@ -52,11 +52,11 @@ from .studies.identify.study import Identification as Identification
 from .studies.identify.study import identify as identify
 from .studies.improve.study import Improvement as Improvement
 from .studies.improve.study import improve as improve
-from .studies.landings.study import landings as landings
 from .studies.limits.study import JointLimits as JointLimits
 from .studies.limits.study import limits as limits
 from .studies.place.study import PlaceStudy as PlaceStudy
 from .studies.place.study import place as place
+from .studies.recorded.study import recorded as recorded
 from .studies.sensitivity.study import Sensitivity as Sensitivity
 from .studies.sensitivity.study import sensitivity as sensitivity
 from .studies.sweep.study import sweep as sweep
@@ -73,5 +73,8 @@ from .text.errors import ShockError as ShockError
 from .text.errors import SolveError as SolveError
 from .text.errors import StudyError as StudyError
 from .text.errors import UnknownName as UnknownName
+
+landings = recorded
+"""Deprecated; without a line of its own above, it is not listed by `__all__`."""
 
 __version__: str

@@ -28,8 +28,8 @@ def assert_shock(
         scene: the landing, or the path of its file, relative to the current folder, not to that of the test.
         at: name or glob of points, bodies, joints or contacts, whichever the metric belongs to.
         metric: the quantity, as in a file of budgets.
-        max: greatest value allowed, in the unit of the metric.
-        min: least value allowed.
+        max: largest value allowed, in the unit of the metric.
+        min: smallest value allowed.
 
     Raises:
         AssertionError: it is not; the message is the row of the table.

@@ -23,7 +23,7 @@ def point_rows(model, q, frame, offset=(0.0, 0.0, 0.0)):
 
 
 def solve(H, J, b):
-    """Eq. 4 by least squares, for rows may repeat one another: the jump Δq̇, and the impulses of least norm."""
+    """Eq. 4 by least squares, for rows may repeat one another: the jump Δq̇, and the impulses of minimum norm."""
     n = len(H)
     whole = np.block([[H, J.T], [J, np.zeros((len(J), len(J)))]])
     found = np.linalg.lstsq(whole, np.concatenate([np.zeros((n, *b.shape[1:])), -b]), rcond=1e-12)[0]

@@ -241,9 +241,9 @@ ROWS = _table("""
 --map after*= ¦ --map vx=vx_body ¦ --command a ¦ --command c ¦ --command row ¦ --prove 0 ¦ --joints free,locked ¦
 --contact-stiffness 1e5 ¦ --friction 0.4 ¦ --quantity shock_friction ¦ --jobs 2 ¦ --contact arm ¦ --resume ¦ --out out
 """)
-"""Options of `landings`."""
+"""Options of `recorded`."""
 
-STUDIES = ("sweep", "batch", "compare", "place", "limits", "sensitivity", "landings")
+STUDIES = ("sweep", "batch", "compare", "place", "limits", "sensitivity", "recorded")
 """Commands that compute many landings."""
 
 UNFINISHED: dict[str, bytes] = {}
@@ -253,7 +253,7 @@ SWEEP = "sweep robot.urdf --contact foot --vary knee=-20:20:3 --prove 1"
 CONTINUED = {
     "parts/csv": f"{SWEEP} --rows csv",
     "parts/parquet": f"{SWEEP} --rows parquet",
-    "parts/landings": "landings landings.csv robot.urdf --rows csv",
+    "parts/landings": "recorded landings.csv robot.urdf --rows csv",
 }
 """Studies that can be continued, by the folder of their parts."""
 
@@ -275,11 +275,11 @@ COMMANDS = {
     "place robot.urdf --contact foot --body body --within -0.1:0.1,-0.1:0.1,0:0.1": (3, "robot.urdf part.stl"),
     "limits robot.urdf --contact foot --joint knee --at body --max 0.2": (3, "robot.urdf"),
     "sensitivity robot.urdf --contact foot --at body": (4, "robot.urdf"),
-    "landings landings.csv robot.urdf": (8, "landings.csv " * 7 + "robot.urdf"),
-    "landings landings.csv scene.toml": (2, "landings.csv scene.toml"),
-    "landings landings.npz robot.urdf": (4, "landings.npz"),
-    "landings landings.npz robot.xml": (3, "landings.npz"),
-    "landings landings.parquet robot.urdf": (4, "landings.parquet"),
+    "recorded landings.csv robot.urdf": (8, "landings.csv " * 7 + "robot.urdf"),
+    "recorded landings.csv scene.toml": (2, "landings.csv scene.toml"),
+    "recorded landings.npz robot.urdf": (4, "landings.npz"),
+    "recorded landings.npz robot.xml": (3, "landings.npz"),
+    "recorded landings.parquet robot.urdf": (4, "landings.parquet"),
     "touchdowns log.csv robot.urdf --contact foot": (1, "log.csv " * 3 + "robot.urdf"),
     "identify landings.csv robot.urdf --unknown armature:knee=0.01:1": (0.5, "landings.csv"),
     "improve robot.urdf --contact foot --at body --vary knee=-60:60 --starts 1": (0.5, "robot.urdf"),
@@ -341,7 +341,7 @@ def case(number: int) -> Case:
         words += ["--out", "out"] * (rng.random() < 0.03)
         for _ in range(rng.choice((0, 0, 0, 1, 1, 2))):
             words += rng.choice(EXTRAS).split()
-    elif words[0] == "landings":
+    elif words[0] == "recorded":
         for _ in range(rng.choice((0, 0, 1, 2))):
             words += rng.choice(ROWS).split()
     elif words[0] in STUDIES:

@@ -13,8 +13,8 @@ from shockpc import Contact, Scene, identify
 from shockpc.evaluation.variation import variation
 from shockpc.landing.resolve import landing_of
 from shockpc.landing.scene_file import robot_of
-from shockpc.recorded.prediction import Predictor
-from shockpc.recorded.reader import rows_of
+from shockpc.recordings.prediction import Predictor
+from shockpc.recordings.reader import rows_of
 
 BLOCKS = Path(__file__).parents[1] / "robots" / "measured" / "elbow" / "elbow.urdf"
 FREE = '<limit effort="1" velocity="1" lower="-3" upper="3"/>'

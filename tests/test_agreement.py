@@ -45,7 +45,7 @@ def of_sweep(scene, profile, texts):
 
 def of_recorded(scene, profile, texts):
     velocity = dict(zip(("vx", "vy", "vz"), np.reshape(profile.landing.before.velocity, (3, 1)), strict=True))
-    return of_table(shockpc.landings(velocity, scene, texts, prove=0), texts)
+    return of_table(shockpc.recorded(velocity, scene, texts, prove=0), texts)
 
 
 def of_table(evaluation, texts):

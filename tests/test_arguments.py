@@ -142,7 +142,7 @@ def test_a_quantity_that_is_given_twice_is_refused_by_every_study():
         (lambda robot: shockpc.fall({}, robot), "no landing is given"),
         (lambda robot: shockpc.fall(SCENE, headings=()), "no heading is given"),
         (lambda robot: shockpc.compare([]), "cannot be compared"),
-        (lambda robot: shockpc.landings({}, SCENE), "no rows"),
+        (lambda robot: shockpc.recorded({}, SCENE), "no rows"),
         (lambda robot: shockpc.check_budgets("missing.toml"), "missing.toml"),
     ],
 )
@@ -167,8 +167,8 @@ GROUND = {
         lambda scene, key: shockpc.fall(dataclasses.replace(scene, contact=()), headings=["front"], quantities=key),
         set(),  # by its torques joints are judged
     ),
-    "landings": (
-        lambda scene, key: shockpc.landings({"vz": np.array([-1.0])}, scene, key or ["shock@imu"]),
+    "recorded": (
+        lambda scene, key: shockpc.recorded({"vz": np.array([-1.0])}, scene, key or ["shock@imu"]),
         {"friction", "contact_stiffness"},
     ),
     "sensitivity": (
@@ -273,7 +273,7 @@ def test_arrays_and_paths_are_arguments_too(tmp_path):
 def test_cells_without_a_number_are_named():
     """None is an empty cell; any other object is shown."""
     columns = {"FL_calf_joint": [-1.4, None, object()], "vz": [-1.0, -1.0, -1.0]}
-    messages = shockpc.landings(columns, SCENE).table().messages
+    messages = shockpc.recorded(columns, SCENE).table().messages
     assert messages[1] == "column FL_calf_joint is empty"
     assert "is not a finite number" in messages[2]
 

@@ -184,7 +184,7 @@ FOOT:: --rotor knee=1:2:3:4 => is not JOINT=INERTIA[:RATIO[:STIFFNESS]]
 FOOT:: --pulse square:5ms => there is no pulse shape "square"; valid are half-sine, saw-tooth, haversine, rectangle
 FOOT:: --pulse half-sine:0ms | --pulse half-sine:1e300ms => a pulse has a length from 1e-09 to 1000 s, not "
 FOOT:: --pulse half-sine => "" is not the length of a pulse
-FOOT:: --no-gravity => counts on contacts of finite stiffness; give contact_stiffness too
+FOOT:: --no-gravity => has an effect only on contacts of finite stiffness; give contact_stiffness too
 FOOT:: --range-g 16 => a sensor's range is given in g, but no pulse; give one
 FOOT:: --drives nosuch.toml => no drives file "HERE/nosuch.toml"
 FOOT:: --stance foot => coincide: they are at one point of one body; remove one

@@ -51,7 +51,7 @@ def test_every_row_is_a_single_analysis(dogs):
 
 
 def test_quantities_that_are_asked_for_are_those_of_the_trunk_or_the_worst():
-    """By magnitude where there are signs; of the radius and the mitigation the least; nothing where one place has nothing."""
+    """By magnitude where there are signs; of the radius and the mitigation the smallest; nothing where one place has nothing."""
     texts = ("delta_v.x", "delta_qd", "joint_impulse@*_thigh*", "ropc@*", "impulse", "energy_lost", "peak_g")
     scene = Scene(robot="go2", contact=(Contact(frame="FL_foot"),), pulse="half-sine:5ms")
     (row,) = batch(["go2"], lambda name: (load_robot(name), [scene]), quantities=(*texts, "shock_min@*")).rows
@@ -104,7 +104,7 @@ def test_rows_are_ranked_by_the_greatest_shock_of_the_trunk(dogs):
 
 @pytest.mark.parametrize(("rank", "sign"), [("friction_needed", -1.0), ("ropc", 1.0), ("delta_v.y@*", -1.0)])
 def test_rows_are_ranked_by_any_quantity_the_worst_first(rank, sign):
-    """The greatest friction first, the least radius, the greatest magnitude of what has a sign."""
+    """The largest friction first, the smallest radius, the largest magnitude of what has a sign."""
     ranked = batch(["go2"], rank=rank)
     values = [sign * abs(row.values[rank]) for row in ranked.rows]
     assert (values == sorted(values), ranked.rank, rank in ranked.columns) == (True, rank, True)

@@ -3,13 +3,15 @@
 import csv
 import functools
 import itertools
+import shutil
 
 import numpy as np
 import pytest
 from commands import good, run
 
 from shockpc.bench.cases import FAMILIES, chain, known_robot, landing
-from shockpc.bench.costs import COSTS, PEERS, many_system, random_postures
+from shockpc.bench.costs import COSTS
+from shockpc.bench.many_postures import PEERS, WAYS, in_symbols, many_system, random_postures
 from shockpc.bench.measure import OUTCOMES, measure, timed
 from shockpc.bench.methods import DIRECT, PROVEN, UnsuitedError, system_of
 from shockpc.bench.mujoco_peer import MUJOCO
@@ -137,6 +139,15 @@ def test_all_peers_do_the_same_work(name):
         np.testing.assert_array_equal(one.read(one.run()), found[peer])
 
 
+def test_symbols_in_numpy_and_in_c_are_the_maps(monkeypatch):
+    monkeypatch.setattr("shockpc.bench.many_postures.IN_SYMBOLS", ("anymal_b",))
+    monkeypatch.setattr("shockpc.bench.many_postures.BLOCK", 200)
+    rows = in_symbols(0.0).rows
+    assert [row[1] for row in rows] == list(WAYS)
+    assert all(row[4] < 1e-10 for row in rows if row[5] is None)
+    assert [row[5] for row in rows if row[5]] == ([] if shutil.which("cc") else ["cc is not installed"] * 2)
+
+
 def test_the_clock_counts_its_runs():
     """One run without a budget; with one, at least three besides the first."""
     count = itertools.count()
@@ -171,10 +182,10 @@ def test_a_strike_near_the_centre_of_mass_tends_to_translation(rods):
 
 def test_a_small_suite_from_clock_to_report(tmp_path, monkeypatch):
     monkeypatch.setitem(COSTS, "costs", lambda budget: Sheet("costs", ("what",), [("a command",)]))
-    for measured in ("measured landings", "measured tosses", "touchdowns in logs"):
+    for measured in ("symbols", "measured landings", "measured tosses", "touchdowns in logs"):
         monkeypatch.setitem(COSTS, measured, lambda budget, title=measured: Sheet(title, ("what",), []))
     monkeypatch.setattr("shockpc.bench.costs.ROWS", 32)
-    monkeypatch.setattr("shockpc.bench.costs.MANY_POSTURES", 16)
+    monkeypatch.setattr("shockpc.bench.many_postures.MANY_POSTURES", 16)
     write_report_folder(tmp_path, suite_report(("corners", "knee"), budget=0.0))
     files = {
         "report.md",

@@ -157,7 +157,7 @@ FOUND: dict[str, list[tuple[str, str, str]]] = {
     ],
     # A link that can be seen and weighs nothing is noted; a bare frame is not.
     arm().replace("</robot>", f"{SHELL}{joint('s', 'tip', 'shell', 'fixed')}{joint('f', 'tip', 'frame', 'fixed')}</robot>"): [
-        ("note", 'link "shell"', "shapes but no <inertial>, which counts as no mass")
+        ("note", 'link "shell"', "shapes but no <inertial>, which is read as no mass")
     ],
     arm(elbow=joint("elbow", "base", "tip", more='<limit lower="1" upper="-1" effort="1" velocity="1"/>')): [
         ("warning", 'joint "elbow"', "its lower limit 1 is above its upper limit -1, so every posture is outside them")

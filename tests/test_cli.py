@@ -561,7 +561,7 @@ def test_docstrings_can_be_left_out():
             "sweep go2 --contact FL_foot --vary speed=1,2 --restitution-along directions",
             '"FL_foot" is along its directions, but no',
         ),
-        ("landings log.csv go2 --contact FL_foot --restitution-along directions", '"FL_foot" is along its directions, but no'),
+        ("recorded log.csv go2 --contact FL_foot --restitution-along directions", '"FL_foot" is along its directions, but no'),
         ("analyze go2 --contact FL_foot --restitution-along directions --all", '"FL_foot" is along its directions, but no'),
         ("sweep go2 --contact FL_foot --vary speed=1,2 --assemble FL_calf_joint", '"FL_calf_joint" may move to close loops, but'),
         ("place go2 --contact FL_foot --at FR_calf", 'no place on base, so left out: "FR_calf"'),

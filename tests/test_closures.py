@@ -322,7 +322,7 @@ def test_bars_that_are_parallel_to_the_digits_of_a_file_are_parallel(fault):
     most = {key: max(np.linalg.norm(load.force) for load in profile.loads) for key, profile in (("", exact), ("fault", found))}
     assert most["fault"] < 2.0 * most[""]
     warnings = " ".join(str(warning) for warning in found.health.warnings)
-    assert ("count as the same" in warnings) == (fault in ({"tilt": 1e-10}, {"longer": 1e-6}))
+    assert ("are taken as the same" in warnings) == (fault in ({"tilt": 1e-10}, {"longer": 1e-6}))
     assert ("mm apart, closed by least squares" in warnings) == (fault == {"longer": 1e-6})
 
 
@@ -476,7 +476,7 @@ def test_one_rate_of_a_four_bar_sets_the_others(leader):
 
 
 def test_rates_that_are_not_given_are_the_least():
-    """A loop of five bars leaves one rate free: of all completions that keep it closed, the one of least norm is taken."""
+    """A loop of five bars leaves one rate free: of all completions that keep it closed, the one of minimum norm is taken."""
     found = scene("five_bar")
     robot = robot_of(found)
     given = next(name for name in robot.joint_names if name.startswith("rear"))

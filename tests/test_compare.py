@@ -109,7 +109,7 @@ def test_rows_begin_with_the_struck_limb_and_are_ranked_by_the_largest_change(fo
 
 
 def test_short_tables_have_the_base(capfd):
-    """It changes least of all here."""
+    """It changes less than any other here."""
     text = good(capfd, "compare", "go2", "--contact", "FL_foot", "--change", "com-y:R*=0.01")
     table = text.partition("(shock_com)\n")[2].partition("\n\n")[0]
     assert [line.split()[0] for line in table.splitlines()[3:6]] == ["FL_calf", "FL_thigh", "FL_hip"]

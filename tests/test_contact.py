@@ -12,7 +12,7 @@ from hypothesis import strategies as st
 from robot_texts import joint, link, urdf
 from trees import known_robot, robot_from
 
-from shockpc import Contact, Posture, Scene, Strike, landings, read_scene, shock_profile, sweep
+from shockpc import Contact, Posture, Scene, Strike, read_scene, recorded, shock_profile, sweep
 from shockpc.landing.constraints import block_point, row_jacobian
 from shockpc.landing.contact import contact_block, locate_lowest_point
 from shockpc.landing.dynamics import dynamics
@@ -229,7 +229,7 @@ def test_a_contact_means_the_same_in_every_way_of_asking(tmp_path):
     assert shock_profile(read.scene).value("shock_com", "body")[0] == read.value("shock_com", "body")[0]
     for names, values in ((["foot", "shank"], expected), (["shank", "foot"], expected[::-1])):
         swept = sweep(scene, {"contact": names}, robot=robot, quantities=[place], prove=0).chunk(0).columns[place]
-        table = landings({"contact": np.array(names)}, scene, quantities=[place]).table().columns[place]
+        table = recorded({"contact": np.array(names)}, scene, quantities=[place]).table().columns[place]
         np.testing.assert_allclose([swept, table], [values] * 2, atol=1e-12)
     # Offsets that vary are from the origin, not from the lowest point, at zero too.
     moved = sweep(scene, {"offset-z": [0.0, -0.1]}, robot=robot, quantities=[place], prove=0).chunk(0).columns[place]

@@ -114,7 +114,7 @@ def rod(tangent, direction=1.0):
 
 @pytest.mark.parametrize(("tangent", "critical"), [(2.0, 4.0 / 3.0), (1.0, 5.0 / 3.0), (4.0, 5.0 / 3.0)])
 def test_painleve_rod_jams_above_the_critical_friction(tangent, critical):
-    """µ = (4 + tan²θ)/(3 tan θ), least 4/3 at tan θ = 2 (Génot and Brogliato 1999; Hogan and Kristiansen 2017).
+    """µ = (4 + tan²θ)/(3 tan θ), smallest 4/3 at tan θ = 2 (Génot and Brogliato 1999; Hogan and Kristiansen 2017).
 
     Below it the rod slides on if it is fast; above, it stops at every speed. An undisturbed slide (v_n = 0) is a solution too, and
     above the critical friction so is jamming, an impact without collision.

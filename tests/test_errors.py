@@ -155,7 +155,7 @@ LOG = ",".join(MEASURED) + "\n" + "\n".join(",".join(map(str, row)) for row in z
     ("where", "words", "shown"),
     [
         ("shockpc.evaluation.evaluate.profile_of_scene", ["analyze", "go2", "--contact=F*_foot", "--format=csv"], "FR_foot"),
-        ("shockpc.evaluation.evaluate.columns", ["landings", "log.csv", "go2", "--contact=FL_foot"], "shock"),
+        ("shockpc.evaluation.evaluate.columns", ["recorded", "log.csv", "go2", "--contact=FL_foot"], "shock"),
         ("shockpc.studies.fall.study._trunk", ["fall", "go2", "--heading=front"], "trunk"),
     ],
     ids=["landings that are analyzed", "a comparison with what was measured", "joints of a fall"],

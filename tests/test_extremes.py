@@ -1,4 +1,4 @@
-"""Least and greatest shock over convex pieces, compared with 50 digits, prisms, samples and a general-purpose minimiser."""
+"""Smallest and largest shock over convex pieces, compared with 50 digits, prisms, samples and a general-purpose minimiser."""
 
 import mpmath
 import numpy as np
@@ -23,7 +23,7 @@ def one_piece(omega, v, points, rounding, v_in):
 
 
 def least_over_hull(omega, v, points):
-    """Least |v + ω × r| over the hull of the points, by minimising over the weights of a convex combination."""
+    """Smallest |v + ω × r| over the hull of the points, by minimising over the weights of a convex combination."""
     values = v + np.cross(omega, points)
 
     def squared(weights):
@@ -47,7 +47,7 @@ def draw(seed, k, centre=2.0):
 
 @given(SEEDS, st.integers(1, 12))
 def test_extremes_of_a_hull_match_a_minimiser(seed, k):
-    """The greatest shock is that of a corner, the least that of the nearest convex combination of corners."""
+    """The largest shock is that of a corner, the smallest that of the nearest convex combination of corners."""
     _, omega, v, points = draw(seed, k)
     least, greatest = one_piece(omega, v, points, 0.0, 2.0)
     assert greatest == pytest.approx(shock_at(omega, v, points, 2.0).max(), rel=1e-12)
@@ -62,7 +62,7 @@ def semi_axes(rng, flat):
 
 @given(SEEDS, st.integers(1, 2), st.sampled_from([None, (1, 1, 1), (1, 1, 0), (1, 1e-3, 0)]))
 def test_no_point_of_a_swept_ellipsoid_is_outside_the_extremes(seed, k, flat):
-    """The shock at every point of the piece lies between the least and the greatest."""
+    """The shock at every point of the piece lies between the smallest and the largest."""
     rng, omega, v, points = draw(seed, k)
     axes = semi_axes(rng, flat)
     least, greatest = one_piece(omega, v, points, axes, 1.0)
@@ -177,7 +177,7 @@ def test_extremes_are_right_to_1e_15_of_the_terms_they_are_made_of():
 
 
 def exact_extremes(omega, v, centre, axes):
-    """Least and greatest |v + ω × (centre + axes b)|, |b| ≤ 1, with the working precision of mpmath.
+    """Smallest and largest |v + ω × (centre + axes b)|, |b| ≤ 1, with the working precision of mpmath.
 
     Of the ellipse in the plane across ω, q + s (cos φ, sin φ) in its principal axes, all stationary distances are compared: with
     t = tan(φ / 2), those of the roots of a quartic, and that at φ = π.

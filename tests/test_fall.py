@@ -121,7 +121,7 @@ def test_slip_begins_where_the_closed_form_says():
 
 @pytest.mark.parametrize(("kappa", "pulled"), [(0.749, False), (0.751, True)])
 def test_edge_would_be_pulled_from_three_quarters_on(kappa, pulled):
-    """N / (m g) = 1 − κ (1 + 2 cos φ − 3 cos² φ) has its least value 1 − 4κ/3 at cos φ = 1/3."""
+    """N / (m g) = 1 − κ (1 + 2 cos φ − 3 cos² φ) has its smallest value 1 − 4κ/3 at cos φ = 1/3."""
     section = CrossSection.of(1.0, 0.25 * (1.0 / kappa - 1.0), np.array([[-1e-7, -0.5], [1e-7, -0.5], [0.0, 0.5]]))
     assert (len(tipped(section).phases) > 1 and tipped(section).phases[1].kind != "pivots") == pulled
     phi = math.acos(1.0 / 3.0)
@@ -170,7 +170,7 @@ def test_energy_is_never_gained():
 
 
 def test_least_push():
-    """A push just above the least one tips a box, with the energy that is missing to its balance; one below does not."""
+    """A push just above the smallest one tips a box, with the energy that is missing to its balance; one below does not."""
     section = box(0.4, 1.0)
     corner = section.balance(section.lowest(0.0))[0]
     rate = section.least_rate(corner, 0.0)

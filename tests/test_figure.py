@@ -248,7 +248,7 @@ def lightness(colour, blindness=None):
 
 @pytest.mark.parametrize("blindness", [None, "protan", "deutan", "tritan"])
 def test_every_eye_can_order_the_bands(blindness):
-    """Lightness falls by 5 L* from band to band, so grey paper keeps the order; the limits around 1 are the greatest steps."""
+    """Lightness falls by 5 L* from band to band, so grey paper keeps the order; the limits around 1 are the largest steps."""
     seen = np.array([lightness(colour, blindness) for colour in BANDS])
     steps = np.linalg.norm(np.diff(seen, axis=0), axis=1)
     assert np.all(np.diff(seen[:, 0]) < -5.0)

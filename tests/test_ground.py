@@ -503,7 +503,7 @@ def test_a_headline_that_finite_stiffness_contradicts():
     soft, stiff = (Joints(rotor={"*": Rotor(inertia=1.11842e-4, gear_ratio=6.33, stiffness=spring)}) for spring in (100.0, 1e12))
     warnings = contact_warnings(joints=soft, contact_stiffness=K, gravity=False)
     assert any("shock at imu is 0.0425 at the end of contact on 100000 N/m, and 0.0024" in text for text in warnings)
-    assert any("springs of joints count after 6.6 ms, within the 20.5 ms of contact" in text for text in warnings)
+    assert any("springs of joints have an effect after 6.6 ms, within the 20.5 ms of contact" in text for text in warnings)
     assert contact_warnings(joints=soft) == []
     assert any("acts as rigid" in text for text in contact_warnings(joints=stiff))
     assert not any("shock at" in text for text in contact_warnings(contact_stiffness=1e6, gravity=False))
@@ -679,9 +679,9 @@ def test_a_column_without_values_says_why(capfd, here):
     """A force needs a stiffness, in a sweep and in a table of recorded landings."""
     (here / "log.csv").write_text("vz\n-1\n-2\n")
     robot = ("go2", "--contact", "FL_foot", "--quantity", "peak_force")
-    for words in (("sweep", *robot, "--vary", "strike-angle=0,5", "--out", "swept"), ("landings", "log.csv", *robot)):
+    for words in (("sweep", *robot, "--vary", "strike-angle=0,5", "--out", "swept"), ("recorded", "log.csv", *robot)):
         assert "peak_force@FL_foot has no value: the scene gives no contact stiffness" in good(capfd, *words)
-    assert "has no value" not in good(capfd, "landings", "log.csv", *robot, "--contact-stiffness", 1e5, "--no-gravity")
+    assert "has no value" not in good(capfd, "recorded", "log.csv", *robot, "--contact-stiffness", 1e5, "--no-gravity")
 
 
 ROD = """<robot name="rod"><link name="world"/><link name="arm"><inertial><origin xyz="0.5 0 0"/><mass value="1"/>

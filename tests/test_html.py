@@ -88,7 +88,7 @@ def test_data_give_the_shock_of_every_strike(moving, plane):
     s = rotated(landing, 25.0, 40.0, 2.0)
     other = shock_profile(replace(MOVING, plane=plane, strike=replace(MOVING.strike, velocity=tuple(s))))
     for model, expected in (
-        ("as modelled", other.proof),
+        ("with drives", other.proof),
         ("free", other.proof_with("free")),
         ("locked", other.proof_with("locked")),
     ):
@@ -219,8 +219,8 @@ def test_every_number_of_a_table_sorts(moving):
 
 def test_without_plotly(capfd, here, monkeypatch):
     """Everything else is written, and one line says what is missing."""
-    find_spec = importlib.util.find_spec
-    monkeypatch.setattr("importlib.util.find_spec", lambda name: None if name == "plotly" else find_spec(name))
+    find = importlib.util.find_spec
+    monkeypatch.setattr("importlib.util.find_spec", lambda name: None if name == "plotly" else find(name))
     outcome = run(capfd, "analyze", "stick.urdf", "--contact", "foot", "--out", "out")
     assert outcome.code == 0
     assert (
@@ -346,6 +346,63 @@ def test_browser_draws_anymal(here, tmp_path_factory):
         assert (page.faults, page.requests) == ([], [])
 
 
+SLIDE = """(() => {
+  const label = [...document.querySelectorAll("#posture label")].find((one) => one.textContent.startsWith("%s"));
+  label.lastChild.value = %s;
+  label.lastChild.dispatchEvent(new Event("input"));
+  return new Promise((done) => requestAnimationFrame(() => requestAnimationFrame(done)));
+})()"""
+
+OVERLAPS = """(() => {
+  document.querySelectorAll("details").forEach((one) => { one.open = true; });
+  const boxes = [...document.querySelectorAll("#controls > :not(.wide, [hidden]), #posture label > *, #posture summary")].map(
+    (one) => one.getBoundingClientRect()).filter(({ width }) => width);
+  const right = document.querySelector("main").getBoundingClientRect().right + 1;
+  return boxes.filter((a, k) => a.right > right || boxes.some((b, n) => n < k && a.left < b.right - 1 && b.left < a.right - 1 &&
+    a.top < b.bottom - 1 && b.top < a.bottom - 1)).length;
+})()"""
+
+
+@BROWSER
+def test_browser_follows_the_sliders_of_the_posture(moving, here, tmp_path_factory):
+    """They give the numbers of an analysis with them; a singular posture has none, and is grey."""
+    scene = replace(MOVING, strike=Strike(velocity=(0.2, 0.1, -1.5)))
+    held = replace(
+        scene, base="fixed", contact=Contact(frame="foot", directions=("z",)), posture=Posture(joints_deg={"knee": 30.0})
+    )
+    landings = {name: shock_profile(one, moving.robot) for name, one in (("free", scene), ("held", held), ("moving", MOVING))}
+    (here / "report.html").write_text(html_of(analyze_report(landings, live=("knee",))), encoding="utf-8")
+    with Browser(here / "report.html", tmp_path_factory.mktemp("browser")) as page:
+        page.wait("document.querySelectorAll('#view canvas').length > 0")
+        for name, value in (("knee", 40), ("pitch", 10), ("roll", -5), ("foot x", 0.03), ("imu_link z", 0.2), ("speed", 2)):
+            page.evaluate((SET if name == "speed" else SLIDE) % (name, value))
+        velocity = tuple(2.0 / np.linalg.norm(scene.strike.velocity) * np.array(scene.strike.velocity))
+        posture = Posture(joints_deg={"knee": 40.0}, base_rpy_deg=(-5.0, 10.0, 0.0))
+        contact = replace(scene.contact[0], offset=(0.03, 0.0, 0.0))
+        other = shock_profile(replace(scene, posture=posture, contact=contact, strike=Strike(velocity=velocity)), moving.robot)
+        body = other.shock_at("body", np.array([0.02, 0.0, 0.2]))
+        np.testing.assert_allclose(cells(page, "point-rows")["imu_link"][0], body, rtol=1e-10)
+        for k, row in enumerate(cells(page, "body-rows").values()):
+            expected = [other.shock_com[k], np.linalg.norm(other.delta_omega[k]), *other.copc[k], other.ropc[k]]
+            np.testing.assert_allclose([row[0], *row[3:]], expected, rtol=1e-10, atol=1e-14)
+        compare_impulses(page, other)
+        for width in (390, 800, 1300):
+            page.call("Emulation.setDeviceMetricsOverride", width=width, height=1000, deviceScaleFactor=1, mobile=False)
+            page.wait("document.documentElement.scrollWidth <= innerWidth")  # Plotly takes its time
+            assert page.evaluate(OVERLAPS) == 0
+        page.evaluate("document.getElementById('reset').click()")
+        assert page.evaluate("document.getElementById('state').textContent").startswith("the strike of the scene")
+        page.evaluate(SET % ("landing", 1))
+        page.evaluate(SLIDE % ("knee", "1e-9"))
+        assert "singular" in page.evaluate("document.getElementById('state').textContent")
+        assert np.isnan(cells(page, "point-rows")["imu_link"]).all()
+        assert page.evaluate("document.getElementById('view').data[0].colorscale")[0][1] == "#999"
+        page.evaluate(SET % ("landing", 2))
+        notes = "[...document.querySelectorAll('main .note')].filter((one) => !one.hidden).map((one) => one.textContent)"
+        assert any("rotates" in note for note in page.evaluate(notes))
+        assert (page.faults, page.requests) == ([], [])
+
+
 def test_histories_reach_the_peaks_of_the_tables(moving):
     """The largest force and acceleration of the charts are those of the quantities, but for the samples."""
     profile = shock_profile(Scene(robot="stick.urdf", contact="foot", contact_stiffness=1e4))
@@ -369,7 +426,7 @@ def test_a_contact_with_a_velocity_does_not_follow_the_base(moving):
     s = np.array([0.3, 0.0, -0.5])
     other = shock_profile(replace(MOVING, contact=contacts, strike=replace(MOVING.strike, velocity=tuple(s))))
     np.testing.assert_allclose(other.approach, [moved["extra"], following["extra"] + s], rtol=1e-13, atol=1e-15)
-    M = np.array(landing["models"]["as modelled"]["jumps"])
+    M = np.array(landing["models"]["with drives"]["jumps"])
     np.testing.assert_allclose(M[..., :3] @ s + M[..., 3], other.proof.jumps[..., 3], rtol=1e-12, atol=1e-13)
 
 
@@ -379,7 +436,7 @@ def test_a_strike_that_contradicts_the_contacts_is_told_from_others(here):
     scene = Scene(robot="stick.urdf", contact=Contact(frame="foot", directions=("z", "y")), base="fixed")
     profile = shock_profile(replace(scene, posture=Posture(joints_deg={"knee": 30.0})))
     (landing,) = data_of(html_of(landing_report(profile)))["landings"]
-    left = np.array(landing["models"]["as modelled"]["left"])
+    left = np.array(landing["models"]["with drives"]["left"])
     assert left.shape == (1, 4)
     assert np.abs(left[:, :3] @ profile.strike + left[:, 3]).max() < 1e-12
     across = tuple(profile.strike + np.array([0.0, 0.5, 0.0]))
@@ -395,7 +452,7 @@ def test_page_and_analysis_refuse_the_same_strikes(here, across):
     scene = Scene(robot="stick.urdf", contact=Contact(frame="foot", directions=("z", "y")), base="fixed")
     profile = shock_profile(replace(scene, posture=Posture(joints_deg={"knee": 30.0})))
     data = data_of(html_of(landing_report(profile)))
-    model, s = data["landings"][0]["models"]["as modelled"], np.append(profile.strike + np.array([0.0, across, 0.0]), 1.0)
+    model, s = data["landings"][0]["models"]["with drives"], np.append(profile.strike + np.array([0.0, across, 0.0]), 1.0)
     left, speeds = (np.abs(np.array(model[key]) @ s) for key in ("left", "speeds"))
     length = np.sqrt(s @ np.array(model["motion"]) @ s)
     refused = bool(np.any(left > data["contradiction"] * speeds.max() + np.array(model["rounding"]) * length))

@@ -17,10 +17,10 @@ from shockpc.evaluation.variation import variation
 from shockpc.landing.dynamics import dynamics
 from shockpc.landing.resolve import landing_of
 from shockpc.landing.scene_file import robot_of
-from shockpc.recorded.landings import RecordedLandings
-from shockpc.recorded.prediction import Predictor, base_in_world, energy_norms, mobilities, predicting
-from shockpc.recorded.reader import rows_of
-from shockpc.recorded.table_files import read_table
+from shockpc.recordings.landings import RecordedLandings
+from shockpc.recordings.prediction import Predictor, base_in_world, energy_norms, mobilities, predicting
+from shockpc.recordings.reader import rows_of
+from shockpc.recordings.table_files import read_table
 
 TOSSED = Scene(robot=str(BLOCKS), contact="elbow_1_corner_1")
 GROUND = {"friction": "0:1.5", "restitution": "0:1"}
@@ -77,7 +77,7 @@ def test_predictions_are_those_of_the_landings(kind):
 
 
 def test_energies_count_what_the_base_cannot_do(here):
-    """Of a leg on a rail: ΔᵀHΔ of its three joints, and of two of them the least for whatever the third does."""
+    """Of a leg on a rail: ΔᵀHΔ of its three joints, and of two of them the smallest for whatever the third does."""
     table = leg(rng(), 4, here, noise=0.0)
     table |= {"before_rail": -np.ones(4), "after_rail": np.zeros(4)}
     scene, robot = leg_scene(here), robot_of(leg_scene(here))

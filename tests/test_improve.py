@@ -51,7 +51,7 @@ LEGS = [("LF_HFE", "0:70"), ("LF_KFE", "-120:-20")]
 
 
 def worst_by_grid(cost, n):
-    """The least worst value over n × n points that meet the constraints."""
+    """The smallest worst value over n × n points that meet the constraints."""
     axes = [np.linspace(*span, n) for span in cost.bounds]
     X = np.stack(np.meshgrid(*axes, indexing="ij"), axis=-1).reshape(-1, 2)
     worst, allowed = worst_and_allowed(cost, X)
@@ -228,7 +228,7 @@ def test_slopes_of_a_robot_without_geometry():
 
 @pytest.mark.slow
 def test_twelve_joints_have_the_same_optimum_from_every_seed(monkeypatch):
-    """ANYmal B on each of its feet, five strike angles; many local optima lie within 20 % of the least."""
+    """ANYmal B on each of its feet, five strike angles; many local optima lie within 20 % of the smallest."""
     monkeypatch.setattr("shockpc.studies.improve.search.RUNS", RUNS)
     robot = known_robot("anymal_b")
     vary = dict[str, str]()
@@ -300,7 +300,7 @@ def test_a_front_of_two_numbers():
 
 
 def test_a_front_ends_at_the_optimum_of_the_second_number():
-    """Friction to stick is least in one half of the range, and the impulse of the knee at the end of the other."""
+    """Friction to stick is minimal in one half of the range, and the impulse of the knee at the end of the other."""
     scenes = {f"{angle} deg": Scene(robot="go2", contact=(Contact(frame="FL_foot"),), strike=Strike(strike_angle_deg=angle))
               for angle in (-10.0, 10.0)}  # fmt: skip
     numbers = ["friction_needed@FL_foot", "joint_impulse@FL_calf_joint"]
@@ -324,7 +324,7 @@ def test_no_point_of_a_grid_beats_that_of_a_front_between_distant_optima():
     scene = Scene(robot="go2", contact=(Contact(frame="FL_foot"),))
     vary = {"FL_thigh_joint": "-40:120", "FL_calf_joint": "-150:-50"}
     found = improve(scene, ["mitigation@FL_foot", "shock@imu"], vary=vary, robot=known_robot("go2"), any_ground=True)
-    assert improve_report(found).title == "Optimum of mitigation at FL_foot, shock at imu"  # of which one is greatest
+    assert improve_report(found).title == "Optimum of mitigation at FL_foot, shock at imu"  # of which one is largest
     thigh, calf = (np.linspace(*span, 80) for span in found.costs[0].bounds)
     grid = np.stack(np.meshgrid(thigh, calf), axis=-1).reshape(-1, 2)
     mitigation, shock = (cost.worst(grid) for cost in found.costs)
@@ -344,7 +344,7 @@ def test_a_front_whose_ends_almost_coincide_has_a_point():
 
 
 def test_a_front_has_one_point_where_a_number_is_zero():
-    """Zero in double precision is of either sign and many sizes; of points with it that with the least other number counts."""
+    """Zero in double precision is of either sign and many sizes; of points with it that with the smallest other number counts."""
     scene = Scene(robot="solo12", contact=(Contact(frame="FL_FOOT"),))
     vary = {"FL_HFE": "-60:60", "FL_KFE": "-150:-10"}
     front = improve(

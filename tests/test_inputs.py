@@ -94,11 +94,11 @@ LAND = ("--contact", "foot")
 TABLE = ("plain.urdf", *LAND, "--prove", 0)
 OUT = ("--out", "out")
 COMMANDS = {
-    "table as CSV": ("table.csv", "landings.csv", lambda file: ("landings", file, *TABLE)),
-    "table as NPZ": ("table.npz", "landings.csv", lambda file: ("landings", file, *TABLE)),
-    "table as Parquet": ("table.parquet", "landings.json", lambda file: ("landings", file, *TABLE)),
-    "table of several processes": ("table.csv", "landings.svg", lambda file: ("landings", file, *TABLE, "--jobs", 2)),
-    "robot of a table": ("plain.urdf", "report.md", lambda file: ("landings", "table.csv", file, *TABLE[1:])),
+    "table as CSV": ("table.csv", "landings.csv", lambda file: ("recorded", file, *TABLE)),
+    "table as NPZ": ("table.npz", "landings.csv", lambda file: ("recorded", file, *TABLE)),
+    "table as Parquet": ("table.parquet", "recorded.json", lambda file: ("recorded", file, *TABLE)),
+    "table of several processes": ("table.csv", "recorded.svg", lambda file: ("recorded", file, *TABLE, "--jobs", 2)),
+    "robot of a table": ("plain.urdf", "report.md", lambda file: ("recorded", "table.csv", file, *TABLE[1:])),
     "analyze": ("plain.urdf", "bodies.csv", lambda file: ("analyze", file, *LAND)),
     "analyze a scene": ("urdf.toml", "profile.json", lambda file: ("analyze", file)),
     "analyze a case": ("urdf-budgets.toml", "shock.svg", lambda file: ("analyze", f"{file}:land")),
@@ -132,24 +132,24 @@ def test_no_output_of_a_study_replaces_its_input(capfd, here, form):
     assert (here / name).read_bytes() == before
 
 
-@pytest.mark.parametrize("name", ["landings.csv", "landings.json", "report.md", "measured.csv"])
+@pytest.mark.parametrize("name", ["landings.csv", "recorded.json", "report.md", "measured.csv"])
 def test_an_input_in_the_folder_of_results_stays(capfd, here, name):
     """Refused where a result would have its name; kept where an earlier run could have left a result there."""
     (here / "out").mkdir()
     robot, table = ("plain.urdf", f"out/{name}") if name.endswith(".csv") else (f"out/{name}", "table.csv")
     (here / ("table.csv" if robot == "plain.urdf" else "plain.urdf")).rename(here / "out" / name)
     before = (here / "out" / name).read_bytes()
-    outcome = run(capfd, "landings", table, robot, *TABLE[1:], *OUT)
+    outcome = run(capfd, "recorded", table, robot, *TABLE[1:], *OUT)
     assert outcome.code == (0 if name == "measured.csv" else 2), outcome
     assert (here / "out" / name).read_bytes() == before
 
 
 def test_a_second_run_without_measurements_leaves_none(capfd, here):
-    """The files measured.* are results of `landings`: those of an earlier table do not stay beside the new results."""
+    """The files measured.* are results of `recorded`: those of an earlier table do not stay beside the new results."""
     (here / "measured.csv").write_text("knee,before_knee,vz,after_knee\n0.1,0,-1,2\n0.2,0,-1.2,3\n0.3,0,-1.1,2.5\n")
     of_measurements = {"measured.csv", "measured.svg", "measured.png"}
     for table, left in (("measured.csv", of_measurements), ("table.csv", set())):
-        assert run(capfd, "landings", table, *TABLE, *OUT).code == 0
+        assert run(capfd, "recorded", table, *TABLE, *OUT).code == 0
         assert {path.name for path in (here / "out").glob("measured.*")} == left
         (here / "out" / "mine.csv").write_text("mine")
     assert (here / "out" / "mine.csv").read_text() == "mine"

@@ -39,7 +39,7 @@ def joint_lines(profile):
 
 
 def distance(one, other):
-    """Greatest difference of any body's jump, in m/s and rad/s."""
+    """Largest difference of any body's jump, in m/s and rad/s."""
     return float(np.abs(np.stack([one.delta_v - other.delta_v, one.delta_omega - other.delta_omega])).max())
 
 

@@ -200,7 +200,7 @@ def test_several_landings_are_one_table_with_the_worst_marked(capfd):
 def test_one_foot_has_a_remark_that_names_the_other_level_feet(capfd):
     found = run(capfd, "analyze", "go2", "--contact", "FL_foot", "--strict")
     assert (found.code, found.err) == (0, "")
-    assert found.out.splitlines()[0].split(maxsplit=1)[1].startswith("FL_foot alone: imu 0.0577")
+    assert found.out.splitlines()[0].split(maxsplit=1)[1].startswith("FL_foot only: imu 0.0577")
     (remark,) = (line for line in found.out.splitlines() if line.startswith("level feet"))
     assert all(text in remark for text in ("FR_foot, RL_foot, RR_foot", "5 mm", "imu 0.1861"))
     assert "level feet" not in good(capfd, "analyze", "go2", "--contact", "FL_foot", "--base-rpy=-10,10,0")
@@ -244,7 +244,7 @@ def test_studies_take_the_same_landings_of_a_scene_without_contacts():
 
 
 def test_the_mean_decides_among_places_that_are_nearly_equal():
-    """The greatest shock of nine landings, and of every subset of the feet, at the best place (independent bounds)."""
+    """The largest shock of nine landings, and of every subset of the feet, at the best place (independent bounds)."""
     pytest.importorskip("clarabel")
     study = shockpc.place(Scene(robot="go2"), alternatives=0)
     (best,) = study.places

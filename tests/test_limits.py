@@ -50,7 +50,7 @@ def analysed(base, robot, joint, value, strike, frame):
 
 
 def greatest(base, robot, joint, value, strikes, frame):
-    """The greatest shock over a fine grid of strikes."""
+    """The largest shock over a fine grid of strikes."""
     return max(analysed(base, robot, joint, value, strike, frame) for strike in np.unique(np.linspace(*strikes, 43)))
 
 
@@ -114,7 +114,7 @@ def test_the_best_feasible_value_is_found_beside_a_better_one_that_is_not():
 
 
 def test_most_severe_strike_of_each_posture():
-    """The greatest shock over the strike angles against a grid, and so the strikes that keep the bound."""
+    """The largest shock over the strike angles against a grid, and so the strikes that keep the bound."""
     found = hyq(0.1)
     strikes = np.linspace(*found.strikes, 2101)
     shock = found.scan.over(strikes)
@@ -220,7 +220,7 @@ def test_loop_that_cannot_be_closed_ends_the_range():
         ({"bound": math.nan}, "max must be finite, got nan"),
         (
             {"joint_range": (0.0, -1.0)},
-            "the range of joint .* is from 0° to −57.3°; give its least and greatest value with --range",
+            "the range of joint .* is from 0° to −57.3°; give its minimum and maximum with --range",
         ),
         ({"strikes": (0.0, 1.6)}, "strike angles from 0° to 91.67° are not a range of landings"),
         ({"step": 0.0}, "a step of 0° from −150° to 0° is not possible"),
@@ -352,7 +352,7 @@ def test_the_least_margin_allowed_on_the_command_line(capfd, tmp_path):
 
 
 def test_no_value_allowed_is_an_answer(capfd):
-    """The command ends with exit code 0, and says what the least number is where flat ground allows the landing."""
+    """The command ends with exit code 0, and says what the smallest number is where flat ground allows the landing."""
     found = hyq(1e-4, strikes=(0.0, 0.0), step=math.radians(0.5))
     assert [one.allowed for one in found.limits] == [()]
     words = ("limits", "hyq", "--contact", "lf_foot", "--joint", "lf_kfe_joint", "--at", "trunk_imu", "--max", 1e-4)
@@ -566,7 +566,7 @@ def test_the_map_is_the_number_also_between_the_strike_angles_of_the_scan():
     found = hyq(0.1, step=math.radians(10.0))
     angles, numbers = found.scan.map()
     assert (angles[0], angles[-1]) == found.strikes
-    np.testing.assert_allclose(numbers, found.scan.over(angles), atol=1e-5)  # the least band of colour is 0.01
+    np.testing.assert_allclose(numbers, found.scan.over(angles), atol=1e-5)  # the smallest band of colour is 0.01
 
 
 def test_a_robot_whose_landings_need_proofs_is_looked_at_coarsely(tmp_path):

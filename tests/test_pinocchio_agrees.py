@@ -101,5 +101,5 @@ def test_the_inertia_of_mujoco_gives_the_same_jump(landing):
         expected[i] = np.concatenate([angular @ qd, linear @ qd])
     found = trees.twists(trees.land(landing, dialect="mjcf"))
     size = trees.motion(landing.mechanism, expected)
-    # Two joint-space inertias, each good to 1e-9 over three decades of mass; MuJoCo keeps 1e-15 as its least inertia.
+    # Two joint-space inertias, each good to 1e-9 over three decades of mass; MuJoCo keeps 1e-15 as its smallest inertia.
     assert np.all(trees.motion(landing.mechanism, found - expected) <= 1e-8 * np.maximum(size, 1e-6 * size.max()))

@@ -1,4 +1,4 @@
-"""The place of least shock: cone programs against closed forms and fine grids, sensors against all partitions, the command."""
+"""The place of smallest shock: cone programs against closed forms and fine grids, sensors against all partitions, the command."""
 
 import dataclasses
 import functools
@@ -88,7 +88,7 @@ def test_the_least_shock_in_a_rounded_hull_cut_by_a_plane_is_that_of_a_fine_grid
 
 
 def test_with_one_landing_the_best_place_is_on_the_screw_axis():
-    """The least shock of one landing is |ω · v| / |ω|, on the axis; in a ball beside it, it grows with the distance."""
+    """The smallest shock of one landing is |ω · v| / |ω|, on the axis; in a ball beside it, it grows with the distance."""
     omega, v = np.array([0.3, 2.0, -0.4]), np.array([0.5, 0.1, -0.2])
     found = fields_of(omega[None], v[None], np.array([2.0]))
     axis = np.cross(omega, v) / (omega @ omega)

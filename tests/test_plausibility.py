@@ -40,9 +40,9 @@ from shockpc.robot.feet_and_sensors import each_foot, feet
 from shockpc.robot.geometry import inflated_inertias
 from shockpc.studies.batch.study import batch
 from shockpc.studies.check.study import check_budgets
-from shockpc.studies.landings.report import landings_report
-from shockpc.studies.landings.study import landings
 from shockpc.studies.limits.study import limits
+from shockpc.studies.recorded.report import recorded_report
+from shockpc.studies.recorded.study import recorded
 from shockpc.studies.sweep.study import sweep
 from shockpc.studies.sweep.summary import summarise
 
@@ -472,10 +472,10 @@ def test_an_impact_that_makes_energy_is_not_feasible_in_any_study():
     assert summary.refused._asdict() == {"rows": 2, "pulled": 0, "gained": 2, "below": 0}
     assert summary.extents[0].best_row == 2
     columns = {"vx": np.sin(np.radians(angles)), "vz": -np.cos(np.radians(angles))}
-    recorded = landings(columns, scene, robot=robot, prove=0)
-    table = recorded.table()
+    evaluation = recorded(columns, scene, robot=robot, prove=0)
+    table = evaluation.table()
     np.testing.assert_allclose(table.values("energy_made"), expected, rtol=1e-9)
-    (line,) = landings_report("log", recorded.landings, table).warnings
+    (line,) = recorded_report("log", evaluation.landings, table).warnings
     assert "2 of 4" in line
     assert "energy" in line
     cost = ShockCost(scene, "shock@imu_link", {"strike-angle": "-20:20"}, robot)

@@ -9,7 +9,7 @@ import pytest
 from commands import good, run, vector
 from robot_texts import joint, link, urdf
 
-from shockpc import Contact, Posture, Scene, SceneError, SolveError, Strike, landings, shock_profile
+from shockpc import Contact, Posture, Scene, SceneError, SolveError, Strike, recorded, shock_profile
 from shockpc.landing.resolve import resolve
 from shockpc.landing.scene_file import robot_of
 from shockpc.landing.strike import GRAVITY
@@ -49,11 +49,11 @@ def test_a_fixed_base_has_no_velocity_of_its_own(rig):
     table = {"before_rail": [-1.4, -2.8], "before_knee": [0.0, 0.0]}
     for strike in (Strike(), Strike(joint_velocities={"rail": -3.0})):
         scene = Scene(**vars(rig) | {"strike": strike})
-        found = landings(table, scene, ["delta_qd@knee"]).table().columns["delta_qd@knee"]
+        found = recorded(table, scene, ["delta_qd@knee"]).table().columns["delta_qd@knee"]
         knee = robot_of(rig).joint("knee").v.start
         np.testing.assert_allclose(found, [expected[knee], 2.0 * expected[knee]], rtol=1e-12)
     with pytest.raises(SceneError.__base__, match="would be added"):
-        landings(table, Scene(**vars(rig) | {"strike": Strike(speed=2.0)}))
+        recorded(table, Scene(**vars(rig) | {"strike": Strike(speed=2.0)}))
 
 
 @pytest.mark.parametrize("robot", ["leg.urdf", "inclined.urdf"])

@@ -142,7 +142,7 @@ def test_an_axis_of_few_decimals_is_rounded_where_its_length_is_not_one(words, r
 def test_what_is_left_out_stands_in_the_line_of_the_contact():
     """With the direction, which an exact leg does not have to name."""
     lines = {digits: dict(header_lines(shock_profile(landing(r := chain(written(digits))), r)))["contact"] for digits in (4, 17)}
-    assert "not along (0 1 0), where rounding of the file alone moves it" in lines[4]
+    assert "not along (0 1 0), where only rounding of the file moves it" in lines[4]
     assert "not along" not in lines[17]
 
 

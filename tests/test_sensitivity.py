@@ -474,7 +474,7 @@ def changes(study):
 
 
 def test_worst_and_mean_of_several_landings():
-    """With the values and derivatives of each landing: the change of the greatest, and the mean of the changes."""
+    """With the values and derivatives of each landing: the change of the largest, and the mean of the changes."""
     robot = known_robot("hyq")
     single = [sensitivity(scene, IMU, robot) for scene in FEET.values()]
     worst, mean = (sensitivity(FEET, IMU, robot, mean=choice) for choice in (False, True))
@@ -505,7 +505,7 @@ def test_nothing_has_less_than_no_reflected_inertia():
 
 
 def test_less_is_worse():
-    """Of several radii of percussion the least counts, and a change that makes it greater is better."""
+    """Of several radii of percussion the smallest counts, and a change that makes it greater is better."""
     study = sensitivity(FEET, "ropc@base_link", known_robot("hyq"))
     assert study.value == study.values.min()
     assert study.worse(-1.0)

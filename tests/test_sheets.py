@@ -23,10 +23,10 @@ from shockpc.studies.compare.report import compare_report
 from shockpc.studies.fall.report import fall_report
 from shockpc.studies.identify.report import identify_report
 from shockpc.studies.improve.report import improve_report
-from shockpc.studies.landings.report import landings_report
 from shockpc.studies.limits.report import limits_report
 from shockpc.studies.place.report import place_report
 from shockpc.studies.quantities.report import quantities_report
+from shockpc.studies.recorded.report import recorded_report
 from shockpc.studies.robots.report import robot_report, robots_report
 from shockpc.studies.sensitivity.report import sensitivity_report
 from shockpc.studies.sweep.report import sweep_report
@@ -41,7 +41,7 @@ REPORTS = {
     "fall": fall_report,
     "identify": lambda found: identify_report(Path("tosses.csv"), found),
     "improve": improve_report,
-    "landings": lambda found: landings_report("log.csv", found.landings, found.table()),
+    "recorded": lambda found: recorded_report("log.csv", found.landings, found.table()),
     "limits": limits_report,
     "place": place_report,
     "sensitivity": sensitivity_report,

@@ -62,7 +62,7 @@ def test_restitution_of_a_stop(here, e):
 
 
 def test_a_stop_at_the_greatest_value_pushes_down(here):
-    """A foot thrown against the body above: the slide opens at 3 m/s at its greatest value, and the stop pulls both together."""
+    """A foot thrown against the body above: the slide opens at 3 m/s at its largest value, and the stop pulls both together."""
     strike = Strike(speed=2.0, joint_velocities={"slide": 5.0})
     profile = shock_profile(column(posture=Posture(joints={"slide": 0.4}), strike=strike))
     # The body rises at 5 − 2 = 3 m/s; the contact holds the foot, so the stop takes 3 kg · 3 m/s downwards.
@@ -173,7 +173,7 @@ def test_contacts_that_leave_a_stop_no_way_have_no_verdict(here):
     """Two contacts that pull a slide apart beyond its limit: no impulse of the stop can help."""
     apart = (replace(DOWN, velocity=(0.0, 0.0, -1.0)), Contact(frame="body", directions=("z",), velocity=(0.0, 0.0, -3.0)))
     scene = column(contact=apart)
-    # The body is stopped from 3 m/s and the foot from 1 m/s, so the slide opens: at its least value this is no matter …
+    # The body is stopped from 3 m/s and the foot from 1 m/s, so the slide opens: at its smallest value this is no matter …
     assert not shock_profile(scene).landing.acting
     closing = column(contact=apart[::-1], strike=Strike(speed=2.0))
     scene = replace(closing, contact=tuple(replace(c, velocity=(0.0, 0.0, -1.0 - 2.0 * (c.frame == "foot"))) for c in apart))
@@ -276,8 +276,8 @@ def test_stops_that_strike_on_the_command_line(capfd, here):
     """Names and globs, the report, and rows of a sweep in which the joint is not at its stop."""
     words = ("column.urdf", "--contact", "stop:sl*", "--joint-velocity", "slide=-3")
     text = good(capfd, "analyze", *words)
-    assert "contact      stop:slide, the end stop at the least value" in text
-    assert "the end stop of slide at its least value acts with 1.286 N s" in text
+    assert "contact      stop:slide, the end stop at the minimum value" in text
+    assert "the end stop of slide at its minimum value acts with 1.286 N s" in text
     assert "stop:slide: impulse 1.286 N s, effective mass along its joint 0.4286 kg" in text
     scene = column(contact=Contact(frame="stop:slide"), stops=None, strike=Strike(joint_velocities={"slide": -3.0}))
     table = sweep(scene, {"slide": "0,0.1"}, quantities=("stop_impulse@slide",)).table()
@@ -384,13 +384,13 @@ def test_a_joint_that_is_driven_beyond_its_limit_is_a_warning(capfd, here):
     found = json.loads(good(capfd, "analyze", *words, "--format", "json"))
     (warned,) = [one for one in found["health"]["warnings"] if one["kind"] == "limits"]
     assert warned["text"] == (
-        "slide is at its limit, and the impact drives it beyond at 2 m/s; its end stop is left out: count it with stops = true "
+        "slide is at its limit, and the impact drives it beyond at 2 m/s; its end stop is left out: include it with stops = true "
         "(--stops)"
     )
     assert found["tables"]["joints"][0]["stop_acts"] is False
     assert "stop_impulse" not in found["tables"]["joints"][0]
     text = good(capfd, "analyze", *words, "--stops", "--save-scene", "s.toml")
-    assert "the end stop of slide at its least value acts with 6 N s" in text
+    assert "the end stop of slide at its minimum value acts with 6 N s" in text
     assert "beyond" not in text
     assert "stops = true" in (here / "s.toml").read_text()
     found = json.loads(good(capfd, "analyze", "s.toml", "--format", "json"))

@@ -99,7 +99,7 @@ def test_path_with_a_colon_is_no_address(capfd, stick, tmp_path, monkeypatch):
     assert "sweep of stick: 15 landings" in good(capfd, "sweep", stick, *SMALL, "--prove", "2", "--out", "foot:0,0,0")
     pyarrow.parquet.write_table(pyarrow.table({"q_knee": [0.1, 0.2]}), tmp_path / "log.parquet")
     (tmp_path / "log.parquet").rename(tmp_path / "log:1.parquet")
-    assert "2 landings" in good(capfd, "landings", "log:1.parquet", stick, "--contact", "foot")
+    assert "2 landings" in good(capfd, "recorded", "log:1.parquet", stick, "--contact", "foot")
 
 
 def test_csv_holds_the_same_numbers_as_parquet(capfd, stick, tmp_path):
@@ -140,14 +140,14 @@ def test_springs_that_count_nowhere_are_said(capfd, stick, tmp_path):
 @pytest.mark.parametrize("given", [("--friction", 0.1), ("--vary", "friction=0:0.5:3")])
 def test_a_friction_on_which_no_column_depends_is_said(capfd, stick, given):
     words = ("--contact", "foot", "--vary", "strike-angle=0:40:2", *given)
-    said = "warning: these numbers are of contacts that stick; the friction counts alone in whether flat ground allows"
+    said = "warning: these numbers are of contacts that stick; the friction only decides whether flat ground allows"
     assert said in good(capfd, "sweep", stick, *words)
     assert said not in good(capfd, "sweep", stick, *words, "--at", "body", "--quantity", "shock_friction@body")
     assert said not in good(capfd, "sweep", stick, *words[:4])
 
 
 def test_most_severe_row_is_pasted_into_analyze(capfd, stick, tmp_path):
-    """The options in the summary reproduce the greatest shock in the table."""
+    """The options in the summary reproduce the largest shock in the table."""
     text = good(capfd, "sweep", stick, *SMALL, "--out", tmp_path / "out")
     line = next(line for line in text.splitlines() if line.startswith("most severe for shock@body: "))
     words = line.partition(": ")[2].replace("'", "").split()

@@ -126,8 +126,8 @@ STUDIES = {
         lambda found: len(found.variables),
         {"variable": ""},
     ),
-    "landings": (
-        lambda _: shockpc.landings({"q_LF_KFE": [-1.0, -1.2]}, FOOT, ["shock@imu_link"]),
+    "recorded": (
+        lambda _: shockpc.recorded({"q_LF_KFE": [-1.0, -1.2]}, FOOT, ["shock@imu_link"]),
         lambda found: 2,
         {"shock@imu_link": "-"},
     ),
@@ -139,7 +139,7 @@ STUDIES = {
     "place": (
         lambda _: shockpc.place({"down": FOOT, "slanted": Scene(robot="anymal_b", contact="RH_FOOT")}),
         lambda found: len(found.today) + len(found.places),
-        {"x [m]": "m", "greatest shock [-]": "-", "in landing": ""},
+        {"x [m]": "m", "maximum shock [-]": "-", "in landing": ""},
     ),
     "sensitivity": (
         lambda _: shockpc.sensitivity(FOOT, "shock@imu_link"),
@@ -217,7 +217,7 @@ def test_tables_of_batches_and_falls_are_ranked_by_their_quantities():
     ],
 )
 def test_what_a_table_does_not_have_is_refused(call):
-    table = shockpc.landings({"q_LF_KFE": [-1.0, -1.2], "name": ["a", "b"]}, FOOT, ["shock@imu_link"]).table()
+    table = shockpc.recorded({"q_LF_KFE": [-1.0, -1.2], "name": ["a", "b"]}, FOOT, ["shock@imu_link"]).table()
     assert table.worst(-1, "shock@imu_link") == []
     with pytest.raises(shockpc.StudyError):
         call(Table(table.computed, {**table.columns, "name": np.array(["a", "b"])}, {}))

@@ -89,7 +89,7 @@ def test_the_result_comes_first():
     profile = shock_profile(scene)
     shock, joint, warnings, blank = text_of([profile], "table").splitlines()[:4]
     here, free, locked = (profile.value(key, "point")[0] for key in ("shock", "shock_free", "shock_locked"))
-    assert shock == f"shock        LF_FOOT alone: imu_link {here:.4f} (joints free {free:.4f} … locked {locked:.4f})"
+    assert shock == f"shock        LF_FOOT only: imu_link {here:.4f} (joints free {free:.4f} … locked {locked:.4f})"
     sizes = [np.linalg.norm(load.force) for load in profile.loads]
     load = profile.loads[int(np.argmax(sizes))]
     assert joint == f"joint        largest impulse: {load.joint} {max(sizes):.3f} N s, 0 N m s along its axis"
@@ -97,9 +97,9 @@ def test_the_result_comes_first():
     assert found
     assert warnings == f"warnings     {len(found)} warning{'s' * (len(found) > 1)}: {found[0]}"
     assert blank == ""
-    assert text_of([profile], "markdown").splitlines()[2].startswith("- **shock**: LF_FOOT alone: imu_link ")
+    assert text_of([profile], "markdown").splitlines()[2].startswith("- **shock**: LF_FOOT only: imu_link ")
     beam = text_of([shock_profile(Scene(robot="beam", contact="pivot"))], "table").splitlines()
-    assert beam[0] == "shock        pivot alone: CoM of beam 0.2500 (joints free 0.2500 … locked 0.2500)"
+    assert beam[0] == "shock        pivot only: CoM of beam 0.2500 (joints free 0.2500 … locked 0.2500)"
     assert beam[1:3] == ["joint        largest impulse: none, because the robot has no joints", "warnings     no warnings"]
 
 
@@ -117,7 +117,7 @@ def test_the_result_of_a_contact_that_slides_is_that_with_friction():
     size = np.linalg.norm(sliding.value("impulse_friction", "contact")[0])
     assert sliding.friction.state == ("slides",)
     assert lines["shock"].startswith(
-        f"LF_FOOT alone: imu_link {shock:.4f} with friction 0.05 (sticking {sliding.points[0].shock:.4f}; joints free "
+        f"LF_FOOT only: imu_link {shock:.4f} with friction 0.05 (sticking {sliding.points[0].shock:.4f}; joints free "
     )
     assert lines["peak"] == f"imu_link {rounded(peak)} g for a pulse half-sine:5ms with friction 0.05"
     assert lines["joint"].startswith(
@@ -172,18 +172,18 @@ def test_the_last_line_is_the_accuracy():
     profile = shock_profile(Scene(robot="beam", contact="pivot"))
     proven = Altered(profile, health=health())
     line = (
-        "accuracy: proven to 2e-16 of each body's motion, for the robot as loaded (128 bits); double precision alone "
+        "accuracy: proven to 2e-16 of each body's motion, for the robot as loaded (128 bits); double precision "
         "was off by 6e-15; last-digit changes of the data move it by 3e-15"
     )
     assert text_of([proven], "table").splitlines()[-1] == line
     assert text_of([proven], "markdown").splitlines()[-1] == f"- {line}"
-    assert "double precision alone finds no solution" in accuracy_line(Altered(profile, health=health(double_error=math.inf)))
+    assert "double precision finds no solution" in accuracy_line(Altered(profile, health=health(double_error=math.inf)))
 
 
 def test_csv_has_every_digit(landings):
     """One row for each landing and body; a body that translates has empty cells and an infinite radius."""
     head, pivot, center, end = text_of(landings, "csv").split("\n")
-    assert head.startswith("contact,body,|Δω| [rad/s],CoPc x [m],CoPc y [m],CoPc z [m],RoPc [m],shock at CoM [-],least [-],")
+    assert head.startswith("contact,body,|Δω| [rad/s],CoPc x [m],CoPc y [m],CoPc z [m],RoPc [m],shock at CoM [-],minimum [-],")
     assert (center[:44], center[-11:], end) == ("center,beam,0.0,,,,inf,1.0,1.0,1.0,0.0,0.0,0", ",translates", "")
     name, body, *numbers = pivot.split(",")[:11]
     assert (name, body) == ("pivot", "beam")

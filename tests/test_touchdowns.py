@@ -15,9 +15,9 @@ from rosbags.typesys import Stores, get_typestore
 import shockpc
 from shockpc import Contact, Scene, load_robot
 from shockpc.bench.found_touchdowns import FEET, quadruped, trot
-from shockpc.recorded.bags import read_bag
-from shockpc.recorded.detection import line_slopes, noise
-from shockpc.recorded.logs import read_log
+from shockpc.recordings.bags import read_bag
+from shockpc.recordings.detection import line_slopes, noise
+from shockpc.recordings.logs import read_log
 from shockpc.text.errors import StudyError, UnknownName
 
 SOLID = '<inertia ixx="0.02" ixy="0" ixz="0" iyy="0.03" iyz="0" izz="0.01"/>'
@@ -161,7 +161,7 @@ def test_the_table_is_one_that_landings_takes(here, trotting, dog_scene, capfd):
         "touchdowns.svg",
         "report.md",
     }
-    found = json.loads(good(capfd, "landings", "found/touchdowns.csv", dog_scene.robot, "--prove", 0, "--format", "json"))
+    found = json.loads(good(capfd, "recorded", "found/touchdowns.csv", dog_scene.robot, "--prove", 0, "--format", "json"))
     rates = {
         row["statistic"]: row["value"]
         for row in found["tables"]["measured"]
@@ -193,10 +193,10 @@ def test_standing_feet_of_a_table_are_the_stance_of_its_landings(here):
         "vz": -np.ones(3),
         "vx": np.zeros(3),
     }
-    results = shockpc.landings(columns, scene, ["delta_v@body"]).table()
+    results = shockpc.recorded(columns, scene, ["delta_v@body"]).table()
     for k, stance in enumerate([("right_foot",), ()]):
         single = Scene(robot=scene.robot, contact="left_foot", stance=stance)
-        alone = shockpc.landings({"vz": -np.ones(1), "vx": np.zeros(1)}, single, ["delta_v@body"]).table()
+        alone = shockpc.recorded({"vz": -np.ones(1), "vx": np.zeros(1)}, single, ["delta_v@body"]).table()
         assert results.columns["delta_v@body"][k] == pytest.approx(alone.columns["delta_v@body"][0], rel=1e-12)
     assert results.columns["delta_v@body"][0] != pytest.approx(results.columns["delta_v@body"][1], rel=1e-3)
     assert "tail" in results.messages[2]
@@ -307,7 +307,7 @@ def test_all_feet_are_looked_at_whatever_strikes_in_the_scene(here):
     few = shockpc.touchdowns({name: x for name, x in stepping().items() if name != "right_leg"}, scene)
     assert few.frames == ("left_foot",)
     assert any("right_foot" in text and "right_leg" in text for text in few.warnings)
-    rows = shockpc.landings(found.table, Scene(robot=scene.robot)).table().to_pandas()
+    rows = shockpc.recorded(found.table, Scene(robot=scene.robot)).table().to_pandas()
     assert rows[["name", "contact"]].values.tolist() == [["1", "left_foot+right_foot"]]
 
 

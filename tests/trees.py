@@ -326,9 +326,9 @@ def joint_rows(mechanism) -> np.ndarray:
 
 
 def least_energy_jump(landing) -> np.ndarray:
-    """The jump of least kinetic energy that meets joints and contacts (Gauss; Kelvin), as (n, 6) twists at the centres of mass.
+    """The jump of minimum kinetic energy that meets joints and contacts (Gauss; Kelvin), as (n, 6) twists at the centres of mass.
 
-    One least-squares solve over free bodies: no tree, no joint rates, no joint-space inertia. Least norm is least energy once
+    One least-squares solve over free bodies: no tree, no joint rates, no joint-space inertia. Minimum norm is minimum energy once
     every unknown is scaled by the root of its inertia.
     """
     m = landing.mechanism

@@ -1,6 +1,5 @@
 """What the package costs: analyses, commands, many postures against Pinocchio and MuJoCo, and rows of sweeps."""
 
-import math
 import os
 import subprocess
 import sys
@@ -11,19 +10,17 @@ from concurrent.futures import Executor
 from dataclasses import replace
 from functools import partial
 from pathlib import Path
-from statistics import median
 from typing import Any
 
 import numpy as np
-import pinocchio as pin
 
-from shockpc import Contact, Joints, Rotor, ShockMaps, SolveError, resolve, shock_maps, shock_profile
-from shockpc.bench.cases import chain, known_robot, landing
+from shockpc import Contact, Joints, Rotor, SolveError, resolve, shock_maps, shock_profile
+from shockpc.bench.cases import known_robot, landing
 from shockpc.bench.found_touchdowns import found_touchdowns
-from shockpc.bench.measure import timed
+from shockpc.bench.many_postures import STRUCK, in_symbols, many_postures
+from shockpc.bench.measure import cost, timed
 from shockpc.bench.measured import measured_landings, measured_tosses
-from shockpc.bench.methods import Prepared, System, UnsuitedError, all_quantities, double_jumps, system_of
-from shockpc.bench.mujoco_peer import batch_in_mujoco
+from shockpc.bench.methods import all_quantities, double_jumps, system_of
 from shockpc.bench.stiff_contacts import stiff_contacts
 from shockpc.core.impulse import solve_impact
 from shockpc.core.percussion import percussion, translation
@@ -37,7 +34,7 @@ from shockpc.landing.landing import PosedLanding
 from shockpc.landing.scene import Scene
 from shockpc.robot.robot import Robot
 from shockpc.show.row_files import RowFiles
-from shockpc.show.tables import Cell, Column, Sheet
+from shockpc.show.tables import Cell, Sheet
 from shockpc.studies.analyze.report import landing_report
 from shockpc.studies.sweep.study import sweep
 
@@ -48,9 +45,6 @@ COMMANDS = {
     "shockpc analyze --out, with the figure": (*ANALYZE, "--out", "FOLDER"),
 }
 """Arguments of Python by the name of the row, FOLDER for one that is removed; run times are compared with that of the first."""
-
-STRUCK = {"anymal_b": "LF_FOOT", "talos": "left_sole_link", "chain of 100 links": "link0", "hyq": "lf_foot"}
-"""Robots and the frame that strikes."""
 
 FEET = tuple(Contact(frame=f"{leg}_foot") for leg in ("FL", "FR", "RL", "RR"))
 HOPPING = tuple(replace(foot, restitution=0.1) for foot in FEET)
@@ -64,16 +58,8 @@ STIFF: dict[str, dict[str, Any]] = {
 }
 """Landings of Go2 on contacts of 1e5 N/m: what their scenes give."""
 
-MANY_POSTURES = 512
-"""Postures of each robot for the peers."""
-
 ROWS = 16384
 """Of each sweep; sixteen times as many where processes are compared."""
-
-
-def _cost(run: Callable[[], Any], budget: float, count: int = 1) -> float:
-    """Median time of work that is done so often in one run [s]."""
-    return median(timed(run, budget)[1]) / count
 
 
 def _package(budget: float) -> Sheet:
@@ -86,7 +72,7 @@ def _package(budget: float) -> Sheet:
     rows: list[tuple[Cell, ...]] = []
 
     def add(what: str, run: Callable[[], Any], target: str | None = None) -> None:
-        rows.append((what, _cost(run, budget), target, None))
+        rows.append((what, cost(run, budget), target, None))
 
     for name, (robot, scene), target in (("ANYmal B, one foot", anymal, "3 ms"), ("Talos, both feet", talos, "12 ms")):
         add(f"shock_profile, {name}", partial(shock_profile, scene, robot), target)
@@ -154,81 +140,6 @@ def _process_time(arguments: tuple[str, ...]) -> float:
     return seconds
 
 
-def many_system(name: str) -> System:
-    """The landing of a robot of `STRUCK`, in one posture."""
-    robot = chain(np.ones(100), np.full(100, 0.05)) if name.startswith("chain") else known_robot(name)
-    return system_of(*landing(robot, STRUCK[name]))
-
-
-def random_postures(system: System, n: int) -> Array:
-    """Random postures (n, nq) around the scene's: every joint, and the base, rotated by about 20°."""
-    steps = 0.35 * np.random.default_rng(20).normal(size=(n, system.model.nv))
-    steps[:, :3] = 0.0
-    return np.stack([pin.integrate(system.model, system.landing.q, step) for step in steps])
-
-
-def _bare_loop(system: System, Q: Array) -> Prepared:
-    """The shortest loop in Pinocchio: a frame's Jacobian and impulseDynamics for one direction; joint velocities alone."""
-    model, data, velocity = system.model, system.model.createData(), system.landing.before.velocity
-    frame = model.getFrameId(system.landing.scene.contact[0].frame)
-    out, before = np.empty((len(Q), model.nv)), np.zeros((len(Q), model.nv))
-    before[:, :3] = [pin.Quaternion(q[3:7]).matrix().T @ velocity for q in Q]
-
-    def run() -> Array:
-        for k, (q, v) in enumerate(zip(Q, before, strict=True)):
-            pin.crba(model, data, q)
-            J = pin.computeFrameJacobian(model, data, q, frame, pin.LOCAL_WORLD_ALIGNED)[:3]
-            out[k] = pin.impulseDynamics(model, data, v, J, 0.0, 0.0)
-        return out
-
-    def read(after: Array) -> Array:
-        return np.array([system.jumps(system.motions(data, v, q)) for q, v in zip(Q, after - before, strict=True)])[..., None]
-
-    return Prepared(run, read)
-
-
-def _batched(system: System, Q: Array) -> Prepared:
-    """The batched path of the package; its maps are in world axes."""
-
-    def read(result: ShockMaps) -> Array:
-        maps = result.maps.reshape(len(Q), -1, 2, 3, 3)
-        return (np.swapaxes(result.rotation, -1, -2)[:, :, None] @ maps).reshape(len(Q), -1, 6, 3)
-
-    return Prepared(lambda: shock_maps(system.landing, Q), read)
-
-
-PEERS: dict[str, Callable[[System, Array], Prepared]] = {
-    "Pinocchio in a Python loop: 1 direction, joint velocities": _bare_loop,
-    "shockpc, batched: 3 directions, all bodies": _batched,
-    "MuJoCo in a Python loop: 3 directions, all bodies": batch_in_mujoco,
-}
-"""Run times are compared with that of the first."""
-
-
-def _throughput(budget: float) -> Sheet:
-    """Compare the results of all peers in many postures, and their run times. Args: budget for each clock [s]."""
-    rows: list[tuple[Cell, ...]] = []
-    for name in ("anymal_b", "talos", "chain of 100 links"):
-        system = many_system(name)
-        Q, first = random_postures(system, MANY_POSTURES), math.nan
-        batched = _batched(system, Q)
-        maps = batched.read(batched.run())
-        for peer, prepare in PEERS.items():
-            try:
-                prepared = prepare(system, Q)
-            except UnsuitedError as reason:
-                rows.append((name, peer, None, None, None, str(reason)))
-                continue
-            jumps, seconds = prepared.read(prepared.run()), _cost(prepared.run, budget, MANY_POSTURES)
-            same = maps if jumps.shape[-1] == 3 else (maps @ system.landing.before.velocity)[..., None]
-            off = np.max(np.abs(jumps - same).max(axis=(1, 2, 3)) / np.abs(same).max(axis=(1, 2, 3)))
-            first = seconds if prepare is _bare_loop else first
-            rows.append((name, peer, seconds, seconds / first, float(off), None))
-    off_by = Column("difference", "difference", "-", zero=0.0)
-    header = ("robot", "method", "per posture [µs]", "× Pinocchio loop [-]", off_by, "remark")
-    return Sheet("many postures", header, rows, ("difference: from the batched path, relative to the fastest body",))
-
-
 def _sweeps(budget: float) -> Sheet:
     """Rows of sweeps against the maps alone, what dominates them, and two processes against one. Args: budget for a clock [s]."""
     rows: list[tuple[Cell, ...]] = []
@@ -238,12 +149,12 @@ def _sweeps(budget: float) -> Sheet:
         resolved, Q = resolve(source.scene, source.robot), source.resolved()[0][:4096]
         block, armature = Q[:256], resolved.joint_model.armature
         equation = resolved.equation(dynamics(source.robot, block, armature), False)
-        row = _cost(partial(_written, made, None), budget, ROWS)
-        maps = _cost(partial(shock_maps, resolved, Q), budget, len(Q))
-        few = [_cost(partial(shock_maps, resolved, Q[:1024], derivatives=wanted), budget, 1024) for wanted in (False, True)]
-        calls = _cost(partial(dynamics, source.robot, block, armature), budget, len(block))
+        row = cost(partial(_written, made, None), budget, ROWS)
+        maps = cost(partial(shock_maps, resolved, Q), budget, len(Q))
+        few = [cost(partial(shock_maps, resolved, Q[:1024], derivatives=wanted), budget, 1024) for wanted in (False, True)]
+        calls = cost(partial(dynamics, source.robot, block, armature), budget, len(block))
         step = partial(solve_impact, equation.inertia, equation.J_c, equation.b, equation.terms, equation.tolerance)
-        eq_4 = _cost(step, budget, len(block))
+        eq_4 = cost(step, budget, len(block))
         size = len(source.robot.bodies) * source.robot.model.nv
         rows.append((name, size, row, maps, row / maps, few[1] / few[0], calls / row, eq_4 / row))
     single, together = (_in_processes(_sample("hyq", 16 * ROWS), jobs) for jobs in (1, 2))
@@ -288,7 +199,8 @@ def _written(made: Evaluation[VariedLandings], workers: Executor | None) -> int:
 COSTS = {
     "costs": _package,
     "soft contacts": stiff_contacts,
-    "many postures": _throughput,
+    "many postures": many_postures,
+    "symbols": in_symbols,
     "sweeps": _sweeps,
     "measured landings": measured_landings,
     "measured tosses": measured_tosses,

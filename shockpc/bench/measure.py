@@ -2,6 +2,7 @@
 
 import time
 from collections.abc import Callable, Mapping
+from statistics import median
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -72,6 +73,11 @@ def timed(run: Callable[[], Any], budget: float) -> tuple[Any, tuple[float, ...]
         if budget <= 0.0 or seconds[0] > max(LONG, budget):
             return result, tuple(seconds)
     return result, tuple(seconds[1:])
+
+
+def cost(run: Callable[[], Any], budget: float, count: int = 1) -> float:
+    """Median time of work that is done so often in one run [s]."""
+    return median(timed(run, budget)[1]) / count
 
 
 def measure(case: Trial, methods: Mapping[str, Method], budget: float) -> list[Result]:

@@ -200,7 +200,7 @@ def _one_restitution(system: System) -> float:
     if len(e) > 1:
         raise UnsuitedError("Pinocchio takes one restitution for all rows")
     if any(e) and any(contact.rebound is not None and contact.size > 1 for contact in system.landing.contacts):
-        raise UnsuitedError("Pinocchio's restitution reverses the speed along all rows, not that along the normal alone")
+        raise UnsuitedError("Pinocchio's restitution reverses the speed along all rows, not only along the normal")
     if system.G is not None or not system.landing.robot.free_base or system.landing.scene.stance:
         raise UnsuitedError("Pinocchio's impulse has no held joints, mimic joints or standing feet")
     return float(e.pop())
@@ -221,7 +221,7 @@ def _pin_constraints(mu: float, system: System) -> Prepared:
     """pin.impulseDynamics with rigid constraint models. The damping µ stays in the answer: the function solves once."""
     e, v, q, model = _one_restitution(system), system.v, system.landing.q, system.model
     if system.landing.loops or not system.sticking:
-        raise UnsuitedError("rigid constraint models are used here for sticking points alone")
+        raise UnsuitedError("rigid constraint models are used here for sticking points only")
     models, datas = pin.StdVec_RigidConstraintModel(), pin.StdVec_RigidConstraintData()
     for joint, point in system.contact_points():
         place = pin.SE3(np.eye(3), point)

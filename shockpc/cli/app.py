@@ -2,6 +2,7 @@
 
 import importlib
 import importlib.util
+import inspect
 import os
 import re
 import sys
@@ -13,7 +14,7 @@ import typer
 from typer.core import TyperCommand, TyperGroup, TyperOption
 
 from shockpc import __version__
-from shockpc.cli.completion import ASKED
+from shockpc.cli.completion import ASKED, completer
 from shockpc.cli.declared import EXIT_CODES, Command, Help, command
 from shockpc.cli.options import EVERYBODY, PANELS, RARE, RARE_OF_RUN
 
@@ -28,6 +29,9 @@ COMMANDS = {
 
 Its command is the function of its name in the module `command`, else that of a study as `study_command` makes it.
 """
+
+RENAMED = {"landings": "recorded"}
+"""New names of commands by their old ones, which still work."""
 
 HEADINGS = ("Begin", "Look at a robot", "One landing", "Many landings", "Decide", "Data", "For developers")
 
@@ -113,6 +117,9 @@ def app_for(words: Sequence[str]) -> typer.Typer:
     for name in named or COMMANDS:
         # Without a command, names alone are wanted: for help, and to suggest one that is spelt alike.
         function = _command(name) if named else command(examples=())(lambda: None)
+        if ASKED in os.environ:
+            for parameter in inspect.signature(function).parameters.values():
+                parameter.default.autocompletion = completer(parameter.name, parameter.default.metavar)
         shown: Help = vars(function)["help"]
         summary = importlib.import_module(COMMANDS[name]).SUMMARY
         app.command(name, cls=GroupedCommand, help=shown.text(summary), epilog=shown.after)(function)

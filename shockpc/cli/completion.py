@@ -17,19 +17,7 @@ ASKED = "_SHOCKPC_COMPLETE"
 Completer: TypeAlias = Callable[[str], Iterable[str]]
 
 
-def complete() -> int:
-    """Print the completions of what is typed so far, and return the exit code."""
-    from shockpc.cli.app import app_for
-
-    os.environ["COLUMNS"] = "10000"  # Rich breaks the help of an option into lines, each of which fish takes for a completion
-    try:
-        app_for(_words()[:1])([], standalone_mode=False, prog_name="shockpc")
-    except SystemExit as done:
-        return int(done.code or 0)
-    return 0
-
-
-def _words() -> list[str]:
+def words_typed() -> list[str]:
     """What is typed so far after the name of the program."""
     return (os.environ.get("COMP_WORDS") or os.environ.get("_TYPER_COMPLETE_ARGS", "")).split()[1:]
 
@@ -52,7 +40,7 @@ def _robot() -> "Robot | None":
     from shockpc.cli.scenes import scene_named
     from shockpc.landing.scene_file import robot_of
 
-    for word in _words()[1:]:
+    for word in words_typed()[1:]:
         with contextlib.suppress(ShockError):
             return robot_of(scene_named(word))
     return None

@@ -11,15 +11,12 @@ the type allows none of these, or the default is `...`, it has to be given.
 import copy
 import functools
 import inspect
-import os
 import re
 from collections.abc import Callable, Collection
 from typing import Any, NamedTuple, TypeAlias, get_args
 
 import typer
 from typer.models import OptionInfo
-
-from shockpc.cli.completion import ASKED, completer
 
 WIDTH = 74
 """Characters of an example on a line of the help."""
@@ -169,7 +166,5 @@ def _for_typer(name: str, kind: Any, declared: Any) -> inspect.Parameter:
         info.default = () if repeated else False if kind is bool else ...
     if isinstance(info, OptionInfo) and not info.param_decls:
         info.param_decls = (f"--{name.rstrip('_').replace('_', '-')}",)
-    if ASKED in os.environ:
-        info.autocompletion = completer(name, info.metavar)
     annotation = list[str] if repeated else str if info.parser else kind
     return inspect.Parameter(name, inspect.Parameter.KEYWORD_ONLY, annotation=annotation, default=info)

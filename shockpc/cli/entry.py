@@ -8,7 +8,7 @@ import sys
 import warnings
 from collections.abc import Sequence
 
-from shockpc.cli.completion import ASKED, complete
+from shockpc.cli.completion import ASKED, words_typed
 from shockpc.cli.process import command, prepare, print_error, received, write_stdout
 from shockpc.text.arguments import typed
 from shockpc.text.diagnostic import ShockWarning
@@ -51,13 +51,17 @@ def main(words: Sequence[str]) -> int:
     What a command prints is kept until it has ended, so that one which fails prints its message and nothing else.
     """
     if ASKED in os.environ:
-        return complete()
+        return _complete()
     printed = io.StringIO()
     inputs.clear()
     command[:] = ["shockpc", *words]
     try:
-        from shockpc.cli.app import app_for
+        from shockpc.cli.app import RENAMED, app_for
 
+        if words and words[0] in RENAMED:
+            old, new = words[0], RENAMED[words[0]]
+            print_error(f"warning: the command {old} is now {new}; the old name will be removed in the next release")
+            words = command[1:] = [new, *words[1:]]
         # What a command reports holds the warnings of its landings.
         with contextlib.redirect_stdout(printed), warnings.catch_warnings():
             warnings.simplefilter("ignore", ShockWarning)
@@ -81,6 +85,18 @@ def main(words: Sequence[str]) -> int:
     print_error("interrupted; no incomplete file was left")
     # As shells count: 130 after Ctrl-C and 143 after SIGTERM.
     return 128 + received[0] if received else INTERRUPTED
+
+
+def _complete() -> int:
+    """Print the completions of what is typed so far, for a shell, and return the exit code."""
+    from shockpc.cli.app import app_for
+
+    os.environ["COLUMNS"] = "10000"  # Rich breaks the help of an option into lines, each of which fish takes for a completion
+    try:
+        app_for(words_typed()[:1])([], standalone_mode=False, prog_name="shockpc")
+    except SystemExit as done:
+        return int(done.code or 0)
+    return 0
 
 
 def _failure(error: Exception, words: Sequence[str]) -> tuple[str, int]:

@@ -117,7 +117,7 @@ class SceneOptions(NamedTuple):
     )
     joint_stiffness: tuple[Setting, ...] = _in_joints(
         "Stiffness of a spring of the joint itself, such as in a compliant leg, instead of the stiffness in an MJCF; its load at "
-        "touchdown (springref) counts with a contact stiffness [N m/rad; N/m if prismatic].",
+        "touchdown (springref) is included with a contact stiffness [N m/rad; N/m if prismatic].",
         "JOINT=STIFFNESS",
         setting,
     )

@@ -11,10 +11,10 @@ from shockpc.landing.posture import settable_joints
 from shockpc.landing.scene import Posture, Scene
 from shockpc.landing.scene_file import check_scene, plane_of
 from shockpc.landing.strike import Strike
-from shockpc.recorded.cells import empty_cells
-from shockpc.recorded.column_names import FRICTION, StateColumns, column_name, state_columns
-from shockpc.recorded.state import ANGLES
-from shockpc.recorded.table_files import read_table
+from shockpc.recordings.cells import empty_cells
+from shockpc.recordings.column_names import FRICTION, StateColumns, column_name, state_columns
+from shockpc.recordings.state import ANGLES
+from shockpc.recordings.table_files import read_table
 from shockpc.robot.robot import Robot
 from shockpc.text.errors import SceneError
 

@@ -65,7 +65,7 @@ def scenes_from(robot: str, options: SceneOptions, trace: Trace | None = None) -
         changes["kind"] = "flat"
     if options.directions is not None:
         if options.slide:
-            raise SceneError("--slide means --directions along the normal alone; leave one of them out")
+            raise SceneError("--slide means --directions along the normal only; leave one of them out")
         changes["directions"] = options.directions
     landings = _contacts(loaded, scene, options)
 
@@ -128,7 +128,7 @@ def with_contact(robot: str, options: SceneOptions, contacts: list[str]) -> tupl
     scene = scene_named(robot)
     if options.contact or scene.contact:
         return options, contacts
-    from shockpc.recorded.landings import first_contact
+    from shockpc.recordings.landings import first_contact
 
     loaded = _robot_of(_with_file(scene, options), filter(str.strip, contacts))
     chosen = first_contact(loaded, contacts)
@@ -164,7 +164,7 @@ def one_scene(robot: str, options: SceneOptions, trace: Trace | None = None) -> 
 
 
 def scene_named(name: str) -> Scene:
-    """The scene of a file, of FILE.toml:CASE, or of a robot alone.
+    """The scene of a file, of FILE.toml:CASE, or of a robot without a scene.
 
     Raises:
         ShockError: a file cannot be read, or has no such case.

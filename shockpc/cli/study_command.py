@@ -25,7 +25,7 @@ from shockpc.evaluation.variation import ATTITUDE, OFFSET, Vary, variation
 from shockpc.landing.scene import Point
 from shockpc.landing.scene_file import point_at
 from shockpc.quantities.selection import select
-from shockpc.recorded.column_names import StateColumns
+from shockpc.recordings.column_names import StateColumns
 from shockpc.robot.robot import Robot
 from shockpc.text.errors import StudyError, traces
 from shockpc.text.trace import Trace

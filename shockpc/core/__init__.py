@@ -1,1 +1,1 @@
-"""The mathematics, on arrays alone: nothing in here has heard of robots, files or Pinocchio."""
+"""The mathematics, only on arrays: nothing in here has heard of robots, files or Pinocchio."""

@@ -1,6 +1,6 @@
 """Step 2: from the jump of the joint velocities to the jump of every body (shock paper, Eqs. 8 and 9).
 
-The recursion Δv̂_i = Δv̂_parent(i) + S_i Δq̇_i from the base to the leaves, for all postures at once. Works on arrays alone.
+The recursion Δv̂_i = Δv̂_parent(i) + S_i Δq̇_i from the base to the leaves, for all postures at once. Works only on arrays.
 """
 
 from collections.abc import Iterator, Sequence

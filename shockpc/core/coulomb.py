@@ -163,7 +163,7 @@ def _one_contact(A: Array, b: Array, mu: float) -> Iterator[Array]:
 
 
 def _solve(A: Array, b: Array) -> Array:
-    """The least x with A x = b for a matrix that is positive semidefinite."""
+    """The smallest x with A x = b for a matrix that is positive semidefinite."""
     s, Q = np.linalg.eigh(A)
     kept = s > 1e-12 * s[-1]
     return np.asarray(Q[:, kept] @ ((Q[:, kept].T @ b) / s[kept]))

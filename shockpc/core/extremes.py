@@ -2,8 +2,8 @@
 
 Geometry is a union of convex pieces, each the hull of some points, or an ellipsoid swept along a segment (a sphere, a capsule; a
 cylinder, whose ellipsoid is flat, a disc). The part of Δv(r) along Δω is the same everywhere. The part perpendicular to it maps a
-piece linearly to a set in the plane: a polygon, or an ellipse swept along a segment. |Δv(r)| is a convex function, so its greatest
-value is that of a corner, or of the farthest point of an ellipse at an end; its least value follows from the distance between the
+piece linearly to a set in the plane: a polygon, or an ellipse swept along a segment. |Δv(r)| is a convex function, so its largest
+value is that of a corner, or of the farthest point of an ellipse at an end; its minimum follows from the distance between the
 origin and the set. All pieces of all bodies are evaluated at once.
 """
 
@@ -63,7 +63,7 @@ class Pieces(NamedTuple):
 
 
 def shock_extremes(delta_omega: Array, delta_v: Array, pieces: Pieces, v_in: float) -> tuple[Array, Array]:
-    """Compute the least and greatest |Δv + Δω × r| / v_in over every body.
+    """Compute the smallest and largest |Δv + Δω × r| / v_in over every body.
 
     An ellipse swept along a segment is the union of the ellipses at its ends and the parallelogram between the points at which its
     two sides are tangent to them.
@@ -74,7 +74,7 @@ def shock_extremes(delta_omega: Array, delta_v: Array, pieces: Pieces, v_in: flo
         pieces: the pieces of the bodies.
         v_in: speed of the strike [m/s].
 
-    Returns: least (nb,), greatest (nb,) [1], right to 1e-15 of (|Δv| + |Δω| |r|) / v_in at the farthest point r; NaN for a body
+    Returns: smallest (nb,), largest (nb,) [1], right to 1e-15 of (|Δv| + |Δω| |r|) / v_in at the farthest point r; NaN for a body
     without pieces, and where an input is NaN.
     """
     along, offset, turning = _across(delta_omega, delta_v)
@@ -101,12 +101,12 @@ def shock_extremes(delta_omega: Array, delta_v: Array, pieces: Pieces, v_in: flo
 
 
 def greatest_shock(delta_omega: Array, delta_v: Array, pieces: Pieces) -> Array:
-    """The greatest |Δv + Δω × r| over one body in many landings [m/s], as in `shock_extremes`.
+    """The largest |Δv + Δω × r| over one body in many landings [m/s], as in `shock_extremes`.
 
     Args:
         delta_omega: (..., 3) jumps of angular velocity, body axes [rad/s].
         delta_v: (..., 3) jumps of velocity of the body frame's origin [m/s].
-        pieces: of this body alone.
+        pieces: of this body only.
 
     Returns: (...); NaN without pieces.
     """
@@ -201,7 +201,7 @@ def _distances(p: Array, pieces: Pieces) -> Array:
     """Distance (n,) of the origin from the convex hull of every piece's points p (2, k); 0 inside, NaN where one is not finite.
 
     The origin is inside unless all points, seen from it, lie within less than half a turn. Outside, the algorithm is Wolfe's (1976)
-    in the plane: take the corner with the least component along the nearest point so far, and continue with the nearer of the two
+    in the plane: take the corner with the minimum component along the nearest point so far, and continue with the nearer of the two
     segments from the ends of the present edge to it. Every step reduces the distance, and the number of segments is finite.
     """
     start, piece = pieces.start, pieces.piece
@@ -230,7 +230,7 @@ def _dot(a: Array, b: Array) -> Array:
 
 
 def _lowest(values: Array, pieces: Pieces) -> np.ndarray:
-    """Index (n,) of each piece's first point with its least value (k,)."""
+    """Index (n,) of each piece's first point with its smallest value (k,)."""
     hits = np.flatnonzero(values == np.minimum.reduceat(values, pieces.start)[pieces.piece])
     return np.asarray(hits[np.searchsorted(hits, pieces.start)])
 

@@ -14,7 +14,7 @@ def frozen(*, kw_only: bool = False) -> Callable[[type[R]], type[R]]:
     Those that `dataclass` makes for each class, which it compiles, would lengthen the start of every command.
 
     Args:
-        kw_only: whether the fields are given by name alone.
+        kw_only: whether the fields are given only by name.
     """
 
     def decorate(record: type[R]) -> type[R]:

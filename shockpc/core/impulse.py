@@ -3,7 +3,7 @@
     [ H    J_cᵀ ] [ Δq̇ ]   [  0 ]
     [ J_c   0   ] [ −λ ] = [ −b ]         b = (1 + e) J_c q̇⁻
 
-Works on arrays alone; it neither loads robots nor chooses contacts. What closes a loop is a row with b = 0; what cannot move is
+Works only on arrays; it neither loads robots nor chooses contacts. What closes a loop is a row with b = 0; what cannot move is
 a column left out (Eq. 7, with H and J_c reduced before they come here). All arrays have a leading posture axis.
 """
 
@@ -19,7 +19,7 @@ from shockpc.core.spatial import Array
 EPS = float(np.finfo(float).eps)
 
 CLEARLY_INDEPENDENT = 1e-4
-"""Least pivot of the scaled Delassus matrix from which its rows are certainly independent."""
+"""Smallest pivot of the scaled Delassus matrix from which its rows are certainly independent."""
 
 INDISTINCT = 1e10
 """Condition of the inertia from which the Delassus matrix in double precision no longer tells whether its rows are independent."""
@@ -31,7 +31,7 @@ DATA_TOLERANCE = 1e-8
 """The same where loops are closed: bars that are parallel to the digits of a file, and to the gap that closing leaves."""
 
 SMALL = 1e-2
-"""Least pivot, and least share of the greatest mobility, below which a row may be one that rounding of the robot's file left."""
+"""Minimum pivot, and minimum share of the largest mobility, below which a row may be one that rounding of the robot's file left."""
 
 UNCERTAIN = 1.0 / 32.0, 8.0
 """Multiples of the tolerance between which rounding can change whether rows are independent."""
@@ -47,7 +47,7 @@ class Solution(NamedTuple):
         rank: (N,) number of independent rows.
         condition: (N,) estimated factor by which the inertia and the rows enlarge rounding in the jump that is known worst [1].
         choices: the independent rows of each posture in which some depend on others, or nearly do, by its index.
-        independent: (r, k) impulses along these rows alone, which do the same to the robot, by the same index [N s].
+        independent: (r, k) impulses along these rows only, which do the same to the robot, by the same index [N s].
     """
 
     delta_qd: Array
@@ -60,7 +60,7 @@ class Solution(NamedTuple):
 
     @property
     def independent_impulse(self) -> Array:
-        """(N, nc, k) impulses along the independent rows alone, zero along all others [N s]."""
+        """(N, nc, k) impulses along the independent rows only, zero along all others [N s]."""
         out = self.impulse.copy() if self.independent else self.impulse
         for k, part in self.independent.items():
             out[k] = 0.0
@@ -73,11 +73,11 @@ class RowChoice(NamedTuple):
 
     Attributes:
         rows: (r,) indices of independent rows from which all others follow.
-        distribution: (nc, r) distributes impulses along these rows over all rows, with the same effect and the least norm at unit
+        distribution: (nc, r) distributes impulses along these rows over all rows, with the same effect and the minimum norm at unit
             mobility; the identity where no row depends on others.
         unique: (nc,) whether the impulse along a row is determined. A row along which nothing can move takes none.
         uncertain: whether rounding can change how many rows are independent.
-        discarded: greatest singular value above rounding that counts as zero, relative to the terms of the rows; 0 if none is.
+        discarded: largest singular value above rounding that counts as zero, relative to the terms of the rows; 0 if none is.
         infeasible: (m, nc) combinations of rows, of unit length, along which the mechanism moves only by what rounding of its file
             leaves.
         slack: share of their terms that rounding of the file may leave in rows that follow from others.
@@ -105,7 +105,7 @@ def solve_impact(
     tolerance: float,
     most: Callable[[int], tuple[int, float]] | None = None,
 ) -> Solution:
-    """The jump of least kinetic energy that meets the contact: Δq̇ = −H⁻¹ J_cᵀ Λ b, λ = −Λ b, Λ = (J_c H⁻¹ J_cᵀ)⁻¹.
+    """The jump of minimum kinetic energy that meets the contact: Δq̇ = −H⁻¹ J_cᵀ Λ b, λ = −Λ b, Λ = (J_c H⁻¹ J_cᵀ)⁻¹.
 
     The Delassus matrix J_c H⁻¹ J_cᵀ, scaled to a unit diagonal, is eliminated without pivoting. Where a pivot comes near zero, or
     the inertia has lost the digits to tell, `independent_rows` finds the independent rows of that posture.
@@ -179,7 +179,7 @@ def _signs(n: int) -> Array:
 
 
 def _least_pivot(A: Array) -> Array:
-    """The least pivot (N,) of symmetric matrices A (N, n, n), eliminated in their order; NaN after one that is zero."""
+    """The smallest pivot (N,) of symmetric matrices A (N, n, n), eliminated in their order; NaN after one that is zero."""
     S = A.transpose(1, 2, 0).copy()
     for k in range(len(S) - 1):
         S[k + 1 :, k + 1 :] -= S[k + 1 :, k, None] * (S[k, k + 1 :] / S[k, k])[None]
@@ -221,7 +221,7 @@ def independent_rows(
         size: (nv,) by which joint velocities are measured, as `column_sizes`.
         scale: (nc,) that brings each row to unit mobility.
         tolerance: relative error of the terms. Rounding alone may change the choice only where it is `TOLERANCE`.
-        most: how many rows can be independent; the least singular values beyond that count as zero.
+        most: how many rows can be independent; the smallest singular values beyond that count as zero.
         rounded: what rounding of the robot's file makes of rows beyond that, relative to their terms.
     """
     count = len(J_c)
@@ -290,7 +290,7 @@ def _distribution(J: Array, moves: np.ndarray, size: Array, scale: Array, rows: 
 
 
 def column_sizes(terms: Array) -> Array:
-    """The greatest size (nv,) of a term in each column of terms (nc, nv): for a rotation a length [m], for a translation 1."""
+    """The largest size (nv,) of a term in each column of terms (nc, nv): for a rotation a length [m], for a translation 1."""
     greatest = terms.max(axis=0, initial=0.0)
     return np.where(greatest > 0.0, greatest, 1.0)
 

@@ -30,7 +30,7 @@ Inertia: TypeAlias = Array | CompositeInertia
 
 
 DEFINITE = 1e-14
-"""Least eigenvalue of H, scaled to a diagonal of ±1, from which H is positive definite for sure [1]."""
+"""Smallest eigenvalue of H, scaled to a diagonal of ±1, from which H is positive definite for sure [1]."""
 
 
 def diagonal_of(inertia: Inertia) -> Array:

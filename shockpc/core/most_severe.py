@@ -7,16 +7,16 @@ import numpy as np
 from shockpc.core.spatial import Array
 
 CLEARLY_APART = 1e-3
-"""Part of the greatest eigenvalue of AᵀA by which the next one has to be less for its formula to keep all but three digits."""
+"""Part of the largest eigenvalue of AᵀA by which the next one has to be less for its formula to keep all but three digits."""
 
 
 class ExtremeDirections(NamedTuple):
-    """The impact directions with the greatest and the least shock at a point.
+    """The impact directions with the largest and the smallest shock at a point.
 
     Attributes:
-        most_severe: (..., 3) unit direction of the strike with the greatest shock, world axes; pointing into the ground.
+        most_severe: (..., 3) unit direction of the strike with the largest shock, world axes; pointing into the ground.
         most_severe_shock: (...) shock there [1].
-        least_severe: (..., 3) unit direction of the strike with the least shock; it may be level.
+        least_severe: (..., 3) unit direction of the strike with the smallest shock; it may be level.
         least_severe_shock: (...) shock there [1].
     """
 
@@ -27,7 +27,7 @@ class ExtremeDirections(NamedTuple):
 
 
 def extreme_directions(maps: Array, up: Array) -> ExtremeDirections:
-    """Over all strikes of one speed, the greatest |A v| / |v| and the least.
+    """Over all strikes of one speed, the largest |A v| / |v| and the smallest.
 
     Args:
         maps: (..., 3, 3) jump of a point's velocity for unit strikes along x, y and z; where it is not finite, the result is NaN.

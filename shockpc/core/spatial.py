@@ -90,7 +90,7 @@ def motion_cross(V: Array) -> Array:
 
 
 def corners_of_box(points: Array) -> Array:
-    """The least and the greatest coordinates (2, k) of points (n, k). NumPy's minima along the first axis take 70 times as long."""
+    """The minimum and maximum coordinates (2, k) of points (n, k). NumPy's minima along the first axis take 70 times as long."""
     return np.array([(x.min(), x.max()) for x in points.T]).T
 
 

@@ -8,7 +8,7 @@ import numpy as np
 from shockpc.core.spatial import Array
 
 SAMPLES_A_PERIOD = 20.0
-"""Least number of samples in a period of an oscillator."""
+"""Smallest number of samples in a period of an oscillator."""
 
 
 LONG = 20.0

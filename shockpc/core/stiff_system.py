@@ -121,7 +121,7 @@ class System:
         to_all, held, balance = np.diag(sprung.astype(float)), np.zeros((r, d)), np.zeros(r)
         if len(fixed):
             # From H u̇ = 0 with u̇ = −Fᵀz − GᵀGu − Hᵀm + c follows m = (H Hᵀ)⁻¹ H (c − Fᵀz − GᵀGu); of dependent rows each takes
-            # the least share.
+            # the smallest share.
             H, size = self.W[fixed] / self.length[fixed, None], (slope * self.length)[fixed]
             least = np.linalg.pinv(H.T, rcond=1e-9)
             still = H.T @ least

@@ -99,7 +99,7 @@ class Case(Scene):
 
     @property
     def landings(self) -> tuple[tuple[float | None, Scene], ...]:
-        """Each strike angle with its scene; the angle is None where the scene gives the strike alone."""
+        """Each strike angle with its scene; the angle is None where the scene gives only the strike."""
         scene = Scene(**{item.name: getattr(self, item.name) for item in fields(Scene)})
         if self.drop_height is not None:
             scene = replace(scene, strike=replace(scene.strike, drop_height=self.drop_height))
@@ -115,8 +115,8 @@ class Budget:
         case: name or glob of the cases.
         at: name or glob of points, bodies, joints or contacts, whichever the metric belongs to; all by default.
         metric: a quantity, as `select` takes it.
-        max: greatest value allowed, in the unit of the metric.
-        min: least value allowed.
+        max: largest value allowed, in the unit of the metric.
+        min: smallest value allowed.
         baseline_tolerance: how much worse than the baseline it may be: a number with the unit of the metric, such as "0.01 kg",
             where "-" is the unit of a ratio; or a share such as "5%", and at least a change that may be given after it, as in
             "5%, 1e-3 N s", by default a thousandth of the largest value of the metric in the baseline, and the share if less.
@@ -323,7 +323,7 @@ def _replaced(table: Mapping[str, Any], by: Mapping[str, Any]) -> dict[str, Any]
         for key, value in by.items()
         if isinstance(value, Mapping) and isinstance(table.get(key), Mapping)
     }
-    # Of patterns of joints the last one counts, so what is replaced comes last.
+    # Of patterns of joints the last one applies, so what is replaced comes last.
     return {key: value for key, value in table.items() if key not in by} | {**by, **inner}
 
 

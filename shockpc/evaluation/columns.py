@@ -131,7 +131,7 @@ def target_text(target: str | Point, scenes: Iterable[Scene]) -> str:
 
 
 def column(profile: ShockProfile, text: str) -> Column:
-    """The number of an impact that a text names, KEY@PLACE; of the robot as a whole KEY alone.
+    """The number of an impact that a text names, KEY@PLACE; of the robot as a whole only KEY.
 
     Args:
         profile: a landing in which it exists.
@@ -354,5 +354,5 @@ def not_approaching(landing: PosedLanding, parting: np.ndarray) -> Iterator[tupl
 
 
 def percentile(values: Array, share: Any) -> Any:
-    """The least of some values that at least a share of them [%] do not exceed; they are sorted in place."""
+    """The smallest of some values that at least a share of them [%] do not exceed; they are sorted in place."""
     return np.percentile(values, share, method="inverted_cdf", overwrite_input=True)

@@ -97,7 +97,7 @@ class ShockCost:
 
     Args:
         scenes: one landing, or landings of one robot by name.
-        quantity: KEY@PLACES; of several places the worst counts.
+        quantity: KEY@PLACES; of several places the worst is taken.
         variables: ranges by subject, as in `variation`: {"*_KFE": "-120:-10", "mass:base": "0.8x:1.2x"}, or pairs of both.
         robot: the scenes' robot, if it is loaded already.
         keep: constraints, KEY@PLACES<=LIMIT or >=LIMIT; of a number that may be negative its magnitude counts.
@@ -106,7 +106,7 @@ class ShockCost:
     Attributes:
         column: the number at the first of its places.
         names: headings of the variables, with their units.
-        bounds: (n, 2) least and greatest value of each, in these units.
+        bounds: (n, 2) smallest and largest value of each, in these units.
         given: (n,) present values; NaN of what has none, or not a single one in all landings.
         x0: (n,) those of the first landing, within the bounds; the middle of the bounds of what has none.
         slow: whether each point needs separate landings.
@@ -294,7 +294,9 @@ class ShockCost:
                 raise StudyError(f'"{text}" is not KEY@PLACES<=LIMIT or >=LIMIT, such as joint_impulse@*_KFE<=2')
             columns = _columns(landing, parts[1])
             if limit < 0.0 and columns and columns[0].selection.signed:
-                raise StudyError(f'"{text}": of {parts[1]}, which has either sign, the size counts, which is never below zero')
+                raise StudyError(
+                    f'"{text}": {parts[1]} may have either sign, so its magnitude is bounded, which is never below zero'
+                )
             wanted.append((columns, limit, (abs(limit) or 1.0) * (1.0 if parts[2] == "<" else -1.0)))
         tolerance, level = landing.scene.ground_tolerance, len(on_ground(landing))
         falls, inside = level and landing.base != "fixed", max(most_inside(self.robot), tolerance)
@@ -326,7 +328,7 @@ def _of_points(X: Array, values: Array) -> Array:
 
 
 def _groups(varied: VariedLandings, landings: Mapping[str, PosedLanding]) -> tuple[VariedLandings, ...]:
-    """The landings, those together that differ in the velocity of the strike alone, unless that varies."""
+    """The landings, those together that differ only in the velocity of the strike, unless that varies."""
     together, strikes_vary = dict[Any, dict[str, Strike]](), any(one.stage == 2 for one in varied.variations)
     for name, landing in landings.items():
         apart = name if strikes_vary or not landing.translates else ""

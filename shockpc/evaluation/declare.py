@@ -39,14 +39,14 @@ QuantityOption: TypeAlias = Annotated[
 RenameOption: TypeAlias = Annotated[
     Mapping[str, str] | None,
     Option(
-        "Another name for a column, or for a joint in all of its columns; a * stands for the same text in both, and what is given "
-        "no new name is left out.",
+        "Another name for a column, or for a joint in all of its columns. A * stands for the same text in both; a column with an "
+        "empty new name is left out.",
         "Table",
         "NAME=[NAME]",
         "map",
     ),
 ]
-"""Names of the columns of a table or a log, as `shockpc.recorded.reader.rows_of` takes them."""
+"""Names of the columns of a table or a log, as `shockpc.recordings.reader.rows_of` takes them."""
 
 
 class StudyParameter(NamedTuple):

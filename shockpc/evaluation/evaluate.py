@@ -76,7 +76,7 @@ class Evaluation(Generic[L]):
     @property
     def description(self) -> dict[str, Any]:
         """What the rows depend on, besides scene and robot."""
-        return {**self.landings.description, "feasible rows alone": self.feasible, "rows proven for comparison": self.prove}
+        return {**self.landings.description, "feasible rows only": self.feasible, "rows proven for comparison": self.prove}
 
     def __iter__(self) -> Iterator[Table]:
         return self.tables()

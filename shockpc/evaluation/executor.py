@@ -1,6 +1,6 @@
 """Where the parts of a study are computed: in this process, in several on this machine, or on a cluster.
 
-Studies know the interface of `concurrent.futures.Executor` alone; None is this process.
+Studies know the interface only of `concurrent.futures.Executor`; None is this process.
 """
 
 import logging

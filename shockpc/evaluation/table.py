@@ -178,7 +178,7 @@ class Table:
 
     @checked
     def percentile(self, column: Column | str, share: float) -> float:
-        """The least value of a column that at least a share of its values [%] do not exceed; NaN without any value.
+        """The smallest value of a column that at least a share of its values [%] do not exceed; NaN without any value.
 
         Raises:
             StudyError: there is no such column, it holds texts, or the share is not one of 0 to 100.

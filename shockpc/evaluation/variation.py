@@ -77,7 +77,7 @@ class Variation:
         target: what the kind applies to: a pattern of links or of joints; empty if it applies to the landing.
         unit: of the values.
         values: to be computed, or drawn from; numbers, or names of contacts.
-        span: least and greatest value between which numbers are drawn; None if values are given.
+        span: smallest and largest value between which numbers are drawn; None if values are given.
         law: distribution of these numbers; a normal one has its mean in the middle of the span, which is six standard deviations.
         factor: whether the values are factors of what the landing has.
     """
@@ -113,7 +113,7 @@ class Variation:
 
     @property
     def ends(self) -> tuple[float, float]:
-        """Least and greatest value.
+        """Smallest and largest value.
 
         Raises:
             StudyError: there is no range between them.
@@ -131,7 +131,7 @@ class Variation:
     @property
     def stage(self) -> int:
         """What a change of it needs: 0 another landing, 1 another posture or inertia, 2 only another product with the maps."""
-        # Springs count on contacts of finite stiffness alone, which are computed one by one; which joints have one counts before.
+        # Springs matter only on contacts of finite stiffness, which are computed one by one; which joints have one counts before.
         alike = self.kind in INERTIAL or (self.kind == "joint-stiffness" and self.factor)
         return 2 if self.kind in STRIKE else 1 if self.moves or alike else 0
 

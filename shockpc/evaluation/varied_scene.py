@@ -276,7 +276,7 @@ def _with_stiffness(scene: Scene, robot: Robot, varied: Variation, value: float)
         chosen = _multiplied(robot, varied, chosen & (sprung | behind))
     faults = {
         "these joints are locked, so a spring changes nothing there; vary others": not chosen.any(),
-        "the inertia of the rotor behind a spring is not known, so the spring counts nowhere; give it with --rotor": (
+        "the inertia of the rotor behind a spring is not known, so the spring has no effect; give it with --rotor": (
             chosen & behind & (model.rotor == 0.0)
         ).any(),
         "a joint has a spring at the joint and one before its rotor; give factors, such as 0.5x:2x, which multiply both": (

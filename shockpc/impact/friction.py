@@ -39,7 +39,7 @@ class FrictionResult(NamedTuple):
         solutions: number of solutions found. For one contact these are all.
         residual: largest deviation from Coulomb's and Newton's laws relative to the largest velocity of the contacts [1].
         energy_lost: kinetic energy that the impact takes [J].
-        impact: with the impulses of friction, for the scene's strike alone; None where all contacts stick as in Eq. 4.
+        impact: with the impulses of friction, for the scene's strike only; None where all contacts stick as in Eq. 4.
     """
 
     state: tuple[str, ...]

@@ -95,24 +95,35 @@ class Graph(NamedTuple):
         return self._program("slopes", lambda symbols, *arguments: symbols.with_slopes(*arguments))
 
     def _program(self, name: str, outputs: Callable[..., Any]) -> Compiled:
-        def make() -> bytes:
+        def make() -> dict[str, np.ndarray]:
             symbols = symbols_module()
             try:
                 q, before, y = symbols.traced(self.landing, self.given, self.formulas)
             except SingularError as singular:
-                raise self._singular(singular) from None
+                raise singular_landing(self.landing, singular) from None
             program, text = symbols.compiled((q, before), outputs(symbols, y, q, before, self.landing.robot))
-            file = io.BytesIO()
-            np.savez_compressed(file, text=np.frombuffer(text.encode(), dtype=np.uint8), **program.arrays())
-            return file.getvalue()
+            return {"text": np.frombuffer(text.encode(), dtype=np.uint8), **program.arrays()}
 
-        key = hashlib.sha256(b"\0".join(_parts((_version(), name, self.before, self.label, *_of_landing(self.landing)))))
-        with np.load(io.BytesIO(cached(f"{key.hexdigest()[:40]}.npz", make)), allow_pickle=False) as arrays:
-            return Compiled(Program.of(arrays), arrays["text"].tobytes().decode())
+        arrays = kept(self.landing, (name, self.before, self.label), make)
+        return Compiled(Program.of(arrays), arrays["text"].tobytes().decode())
 
-    def _singular(self, singular: SingularError) -> Exception:
-        equation = self.landing.equation(self.landing.state)
-        return without_inertia(self.landing, equation) if singular.of_inertia else _dependent(self.landing)
+
+def kept(landing: PosedLanding, label: tuple[Any, ...], make: Callable[[], Mapping[str, np.ndarray]]) -> dict[str, np.ndarray]:
+    """Arrays that are made of a landing, or were in an earlier run. Args: label, all that they depend on beside the landing."""
+
+    def content() -> bytes:
+        file = io.BytesIO()
+        np.savez_compressed(file, **make())
+        return file.getvalue()
+
+    key = hashlib.sha256(b"\0".join(_parts((_version(), *label, *_of_landing(landing)))))
+    with np.load(io.BytesIO(cached(f"{key.hexdigest()[:40]}.npz", content)), allow_pickle=False) as arrays:
+        return dict(arrays)
+
+
+def singular_landing(landing: PosedLanding, singular: SingularError) -> Exception:
+    """Why a landing has no program."""
+    return without_inertia(landing, landing.equation(landing.state)) if singular.of_inertia else _dependent(landing)
 
 
 def symbols_module() -> Any:

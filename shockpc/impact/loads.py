@@ -1,7 +1,7 @@
 """The constant forces of a landing: gravity, the torques of motors, and what springs of joints carry at touchdown.
 
 Before touchdown the robot falls freely. Motors then need no torque to hold a posture, but for what loaded springs press on them:
-these torques they keep by default. They do not carry the weight, so the robot begins to collapse, which counts little in
+these torques they keep by default. They do not carry the weight, so the robot begins to collapse, which has little effect in
 milliseconds.
 """
 
@@ -15,7 +15,7 @@ from shockpc.landing.strike import GRAVITY
 
 
 def free_fall(landing: PosedLanding, rows: ContactRows, free: Array) -> Array:
-    """Accelerations (m,) of the coordinates under gravity alone [rad/s², m/s²]; zero where the scene leaves gravity out.
+    """Accelerations (m,) of the coordinates under gravity only [rad/s², m/s²]; zero where the scene leaves gravity out.
 
     Every body of a robot whose base is free has that of gravity; no joint has any. A base that moves in a plane has the part in it.
 
@@ -47,9 +47,10 @@ def spring_loads(landing: PosedLanding) -> Array:
 def motor_torques(landing: PosedLanding, rows: ContactRows, free: Array, gravity: Array) -> Array:
     """Torques (nv,) of the motors, constant during the landing [N m, N]: those of the scene, or those that hold what is loaded.
 
-    In flight, the default, these are the least with which the loads of springs accelerate the robot least, √(aᵀ M a). Standing
-    torques hold the robot on the contacts that strike. Their forces are the least that hold it as one rigid body, or, where they
-    cannot hold all of it, as one foot, that leave the least acceleration; with these forces the torques are found as before.
+    In flight, the default, these are the smallest with which the loads of springs accelerate the robot as little as
+    possible, √(aᵀ M a). Standing torques hold the robot on the contacts that strike. Their forces are the smallest that hold it as
+    one rigid body, or, where they
+    cannot hold all of it, as one foot, that leave the smallest acceleration; with these forces the torques are found as before.
 
     Args:
         landing: the landing.

@@ -176,7 +176,7 @@ def without_inertia(landing: PosedLanding, equation: Equation) -> SolveError:
 class Residual(NamedTuple):
     """What is left of the speeds that an impact undoes, along the dependent rows; the four columns are as of `Proof.jumps`.
 
-    A strike for which more is left than `CONTRADICTION` of its greatest speed and rounding contradicts the rows: it has no verdict.
+    A strike for which more is left than `CONTRADICTION` of its largest speed and rounding contradicts the rows: it has no verdict.
 
     Attributes:
         rows: (n,) numbers of the dependent rows.
@@ -247,7 +247,7 @@ def _direction(equation: Equation, row: int) -> tuple[ConstraintBlock, str]:
 
 
 def greatest_motion(landing: PosedLanding, jumps: Array, length: Array) -> tuple[float, int]:
-    """The greatest motion of a body relative to the fastest contact's approach [1], and the body's index.
+    """The largest motion of a body relative to the fastest contact's approach [1], and the body's index.
 
     Args:
         landing: the landing.

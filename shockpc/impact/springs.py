@@ -1,4 +1,4 @@
-"""From which time after the impact springs count: those of joints, and those between joints and their rotors.
+"""From which time after the impact springs have an effect: those of joints, and those between joints and their rotors.
 
 In the instant of an impact a spring gives no impulse, because it has not moved. Afterwards the robot, with its contacts held,
 swings on its springs; the motion is that of the generalised eigenproblem K φ = ω² M φ in the geometry at the impact.
@@ -25,7 +25,7 @@ def early_springs(landing: PosedLanding, time: float, duration: float | None) ->
 
     Args:
         landing: gives the springs.
-        time: from which on the first spring counts [s].
+        time: from which on the first spring has an effect [s].
         duration: of the contact [s]; None where the landing gives no stiffness of the contacts.
     """
     model, count = landing.joint_model, f"{1e3 * time:.2g} ms"
@@ -34,7 +34,7 @@ def early_springs(landing: PosedLanding, time: float, duration: float | None) ->
         names = few([joint.name for joint in landing.robot.single_joints if joints[joint.v].any()], 2, what=" joints")
         text = (
             f"springs at {names} are left out on contacts of finite stiffness, because the inertia of the rotors behind them is "
-            f"unknown; they count after {count}, from when on forces and durations differ; give the rotors with --rotor"
+            f"unknown; from {count} on they would change forces and durations; give the rotors with --rotor"
         )
         yield Diagnostic("contact", "springs", time, text)
     elif time < (STIFF_CONTACT if duration is None else duration):
@@ -42,7 +42,7 @@ def early_springs(landing: PosedLanding, time: float, duration: float | None) ->
             f"the {1e3 * STIFF_CONTACT:g} ms of a stiff contact" if duration is None else f"the {1e3 * duration:.3g} ms of contact"
         )
         remedy = "a rotor behind such a spring acts as rigid: leave the stiffness out, lock the joint, or give --contact-stiffness"
-        text = f"springs of joints count after {count}, within {within}, but the impulse model leaves them free; " + (
+        text = f"springs of joints have an effect after {count}, within {within}, but the impulse model leaves them free; " + (
             remedy if duration is None else "see the jumps at the end of contact"
         )
         yield Diagnostic("contact", "springs", time, text)

@@ -263,7 +263,7 @@ class CompliantLanding:
     def spectrum(self, compute: Compute, places: Sequence[Place], damping: float) -> Array:
         """Largest acceleration (f, n) of oscillators of the frequencies `SPECTRUM` at n points, in the axis in which it is largest.
 
-        The acceleration of the points is that until the end of the motion, less what gravity alone gives them, which an oscillator
+        The acceleration of the points is that until the end of the motion, less what gravity gives them, which an oscillator
         carries before the impact.
 
         Raises:
@@ -302,7 +302,7 @@ class CompliantLanding:
 
     @property
     def restitution(self) -> Array:
-        """Restitution (c,) of each contact along its normal [1]: with a damping, of the mode with its largest force alone."""
+        """Restitution (c,) of each contact along its normal [1]: with a damping, of the mode with its largest force only."""
         elements, modes = self.motion.elements, self.motion.modes
         frequency = 2.0 * np.pi * modes.frequency[modes.force[self._normal].argmax(axis=1)]
         c, k = np.asarray(elements.damping)[self._normal], elements.stiffness[self._normal]
@@ -412,7 +412,7 @@ class CompliantLanding:
             text = (
                 f"the damping of {names} in the robot's file is left out; in the {1e3 * duration:.3g} ms of the motion it may "
                 f"change velocities by up to {100.0 * share:.2g} % of what the impact changes, and late forces by about as much; "
-                "set it to zero in the file if it is there for a simulation alone"
+                "set it to zero in the file if it is there for simulation only"
             )
             yield Diagnostic("contact", "damping", share, text)
 

@@ -5,7 +5,7 @@ not move towards the stop) along the stops,
 
     w ≥ 0,    p ≥ 0,    pᵀ w = 0,
 
-which for e = 0 is the jump of least kinetic energy that obeys them. Stops that act are further rows of Eq. 4, which is then solved,
+for e = 0 the jump of minimum kinetic energy that obeys them. Stops that act are further rows of Eq. 4, which is then solved,
 and proven, as it is without them.
 """
 
@@ -22,7 +22,7 @@ from shockpc.text.errors import SceneError, SolveError
 from shockpc.text.printed import listed
 
 TAKES = 1e-12
-"""Share of the greatest impulse of a stop, by the speed that it gives, below which a stop takes none."""
+"""Share of the largest impulse of a stop, by the speed that it gives, below which a stop takes none."""
 
 DEPENDS = 1e-8
 """Share of a row, or of the largest speed, below which what others leave of it is rounding."""
@@ -115,7 +115,7 @@ def refuse_missed(landing: PosedLanding) -> None:
 
 
 def least_push(rows: Array, missing: Array) -> Array:
-    """Impulses p ≥ 0 with w = G Gᵀ p − h ≥ 0 and pᵀ w = 0: those of the x = Gᵀ p of least length that meets G x ≥ h.
+    """Impulses p ≥ 0 with w = G Gᵀ p − h ≥ 0 and pᵀ w = 0: those of the x = Gᵀ p of minimum length that meets G x ≥ h.
 
     By the least-squares problem with non-negative unknowns to which Lawson and Hanson reduce it ("Solving Least Squares Problems",
     1974, Section 23.4, LDP).

@@ -113,7 +113,7 @@ def _placed(landing: PosedLanding, contact: Contact, block: ConstraintBlock) -> 
     names = listed(dict.fromkeys(lost.mesh or lost.reason for lost in unread), 3)
     text = (
         f'the geometry of contact "{contact.frame}" could not be read ({names}), so '
-        + ("its other shapes alone decide where it strikes" if shapes else "it strikes at the origin of its frame, as a point")
+        + ("only its other shapes decide where it strikes" if shapes else "it strikes at the origin of its frame, as a point")
         + "; say where the meshes are (packages), or give the point by an offset"
     )
     return definite, sole, Diagnostic("geometry", contact.frame, None, text)

@@ -27,7 +27,7 @@ CLOSED, SEEN, DIGITS = 1e-12, 1e-9, 1e-4
 reported. Up to the third one may be left by lengths with six digits, of which differences decide."""
 
 EXACT = 1e-10
-"""Share of the greatest singular value of K G below which one is rounding."""
+"""Share of the largest singular value of K G below which one is rounding."""
 
 NEARBY = 1e-2
 """How far joints may move to close exactly what is closed to the digits of a file [rad, m]."""
@@ -153,7 +153,7 @@ class Assembly(NamedTuple):
 
 
 def assemble(robot: Robot, q: Array, loops: tuple[Loop, ...], plane: Plane, fixed: np.ndarray) -> Assembly:
-    """Close every loop by Gauss–Newton with steps of least norm, K G Δy = −gap.
+    """Close every loop by Gauss–Newton with steps of minimum norm, K G Δy = −gap.
 
     Loops that contradict one another by no more than the digits of a file are closed by least squares. Where neither is possible,
     other starts are tried, and the closed posture nearest to q is taken.
@@ -266,7 +266,7 @@ class _Linkage(NamedTuple):
 
         Args:
             q: (nq,) configuration to start from.
-            cut: share of the greatest singular value of K G below which one counts as zero.
+            cut: share of the largest singular value of K G below which one counts as zero.
             most: how many steps.
         """
         for _ in range(most + 1):
@@ -300,7 +300,7 @@ class _Linkage(NamedTuple):
         return coarse if left <= allowed else None
 
     def reached(self, q: Array, cut: float, most: int) -> tuple[Array, float]:
-        """The configuration of least gap on the way from q, and that gap as a share of the robot's size; as in `steps`."""
+        """The configuration with the smallest gap on the way from q, and that gap as a share of the robot's size; as in `steps`."""
         best, least, last = q, np.inf, False
         for state, passed, step in self.steps(q, cut, most):
             gap = float(np.abs(self.gap(state)).max()) / _size(state)

@@ -37,7 +37,7 @@ def stop_block(robot: Robot, joint: Joint, side: float, restitution: float = 0.0
     Args:
         robot: the robot.
         joint: that has stops.
-        side: 1 for the stop at the least value, which pushes the coordinate up; −1 for that at the greatest.
+        side: 1 for the stop at the smallest value, which pushes the coordinate up; −1 for that at the largest.
         restitution: of the stop [1].
     """
     assert joint.axis is not None
@@ -137,7 +137,7 @@ def stops_at(robot: Robot, q: Array, model: JointModel) -> list[tuple[Joint, flo
 
 
 def at_stops(robot: Robot, Q: Array, model: JointModel, limits: bool = False) -> Array:
-    """Whether a joint is at a stop in N postures: (N, nv) 1 at the least value, −1 at the greatest, NaN at both, else 0.
+    """Whether a joint is at a stop in N postures: (N, nv) 1 at the smallest value, −1 at the largest, NaN at both, else 0.
 
     Args:
         robot: the robot.

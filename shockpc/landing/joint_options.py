@@ -42,10 +42,9 @@ class Joints(Record):
 
     model: JointModelName | None = option(
         None,
-        "All joints turn freely, resist by their drives, have rigid springs, or are locked. Drives resist by their reflected "
-        "inertia; by default each joint is as its drive makes it. Free joints have no reflected inertia, whatever the robot's "
-        "file, --drives or the catalogue give; of rigid ones a joint with a spring is locked, and a rotor behind one is joined "
-        "to its joint.",
+        "Joints turn freely, have the reflected inertia of their drives, have rigid springs, or are locked. By default each is as "
+        "its drive makes it. With free, no joint has a reflected inertia, whatever the robot's file, --drives or the catalogue "
+        "give. With rigid, a joint with a spring is locked, and a rotor behind a spring is joined to its joint.",
         JOINT_MODEL,
         name="joints",
     )

@@ -62,7 +62,7 @@ def approach_speeds(state: Dynamics, blocks: Sequence[ConstraintBlock], before: 
                 if block.velocity is not None:
                     speeds[:, :n, 3] = (rows[:, :n, 3:] @ block.velocity[..., None])[..., 0]
         elif block.kind == "stop" and before is not None:
-            # The bodies on both sides turn alike, so their joint's rate alone counts.
+            # The bodies on both sides turn alike, so only their joint's rate is included.
             turning = before._replace(velocity=0.0 * before.velocity, omega=0.0 * before.omega)
             ends = [twist_before(state, turning, end) for end in (block.body, block.other) if end >= 0]
             relative = ends[0] - ends[1] if len(ends) > 1 else ends[0]
@@ -191,7 +191,7 @@ def rates_of(robot: Robot, scene: Scene, joints: JointModel) -> tuple[Array, np.
 def with_loops(
     robot: Robot, state: Dynamics, blocks: list[ConstraintBlock], rates: Array, given: np.ndarray, plane: Plane
 ) -> Array:
-    """The rates (nv,) with which the loops stay closed while the given ones stay: the others change by the least.
+    """The rates (nv,) with which the loops stay closed while the given ones stay: the others change by as little as possible.
 
     Raises:
         SceneError: the given ones open a loop.

@@ -34,7 +34,7 @@ STEP = 1e-4
 """Displacement with which the effect of rounding is computed, which is linear in it [rad, m]."""
 
 CLEAR = 0.1
-"""Least singular value of the rows, in units of their terms, from which rounding has left none of them."""
+"""Smallest singular value of the rows, in units of their terms, from which rounding has left none of them."""
 
 SLACK = 2.0
 """Times the effect of rounding, to first order, that still counts as that."""
@@ -63,7 +63,7 @@ class Mechanism(NamedTuple):
     def most_independent(
         self, blocks: Sequence[ConstraintBlock], state: Dynamics, near: Array | None = None
     ) -> Callable[[int], tuple[int, float]]:
-        """The greatest number of independent rows that these blocks have in any posture, up to what rounding of the file leaves.
+        """The largest number of independent rows that these blocks have in any posture, up to what rounding of the file leaves.
 
         A singular value of the rows, in units of their terms, counts as zero where rounding of the file's angles and lengths can
         make as much of a zero, in other postures too: one that is small in one posture alone is that of a singular posture.
@@ -73,7 +73,7 @@ class Mechanism(NamedTuple):
             state: the robot in N postures to start from, loops closed.
             near: (nq,) a posture from which the search starts for all that are beside it, loops closed.
 
-        Returns: posture → that number, and the greatest effect of rounding on the others, relative to the terms of the rows.
+        Returns: posture → that number, and the largest effect of rounding on the others, relative to the terms of the rows.
         """
         count = sum(block.size for block in blocks)
         single = self.base == "free" and len(blocks) == 1 and not self.loops

@@ -30,7 +30,7 @@ from shockpc.text.errors import SceneError
 from shockpc.text.printed import printable
 
 IMPULSIVE = 0.3
-"""Length of a pulse in periods of a part, below which only its velocity change counts."""
+"""Length of a pulse in periods of a part, below which only its velocity change matters."""
 
 CHANGES = {"half-sine": "2AT/π", "saw-tooth": "AT/2", "haversine": "AT/2", "rectangle": "AT"}
 """Velocity change of each shape with peak A and length T."""

@@ -84,9 +84,13 @@ def _check_ground(scene: Scene, blocks: tuple[ConstraintBlock, ...]) -> None:
             raise SceneError(f"{what} is given without the stiffness along the normal; give contact_stiffness too")
     if k is None and (scene.joints.torque or scene.joints.motors):
         what = "torque" if scene.joints.torque else f'motors = "{scene.joints.motors}"'
-        raise SceneError(f"{what} of joints: constant torques count on contacts of finite stiffness; give contact_stiffness too")
+        raise SceneError(
+            f"{what} of joints: constant torques have an effect only on contacts of finite stiffness; give contact_stiffness too"
+        )
     if k is None and not scene.gravity and not scene.part:  # of which the stiffness is looked for that breaks one
-        raise SceneError("gravity = false (--no-gravity) counts on contacts of finite stiffness; give contact_stiffness too")
+        raise SceneError(
+            "gravity = false (--no-gravity) has an effect only on contacts of finite stiffness; give contact_stiffness too"
+        )
     if mu is None and k is None:
         return
     if mu is not None and k is not None:
@@ -165,7 +169,7 @@ def landing_of(scene: Scene, robot: Robot) -> PosedLanding:
         warnings.append(Diagnostic("scene", robot.name, None, text))
     if scene.joints.model == "free" and scene.joints.drives not in (None, "none"):
         text = (
-            f"free joints have no drives, so those of {scene.joints.drives} do not count; leave out the drives, or the model free"
+            f"free joints have no drives, so those of {scene.joints.drives} have no effect; leave out the drives, or the model free"
         )
         warnings.append(Diagnostic("scene", robot.name, None, text))
     along = [contact.frame for contact in scene.contact if contact.restitution_along == "directions"]

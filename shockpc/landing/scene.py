@@ -62,7 +62,7 @@ class Contact(Record):
     )
     restitution_along: Literal["normal", "directions"] = option(
         "normal",
-        "What restitution reverses: the velocity along the normal alone (Newton's law), or along every direction in which "
+        "What restitution reverses: only the velocity along the normal (Newton's law), or along every direction in which "
         "the contact stops (Eq. 4 of the paper), so that a sticking contact rebounds along the ground too.",
         CONTACT,
     )
@@ -191,7 +191,7 @@ class Scene(Record):
 
     Attributes:
         robot: a name that `shockpc robots` lists, or the path of a URDF, xacro, MJCF or SDFormat file.
-        packages: folders of packages, for `package://` and `$(find …)`; in that of "*" files are found by their names alone.
+        packages: folders of packages, for `package://` and `$(find …)`; in that of "*" files are found by their names only.
         xacro: arguments of a xacro file.
         posture: posture of base and joints.
         strike: velocity relative to the ground.
@@ -255,8 +255,8 @@ class Scene(Record):
     )
     friction: float | None = option(
         None,
-        "Also solve with this coefficient of friction. Quantities *_friction are those with it; restitution is along the normal "
-        "alone there. All other quantities are those of contacts that stick.",
+        "Also solve with this coefficient of friction. Quantities *_friction are those with it; restitution is then along the "
+        "normal only. All other quantities are those of contacts that stick.",
         RESULTS,
         "MU",
         unit="1",
@@ -281,7 +281,7 @@ class Scene(Record):
     )
     stop_stiffness: float | None = option(
         None,
-        "Stiffness of end stops, of hinges and of slides, beside a --contact-stiffness.",
+        "Stiffness of the end stops of hinges and of slides, beside a --contact-stiffness.",
         RESULTS,
         "K",
         unit="N m/rad, N/m",
@@ -312,15 +312,13 @@ class Scene(Record):
     )
     gravity: bool = option(
         True,
-        "Whether gravity acts while the robot is on contacts of finite stiffness: by default it does, and with --no-gravity, or "
-        "gravity = false, it does not.",
+        "Gravity acts while the robot is on contacts of finite stiffness; --no-gravity, or gravity = false, leaves it out.",
         RESULTS,
         name="no-gravity",
     )
     ground_tolerance: float = option(
         0.005,
-        "By how much the lowest points of contacts and other links may differ in height that flat ground is taken to touch "
-        "together, in warnings and in what is feasible.",
+        "Largest difference in height of lowest points that flat ground touches together, for warnings and for what is feasible.",
         RESULTS,
         "H",
         unit="m",

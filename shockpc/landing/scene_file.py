@@ -88,7 +88,7 @@ def with_plane(scene: Scene) -> Scene:
 
 
 def sideways(strike: Strike) -> float:
-    """Share of a motion before the impact that is in the frontal plane alone: along y, and about x as in a fall to the side [1].
+    """Share of a motion before the impact that is in the frontal plane only: along y, and about x as in a fall to the side [1].
 
     A rotation counts as the velocity at `ARM` from the base; a strike angle is in the sagittal plane.
 

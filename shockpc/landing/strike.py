@@ -43,7 +43,7 @@ class Strike(Record):
     velocity: tuple[float, float, float] | None = option(None, "Velocity of the robot, world axes.", STRIKE, "VX,VY,VZ", unit="m/s")
     drop_height: float | None = option(
         None,
-        "Height of a free fall before the impact. It gives the vertical velocity alone; with a --strike-angle or a "
+        "Height of a free fall before the impact. It gives only the vertical velocity; with a --strike-angle or a "
         "--forward-speed the robot also moves forward.",
         STRIKE,
         "H",

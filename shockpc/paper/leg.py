@@ -218,7 +218,7 @@ def _torso_by_eq_1(in_plane: bool = False, **how: Any) -> float:
 
 @chain(
     "Section 5: sensitive equipment is generally best placed above the torso's centre of mass, but below its top",
-    "largest distance of the place of least shock from 3/4 of the torso, over its length [1]",
+    "largest distance of the place of minimum shock from 3/4 of the torso, over its length [1]",
     below=0.25,
     interpretation="cases D to F as drawn",
     options=OPEN | {"Figure 5": {"figure_5": ANGLES}},

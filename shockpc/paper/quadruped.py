@@ -107,7 +107,7 @@ def _back_over_front(**how: Any) -> float:
     "Section 4.3: the front leg does not significantly influence shock in the rest of the robot",
     "largest relative change of shock when the front leg is left out [1]",
     below=0.05,
-    interpretation="both ends of the torso and the hind leg; a change of 5 % counts as an influence",
+    interpretation="both ends of the torso and the hind leg; a change of 5 % is an influence",
     options={place: {"places": (place,)} for place in PLACES},
 )
 def _without_front(places: Sequence[str] = PLACES) -> float:
@@ -125,7 +125,7 @@ def _without_front(places: Sequence[str] = PLACES) -> float:
     "Section 3.1.2: gearbox and rotor inertia will in most cases not have to be included",
     "largest shock of the torso over that with free joints [1]",
     below=1.05,
-    interpretation="0.05 kg m² reflected at every joint, legs bent by 30°; a change of 5 % counts",
+    interpretation="0.05 kg m² reflected at every joint, legs bent by 30°; a change of 5 % is an influence",
     options={
         "0.005 kg m² at every joint": {"armature": {"*": 0.005}},
         "joints locked": {"model": "locked"},

@@ -2,16 +2,21 @@
 
 from collections.abc import Sequence
 
+from shockpc import Point
 from shockpc.landing.scene_file import scene_text
 from shockpc.paper.claim import Claim, PaperFigure
-from shockpc.paper.landings import scene
+from shockpc.paper.landings import land, scene
 from shockpc.paper.study import FIGURES
 from shockpc.show.document import record
+from shockpc.show.html import plotly
 from shockpc.show.report import Picture, Report, Section, picture_files
 from shockpc.show.tables import Lines, Row, Sheet
 
 OUTCOMES = ("does not hold", "as interpreted", "holds")
 """Outcome of a claim: under its interpretation or not, and whether an alternative interpretation changes that."""
+
+LIVE = {1: ("the beam, struck anywhere", "fig1_d", "pivot"), 2: ("the leg of two links", "fig2_a", "upper_leg")}
+"""By figure what report.html lets its reader move: its name, scene, and the frame of a point where the shock is read."""
 
 
 def paper_report(figures: Sequence[PaperFigure], verbose: bool = False) -> Report:
@@ -30,11 +35,15 @@ def paper_report(figures: Sequence[PaperFigure], verbose: bool = False) -> Repor
         details: list[Section] = [Lines(_details(claims), "details"), _bodies_sheet(figures)]
         return [_outcomes_sheet(claims), *(details if verbose else [])]
 
+    landings = {name: land(stem, point=(Point(frame=frame),)) for name, stem, frame in _live(figures)} if plotly() else {}
     return Report(
         name="paper",
         title="Figures and claims of the paper",
         page="paper",
         body=body,
+        lead=len(figures) + 4,
+        landings=landings,
+        live=(),
         sheets={"claims": lambda: _claims_sheet(claims), "bodies": lambda: _bodies_sheet(figures)},
         document=lambda: {
             "figures": [{**record(figure, "number", "title", "note"), "panels": figure.panels} for figure in figures],
@@ -45,6 +54,10 @@ def paper_report(figures: Sequence[PaperFigure], verbose: bool = False) -> Repor
         },
         others=picture_files(*(f"figure{figure.number}" for figure in FIGURES)),
     )
+
+
+def _live(figures: Sequence[PaperFigure]) -> list[tuple[str, str, str]]:
+    return [LIVE[figure.number] for figure in figures if figure.number in LIVE]
 
 
 def paper_picture(figure: PaperFigure) -> Picture:
@@ -85,7 +98,7 @@ def _bodies_sheet(figures: Sequence[PaperFigure]) -> Sheet:
                 shock = (profile.shock_com[i], profile.shock_min[i], profile.shock_max[i])
                 motion = "translates" if profile.translates[i] else None
                 rows.append((f"{figure.number} {panel.label}", body, *copc, profile.ropc[i], *shock, motion))
-    header = ("figure", "body", "CoPc x [m]", "CoPc z [m]", "RoPc [m]", "shock at CoM [-]", "least [-]", "greatest [-]", "motion")
+    header = ("figure", "body", "CoPc x [m]", "CoPc z [m]", "RoPc [m]", "shock at CoM [-]", "minimum [-]", "maximum [-]", "motion")
     notes = ("Figure 3: all masses and most lengths are assumed",) if any(figure.number == 3 for figure in figures) else ()
     return Sheet("bodies (CoPc in body coordinates, joints free; shock relative to the strike)", header, rows, notes)
 

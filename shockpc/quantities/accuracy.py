@@ -33,7 +33,7 @@ RESTING_SHARE = 1e-13
 """A body that moves by less than this share of the fastest one counts as at rest where errors are compared with motion."""
 
 STRAIN = 100.0
-"""Impulse through a joint relative to the greatest of the contacts beyond which a warning names the joint [1]."""
+"""Impulse through a joint relative to the largest of the contacts beyond which a warning names the joint [1]."""
 
 OVERSIZED = 100.0
 """Impulse or effective mass relative to what the mass and the speed of the robot allow, from which it is the first warning [1]."""
@@ -72,7 +72,7 @@ def nearly_singular(profile: "ShockProfile") -> Iterator[Diagnostic]:
     if most > UNPHYSICAL:
         text = (
             f"other strikes would move a body up to {most:.0e} times as fast as the strike, because the posture is singular or "
-            "nearly so; the most severe directions say that alone, and are not physically plausible"
+            "nearly so; the most severe directions are not physically plausible"
         )
         yield Diagnostic("posture", "", most, text)
 
@@ -84,7 +84,7 @@ def redundant(profile: "ShockProfile") -> Iterator[Diagnostic]:
     if choice.discarded and loops.any() and (not len(choice.infeasible) or np.any(np.abs(choice.infeasible[:, loops]) > SHARE)):
         limit = "as much as rounding of the file leaves" if len(choice.infeasible) else f"below {DATA_TOLERANCE:.0e}"
         text = (
-            f"rows of the loops differ by {choice.discarded:.0e} of their size, {limit}, so they count as the same (bars "
+            f"rows of the loops differ by {choice.discarded:.0e} of their size, {limit}, so they are taken as the same (bars "
             "that are parallel to the last digits of the file); if all of them are meant to hold, give the file more digits"
         )
         yield Diagnostic("posture", profile.robot.name, choice.discarded, text)
@@ -124,7 +124,7 @@ def oversized(profile: "ShockProfile") -> Iterator[Diagnostic]:
 
 
 def strained(profile: "ShockProfile") -> Iterator[Diagnostic]:
-    """A warning of the greatest impulse through a joint, where neither that of the contacts nor an end stop explains it."""
+    """A warning of the largest impulse through a joint, where neither that of the contacts nor an end stop explains it."""
     names, sizes = [place.name for place in profile.places("joint")], profile.value("joint_impulse", "joint").tolist()
     name, most = max(zip(names, sizes, strict=True), key=lambda item: item[1], default=("", 0.0))
     contact = max(float(contact_impulses(profile).max()), float(np.linalg.norm(profile.total_impulse)))

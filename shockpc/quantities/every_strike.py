@@ -91,11 +91,6 @@ def contact_normals(profile: ShockProfile) -> Array:
     )
 
 
-def plane_normals(profile: ShockProfile) -> Array:
-    """The normal of the plane (nb, 3) in the axes of every body."""
-    return np.asarray(profile.plane.normal @ profile.rotation)
-
-
 def peak_per_speed(landing: PosedLanding) -> float | None:
     """The peak acceleration for a jump of 1 m/s, by the pulse of the scene [g s/m]; None without one."""
     return None if landing.pulse is None else peak_acceleration(1.0, landing.pulse) / GRAVITY

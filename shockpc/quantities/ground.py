@@ -26,7 +26,7 @@ OF_THE_IMPACT = (*POINTS, *BODIES, *JOINTS, *CONTACTS, *ROBOT)
 """Quantities of the impact on rigid ground, some of which exist for others as well."""
 
 JUMPS = tuple(entry for entry in OF_THE_IMPACT if "stiffness" in entry.also)
-"""Quantities of the jumps alone, which a landing on finite stiffness has at each time."""
+"""Quantities of the jumps only, which a landing on finite stiffness has at each time."""
 
 FORCE, MOMENT, ALONG = JOINTS[:3]
 """What a joint carries: linear in accelerations and forces, as it is in jumps and impulses."""

@@ -25,7 +25,7 @@ CLEARLY_BEYOND = 1e-6
 
 DIFFERS, LEAST_DIFFERENCE = 0.1, 1e-3
 """Share by which shock on contacts of finite stiffness differs from that of the impulse model, from which a warning says so; and
-the least difference of which one does [1]."""
+the smallest difference of which one does [1]."""
 
 
 class Health(NamedTuple):
@@ -137,7 +137,7 @@ def _beyond_stops(profile: "ShockProfile") -> Iterator[Diagnostic]:
             )
             yield Diagnostic("limits", joint.name, float(rates[joint.v.start]), text)
         elif beyond[joint.v].any() and not (profile.scene.stops and counted):
-            remedy = ": count it with stops = true (--stops)" if counted else ", because it shares its body with other joints"
+            remedy = ": include it with stops = true (--stops)" if counted else ", because it shares its body with other joints"
             rate = abs(float(rates[joint.v.start]))
             both = " (both are 0 in the file, as exports without limits write them)" if joint.limits == (0.0, 0.0) else ""
             text = (

@@ -21,7 +21,7 @@ class Levels(NamedTuple):
     """Heights of a robot's geometry over its base in N postures [m].
 
     Attributes:
-        core: (N, n) as `surface`, without the least semi-axis of the ellipsoid that rounds a shape.
+        core: (N, n) as `surface`, without the smallest semi-axis of the ellipsoid that rounds a shape.
         surface: (N, n) the lowest points of the shapes; inf of those of a body that is wholly above all contact points, or above
             another that strikes nothing, unless every body was asked for.
         contacts: (N, c) the lowest points of the contacts and standing feet: of their shapes, or the contact points.
@@ -87,7 +87,7 @@ def levels(landing: Landing, rotation: Array, position: Array, points: Array, ev
         rotation: (N, nb, 3, 3) of the body frames, body to world.
         position: (N, nb, 3) their origins, from the base [m].
         points: (N, c, 3) of the contacts and standing feet on flat ground, from the base [m].
-        every: whether every body is measured, or those alone that may be the lowest.
+        every: whether every body is measured, or only those that may be the lowest.
     """
     up, pieces, grounded = landing.up, body_outline(landing.robot).pieces, (*landing.contacts, *landing.stance)
     frames = [landing.robot.frame(grounded[k].frame) for k in on_ground(landing)]

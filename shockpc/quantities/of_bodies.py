@@ -74,7 +74,7 @@ def _off_plane(impact: Impact, places: Places) -> Any:
 
 @cached
 def _extremes(impact: Impact, places: Places) -> Array:
-    """Least and greatest shock (2, N, S, n) over the bodies' geometry, from the rounded jumps; NaN without geometry."""
+    """Smallest and largest shock (2, N, S, n) over the bodies' geometry, from the rounded jumps; NaN without geometry."""
     omega, v = (part.astype(float) for part in _split(impact, places))
     v_in, pieces = impact.v_in.astype(float), _pieces(impact.landing.robot, *(place.body for place in places))
     extremes = np.empty((2, *omega.shape[:3]))
@@ -84,12 +84,12 @@ def _extremes(impact: Impact, places: Places) -> Array:
 
 
 def _least(impact: Impact, places: Places) -> Array:
-    """Least shock (N, S, n) over the bodies' geometry, as `_extremes`."""
+    """Smallest shock (N, S, n) over the bodies' geometry, as `_extremes`."""
     return np.asarray(_extremes(impact, places)[0])
 
 
 def _greatest(impact: Impact, places: Places) -> Array:
-    """Greatest shock (N, S, n) over the bodies' geometry, as `_extremes`; of many landings body by body, which is faster."""
+    """Largest shock (N, S, n) over the bodies' geometry, as `_extremes`; of many landings body by body, which is faster."""
     if impact.v_in.size == 1:
         return np.asarray(_extremes(impact, places)[1])
     omega, v = (part.astype(float) for part in _split(impact, places))
@@ -134,14 +134,14 @@ BODIES = (
     Quantity("off_plane", "body", "motion out of the plane", "1", "neither", _off_plane, lambda i, x: 1.0),
     Quantity("shock_com", "body", "shock at the centre of mass", "1", "greater", shock, largest_shock, most_severe=MOST_SEVERE,
         also=("friction", "stiffness"), length_of=DELTA_V),
-    Quantity("shock_min", "body", "least shock over the body", "1", "greater", _least, missing=NO_GEOMETRY),
-    Quantity("shock_max", "body", "greatest shock over the body", "1", "greater", _greatest, missing=NO_GEOMETRY,
+    Quantity("shock_min", "body", "minimum shock over the body", "1", "greater", _least, missing=NO_GEOMETRY),
+    Quantity("shock_max", "body", "maximum shock over the body", "1", "greater", _greatest, missing=NO_GEOMETRY,
         most_severe=MOST_SEVERE),
     *(entry._replace(of="body", title=f"{entry.title}, at the centre of mass", also=()) for entry in AT_CENTRE),
     Quantity("delta_v_com", "body", "Δv of the centre of mass, body axes", "m/s", "greater", point_velocity, largest_jump,
         vector=True, linear=True),
     Quantity("error_bound", "body", "proven error of the jump, relative to the motion", "1", "greater",
         lambda health, places: [health.body_error_bounds[place.body] for place in places], needs_posture=True, on="health"),
-    Quantity("delta_v_max", "body", "greatest |Δv| over the body", "m/s", "greater", lambda i,
+    Quantity("delta_v_max", "body", "maximum |Δv| over the body", "m/s", "greater", lambda i,
         p: _greatest(i, p) * i.v_in.astype(float)[..., None], missing=NO_GEOMETRY),
 )  # fmt: skip

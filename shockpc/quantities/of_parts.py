@@ -51,7 +51,7 @@ Compute = Callable[[Impact, Places], Any]
 
 
 def _of_points(compute: Compute, joints: bool = False, vector: bool = False) -> Compute:
-    """A formula of parts at points alone, or of those of joints: no value at the others."""
+    """A formula of parts only at points, or of those of joints: no value at the others."""
     axes = (3,) if vector else ()
 
     def chosen(impact: Impact, places: Places) -> Any:
@@ -67,7 +67,7 @@ def _of_points(compute: Compute, joints: bool = False, vector: bool = False) -> 
 
 
 def _of_joints(compute: Compute) -> Compute:
-    """A formula of parts of joints alone, of the places of these joints as parts are: no value at the others."""
+    """A formula of parts of joints only, of the places of these joints as parts are: no value at the others."""
     return _of_points(compute, joints=True)
 
 
@@ -208,7 +208,7 @@ class MarginLost(NamedTuple):
     """Where a margin is lost.
 
     Attributes:
-        contact_stiffness: least stiffness of the contacts on which a part has a margin below 1, or a joint more than its torque
+        contact_stiffness: smallest stiffness of the contacts on which a part has a margin below 1, or a joint more than its torque
             limit [N/m]; 0 if that is so on `SOFTEST`, infinite if not even on `STIFFEST`; NaN where it is not known.
         place: the name of that part or joint; empty if there is none.
         refused: why it is not known; empty if it is.

@@ -137,7 +137,7 @@ def _allowed(impact: Impact) -> Array:
 
     An impact that would make energy is no landing either.
 
-    Heights of lowest points count as equal up to the scene's `ground_tolerance`; without geometry contact points count alone.
+    Heights of lowest points count as equal up to the scene's `ground_tolerance`; without geometry only contact points are compared.
     With the scene's friction nothing is pulled: a contact that would be opens, and one that needs more friction slides. In doubles
     NaN where the impact may then gain energy, which the analysis of the landing refuses.
     """

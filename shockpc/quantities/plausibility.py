@@ -35,7 +35,7 @@ HEAVY, LIGHT, ARMATURE = 2000.0, 200.0, 10.0
 def heights(profile: "ShockProfile") -> Iterator[Diagnostic]:
     """Warnings about geometry below the contacts, and about contacts and standing feet that flat ground cannot touch together.
 
-    A round foot may be struck at its centre: below a contact counts what its link's shapes reach without the least semi-axis of
+    A round foot may be struck at its centre: below a contact counts what its link's shapes reach without the smallest semi-axis of
     their ellipsoids.
     """
     landing = profile.landing
@@ -135,7 +135,7 @@ def inertias(profile: "ShockProfile") -> Iterator[Diagnostic]:
         radii = few([f'"{name}" ({radius:.3g} m)' for name, radius in links], 4)
         text = (
             f"the radius of gyration of {radii} is too large, as {size_text(profile.robot)}: a placeholder, or moments in "
-            "another unit than kg m²; what moves with such a link hardly turns, so every shock is wrong; correct the file"
+            "another unit than kg m²; what moves with such a link turns far too little, so every shock is wrong; correct the file"
         )
         yield Diagnostic("inertia", "+".join(name for name, _ in links), links[0][1], text)
 

@@ -29,12 +29,12 @@ class Quantity(NamedTuple):
             arithmetic of the impact. Of a profile's health values (n,).
         size: natural size of values (N, S, n, ...), against which a ball counts as narrow enough: of an impact and the values.
         missing: why a value may be missing.
-        vector: whether a value is a vector (3,), which counts by its length where one number is needed.
+        vector: whether a value is a vector (3,), whose length is taken where one number is needed.
         needs_posture: whether it is computed in one posture at a time, with a proof, because double precision cannot decide it.
         in_doubles: whether double precision has it nevertheless where it is clear, and NaN elsewhere.
         with_stiffness: whether it needs a posture and is unproven where the contacts have a finite stiffness.
         unproven: whether it is computed in one posture at a time, but in double precision.
-        shared: whether it is one of many where contact or closure rows are redundant: that of the impulses of least norm.
+        shared: whether it is one of many where contact or closure rows are redundant: that of the impulses of minimum norm.
         signed: whether a value, or a component of a vector, may be negative; then "greater" means farther from zero.
         on: what it is computed of: the impact of the scene, that of the same landing with joints of another model (as
             `ShockProfile.proof_with` names them), or the profile's health.
@@ -95,7 +95,7 @@ class Quantity(NamedTuple):
         return self.unproven or (self.with_stiffness and scene.contact_stiffness is not None)
 
     def title_at(self, place: str, component: str = "") -> str:
-        """The title with the name of a place, such as "greatest shock over base" or "shock at imu". Args: component, x, y or z."""
+        """The title with the name of a place, such as "largest shock over base" or "shock at imu". Args: component, x, y or z."""
         title, comma, frame = self.title.partition(",")
         along = f" along {component}" if component else ""
         if self.of in ("body", "joint"):
@@ -119,7 +119,7 @@ class Quantity(NamedTuple):
             "computed with a proof": self.needs_posture and not self.unproven,
             "in double precision, not proven": self.unproven,
             "in double precision, not proven, with a contact stiffness": self.with_stiffness,
-            "of least norm where rows are redundant": self.shared,
+            "of minimum norm where rows are redundant": self.shared,
         }
         return "; ".join(
             [*(text for text, holds in remarks.items() if holds), *([f"no value: {self.missing}"] if self.missing else [])]

@@ -27,7 +27,7 @@ _BY_KEY = {(quantity.of, quantity.key): quantity for quantity in QUANTITIES}
 
 
 class Selection(NamedTuple):
-    """A quantity, or a component of one, as a number: a vector counts by its length.
+    """A quantity, or a component of one, as a number: of a vector the length is taken.
 
     Attributes:
         name: as a text names it.
@@ -51,7 +51,7 @@ class Selection(NamedTuple):
     def worse(self, values: Any) -> Any:
         """How severe values (n,) are: greater is worse; −∞ where there is none. Of signed ones the magnitudes count.
 
-        Of a quantity that is not worse in either direction the greatest value counts as the worst.
+        Of a quantity that is not worse in either direction the largest value counts as the worst.
         """
         sizes = np.abs(values) if self.signed else values
         return np.nan_to_num(-sizes if self.quantity.worse == "less" else sizes, nan=-np.inf, posinf=np.inf)

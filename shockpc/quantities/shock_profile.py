@@ -348,7 +348,7 @@ class ShockProfile(OfLanding):
         """Impulses through the joints between bodies, and jumps of their rates.
 
         Where rows depend on one another (redundant contacts, a planar loop closed in space) they are those of the contact impulses
-        of least norm.
+        of minimum norm.
         """
         return records(JointLoad, self, "joint")
 
@@ -362,7 +362,7 @@ class ShockProfile(OfLanding):
 
     @cached_property
     def spring_time(self) -> float:
-        """Time after the impact from which on the first spring counts, as `spring_times` [s]; infinite without springs."""
+        """Time after the impact from which on the first spring has an effect, as `spring_times` [s]; infinite without springs."""
         if not self.landing.joint_model.springs.any():
             return math.inf
         from shockpc.impact.springs import spring_times

@@ -312,5 +312,5 @@ def _mass(model: pin.Model, link: str) -> float:
 
 
 def _frame(model: pin.Model, link: str) -> pin.Frame:
-    """The frame of a link in the Pinocchio model, which keeps the inertia of the link alone with it."""
+    """The frame of a link in the Pinocchio model, which keeps the inertia of only the link with it."""
     return model.frames[model.getFrameId(link, pin.FrameType.BODY)]

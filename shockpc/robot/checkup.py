@@ -122,7 +122,7 @@ def _links(robot: Robot, root: Element) -> Iterator[tuple[Level, str, str, str]]
         yield "warning", "link", name, f"{text}; if they are placeholders, every shock is wrong"
     for link in root.findall("link"):
         if link.find("inertial") is None and (link.find("visual") is not None or link.find("collision") is not None):
-            yield "note", "link", link.get("name", ""), "shapes but no <inertial>, which counts as no mass"
+            yield "note", "link", link.get("name", ""), "shapes but no <inertial>, which is read as no mass"
 
 
 def _about_origins(robot: Robot) -> Iterator[tuple[Level, str, str, str]]:

@@ -48,7 +48,7 @@ def read_drives(path: Path) -> tuple[Drive, ...]:
                 if value is not None and not (0.0 < value <= LARGEST_NUMBER or (value == 0.0 and not key.endswith("stiffness"))):
                     faults.append(f"{where}: {key} is {value:g}; it has to be {least}, and at most {LARGEST_NUMBER:g}")
             if drive.rotor_inertia is not None and (drive.gear_ratio is None or drive.armature is not None):
-                faults.append(f"{where} needs rotor_inertia and gear_ratio, or armature alone")
+                faults.append(f"{where} needs rotor_inertia and gear_ratio, or only armature")
             elif (reflected := drive.reflected) is not None and not reflected <= LARGEST_NUMBER:
                 faults.append(f"{where} has a reflected inertia of {reflected:g}; at most {LARGEST_NUMBER:g} is computed")
             elif reflected is drive.drive_stiffness is drive.stiffness is None:
@@ -73,7 +73,7 @@ def catalogue_drives(name: str | None) -> tuple[Drive, ...]:
         # Values are written as JSON writes them, which is read in a tenth of the time that TOML takes.
         drives = [converted({key: json.loads(value) for key, value in lines}, Drive, "", []) for lines in mentioning]
     except ValueError:
-        drives = list(read_drives(file))  # a value that TOML alone has, or several lines
+        drives = list(read_drives(file))  # a value that only TOML has, or several lines
     return tuple(drive for drive in drives if name in drive.robot)
 
 

@@ -57,7 +57,7 @@ class Joint(NamedTuple):
         offset: (3,) its origin there [m].
         q: where its configuration is in q.
         v: where its velocities are in q̇.
-        limits: least and greatest value of a joint of one coordinate [rad, m].
+        limits: smallest and largest value of a joint of one coordinate [rad, m].
         parts: of a composite, in their order; its name is theirs, joined by "+".
     """
 

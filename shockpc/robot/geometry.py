@@ -48,7 +48,7 @@ _Y_TO_Z = np.array([[1.0, 0.0, 0.0], [0.0, 0.0, -1.0], [0.0, 1.0, 0.0]])
 
 UNKNOWN, SMALL, NEGLIGIBLE = 10.0, 0.3, 0.01
 """How many times the distances between its frames a robot without shapes may measure [1], and what these count at least [m]; share
-of its body's mass times the robot's size squared below which the moments of inertia of a link hardly matter [1]."""
+of its body's mass times the robot's size squared below which the moments of inertia of a link do not matter [1]."""
 
 
 class Unread(NamedTuple):

@@ -46,7 +46,7 @@ def load_robot(
             robot_descriptions gives them. A scene file cannot name those, so pass the robot on with the scene.
         geometry: the shapes of a `pinocchio.Model`; of a `RobotWrapper` its collision model by default.
         xacro: arguments of a xacro file.
-        packages: folders of packages, for `package://` and `$(find …)`; in that of "*" files are found by their names alone.
+        packages: folders of packages, for `package://` and `$(find …)`; in that of "*" files are found by their names only.
         srdf: a file of reference postures; by default the one found beside the robot.
         frames: names or globs of frames that are asked for. Of several robots in an MJCF file the one that has the first of them is
             loaded, or else the one with the most joints.
@@ -129,7 +129,7 @@ def _finished(robot: Robot, srdf: Path | None) -> Robot:
     if model.nv > _MOST_VELOCITIES:
         limit = f"and up to {_MOST_VELOCITIES} are computed"
         raise RobotError(f"it moves with {model.nv} velocities, {limit}; fix joints that do not matter")
-    refuse_number("drives", "the greatest reflected inertia", float(model.armature.max(initial=0.0)), "kg m²")
+    refuse_number("drives", "the largest reflected inertia", float(model.armature.max(initial=0.0)), "kg m²")
     # Rotations as good as doubles allow, by Newton's iteration R ← R (3 − RᵀR) / 2: a chain of bodies multiplies what is missing.
     for place in model.jointPlacements:
         R = place.rotation

@@ -26,7 +26,7 @@ _DEEPEST = 490  # elements within elements; TinyXML-2, by which Pinocchio and Mu
 _MOST_ELEMENTS = 500_000  # with their attributes; 64 MB could hold sixteen million, which take gigabytes
 _MARKS_AND_BLANKS = b"\xef\xbb\xbf \t\n\r\v\f"
 MESHES = "*"
-"""The package that stands for every other one: its files are found by their names alone."""
+"""The package that stands for every other one: its files are found by their names only."""
 
 FORMATS = {
     "robot": ("urdf", "URDF, xacro"),
@@ -85,8 +85,7 @@ class OpenFolders(NamedTuple):
 
     def unchanged(self) -> bool:
         """Whether all that was read is still as it was."""
-        seen = self.seen.copy()  # another thread may read more meanwhile
-        return all(state == _state(path, state is not None and state[-1] is not None) for path, state in seen.items())
+        return all(state == _state(path, state is not None and state[-1] is not None) for path, state in tuple(self.seen.items()))
 
     def remember(self) -> None:
         """Note what was read as an input of this command, too, where the robot of an earlier one is used again."""

@@ -83,7 +83,7 @@ def _of_placement(element: Element, degrees: bool) -> float:
 
 
 def _apart(values: Array, cosines: Array = COSINES) -> float:
-    """Greatest distance of cosines from those of multiples of 15 degrees."""
+    """Largest distance of cosines from those of multiples of 15 degrees."""
     return float(np.abs(values[..., None] - cosines).min(axis=-1).max())
 
 

@@ -166,7 +166,7 @@ class _Poses:
         return self.of(self._reference(part, near)) * _pose(part.find("pose"))
 
     def inertial(self, inertial: Element, link: str) -> pin.SE3:
-        """Where the <inertial> of a link stands, which SDFormat has relative to the link alone."""
+        """Where the <inertial> of a link stands, which SDFormat has relative to the link only."""
         if (near := self._reference(inertial, link)) != link:
             raise RobotError(
                 f'link "{link}": the pose of its <inertial> is relative to "{near}"; it has to be relative to the link'

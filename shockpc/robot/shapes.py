@@ -25,7 +25,7 @@ LARGEST_COORDINATE = 1e6
 class Shape(NamedTuple):
     """One convex piece of a body: the Minkowski sum of the hull of some points and an ellipsoid, without approximation.
 
-    A box or a mesh is the hull alone. A sphere and an ellipsoid have one point; a capsule and a cylinder two, the cylinder with a
+    A box or a mesh is only the hull. A sphere and an ellipsoid have one point; a capsule and a cylinder two, the cylinder with a
     flat ellipsoid, a disc.
 
     Attributes:
@@ -124,7 +124,7 @@ def facets(shape: Shape) -> list[Array]:
     """The surface of a shape, each facet as its corners (k, 3) in the body's frame [m].
 
     The surface of a mesh is its triangles. A round shape is a polyhedron with its corners on the surface, inside it by at most
-    0.25 % of the greatest semi-axis. A flat shape is its surface.
+    0.25 % of the largest semi-axis. A flat shape is its surface.
     """
     if shape.mesh is not None:
         return list(shape.mesh.vertices[shape.mesh.triangles])

@@ -77,7 +77,7 @@ class _Node:
 
 
 _NOWHERE = _Node("")
-_TWICE = _Rule("warn", "", "stands twice in one element, and the copies differ; the first counts")
+_TWICE = _Rule("warn", "", "stands twice in one element, and the copies differ; the first one is used")
 _TEXT = _Rule("warn", "", "holds text and no attributes, which is not read: its numbers are written as attributes")
 
 

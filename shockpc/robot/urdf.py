@@ -79,7 +79,7 @@ def _without_quaternions(text: str, name: str) -> str:
             if version not in ("1.1", "1.2"):
                 given = f'version="{version}"' if version else "no version"
                 raise RobotError(
-                    f"{subject}: {what} counts from version 1.1 of URDF on, and the file has {given}, for which readers leave it "
+                    f"{subject}: {what} is read from version 1.1 of URDF on, and the file has {given}, for which readers leave it "
                     'out; write <robot version="1.1"> if it is meant, or rpy in place of it'
                 )
             quaternion = vector(written, 4)

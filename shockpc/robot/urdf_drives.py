@@ -36,7 +36,7 @@ def read_drives(root: Element, joints: dict[str, Element], model: pin.Model) -> 
     Read are <dynamics> of a joint: armature and RaiSim's rotor_inertia, both at the joint, RaiSim's stiffness, and
     spring_stiffness with spring_reference; and transmissions of one joint by one actuator, those of <ros2_control> included:
     rotor inertia and gear ratio of Drake, or motorInertia and mechanicalReduction, whose product counts where it stands in the
-    joint and in the actuator. Of two values for one joint the first counts.
+    joint and in the actuator. Of two values for one joint the first is used.
 
     Raises:
         RobotError: a number of a drive is negative or not finite.
@@ -49,7 +49,7 @@ def read_drives(root: Element, joints: dict[str, Element], model: pin.Model) -> 
 
     def give(values: dict[str, float], joint: str, what: str, value: float) -> None:
         if abs(values.setdefault(joint, value) - value) > 1e-9 * abs(value):
-            faults.append(("joint", joint, f"{what} {values[joint]:g} and {value:g} are given; the first counts"))
+            faults.append(("joint", joint, f"{what} {values[joint]:g} and {value:g} are given; the first one is used"))
 
     for name, joint in joints.items():
         if (dynamics := joint.find("dynamics")) is None:

@@ -16,7 +16,7 @@ from shockpc.text.printed import listed
 def vector(text: str | None, size: int) -> Array | None:
     """So many finite numbers (size,), separated by blanks; None if the text is anything else."""
     try:
-        # Python alone reads 1_0 and the digits of other scripts.
+        # Only Python reads 1_0 and the digits of other scripts.
         values = [float(word if word.isascii() and "_" not in word else "") for word in (text or "").split()]
     except ValueError:
         return None

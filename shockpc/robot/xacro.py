@@ -1,7 +1,7 @@
 """xacro to URDF, without ROS: in a child process that reads no file itself and ends within 10 s and 1 GB.
 
 The child asks for every file and package that a document names, and gets what lies in the open folders; of the environment it has
-the seed of its hashes alone, so that every run gives the same text. No code of a document runs: `xacro_expression` evaluates its
+only the seed of its hashes, so that every run gives the same text. No code of a document runs: `xacro_expression` evaluates its
 expressions. What the child answers is bounded and checked here.
 """
 

@@ -45,7 +45,7 @@ def landing_text(profile: ShockProfile) -> str:
     names, robot, contacts = contact_name(profile), profile.robot, profile.landing.contacts
     struck, each = sorted(contact.body for contact in contacts), each_foot(robot)
     if len(struck) == 1:
-        return f"{names} alone"
+        return f"{names} only"
     on_feet = recognised(robot) and all(contact.frame in feet(robot) for contact in contacts)
     if on_feet and struck == sorted(robot.frame(foot).body for foot in each):
         return f"{'both' if len(each) == 2 else f'all {number_text(len(each))}'} feet together"
@@ -175,14 +175,16 @@ def _drive_texts(profile: ShockProfile, among: Collection[ShockProfile]) -> list
         known = f"; joints are named like those of {few(like, 4)}, whose drives --drives {like[0]} takes" if like else ""
         texts.append(f"{subject}{more}{known}")
     if sprung := [joint.name for joint in single if model.springs[joint.v].any()]:
-        when = f"; they count after {1e3 * profile.spring_time:.2g} ms" if math.isfinite(profile.spring_time) else ""
+        when = f"; they have an effect after {1e3 * profile.spring_time:.2g} ms" if math.isfinite(profile.spring_time) else ""
         texts.append(f"springs at {few(sprung, 2, what=' joints')} are free in the impact{when}")
     deflection = model.deflection(robot, profile.landing.q)
     load = np.where(np.abs(deflection) > ROUNDED, model.stiffness * deflection, 0.0)
     if loaded := {name: torque for name in sprung if (torque := float(np.abs(load[robot.joint(name).v]).max())) > 0.0}:
         most = max(loaded, key=lambda name: loaded[name])
         size = f"{loaded[most]:.3g} {'N' if robot.joint(most).unit == 'm' else 'N m'}"
-        texts.append(f"{most} is loaded by its spring with {size} at touchdown, which counts on contacts of finite stiffness")
+        texts.append(
+            f"{most} is loaded by its spring with {size} at touchdown, which has an effect only on contacts of finite stiffness"
+        )
     return texts
 
 
@@ -232,7 +234,7 @@ def warning_lines(profile: ShockProfile) -> list[str]:
 def _contact_text(profile: ShockProfile, i: int) -> str:
     asked, contact = profile.scene.contact[i], profile.contacts[i]
     if (block := profile.landing.contacts[i]).kind == "stop":
-        value = "least" if side_of(profile.robot, block) > 0.0 else "greatest"
+        value = "minimum" if side_of(profile.robot, block) > 0.0 else "maximum"
         rebound = f", restitution {asked.restitution:g}" * bool(asked.restitution)
         return (
             f"{asked.frame}, the end stop at the {value} value of the joint{rebound}; speeds are those of its body's CoM against it"
@@ -247,7 +249,7 @@ def _contact_text(profile: ShockProfile, i: int) -> str:
     parts.append(f"sticks{slides}" if asked.sticks else f"slides, constrained along {' '.join(kept)}")
     parts += ["flat"] * (asked.kind == "flat") + [f"restitution {asked.restitution:g}"] * bool(asked.restitution)
     parts += [f"normal ({vector_text(asked.normal)})"] if asked.normal else []
-    parts += [f"not along ({axis}), where rounding of the file alone moves it" for axis in _left_out(profile, i)]
+    parts += [f"not along ({axis}), where only rounding of the file moves it" for axis in _left_out(profile, i)]
     if np.linalg.norm(contact.approach - profile.strike) > 1e-9 * np.linalg.norm(profile.strike):
         parts.append(f"approaches at ({vector_text(contact.approach)}) m/s")
     return ", ".join(parts)

@@ -95,6 +95,8 @@ class Report(NamedTuple):
         more: contents of further files by name, which may hold paths relative to the folder that they are written in.
         others: names of the files that only some reports of the command have, this one perhaps not.
         landings: those that report.html shows in three dimensions, by name.
+        live: of the joints that have sliders in report.html, besides those that carry what strikes, names or globs; None for a page
+            whose landings keep their postures.
         tables: whether the document holds the rows of the sheets, by name, and the units of their keys.
         parts: the reports of several results by the names of their folders. Their texts and documents are put together, and the
             body of this report follows, and its document if that has an entry.
@@ -114,6 +116,7 @@ class Report(NamedTuple):
     more: Callable[[Path], Mapping[str, str]] = lambda _: {}
     others: Sequence[str] = ()
     landings: Mapping[str, ShockProfile] = {}
+    live: Sequence[str] | None = None
     tables: bool = False
     parts: Mapping[str, "Report"] = {}
 

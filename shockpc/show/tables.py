@@ -86,7 +86,7 @@ class Sheet(NamedTuple):
 
     @property
     def columns(self) -> list[Column]:
-        """The columns, also of those that the header has as headings alone."""
+        """The columns, also of those that the header has only as headings."""
         return [Column.of(head) for head in self.header]
 
     def only(self, *keys: str) -> "Sheet":

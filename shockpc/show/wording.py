@@ -83,7 +83,7 @@ def vector_text(values: Iterable[float]) -> str:
 
 
 STICKING = (
-    "these numbers are of contacts that stick; the friction counts alone in whether flat ground allows a landing; "
+    "these numbers are of contacts that stick; the friction only decides whether flat ground allows a landing; "
     "--quantity shock_friction depends on it"
 )
 """What a friction changes where no quantity with friction was asked for."""
@@ -121,6 +121,6 @@ def without_value(columns: Iterable[tuple[str, Quantity]]) -> Iterator[str]:
 
 LEFT_OUT = (
     "on contacts of finite stiffness the change of geometry and springs before rotors of unknown inertia are left out; "
-    "shockpc analyze says where that counts in a landing"
+    "shockpc analyze says where that matters in a landing"
 )
 """Said of many landings, for which the warnings of each are not computed."""

@@ -16,7 +16,7 @@ def matches(pattern: str, names: Iterable[str]) -> tuple[str, ...]:
 
 
 def glob_of(names: Sequence[str], every: Iterable[str]) -> str:
-    """What means just some names of all: the name, or a glob where they differ in one part alone; empty if there is none."""
+    """What means just some names of all: the name, or a glob where they differ in only one part; empty if there is none."""
     if len(names) == 1:
         return names[0]
     glob = f"{_beginning(names)}*{_beginning([name[::-1] for name in names])[::-1]}"

@@ -69,7 +69,7 @@ class Proof:
         return vars(self) | {"_impact": None}
 
     def read(self, compute: Callable[..., T], *arguments: Any, size: Callable[[BallImpact, Array], Any] | None = None) -> T:
-        """The value of a function of the impact, at the least precision at which it raises no `PrecisionError` or `SingularError`.
+        """The value of a function of the impact, at the lowest precision at which it raises no `PrecisionError` or `SingularError`.
 
         Args:
             compute: the function.

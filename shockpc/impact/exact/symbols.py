@@ -240,7 +240,7 @@ class SymbolImpact(ExactImpact):
 
     @cached_property
     def pivot(self) -> Symbol:
-        """The least pivot of the Delassus matrix, scaled to a unit diagonal: 1 for orthogonal rows, 0 for dependent ones."""
+        """The smallest pivot of the Delassus matrix, scaled to a unit diagonal: 1 for orthogonal rows, 0 for dependent ones."""
         S = entries(self._by_rows[1])
         diagonal, pivots = np.diagonal(S).copy(), []
         for k in range(len(S)):
@@ -289,8 +289,8 @@ class SymbolImpact(ExactImpact):
         for mass, (_, p), moments in zip(self._data.mass.tolist(), self._places, self._moments, strict=True):
             whole, r = entries(moments), np.array(p.entries(), dtype=object)
             h = np.array([whole[2, 4], whole[0, 5], whole[1, 3]], dtype=object)
-            apart = eye * (mass * (r @ r) + 2 * (r @ h)) - mass * np.outer(r, r) - np.outer(r, h) - np.outer(h, r)
-            composite.append([self.arithmetic.number(mass), h + mass * r, whole[:3, :3] + apart])
+            apart = eye * (mass * (r @ r) + 2 * (r @ h)) - np.outer(r, r) * mass - np.outer(r, h) - np.outer(h, r)
+            composite.append([self.arithmetic.number(mass), h + r * mass, whole[:3, :3] + apart])
         for i in range(len(composite) - 1, -1, -1):
             mass, h, inertia = composite[i]
             for k in range(robot.joints[i].v.start, robot.joints[i].v.stop):
@@ -360,12 +360,22 @@ def traced(landing: PosedLanding, given: int, formulas: Callable[[Impact], list[
     """Symbols of the configuration (nq,) and of what is before the impact (given,), and what formulas make of them (m,).
 
     Raises:
-        SingularError: as for `SymbolImpact`.
-        NoValueError: a formula compares or rounds numbers.
+        SingularError, NoValueError: as for `SymbolImpact`; a formula compares or rounds numbers.
     """
     q, before = casadi.SX.sym("q", landing.robot.model.nq), casadi.SX.sym("before", given)
-    found = [value for part in formulas(SymbolImpact.of(landing, q, before)) for value in np.asarray(part, dtype=object).ravel()]
-    return q, before, casadi.densify(casadi.vertcat(*map(_expression, found)))
+    return q, before, _densified(formulas(SymbolImpact.of(landing, q, before)))
+
+
+def program(n: int, formulas: Callable[[Numbers], Iterable[Any]]) -> Program:
+    """The steps that arrays of formulas take of n numbers. Raises: as `traced`."""
+    x = casadi.SX.sym("x", n)
+    return compiled([x], _densified(formulas(_symbols(x))))[0]
+
+
+def _densified(arrays: Iterable[Any]) -> casadi.SX:
+    """The entries of arrays, one after another."""
+    found = [value for part in arrays for value in np.asarray(part, dtype=object).ravel()]
+    return casadi.densify(casadi.vertcat(*map(_expression, found)))
 
 
 def with_slopes(y: casadi.SX, q: casadi.SX, before: casadi.SX, robot: Robot) -> casadi.SX:
@@ -432,13 +442,7 @@ def function_from(text: str) -> Callable[[Array], Any]:
 
 
 def function_of(text: str, inputs: Mapping[str, int], outputs: Mapping[str, slice]) -> casadi.Function:
-    """A function of which this is the text with named inputs and outputs.
-
-    Args:
-        text: of the function.
-        inputs: sizes of the vectors that its inputs are made of.
-        outputs: where they are among its outputs.
-    """
+    """A function by its text. Args: inputs, sizes of the vectors that its input is made of; outputs, places among its outputs."""
     vectors = [casadi.SX.sym(name, size) for name, size in inputs.items()]
     rows = casadi.Function.deserialize(text)(casadi.vertcat(*vectors))
     return casadi.Function("landing", vectors, [rows[part] for part in outputs.values()], [*inputs], [*outputs])

@@ -235,7 +235,7 @@ def body_shapes(robot: Robot) -> list[tuple[tuple[Shape, ...], bool]]:
     chosen: list[tuple[tuple[Shape, ...], bool]] = []
     for body, seen, solid in zip(robot.bodies, visual, collision, strict=True):
         shapes, box = seen or solid, inertia_box(body)
-        # Where a mesh is missing, what is left may be the least part of a body, such as the marker of a sensor on a trunk.
+        # Where a mesh is missing, what is left may be the smallest part of a body, such as the marker of a sensor on a trunk.
         lost = not shapes or not missing.isdisjoint(body.links)
         boxed = (*shapes, box) if lost and box is not None and _extent([box]) > _extent(shapes) else ()
         chosen.append((boxed or shapes, bool(boxed)))
@@ -243,7 +243,7 @@ def body_shapes(robot: Robot) -> list[tuple[tuple[Shape, ...], bool]]:
 
 
 def _extent(shapes: Sequence[Shape]) -> float:
-    """The greatest extent of some shapes along an axis of their body [m]."""
+    """The largest extent of some shapes along an axis of their body [m]."""
     return float(np.ptp(corners_of_box(surface(shapes)), axis=0).max()) if shapes else 0.0
 
 

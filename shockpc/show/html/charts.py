@@ -18,7 +18,7 @@ LIMIT = 2.5
 SCALE = [[edge / LIMIT, colour] for k, colour in enumerate(BANDS) for edge in (EDGES[k], min(EDGES[k + 1], LIMIT))]
 
 NARROWEST = 0.4
-"""Least side of the box that is shown, as a share of its longest one."""
+"""Smallest side of the box that is shown, as a share of its longest one."""
 
 PLAIN = {"type": "scatter3d", "hoverinfo": "none"}
 

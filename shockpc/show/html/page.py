@@ -17,7 +17,8 @@ import numpy as np
 from shockpc.core.spatial import Array
 from shockpc.impact.solve import CONTRADICTION
 from shockpc.landing.scene_file import scene_text
-from shockpc.quantities.every_strike import EveryStrike, StrikeAxes, contact_normals, every_strike, peak_per_speed, plane_normals
+from shockpc.profile import ILL_CONDITIONED
+from shockpc.quantities.every_strike import EveryStrike, StrikeAxes, contact_normals, every_strike, peak_per_speed
 from shockpc.quantities.histories import contact_forces, point_accelerations
 from shockpc.quantities.of_bodies import ROUNDED
 from shockpc.quantities.shock_profile import ShockProfile
@@ -25,6 +26,7 @@ from shockpc.show.figure.picture import letter
 from shockpc.show.figure.style import BANDS, EDGES, SHOCK
 from shockpc.show.figure.view import body_shapes, numbered
 from shockpc.show.html.charts import CONFIG, STYLES, history, picture, placed
+from shockpc.show.html.posture import Posture, posture_of
 from shockpc.show.html.surfaces import Surface, surfaces
 from shockpc.show.report import Picture, Report, Section
 from shockpc.show.tables import Cell, Column, Lines, Sheet, numeric
@@ -65,11 +67,19 @@ def page(report: Report, files: Mapping[str, str | bytes], library: Path | None,
     blocks = [(f"{name}/", number, list(part.body(True)), part) for number, (name, part) in enumerate(parts)]
     blocks.append(("", None, list(report.body(True)), report))
     scripts = [f"<script>\n{(here / 'tables.js').read_text('utf-8')}</script>"]
+    drawn = _surfaces(shown)
+    postures = {
+        name: posture_of(profile.landing, drawn[id(profile.robot)], report.live)
+        for name, profile in shown.items()
+        if report.live is not None
+    }
     if library is not None:
-        data = json.dumps(_data(shown), allow_nan=False, separators=(",", ":")).replace("<", "\\u003c")
+        data = json.dumps(_data(shown, drawn, postures), allow_nan=False, separators=(",", ":")).replace("<", "\\u003c")
         scripts += [
             f"<script>{library.read_text('utf-8')}</script>",
             f'<script type="application/json" id="data">{data}</script>',
+            f"<script>const postures=[{','.join(posture.code for posture in postures.values())}];</script>",
+            f"<script>\n{(here / 'posture.js').read_text('utf-8')}</script>",
             f"<script>\n{(here / 'report.js').read_text('utf-8')}</script>",
         ]
     return "\n".join(
@@ -80,7 +90,7 @@ def page(report: Report, files: Mapping[str, str | bytes], library: Path | None,
             f"<title>{title}</title><style>\n{(here / 'report.css').read_text('utf-8')}</style></head><body>",
             f"<h1>{title}</h1>",
             *(_section(number, *_answer(folder, body, part, files)) for folder, number, body, part in blocks),
-            _view(shown, len(report.landings)) if shown else "",
+            _view(shown, len(report.landings), [posture.note for posture in postures.values()]) if shown else "",
             *(_section(number, *_below(folder, body, part, files)) for folder, number, body, part in blocks),
             *(_section(number, *_histories_and_scene(number, profile)) for number, profile in enumerate(shown.values())),
             f"<h2>Command</h2><pre>{_text(command)}</pre>" if command else "",
@@ -205,8 +215,14 @@ def _cell(column: Column, cell: Cell, right: bool) -> str:
     return f"<td{value}{'' if right else ' class=name'}>{_breakable(column.shown(cell))}</td>"
 
 
-def _view(shown: Mapping[str, ShockProfile], every: int) -> str:
-    """The picture, the controls, and the tables that follow them. Args: every, number of landings with those that are not shown."""
+def _view(shown: Mapping[str, ShockProfile], every: int, notes: Sequence[str]) -> str:
+    """The picture, the controls, and the tables that follow them.
+
+    Args:
+        shown: the landings.
+        every: number of landings with those that are not shown.
+        notes: on the posture of each; none where it has no sliders.
+    """
     peak = any(profile.landing.pulse for profile in shown.values())
     options = "".join(f'<option value="{number}">{_text(name)}</option>' for number, name in enumerate(shown))
     left = f'<p class="note">The first {len(shown)} of {every} landings.</p>' if len(shown) < every else ""
@@ -216,7 +232,7 @@ def _view(shown: Mapping[str, ShockProfile], every: int) -> str:
         f'<input type="number" id="{key}" step="any">'
         for key, title, what, low, high in CONTROLS
     )
-    models = "".join(f"<option>{name}</option>" for name in ("free", "as modelled", "locked"))
+    models = "".join(f"<option>{name}</option>" for name in ("free", "with drives", "locked"))
     switches = "".join(
         f'<label><input type="checkbox" id="{key}"{" checked" if on else ""}> {text}</label>'
         for key, text, on in (
@@ -229,7 +245,7 @@ def _view(shown: Mapping[str, ShockProfile], every: int) -> str:
     edges = ["" if math.isinf(edge) else f"{edge:g}" for edge in EDGES[1:]]
     bands = "".join(f'<span style="background:{colour}"><i>{edge}</i></span>' for colour, edge in zip(BANDS, edges, strict=True))
     points = ["", "sensor or point", "shock [-]", "Δv x [m/s]", "Δv y [m/s]", "Δv z [m/s]", *(["peak [g]"] if peak else [])]
-    bodies = ["", "body", "shock at CoM [-]", "least drawn [-]", "greatest drawn [-]", "|Δω| [rad/s]"]
+    bodies = ["", "body", "shock at CoM [-]", "minimum drawn [-]", "maximum drawn [-]", "|Δω| [rad/s]"]
     bodies += ["CoPc x [m]", "CoPc y [m]", "CoPc z [m]", "RoPc [m]", "motion"]
     contacts = ["", "contact or standing foot", "x [N s]", "y [N s]", "z [N s]", "friction to stick [-]"]
     joints = ["", "joint", "along the axis [N m s, N s]", "force [N s]", "moment [N m s]"]
@@ -247,6 +263,7 @@ def _view(shown: Mapping[str, ShockProfile], every: int) -> str:
     ]
     nonlinear = any(profile.scene.friction is not None for profile in shown.values())
     note = '<p class="note">The picture is without friction: contacts stick, or slide as the scene says.</p>' if nonlinear else ""
+    of_posture = "".join(f'<p class="note" data-landing={number}>{_text(text)}</p>' for number, text in enumerate(notes))
     return (
         '<main><div><div id="stage"><div id="view"></div><div id="pointer">point at a body to read the shock there</div>'
         f'<div id="bands"><b>{_text(SHOCK)}</b>{bands}</div></div></div><div><div id="controls">'
@@ -254,26 +271,35 @@ def _view(shown: Mapping[str, ShockProfile], every: int) -> str:
         f'<select id="landing" class="wide"{" hidden" * (len(shown) == 1)}>{options}</select>{ranges}'
         f'<label for="model">joints</label><select id="model" class="wide">{models}</select>'
         f'<span>show</span><span class="wide">{switches}</span>'
-        '<span></span><button id="reset" class="wide" type="button">back to the scene\'s strike</button></div>'
+        '<span></span><button id="reset" class="wide" type="button">back to the scene</button></div>'
+        f'<div id="posture"></div>{of_posture}'
         f'<p id="state" class="live"></p>{note}{left}{live[0]}</div><div class="wide">{"".join(live[1:])}</div></main>'
     )
 
 
-def _data(shown: Mapping[str, ShockProfile]) -> dict[str, Any]:
-    """What the script needs."""
+def _surfaces(shown: Mapping[str, ShockProfile]) -> dict[int, list[Surface]]:
+    """What is drawn of the bodies, in their frames, by the identity of the robot."""
     robots = {id(profile.robot): profile.robot for profile in shown.values()}
-    drawn = {
-        key: surfaces([shapes for shapes, _ in body_shapes(one)], MOST_TRIANGLES // len(robots)) for key, one in robots.items()
-    }
+    return {key: surfaces([shapes for shapes, _ in body_shapes(one)], MOST_TRIANGLES // len(robots)) for key, one in robots.items()}
+
+
+def _data(
+    shown: Mapping[str, ShockProfile], drawn: Mapping[int, Sequence[Surface]], postures: Mapping[str, Posture]
+) -> dict[str, Any]:
+    """What the script needs."""
     geometries = {key: _geometry(parts) for key, parts in drawn.items()}
     different = [one for k, one in enumerate(geometries.values()) if one not in list(geometries.values())[:k]]
     return {
         "geometries": different,
         "landings": [
-            _landing(name, profile, drawn[id(profile.robot)], different.index(geometries[id(profile.robot)]))
+            {
+                **_landing(name, profile, drawn[id(profile.robot)], different.index(geometries[id(profile.robot)])),
+                "sliders": postures[name].sliders if name in postures else None,
+            }
             for name, profile in shown.items()
         ],
         "contradiction": CONTRADICTION,
+        "singular": ILL_CONDITIONED,
         "bracketed": BRACKETED,
         "styles": STYLES,
         "config": CONFIG,
@@ -297,13 +323,14 @@ def _landing(name: str, profile: ShockProfile, drawn: Sequence[Surface], geometr
     """One landing: placements, what follows from the velocity of the base, and what shock is relative to."""
     landing, robot, plane, axes = profile.landing, profile.robot, profile.plane, StrikeAxes.of(profile)
     strike_velocity = landing.before.velocity
-    proofs = {"free": profile.proof_with("free"), "as modelled": profile.proof, "locked": profile.proof_with("locked")}
+    proofs = {"free": profile.proof_with("free"), "with drives": profile.proof, "locked": profile.proof_with("locked")}
     angle, heading, speed = axes.polar(strike_velocity)
     blocks = landing.blocks[: len(profile.contacts)]
     contacts = [
         {
             "name": printable(contact.frame),
-            "point": contact.point.tolist(),
+            "body": block.body,
+            "r": block.point.tolist(),
             # The page takes a contact that approaches along its normal as one that strikes, which an end stop does.
             "normal": normal.tolist(),
             **_motion(contact.approach, None if block.velocity is not None or block.kind == "stop" else strike_velocity),
@@ -330,6 +357,7 @@ def _landing(name: str, profile: ShockProfile, drawn: Sequence[Surface], geometr
         "gyration": robot.gyration.tolist(),
         "rotation": profile.rotation.tolist(),
         "position": profile.position.tolist(),
+        "origin": landing.state.origin[0].tolist(),
         "models": {key: proof and _matrices(every_strike(proof)) for key, proof in proofs.items()},
         "joints": [printable(place.name) for place in profile.places("joint")],
         "grounds": [
@@ -339,7 +367,7 @@ def _landing(name: str, profile: ShockProfile, drawn: Sequence[Surface], geometr
         "strike": [round(math.degrees(angle), 9), round(math.degrees(heading), 9), round(speed, 9)],
         "reference": [_motion(velocity, strike_velocity) for velocity in profile.reference_velocities] if centre else contacts,
         **{key: axis.tolist() for key, axis in axes._asdict().items()},
-        "normals": plane_normals(profile).tolist(),
+        "normal": plane.normal.tolist(),
         "contacts": contacts,
         "points": points,
         "peak": peak_per_speed(landing),

@@ -29,6 +29,10 @@ def analyze(
     spectrum: bool = in_output(
         "With a contact stiffness and --out, draw the shock response spectrum of sensors and points too; in JSON, give it."
     ),
+    live: tuple[str, ...] = in_output(
+        "With --out, give these joints sliders in report.html; those that carry the contact of one landing have them always.",
+        "JOINT",
+    ),
     all_: bool = in_output("Print all tables."),
     strict: bool = in_output(STRICT),
     explain: bool = EXPLAIN,
@@ -57,6 +61,10 @@ def analyze(
     if spectrum and not (shown and all(scene.contact_stiffness is not None for scene in scenes)):
         missing = "--contact-stiffness" if shown else "--out, or --format json,"
         raise StudyError(f"--spectrum is in the files of a landing on contacts of finite stiffness; give {missing} too")
+    for pattern in live:
+        loaded.match_joints(pattern)
+    if live and output.out is None:
+        raise StudyError("--live is for report.html; give --out too")
     bodies = sorted({i for pattern in body for i in loaded.match_bodies(pattern)}) or None
     files = [] if save_scene is None else scene_files(scenes, save_scene, force)
     names = file_names(scenes)
@@ -82,7 +90,7 @@ def analyze(
     with trace.stage("output"):
         if output.out is None:
             trace.skip("figure, and matplotlib with it", "no --out")
-        emit(analyze_report(profiles, bodies, spectrum, all_, failures, remark), output, saved)
+        emit(analyze_report(profiles, bodies, spectrum, all_, failures, remark, live), output, saved)
     if explain:
         sys.stderr.write(trace.text() + "".join(f"{accuracy_line(profile)}\n" for profile in profiles.values()))
     return exit_code(len(failures), len(scenes), strict, traces(failures.values()))

@@ -17,11 +17,11 @@ from shockpc.show.wording import contact_name, count, robot_name
 from shockpc.text.printed import printable
 
 CURVES_SHOWN, SMALL = 6, 0.05
-"""Most curves of a panel, those of the largest peaks, and least peak of them as a share of the largest."""
+"""Most curves of a panel, those of the largest peaks, and smallest peak of them as a share of the largest."""
 
 MOST_EVENTS, SAME_TIME, STEP = 8, 0.01, 0.01
-"""Most events that are written, how far apart in time they are at least, as a share of the duration, and least step of a force at
-an event along the ground, as a share of the greatest force."""
+"""Most events that are written, how far apart in time they are at least, as a share of the duration, and minimum step of a force at
+an event along the ground, as a share of the largest force."""
 
 AFTER = 0.03
 """Time that is shown after the end, as a share of the duration."""

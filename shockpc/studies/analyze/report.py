@@ -54,13 +54,18 @@ NO_MITIGATION = "no impact mitigation factor (it requires a free base, no stance
 
 
 def landing_report(
-    profile: ShockProfile, bodies: Sequence[int] | None = None, spectrum: bool = False, whole: bool = False, remark: str = ""
+    profile: ShockProfile,
+    bodies: Sequence[int] | None = None,
+    spectrum: bool = False,
+    whole: bool = False,
+    remark: str = "",
+    live: Sequence[str] = (),
 ) -> Report:
     """Everything of one landing; of the bodies only those that are given by their indices, save in the document.
 
     The files are profile.json, a CSV file of each table, report.md, shock.svg and shock.png; with parts also damage_boundary.svg,
     with a contact stiffness time.svg, and on request spectrum.svg, the shock response spectrum, which then is in profile.json too.
-    On a terminal the answer alone is shown, or with `whole` all tables.
+    On a terminal only the answer is shown, or with `whole` all tables.
     """
     return Report(
         name="profile",
@@ -88,6 +93,7 @@ def landing_report(
         tables=True,
         others=(*(f"{name}.csv" for name in OPTIONAL), *picture_files("damage_boundary", "time", "spectrum")),
         landings={contact_name(profile): profile},
+        live=live,
     )
 
 
@@ -104,6 +110,7 @@ def analyze_report(
     whole: bool = False,
     failures: Mapping[str, ShockError] = MappingProxyType({}),
     remark: str = "",
+    live: Sequence[str] = (),
 ) -> Report:
     """The report of one landing, or of several with their shocks side by side.
 
@@ -114,8 +121,9 @@ def analyze_report(
         whole: whether a terminal shows all tables of each.
         failures: why others could not be computed, by name.
         remark: which other feet are level, as `level_text` says it.
+        live: names or globs of joints that have sliders in report.html; of one landing those that carry the contact always have.
     """
-    parts = Reports(landings, lambda profile: landing_report(profile, bodies, spectrum, whole, remark))
+    parts = Reports(landings, lambda profile: landing_report(profile, bodies, spectrum, whole, remark, live))
     if len(parts) == 1 and not failures:
         return next(iter(parts.values()))
     profiles, reasons = list(landings.values()), [(name, str(reason)) for name, reason in failures.items()]
@@ -144,6 +152,7 @@ def analyze_report(
         document=lambda: {"failures": [{"landing": name, "reason": reason} for name, reason in reasons]} if reasons else {},
         others=picture_files("damage_boundary"),
         landings=landings,
+        live=live or None,
         parts=parts,
     )
 
@@ -269,7 +278,7 @@ def accuracy_line(profile: ShockProfile) -> str:
     proven = f"{proof_text(health.error_bound)} ({health.bits} bits)"
     double = f"was off by {health.double_error:.0e}" if math.isfinite(health.double_error) else "finds no solution"
     data = f"last-digit changes of the data move it by {health.data_sensitivity:.0e}"
-    return f"accuracy: {proven}; double precision alone {double}; {data}"
+    return f"accuracy: {proven}; double precision {double}; {data}"
 
 
 def _damage_picture(profiles: Sequence[ShockProfile]) -> list[Picture]:
@@ -319,7 +328,7 @@ def _stop_lines(profile: ShockProfile) -> list[str]:
     values = dict(zip((p.name for p in profile.places("joint")), profile.value("stop_impulse", "joint").tolist(), strict=True))
     lines = []
     for stop in (*striking, *profile.landing.acting):
-        side, name = "least" if side_of(profile.robot, stop) > 0.0 else "greatest", stop.frame.removeprefix(STOP)
+        side, name = "minimum" if side_of(profile.robot, stop) > 0.0 else "maximum", stop.frame.removeprefix(STOP)
         unit = "N m s" if len(stop.moments) else "N s"
         peak = f", at most {profile.stiffness.stop_peaks.get(name, 0.0):.4g} {unit.removesuffix(' s')}" if profile.stiffness else ""
         lines.append(f"the end stop of {name} at its {side} value acts with {abs(values[name]):.4g} {unit}{peak}")
@@ -353,7 +362,7 @@ def _ground_lines(profile: ShockProfile) -> list[str]:
             how += "; part of the difference is between two laws of restitution, and remains on stiffer contacts"
         if profile.scene.contact_damping is not None:
             made = ", ".join(f"{e:.3g} at {c.frame}" for e, c in zip(stiffness.restitution, profile.contacts, strict=True))
-            how += f"; the damping makes a restitution of {made}, which the impulse model has with --restitution alone"
+            how += f"; the damping makes a restitution of {made}, which the impulse model has only with --restitution"
         return [f"impulse model: {within} ({how})"]
     if (sliding := profile.friction) is None:
         return []

@@ -21,8 +21,8 @@ TITLES: dict[PlaceKind, dict[str, str]] = {
         "copc": "CoPc {} [m]",
         "ropc": "RoPc [m]",
         "shock_com": "shock at CoM [-]",
-        "shock_min": "least [-]",
-        "shock_max": "greatest [-]",
+        "shock_min": "minimum [-]",
+        "shock_max": "maximum [-]",
         "off_plane": "out of plane [%]",
     },
     "point": {
@@ -169,7 +169,7 @@ def _what(profile: ShockProfile, k: int, contact: ContactImpulse | StanceImpulse
 
 
 def directions_sheet(profile: ShockProfile) -> Sheet:
-    """The impact directions with the greatest and the least shock at each body's CoM and each point, at the same speed."""
+    """The impact directions with the largest and the smallest shock at each body's CoM and each point, at the same speed."""
     found = profile.directions
     rows = [(f"CoM of {name}", *(part[i] for part in found)) for i, name in enumerate(profile.bodies)]
     rows += [(point.frame, *point.directions) for point in profile.points]
@@ -236,7 +236,7 @@ def joints_sheet(profile: ShockProfile) -> Sheet:
     columns["position [m]"] = [j.value(profile.q) if axis and slides else None for axis, slides, j in single]
     columns |= _quantities(profile, "joint")
     if profile.health.rank < profile.health.rows:
-        notes.append("contact or closure rows are redundant: these are the joint loads of least norm")
+        notes.append("contact or closure rows are redundant: these are the joint loads of minimum norm")
     return Sheet.of("impulse through the joints", columns, notes)
 
 

@@ -76,7 +76,7 @@ def moved_bodies(profile: ShockProfile, bodies: Sequence[int] | None = None) -> 
             f"lies in the plane; mostly: above {100.0 * BRACKETED:.0f} %; the shock is that of the whole motion"
         )
     if names := [profile.bodies[i] for i in shown if math.isnan(profile.shock_max[i])]:
-        notes.append(f"no geometry over which to take the least and the greatest shock: {few(names, 4)}")
+        notes.append(f"no geometry over which to take the minimum and maximum shock: {few(names, 4)}")
     if still := [profile.bodies[i] for i in matching if i not in shown]:
         notes.append(f"{count(len(still), 'body')} not shown, not moved by the impact: {few(still, 6)}")
     if hidden := len(profile.bodies) - len(matching):
@@ -135,7 +135,7 @@ def parts_view(profile: ShockProfile) -> Sheet:
     if profile.stiffness is not None and profile.scene.pulse is not None:
         notes.append("peaks and torques are those on the contact stiffness, whatever the pulse")
     if profile.impact_length is None and not all(one.joint for one in parts):
-        notes.append("margins by velocity change alone, because a peak needs a pulse or a contact stiffness")
+        notes.append("margins by velocity change only, because a peak needs a pulse or a contact stiffness")
     if profile.stiffness is None and any(one.torque is not None for one in parts):
         notes.append(_torque_note(profile).replace("of the torque limit", "torque"))
     keys = ("part", "speed_change", "critical_velocity_change", "velocity_margin", "peak_g", "critical_acceleration",
@@ -158,7 +158,7 @@ def posture(profile: ShockProfile) -> Sheet:
 
 
 def loads_sheet(profile: ShockProfile, most: int | None) -> Sheet:
-    """Impulse through every joint, or through those with the greatest force."""
+    """Impulse through every joint, or through those with the largest force."""
     share = ["joint_torque_share"] * (profile.stiffness is None)
     sheet = joints_sheet(profile).only("joint", "joint_impulse", "joint_moment", "along", *share)
     if share and "joint_torque_share" in (column.key for column in sheet.columns):
@@ -167,7 +167,7 @@ def loads_sheet(profile: ShockProfile, most: int | None) -> Sheet:
 
 
 def peaks_sheet(profile: ShockProfile, most: int | None) -> Sheet:
-    """Peaks through every joint on contacts of finite stiffness, or through those with the greatest torque, or else force."""
+    """Peaks through every joint on contacts of finite stiffness, or through those with the largest torque, or else force."""
     keys = ("peak_joint_force", "peak_joint_moment", "peak_torque")
     sheet = joints_sheet(profile).only("joint", *keys, "joint_torque_share")._replace(title="peaks through the joints", notes=())
     force, torque = profile.value("peak_joint_force", "joint"), profile.value("peak_torque", "joint")
@@ -175,8 +175,8 @@ def peaks_sheet(profile: ShockProfile, most: int | None) -> Sheet:
 
 
 def joint_models(profile: ShockProfile) -> Sheet:
-    """The same landing with free joints, with the joints as modelled, and with locked joints."""
-    headings = {"shock_at": "", "shock_free": "joints free [-]", "shock": "as modelled [-]", "shock_locked": "joints locked [-]"}
+    """The same landing with free joints, with the joints with drives, and with locked joints."""
+    headings = {"shock_at": "", "shock_free": "joints free [-]", "shock": "with drives [-]", "shock_locked": "joints locked [-]"}
     named = {"free": "joints free", "locked": "joints locked", "springs_free": "locked, springs free"}
     # Without the remedy, which would be that of a scene with such joints.
     reasons = {model: text.removeprefix("no verdict: ").partition(";")[0] for model, text in profile.unsolved_joints.items()}
@@ -185,7 +185,7 @@ def joint_models(profile: ShockProfile) -> Sheet:
     if profile.landing.joint_model.springs.any():
         headings["shock_springs_free"] = "locked, springs free [-]"
         notes += [
-            "joints with springs yield in the impact, whatever their motors do, so the last column counts, not that before it"
+            "joints with springs yield in the impact, whatever their motors do, so the last column applies, not that before it"
         ]
     return _view(shocks_sheet(profile), "effect of the joint model", headings, notes)
 

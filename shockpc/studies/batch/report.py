@@ -115,7 +115,7 @@ def _notes(batch: Batch) -> Iterable[str]:
     """What the columns mean, and what distinguishes some rows."""
     rows, short = batch.rows, batch.short_names
     yield from (f"{name}: {label}" for label, name in short.items())
-    yield "of the trunk, the heaviest body: shock_max is its greatest, other shocks are at its CoM; of several places the worst"
+    yield "of the trunk, the heaviest body: shock_max is its maximum, other shocks are at its CoM; of several places the worst"
     if rows:
         bound = max(row.values["error_bound"] or 0.0 for row in rows)
         yield f"jumps {proof_text(bound)}; shockpc quantities lists what the columns mean; --out writes more of them"
@@ -137,7 +137,7 @@ def _notes(batch: Batch) -> Iterable[str]:
     if any(row.drives and row.joint_model != "free" and row.scene.joints.drives is None for row in rows):
         yield "with free joints: --joints free"
     if any(sum(map(is_imu, row.sensors)) > 1 for row in rows):
-        yield "at IMU: of several the greatest shock"
+        yield "at IMU: of several the maximum shock"
     if any(row.values["shock_max"] is None for row in rows):
         last = "; such rows come last, ranked by the shock at its centre of mass" if batch.rank == "shock_max" else ""
         yield f"–: the trunk has no geometry{last}"

@@ -139,7 +139,7 @@ def landings_without_contacts(name: str) -> tuple[Robot, list[Scene]]:
     more=(
         "Each robot stands in its standing posture and falls straight down at 1 m/s, on all level feet together, on each edge of"
         " their support and on each foot, unless options say otherwise. With --contact, only matching frames strike; a scene"
-        " lands as it says. Ends with exit code 3 if none of the landings can be computed. A quantity of bodies or"
+        " keeps its landing. Ends with exit code 3 if none of the landings can be computed. A quantity of bodies or"
         " points is that of the trunk, the heaviest body, unless a place is named; of"
         " several places it is the worst."
     ),
@@ -154,7 +154,7 @@ def batch(
     rank: Annotated[
         str,
         Option(
-            "Quantity by which landings are ranked, the worst first; the greatest first where neither direction is worse.",
+            "Quantity by which landings are ranked, the worst first; the largest first where neither direction is worse.",
             "What is computed",
             "KEY[@PLACE]",
             holds="quantity",

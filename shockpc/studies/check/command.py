@@ -54,9 +54,9 @@ case, at the first of its strike angles.
 
 \b
 Where a metric is of points, such as shock or peak_g, the name of a body means
-its centre of mass. A vector counts by its length; delta_v.z is a component. A
-number that may be of either sign needs both min and max, and with a
-baseline_tolerance alone may change in neither direction.
+its centre of mass. Of a vector the length is taken; delta_v.z is a component. A
+number that may be of either sign needs both min and max, and with only a
+baseline_tolerance may change in neither direction.
 
 \b
 Exit codes: 0 all budgets are met, 1 one of severity error is exceeded,

@@ -1,6 +1,6 @@
 """Compare the numbers of landings with their budgets, and with a baseline.
 
-A change of the strike angle alone changes the landing by a product with the map from strike to jump; every landing is nevertheless
+A change of only the strike angle changes the landing by a product with the map from strike to jump; every landing is nevertheless
 computed by `shock_profile`, so that each compared number is the midpoint of a proven enclosure. That takes milliseconds.
 """
 

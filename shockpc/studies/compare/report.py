@@ -135,6 +135,6 @@ def _sheet(comparison: Comparison, differences: Differences, most: int | None) -
     sizes = [math.inf if row.always else -k for k, row in enumerate(differences.rows)]
     sheet = sheet.largest(most, quantity.of, sizes)
     shared = quantity.shared and any(profile.redundant for profile in comparison.profiles)
-    notes = ["of the contact impulses of least norm, because rows are redundant"] * shared
+    notes = ["of the contact impulses of minimum norm, because rows are redundant"] * shared
     notes += [f"ranked by the change of {quantity.reciprocal}"] * bool(quantity.reciprocal)
     return sheet._replace(notes=(*notes, *sheet.notes))

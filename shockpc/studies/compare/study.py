@@ -170,7 +170,7 @@ def compare(
     changes: Annotated[
         Sequence[str],
         Option(
-            "A change of the one design, such as 'mass:*_shank=0.9x; armature:*=0.01', which makes another design; "
+            "Another design, by changes of the one that is given, such as 'mass:*_shank=0.9x; armature:*=0.01': "
             "mass, point-mass (added), inertia (a factor), inertia-xx … -yz (added), com-x, -y, -z (moved by) of links, "
             "armature of joints, place of joints, fixed ones too, in the frame of the link that carries them, "
             "such as 'place:*_KFE=0,0,-0.3' or =1.1x for "

@@ -60,7 +60,7 @@ def _outputs(study: Export) -> Sheet:
 
 def _inputs(study: Export) -> Sheet:
     rows: list[tuple[Any, ...]] = [(f"q[{k}]", *row) for k, row in enumerate(study.joints)]
-    return Sheet("Configuration", ("input", "joint", "unit", "least", "greatest"), rows)
+    return Sheet("Configuration", ("input", "joint", "unit", "minimum", "maximum"), rows)
 
 
 def _files(study: Export, folder: Path) -> Mapping[str, str]:

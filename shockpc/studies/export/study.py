@@ -73,14 +73,14 @@ class Export:
 
     @property
     def joints(self) -> list[tuple[str, str, float, float]]:
-        """Of every entry of q its name, unit, and least and greatest value."""
+        """Of every entry of q its name, unit, and smallest and largest value."""
         return coordinates_of(self.landing.robot)
 
 
 @study(
     "shockpc export anymal_b --contact LF_FOOT --quantity shock@imu_link --lang c --out code/",
     more="The code needs no library. It is compared with proven landings in random postures. With every number come the condition "
-    "and the least pivot of the contacts, which say how near a singular posture is.",
+    "and the smallest pivot of the contacts, which say how near a singular posture is.",
     reads="scene",
 )
 def export(
@@ -140,7 +140,11 @@ def outputs_of(symbols: SymbolicLanding) -> list[tuple[str, str, str]]:
     for column in symbols.columns:
         for axis in "xyz" if column.selection.quantity.vector and column.selection.axis is None else ("",):
             found.append((identifier(column.name + (f".{axis}" if axis else "")), f"{column.title} {axis}".strip(), column.unit))
-    return [*found, ("condition", "factor by which rounding is enlarged", "-"), ("pivot", "least pivot of the contact rows", "-")]
+    return [
+        *found,
+        ("condition", "factor by which rounding is enlarged", "-"),
+        ("pivot", "smallest pivot of the contact rows", "-"),
+    ]
 
 
 def coordinates_of(robot: Robot) -> list[tuple[str, str, float, float]]:

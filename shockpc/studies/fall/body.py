@@ -88,7 +88,7 @@ class Rigid:
         solid = placed(outline(robot, "collision"))
         links = {shape.link for shape in solid}
         drawn = [shape for shape in placed(drawn_outline(robot)) if shape.link not in links]
-        # Corners alone, because a body would pivot about vertices that rounding puts above a side of its hull, too.
+        # Only corners, because a body would pivot about vertices that rounding puts above a side of its hull, too.
         shapes = tuple(
             shape if shape.mesh is None else shape._replace(points=hull_corners(shape.points)) for shape in (*solid, *drawn)
         )

@@ -64,7 +64,7 @@ def _lines(falls: Falls) -> Iterator[tuple[str, str]]:
         header = dict(header_lines(falls.results[0].profile))
         postures = dict.fromkeys(result.profile.landing.scene.posture.reference or "" for result in falls.results)
         yield "robot", header["robot"]
-        yield "posture", f"{listed(postures)}; joints are held until a strike, and move in it as modelled"
+        yield "posture", f"{listed(postures)}; joints are held until a strike, and move in it with their drives"
         yield "joint model", header["joint model"]
         friction = falls.results[0].profile.scene.friction
         sticks = "contacts stick unless they would be pulled, and slide then; --friction MU for contacts that slide"
@@ -128,10 +128,12 @@ def _tips(falls: Falls) -> Sheet:
             )
         )  # fmt: skip
     header = (
-        "fall", "balance [deg]", "least push [m/s]", "motion [deg]", "first strike", "speed [m/s]", "strikes",
+        "fall", "balance [deg]", "minimum push [m/s]", "motion [deg]", "first strike", "speed [m/s]", "strikes",
         "fastest", "at most [m/s]",
     )  # fmt: skip
-    note = "balance: rotation from which it falls by itself; least push: speed that a level push has to give to its centre of mass"
+    note = (
+        "balance: rotation from which it falls by itself; minimum push: speed that a level push has to give to its centre of mass"
+    )
     return Sheet(f"{count(len(rows), 'fall')}, each followed until the robot rests", header, rows, [note])
 
 
@@ -152,7 +154,7 @@ def _strikes(falls: Falls, full: bool) -> list[Sheet]:
     by_name = {row[name]: row for row in every.rows}
     values = [key for text in falls.quantities for key in (text, *[f"{text}_at"] * (full or text == falls.rank))]
     motion = ["struck_links", *("motion", "rate") * (tipping and full), *("rotation_deg",) * tipping, "speed"]
-    causes_ = [*values, "trunk_free", "trunk_as_modelled", "trunk_locked"]
+    causes_ = [*values, "trunk_free", "trunk_with_drives", "trunk_locked"]
     sheet = every._replace(rows=[by_name[result.strike.name] for result in falls.results])
     stops = {one.strike.name: text for one in falls.results if not full and (text := _stop(one))}
     listings: dict[str, dict[str, str]] = {
@@ -164,7 +166,7 @@ def _strikes(falls: Falls, full: bool) -> list[Sheet]:
     }
     notes = [
         "struck links: that meet the ground together, with their speeds if they differ; speed: of the fastest towards the ground",
-        "trunk: |Δv| at the heaviest body's centre of mass with free, modelled and locked joints, any of which may be the largest",
+        "trunk: |Δv| at the heaviest body's centre of mass with free joints, drives and locked joints; any may be the largest",
         *(
             f"{what}: " + "; ".join(f"{text} ({name})" for name, text in itertools.islice(named.items(), 4))
             for what, named in listings.items()

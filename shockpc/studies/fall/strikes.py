@@ -100,7 +100,7 @@ class Tip:
         name: posture, then heading.
         forward: (3,) level unit vector across the edge over which it tips.
         balance: rotation at which it balances on the edge [rad]; zero or less if it does not stand by itself.
-        least_push: least speed of the centre of mass that a level push has to give for the robot to tip [m/s].
+        least_push: smallest speed of the centre of mass that a level push has to give for the robot to tip [m/s].
         hinged: rate at the first strike of `least` or more, if the edge were a hinge [rad/s].
         fall: what it does until it rests.
         section: the robot in the plane of the fall.

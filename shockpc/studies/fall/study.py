@@ -1,7 +1,7 @@
 """Falls of a robot: it tips over an edge of its support or is dropped, and each strike is a separate landing.
 
 Between strikes the robot is one rigid body, its joints held, in the plane of the fall. What then strikes is solved as any other
-landing, with the joints as modelled. Of the points that meet the ground together those are in the landing that press.
+landing, with the joints with drives. Of the points that meet the ground together those are in the landing that press.
 """
 
 import math
@@ -39,7 +39,7 @@ HEADINGS = {"front": 0.0, "left": 90.0, "back": 180.0, "right": -90.0}
 """Directions of a fall from forward to the left [deg]."""
 
 LEAST = 0.1
-"""Default of the least speed of strikes that are listed [m/s]."""
+"""Default of the smallest speed of strikes that are listed [m/s]."""
 
 STANDARD = ("delta_v_max", "delta_v", "joint_impulse")
 WITH_FRICTION = ("delta_v_friction", "joint_impulse_friction")
@@ -56,7 +56,7 @@ class StrikeResult(NamedTuple):
         strike: the strike.
         values: the worst value of each quantity, by its text; NaN where there is none.
         places: where it is the worst, by text.
-        trunk: |Δv| of the heaviest body's centre of mass, with friction where it is given: free joints, as modelled, locked; NaN
+        trunk: |Δv| of the heaviest body's centre of mass, with friction where it is given: free joints, with drives, locked; NaN
             without a verdict [m/s].
         stop: joint that reaches its limit first after the strike if its rate stays, and when [s]; None if none moves towards it.
         profile: of the landing.
@@ -105,7 +105,7 @@ class Falls:
         failures: names of falls and strikes without a result, and why.
         drop: height of the drop [m]; None if it tips.
         notes: what geometry is used, and what is left out.
-        margins: of all parts and joints that can be judged, the least first.
+        margins: of all parts and joints that can be judged, the smallest first.
     """
 
     robot: Robot
@@ -134,8 +134,8 @@ class Falls:
     "shockpc fall go2 --drop 0.75 --part 'imu=half-sine 1500 g 0.5 ms'",
     more=(
         "The robot tips as one rigid body, its joints held, over an edge of its support until it rests: on an edge that sticks,"
-        " slides or leaves the ground, strike after strike. Each strike is a landing with the joints as modelled. With a pulse or a"
-        " contact stiffness all joints are judged by their torque or effort limits."
+        " slides or leaves the ground, strike after strike. Each strike is a landing with the drives of the joints. With a pulse or"
+        " a contact stiffness all joints are judged by their torque or effort limits."
     ),
     without=(CONTACT, STRIKE),  # which a fall computes
     uses=("part", "pulse"),
@@ -181,7 +181,8 @@ def fall(
         ),
     ] = None,
     attitudes: Annotated[
-        int | None, Option("Drop it in so many attitudes that are spread over all instead.", "Fall", "N", least=1.0, greatest=1e4)
+        int | None,
+        Option("Drop it in this number of attitudes, spread over all orientations.", "Fall", "N", least=1.0, greatest=1e4),
     ] = None,
     within_height: Annotated[float, Option("Height within which parts strike together.", "Fall", "H", unit="m", above=0.0)] = 1e-3,
     least: Annotated[
@@ -286,7 +287,7 @@ def _judged(scene: Scene, robot: Robot) -> tuple[bool, bool]:
 
 
 def _margins(results: Sequence[StrikeResult]) -> tuple[Margin, ...]:
-    """The least margin over the strikes of every part, and of every joint that no part rates."""
+    """The smallest margin over the strikes of every part, and of every joint that no part rates."""
     found = list[Margin]()
     for strike, profile in ((result.strike.name, result.profile) for result in results):
         for one in profile.parts:
@@ -388,7 +389,7 @@ def _table(
         columns[text] = np.array([looks[i].values[text] if i in looks else np.nan for i in range(len(strikes))])
         columns[f"{text} at"] = np.array([looks[i].places[text] if i in looks else "" for i in range(len(strikes))])
     trunk = np.array([looks[i].trunk if i in looks else (np.nan,) * 3 for i in range(len(strikes))])
-    columns |= {f"trunk {model}": trunk[:, k] for k, model in enumerate(("free", "as modelled", "locked"))}
+    columns |= {f"trunk {model}": trunk[:, k] for k, model in enumerate(("free", "with drives", "locked"))}
     units = {"rotation": "deg", "rate": "rad/s", "speed": "m/s", "energy": "J"} | {f"{text} at": "" for text in texts}
     units |= {name: "m/s" for name in columns if name.startswith("trunk ")}
     columns["proven"] = np.array([i in looks for i in range(len(strikes))])
@@ -407,7 +408,7 @@ def _trunk(profile: ShockProfile | ShockError) -> float:
 def _result(
     strike: FallStrike, profile: ShockProfile, texts: Sequence[str], landed: Sequence[ShockProfile | ShockError]
 ) -> StrikeResult:
-    """What is kept of a strike. Args: landed, the same landing with joints free, as modelled and locked."""
+    """What is kept of a strike. Args: landed, the same landing with joints free, with drives and locked."""
     values, places = {}, {}
     for text in texts:
         values[text], places[text] = math.nan, ""

@@ -9,10 +9,10 @@ from shockpc.studies.identify.study import Identification
 from shockpc.text.printed import printable
 
 CLEAR_MINIMUM = 0.2
-"""Least error, in errors before, up to which errors are drawn in logarithms."""
+"""Smallest error, in errors before, up to which errors are drawn in logarithms."""
 
 ACROSS, REACH, LARGE_MARKS = 3, 1.1, 200
-"""Panels beside one another; half the width of the frame of jumps, in greatest measured ones; landings that have large marks."""
+"""Panels beside one another; half the width of the frame of jumps, in largest measured ones; landings that have large marks."""
 
 
 def draw(study: Identification) -> Figure:

@@ -8,7 +8,7 @@ import numpy as np
 
 from shockpc.core.spatial import Array
 from shockpc.evaluation.variation import Variation
-from shockpc.recorded.prediction import Predicted, Predictor, energy_norms, energy_roots, mobilities
+from shockpc.recordings.prediction import Predicted, Predictor, energy_norms, energy_roots, mobilities
 from shockpc.text.errors import StudyError
 
 SEED = 0
@@ -31,7 +31,7 @@ class Fit:
     Attributes:
         predictor: of the jumps.
         before: jumps with the scene as it is given.
-        used: (n,) which landings count.
+        used: (n,) which landings are used.
         whitening: (n, k, k) factors of jumps, by energies relative to that of the strike, or by noise; zero where nothing was
             measured.
         by_energy: whether they are by energies.
@@ -58,7 +58,7 @@ class Fit:
         return tuple(map(value_of, self.predictor.unknowns, u.tolist()))
 
     def jumps(self, u: Array) -> Array:
-        """Predicted jumps (n, k) of the landings that count, by their energies or noise; without prediction no jump."""
+        """Predicted jumps (n, k) of the landings that are used, by their energies or noise; without prediction no jump."""
         jumps = np.nan_to_num(self.predictor(self.values(u)).jumps)
         return np.asarray((self.whitening @ jumps[..., None])[self.used, :, 0])
 
@@ -78,7 +78,7 @@ class Fit:
         return np.stack(columns, axis=-1)
 
     def errors(self, W: Array, predicted: Predicted) -> Array:
-        """The errors (n,) of the landings that count, as in `Identification`. Args: W, their mobilities."""
+        """The errors (n,) of the landings that are used, as in `Identification`. Args: W, their mobilities."""
         coordinates, measured = self.predictor.coordinates, np.where(self.used[:, None], predicted.measured, np.nan)
         difference = np.where(np.isnan(measured), np.nan, np.nan_to_num(predicted.jumps) - measured)
         with np.errstate(invalid="ignore", divide="ignore"):
@@ -92,7 +92,7 @@ class Solution(NamedTuple):
         u: (p,) shares of the ranges.
         values: of the unknowns.
         scale: size of an ordinary residual.
-        residuals: (n, k) of the landings that count.
+        residuals: (n, k) of the landings that are used.
         derivatives: (n, k, p) of them by the shares.
         weights: (n,) by which the squares of landings count.
         left: standard deviation of a residual.

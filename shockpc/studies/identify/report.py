@@ -12,7 +12,7 @@ import numpy as np
 from shockpc.evaluation.variation import OF_A_LINK
 from shockpc.landing.joint_model import joint_model
 from shockpc.landing.scene_file import scene_text
-from shockpc.recorded.prediction import SCALE
+from shockpc.recordings.prediction import SCALE
 from shockpc.show.report import Picture, Report
 from shockpc.show.tables import Lines, Sheet, sheet_of
 from shockpc.show.wording import count, robot_line
@@ -60,7 +60,7 @@ def identify_report(file: Path, study: Identification) -> Report:
 
 def _header(study: Identification, table: str) -> Iterator[tuple[str, str]]:
     predictor = study.predictor
-    yield "table", f"{table}: {count(len(study.used), 'landing')}, of which {int(study.used.sum())} count"
+    yield "table", f"{table}: {count(len(study.used), 'landing')}, of which {int(study.used.sum())} are used"
     yield robot_line(predictor.robot)
     time = predictor.measured[0].time
     when = "" if time is None else f", {time:g} ms after contact"
@@ -75,7 +75,7 @@ def _header(study: Identification, table: str) -> Iterator[tuple[str, str]]:
 
 
 def _unknowns(study: Identification) -> Sheet:
-    note = "low, high: 95 % interval, by drawing landings with replacement (expanded percentiles); least, greatest: the range"
+    note = "low, high: 95 % interval, by drawing landings with replacement (expanded percentiles); minimum, maximum: the range"
     return sheet_of(study.table, "unknowns", [note])
 
 

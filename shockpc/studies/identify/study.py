@@ -25,9 +25,9 @@ from shockpc.evaluation.varied_scene import applied
 from shockpc.landing.record import Option
 from shockpc.landing.scene import Scene
 from shockpc.landing.scene_file import scene_of
-from shockpc.recorded.landings import RecordedLandings, robot_of_table, rows_of_table
-from shockpc.recorded.prediction import SCALE, Predicted, Predictor, coordinate
-from shockpc.recorded.table_files import columns_of
+from shockpc.recordings.landings import RecordedLandings, robot_of_table, rows_of_table
+from shockpc.recordings.prediction import SCALE, Predicted, Predictor, coordinate
+from shockpc.recordings.table_files import columns_of
 from shockpc.robot.robot import Robot
 from shockpc.studies.identify.fit import Fit, Solution, fit_of, solve
 from shockpc.studies.identify.statements import of_model, of_unknowns
@@ -57,14 +57,14 @@ class Identification:
         predictor: of the jumps.
         before: jumps with the scene as it is given.
         after: jumps with the values that were found.
-        used: (n,) which landings count: those that can be computed and whose measured jump is not zero.
+        used: (n,) which landings are used: those that can be computed and whose measured jump is not zero.
         errors: "before" and "after", and "left out": of landings that had no part in finding the values (k-fold); "free impulse" is
             that of the best impulse at the contacts, whatever its law, with the inertia that was found; NaN where it has more than
             half as many directions as velocities were measured.
         landing_errors: (n,) the same by landing, NaN where it does not count.
         correlation: (p, p) of the values; NaN where one was not identified.
         singular: (p,) singular values of the derivatives by the unknowns over their ranges, relative to what is left unexplained.
-        statements: what the data do not tell, and what is wrong beyond their scatter.
+        statements: what the data cannot distinguish, and what is wrong beyond their scatter.
         messages: why landings have no prediction with these values, by number of the row.
         scan: of an unknown by its number: values (m,) over its range, and the errors (m,) with these, the others as found.
     """
@@ -89,7 +89,7 @@ class Identification:
     @property
     def table(self) -> Table:
         """A row for each unknown."""
-        header = ("unknown", "unit", "value", "low", "high", "least", "greatest", "state")
+        header = ("unknown", "unit", "value", "low", "high", "minimum", "maximum", "state")
         rows = (
             (x.variation.subject, x.variation.unit, x.value, x.low, x.high, *(x.variation.span or (None, None)), x.state)
             for x in self.unknowns
@@ -106,9 +106,9 @@ class Identification:
     "shockpc identify drops.csv leg.toml --unknown 'armature:*knee=1e-4:0.1:log' --out knee/",
     "shockpc identify tosses.csv blocks.urdf --map gap= --unknown friction=0:1.5 --unknown restitution=0:1",
     more=(
-        "The table is one as shockpc landings takes, with velocities after the impact in columns after_…. Unknowns are found where "
-        "predicted and measured jumps differ least, with 95 % intervals; what the data do not tell is said. --out has drives.toml "
-        "for --drives, and scene.toml with all values, which every command takes."
+        "The table is one as shockpc recorded takes, with velocities after the impact in columns after_…. Unknowns are found where "
+        "predicted and measured jumps differ least, with 95 % intervals; the report names what the data cannot distinguish. --out "
+        "writes drives.toml for --drives, and scene.toml with all values, which every command takes."
     ),
     without=("at", "part", "pulse", "range_g", "v_in", "ground_tolerance"),  # as velocities alone are compared
     reads="table",
@@ -131,13 +131,13 @@ def identify(
     robot: Robot | None = None,
     rename: RenameOption = None,
     after: Annotated[
-        float | None, Option("Which of several measured times counts.", "Table", "MS", unit="ms", above=0.0, default="first")
+        float | None, Option("Which of several measured times is used.", "Table", "MS", unit="ms", above=0.0, default="first")
     ] = None,
     noise: Annotated[
         Mapping[str, float] | None,
         Option(
-            "Standard deviation of measured velocities by name or glob [m/s, rad/s], the first that fits; what none fits is not "
-            "used. By default all count by their energy, relative to that of the strike.",
+            "Standard deviation of measured velocities by name or glob [m/s, rad/s]. The first that matches is taken; velocities "
+            "that none matches are not used. By default all are weighted by their energy, relative to that of the strike.",
             "How it is found",
             "NAME=SIGMA",
         ),
@@ -146,7 +146,7 @@ def identify(
     """Find unknowns of a robot and of the ground from measured jumps.
 
     Args:
-        table: landings with columns after_…, as `landings` takes them; velocities alone are used.
+        table: landings with columns after_…, as `landings` takes them; only velocities are used.
         scene: gives what the table does not.
         robot: the scene's robot, if it is loaded already.
 
@@ -186,10 +186,10 @@ def identify(
         )
     if scene.contact_stiffness is not None and chosen[0].time is None:
         raise StudyError(
-            "the scene gives a contact stiffness, which counts for velocities at a time after contact alone, and the table does "
-            "not say when they were measured; name its columns after6ms_… for 6 ms, or leave the stiffness out"
+            "the scene gives a contact stiffness, which has an effect only on velocities at a time after contact, and the table "
+            "does not say when they were measured; name its columns after6ms_… for 6 ms, or leave the stiffness out"
         )
-    if all(one.kind != "place" for one in unknowns):  # lengths alone decide how loops close
+    if all(one.kind != "place" for one in unknowns):  # only lengths decide how loops close
         rows = RecordedLandings(robot, rows).closed
     predictor = Predictor(rows, robot, unknowns, chosen)
     return _identification(fit_of(predictor, deviations[deviations > 0.0] if noise else None), scene)

@@ -10,7 +10,7 @@ import numpy as np
 
 from shockpc.core.spatial import Array
 from shockpc.evaluation.variation import Variation
-from shockpc.recorded.prediction import SCALE, energy_roots
+from shockpc.recordings.prediction import SCALE, energy_roots
 from shockpc.studies.identify.fit import EDGE, SEED, Fit, Solution, value_of
 
 DRAWS, FOLDS = 1000, 5

@@ -1,3 +1,3 @@
 """`shockpc improve`."""
 
-HEADING, SUMMARY = "Decide", "Find the posture, strike or design with the least shock."
+HEADING, SUMMARY = "Decide", "Find the posture, strike or design with the smallest shock."

@@ -20,8 +20,8 @@ def draw_runs(study: Improvement) -> Figure:
     others, last = reached[:, 1:], len(study.runs[0])
     known = np.isfinite(others).any(axis=1)
     for part, shade, label in (((0, 100), 0.8, "all other runs"), ((25, 75), 0.5, "half of them")) if known.any() else ():
-        ends = np.nanpercentile(others[known], part, axis=1)
-        axes.fill_between(np.flatnonzero(known), *ends, step="post", color=faded(CURVES[0], shade), linewidth=0.0, label=label)
+        low, high = np.nanpercentile(others[known], part, axis=1)
+        axes.fill_between(np.flatnonzero(known), low, high, step="post", color=faded(CURVES[0], shade), linewidth=0.0, label=label)
     axes.step(range(last), reached[:last, 0], where="post", color=INK, linewidth=1.6, label="to the optimum")
     axes.plot(last - 1, reached[last - 1, 0], "o", color=INK, markersize=4.0)
     axes.legend()

@@ -4,7 +4,7 @@ A library's optimiser asks for one point at a time, and many rows cost an engine
 thread, which waits for its answer until every other run waits too or has ended; what is computed together does not depend on which
 thread is the first.
 
-Threads and what asks for them exchange messages through `queue.SimpleQueue` alone, and are started by `_thread`. An interruption
+Threads and what asks for them exchange messages only through `queue.SimpleQueue`, and are started by `_thread`. An interruption
 (Ctrl-C) may come after any call of Python code: inside `threading.Event`, `Future` or `Thread.start`, which are written in Python,
 it can leave a lock acquired, for which the threads then wait for ever.
 """

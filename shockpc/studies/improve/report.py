@@ -93,8 +93,8 @@ def _lines(study: Improvement) -> list[tuple[str, str]]:
 
 def _variables(study: Improvement) -> Sheet:
     notes = [
-        "5 %: the range of it alone, up to its bounds, in which the target is at most 5 % worse than at the optimum; 5 % of the "
-        "value as given where that at the optimum is nearly zero",
+        "5 %: the range of this variable, up to its bounds and with the others unchanged, in which the target is at most 5 % worse "
+        "than at the optimum; 5 % of the value as given where that at the optimum is nearly zero",
         "set back, and 5 %: the constraints may not hold there",
     ]
     if changed := [one.subject for one in study.costs[0].variations if one.kind in (*OF_A_LINK, "place")]:

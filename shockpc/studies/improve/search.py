@@ -1,6 +1,6 @@
-"""The point with the least worst value of a cost: many runs of SLSQP in lockstep.
+"""The point with the smallest worst value of a cost: many runs of SLSQP in lockstep.
 
-The least of the greatest of many smooth functions f_j(x) is the least t with f_j(x) <= t, a smooth program that SLSQP solves (Kraft
+The minimum of the maximum of many smooth functions f_j(x) is the minimum t with f_j(x) <= t: a smooth program, for SLSQP (Kraft
 1988). Its runs end in local optima, which is why they begin at many random points.
 """
 

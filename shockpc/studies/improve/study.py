@@ -1,4 +1,4 @@
-"""The posture, strike or design with the least worst value of a number over some landings, within ranges and constraints.
+"""The posture, strike or design with the smallest worst value of a number over some landings, within ranges and constraints.
 
 Where two numbers are to be small, one is made small for each of several bounds of the other.
 """
@@ -57,10 +57,10 @@ class Flatness(NamedTuple):
         name: heading, with its unit.
         before: its value before; NaN if it has none, or not a single one.
         after: its value at the optimum.
-        bound: which bound it is held by, "least" or "greatest"; None if by none.
+        bound: which bound it is held by, "minimum" or "maximum"; None if by none.
         set_back: the target if it alone is set back; NaN if there is no such landing.
-        low: least value of it alone with which the target is at most 5 % worse.
-        high: greatest.
+        low: smallest value of it alone with which the target is at most 5 % worse.
+        high: largest.
     """
 
     name: str
@@ -94,7 +94,7 @@ class Improvement:
         variables: what each does.
         runs: target of each run, the best first, step by step, in double precision; NaN where the constraints do not hold.
         agreeing: how many runs end within 1 % of the optimum.
-        front: of two numbers, the first one least first; empty for one.
+        front: of two numbers, in increasing order of the first; empty for one.
         seed: of the random points.
         chosen: what was asked for where nothing was said: a quantity, and what varies.
     """
@@ -127,9 +127,10 @@ class Improvement:
     "shockpc improve go2 --contact FL_foot --at imu --vary FL_calf_joint=-130:-60 --keep 'joint_impulse@FL_calf_joint<=2'",
     more=(
         "Without --contact the landings are those on all level feet together, on each edge of their support, and on each "
-        "foot. What counts is the worst landing. The numbers as given and at "
-        "the optimum are proven, unless friction or a contact stiffness counts; that no better point exists is not. Flat ground is "
-        "looked at, but not whether links meet each other. --out writes the scenes of the optimum."
+        "foot. The worst landing is improved. The numbers as given and at "
+        "the optimum are proven, unless friction or a contact stiffness applies; that no better point exists is not. The "
+        "landings have to be possible on flat ground; collisions between links are not checked. --out writes the "
+        "scenes of the optimum."
     ),
     reads="landings",
     passed=("trace",),
@@ -174,7 +175,7 @@ def improve(
         Option("A constraint, such as 'joint_impulse@*_KFE<=2', or >=.", "Search", "KEY@PLACES<=LIMIT", holds="quantity"),
     ] = (),
     any_ground: Annotated[
-        bool, Option("Allow landings too in which flat ground would pull a contact, or meet another link first.", "Search")
+        bool, Option("Also allow landings in which flat ground would pull a contact, or meet another link first.", "Search")
     ] = False,
     starts: Annotated[
         int | None,
@@ -335,7 +336,7 @@ def _variables(cost: ShockCost, x: Array) -> tuple[Flatness, ...]:
         near, far = np.where(beyond, 0.0, shares).max(axis=2), np.where(beyond, shares, shares[..., -1:]).min(axis=2)
         shares = np.linspace(near, far, len(SHARES), axis=2)
     edge = OPTIMUM_TOLERANCE * (high - low)
-    active = np.select([x - low <= edge, high - x <= edge], ["least", "greatest"], "").tolist()
+    active = np.select([x - low <= edge, high - x <= edge], ["minimum", "maximum"], "").tolist()
     given, after, *others = (part.tolist() for part in (cost.given, x, set_back, *(x + near * way)))
     return tuple(map(Flatness, cost.names, given, after, [bound or None for bound in active], *others))
 
@@ -351,7 +352,7 @@ def _proven(cost: ShockCost, found: Mapping[str, ShockProfile]) -> tuple[float, 
 def _front(
     costs: Sequence[ShockCost], x: Array, begun: Sequence[Array], seed: int, bounded: Callable[[str], ShockCost]
 ) -> tuple[FrontPoint, ...]:
-    """Points between the optimum of the first quantity and that of the second: the first least for bounds of the second.
+    """Points between the optimum of the first quantity and that of the second: the first at its minimum for bounds of the second.
 
     Args:
         costs: of both.

@@ -15,7 +15,7 @@ SHARES = (0.0, 0.1, 0.25, 0.5, 0.75, 1.0, 1.5, 2.0, 4.0)
 """Limits of the bands as multiples of the bound; the last band is open."""
 
 LEAST = (0.0, *(1.0 / share for share in SHARES[:0:-1]))
-"""The same where the bound is the least value allowed."""
+"""The same where the bound is the smallest value allowed."""
 
 COLOURS = (*BANDS[:5], *BANDS[6:])
 """Five blues for what is allowed, four reds beyond the bound."""

@@ -97,7 +97,7 @@ def _warnings(study: JointLimits) -> list[str]:
         )
     if study.profile.scene.friction is not None and not study.target.selection.quantity.of_ground(study.profile.scene):
         warnings.append(
-            "warning: the friction counts in the column feasible alone, as contacts slide and open with it; the number bounded "
+            "warning: the friction changes only the column feasible, as contacts slide and open with it; the number bounded "
             "is that of contacts that stick"
         )
     if study.target.selection.quantity.per_landing(study.profile.scene):

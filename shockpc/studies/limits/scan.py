@@ -54,7 +54,7 @@ class Bound(NamedTuple):
 
     Attributes:
         value: the bound, above zero.
-        below: whether it is the least value allowed, and not the greatest.
+        below: whether it is the smallest value allowed, and not the largest.
     """
 
     value: float
@@ -84,13 +84,13 @@ class LimitScan:
         bound: of the number.
         values: ascending [rad, m; unit of the variation].
         scale: what a value is multiplied by for the unit of the variation.
-        targets: least and greatest strike angle of the ranges that are asked of, equal for a single one, the last the widest [rad].
+        targets: minimum and maximum strike angle of the ranges asked of, equal for a single one, the last the widest [rad].
 
     Attributes:
         values: (n,) of the scan; of loops they end where these can no longer be closed [rad, m].
         angles: (S,) strike angles, ascending: the landing's and those of the targets [rad].
         numbers: (n, S); NaN without a result.
-        unreachable: (least value, greatest value, reason) of the ranges in which there is no result for the landing's strike.
+        unreachable: (smallest value, largest value, reason) of the ranges in which there is no result for the landing's strike.
         inaccurate: number of postures that are not proven, in which rounding may show above 1e-9.
 
     Raises:

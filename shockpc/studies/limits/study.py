@@ -76,10 +76,10 @@ class Interval(NamedTuple):
     """Values of the joint that keep the bound.
 
     Attributes:
-        low: least value [rad, m].
-        high: greatest value [rad, m].
+        low: smallest value [rad, m].
+        high: largest value [rad, m].
         low_end: what ends it there: the bound, the range of the study, or a loop that cannot be closed beyond.
-        high_end: the same at the greatest value.
+        high_end: the same at the largest value.
     """
 
     low: float
@@ -92,7 +92,7 @@ class StrikeLimits(NamedTuple):
     """What keeps the bound at one strike angle, or at all of a range.
 
     Attributes:
-        strikes: least and greatest strike angle, equal for a single one [rad].
+        strikes: smallest and largest strike angle, equal for a single one [rad].
         allowed: values of the joint for which the number keeps the bound for each of these strikes, ascending.
         feasible: values of the scan, from the first to the last of each run, for which flat ground allows all of these landings.
         best: best number over the feasible values, of the worst of these strikes [its unit]; NaN if there is none at any of them.
@@ -138,10 +138,10 @@ class JointLimits:
         of_joints: whether joints vary, and nothing else.
         unit: of that value, "rad" or "m", or that of the variation.
         bound: of the number, in its unit.
-        range: least and greatest value looked at [rad, m].
+        range: smallest and largest value looked at [rad, m].
         file_limits: those of the robot's file; infinite where it gives none [rad, m].
         present: the value, NaN where there is none, and the strike angle of the scene [rad, m; rad].
-        strikes: least and greatest strike angle looked at [rad].
+        strikes: smallest and largest strike angle looked at [rad].
         step: largest distance between the values of the scan [rad, m].
         scan: the postures and their numbers.
         limits: at the scene's strike angle, at others one by one, and last at all strike angles of the range.
@@ -243,14 +243,12 @@ def limits(
     target: str | Point,
     max: Annotated[
         float | None,
-        Option(
-            "The bound, in the unit of the number, or of its magnitude: the greatest value allowed.", "Question", "VALUE", above=0.0
-        ),
+        Option("The largest value allowed, of the number or of its magnitude, in its unit.", "Question", "VALUE", above=0.0),
     ] = None,
     *,
     min: Annotated[
         float | None,
-        Option("The least value allowed, of a number of which less is worse: a margin.", "Question", "VALUE", above=0.0),
+        Option("The smallest value allowed, of a number that is worse when smaller: a margin.", "Question", "VALUE", above=0.0),
     ] = None,
     joint_range: Annotated[
         tuple[float, float] | None,
@@ -297,7 +295,7 @@ def limits(
     """
     bounds = [Bound(value, below) for value, below in ((max, False), (min, True)) if value is not None]
     if len(bounds) != 1:
-        raise StudyError("one bound is needed: max for the greatest value that is allowed, or min for the least")
+        raise StudyError("one bound is needed: max for the largest value that is allowed, or min for the smallest")
     bound = bounds[0]
     scene = scene_of(scene)
     robot = robot or robot_of(scene)
@@ -386,7 +384,7 @@ def _varied(
         if given is not None or math.isfinite(low + high):
             what = f"from {_value(low, unit)} to {_value(high, unit)}"
         subject_text = f'joint "{subject}"' if joints else subject
-        raise StudyError(f"the range of {subject_text} is {what}; give its least and greatest value with --range LOW:HIGH")
+        raise StudyError(f"the range of {subject_text} is {what}; give its minimum and maximum with --range LOW:HIGH")
     scale = math.degrees(1.0) if unit == "rad" or {**ATTITUDE, **COMPONENT}.get(kind) == "deg" else 1.0
     return variation(robot, subject, (scale * low, scale * high)), joints, (low, high)
 

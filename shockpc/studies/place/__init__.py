@@ -1,3 +1,3 @@
 """`shockpc place`."""
 
-HEADING, SUMMARY = "Decide", "Find where on a body a sensor sees least shock."
+HEADING, SUMMARY = "Decide", "Find where on a body a sensor has the smallest shock."

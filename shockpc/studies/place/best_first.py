@@ -1,6 +1,6 @@
 """The best places in a region that need not be convex: best-first search over convex cells.
 
-Every cell has a lower bound: first that of a tangent, then that of its cone program. The cell with the least bound comes first, so
+Every cell has a lower bound: first that of a tangent, then that of its cone program. The cell with the lowest bound comes first, so
 that the optimum of the first solved cell is the optimum of the region. Where a place is not allowed, because it lies inside another
 shape of the body or too near to a place found before, its cell is divided along the faces of that convex set; what remains outside
 is convex again. A surface of a hundred thousand triangles needs a few dozen programs.

@@ -1,7 +1,7 @@
-"""The least shock over one convex set: a second-order cone program, solved by Clarabel, with a bound that is checked here.
+"""The smallest shock over one convex set: a second-order cone program, solved by Clarabel, with a bound that is checked here.
 
-With a unit of weight shared among vectors y_l (Σ|y_l| = 1), the greatest |c_l + A_l r| is nowhere below Σ y_l · (c_l + A_l r). The
-least value of this affine function over the set is a lower bound of the optimum, whichever y are taken, so that the bound does not
+With a unit of weight shared among vectors y_l (Σ|y_l| = 1), the largest |c_l + A_l r| is nowhere below Σ y_l · (c_l + A_l r). The
+minimum of this affine function over the set is a lower bound of the optimum, whichever y are taken, so that the bound does not
 depend on the accuracy of the solver, from whose dual solution y comes. For the weighted mean the
 condition is |y_l| ≤ w_l; where shocks have a limit, it is |y_l| ≤ w_l + m_l with any m_l ≥ 0, and Σ m_l times the limit is
 subtracted.
@@ -46,7 +46,7 @@ class ConvexCell(NamedTuple):
 
 
 class Optimum(NamedTuple):
-    """The point of a convex set with the least shock.
+    """The point of a convex set with the smallest shock.
 
     Attributes:
         place: (3,) [m].
@@ -136,7 +136,7 @@ def _solved(fields: Fields, cell: ConvexCell) -> tuple[Array, float] | None:
 
 
 def _lower_bound(fields: Fields, cell: ConvexCell, y: Array, multipliers: Array, of_limits: Array) -> float:
-    """The least value over the set of the affine function that y and the multipliers of half-spaces and limits give."""
+    """The smallest value over the set of the affine function that y and the multipliers of half-spaces and limits give."""
     lengths = np.linalg.norm(y, axis=1)
     if fields.weights is None:
         scale = 1.0 / max(float(lengths.sum()), 1e-300)

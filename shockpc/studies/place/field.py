@@ -1,6 +1,6 @@
 """Shock over a body for several landings, and the number that a place is compared by.
 
-For each landing, the shock at a point r of a body is the norm of an affine function of r: |c + A r|. Therefore their greatest and
+For each landing, the shock at a point r of a body is the norm of an affine function of r: |c + A r|. Therefore their largest and
 their weighted mean are convex functions of r.
 """
 
@@ -21,8 +21,8 @@ class Fields(NamedTuple):
     Attributes:
         c: (L, 3) Δv / v_in at the origin of the body's frame [1].
         A: (L, 3, 3) its derivative by the point [1/m].
-        weights: (L,) of the landings, with sum 1, if places are compared by the weighted mean; None for the greatest shock.
-        limit: where places are compared by the weighted mean, the greatest shock that they may have in any landing [1].
+        weights: (L,) of the landings, with sum 1, if places are compared by the weighted mean; None for the largest shock.
+        limit: where places are compared by the weighted mean, the largest shock that they may have in any landing [1].
     """
 
     c: Array
@@ -45,7 +45,7 @@ class Fields(NamedTuple):
         return np.asarray(np.linalg.norm(self.vectors(points), axis=-1))
 
     def combined(self, shocks: Array) -> Array:
-        """The number that places are compared by (...), from the shocks (..., L): the greatest, or the weighted mean."""
+        """The number that places are compared by (...), from the shocks (..., L): the largest, or the weighted mean."""
         return np.asarray(shocks.max(axis=-1) if self.weights is None else shocks @ self.weights)
 
     def at(self, points: Array) -> Array:
@@ -77,7 +77,7 @@ def fields_of(delta_omega: Array, delta_v: Array, v_in: Array, weights: Array | 
         delta_omega: (L, 3) jump of angular velocity in each landing, body axes [rad/s].
         delta_v: (L, 3) jump of velocity of the body frame's origin, body axes [m/s].
         v_in: (L,) speed by which shock is normalised [m/s].
-        weights: (L,) not negative, for the weighted mean; None for the greatest.
+        weights: (L,) not negative, for the weighted mean; None for the largest.
     """
     return Fields(
         delta_v / v_in[:, None],

@@ -1,4 +1,4 @@
-"""The figure of a placement: the greatest shock over a body in three views, with present sensors, places found and CoPcs."""
+"""The figure of a placement: the largest shock over a body in three views, with present sensors, places found and CoPcs."""
 
 import math
 from typing import Any
@@ -94,7 +94,7 @@ def draw_place(study: PlaceStudy) -> Figure:
             outlined(axes, shapely.union_all(hulls), inch * ROOM / 4000.0, label="where a sensor may be", **style)
         _mark(axes, study, plane, Labels(axes, window, region), copc)
         axes.text(0.02, 0.98, name, fontstyle="italic", va="top", transform=axes.transAxes)
-    number = "greatest normalised shock over the landings" if study.weights is None else "weighted mean of the normalised shock"
+    number = "maximum normalised shock over the landings" if study.weights is None else "weighted mean of the normalised shock"
     page.bar(LEFT, width + GAP + depth, levels, colours, f"{number} |Δv| / v_in [-], in the plane through place 1")
     page.key()
     return page.figure
@@ -121,7 +121,7 @@ def _heading(study: PlaceStudy) -> tuple[str, str, str]:
     texts = [{text(profile) for profile in study.profiles} for text in (posture_text, joint_model_text)]
     posture, model = (shared.pop() if len(shared) == 1 else "differs" for shared in texts)
     landings = f"{count(len(study.landings), 'landing')}; posture {posture}; {study.region.text}"
-    return f"{robot}: {what} of least shock on {body}", printable(landings), f"joint model: {model}"
+    return f"{robot}: {what} of minimum shock on {body}", printable(landings), f"joint model: {model}"
 
 
 def _rows(study: PlaceStudy) -> TableRows:

@@ -1,4 +1,4 @@
-"""Several sensors, of which in each landing the one with the least shock counts: which landings belong to which sensor.
+"""Several sensors, of which in each landing the one with the smallest shock is used: which landings belong to which sensor.
 
 Branch and bound over assignments of landings to sensors. The best place for some of the landings is a bound for every assignment in
 which they share a sensor. A node whose places already serve the landings that it does not assign is optimal; otherwise the landing
@@ -24,7 +24,7 @@ class SensorGroup(NamedTuple):
 
     Attributes:
         places: one (3,) for each sensor [m].
-        value: of the least shock in each landing, the number that places are compared by [1].
+        value: of the smallest shock in each landing, the number that places are compared by [1].
         bound: no such sensors have less than this [1].
         nodes: of the search.
     """
@@ -55,7 +55,7 @@ def best_group(fields: Fields, count: int, best: Callable[[Fields], Optimum]) ->
         return [optimum(one).place for one in node if one]
 
     def served(node: tuple[frozenset[int], ...]) -> tuple[np.ndarray, np.ndarray]:
-        """The least shock in each landing, and at which of the node's places."""
+        """The smallest shock in each landing, and at which of the node's places."""
         shocks = fields.shocks(np.array(places(node)))
         return shocks.min(axis=0), shocks.argmin(axis=0)
 

@@ -1,4 +1,4 @@
-"""Where a sensor sees least shock: places, margins, the shock in each landing, what is gained and what is proven."""
+"""Where a sensor has the smallest shock: places, margins, the shock in each landing, what is gained and what is proven."""
 
 from typing import Any
 
@@ -15,8 +15,8 @@ from shockpc.text.printed import cause_lines, causes, few, listed
 
 
 def place_report(study: PlaceStudy) -> Report:
-    """The places of least shock on a body."""
-    number = "greatest shock" if study.weights is None else "weighted mean of the shock"
+    """The places of minimum shock on a body."""
+    number = "maximum shock" if study.weights is None else "weighted mean of the shock"
     asked = dict.fromkeys(point.label for profile in study.profiles for point in profile.scene.point)
     apart = [name for name in asked if name not in {place.name for place in study.today}]
     outside = [f"warning: no place on {study.robot.bodies[study.body].name}, so left out: {listed(apart, 6)}"] if apart else []
@@ -24,10 +24,10 @@ def place_report(study: PlaceStudy) -> Report:
     failed = [f"not computed: {line}" for line in cause_lines(refused, "landings", 6)]
     return Report(
         name="place",
-        title=f"Place of least shock on {study.robot.bodies[study.body].name} of {robot_name(study.robot)}",
+        title=f"Place of minimum shock on {study.robot.bodies[study.body].name} of {robot_name(study.robot)}",
         body=lambda full: [
             Lines([*shared_lines(_named(study)), ("where", study.region.text), ("compared by", f"{number} over the landings")]),
-            Picture("place", "greatest shock over the body", "studies.place.figure:draw_place", (study,)),
+            Picture("place", "maximum shock over the body", "studies.place.figure:draw_place", (study,)),
             _places(study).without("present", "bound"),
             *([_margins(study)] if _judged(study) else []),
             _landings(study, None if full else 6),
@@ -62,7 +62,7 @@ def _document(study: PlaceStudy) -> dict[str, Any]:
         "robot": {"name": study.robot.name, "file": study.robot.label},
         "body": study.robot.bodies[study.body].name,
         "region": study.region.text,
-        "compared_by": "greatest" if study.weights is None else "weighted mean",
+        "compared_by": "maximum" if study.weights is None else "weighted mean",
         **record(study, "count", "combined", "bound", "gap"),
         "proven": study.complete,
         "apart": study.apart,
@@ -82,11 +82,11 @@ def _document(study: PlaceStudy) -> dict[str, Any]:
 def _places(study: PlaceStudy) -> Sheet:
     notes = []
     if study.count > 1:
-        notes.append("together: in each landing the sensor with the least shock")
+        notes.append("together: in each landing the sensor with the smallest shock")
     elif len(study.places) > 1:
         notes.append(f"each further place: the best one at least {study.apart:.3g} m along x, y or z from those before")
     if study.combined > (1.0 + 1e-6) * study.least:
-        notes.insert(0, f"among places within 1 % of the optimum, {study.least:.4g}, each has the least mean over the landings")
+        notes.insert(0, f"among places within 1 % of the optimum, {study.least:.4g}, each has the smallest mean over the landings")
     title = f"places on {study.robot.bodies[study.body].name} (in its frame; shock relative to the strike)"
     sheet, found = sheet_of(study.table, title, notes), (*study.today, *study.places)
     more = [(one.bound is None, one.bound) for one in found] + [(False, None)] * (len(sheet.rows) - len(found))
@@ -110,12 +110,12 @@ def _judged(study: PlaceStudy) -> bool:
 
 
 def _landings(study: PlaceStudy, most: int | None = None) -> Sheet:
-    """The shock at each place in each landing. Args: most, rows to show, those of the greatest shock."""
+    """The shock at each place in each landing. Args: most, rows to show, those of the largest shock."""
     places = (*study.today, *study.places)
     shocks = np.array([one.shocks for one in places]).T
     weights = {} if study.weights is None else {"weight [-]": study.weights}
     felt = {Column(one.name, one.name, "-"): one.shocks for one in places}
-    least = {"least at": [study.places[k].name for k in study.assigned]} if study.count > 1 else {}
+    least = {"minimum at": [study.places[k].name for k in study.assigned]} if study.count > 1 else {}
     sheet = Sheet.of("shock in each landing", {"landing": study.landings, **weights, **felt, **least})
     return sheet.largest(most, "landing", shocks.max(axis=1).tolist())
 

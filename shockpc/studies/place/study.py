@@ -1,4 +1,4 @@
-"""Where on a body a sensor sees least shock over some landings: scenes in, one record out."""
+"""Where on a body a sensor has the smallest shock over some landings: scenes in, one record out."""
 
 import itertools
 import math
@@ -33,26 +33,26 @@ from shockpc.text.names import match
 from shockpc.text.shown import shown_by
 
 NEAREST = 1e-3
-"""Least distance between alternatives [m]."""
+"""Smallest distance between alternatives [m]."""
 
 ALTERNATIVES = 2
 """Default of their number."""
 
 EQUAL_SHARE = 1.0 - 1e-6
-"""Share of the greatest shock from which others are equal to it, of which the first is named; rounding makes them differ."""
+"""Share of the largest shock from which others are equal to it, of which the first is named; rounding makes them differ."""
 
 
 EQUAL = 0.01
-"""By how much more than the least the greatest shock at a place may be, as a share of it, for the mean over landings to decide.
+"""By how much more than the smallest the largest shock at a place may be, as a share of it, for the mean over landings to decide.
 
-On all level feet a robot hardly rotates, so that many places are nearly equal; the landings on some of them tell these apart."""
+On all level feet a robot rotates little, so that many places are nearly equal; the landings on some of them tell these apart."""
 
 
 class Margin(NamedTuple):
     """What a pulse means for the axes of a sensor.
 
     Attributes:
-        peak_g: (3,) greatest peak acceleration along each of its axes, in multiples of gravity.
+        peak_g: (3,) largest peak acceleration along each of its axes, in multiples of gravity.
         left: (3,) share of the range that is left along each axis, below zero where it saturates [1]; None without a range.
     """
 
@@ -67,7 +67,7 @@ class SensorPlace(NamedTuple):
         name: of the sensor or point that is there today; "best", "2nd" and so on, or for several "sensor 1" and so on.
         position: (3,) in the body's frame [m].
         shocks: (L,) in each landing [1].
-        combined: the number by which places are compared: the greatest of them, or the weighted mean [1].
+        combined: the number by which places are compared: the largest of them, or the weighted mean [1].
         delta_v: (L, 3) jump of velocity in the axes of the sensor, which for a new place are those of the body [m/s].
         bound: no allowed place has less than this [1]; None for what is there today.
         margin: for the pulse of the scenes; None without one.
@@ -84,7 +84,7 @@ class SensorPlace(NamedTuple):
 
 @dataclass(frozen=True, eq=False)
 class PlaceStudy:
-    """Where on a body a sensor sees least shock.
+    """Where on a body a sensor has the smallest shock.
 
     Attributes:
         robot: the robot.
@@ -97,11 +97,11 @@ class PlaceStudy:
         places: the best place and its alternatives, or the places of several sensors that belong together; fewer than `count`
             where these already see as little as so many can.
         count: number of sensors that belong together.
-        combined: the number by which places are compared, at the best; of several sensors of the least shock in each landing [1].
-        least: the least such number in the region; of landings on feet that are level and on some of them, the best place is that
-            of the least mean among those within 1 % of it [1].
+        combined: the number by which places are compared, at the best; of several sensors the minimum shock in each landing [1].
+        least: the minimum such number in the region; of landings on feet that are level and on some of them, the best place is that
+            of the smallest mean among those within 1 % of it [1].
         bound: nothing in the region is below this [1].
-        assigned: (L,) for several sensors, which of them sees least in each landing.
+        assigned: (L,) for several sensors, which of them has the smallest shock in each landing.
         apart: distance of the alternatives along at least one axis [m].
         failures: name and error of the landings that could not be computed.
     """
@@ -126,7 +126,7 @@ class PlaceStudy:
 
     @property
     def weights(self) -> Array | None:
-        """Weights (L,) of the landings with sum 1 if places are compared by the weighted mean; None for the greatest shock."""
+        """Weights (L,) of the landings with sum 1 if places are compared by the weighted mean; None for the largest shock."""
         return self.fields.weights
 
     @property
@@ -142,11 +142,11 @@ class PlaceStudy:
             for name, at, combined, shocks in entries
         )
         means = ["weighted mean [-]"] * mean
-        return Table.of_rows(("place", "x [m]", "y [m]", "z [m]", *means, "greatest shock [-]", "in landing"), rows)
+        return Table.of_rows(("place", "x [m]", "y [m]", "z [m]", *means, "maximum shock [-]", "in landing"), rows)
 
     @property
     def gap(self) -> float:
-        """Difference between the least number found and what is proven to be a lower bound [1]."""
+        """Difference between the smallest number found and what is proven to be a lower bound [1]."""
         return max(0.0, self.least - self.bound)
 
     @property
@@ -159,7 +159,7 @@ class PlaceStudy:
     "shockpc place anymal_b --vary strike-angle=-30:75:4",
     more=(
         "Without --contact the landings are those on all level feet together, on each edge of their support, and on each "
-        "foot. What counts is the greatest shock over all "
+        "foot. Places are compared by the maximum shock over all "
         "landings. The optimum over the body is exact, with its gap stated; the shock at the places is proven. With "
         "--pulse and --range-g, also how much of a sensor's range is left along each axis."
     ),
@@ -187,7 +187,7 @@ def place(
     weights: Annotated[
         Mapping[str, float] | None,
         Option(
-            "Compare places by the weighted mean over the landings, not by the greatest shock: the weight of landings by name or "
+            "Compare places by the weighted mean over the landings, not by the maximum shock: the weight of landings by name or "
             "glob; others weigh 1.",
             "Landings",
             "LANDING=WEIGHT",
@@ -215,7 +215,7 @@ def place(
     count: Annotated[
         int,
         Option(
-            "Number of sensors that belong together: in each landing the one with the least shock counts.",
+            "Number of sensors that belong together: in each landing the one with the smallest shock is used.",
             "Sensors",
             "N",
             least=1.0,
@@ -235,9 +235,9 @@ def place(
     ] = None,
     progress: Callable[[int], Callable[[str], None]] = lambda landings: lambda name: None,
 ) -> PlaceStudy:
-    """Find where on a body a sensor sees least shock.
+    """Find where on a body a sensor has the smallest shock.
 
-    The greatest shock over the landings (or its weighted mean) is a convex function of the place, so that its least value over each
+    The largest shock over the landings (or its weighted mean) is a convex function of the place, so that its minimum over each
     convex piece of the body is a second-order cone program; bounds tell which piece is the best. The shock at the places found, and
     at the present sensors, is then taken from the enclosures of the exact solutions.
 
@@ -253,20 +253,18 @@ def place(
     if count > 1 and alternatives is not None:
         raise StudyError(f"alternatives are places of one sensor, and {count} sensors are asked for; leave one of the two out")
     alternatives = ALTERNATIVES if alternatives is None else alternatives
-    landings = named_scenes(landings)
-    robot = robot or common_robot(landings)
-    landings = with_default_landings(landings, robot)
+    named = named_scenes(landings)
+    robot = robot or common_robot(named)
+    named = with_default_landings(named, robot)
     if varied := pairs(vary):
-        landings = {
-            label: case for name, scene in landings.items() for label, case in scene_grid(name, scene, robot, varied).items()
-        }
-    scenes = list(landings.values())
+        named = {label: case for name, scene in named.items() for label, case in scene_grid(name, scene, robot, varied).items()}
+    scenes = list(named.values())
     for scene in scenes:
         refuse_ground(scene, friction=False, others="use shockpc analyze, sweep, check or compare")
     i = 0 if body is None else robot.body(body)
     region = region_of(robot, i, within, surface)
     apart = max(region.size / 10.0, NEAREST)
-    profiles, failures = _profiles(landings, robot, progress(len(landings)))
+    profiles, failures = _profiles(named, robot, progress(len(named)))
     names = tuple(profiles)
     computed = tuple(profiles.values())
     jumps = np.array([_jump(profile, i) for profile in computed])
@@ -274,7 +272,7 @@ def place(
         jumps[:, :3],
         jumps[:, 3:],
         np.array([profile.v_in for profile in computed]),
-        None if weights is None else _weights(names, landings, weights),
+        None if weights is None else _weights(names, named, weights),
     )
     optima, least, bound = _optima(fields, region, count, alternatives, apart, weights is None and _nested(computed))
     titles = [f"sensor {k + 1}" for k in range(len(optima))] if count > 1 else [_rank(k) for k in range(len(optima))]
@@ -351,7 +349,7 @@ def _weights(names: tuple[str, ...], landings: Iterable[str], given: Mapping[str
 def _optima(
     fields: Fields, region: Region, count: int, alternatives: int, apart: float, by_mean: bool
 ) -> tuple[list[Optimum], float, float]:
-    """The places, the least number found and its bound. Args: by_mean, whether the mean decides among nearly equal places."""
+    """The places, the smallest number found and its bound. Args: by_mean, whether the mean decides among nearly equal places."""
     outside = list(region.outside)
 
     def ranked(some: Fields, number: int) -> list[Optimum]:

@@ -11,7 +11,7 @@ from shockpc.cli.options import OutputOptions
     ),
     more=(
         "KEY names a quantity in JSON, budgets, sweeps and comparisons; KIND.KEY where several kinds of place have it. A vector "
-        "counts by its length, or by a component: KEY.x, KEY.y or KEY.z."
+        "stands for its length; its components are KEY.x, KEY.y and KEY.z."
     ),
 )
 def quantities(

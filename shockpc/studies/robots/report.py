@@ -106,7 +106,7 @@ def _second_reading(robot: Robot) -> list[str]:
 
 
 def _drive_text(drive: Drive) -> str:
-    """A drive with its status and source; one of a simulation model does not count by default."""
+    """A drive with its status and source; one of a simulation model is not used by default."""
     values = {
         "rotor {:.3g} kg m²": drive.rotor_inertia,
         "gear ratio {:g}": drive.gear_ratio,

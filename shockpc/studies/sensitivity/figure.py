@@ -18,7 +18,7 @@ HEIGHT = 0.24
 """Of one bar with the space around it [inches]."""
 
 LEAST_SHOWN = 0.001
-"""Least effect that is written as a number [%]."""
+"""Smallest effect that is written as a number [%]."""
 
 COLOURS = {True: BANDS[6], False: CURVES[0], None: CURVES[7]}
 """Of a change that makes the number worse, one that makes it better, and one of a number that neither direction makes worse."""

@@ -39,7 +39,7 @@ RADIAN, MILLIMETRE = math.degrees(1.0), 1e-3
 
 UNSETTLED = (
     "the difference does not settle: the number has a kink or a jump near this value, such as where a contact opens, its lowest "
-    "point jumps, or contacts or loops depend on one another at this value alone"
+    "point jumps, or contacts or loops depend on one another only at this value"
 )
 NO_VALUE = "the landing gives it no value, or not a single one, that could be changed (locked joints have none); give one"
 

@@ -173,7 +173,8 @@ def sensitivity(
         ),
     ] = (),
     percent: Annotated[
-        float, Option("How far: so many per cent, degrees and millimetres.", "Changes", "P", least=1e-3, greatest=100.0)
+        float,
+        Option("Size of the changes: this many per cent, degrees and millimetres.", "Changes", "P", least=1e-3, greatest=100.0),
     ] = 1.0,
     trace: Trace | None = None,
 ) -> Sensitivity:

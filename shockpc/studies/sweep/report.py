@@ -53,7 +53,7 @@ def sweep_report(summary: Summary[VariedLandings]) -> Report:
 
 
 def _most_severe(extent: Extent) -> int:
-    """The row of the most severe value; that of the greatest one where neither direction is worse."""
+    """The row of the most severe value; that of the largest one where neither direction is worse."""
     return extent.least_row if extent.column.selection.quantity.worse == "less" else extent.greatest_row
 
 
@@ -70,7 +70,7 @@ def _sheet(summary: Summary[VariedLandings]) -> Sheet:
         named = one.column.name, one.column.unit
         rows.append((*named, one.least, low, one.median, *high, one.greatest, *ends, options, least))
     header: tuple[str | Column, ...] = (
-        "quantity", "unit", "least", shares[0], "median", *shares[1:], "greatest", "row of least", "row of greatest",
+        "quantity", "unit", "minimum", shares[0], "median", *shares[1:], "maximum", "row of minimum", "row of maximum",
         "most severe", "least severe",
     )  # fmt: skip
     sheet = Sheet(f"sweep of {robot_name(sweep.robot)}: {summary.rows} landings", header, rows)
@@ -94,7 +94,7 @@ def _lines(summary: Summary[VariedLandings]) -> Iterator[str]:
     """The most severe landings, warnings of what is varied, what was not computed, and the accuracy."""
     for one in summary.extents:
         if one.greatest_row >= 0:
-            what = "greatest value" if one.column.selection.quantity.worse == "neither" else "most severe"
+            what = "largest value" if one.column.selection.quantity.worse == "neither" else "most severe"
             yield f"{what} for {one.column.name}: {_varied(summary.evaluation.landings, _most_severe(one))}"
         if one.best_row >= 0 and one.column.selection.quantity.worse != "neither":
             yield f"least severe that flat ground allows: {_varied(summary.evaluation.landings, one.best_row)}"

@@ -34,10 +34,10 @@ class Extent(NamedTuple):
         median: value.
         greatest: value.
         percentiles: the values at `PERCENTILES`, as `percentile` takes them.
-        least_row: row of the least one.
-        greatest_row: row of the greatest one; −1 if no row could be computed.
+        least_row: row of the smallest one.
+        greatest_row: row of the largest one; −1 if no row could be computed.
         best_row: row of the best value among the landings that flat ground allows; −1 if there is none.
-        span: the least and the greatest finite value; wider where they differ by rounding alone.
+        span: the smallest and the largest finite value; wider where they differ only by rounding.
         counts: number of rows in each of equal intervals between these.
         values: (rows,) all of them where they are drawn as a curve or a map; None otherwise.
     """

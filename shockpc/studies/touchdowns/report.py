@@ -15,7 +15,7 @@ from shockpc.text.printed import few
 ROWS = 12
 """Landings that are shown on a terminal."""
 
-NOTE = "fall: speed at which the contacts came down, by their heights, the greatest of several"
+NOTE = "fall: speed at which the contacts came down, by their heights, the largest of several"
 
 
 def touchdowns_report(log: Path, study: Touchdowns) -> Report:
@@ -64,7 +64,7 @@ def _header(log: Path, study: Touchdowns) -> Iterator[tuple[str, str]]:
 
 
 def _table(study: Touchdowns) -> Sheet:
-    """The table that `shockpc landings` takes, whose columns have its names alone."""
+    """The table that `shockpc recorded` takes, whose columns have only its names."""
     sheet = sheet_of(study.table)
     return sheet._replace(header=[Column(name, name) for name in study.table.columns])
 
@@ -96,7 +96,7 @@ def _closing(study: Touchdowns) -> Iterator[str]:
         left = count(len(study.landings) - rows, "touchdown")
         yield f"{left} of {len(study.landings)} not in the table; the messages say why"
     if rows:
-        yield f"--out DIR writes the table, touchdowns.csv: {count(rows, 'row')}, which shockpc landings takes"
+        yield f"--out DIR writes the table, touchdowns.csv: {count(rows, 'row')}, which shockpc recorded takes"
 
 
 def _document(log: Path, study: Touchdowns) -> dict[str, Any]:

@@ -21,9 +21,9 @@ from shockpc.landing.record import JOINT_MODEL, RESULTS, STRIKE, Option
 from shockpc.landing.scene import Scene
 from shockpc.landing.scene_file import robot_of, scene_of
 from shockpc.landing.strike import GRAVITY
-from shockpc.recorded.detection import FEWEST, foot_landings
-from shockpc.recorded.logged_motion import PARTS, TWIST, LoggedMotion, StatePart, watched_motion
-from shockpc.recorded.logs import Log, read_log
+from shockpc.recordings.detection import FEWEST, foot_landings
+from shockpc.recordings.logged_motion import PARTS, TWIST, LoggedMotion, StatePart, watched_motion
+from shockpc.recordings.logs import Log, read_log
 from shockpc.robot.robot import Robot
 from shockpc.studies.touchdowns.flags import OFF, flags_of
 from shockpc.text.errors import StudyError
@@ -106,10 +106,10 @@ class Touchdowns:
     "shockpc touchdowns walk.csv anymal_b --contact LF_FOOT --flag LF_FOOT=force --after 6,12",
     more=(
         "A log is a time series: CSV, Parquet or NPZ with a column time [s] (or time_ms, time_us, time_ns) and columns of joints "
-        "and base as in shockpc landings; or a bag of ROS 1, ROS 2 or MCAP (pip install rosbags) with JointState, and Odometry, "
+        "and base as in shockpc recorded; or a bag of ROS 1, ROS 2 or MCAP (pip install rosbags) with JointState, and Odometry, "
         "PoseStamped, TwistStamped or Imu. All feet are looked at, or those of --contact. A foot lands where its height has a "
-        "kink, or where its column of flags or forces says so. Velocities are slopes of straight lines through positions. The "
-        "table, touchdowns.csv, is what shockpc landings takes."
+        "kink, or where its column of flags or forces begins. Velocities are slopes of straight lines through positions. The "
+        "table, touchdowns.csv, is what shockpc recorded takes."
     ),
     # Of the robot, where it touches and what the log lacks of its posture is all that is used of a landing.
     without=(
@@ -136,7 +136,7 @@ def touchdowns(
     rename: RenameOption = None,
     topics: Annotated[
         Sequence[str],
-        Option("Read this topic of a bag, and no other that is not named.", "Log", "TOPIC", "topic", default="the usual ones"),
+        Option("Read only these topics of a bag.", "Log", "TOPIC", "topic", default="the usual ones"),
     ] = (),
     flags: Annotated[
         Mapping[str, str] | None,
@@ -235,7 +235,7 @@ class _Finder:
         if motion.free and len(motion.names["base"]) < len(TWIST):
             absent = ", ".join(key for key in TWIST if key not in motion.names["base"])
             self.warnings.append(
-                f"base motion is not in this log: the table has no {absent} of the base, and shockpc landings takes its scene's"
+                f"base motion is not in this log: the table has no {absent} of the base, and shockpc recorded takes its scene's"
             )
         self.points = None if motion.unknown else motion.points()
         self.heights = None if self.points is None else np.asarray(self.points @ motion.landing.up)

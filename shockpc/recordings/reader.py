@@ -6,11 +6,11 @@ import numpy as np
 
 from shockpc.landing.landing import PosedLanding
 from shockpc.landing.motion import Motion
-from shockpc.recorded.cells import RowMessages
-from shockpc.recorded.column_names import FRICTION, LABELS, named_columns
-from shockpc.recorded.contact_columns import row_friction, row_scenes
-from shockpc.recorded.rows import Measured, RecordedRows, contacts_of
-from shockpc.recorded.state import ANGLES, TWIST, MeasuredColumn, RobotColumns, configurations, motions, read_columns
+from shockpc.recordings.cells import RowMessages
+from shockpc.recordings.column_names import FRICTION, LABELS, named_columns
+from shockpc.recordings.contact_columns import row_friction, row_scenes
+from shockpc.recordings.rows import Measured, RecordedRows, contacts_of
+from shockpc.recordings.state import ANGLES, TWIST, MeasuredColumn, RobotColumns, configurations, motions, read_columns
 from shockpc.robot.robot import Robot
 from shockpc.text.errors import StudyError
 from shockpc.text.printed import listed

@@ -27,10 +27,10 @@ from shockpc.landing.strike import Strike
 from shockpc.profile import profile_of
 from shockpc.quantities.selection import Selection, select
 from shockpc.quantities.shock_profile import ShockProfile
-from shockpc.recorded.cells import empty_cells
-from shockpc.recorded.column_names import named_columns
-from shockpc.recorded.reader import rows_of
-from shockpc.recorded.rows import RecordedRows
+from shockpc.recordings.cells import empty_cells
+from shockpc.recordings.column_names import named_columns
+from shockpc.recordings.reader import rows_of
+from shockpc.recordings.rows import RecordedRows
 from shockpc.robot.robot import Robot
 from shockpc.text.errors import SceneError, ShockError, StudyError, UnknownName
 from shockpc.text.printed import listed
@@ -191,7 +191,7 @@ class RecordedLandings:
     def _closed(self, landing: PosedLanding, q: Array, rates: Array) -> tuple[Array, Array, float, float]:
         """A configuration and rates with which all loops are closed, and the largest changes of what the table gives.
 
-        First by the joints that the table does not give; if these cannot close them, by the least change of all, or of those of the
+        First by the joints that the table does not give; if these cannot close them, by the minimum change of all, or of the
         scene's `assemble`.
 
         Raises:

@@ -12,9 +12,9 @@ from typing import NamedTuple
 import numpy as np
 
 from shockpc.core.spatial import Array
-from shockpc.recorded.bags import BAGS, QUATERNION, read_bag
-from shockpc.recorded.column_names import LABELS, state_columns
-from shockpc.recorded.table_files import columns_of, read_table
+from shockpc.recordings.bags import BAGS, QUATERNION, read_bag
+from shockpc.recordings.column_names import LABELS, state_columns
+from shockpc.recordings.table_files import columns_of, read_table
 from shockpc.robot.robot import Robot
 from shockpc.text.arguments import LARGEST_NUMBER
 from shockpc.text.errors import StudyError

@@ -31,14 +31,14 @@ from shockpc.landing.motion import Motion
 from shockpc.landing.resolve import landing_of
 from shockpc.landing.scene_file import scene_text
 from shockpc.quantities.selection import quantity
-from shockpc.recorded import table_files as files
-from shockpc.recorded.landings import CLOSED_BY, recorded_landings
-from shockpc.recorded.reader import rows_of
-from shockpc.recorded.table_files import read_table
-from shockpc.studies.landings import study as landings
-from shockpc.studies.landings.figure import draw_validation
-from shockpc.studies.landings.report import agreement_sheet
-from shockpc.studies.landings.study import DRAWS, SEED, STATISTICS, Agreement, Validation, compare_measured
+from shockpc.recordings import table_files as files
+from shockpc.recordings.landings import CLOSED_BY, recorded_landings
+from shockpc.recordings.reader import rows_of
+from shockpc.recordings.table_files import read_table
+from shockpc.studies.recorded import study as recorded
+from shockpc.studies.recorded.figure import draw_validation
+from shockpc.studies.recorded.report import agreement_sheet
+from shockpc.studies.recorded.study import DRAWS, SEED, STATISTICS, Agreement, Validation, compare_measured
 from shockpc.text.errors import SceneError, SolveError, StudyError, UnknownName
 
 SCENE = Scene(robot="anymal_b", contact=(Contact(frame="LF_FOOT"),))
@@ -89,10 +89,10 @@ def test_each_row_is_the_landing_of_its_own_posture_and_motion():
 
 
 def test_a_table_in_python_is_its_columns_or_its_file(tmp_path):
-    """As every other study: shockpc.landings gives an evaluation whose table has the same numbers."""
+    """As every other study: shockpc.recorded gives an evaluation whose table has the same numbers."""
     columns, robot = table(), known_robot("anymal_b")
     first, second = (
-        shockpc.landings(given, SCENE, ("shock@imu_link",), robot=robot).table()
+        shockpc.recorded(given, SCENE, ("shock@imu_link",), robot=robot).table()
         for given in (columns, written(tmp_path / "log.csv", columns))
     )
     np.testing.assert_allclose(first.values("shock@imu_link"), second.values("shock@imu_link"), rtol=1e-12)
@@ -100,7 +100,18 @@ def test_a_table_in_python_is_its_columns_or_its_file(tmp_path):
     assert first.percentile("shock@imu_link", 100) == first.values("shock@imu_link").max()
     assert first.to_arrow().column_names == [*first.columns, "message"]
     with pytest.raises(StudyError, match="table is 3, of type int"):
-        shockpc.landings(3, SCENE)
+        shockpc.recorded(3, SCENE)
+
+
+def test_the_old_name_works_with_a_warning(capfd, here):
+    with pytest.warns(DeprecationWarning, match="shockpc.recorded"):
+        assert shockpc.landings is shockpc.recorded
+    assert "landings" not in shockpc.__all__
+    words = (written(here / "log.csv", table()), "anymal_b", "--contact", "LF_FOOT", "--prove", 0, "--format", "csv")
+    old, new = (run(capfd, name, *words) for name in ("landings", "recorded"))
+    assert (old.code, old.out) == (0, new.out)
+    assert "landings is now recorded" in old.err
+    assert "\n  landings " not in good(capfd, "--help")
 
 
 def test_velocities_in_the_axes_of_the_base_are_turned_to_the_world():
@@ -269,7 +280,7 @@ def test_what_looks_like_degrees_by_limits_is_a_warning(here, capfd):
     columns = {name: np.array([1.036, 40.0]) for name in legs} | {"before_limited": np.array([500.0, 1.0])}
     written(here / "log.csv", columns | {"pitch": np.array([0.1, 15.0])})
     outcome = run(
-        capfd, "landings", here / "log.csv", here / "legs.urdf", "--contact", "limited", "--format", "json", "--out", "out"
+        capfd, "recorded", here / "log.csv", here / "legs.urdf", "--contact", "limited", "--format", "json", "--out", "out"
     )
     assert outcome.code == 0
     assert [row["message"] for row in json.loads(outcome.out)["tables"]["landings"]] == [None, None]
@@ -298,7 +309,7 @@ def test_a_time_series_is_no_table_of_landings(here, capfd, stamp):
     named = series | {"name": np.array([f"sample {i}" for i in range(len(time))])}
     assert [len(rows_of(columns, landing).names) for columns in (gait, shuffled, short, untimed, named)] == [300, 300, 60, 300, 300]
     written(here / "log.csv", series)
-    outcome = run(capfd, "landings", here / "log.csv", "anymal_b", "--contact", "LF_FOOT")
+    outcome = run(capfd, "recorded", here / "log.csv", "anymal_b", "--contact", "LF_FOOT")
     assert outcome.code == 2
     assert "shockpc touchdowns LOG ROBOT" in outcome.err
 
@@ -447,7 +458,7 @@ def test_contacts_of_a_table_keep_what_the_scene_says_of_them(here, capfd):
     (here / "scene.toml").write_text('robot = "anymal_b"\n[[contact]]\nframe = "RF_FOOT"\nrestitution = 0.5\n')
     written(here / "log.csv", {"vz": np.array([-1.0, -1.0]), "contact": np.array(["LF_FOOT", ""])})
     words = ("--quantity", "delta_v@imu_link", "--format", "json")
-    rows = json.loads(good(capfd, "landings", "log.csv", "scene.toml", *words))["tables"]["landings"]
+    rows = json.loads(good(capfd, "recorded", "log.csv", "scene.toml", *words))["tables"]["landings"]
     for row, foot in zip(rows, ("LF_FOOT", "RF_FOOT"), strict=True):
         analysis = ("analyze", "anymal_b", "--contact", foot, "--restitution", 0.5, "--velocity=0,0,-1", "--format", "json")
         (point,) = [point for point in json.loads(good(capfd, *analysis))["tables"]["points"] if point["point"] == "imu_link"]
@@ -461,13 +472,13 @@ def test_a_first_row_without_a_valid_contact_is_a_message_of_that_row(here, capf
     (here / "scene.toml").write_text('robot = "anymal_b"\ncontact = "LH_FOOT"\n')
     words = ("--quantity", "delta_v@imu_link", "--format", "json")
     rows, others = (
-        json.loads(run(capfd, "landings", "log.csv", scene, *words).out)["tables"]["landings"]
+        json.loads(run(capfd, "recorded", "log.csv", scene, *words).out)["tables"]["landings"]
         for scene in ("anymal_b", "scene.toml")
     )
     assert (rows[0]["delta_v@imu_link"], rows[1:]) == (None, others[1:])
     assert "contact" in rows[0]["message"]
     written(here / "log.csv", {"vz": np.full(1, -1.0), "contact": np.array([bad or "a"])})
-    assert run(capfd, "landings", "log.csv", "anymal_b").code == 2
+    assert run(capfd, "recorded", "log.csv", "anymal_b").code == 2
 
 
 def test_friction_of_each_row():
@@ -554,9 +565,9 @@ def test_rows_with_contacts_of_their_own_need_none_of_the_scene():
     """The same as with the scene's contact given; a row without a contact is no landing, and has not that of another row."""
     columns = table(3) | {"contact": np.array(["RF_FOOT", "LF_FOOT+RF_FOOT", ""]), "name": np.array(["a", "b", "c"])}
     bare, robot = Scene(robot="anymal_b"), known_robot("anymal_b")
-    found = landings.landings(columns, bare).table()
+    found = recorded.recorded(columns, bare).table()
     filled = columns | {"contact": np.array(["RF_FOOT", "LF_FOOT+RF_FOOT", "LF_FOOT"])}
-    given = landings.landings(filled, SCENE, robot=robot).table()
+    given = recorded.recorded(filled, SCENE, robot=robot).table()
     np.testing.assert_allclose(found.values("shock@imu_link")[:2], given.values("shock@imu_link")[:2], rtol=1e-12)
     assert list(found.messages) == [2]
     assert found.to_pandas()[["name", "contact"]][:2].values.tolist() == [["a", "RF_FOOT"], ["b", "LF_FOOT+RF_FOOT"]]
@@ -791,11 +802,11 @@ def statistics_of(sheet, k):
 
 @pytest.mark.slow
 def test_measured_landings_of_cassie(monkeypatch):
-    """The guide's table is what the benchmark computes; intervals of single joints, which it does not show, are left out."""
-    statistics = landings._statistics
+    """The table of robots/measured is what the benchmark computes; it shows no intervals of single joints."""
+    statistics = recorded._statistics
     none = dict.fromkeys(STATISTICS, (np.nan,) * 3)
-    monkeypatch.setattr(landings, "_statistics", lambda y, x, energy: statistics(y, x, energy) if y.shape[1] > 1 else none)
-    text = (Path(__file__).parents[1] / "shockpc" / "guide" / "logs.md").read_text(encoding="utf-8")
+    monkeypatch.setattr(recorded, "_statistics", lambda y, x, energy: statistics(y, x, energy) if y.shape[1] > 1 else none)
+    text = (Path(__file__).parents[1] / "robots" / "measured" / "README.md").read_text(encoding="utf-8")
     lines = re.findall(r"^\| (.*springs.*) \| (\d+) ms \| (\S+) \| (\S+) \| (.*) \| (\S+) \| (\S+) \|$", text, re.MULTILINE)
     sheet = statistics_of(measured_landings(), 1)
     assert len(lines) == 9
@@ -841,15 +852,15 @@ def test_the_command_ranks_and_prints_a_row_as_a_scene(here, capfd):
     written(here / "log.csv", columns)
     np.savez(here / "log.npz", **columns)
     words = ("anymal_b", "--contact", "LF_FOOT", "--rank", "delta_v@imu_link", "--prove", 0)
-    csv_text = run(capfd, "landings", here / "log.csv", *words, "--format", "csv").out
-    assert csv_text == run(capfd, "landings", here / "log.npz", *words, "--format", "csv", "--out", here / "out").out
+    csv_text = run(capfd, "recorded", here / "log.csv", *words, "--format", "csv").out
+    assert csv_text == run(capfd, "recorded", here / "log.npz", *words, "--format", "csv", "--out", here / "out").out
     rows = list(csv.DictReader(csv_text.splitlines()))
     values = [float(row["delta_v@imu_link [m/s]"]) for row in rows]
     assert values == sorted(values, reverse=True)
-    document = json.loads((here / "out" / "landings.json").read_text())
+    document = json.loads((here / "out" / "recorded.json").read_text())
     assert [row["delta_v@imu_link"] for row in document["tables"]["landings"]] == values
-    assert {"landings.svg", "landings.csv", "report.md"} <= {file.name for file in (here / "out").iterdir()}
-    scene = run(capfd, "landings", here / "log.csv", *words, "--command", rows[0]["landing"]).out
+    assert {"recorded.svg", "landings.csv", "report.md"} <= {file.name for file in (here / "out").iterdir()}
+    scene = run(capfd, "recorded", here / "log.csv", *words, "--command", rows[0]["landing"]).out
     (here / "worst.toml").write_text(scene)
     outcome = run(capfd, "analyze", here / "worst.toml", "--format", "json")
     (imu,) = (point for point in json.loads(outcome.out)["tables"]["points"] if point["point"] == "imu_link")
@@ -881,7 +892,7 @@ def test_an_option_that_a_column_overrides_is_refused(here, capfd, option, value
     columns |= {"contact": np.array(["LF_FOOT"] * 6)} if option == "--contact" else {}
     columns |= {"effort_LF_KFE": np.full(6, 20.0)} if option == "--torque" else {}
     contact = () if option == "--contact" else ("--contact", "LF_FOOT")
-    words = ("landings", written(here / "log.csv", columns), "anymal_b", *contact, "--prove", 0, "--format", "csv")
+    words = ("recorded", written(here / "log.csv", columns), "anymal_b", *contact, "--prove", 0, "--format", "csv")
     words += ("--quantity", "shock_friction@imu_link") if option == "--friction" else ()
     words += ("--quantity", "peak_force", "--contact-stiffness", 1e5, "--map", "mu=") if option == "--torque" else ()
     refused = run(capfd, *words, option, value)
@@ -897,7 +908,7 @@ def test_an_option_that_a_column_overrides_is_refused(here, capfd, option, value
 
 def test_all_of_the_robot_in_one_column_overrides_options_too(here, capfd):
     np.savez(here / "log.npz", qpos=np.zeros((2, 19)), qvel=np.zeros((2, 18)))
-    words = ("landings", here / "log.npz", "anymal_b", "--contact", "LF_FOOT", "--prove", 0)
+    words = ("recorded", here / "log.npz", "anymal_b", "--contact", "LF_FOOT", "--prove", 0)
     for option, column in (
         ("--set=LF_KFE=-50", "qpos"), ("--base-rpy=0,5,0", "qpos"), ("--posture=standing", "qpos"), ("--speed=2", "qvel")
     ):  # fmt: skip
@@ -915,8 +926,8 @@ def test_a_folder_of_scenes_is_a_batch(here, capfd):
     shocks = {row["scene"]: row["shock@imu_link"] for row in found["tables"]["batch"]}
     expected = {str(file): cases.profile(i).values(quantity("point", "shock"))[0] for i, file in enumerate(files)}
     assert shocks == pytest.approx(expected, rel=1e-9)
-    assert "shockpc batch scenes/*.toml" in run(capfd, "landings", "scenes", "--command", "jump 0").err
-    assert "a table needs a robot" in run(capfd, "landings", written(here / "log.csv", table())).err
+    assert "shockpc batch scenes/*.toml" in run(capfd, "recorded", "scenes", "--command", "jump 0").err
+    assert "a table needs a robot" in run(capfd, "recorded", written(here / "log.csv", table())).err
 
 
 def test_times_are_carried_through_and_the_worst_landings_are_shown(here, capfd):
@@ -925,22 +936,22 @@ def test_times_are_carried_through_and_the_worst_landings_are_shown(here, capfd)
     columns = table() | {"name": np.array([f"jump {k}" for k in range(6)]), "stamp": stamps}
     written(here / "log.csv", measured(columns, known_robot("anymal_b"), 0.1))
     words = ("anymal_b", "--contact", "LF_FOOT", "--prove", 0, "--out", here / "out")
-    assert run(capfd, "landings", here / "log.csv", *words, "--rank", "shock@imu_link").code == 0
+    assert run(capfd, "recorded", here / "log.csv", *words, "--rank", "shock@imu_link").code == 0
     rows = list(csv.DictReader((here / "out" / "landings.csv").read_text(encoding="utf-8").splitlines()))
     assert {row["landing"]: float(row["time"]) for row in rows} == dict(zip(columns["name"].tolist(), stamps.tolist(), strict=True))
     page = (here / "out" / "report.html").read_text(encoding="utf-8")
     assert f">{rows[0]['landing']}</option>" in page
-    assert {"landings.png", "measured.png"} <= {file.name for file in (here / "out").iterdir()}
-    assert rows[0]["landing"] in (here / "out" / "landings.svg").read_text(encoding="utf-8")
+    assert {"recorded.png", "measured.png"} <= {file.name for file in (here / "out").iterdir()}
+    assert rows[0]["landing"] in (here / "out" / "recorded.svg").read_text(encoding="utf-8")
 
 
 def test_measured_cells_that_are_empty_are_left_out_of_figure_and_report(here, capfd):
     columns = table() | {"after_LF_KFE": np.array(["", "1.5", "nan", "0.5", "0.1", "-0.4"]), "after_RH_KFE": np.array([""] * 6)}
     written(here / "log.csv", columns)
     words = ("--contact", "LF_FOOT", "--friction", 0.4, "--prove", 0, "--out", here / "out")
-    text = good(capfd, "landings", here / "log.csv", "anymal_b", *words)
+    text = good(capfd, "recorded", here / "log.csv", "anymal_b", *words)
     assert "friction     0.4; what was measured is compared with the motion with friction" in text
-    document = json.loads((here / "out" / "landings.json").read_text())
+    document = json.loads((here / "out" / "recorded.json").read_text())
     found = {one["quantity"]: one["value"] for one in document["tables"]["measured"] if one["statistic"] == "error"}
     assert found["joint rates"] == found["LF_KFE"] > 0.0
     assert found["RH_KFE"] is None
@@ -951,18 +962,18 @@ def test_rows_in_parts_are_continued(here, capfd):
     """A part that is missing is computed by --resume; another table is refused."""
     written(here / "log.csv", table())
     words = ("anymal_b", "--contact", "LF_FOOT", "--prove", 0, "--out", here / "out", "--rows", "parquet")
-    assert run(capfd, "landings", here / "log.csv", *words).code == 0
+    assert run(capfd, "recorded", here / "log.csv", *words).code == 0
     (part,) = (here / "out" / "rows").iterdir()
     content = part.read_bytes()
     part.unlink()
-    assert run(capfd, "landings", here / "log.csv", *words, "--resume").code == 0
+    assert run(capfd, "recorded", here / "log.csv", *words, "--resume").code == 0
     assert part.read_bytes() == content
     written(here / "log.csv", table(seed=2))
-    outcome = run(capfd, "landings", here / "log.csv", *words, "--resume")
+    outcome = run(capfd, "recorded", here / "log.csv", *words, "--resume")
     assert outcome.code == 2
     assert "differs in: table" in outcome.err
     before = {path: path.read_bytes() for path in (here / "out").rglob("*") if path.is_file()}
-    outcome = run(capfd, "landings", here / "log.csv", *words[:-2])
+    outcome = run(capfd, "recorded", here / "log.csv", *words[:-2])
     assert outcome.code == 2
     assert "holds the rows of another run" in outcome.err
     assert {path: path.read_bytes() for path in (here / "out").rglob("*") if path.is_file()} == before
@@ -972,7 +983,7 @@ def test_a_joint_model_that_is_refused_leaves_no_files(here, capfd):
     """Of several joint models one may contradict the options; that is said before the rows are written."""
     written(here / "log.csv", measured(table(), known_robot("anymal_b"), 0.1))
     words = ("--contact", "LF_FOOT", "--drives", "none", "--joints", "free,geared", "--rows", "csv", "--out", here / "out")
-    outcome = run(capfd, "landings", here / "log.csv", "anymal_b", *words)
+    outcome = run(capfd, "recorded", here / "log.csv", "anymal_b", *words)
     assert outcome.code == 2
     assert "geared" in outcome.err
     assert not (here / "out").exists()
@@ -994,7 +1005,7 @@ def test_joint_models_are_compared_with_the_drives_that_each_of_them_has(here, c
     models = {"free": ("--drives", "none"), "geared": drives, "locked": ()}
 
     def predicted(*words):
-        outcome = run(capfd, "landings", here / "log.csv", "go2", "--contact", "FL_foot", "--prove", 0, "--format", "json", *words)
+        outcome = run(capfd, "recorded", here / "log.csv", "go2", "--contact", "FL_foot", "--prove", 0, "--format", "json", *words)
         assert (outcome.code, outcome.err) == (0, "")
         found = json.loads(outcome.out)["tables"]["measured"]
         return {one["joint_model"]: [row for row in found if row["joint_model"] == one["joint_model"]] for one in found}
@@ -1008,14 +1019,14 @@ def test_rigid_springs_are_left_out_where_there_are_none(here, capfd):
     """Of several joint models; the first that is left counts for the rows."""
     written(here / "log.csv", measured(table(), known_robot("anymal_b"), 0.1))
     words = ("--contact", "LF_FOOT", "--drives", "none", "--prove", 0, "--format", "json", "--joints")
-    outcome = run(capfd, "landings", here / "log.csv", "anymal_b", *words, "rigid,locked,free")
+    outcome = run(capfd, "recorded", here / "log.csv", "anymal_b", *words, "rigid,locked,free")
     assert outcome.code == 0
     assert 'joint model rigid is left out, because no joint of "anymal" has a spring' in outcome.err
     document = json.loads(outcome.out)
     assert list(dict.fromkeys(one["joint_model"] for one in document["tables"]["measured"])) == ["locked", "free"]
     assert (
         document["tables"]["landings"]
-        == json.loads(good(capfd, "landings", here / "log.csv", "anymal_b", *words, "locked"))["tables"]["landings"]
+        == json.loads(good(capfd, "recorded", here / "log.csv", "anymal_b", *words, "locked"))["tables"]["landings"]
     )
 
 
@@ -1040,7 +1051,7 @@ def test_rigid_springs_are_left_out_where_there_are_none(here, capfd):
 )  # fmt: skip
 def test_files_that_are_no_table(here, capfd, text, message):
     (here / "log.csv").write_text(text)
-    outcome = run(capfd, "landings", here / "log.csv", "anymal_b", "--contact", "LF_FOOT")
+    outcome = run(capfd, "recorded", here / "log.csv", "anymal_b", "--contact", "LF_FOOT")
     assert outcome.code == 2
     assert message in outcome.err
 
@@ -1068,7 +1079,7 @@ def test_arrays_that_are_no_table(here, capfd, arrays, message):
         (here / "log.npz").write_bytes(b"PK\x03\x04 not an archive")
     else:
         np.savez(here / "log.npz", **arrays)
-    outcome = run(capfd, "landings", here / "log.npz", "anymal_b", "--contact", "LF_FOOT")
+    outcome = run(capfd, "recorded", here / "log.npz", "anymal_b", "--contact", "LF_FOOT")
     assert outcome.code == 2
     assert message in outcome.err
 
@@ -1205,7 +1216,7 @@ def test_measured_over_predicted_jumps_hides_no_point():
 CORRUPTED = """
 import io, sys
 import numpy as np, pyarrow, pyarrow.parquet
-from shockpc.recorded.table_files import read_table
+from shockpc.recordings.table_files import read_table
 from pathlib import Path
 table = pyarrow.table({"q": [0.1, None, 0.3], "contact": ["a", "b", None]})
 out = io.BytesIO()
@@ -1238,7 +1249,7 @@ def test_an_inertia_that_is_singular_in_double_precision_has_no_energy(capfd, he
         '<mimic joint="knee" multiplier="0.5"/></joint></robot>'
     )
     (here / "log.csv").write_text("contact,q_knee,before_knee,vz,after_knee\nshin,0.1,0,-1,0.5\nshin,0.2,0.1,-1,0.5\n")
-    outcome = run(capfd, "landings", "log.csv", "heavy.urdf", "--format", "json")
+    outcome = run(capfd, "recorded", "log.csv", "heavy.urdf", "--format", "json")
     assert outcome.code == 0, outcome.err
     agreement = {row["statistic"]: row["value"] for row in json.loads(outcome.out)["tables"]["measured"]}
     assert agreement["error (energy)"] is None

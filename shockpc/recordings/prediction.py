@@ -23,8 +23,8 @@ from shockpc.landing.places import Place, body_places
 from shockpc.landing.scene import Scene
 from shockpc.landing.selection_matrix import free_columns
 from shockpc.quantities.selection import select, selections
-from shockpc.recorded.landings import RecordedLandings
-from shockpc.recorded.rows import Measured, RecordedRows
+from shockpc.recordings.landings import RecordedLandings
+from shockpc.recordings.rows import Measured, RecordedRows
 from shockpc.robot.robot import Robot
 from shockpc.text.errors import DefectError, ShockError, StudyError
 
@@ -141,7 +141,7 @@ def coordinate(measured: Measured, robot: Robot) -> int:
 
 
 def energy_roots(W: Array, chosen: np.ndarray) -> Array:
-    """Matrices R (n, k, k): ‖R δ‖² is the least ΔᵀHΔ of all motions Δ in which some velocities jump by δ.
+    """Matrices R (n, k, k): ‖R δ‖² is the smallest ΔᵀHΔ of all motions Δ in which some velocities jump by δ.
 
     Args:
         W: (n, nv, nv) mobilities.
@@ -153,7 +153,7 @@ def energy_roots(W: Array, chosen: np.ndarray) -> Array:
 
 
 def energy_norms(W: Array, coordinates: Array, jumps: Array) -> Array:
-    """√(ΔᵀHΔ) (n,), the least for whatever Δ there is where none was measured [√J].
+    """√(ΔᵀHΔ) (n,), the smallest for whatever Δ there is where none was measured [√J].
 
     Args:
         W: (n, nv, nv) mobilities.
@@ -205,7 +205,7 @@ class Predictor:
         rows: the landings.
         robot: their robot.
         unknowns: the quantities.
-        measured: what was measured, velocities alone.
+        measured: what was measured, only velocities.
     """
 
     rows: RecordedRows = field(repr=False)

@@ -2,7 +2,7 @@
 
 Joint positions (JOINT or q_JOINT) and rates (before_JOINT or qd_JOINT), base attitude (qw … qz, or roll, pitch, yaw) and position
 (x, y, z), its velocity (vx …) and angular velocity (wx …) in world axes or, with _body, in those of the base; vx@FRAME … is the
-velocity of a contact, where it is not empty; effort_JOINT the torque of a motor, which counts on contacts of finite stiffness;
+velocity of a contact, where it is not empty; effort_JOINT the torque of a motor, for contacts of finite stiffness;
 after_… is measured after the impact. Arrays qpos and qvel are MuJoCo's, the arrays name, position, velocity and effort those of
 ROS's JointState.
 """

@@ -16,10 +16,10 @@ WINDOW, FEWEST = 6e-3, 3
 """Time [s] and samples that a line is fitted to, whichever is longer."""
 
 WIDEST = 25e-3
-"""The same at most, where the heights are so noisy that the least jump would not be significant [s]."""
+"""The same at most, where the heights are so noisy that the smallest jump would not be significant [s]."""
 
 LEAST_JUMP, SIGNIFICANT = 0.15, 5.0
-"""Least jump of a slope that is a kink [m/s]; and in standard deviations, by the noise of the heights."""
+"""Smallest jump of a slope that is a kink [m/s]; and in standard deviations, by the noise of the heights."""
 
 STILL_FALLING = 0.5
 """Share of the slope before a kink that may be left after it."""

@@ -1,3 +1,3 @@
-"""`shockpc landings`."""
+"""`shockpc recorded`."""
 
 HEADING, SUMMARY = "Data", "Compute recorded landings, and compare what was measured."

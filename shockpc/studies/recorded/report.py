@@ -7,12 +7,12 @@ import numpy as np
 from shockpc.evaluation.columns import Column as Computed
 from shockpc.evaluation.table import Table
 from shockpc.quantities.shock_profile import ShockProfile
-from shockpc.recorded.landings import CLOSED_BY, RATES_BY, RecordedLandings
+from shockpc.recordings.landings import CLOSED_BY, RATES_BY, RecordedLandings
 from shockpc.show.header import JOINT_MODELS
 from shockpc.show.report import Picture, Report, Section, picture_files
 from shockpc.show.tables import Column, Lines, Row, Sheet
 from shockpc.show.wording import LEFT_OUT, count, proof_lines, robot_line, shown_as, without_value
-from shockpc.studies.landings.study import FEWEST, STATISTICS, Validation
+from shockpc.studies.recorded.study import FEWEST, STATISTICS, Validation
 from shockpc.text.printed import cause_lines, causes, few
 
 ROWS = 10
@@ -23,8 +23,8 @@ MESSAGES = 5
 
 MEASURED_NOTES = (
     "r: correlation; slope: of the regression of measured on predicted jumps; error: median over the landings of "
-    "‖predicted − measured‖ / ‖measured‖; (energy): in the norm √(ΔᵀHΔ) of the landing's inertia, in which velocities of all units "
-    "count by their kinetic energy, those that were not measured by the least that is possible",
+    "‖predicted − measured‖ / ‖measured‖; (energy): in the norm √(ΔᵀHΔ) of the landing's inertia, which weighs velocities of all "
+    "units by their kinetic energy; those that were not measured have the smallest one that is possible",
     "skill: 1 − Σ(predicted − measured)² / Σ measured², against no jump; (mean): against the mean of the other landings; "
     "below 0 is worse than these",
     "n: landings that were measured and predicted, of which the others of the row are; low, high: 95 % interval, by drawing "
@@ -33,7 +33,7 @@ MEASURED_NOTES = (
 )
 
 
-def landings_report(
+def recorded_report(
     table: str,
     landings: RecordedLandings,
     results: Table,
@@ -59,19 +59,19 @@ def landings_report(
             yield Picture(
                 "measured",
                 "measured over predicted jumps",
-                "studies.landings.figure:draw_validation",
+                "studies.recorded.figure:draw_validation",
                 (landings, validation),
             )
             yield agreement_sheet(validation, full)
         yield _extents(landings, results)
-        yield Picture("landings", "distributions of the results", "studies.landings.figure:draw_landings", (landings, results))
+        yield Picture("recorded", "distributions of the results", "studies.recorded.figure:draw_recorded", (landings, results))
         yield _shown_rows(landings, results, order, rank).largest(None if full else ROWS, "landing")
 
     sheets = {"landings": lambda: _rows(landings, results, order), "quantities": lambda: _extents(landings, results)}
     if validation is not None:
         sheets["measured"] = lambda: agreement_sheet(validation, full=True)
     return Report(
-        name="landings",
+        name="recorded",
         title=f"Landings of {table}",
         body=body,
         lead=2,
@@ -113,7 +113,7 @@ def _extents(landings: RecordedLandings, results: Table) -> Sheet:
         extent = np.quantile(known, (0.0, 0.5, 0.95, 1.0)).tolist() if known.size else [None] * 4
         rows.append((column.name, column.unit, *extent, str(landings.table.names[worst[0]]) if worst else None))
     percentile = Column("percentile_95", "95 %")
-    return Sheet("quantities", ("quantity", "unit", "least", "median", percentile, "greatest", "worst in landing"), rows)
+    return Sheet("quantities", ("quantity", "unit", "minimum", "median", percentile, "maximum", "worst in landing"), rows)
 
 
 def _rows(study: RecordedLandings, results: Table, order: Sequence[int]) -> Sheet:

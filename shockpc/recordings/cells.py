@@ -6,7 +6,7 @@ from typing import Any
 import numpy as np
 
 from shockpc.core.spatial import Array
-from shockpc.recorded.table_files import number
+from shockpc.recordings.table_files import number
 from shockpc.text.arguments import LARGEST_NUMBER
 from shockpc.text.errors import StudyError
 

@@ -7,20 +7,20 @@ import numpy as np
 from matplotlib.figure import Figure
 
 from shockpc.evaluation.table import Table
-from shockpc.recorded.landings import RecordedLandings
+from shockpc.recordings.landings import RecordedLandings
 from shockpc.show.figure.style import CURVES, INK, MARKERS, histogram, new_chart
 from shockpc.show.wording import count, robot_name
-from shockpc.studies.landings.study import ALL, FEWEST, Agreement, Validation
+from shockpc.studies.recorded.study import ALL, FEWEST, Agreement, Validation
 from shockpc.text.printed import printable
 
 MOST_PANELS, WORST, BINS = 8, 3, 60
 """Distributions of one figure, landings that are named beside each, and its most bins."""
 
 FRAME_REACH = 1.4
-"""Half the width of the frame of a comparison, in greatest measured jumps; predictions beyond it are arrows on its edge."""
+"""Half the width of the frame of a comparison, in largest measured jumps; predictions beyond it are arrows on its edge."""
 
 
-def draw_landings(study: RecordedLandings, results: Table) -> Figure:
+def draw_recorded(study: RecordedLandings, results: Table) -> Figure:
     """Draw how often a value of each column occurs, and the worst landings beside it by name and value."""
     known = [(column, values[np.isfinite(values)]) for column in results.main for values in [results.columns[column.name]]]
     shown = [(column, values) for column, values in known if values.size][:MOST_PANELS]

@@ -9,8 +9,8 @@ from shockpc.core.spatial import Array
 from shockpc.landing.landing import PosedLanding
 from shockpc.landing.motion import Motion
 from shockpc.landing.posture import set_many, settable_joints
-from shockpc.recorded.cells import RowMessages, empty_cells, numbers, unit_quaternions
-from shockpc.recorded.column_names import CONTACT_VELOCITY, REMARKS, ColumnName, column_name, twice
+from shockpc.recordings.cells import RowMessages, empty_cells, numbers, unit_quaternions
+from shockpc.recordings.column_names import CONTACT_VELOCITY, REMARKS, ColumnName, column_name, twice
 from shockpc.robot.elements import Joint
 from shockpc.robot.mjcf import qpos_order, qvel_order
 from shockpc.robot.robot import Robot

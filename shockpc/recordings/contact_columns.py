@@ -12,8 +12,8 @@ from shockpc.landing.contact import contacts_like, landing_frames
 from shockpc.landing.landing import PosedLanding
 from shockpc.landing.resolve import with_definite_contacts
 from shockpc.landing.scene import Contact, Scene
-from shockpc.recorded.cells import RowMessages, empty_cells, numbers
-from shockpc.recorded.column_names import FRICTION
+from shockpc.recordings.cells import RowMessages, empty_cells, numbers
+from shockpc.recordings.column_names import FRICTION
 from shockpc.robot.robot import Robot
 from shockpc.text.errors import ShockError, StudyError
 

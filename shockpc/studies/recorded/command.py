@@ -1,4 +1,4 @@
-"""`shockpc landings`: the landings of a table, and measured jumps against predicted ones."""
+"""`shockpc recorded`: the landings of a table, and measured jumps against predicted ones."""
 
 import dataclasses
 import sys
@@ -20,11 +20,11 @@ from shockpc.landing.record import options_of
 from shockpc.landing.resolve import landing_of
 from shockpc.landing.scene import Scene
 from shockpc.landing.scene_file import scene_text
-from shockpc.recorded.landings import recorded_landings
-from shockpc.recorded.reader import rows_of
-from shockpc.studies.landings.report import landings_report
-from shockpc.studies.landings.study import compare_measured, refuse_unused
-from shockpc.studies.landings.study import landings as study
+from shockpc.recordings.landings import recorded_landings
+from shockpc.recordings.reader import rows_of
+from shockpc.studies.recorded.report import recorded_report
+from shockpc.studies.recorded.study import compare_measured, refuse_unused
+from shockpc.studies.recorded.study import recorded as study
 from shockpc.text.errors import DefectError, ShockError, StudyError
 
 _in_table, _in_joints = group("Table"), group(options_of(Joints)["model"].heading)
@@ -34,7 +34,7 @@ PAGE_LANDINGS = 8
 
 
 @command(**help_of(study))
-def landings(
+def recorded(
     *,
     table: Path = argument("A table of landings: .csv, .parquet or .npz.", "TABLE", path),
     robot: str | None = ROBOT,
@@ -59,7 +59,7 @@ def landings(
     if table.is_dir():
         raise StudyError(f'"{table}" is a folder, not a table of landings; for a folder of scenes: shockpc batch {table}/*.toml')
     if robot is None:
-        raise StudyError(f"a table needs a robot: shockpc landings {table} ROBOT --contact …")
+        raise StudyError(f"a table needs a robot: shockpc recorded {table} ROBOT --contact …")
     columns, loaded, scene = table_and_scene(table, robot, options, renames)
     modelled: dict[str, Scene] = {model: dataclasses.replace(scene, joints=with_model(scene.joints, model)) for model in models}
     if models[1:]:
@@ -95,5 +95,5 @@ def landings(
                 worst[name] = source.profile(i)
             except ShockError as error:
                 print_error(f'landing "{name}" is not in report.html: {error}')
-        emit(landings_report(str(table), source, results, ranked, comparison, worst), output)
+        emit(recorded_report(str(table), source, results, ranked, comparison, worst), output)
     return exit_code(len(results.messages), len(results), run.strict, (*results.defects, *defects))

@@ -15,10 +15,10 @@ from shockpc.landing.record import Option
 from shockpc.landing.scene import Scene
 from shockpc.landing.scene_file import scene_of
 from shockpc.quantities.selection import select
-from shockpc.recorded.landings import RecordedLandings, recorded_landings, robot_of_table, rows_of_table
-from shockpc.recorded.prediction import base_in_world, coordinate, energy_norms, mobilities, predicted_later, predicting
-from shockpc.recorded.rows import Measured, RecordedRows
-from shockpc.recorded.table_files import columns_of
+from shockpc.recordings.landings import RecordedLandings, recorded_landings, robot_of_table, rows_of_table
+from shockpc.recordings.prediction import base_in_world, coordinate, energy_norms, mobilities, predicted_later, predicting
+from shockpc.recordings.rows import Measured, RecordedRows
+from shockpc.recordings.table_files import columns_of
 from shockpc.robot.robot import Robot
 from shockpc.text.errors import StudyError
 
@@ -38,7 +38,7 @@ STATISTICS = ("r", "slope", "error", "error (energy)", "skill", "skill (mean)")
 """Names of the statistics."""
 
 ALL = "all velocities"
-"""The group of all velocities, which have different units: it has an error in the energy norm alone."""
+"""The group of all velocities, which have different units: it has only an error in the energy norm."""
 
 INTERVAL = (2.5, 97.5)
 """Percentiles of its intervals."""
@@ -52,14 +52,14 @@ class Agreement(NamedTuple):
         time: after the touchdown [ms]; None where no time is given.
         name: of the quantity, or of the group of quantities of one unit, which are taken together.
         unit: of the values.
-        group: whether it is a group, which may have one quantity alone.
+        group: whether it is a group, which may have only one quantity.
         measured: (n, k) jumps of k quantities in n landings; NaN where one was not measured.
         predicted: (n, k) the same, predicted.
         statistics: each with its bootstrap interval: (value, low, high) by name; of fewer than `FEWEST` landings there is neither
             an interval nor "r". "r" is the correlation, "slope" that of the regression of measured on predicted; "error" the median
             over the landings of ‖predicted − measured‖ / ‖measured‖,
             "error (energy)" that in the norm √(ΔᵀHΔ) of the landing's inertia H, which needs no choice of units (velocities that
-            were not measured are those with which it is least); "skill" 1 − Σ(predicted − measured)² / Σ measured², against the
+            were not measured are those that minimise it); "skill" 1 − Σ(predicted − measured)² / Σ measured², against the
             prediction of no jump; "skill (mean)" the same against the mean of the other landings.
         n: number of landings that were measured and predicted, of which the statistics are.
     """
@@ -88,19 +88,19 @@ class Validation(NamedTuple):
 
 
 @study(
-    "shockpc landings log.csv anymal_b --contact LF_FOOT --rank delta_v@imu_link",
-    "shockpc landings log.csv anymal_b --contact LF_FOOT --pulse half-sine:5ms --rank peak_g@imu_link --out landings/",
+    "shockpc recorded log.csv anymal_b --contact LF_FOOT --rank delta_v@imu_link",
+    "shockpc recorded log.csv anymal_b --contact LF_FOOT --pulse half-sine:5ms --rank peak_g@imu_link --out recorded/",
     more=(
         "A row is a touchdown (CSV, Parquet, NPZ). Columns: joint positions JOINT or "
         "q_JOINT and rates before_JOINT or qd_JOINT [rad, m]; the base's qw qx qy qz or roll pitch yaw, x y z, velocity vx vy vz "
         "and angular velocity wx wy wz in world axes, with _body in body axes; contact (A+B), stance (feet that stand, A+B), "
         "vx@FRAME vy@FRAME vz@FRAME of a contact whose velocity is not that of the robot's motion (empty where it is), friction, "
         "name, time. _deg at the end of a name means degrees. Arrays qpos and qvel are MuJoCo's, name, position and velocity "
-        "ROS's. What is missing is the scene's."
-        " Columns after_JOINT, after_vx and after_KEY@PLACE, or after6ms_… with a time, are compared with the prediction."
+        "ROS's. What the table lacks is taken from the scene. "
+        "Columns after_JOINT, after_vx and after_KEY@PLACE, or after6ms_… with a time, are compared with the prediction."
     ),
 )
-def landings(
+def recorded(
     table: str | os.PathLike[str] | Mapping[str, Any] | Table,
     scene: Scene | str,
     quantities: QuantityOption = (),

@@ -15,10 +15,10 @@ from shockpc.landing.landing import PosedLanding
 from shockpc.landing.resolve import landing_of
 from shockpc.landing.scene import Contact, Scene
 from shockpc.landing.strike import GRAVITY
-from shockpc.recorded.column_names import column_name
-from shockpc.recorded.detection import FEWEST, noise, slope_noise
-from shockpc.recorded.logs import Log
-from shockpc.recorded.reader import rows_of
+from shockpc.recordings.column_names import column_name
+from shockpc.recordings.detection import FEWEST, noise, slope_noise
+from shockpc.recordings.logs import Log
+from shockpc.recordings.reader import rows_of
 from shockpc.robot.feet_and_sensors import each_foot
 from shockpc.robot.robot import Robot
 from shockpc.text.printed import listed
@@ -34,7 +34,7 @@ CHUNK = 4096
 """Samples whose kinematics are computed together."""
 
 LAG, LEAST_LAG, ALIKE = 20e-3, 1e-3, 0.9
-"""Longest lag of a rate that is looked for, and the least that is one [s]; and the least correlation at it."""
+"""Longest lag of a rate that is looked for, and the smallest that is one [s]; and the smallest correlation at it."""
 
 MOST_SAMPLES = 20_000
 """Samples in which lags and noise are looked for."""
@@ -223,7 +223,7 @@ def watched_motion(log: Log, scene: Scene, robot: Robot, frames: Sequence[str] |
     """The motion of a robot and of what may touch down: some frames, or all feet and the contacts of the scene.
 
     A contact of the scene stands for the foot of its body. Where the log lacks what the heights of the other feet follow from, the
-    scene's contacts are watched alone.
+    scene's contacts only are watched.
     """
     given = {contact.frame: contact for contact in scene.contact}
     if frames is not None:

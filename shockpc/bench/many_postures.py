@@ -1,0 +1,230 @@
+"""Many postures: the batched path against loops over Pinocchio and MuJoCo, and against the same landings in symbols."""
+
+import ctypes
+import math
+import shutil
+import subprocess
+import tempfile
+from collections.abc import Callable, Sequence
+from functools import partial
+from pathlib import Path
+from typing import TypeAlias
+
+import numpy as np
+import pinocchio as pin
+
+from shockpc import ShockMaps, StudyError, shock_maps, symbolic
+from shockpc.bench.cases import chain, known_robot, landing
+from shockpc.bench.measure import cost
+from shockpc.bench.methods import Prepared, System, UnsuitedError, system_of
+from shockpc.bench.mujoco_peer import batch_in_mujoco
+from shockpc.core.program import BLOCK
+from shockpc.core.spatial import Array
+from shockpc.evaluation.symbolic import ACCURACY, SymbolicLanding
+from shockpc.profile import ILL_CONDITIONED
+from shockpc.show.tables import Cell, Column, Sheet
+from shockpc.studies.export.code import Samples, code_files
+
+STRUCK = {
+    "anymal_b": "LF_FOOT",
+    "talos": "left_sole_link",
+    "chain of 100 links": "link0",
+    "hyq": "lf_foot",
+    "go2": "FL_foot",
+    "g1": "left_ankle_roll_link",
+}
+"""Robots and the frame that strikes."""
+
+MANY_POSTURES = 512
+"""Postures of each robot for the peers."""
+
+IN_SYMBOLS = ("anymal_b", "go2", "g1")
+"""Robots whose landings are computed in symbols."""
+
+WITH_DERIVATIVES = 256
+"""Postures in which maps have derivatives, which take much memory."""
+
+Way: TypeAlias = Callable[[System, Array], Prepared]
+"""Makes what computes a landing in postures (N, nq) ready; raises `UnsuitedError` or `StudyError` where it cannot."""
+
+
+def many_system(name: str) -> System:
+    """The landing of a robot of `STRUCK`, in one posture."""
+    robot = chain(np.ones(100), np.full(100, 0.05)) if name.startswith("chain") else known_robot(name)
+    return system_of(*landing(robot, STRUCK[name]))
+
+
+def random_postures(system: System, n: int) -> Array:
+    """Random postures (n, nq) around the scene's: every joint, and the base, rotated by about 20°."""
+    steps = 0.35 * np.random.default_rng(20).normal(size=(n, system.model.nv))
+    steps[:, :3] = 0.0
+    return np.stack([pin.integrate(system.model, system.landing.q, step) for step in steps])
+
+
+def _bare_loop(system: System, Q: Array) -> Prepared:
+    """The shortest loop in Pinocchio: a frame's Jacobian and impulseDynamics for one direction; joint velocities alone."""
+    model, data, velocity = system.model, system.model.createData(), system.landing.before.velocity
+    frame = model.getFrameId(system.landing.scene.contact[0].frame)
+    out, before = np.empty((len(Q), model.nv)), np.zeros((len(Q), model.nv))
+    before[:, :3] = [pin.Quaternion(q[3:7]).matrix().T @ velocity for q in Q]
+
+    def run() -> Array:
+        for k, (q, v) in enumerate(zip(Q, before, strict=True)):
+            pin.crba(model, data, q)
+            J = pin.computeFrameJacobian(model, data, q, frame, pin.LOCAL_WORLD_ALIGNED)[:3]
+            out[k] = pin.impulseDynamics(model, data, v, J, 0.0, 0.0)
+        return out
+
+    def read(after: Array) -> Array:
+        return np.array([system.jumps(system.motions(data, v, q)) for q, v in zip(Q, after - before, strict=True)])[..., None]
+
+    return Prepared(run, read)
+
+
+def _batched(system: System, Q: Array) -> Prepared:
+    """The batched path of the package; its maps are in world axes."""
+
+    def read(result: ShockMaps) -> Array:
+        maps = result.maps.reshape(len(Q), -1, 2, 3, 3)
+        return (np.swapaxes(result.rotation, -1, -2)[:, :, None] @ maps).reshape(len(Q), -1, 6, 3)
+
+    return Prepared(lambda: shock_maps(system.landing, Q), read)
+
+
+PEERS: dict[str, Way] = {
+    "Pinocchio in a Python loop: 1 direction, joint velocities": _bare_loop,
+    "shockpc, batched: 3 directions, all bodies": _batched,
+    "MuJoCo in a Python loop: 3 directions, all bodies": batch_in_mujoco,
+}
+"""Run times are compared with that of the first; what is read are jumps."""
+
+
+def _compared(
+    robots: Sequence[str],
+    ways: dict[str, Way],
+    n: int,
+    expected: Callable[[System, Array], Callable[[Array], Array]],
+    budget: float,
+) -> Sheet:
+    """Results of several ways in many postures, and their run times against that of the first.
+
+    Args:
+        robots: of `STRUCK`.
+        ways: by name.
+        n: number of postures.
+        expected: makes of a system and postures what says what should be read, which has the shape of what is.
+        budget: for each clock [s].
+    """
+    rows: list[tuple[Cell, ...]] = []
+    for name in robots:
+        system = many_system(name)
+        Q, first = random_postures(system, n), math.nan
+        right = expected(system, Q)
+        for way, prepare in ways.items():
+            try:
+                prepared = prepare(system, Q)
+            except (UnsuitedError, StudyError) as reason:
+                rows.append((name, way, None, None, None, str(reason)))
+                continue
+            found = prepared.read(prepared.run())
+            seconds, same = cost(prepared.run, budget, len(found)), right(found)
+            first = seconds if math.isnan(first) else first
+            off, size = (np.abs(numbers).reshape(len(found), -1).max(axis=1) for numbers in (found - same, same))
+            rows.append((name, way, seconds, seconds / first, float(np.max(off / size)), None))
+    off_by = Column("difference", "difference", "-", zero=0.0)
+    return Sheet("", ("robot", "method", "per posture [µs]", "× Pinocchio loop [-]", off_by, "remark"), rows)
+
+
+def many_postures(budget: float) -> Sheet:
+    """The batched path and its peers. Args: budget for each clock [s]."""
+
+    def expected(system: System, Q: Array) -> Callable[[Array], Array]:
+        batched, velocity = _batched(system, Q), system.landing.before.velocity
+        maps = batched.read(batched.run())
+        return lambda jumps: maps if jumps.shape[-1] == 3 else (maps @ velocity)[..., None]
+
+    sheet = _compared(("anymal_b", "talos", "chain of 100 links"), PEERS, MANY_POSTURES, expected, budget)
+    return sheet._replace(title="many postures", notes=("difference: from the batched path, relative to the fastest body",))
+
+
+def _loop_to_shocks(system: System, Q: Array) -> Prepared:
+    loop, speed = _bare_loop(system, Q), np.linalg.norm(system.landing.before.velocity)
+    return loop._replace(read=lambda after: np.linalg.norm(loop.read(after)[..., 3:, 0], axis=-1) / speed)
+
+
+def _maps(derivatives: bool, system: System, Q: Array) -> Prepared:
+    Q = Q[:WITH_DERIVATIVES] if derivatives else Q
+    names = [body.name for body in system.landing.robot.bodies]
+    return Prepared(
+        partial(shock_maps, system.landing, Q, derivatives), lambda maps: np.stack([maps.shock(name) for name in names], axis=1)
+    )
+
+
+def _symbols(bodies: int | None, system: System) -> SymbolicLanding:
+    """The shock of so many bodies, or of all, in symbols."""
+    robot = system.landing.robot
+    return symbolic(system.landing.scene, [f"shock@{body.name}" for body in robot.bodies[:bodies]], robot=robot)
+
+
+def _in_numpy(bodies: int | None, system: System, Q: Array) -> Prepared:
+    symbols = _symbols(bodies, system)
+    return Prepared(partial(symbols.value, Q), lambda found: np.stack(list(found.values())[: -len(ACCURACY)], axis=1))
+
+
+def _slope_in_numpy(system: System, Q: Array) -> Prepared:
+    return Prepared(partial(_symbols(1, system).slopes, Q), lambda found: np.stack(list(found[0].values()), axis=1))
+
+
+LOOP = """#include "landing.h"
+void many(long n, const double *q, const double *strike, double *out)
+{
+    for (long k = 0; k < n; k++)
+        landing(q + k * %d, strike, out + k * LANDING_OUTPUTS);
+}
+"""
+
+
+def _in_c(bodies: int | None, system: System, Q: Array) -> Prepared:
+    """The code that `shockpc export` writes, compiled."""
+    if not shutil.which("cc"):
+        raise UnsuitedError("cc is not installed")
+    program, nq, strike = _symbols(bodies, system).program, Q.shape[1], system.landing.before.velocity
+    m = len(program.outputs) - len(ACCURACY)
+    names = [f"number_{k}" for k in range(m + len(ACCURACY))]
+    untested = Samples(np.zeros((1, nq + 3)), np.zeros((1, m)), np.ones(m))
+    files = code_files("c", program, {"q": nq, "strike": 3}, names, (), ILL_CONDITIONED, untested)
+    with tempfile.TemporaryDirectory() as folder:
+        for name, text in {**files, "many.c": LOOP % nq}.items():
+            Path(folder, name).write_text(text, encoding="utf-8")
+        compiler = ("cc", "-std=c99", "-O1", "-fPIC", "-shared", "-o", "landing.so", "landing.c", "many.c", "-lm")
+        subprocess.run(compiler, cwd=folder, check=True)
+        many, out = ctypes.CDLL(f"{folder}/landing.so").many, np.empty((len(Q), len(names)))
+    arrays = np.ascontiguousarray(Q), strike.copy(), out
+    many.argtypes = (ctypes.c_long, *[np.ctypeslib.ndpointer(float, flags="C_CONTIGUOUS")] * 3)
+    return Prepared(lambda: many(len(Q), *arrays), lambda _: out[:, :m])
+
+
+WAYS: dict[str, Way] = {
+    "Pinocchio in a Python loop: 1 direction, joint velocities": _loop_to_shocks,
+    "shock_maps: 3 directions, all bodies": partial(_maps, False),
+    "shock_maps with derivatives": partial(_maps, True),
+    "symbols in NumPy: shock of all bodies": partial(_in_numpy, None),
+    "symbols in NumPy: one shock": partial(_in_numpy, 1),
+    "symbols in NumPy: one shock with its gradient": _slope_in_numpy,
+    "code in C: shock of all bodies": partial(_in_c, None),
+    "code in C: one shock": partial(_in_c, 1),
+}
+"""What is read are shocks of the first bodies."""
+
+
+def in_symbols(budget: float) -> Sheet:
+    """Maps, and numbers of the same landings in symbols. Args: budget for each clock [s]."""
+
+    def expected(system: System, Q: Array) -> Callable[[Array], Array]:
+        maps = _maps(False, system, Q)
+        shocks = maps.read(maps.run())
+        return lambda found: shocks[: len(found), : found.shape[1]]
+
+    sheet = _compared(IN_SYMBOLS, WAYS, BLOCK, expected, budget)
+    note = f"{BLOCK} postures, {WITH_DERIVATIVES} of them with derivatives of maps; difference: of shocks, from shock_maps"
+    return sheet._replace(title="landings in symbols", notes=(note,))
