@@ -7,6 +7,7 @@ import pytest
 from robot_texts import arm, refused
 
 from shockpc import RobotError
+from shockpc.robot import reading
 from shockpc.robot.catalogue import data_folder
 from shockpc.robot.formats import read_source
 from shockpc.robot.reading import open_folders
@@ -102,6 +103,22 @@ def test_meshes_are_found_by_their_names(tmp_path: Path):
         "package://dog/tail.stl",
     )
     refused(RobotError, ["--meshes DIR", "nowhere"], open_folders, tmp_path / "robot" / "dog.urdf", {"*": "nowhere"})
+
+
+def test_files_are_read_while_another_thread_asks_whether_they_changed(tmp_path: Path, monkeypatch: pytest.MonkeyPatch):
+    """Quantities read the meshes of a robot late, which many threads may share."""
+    folders = open_folders(tmp_path / "robot" / "dog.urdf", {})
+    for name in "ab":
+        folders.note(tmp_path / name)
+    state = reading._state
+
+    def read_more(path: Path, whole: bool):
+        folders.seen[path / "more"] = None
+        return state(path, whole)
+
+    monkeypatch.setattr(reading, "_state", read_more)
+    assert folders.unchanged()
+    assert len(folders.seen) == 4
 
 
 @pytest.mark.parametrize("entry", ["ws2", "ws2/parts", ".", None])

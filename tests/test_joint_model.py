@@ -16,7 +16,7 @@ from trees import known_robot, robot_from
 from shockpc import Contact, Joints, RobotError, Rotor, Scene, SceneError, Strike, shock_profile
 from shockpc.landing.dynamics import dynamics
 from shockpc.landing.joint_model import joint_model
-from shockpc.show.wording import header_lines
+from shockpc.show.header import header_lines
 
 FRONT = tuple(Contact(frame=foot) for foot in ("FL_foot", "FR_foot"))
 FREE, LOCKED = Joints(model="free"), Joints(model="locked")

@@ -24,6 +24,7 @@ from shockpc.landing.strike import Strike
 from shockpc.paper.landings import scene
 from shockpc.profile import shock_profile
 from shockpc.quantities.selection import select
+from shockpc.studies.limits.scan import still_to_compute, within
 from shockpc.studies.limits.study import limits
 from shockpc.studies.place.study import place
 from shockpc.studies.sensitivity.study import sensitivity
@@ -97,6 +98,19 @@ def test_interval_between_two_samples_is_found():
         coarse = hyq(bound, strikes=(0.0, 0.0), step=math.radians(20.0)).limits[0].allowed
         expected = hyq(bound, strikes=(0.0, 0.0)).limits[0].allowed
         np.testing.assert_allclose([one[:2] for one in coarse], [one[:2] for one in expected], atol=1e-5)
+
+
+def test_the_best_feasible_value_is_found_beside_a_better_one_that_is_not():
+    """Of minima at −1.03 and 1.07 between samples, far from the bound, the second is sought where the first is not feasible."""
+
+    def number(x):
+        return np.minimum(0.4 + (x + 1.03) ** 2, 0.5 + (x - 1.07) ** 2)
+
+    x = np.linspace(-2.0, 2.0, 33)
+    for _ in range(6):
+        x = np.unique([*x, *still_to_compute(x, number(x), within(x, [(0.5, 2.0)]), 1e-9)])
+    assert number(x).min() == pytest.approx(0.4, abs=1e-12)
+    assert number(x[x > 0.5]).min() == pytest.approx(0.5, abs=1e-12)
 
 
 def test_most_severe_strike_of_each_posture():

@@ -30,7 +30,7 @@ from shockpc.landing.dynamics import dynamics
 from shockpc.landing.posture import configuration, outside_limits, reference_name
 from shockpc.landing.scene_file import scene_text
 from shockpc.robot.feet_and_sensors import STANDING
-from shockpc.show.wording import posture_text
+from shockpc.show.header import posture_text
 from shockpc.studies.analyze.report import document
 
 ANGLES = st.floats(-180.0, 180.0)

@@ -12,7 +12,7 @@ from trees import robot_from
 
 from shockpc import Contact, Posture, Scene, SolveError, Strike, resolve, shock_maps, shock_profile
 from shockpc.robot.rounding import rounding_of
-from shockpc.show.wording import header_lines
+from shockpc.show.header import header_lines
 from shockpc.studies.analyze.report import landing_report
 
 WIDE = '<limit lower="-5" upper="5" effort="1" velocity="1"/>'

@@ -347,35 +347,53 @@ def test_effective_mass_of_a_pendulum():
     compare_with_closed_form(study, mass, values, names)
 
 
+def rate_of_chain(m0, c0, i0, m1, c1, i1, a0, a1, theta0, theta1, strike):
+    """Jump of the second joint of two links, Δq̇ = H⁻¹ Jᵀ v / (J H⁻¹ Jᵀ) (Siciliano et al. 2009, Section 7.3.2)."""
+    cross = m1 * 0.4 * c1 * np.cos(theta1)
+    about_joint = i1 + m1 * c1**2
+    H = np.array(
+        [
+            [i0 + m0 * c0**2 + about_joint + m1 * 0.4**2 + 2 * cross + a0, about_joint + cross],
+            [about_joint + cross, about_joint + a1],
+        ]
+    )
+    J = np.array([0.4 * np.cos(theta0) + 0.35 * np.cos(theta0 + theta1), 0.35 * np.cos(theta0 + theta1)])
+    X = np.linalg.solve(H, J)
+    return (X / (J @ X))[1] * np.cos(strike)
+
+
+CHAIN = {
+    "m0": 3.0, "c0": 0.15, "i0": 0.04, "m1": 1.0, "c1": 0.2, "i1": 0.02, "a0": 0.01, "a1": 0.01, "theta0": 0.4, "theta1": -1.1,
+    "strike": math.radians(20.0),
+}  # fmt: skip
+CHAIN_SCENE = Scene(
+    robot="m", contact=(Contact(frame="tip", directions=("z",)),), posture=Posture(joints={"j0": 0.4, "j1": -1.1}),
+    strike=Strike(strike_angle_deg=20.0),
+)  # fmt: skip
+
+
 def test_jump_of_a_chain_of_two_links():
-    """Δq̇ = H⁻¹ Jᵀ v / (J H⁻¹ Jᵀ) with H of a double pendulum (Siciliano et al. 2009, Section 7.3.2)."""
-
-    def rate(m0, c0, i0, m1, c1, i1, a0, a1, theta0, theta1, strike):
-        cross = m1 * 0.4 * c1 * np.cos(theta1)
-        about_joint = i1 + m1 * c1**2
-        H = np.array(
-            [
-                [i0 + m0 * c0**2 + about_joint + m1 * 0.4**2 + 2 * cross + a0, about_joint + cross],
-                [about_joint + cross, about_joint + a1],
-            ]
-        )
-        J = np.array([0.4 * np.cos(theta0) + 0.35 * np.cos(theta0 + theta1), 0.35 * np.cos(theta0 + theta1)])
-        X = np.linalg.solve(H, J)
-        return (X / (J @ X))[1] * np.cos(strike)
-
-    values = {
-        "m0": 3.0, "c0": 0.15, "i0": 0.04, "m1": 1.0, "c1": 0.2, "i1": 0.02, "a0": 0.01, "a1": 0.01, "theta0": 0.4, "theta1": -1.1,
-        "strike": math.radians(20.0),
-    }  # fmt: skip
-    scene = Scene(
-        robot="m", contact=(Contact(frame="tip", directions=("z",)),), posture=Posture(joints={"j0": 0.4, "j1": -1.1}),
-        joints=Joints(armature={"*": 0.01}), strike=Strike(strike_angle_deg=20.0),
-    )  # fmt: skip
+    values, scene, rate = CHAIN, dataclasses.replace(CHAIN_SCENE, joints=Joints(armature={"*": 0.01})), rate_of_chain
     study = sensitivity(scene, "delta_qd@j1", arm(0.35, (3.0, 0.15, 0.04, 0.4), (1.0, 0.2, 0.02, 1.0)))
     kinds = {"m": "point-mass:b", "c": "com-x:b", "i": "inertia-yy:b", "a": "armature:j", "theta": "j"}
     names = {f"{kind}{k}": f"{key}{k}" for key, kind in kinds.items() for k in (0, 1)} | {"strike-angle": "strike"}
     sign = math.copysign(1.0, study.value)
     compare_with_closed_form(study, lambda **x: sign * abs(rate(**values)) / rate(**values) * rate(**x), values, names)
+
+
+@pytest.mark.parametrize("light", [1.0, 1e-4])
+@pytest.mark.parametrize("armature", [0.0, 1e-6])
+@pytest.mark.parametrize("alone", [False, True])
+def test_joints_without_a_rotor_or_with_a_tiny_one(light, armature, alone):
+    """Nothing is below no armature, so that differences are one-sided; the error covers them, of a light second link too."""
+    values = CHAIN | {"m1": light, "i1": 0.02 * light, "a0": armature, "a1": armature}
+    scene = dataclasses.replace(CHAIN_SCENE, joints=Joints(armature={"*": armature} if armature else {}))
+    only = {"vary": {f"armature:j{k}": "0:0.1" for k in (0, 1)}} if alone else {}
+    study = sensitivity(scene, "delta_qd@j1", arm(0.35, (3.0, 0.15, 0.04, 0.4), (light, 0.2, 0.02 * light, 1.0)), **only)
+    sign = math.copysign(1.0, study.value * rate_of_chain(**values))
+    for k in (0, 1):
+        effect, exact = changes(study)[f"armature:j{k}"], sign * exact_derivative(rate_of_chain, values, f"a{k}")
+        assert abs(effect.derivatives[0] - exact) <= effect.error <= 1e-5 * abs(exact)
 
 
 def test_a_lowest_point_that_jumps():

@@ -20,8 +20,9 @@ from trees import robot_from
 from shockpc import Contact, Joints, Point, Posture, Rotor, Scene, Strike, shock_profile
 from shockpc.core.most_severe import ExtremeDirections
 from shockpc.quantities.selection import select
+from shockpc.show.header import header_lines, shared_warnings
 from shockpc.show.tables import Lines, Sheet, as_csv, as_markdown, as_text, escaped, rounded
-from shockpc.show.wording import header_lines, shared_warnings, vector_text
+from shockpc.show.wording import vector_text
 from shockpc.studies.analyze.report import accuracy_line, analyze_report, landing_report
 from shockpc.studies.analyze.sheets import directions_sheet
 from shockpc.studies.analyze.views import contacts_view

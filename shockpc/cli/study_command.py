@@ -182,7 +182,7 @@ def refuse_unasked(
     """
     texts = list(quantities)
     for name, parameter in declaration(study).parameters.items():
-        if (parameter.option.form or "").startswith("KEY") and (value := typed.get(name)):
+        if parameter.option.holds == "quantity" and (value := typed.get(name)):
             texts += [value] if isinstance(value, str) else value
     entries = [select(re.split("@|<=|>=", text)[0].strip()).quantity for text in texts]
     wanted = {
@@ -196,9 +196,9 @@ def refuse_unasked(
 
 
 def _varied(study: Callable[..., Any], typed: Mapping[str, Any], robot: Robot) -> Iterator[tuple[str, str]]:
-    """Kind and target of what varies from landing to landing of a study: in its options NAME=VALUES."""
+    """Kind and target of what varies from landing to landing of a study."""
     for name, parameter in declaration(study).parameters.items():
-        if parameter.option.form == "NAME=VALUES":
+        if parameter.option.holds == "varied":
             for varied in (variation(robot, *pair) for pair in typed[name]):
                 yield from [(varied.kind, varied.target)] * (not varied.factor)
 

@@ -207,12 +207,13 @@ def independent_rows(
     most: int | None = None,
     rounded: float = 0.0,
 ) -> RowChoice:
-    """Find the independent rows of one posture: as many as its rows have singular values above rounding, far from one another.
+    """Rows of one posture from which all others follow, and how impulses along these are distributed over all.
 
-    The rank of J_c H⁻¹ J_cᵀ is that of J_c, because H is positive definite. It follows from the singular values of J_c with
-    columns scaled by lengths and rows to the size of their terms, so that masses decide nothing: a singular value is zero where it
-    is below what the error of these terms can make of a zero. Rows are chosen, not mixtures of them: a mixture of a row of small
-    mobility with one that moves easily would lose digits.
+    They are as many as singular values are above rounding, and are taken far from one another. The rank of J_c H⁻¹ J_cᵀ is that
+    of J_c, because H is positive definite. It follows from the singular values of J_c with columns scaled by lengths and rows to
+    the size of their terms, so that masses decide nothing: a singular value is zero where it is below what the error of these
+    terms can make of a zero. Rows are chosen, not mixtures of them: a mixture of a row of small mobility with one that moves
+    easily would lose digits.
 
     Args:
         J_c: (nc, nv) rows.
@@ -239,20 +240,30 @@ def independent_rows(
     discarded = float(zeros[zeros > UNCERTAIN[1] * TOLERANCE * np.sqrt(count)].max(initial=0.0))
     infeasible, slack = Vt[:0], 0.0
     if rank == most < count and rounded > 0.0:
-        # Of what rounding of the file left nothing may count: neither a row that is all of that, nor its share of others.
-        others, slack = Vt[rank:], max(rounded, float(s[rank]))
-        rounding = moves & (share <= slack) & (np.sum(others**2, axis=0) > 0.5)
-        infeasible = others[(s[rank:] > bound) | np.any(others[:, rounding] ** 2 > 0.5, axis=1)]
-        moves &= ~rounding
-        uncertain = bool(np.any(_near(s[:rank], bound)))
-        scaled = np.where(moves[:, None], scaled - others.T @ (others @ scaled), 0.0)
-        _, s, Vt = np.linalg.svd(scaled.T, full_matrices=False)
+        uncertain, others = bool(np.any(_near(s[:rank], bound))), Vt[rank:]
+        slack = max(rounded, float(s[rank]))
+        left = moves & (share <= slack) & (np.sum(others**2, axis=0) > 0.5)
+        infeasible = others[(s[rank:] > bound) | np.any(others[:, left] ** 2 > 0.5, axis=1)]
+        moves &= ~left
+        scaled, Vt = _without(others, scaled, moves)
     # The impulse along a row is unique where its unit vector lies in the row space.
     unique = ~moves | (np.sum(Vt[:rank] ** 2, axis=0) > 1.0 - 1e-9)
     rows = np.flatnonzero(moves) if rank == moves.sum() else _farthest(scaled.T, rank)
     # In units of its terms every row has the same rounding, so a row of small mobility does not hide others.
     distribution = np.eye(rank) if rank == count else _distribution(scaled * term_size[:, None], moves, size, scale, rows, unique)
     return RowChoice(rows, distribution, unique, uncertain, discarded, infeasible, slack)
+
+
+def _without(others: Array, scaled: Array, moves: np.ndarray) -> tuple[Array, Array]:
+    """Rows (nc, nv) without what rounding of the file left in them, and an orthonormal basis of what they combine (m, nc).
+
+    Args:
+        others: (k, nc) combinations of rows that are nothing else.
+        scaled: (nc, nv) the rows.
+        moves: (nc,) which of them are something else.
+    """
+    rows = np.where(moves[:, None], scaled - others.T @ (others @ scaled), 0.0)
+    return rows, np.linalg.svd(rows.T, full_matrices=False)[2]
 
 
 def _distribution(J: Array, moves: np.ndarray, size: Array, scale: Array, rows: np.ndarray, unique: np.ndarray) -> Array:

@@ -44,6 +44,7 @@ from shockpc.core.spatial import Array
 from shockpc.core.stiff_events import UNFELT, Event, EventKind
 from shockpc.core.stiff_motion import Elements, Segment, StiffMotion
 from shockpc.core.stiff_state import State
+from shockpc.core.stiff_system import system_of
 
 SMALLEST_PIVOT = 1e-7
 """Smallest diagonal entry of the Cholesky factor of M, scaled to a unit diagonal, with which M counts as positive definite."""
@@ -111,7 +112,8 @@ def simulate_landing(
     elements = elements._replace(load=np.broadcast_to(elements.load, len(elements.rows)))
     _check(M, elements, velocity, until, gravity)
     elements = elements._replace(restitution=np.where(np.asarray(elements.damping) > 0.0, 1.0, elements.restitution))
-    state = State(elements, *_coordinates(M, elements.rows), velocity, gravity)
+    system = system_of(elements, *_coordinates(M, elements.rows), velocity, gravity)
+    state = State(system)
     if state.separated:
         raise ValueError("no contact approaches the ground")
     modes, segments, events = state.modes(), list[Segment](), list[Event]()
@@ -140,14 +142,14 @@ def simulate_landing(
         if {event.kind, previous.kind} == {
             EventKind.UNLOADS,
             EventKind.RELOADS,
-        } and time - previous.time < UNDONE_ANGLE / state.fastest:
+        } and time - previous.time < UNDONE_ANGLE / system.fastest:
             events.remove(previous)
         else:
             events.append(event)
-    separated, falling = state.separated, state.falling
     return StiffMotion(
-        elements, modes, tuple(segments), tuple(events), separated, state.to_velocity, state.constant, state.gravity, falling
-    )
+        elements, modes, tuple(segments), tuple(events), state.separated,
+        system.to_velocity, system.constant, system.gravity, system.falling,
+    )  # fmt: skip
 
 
 def _check(M: Array, elements: Elements, velocity: Array, until: float | None, gravity: Array) -> None:
@@ -170,7 +172,7 @@ def _check(M: Array, elements: Elements, velocity: Array, until: float | None, g
 
 
 def _coordinates(M: Array, rows: Array) -> tuple[Array, Array, Array]:
-    """The coordinates u along some rows: W as in `State`, and to_velocity and from_velocity, with u = from_velocity q̇.
+    """The coordinates u along some rows: W as in `System`, and to_velocity and from_velocity, with u = from_velocity q̇.
 
     From M = LLᵀ, scaled to a unit diagonal: they have unit inertia.
     """

@@ -268,10 +268,18 @@ def _lengths(vectors: Array) -> Array:
 
 
 def _peak(outputs: Array, segments: Sequence[Segment], least: Array, effort: Effort) -> tuple[Array, Array]:
-    """As `StiffMotion.peak`, within some segments; zero where they have none above the square root of least (m,).
+    """The largest lengths of m vectors within some segments, and when they are reached; zero of a vector that stays shorter.
 
     Segments and vectors that cannot exceed what is known are left out by the sums of their amplitudes, and the others are halved
     until few samples do: what the first half holds limits what is searched in the second one.
+
+    Args:
+        outputs: (m, k, r) matrices that give the vectors of the forces.
+        segments: one after the other.
+        least: (m,) squared length that is known already.
+        effort: counts what is computed.
+
+    Returns: (m,) lengths and (m,) times.
     """
     (m, k, r), count = outputs.shape, len(segments)
 
@@ -304,19 +312,19 @@ def _peak(outputs: Array, segments: Sequence[Segment], least: Array, effort: Eff
             f"the fastest mode oscillates more than {MOST_SAMPLES // 30} times in {lengths[0]:.3g} s; take the stiffest as rigid"
         )
     effort.spend(int((steps + 1).sum()) * r * (modes + m * k))
-    # Samples of all segments, one after the other, each with both of its ends.
     ends, step = np.cumsum(steps + 1), lengths / steps
-    begins, segment_index = ends - steps - 1, np.repeat(np.arange(count), steps + 1)
-    t = (np.arange(len(segment_index)) - begins[segment_index]) * step[segment_index]
+    begins, of_segment = ends - steps - 1, np.repeat(np.arange(count), steps + 1)
+    # Times after the start of each segment, of samples of all of them one after the other, each with both of its ends.
+    t = (np.arange(len(of_segment)) - begins[of_segment]) * step[of_segment]
     force = [oscillations(t[a:b, None] * rates[i], wave[i]) for i, (a, b) in enumerate(zip(begins, ends, strict=True))]
     square = np.square(np.concatenate(force) @ P.T).reshape(-1, m, k).sum(axis=2)
     sample, vector = np.nonzero(_local_maxima(square, begins, ends))
-    at, segment_index = t[sample], segment_index[sample]
-    low, high = np.maximum(at - step[segment_index], 0.0), np.minimum(at + step[segment_index], lengths[segment_index])
-    length, at = _refined(rates[segment_index], waves[segment_index, vector], at, low, high)
+    at, i = t[sample], of_segment[sample]
+    low, high = np.maximum(at - step[i], 0.0), np.minimum(at + step[i], lengths[i])
+    length, at = _refined(rates[i], waves[i, vector], at, low, high)
     # Of values that are assigned to one place the last one stays: the largest, and of equal ones the first.
     order, (largest, when) = np.argsort(-length, kind="stable")[::-1], np.zeros((2, m))
-    largest[vector[order]], when[vector[order]] = length[order], (start[segment_index] + at)[order]
+    largest[vector[order]], when[vector[order]] = length[order], (start[i] + at)[order]
     return largest, when
 
 

@@ -6,52 +6,14 @@ from typing import NamedTuple
 import numpy as np
 
 from shockpc.core.crossing import ComplexArray, Effort, Signals, changes, first_crossing
-from shockpc.core.damped import Damped, Oscillations, along, damped, damped_modes, undamped
-from shockpc.core.memo import memoized
+from shockpc.core.damped import Oscillations, along, damped, undamped
 from shockpc.core.spatial import Array
 from shockpc.core.stiff_events import FORCE, GAP, LOADING, OPEN, PUSH, RATE, TOTAL, UNFELT, UNLOADING, WATCHED, EventKind, Watch
-from shockpc.core.stiff_motion import Elements, Modes, Segment
-
-NEGLIGIBLE = 1e-11
-"""Share of the motion that excites the elements, below which what moves or presses counts as rounding."""
-
-DEPENDENT = 1e-13
-"""Share of the largest frequency below which that of a mode is rounding: its rows are dependent, or it moves no spring."""
+from shockpc.core.stiff_motion import Modes, Segment
+from shockpc.core.stiff_system import EASED, Loaded, System
 
 STAYS_OPEN = 10.0
 """Times the motion so far for which all contacts have to stay open, so that it has ended: what closes later is another impact."""
-
-EASED = 0.01
-"""Share of the largest force and compression of a contact, and of the speed of the impact, below which nothing is noticeable."""
-
-
-class Loaded(NamedTuple):
-    """What depends on which elements are loaded.
-
-    Attributes:
-        fixed: rows that are held.
-        sprung: (r,) rows with a spring that is loaded.
-        still: (d, d) part of u that the held rows stop.
-        to_all, held: (r, r) and (r, d) from z and u to the forces of all elements, of a held row with what dampers press on it.
-        balance: (r,) the same of constant forces.
-        damper: (r, d) from u to the forces of dampers.
-        damped: the modes with the dampers that act; None without one.
-        pull: (d,) rate at which constant forces change u.
-        U, sigma, V: the modes, of the frequencies sigma (m,).
-    """
-
-    fixed: np.ndarray
-    sprung: np.ndarray
-    still: Array
-    to_all: Array
-    held: Array
-    balance: Array
-    damper: Array
-    damped: Damped | None
-    pull: Array
-    U: Array
-    sigma: Array
-    V: Array
 
 
 class Free(NamedTuple):
@@ -81,22 +43,11 @@ class Free(NamedTuple):
 class State:
     """What each element does at an event, and the velocity then: `step` goes to the next event, `switch` lets it happen.
 
-    Between two events every element is open, loading or unloading, so that the motion is linear. It is computed in the d
-    coordinates of u along the rows of the elements. All forces are scaled: they are those of the elements divided by −slope.
+    Between two events every element is open, loading or unloading, so that the motion is linear.
 
     Attributes:
-        elements: the springs and dampers. This and the next ones stay as they are.
-        W: (r, d) velocity along each element for unit u.
-        to_velocity, constant, gravity, falling: as in `StiffMotion`.
-        u: (d,) at the impact.
-        pull: (d,) rate at which constant forces change u.
-        length: (r,) of the rows of W.
-        viscous: (r,) force of each damper for a unit rate, scaled; zero without one.
-        steady: (r,) constant forces [N, N m].
-        noise: size of z and u that counts as rounding.
-        fastest: largest natural frequency of a single element [rad/s].
-        slowly: (r,) rate up to which an element is slow.
-        phase: (r,) OPEN, LOADING or UNLOADING. This and the next ones change.
+        system: what does not change.
+        phase: (r,) OPEN, LOADING or UNLOADING.
         slope: (r,) √κ.
         z: (r,) √κ (B x − a), zero where an element is open.
         peak: (r,) z at the start of unloading.
@@ -109,42 +60,21 @@ class State:
         effort: of the search for events.
     """
 
-    def __init__(
-        self, elements: Elements, W: Array, to_velocity: Array, from_velocity: Array, velocity: Array, gravity: Array
-    ) -> None:
-        self.elements, self.W, self.to_velocity, self.u = elements, W, to_velocity, from_velocity @ velocity
-        self.constant = velocity - self.to_velocity @ self.u
-        free = from_velocity @ gravity
-        self.gravity, self.falling = gravity, gravity - self.to_velocity @ free
-        self.normal, self.rigid, self.grounded = elements.normal.tolist(), elements.restitution == 0.0, elements.contact >= 0
-        self.lossy = elements.normal | (elements.restitution < 1.0)
-        self.length = np.linalg.norm(self.W, axis=1)
+    def __init__(self, system: System) -> None:
+        elements, r = system.elements, len(system.W)
+        self.system, self.effort = system, Effort()
         self.slope = np.sqrt(elements.stiffness)
-        self.sprung = elements.stiffness > 0.0
-        self.damping = np.broadcast_to(np.asarray(elements.damping, dtype=float), len(self.W))
-        # The force of a damper for a unit rate, scaled; 2ζ of a single row for a unit u.
-        self.viscous = self.damping / np.where(self.sprung, self.slope, 1.0)
-        self.z, self.peak, self.largest, self.gap = np.zeros((4, len(self.W)))
-        load = np.asarray(elements.load)
-        self.z[self.sprung] = -load[self.sprung] / self.slope[self.sprung]
-        self.steady = np.where(self.sprung, 0.0, load)
-        self.pull = free + self.W.T @ self.steady
-        self.jump, self.displacement = np.zeros((2, len(self.u)))
-        self.slow, self.slipped = np.zeros((2, len(self.W)), dtype=bool)
-        # What single contacts come to rest at counts like the speed.
-        speed, single = float(np.linalg.norm(self.u)), (self.slope * self.length)[elements.normal]
-        self.noise = NEGLIGIBLE * (speed + float(np.linalg.norm(self.pull)) / float(single.min()))
-        self.fastest = float((self.slope * self.length).max())
-        self.effort = Effort()
-        approach = elements.normal & (self.W @ self.u < -1e-13 * self.length * speed)
-        closing = elements.contact[approach]
+        self.z, self.peak, self.largest, self.gap = np.zeros((4, r))
+        self.z[system.sprung] = -np.asarray(elements.load)[system.sprung] / self.slope[system.sprung]
+        self.jump, self.displacement = np.zeros((2, len(system.u)))
+        self.slow, self.slipped = np.zeros((2, r), dtype=bool)
+        closing = elements.contact[system.approaches]
         self.phase = np.where((elements.contact < 0) | np.any(elements.contact == closing[:, None], axis=0), LOADING, OPEN)
-        self.slowly = EASED * float(np.max(-(self.W @ self.u)[approach] / self.length[approach], initial=0.0)) * self.length
 
     @property
     def separated(self) -> bool:
         """Whether all contacts are open."""
-        return not (self.phase[self.grounded] != OPEN).any()
+        return not (self.phase[self.system.grounded] != OPEN).any()
 
     def _over(self, motion: "Free") -> bool:
         """Whether no contact is compressed further or rebounds, and none carries more than constant forces make.
@@ -152,17 +82,18 @@ class State:
         A contact carries no more where its force, which oscillates about what constant forces make, is below that, or oscillates
         little. Without constant forces all contacts are open then.
         """
-        if self.separated or not self.pull.any():
+        system, elements = self.system, self.system.elements
+        if self.separated or not system.pull.any():
             return self.separated
-        rate = self.W @ (self.u + self.jump)
-        closed, held = self.grounded & (self.phase != OPEN), (self.phase == UNLOADING) & self.rigid
-        moves = np.abs(motion.wave[RATE]).sum(axis=1) > self.slowly
-        loading = (self.phase == LOADING) & self.lossy & ~self.slow & (self.elements.normal | moves)
-        rebounds = self.elements.normal & ~held & (rate > 2.0 * self.noise * self.length)
+        rate = system.W @ (system.u + self.jump)
+        closed, held = system.grounded & (self.phase != OPEN), (self.phase == UNLOADING) & system.rigid
+        moves = np.abs(motion.wave[RATE]).sum(axis=1) > system.slowly
+        loading = (self.phase == LOADING) & system.lossy & ~self.slow & (elements.normal | moves)
+        rebounds = elements.normal & ~held & (rate > 2.0 * system.noise * system.length)
         if np.any(closed & (loading | rebounds)):
             return False
-        normal = np.flatnonzero(closed & self.elements.normal)
-        return not np.any(self._excess(motion)[normal] > 4.0 * self._push_noise()[normal])
+        normal = np.flatnonzero(closed & elements.normal)
+        return not np.any(self._excess(motion)[normal] > 4.0 * system.push_noise[normal])
 
     def _excess(self, motion: "Free") -> Array:
         """Forces (r,) that press beyond what constant forces make; −∞ where they oscillate little."""
@@ -173,8 +104,8 @@ class State:
     def modes(self) -> Modes:
         """The modes of the elements that are loaded now, without dampers."""
         motion = self._motion(dampers=False)
-        _, _, _, to_all, *_, U, sigma, V = motion.loaded
-        moves, k = sigma > 0.0, self.elements.stiffness[:, None]
+        to_all, U, sigma, V = motion.loaded.to_all, motion.loaded.U, motion.loaded.sigma, motion.loaded.V
+        moves, k = sigma > 0.0, self.system.elements.stiffness[:, None]
         shape = (self.slope[:, None] * (to_all @ U))[:, moves]
         participation = np.divide(shape**2, k, out=np.zeros_like(shape), where=k > 0.0)
         amplitude = np.abs(shape * motion.oscillations.deflection[moves])
@@ -191,8 +122,8 @@ class State:
         signal, signals = self._signals(motion, watched)
         element, of_push = np.array([watch.element for watch in watched]), signal == PUSH
         # What falls in the force that it would have; the rate of a gap does not.
-        fall = np.where(of_push, (self.viscous * motion.linear[RATE])[element], 0.0)
-        depth = EASED * self.largest[element] / np.where(of_push, self.slope[element], self.elements.stiffness[element])
+        fall = np.where(of_push, (self.system.viscous * motion.linear[RATE])[element], 0.0)
+        depth = EASED * self.largest[element] / np.where(of_push, self.slope[element], self.system.elements.stiffness[element])
         signals = signals._replace(tolerance=signals.tolerance + depth, linear=signals.linear - fall, square=0.0 * signals.square)
         return first_crossing(motion.oscillations.rate, signals, horizon, self.effort)[1] is not None
 
@@ -202,17 +133,18 @@ class State:
         Where the motion may end there is neither once the impact is over. Watched are the rate of what is loaded, the force of what
         is unloaded and the gap of open contacts.
         """
-        rigid = (self.phase == UNLOADING) & self.rigid
-        if rigid.any() and not (self._sprung(rigid).any() or self.pull.any()):
+        system, elements = self.system, self.system.elements
+        rigid = (self.phase == UNLOADING) & system.rigid
+        if rigid.any() and not (self._sprung(rigid).any() or system.pull.any()):
             # Nothing presses what is held on the ground, so that it is released.
-            return None, Watch(int(np.flatnonzero(rigid & self.elements.normal)[0]), EventKind.OPENS, 0.0, 0.0, 1.0)
+            return None, Watch(int(np.flatnonzero(rigid & elements.normal)[0]), EventKind.OPENS, 0.0, 0.0, 1.0)
         motion, watched = self._motion(), list(self._watched())
         (rate, _, velocity, _), loaded = motion.oscillations, motion.loaded
         total = motion.start[TOTAL]
-        self.largest = np.where(self.viscous > 0.0, np.maximum(self.largest, -self.slope * total), self.largest)
-        eases = ((self.phase == UNLOADING) | ((self.phase == LOADING) & self.slow)) & self.elements.normal & bool(self.pull.any())
-        for i in np.flatnonzero(eases & (self._excess(motion) > 4.0 * self._push_noise())).tolist():
-            watched.append(Watch(i, EventKind.EASES, 2.0 * self._push_noise()[i], float(motion.rest[i]), -1.0))
+        self.largest = np.where(system.viscous > 0.0, np.maximum(self.largest, -self.slope * total), self.largest)
+        eases = ((self.phase == UNLOADING) | ((self.phase == LOADING) & self.slow)) & elements.normal & bool(system.pull.any())
+        for i in np.flatnonzero(eases & (self._excess(motion) > 4.0 * system.push_noise)).tolist():
+            watched.append(Watch(i, EventKind.EASES, 2.0 * system.push_noise[i], float(motion.rest[i]), -1.0))
         _, signals = self._signals(motion, watched)
         early = np.where(signals.either, np.inf, signals.start + signals.tolerance)
         if early.min(initial=np.inf) < 0.0:
@@ -226,7 +158,7 @@ class State:
             time,
             length,
             rate,
-            self.steady - self.slope * motion.rest,
+            system.steady - self.slope * motion.rest,
             -self.slope[:, None] * motion.wave[TOTAL],
             along(loaded.V, velocity),
             drift,
@@ -235,83 +167,54 @@ class State:
             self.displacement,
         )
         self.jump, displacement = segment.after(np.asarray(length))
-        self.gap, self.displacement = self.gap + self.W @ (displacement - self.displacement), displacement
+        self.gap, self.displacement = self.gap + system.W @ (displacement - self.displacement), displacement
         self.z = motion.forces + changes(length * rate, motion.wave[FORCE])
         return segment, None if first is None else watched[first]
 
     def _sprung(self, rigid: np.ndarray) -> np.ndarray:
         """The rows (r,) with springs that are loaded, with some rows held."""
-        return np.asarray((self.phase != OPEN) & ~rigid & self.sprung)
+        return np.asarray((self.phase != OPEN) & ~rigid & self.system.sprung)
 
     def _loaded(self, dampers: bool) -> Loaded:
         """What depends on which elements are loaded now. Args: dampers, whether those act."""
-        held = (self.phase == UNLOADING) & self.rigid
-        return self._loaded_of(held.tobytes(), self._sprung(held).tobytes(), self.slope.tobytes(), dampers)
-
-    @memoized(most=64)
-    def _loaded_of(self, held_rows: bytes, sprung_rows: bytes, slopes: bytes, dampers: bool) -> Loaded:
-        """The same of some rows and slopes: where contacts open and close, the same are loaded again and again.
-
-        Args:
-            held_rows: bytes of a bool array (r,), which rows are held.
-            sprung_rows: the same, which have springs that are loaded.
-            slopes: bytes of the slopes (r,).
-            dampers: whether those act.
-        """
-        sprung, slope = np.frombuffer(sprung_rows, dtype=bool), np.frombuffer(slopes)
-        fixed = np.flatnonzero(np.frombuffer(held_rows, dtype=bool))
-        r, d = self.W.shape
-        F, pull, still = np.where(sprung, slope, 0.0)[:, None] * self.W, self.pull, np.zeros((d, d))
-        acting = sprung & (self.damping > 0.0) & dampers
-        damper, G = np.where(acting, self.viscous, 0.0)[:, None] * self.W, np.sqrt(self.damping[acting])[:, None] * self.W[acting]
-        # The scaled forces of all elements are to_all · z + held · u + balance.
-        to_all, held, balance = np.diag(sprung.astype(float)), np.zeros((r, d)), np.zeros(r)
-        if len(fixed):
-            # From H u̇ = 0 with u̇ = −Fᵀz − GᵀGu − Hᵀm + c follows m = (H Hᵀ)⁻¹ H (c − Fᵀz − GᵀGu); of dependent rows each takes
-            # the smallest share.
-            H, size = self.W[fixed] / self.length[fixed, None], (slope * self.length)[fixed]
-            least = np.linalg.pinv(H.T, rcond=1e-9)
-            still = H.T @ least
-            to_all[fixed], balance[fixed] = -(least @ F.T) / size[:, None], least @ pull / size
-            held[fixed] = -(least @ G.T @ G) / size[:, None]
-            F, G, pull = F - F @ still, G - G @ still, pull - still @ pull
-        U, sigma, Vt = np.linalg.svd(F, full_matrices=False)
-        sigma[sigma < DEPENDENT * sigma.max(initial=0.0)] = 0.0
-        of_dampers = damped_modes(sigma, G @ Vt.T) if len(G) else None
-        return Loaded(fixed, sprung, still, to_all, held, balance, damper, of_dampers, pull, U, sigma, Vt.T)
+        held = (self.phase == UNLOADING) & self.system.rigid
+        return self.system.loaded(held.tobytes(), self._sprung(held).tobytes(), self.slope.tobytes(), dampers)
 
     def _motion(self, dampers: bool = True) -> Free:
         """The motion until the next event. What held rows stop is at rest from now on."""
+        system = self.system
         loaded = self._loaded(dampers)
-        _, sprung, still, to_all, held, balance, damper, of_dampers, pull, U, sigma, V = loaded
+        to_all, held, damper, U, sigma, V = loaded.to_all, loaded.held, loaded.damper, loaded.U, loaded.sigma, loaded.V
         if len(loaded.fixed):
-            self.jump = self.jump - still @ (self.u + self.jump)
-        u, z = self.u + self.jump, np.where(sprung, self.z, 0.0)
+            self.jump = self.jump - loaded.still @ (system.u + self.jump)
+        u, z = system.u + self.jump, np.where(loaded.sprung, self.z, 0.0)
         moves = sigma > 0.0
         inverse = np.divide(1.0, sigma, out=np.zeros_like(sigma), where=moves)
         # From the deflection in which they are at rest.
-        velocity, pulled = V.T @ u, V.T @ pull
+        velocity, pulled = V.T @ u, V.T @ loaded.pull
         deflection = np.where(moves, U.T @ z - inverse * pulled, 0.0)
-        oscillations = undamped(sigma, deflection, velocity) if of_dampers is None else damped(of_dampers, deflection, velocity)
+        oscillations = (
+            undamped(sigma, deflection, velocity) if loaded.damped is None else damped(loaded.damped, deflection, velocity)
+        )
         rate, p, speed, (first, second) = oscillations
-        of_u, of_z, of_held, of_damper = self.W @ V, to_all @ U, held @ V, damper @ V
-        forces = to_all @ z + held @ u + balance
+        of_u, of_z, of_held, of_damper = system.W @ V, to_all @ U, held @ V, damper @ V
+        forces = to_all @ z + held @ u + loaded.balance
         rest = forces - of_z @ deflection - of_held @ np.where(moves, velocity, 0.0)
         falling, drifting, zero = of_u @ np.where(moves, 0.0, pulled), of_u @ np.where(moves, 0.0, velocity), np.zeros(len(z))
         path = np.divide(speed, rate, out=np.zeros_like(speed), where=rate != 0.0)
         of_rate, of_force, of_gap = along(of_u, speed), along(of_z, p) + along(of_held, speed), along(of_u, path)
-        rates, push = self.W @ u, np.sqrt(self.elements.stiffness)
-        start = np.array([rates, forces, self.gap, forces + damper @ u, push * self.gap + self.viscous * rates])
-        linear = np.array([falling, zero, drifting, zero, push * drifting + self.viscous * falling])
+        rates, push = system.W @ u, np.sqrt(system.elements.stiffness)
+        start = np.array([rates, forces, self.gap, forces + damper @ u, push * self.gap + system.viscous * rates])
+        linear = np.array([falling, zero, drifting, zero, push * drifting + system.viscous * falling])
         square = np.array([zero, zero, falling / 2.0, zero, push * falling / 2.0])
-        of_push = push[:, None] * of_gap + self.viscous[:, None] * of_rate
+        of_push = push[:, None] * of_gap + system.viscous[:, None] * of_rate
         wave = np.array([of_rate, of_force, of_gap, of_force + along(of_damper, speed), of_push])
         bound: Array | float = np.inf
-        if of_dampers is not None:
+        if loaded.damped is not None:
             of_forces = np.hypot(np.linalg.norm(of_z, axis=1), np.linalg.norm(of_held, axis=1))
             of_total = np.hypot(np.linalg.norm(of_z, axis=1), np.linalg.norm(of_held + of_damper, axis=1))
-            sizes = [self.length * second, of_forces * second, self.length * first, of_total * second]
-            bound = np.array([*sizes, push * sizes[GAP] + self.viscous * sizes[RATE]])
+            sizes = [system.length * second, of_forces * second, system.length * first, of_total * second]
+            bound = np.array([*sizes, push * sizes[GAP] + system.viscous * sizes[RATE]])
         return Free(loaded, u, forces, rest, oscillations, start, linear, square, wave, bound)
 
     def _signals(self, motion: Free, watched: list[Watch]) -> tuple[np.ndarray, Signals]:
@@ -321,31 +224,30 @@ class State:
         tolerance, offset, sign, either = np.array([watch[2:] for watch in watched], dtype=float).reshape(-1, 4).T
         # Within the ground that it has compressed, an open contact with a damper closes when it would be pressed.
         closes = np.array([watch.kind is EventKind.CLOSES for watch in watched], dtype=bool)
-        inside = closes & (self.damping[element] > 0.0) & (self.gap[element] < -tolerance)
-        signal, tolerance = np.where(inside, PUSH, signal), np.where(inside, self._push_noise()[element], tolerance)
+        inside = closes & (self.system.damping[element] > 0.0) & (self.gap[element] < -tolerance)
+        signal, tolerance = np.where(inside, PUSH, signal), np.where(inside, self.system.push_noise[element], tolerance)
         row = signal, element
         bound = motion.bound[row] if isinstance(motion.bound, np.ndarray) else motion.bound
         start = offset + sign * motion.start[row]
         linear, square, wave = sign * motion.linear[row], sign * motion.square[row], sign[:, None] * motion.wave[row]
         return signal, Signals(either != 0.0, tolerance, start, linear, square, wave, bound)
 
-    def _push_noise(self) -> Array:
-        """Scaled forces (r,) of spring and damper that count as rounding."""
-        return np.asarray(self.noise * (1.0 + self.viscous * self.length))
-
     def _watched(self) -> Iterator[Watch]:
         """What can happen to the elements as they are."""
+        system = self.system
         # Numbers of Python, because those of NumPy take ten times as long one by one.
-        deflection, peak, rigid, noise = self.z.tolist(), self.peak.tolist(), self.rigid.tolist(), self.noise
-        viscous, gap, rate = self.viscous.tolist(), self.gap.tolist(), (self.W @ (self.u + self.jump)).tolist()
-        for i, (phase, normal, length) in enumerate(zip(self.phase.tolist(), self.normal, self.length.tolist(), strict=True)):
-            if phase == LOADING and self.lossy[i]:
+        deflection, peak, rigid, noise = self.z.tolist(), self.peak.tolist(), system.rigid.tolist(), system.noise
+        viscous, gap, rate = system.viscous.tolist(), self.gap.tolist(), (system.W @ (system.u + self.jump)).tolist()
+        for i, (phase, normal, length) in enumerate(
+            zip(self.phase.tolist(), system.elements.normal.tolist(), system.length.tolist(), strict=True)
+        ):
+            if phase == LOADING and system.lossy[i]:
                 # A contact is loaded against its normal; an element without force, in the direction in which it moves first.
                 either = not normal and deflection[i] == 0.0
                 sign = -1.0 if normal or deflection[i] < 0.0 else 1.0
                 yield Watch(i, EventKind.UNLOADS, noise * length, 0.0, sign, either)
                 if viscous[i] and normal and not self.slow[i]:
-                    yield Watch(i, EventKind.SLOWS, 0.0, -float(self.slowly[i]), -1.0)
+                    yield Watch(i, EventKind.SLOWS, 0.0, -float(system.slowly[i]), -1.0)
             elif phase == UNLOADING:
                 loaded = -1.0 if normal or peak[i] < 0.0 else 1.0
                 # After a slip the force of a contact with a damper goes on from zero.
@@ -357,15 +259,16 @@ class State:
                 if normal and not rigid[i] and rate[i] > 2.0 * noise * length:
                     yield Watch(i, EventKind.TURNS, 2.0 * noise * length, 0.0, 1.0)
             elif phase == OPEN and normal:
-                tolerance = noise * length / self.fastest
+                tolerance = noise * length / system.fastest
                 yield Watch(i, EventKind.CLOSES, tolerance, 0.0, 1.0)
                 if viscous[i] and gap[i] < -tolerance:
                     yield Watch(i, EventKind.CLEARS, tolerance, 0.0, -1.0)
 
     def switch(self, i: int, kind: EventKind) -> EventKind:
         """Let an event happen to element i; what it is in full: a contact that would open may slip first."""
-        e = 1.0 if self.rigid[i] else float(self.elements.restitution[i])
-        rows = self.elements.contact == self.elements.contact[i]
+        system, elements = self.system, self.system.elements
+        e = 1.0 if system.rigid[i] else float(elements.restitution[i])
+        rows = elements.contact == elements.contact[i]
         if kind in UNFELT:
             self.slow[i] |= kind is EventKind.SLOWS
             return kind
@@ -377,18 +280,18 @@ class State:
         if kind in (EventKind.RELOADS, EventKind.REVERSES):
             self.phase[i], self.slope[i] = LOADING, self.slope[i] * e
             # The force of a row that is held jumps where another one is held too; the row is then loaded from its peak.
-            self.z[i] = 0.0 if kind is EventKind.REVERSES else self.peak[i] if self.rigid[i] else self.z[i] / e
+            self.z[i] = 0.0 if kind is EventKind.REVERSES else self.peak[i] if system.rigid[i] else self.z[i] / e
             return kind
-        slips = bool(self.rigid[i]) or self.damping[i] > 0.0
-        if kind is EventKind.OPENS and slips and np.any(self.phase[rows & ~self.elements.normal] != OPEN):
-            rows, kind = rows & ~self.elements.normal, EventKind.SLIPS
+        slips = bool(system.rigid[i]) or system.damping[i] > 0.0
+        if kind is EventKind.OPENS and slips and np.any(self.phase[rows & ~elements.normal] != OPEN):
+            rows, kind = rows & ~elements.normal, EventKind.SLIPS
         # The ground under a contact with a damper keeps its place.
-        gap = self.gap[i] if kind is EventKind.CLOSES else self.z[i] / np.sqrt(self.elements.stiffness[i])
+        gap = self.gap[i] if kind is EventKind.CLOSES else self.z[i] / np.sqrt(elements.stiffness[i])
         self.phase[rows], self.z[rows], self.gap[rows] = LOADING if kind is EventKind.CLOSES else OPEN, 0.0, 0.0
-        self.slope[rows] = np.sqrt(self.elements.stiffness[rows])
+        self.slope[rows] = np.sqrt(elements.stiffness[rows])
         self.slow[rows], self.slipped[i] = False, kind is EventKind.SLIPS
-        if self.damping[i] > 0.0 and kind is EventKind.CLOSES:
+        if system.damping[i] > 0.0 and kind is EventKind.CLOSES:
             self.z[i], self.largest[i] = self.slope[i] * gap, 0.0
-        elif self.damping[i] > 0.0 and kind is EventKind.OPENS:
+        elif system.damping[i] > 0.0 and kind is EventKind.OPENS:
             self.gap[i] = gap
         return kind

@@ -31,6 +31,7 @@ QuantityOption: TypeAlias = Annotated[
         "What is computed",
         "KEY[@PLACE]",
         "quantity",
+        holds="quantity",
     ),
 ]
 """Further columns of a table, as `shockpc.evaluation.columns.selected` takes them."""

@@ -107,28 +107,32 @@ def joint_model(robot: Robot, joints: Joints) -> JointModel:
         stiffness[v], known[v] = _positive("the stiffness of joint", pattern, k), True
     for pattern, value in joints.torque.items():
         torque[_velocities(robot, pattern)] = value
-    locked = _locked(robot, joints, [pattern for pattern, _ in given])
-    if joints.model == "rigid":
-        armature, locked = _with_rigid_springs(robot, armature, locked, rotor, drive_stiffness, stiffness)
-        rotor, drive_stiffness = np.zeros(nv), np.full(nv, np.inf)
+    model = JointModel(
+        armature=armature,
+        locked=_locked(robot, joints, [pattern for pattern, _ in given]),
+        name="",
+        stiffness=stiffness,
+        drive_stiffness=drive_stiffness,
+        rotor=rotor,
+        drives="",
+        unknown=driven & ~known & ~robot.velocities(robot.followers),
+        torque=torque,
+    )
+    model = _with_rigid_springs(robot, model) if joints.model == "rigid" else model
+    locked = model.locked
     _refuse_split_followers(robot, locked)
-    if joints.model == "geared" and not (armature + rotor)[driven & ~locked].any():
+    if joints.model == "geared" and not (model.armature + model.rotor)[driven & ~locked].any():
         raise SceneError(
             "the joints are to be geared, but neither the file nor the scene gives any reflected inertia; "
             "give armature (reflected) or rotor (inertia and gear_ratio) for the joints that have a gearbox"
         )
-    rotor[locked], drive_stiffness[locked], stiffness[locked] = 0.0, np.inf, 0.0
-    unknown = driven & ~known & ~locked & ~robot.velocities(robot.followers)
-    return JointModel(
-        armature=armature,
-        locked=locked,
-        name=_named(armature[driven], locked[driven]),
-        stiffness=stiffness,
-        drive_stiffness=drive_stiffness,
-        rotor=rotor,
+    return model._replace(
+        name=_named(model.armature[driven], locked[driven]),
+        stiffness=np.where(locked, 0.0, model.stiffness),
+        drive_stiffness=np.where(locked, np.inf, model.drive_stiffness),
+        rotor=np.where(locked, 0.0, model.rotor),
         drives=drives.label if (of_drives & ~locked).any() else "",
-        unknown=unknown,
-        torque=torque,
+        unknown=model.unknown & ~locked,
     )
 
 
@@ -172,21 +176,24 @@ def _given(robot: Robot, joints: Joints) -> list[tuple[str, Drive]]:
     return given
 
 
-def _with_rigid_springs(
-    robot: Robot, armature: Array, locked: np.ndarray, rotor: Array, drive_stiffness: Array, stiffness: Array
-) -> tuple[Array, np.ndarray]:
-    """Armature and locked joints (nv,) where no spring yields.
+def _with_rigid_springs(robot: Robot, model: JointModel) -> JointModel:
+    """The model where no spring yields: joints with one are locked, and rotors behind one count.
 
     Raises:
         SceneError: the rotor behind a spring is not known.
     """
-    sprung, behind = (stiffness > 0.0) & ~locked, np.isfinite(drive_stiffness) & ~locked
-    if (lacking := behind & ~sprung & (rotor == 0.0)).any():
+    sprung, behind = (model.stiffness > 0.0) & ~model.locked, np.isfinite(model.drive_stiffness) & ~model.locked
+    if (lacking := behind & ~sprung & (model.rotor == 0.0)).any():
         names = listed(joint.name for joint in robot.single_joints if lacking[joint.v].any())
         raise SceneError(
             f"the springs are to be rigid, but the rotors behind those of {names} are not known; give them as rotor (--rotor)"
         )
-    return armature + np.where(behind, rotor, 0.0), locked | sprung
+    return model._replace(
+        armature=model.armature + np.where(behind, model.rotor, 0.0),
+        locked=model.locked | sprung,
+        rotor=np.zeros_like(model.rotor),
+        drive_stiffness=np.full_like(model.drive_stiffness, np.inf),
+    )
 
 
 def without_springs(armature: Array, locked: np.ndarray, name: str) -> JointModel:

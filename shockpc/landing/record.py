@@ -5,7 +5,7 @@ import functools
 import math
 import re
 from collections.abc import Mapping
-from typing import Any, NamedTuple, TypeVar
+from typing import Any, Literal, NamedTuple, TypeVar
 
 from shockpc.text.arguments import LARGEST_NUMBER, typed
 
@@ -45,9 +45,11 @@ class Option(NamedTuple):
         least: the minimum of its numbers; of those without one the negative `LARGEST_NUMBER`.
         above: what its numbers have to be above.
         greatest: the maximum of its numbers; of those without one `LARGEST_NUMBER`.
+        varies: whether a sweep can vary it, by its name on the command line.
         most: the maximum number of values in a list.
         default: what holds without it, as the help states it.
-        varies: whether a sweep can vary it, by its name on the command line.
+        holds: what its texts are, if the command looks into them: names of what each landing of a study has a value of ("varied"),
+            or of quantities that are computed ("quantity").
     """
 
     help: str
@@ -61,6 +63,7 @@ class Option(NamedTuple):
     varies: bool = False
     most: int | None = None
     default: str = ""
+    holds: Literal["", "varied", "quantity"] = ""
 
     @property
     def text(self) -> str:

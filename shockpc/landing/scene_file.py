@@ -236,12 +236,15 @@ def scene_table(record: Any) -> dict[str, Any]:
     """A scene, or a part of one, as nested tables for TOML and JSON; fields that are not set are left out."""
 
     def plain(value: Any) -> Any:
+        if dataclasses.is_dataclass(value):
+            parts = ((item, plain(getattr(value, item.name))) for item in dataclasses.fields(value))
+            # An empty list says something where it is not the default.
+            return {item.name: part for item, part in parts if part not in (None, {}) and (part != [] or item.default != ())}
         if isinstance(value, Mapping):
-            parts = {key: plain(part) for key, part in value.items()}
-            return {key: part for key, part in parts.items() if part is not None and part not in ({}, [])}
+            return {key: plain(part) for key, part in value.items()}
         return [plain(part) for part in value] if isinstance(value, tuple) else value
 
-    table: dict[str, Any] = plain(dataclasses.asdict(record))
+    table: dict[str, Any] = plain(record)
     return table
 
 

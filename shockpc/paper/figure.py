@@ -9,7 +9,7 @@ from shockpc.show.figure.layout import LEFT, Page, TableRows
 from shockpc.show.figure.picture import letter
 from shockpc.show.figure.plane import FOOT, draw_row
 from shockpc.show.figure.view import View, Window, view_of, windows_of
-from shockpc.show.wording import angle_text, joint_model_text
+from shockpc.show.header import angle_text, joint_model_text
 from shockpc.text.printed import printable
 
 GAP, BAR = 0.15, 4.6

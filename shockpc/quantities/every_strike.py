@@ -6,11 +6,14 @@ from typing import NamedTuple
 import numpy as np
 
 from shockpc.core.impulse import Solution
+from shockpc.core.pulse import peak_acceleration
 from shockpc.core.spatial import Array
 from shockpc.impact.exact.proof import Proof
 from shockpc.impact.impact import DoubleImpact
 from shockpc.impact.solve import residual
+from shockpc.landing.landing import PosedLanding
 from shockpc.landing.places import PlaceKind
+from shockpc.landing.strike import GRAVITY
 from shockpc.quantities.quantity import evaluate
 from shockpc.quantities.selection import quantity
 from shockpc.quantities.shock_profile import ShockProfile
@@ -78,6 +81,19 @@ def _impulses(proof: Proof) -> tuple[Array, Array]:
 
     loads = matrices("joint", "along", "force", "moment")
     return matrices("contact", "impulse"), loads if choice.unique.all() else np.full_like(loads, np.nan)
+
+
+def contact_normals(profile: ShockProfile) -> Array:
+    """Directions (c, 3) against which the contacts strike, world; of an end stop the opposite of its approach."""
+    pairs = zip(profile.contacts, profile.landing.blocks, strict=False)  # standing feet come last
+    return np.array(
+        [-one.approach / np.linalg.norm(one.approach) if block.kind == "stop" else block.normal for one, block in pairs]
+    )
+
+
+def peak_per_speed(landing: PosedLanding) -> float | None:
+    """The peak acceleration for a jump of 1 m/s, by the pulse of the scene [g s/m]; None without one."""
+    return None if landing.pulse is None else peak_acceleration(1.0, landing.pulse) / GRAVITY
 
 
 class StrikeAxes(NamedTuple):

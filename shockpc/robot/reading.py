@@ -89,7 +89,7 @@ class OpenFolders(NamedTuple):
 
     def remember(self) -> None:
         """Note what was read as an input of this command, too, where the robot of an earlier one is used again."""
-        for state in self.seen.values():
+        for state in self.seen.copy().values():
             if state is not None:
                 inputs.setdefault(state[:2], "file of the robot")
 

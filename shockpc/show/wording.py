@@ -1,24 +1,15 @@
-"""The scene in words, the same in tables and figures: robot, posture, base, contacts, strike, joint model and plane."""
+"""Phrases that reports share: names, numbers with their unit, how far they are proven."""
 
-import math
-from collections.abc import Collection, Iterable, Iterator, Mapping
+from collections.abc import Iterable, Iterator
 from typing import TYPE_CHECKING
 
 import numpy as np
 
 from shockpc.evaluation.variation import DRIVEN, OF_A_PART, WORDS
-from shockpc.landing.constraints import slices_of
-from shockpc.landing.end_stops import side_of
-from shockpc.landing.scene import Base
-from shockpc.landing.scene_file import sideways
-from shockpc.quantities.accuracy import SHARE
 from shockpc.quantities.quantity import Quantity
 from shockpc.quantities.shock_profile import ShockProfile
-from shockpc.robot.drives import similar_robots
-from shockpc.robot.feet_and_sensors import BENT, each_foot, feet, recognised
-from shockpc.robot.robot import WORLD, Robot
-from shockpc.text.diagnostic import alike
-from shockpc.text.printed import UNITS, few, listed, printable
+from shockpc.robot.robot import Robot
+from shockpc.text.printed import UNITS, few, printable
 
 if TYPE_CHECKING:
     from shockpc.evaluation.columns import Column
@@ -26,221 +17,16 @@ if TYPE_CHECKING:
 BRACKETED = 0.5
 """Share of a body's motion out of the plane above which its CoPc and RoPc, which describe the rest, are in brackets [1]."""
 
-JOINT_MODELS = {
-    "free": "free (zero reflected inertia; a stiff gearbox changes the results considerably)",
-    "geared": "geared (every joint has the reflected inertia of its drive)",
-    "locked": "locked (no joint moves, so the robot is one rigid body)",
-    "mixed": "mixed (some joints have reflected inertia or are locked, the others are free)",
-}
-BASES = {
-    "free": "falls freely; --base planar or --base fixed restrains it",
-    "planar": "moves in the plane only; --base free releases it",
-    "fixed": "fixed to the world; --base free releases it",
-    "world": f'fixed to the world, because its root link is called "{WORLD}"; --base free releases it',
-    "file": "fixed in the file; --base free releases it",
-    "weld": "fixed to the world by a weld of the file; --base free releases it",
-}
-ROUNDED = 1e-6
-"""Deflection of a spring that postures with six decimals leave where it is relaxed [rad, m]."""
-
-PLANES = {"xz": "xz (sagittal)", "yz": "yz (frontal)", "xy": "xy (from above)"}
-
 
 def mostly_off_plane(profile: ShockProfile) -> np.ndarray:
     """For each body (n,), whether so much of its motion is out of the plane that CoPc and RoPc say little of it."""
     return np.asarray(profile.off_plane > BRACKETED)
 
 
-def landing_text(profile: ShockProfile) -> str:
-    """Which landing it is: on all feet together, some contacts together, or one alone."""
-    names, robot, contacts = contact_name(profile), profile.robot, profile.landing.contacts
-    struck, each = sorted(contact.body for contact in contacts), each_foot(robot)
-    if len(struck) == 1:
-        return f"{names} only"
-    on_feet = recognised(robot) and all(contact.frame in feet(robot) for contact in contacts)
-    if on_feet and struck == sorted(robot.frame(foot).body for foot in each):
-        return f"{'both' if len(each) == 2 else f'all {number_text(len(each))}'} feet together"
-    return f"{names} together"
-
-
-def landings_text(landings: Mapping[str, ShockProfile]) -> str:
-    """Which landings these are: on all level feet, on those of edges of their support, and on single ones; or their names."""
-    first, *others = landings.values()
-    if not others:
-        return landing_text(first)
-    contacts = list(dict.fromkeys(frozenset(contact.frame for contact in profile.scene.contact) for profile in landings.values()))
-    single = [one for one in contacts if len(one) == 1]
-    if len(contacts[0]) < 2 or len(single) < 2:
-        names = list(landings)
-        return "; ".join(names) if len(names) <= 4 else f"{len(names)}, from {names[0]} to {names[-1]}"
-    several = len(contacts) - len(single) - 1
-    edges = [f"{count(several, 'edge')} of their support"] if several else []
-    return f"{len(landings)}: " + ", ".join([landing_text(first), *edges, f"{number_text(len(single))} single feet"])
-
-
-def contacts_text(landings: Iterable[ShockProfile]) -> str:
-    """Where and how the contacts of some landings strike, each once."""
-    texts = dict.fromkeys(_contact_text(profile, i) for profile in landings for i in range(len(profile.contacts)))
-    return printable(few(list(texts), 8, "; "))
-
-
 def number_text(number: int) -> str:
     """A small number as a word."""
     words = ("no", "one", "two", "three", "four", "five", "six", "seven", "eight")
     return words[number] if number < len(words) else str(number)
-
-
-def header_lines(profile: ShockProfile, among: Collection[ShockProfile] = ()) -> list[tuple[str, str]]:
-    """What was computed, one line for each part of the scene; (name, text). Args: among, landings beside it that it stands for."""
-    robot, scene = profile.robot, profile.scene
-    xacro = "".join(f", {name}:={value}" for name, value in scene.xacro.items())
-    normalised = f"; shock relative to {profile.v_in:.4g} m/s of the centre of mass" if scene.v_in == "com" else ""
-    lines = {
-        "landing": landing_text(profile),
-        "robot": f"{robot.label} ({robot.name}, {robot.mass:.4g} kg, {count(len(robot.bodies), 'moving body')}{xacro})",
-        "posture": posture_text(profile),
-        "base": base_text(robot, scene.base or "free"),
-        "contact": "; ".join(_contact_text(profile, i) for i in range(len(profile.contacts))),
-        **({"stance": "; ".join(f"{foot.frame}, which stands" for foot in profile.stance)} if profile.stance else {}),
-        "strike": f"{strike_text(profile)}: velocity ({vector_text(profile.strike)}) m/s{normalised}",
-        "joint model": "; ".join([joint_model_text(profile), *_drive_texts(profile, among or (profile,))]),
-        "plane": plane_text(profile),
-    }
-    return [(name, printable(text)) for name, text in lines.items()]
-
-
-def shared_lines(landings: Mapping[str, ShockProfile]) -> list[tuple[str, str]]:
-    """What several landings have in common, and their names; all lines of a single one."""
-    headers = [dict(header_lines(profile, landings.values())) for profile in landings.values()]
-    if len(headers) == 1:
-        return list(headers[0].items())
-    texts = {name: list(dict.fromkeys(one[name] for one in headers)) for name in ("robot", "posture", "base", "joint model")}
-    lines = [("landings", landings_text(landings))]
-    for name, (text, *others) in texts.items():
-        # Parts of the text, such as the drives, may be those of all landings.
-        parts = [part for part in text.split("; ") if all(part in other.split("; ") for other in others)]
-        lines.append((name, "; ".join(parts if not others or parts else ["differs between the landings"])))
-    return lines
-
-
-def shared_warnings(landings: Mapping[str, ShockProfile], without: str = "") -> list[str]:
-    """A line for each thing that landings warn of, with the landing in which it is largest. Args: without, warnings of a kind."""
-    warnings = [(one, name) for name, profile in landings.items() for one in profile.health.warnings if one.kind != without]
-    lines = []
-    for every in alike(warnings):
-        named = list(dict.fromkeys(name for _, name in every))
-        less = f", less in {len(named) - 1} more" if len(named) > 1 else ""
-        lines.append(f"warning: {every[0][0]}" + ("" if len(named) == len(landings) else f" (in {named[0]}{less})"))
-    return lines
-
-
-def plane_text(profile: ShockProfile) -> str:
-    """The plane of CoPc and RoPc, and whether more than half of the motion before the impact is out of the sagittal plane."""
-    plane, share = profile.scene.plane, sideways(profile.scene.strike)
-    if not isinstance(plane, str):
-        return f"normal ({vector_text(profile.plane.normal)})"
-    if plane == "xy" or not share > 0.5:
-        return PLANES[plane]
-    text = f"{PLANES[plane]}; {100.0 * share:.0f} % of the motion is out of the sagittal plane"
-    return f"{text}, which --plane xz selects" if plane == "yz" else text
-
-
-def base_text(robot: Robot, base: Base) -> str:
-    """How the base moves, why, and what changes it."""
-    ties = [loop.name for loop in robot.loops if set(loop.bodies) == {-1, 0}]
-    if robot.free_base and ties and base != "fixed":
-        return f"held to the world by {listed(ties)} of the file; --base fixed holds it altogether"
-    if base != "fixed" or not robot.free_base:
-        return BASES[base if robot.free_base else "file"]
-    return BASES["weld" if robot.welded else "world" if robot.usual_base == "fixed" else "fixed"]
-
-
-def joint_model_text(profile: ShockProfile) -> str:
-    """The model of the joints, and what it means or where the drives are from."""
-    if not profile.robot.joint_names:
-        return "none (the robot has no joints)"
-    model = profile.landing.joint_model
-    return model.summary if model.drives else JOINT_MODELS[profile.joint_model]
-
-
-def _drive_texts(profile: ShockProfile, among: Collection[ShockProfile]) -> list[str]:
-    """What the scene and the file say of the drives, which are unknown, how much that changes among landings, and the springs."""
-    robot, joints, model = profile.robot, profile.scene.joints, profile.landing.joint_model
-    texts = [f"reflected inertia {text}" for text in _settings(robot, joints.armature, ("kg m²", "kg"))]
-    for name, motor in joints.rotor.items():
-        ratio = "the file's gear ratio" if motor.gear_ratio is None else f"gear ratio {motor.gear_ratio:g}"
-        behind = "" if motor.stiffness is None else f", behind a spring of {motor.stiffness:g} N m/rad"
-        texts.append(f"rotor of {printable(name)}: {motor.inertia:g} kg m², {ratio}{behind}")
-    texts += [f"locked: {', '.join(joints.locked)}"] if joints.locked else []
-    if model.drives and joints.drives is None and model.armature.any():
-        texts.append("--joints free for free joints")
-    single = [joint for joint in robot.single_joints if joint.kind != "free"]
-    ratios = {robot.gear_ratios[joint.name]: joint.name for joint in single if abs(robot.gear_ratios.get(joint.name, 1.0)) != 1.0}
-    if ratios and model.unknown.any():
-        listed_ratios = few([f"{name} {ratio:g}" for ratio, name in ratios.items()], 2)
-        texts.append(f"the file gives gear ratios without the inertia of a rotor ({listed_ratios}), which --rotor takes")
-    if unknown := [joint.name for joint in single if model.unknown[joint.v].any()]:
-        subject = "drives unknown" if len(unknown) == len(single) else f"drives of {few(unknown, 2, what=' joints')} unknown"
-        trunks = [one.bracket[0] for one in among]
-        times = max((one.locked or 0.0) / one.as_modelled if one.as_modelled else math.inf for one in trunks)
-        more = (
-            f": the shock of the trunk may be up to {times:{'.0f' if times >= 10.0 else '.2g'}} times larger (locked)"
-            if math.isfinite(times) and times >= 1.05
-            else ""
-        )
-        like = similar_robots(robot) if len(unknown) == len(single) else ()
-        known = f"; joints are named like those of {few(like, 4)}, whose drives --drives {like[0]} takes" if like else ""
-        texts.append(f"{subject}{more}{known}")
-    if sprung := [joint.name for joint in single if model.springs[joint.v].any()]:
-        when = f"; they have an effect after {1e3 * profile.spring_time:.2g} ms" if math.isfinite(profile.spring_time) else ""
-        texts.append(f"springs at {few(sprung, 2, what=' joints')} are free in the impact{when}")
-    deflection = model.deflection(robot, profile.landing.q)
-    load = np.where(np.abs(deflection) > ROUNDED, model.stiffness * deflection, 0.0)
-    if loaded := {name: torque for name in sprung if (torque := float(np.abs(load[robot.joint(name).v]).max())) > 0.0}:
-        most = max(loaded, key=lambda name: loaded[name])
-        size = f"{loaded[most]:.3g} {'N' if robot.joint(most).unit == 'm' else 'N m'}"
-        texts.append(
-            f"{most} is loaded by its spring with {size} at touchdown, which has an effect only on contacts of finite stiffness"
-        )
-    return texts
-
-
-def posture_text(profile: ShockProfile) -> str:
-    """The reference posture and what was set besides, with units."""
-    posture = profile.landing.scene.posture
-    bent = " (neutral, with straight legs bent by 30 deg at the knees, as no standing posture is known)"
-    words = [printable(str(posture.reference)) + bent * (posture.reference == BENT)]
-    words += _settings(profile.robot, posture.joints, ("rad", "m")) + _settings(profile.robot, posture.joints_deg, ("deg", "m"))
-    words += [f"{printable(name)} at quaternion ({vector_text(turned)})" for name, turned in posture.joint_quaternions.items()]
-    if posture.base_rpy_deg:
-        words.append("base at roll {:g}, pitch {:g}, yaw {:g} deg".format(*posture.base_rpy_deg))
-    if posture.base_quaternion:
-        words.append("base at quaternion ({:g}, {:g}, {:g}, {:g})".format(*posture.base_quaternion))
-    return few(words, 8, what=" settings")
-
-
-def strike_text(profile: ShockProfile) -> str:
-    """Speed of the contact, its direction, and what moves before the impact."""
-    strike = profile.scene.strike
-    parts = [f"{float(np.linalg.norm(profile.strike)):.4g} m/s, {angle_text(profile)} deg from the vertical"]
-    if strike.drop_height is not None:
-        parts.append(f"after a fall of {strike.drop_height:g} m")
-    rates = {name: rate for name, rate in strike.joint_velocities.items() if rate}
-    moving = (
-        [f"robot rotates at ({vector_text(strike.angular_velocity or ())}) rad/s"] if any(strike.angular_velocity or ()) else []
-    )
-    moving += _settings(profile.robot, rates, ("rad/s", "m/s"))
-    if moving:
-        parts += ["the fastest contact"] * (len(profile.contacts) > 1) + [few(moving, 4, what=" joint rates")]
-    return ", ".join(parts)
-
-
-def angle_text(profile: ShockProfile) -> str:
-    """Angle of the contact's velocity from straight down, to four digits; below zero if it moves backward in the plane [deg]."""
-    x, y, z = profile.strike
-    angle = math.degrees(math.atan2(math.hypot(x, y), -z))
-    backward = profile.strike @ profile.plane.forward < -1e-9 * np.linalg.norm(profile.strike)
-    return f"{round(-angle if backward else angle, 9) + 0.0:.4g}"
 
 
 def robot_name(robot: Robot) -> str:
@@ -338,53 +124,3 @@ LEFT_OUT = (
     "shockpc analyze says where that matters in a landing"
 )
 """Said of many landings, for which the warnings of each are not computed."""
-
-
-def warning_lines(profile: ShockProfile) -> list[str]:
-    """The warnings of a landing."""
-    return [f"warning: {warning}" for warning in profile.health.warnings]
-
-
-def _contact_text(profile: ShockProfile, i: int) -> str:
-    asked, contact = profile.scene.contact[i], profile.contacts[i]
-    if (block := profile.landing.contacts[i]).kind == "stop":
-        value = "minimum" if side_of(profile.robot, block) > 0.0 else "maximum"
-        rebound = f", restitution {asked.restitution:g}" * bool(asked.restitution)
-        return (
-            f"{asked.frame}, the end stop at the {value} value of the joint{rebound}; speeds are those of its body's CoM against it"
-        )
-    where = ", ".join(f"{x:.3f}" for x in contact.point.round(3) + 0.0)
-    parts = [f"{asked.frame}{', its lowest point' if asked.at == 'lowest' else ''} at ({where}) m"]
-    kept = [d if isinstance(d, str) else "({:g} {:g} {:g})".format(*d) for d in asked.directions]
-    friction = profile.friction
-    slides = (
-        "" if friction is None or friction.impact is None else f" ({friction.state[i]} with friction {profile.scene.friction:g})"
-    )
-    parts.append(f"sticks{slides}" if asked.sticks else f"slides, constrained along {' '.join(kept)}")
-    parts += ["flat"] * (asked.kind == "flat") + [f"restitution {asked.restitution:g}"] * bool(asked.restitution)
-    parts += [f"normal ({vector_text(asked.normal)})"] if asked.normal else []
-    parts += [f"not along ({axis}), where only rounding of the file moves it" for axis in _left_out(profile, i)]
-    if np.linalg.norm(contact.approach - profile.strike) > 1e-9 * np.linalg.norm(profile.strike):
-        parts.append(f"approaches at ({vector_text(contact.approach)}) m/s")
-    return ", ".join(parts)
-
-
-def _left_out(profile: ShockProfile, i: int) -> Iterator[str]:
-    """The directions in which a contact is not stopped, because the mechanism moves it there only by what rounding leaves."""
-    block, rows = profile.landing.blocks[i], slices_of(profile.landing.blocks)[i]
-    for combination in profile.choice.infeasible:
-        axis = combination[rows][: len(block.forces)] @ block.forces
-        length = float(np.linalg.norm(axis))
-        if length > SHARE:
-            axis = axis / length * np.sign(axis[np.argmax(np.abs(axis))])
-            yield " ".join(f"{x:.3g}" for x in np.where(np.abs(axis) < 1e-3, 0.0, axis))
-
-
-def _settings(robot: Robot, values: Mapping[str, float], units: tuple[str, str]) -> list[str]:
-    """Values by pattern of joints, with the unit of the joints that turn or that slide."""
-    kinds = {joint.name: joint.kind == "prismatic" for joint in robot.single_joints}
-    texts = []
-    for pattern, value in values.items():
-        slides = sorted({kinds.get(name, False) for name in robot.match_joints(pattern)})
-        texts.append(f"{printable(pattern)} = {value:g} {' or '.join(units[kind] for kind in slides)}")
-    return texts

@@ -12,7 +12,8 @@ from shockpc.show.figure.layout import LEFT, Page, TableRows, column_height, cut
 from shockpc.show.figure.picture import draw_bodies, draw_marks, letter
 from shockpc.show.figure.style import band
 from shockpc.show.figure.view import View, Window, view_of, windows_of
-from shockpc.show.wording import BRACKETED, count, joint_model_text, plane_text, posture_text, robot_name, strike_text
+from shockpc.show.header import joint_model_text, plane_text, posture_text, strike_text
+from shockpc.show.wording import BRACKETED, count, robot_name
 from shockpc.text.printed import few, printable
 
 FOOT = 0.8

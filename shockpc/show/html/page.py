@@ -14,13 +14,11 @@ from typing import Any
 
 import numpy as np
 
-from shockpc.core.pulse import peak_acceleration
 from shockpc.core.spatial import Array
 from shockpc.impact.solve import CONTRADICTION
 from shockpc.landing.scene_file import scene_text
-from shockpc.landing.strike import GRAVITY
 from shockpc.profile import ILL_CONDITIONED
-from shockpc.quantities.every_strike import EveryStrike, StrikeAxes, every_strike
+from shockpc.quantities.every_strike import EveryStrike, StrikeAxes, contact_normals, every_strike, peak_per_speed
 from shockpc.quantities.histories import contact_forces, point_accelerations
 from shockpc.quantities.of_bodies import ROUNDED
 from shockpc.quantities.shock_profile import ShockProfile
@@ -334,10 +332,10 @@ def _landing(name: str, profile: ShockProfile, drawn: Sequence[Surface], geometr
             "body": block.body,
             "r": block.point.tolist(),
             # The page takes a contact that approaches along its normal as one that strikes, which an end stop does.
-            "normal": (-contact.approach / np.linalg.norm(contact.approach) if block.kind == "stop" else block.normal).tolist(),
+            "normal": normal.tolist(),
             **_motion(contact.approach, None if block.velocity is not None or block.kind == "stop" else strike_velocity),
         }
-        for contact, block in zip(profile.contacts, blocks, strict=True)
+        for contact, block, normal in zip(profile.contacts, blocks, contact_normals(profile), strict=True)
     ]
     centre = profile.scene.v_in == "com"
     points = [
@@ -372,7 +370,7 @@ def _landing(name: str, profile: ShockProfile, drawn: Sequence[Surface], geometr
         "normal": plane.normal.tolist(),
         "contacts": contacts,
         "points": points,
-        "peak": None if landing.pulse is None else peak_acceleration(1.0, landing.pulse) / GRAVITY,
+        "peak": peak_per_speed(landing),
         "length": landing.length,
         "rounded": ROUNDED,
         "histories": _histories(profile),

@@ -18,21 +18,10 @@ from shockpc.quantities.records import ContactImpulse
 from shockpc.quantities.selection import quantity
 from shockpc.quantities.shock_profile import ShockProfile
 from shockpc.robot.robot import STOP
+from shockpc.show.header import contacts_text, header_lines, landing_text, shared_lines, shared_warnings, warning_lines
 from shockpc.show.report import Picture, Report, Section, picture_files
 from shockpc.show.tables import Column, Lines, Row, Sheet, rounded
-from shockpc.show.wording import (
-    contact_name,
-    contacts_text,
-    count,
-    header_lines,
-    landing_text,
-    proof_text,
-    robot_name,
-    shared_lines,
-    shared_warnings,
-    shown_as,
-    warning_lines,
-)
+from shockpc.show.wording import contact_name, count, proof_text, robot_name, shown_as
 from shockpc.studies.analyze.landing_document import content
 from shockpc.studies.analyze.several import Reports, landings_sheet, worst_text
 from shockpc.studies.analyze.sheets import OPTIONAL, landing_tables

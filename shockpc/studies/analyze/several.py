@@ -7,9 +7,10 @@ import numpy as np
 
 from shockpc.quantities.selection import quantity
 from shockpc.quantities.shock_profile import ShockProfile
+from shockpc.show.header import landing_text
 from shockpc.show.report import Report
 from shockpc.show.tables import Cell, Row, Sheet, rounded
-from shockpc.show.wording import contact_name, landing_text
+from shockpc.show.wording import contact_name
 from shockpc.text.printed import few
 
 PLACES = 3

@@ -157,6 +157,7 @@ def batch(
             "Quantity by which landings are ranked, the worst first; the largest first where neither direction is worse.",
             "What is computed",
             "KEY[@PLACE]",
+            holds="quantity",
         ),
     ] = "shock_max",
 ) -> Batch:

@@ -4,9 +4,10 @@ import math
 from typing import Any
 
 from shockpc.show.document import record
+from shockpc.show.header import strike_text
 from shockpc.show.report import Picture, Report
 from shockpc.show.tables import Column, Lines, Sheet, sheet_of
-from shockpc.show.wording import contact_name, count, strike_text
+from shockpc.show.wording import contact_name, count
 from shockpc.studies.compare.study import Comparison, Differences
 from shockpc.text.diagnostic import alike
 from shockpc.text.printed import few

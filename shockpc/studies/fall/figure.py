@@ -10,8 +10,9 @@ from shockpc.show.figure.layout import MARGIN, Page
 from shockpc.show.figure.picture import outlined
 from shockpc.show.figure.style import BANDS, INK, PAPER, faded
 from shockpc.show.figure.view import Window, view_of
+from shockpc.show.header import joint_model_text
 from shockpc.show.tables import rounded
-from shockpc.show.wording import joint_model_text, robot_name
+from shockpc.show.wording import robot_name
 from shockpc.studies.fall.study import Falls, StrikeResult
 from shockpc.text.printed import few, printable
 

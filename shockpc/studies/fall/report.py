@@ -9,9 +9,10 @@ import numpy as np
 
 from shockpc.landing.ratings import torque_limits
 from shockpc.show.document import record
+from shockpc.show.header import header_lines, shared_warnings
 from shockpc.show.report import Picture, Report
 from shockpc.show.tables import Column, Lines, Row, Sheet
-from shockpc.show.wording import count, header_lines, shared_warnings
+from shockpc.show.wording import count
 from shockpc.studies.fall.strikes import FallStrike, Tip
 from shockpc.studies.fall.study import EFFORTS, Falls, StrikeResult
 from shockpc.text.printed import cause_lines, causes, few, in_degrees, listed

@@ -11,9 +11,10 @@ from shockpc.evaluation.designs import Design
 from shockpc.evaluation.variation import OF_A_LINK
 from shockpc.landing.scene_file import scene_text
 from shockpc.show.document import record
+from shockpc.show.header import shared_lines, shared_warnings
 from shockpc.show.report import Picture, Report, Section, picture_files
 from shockpc.show.tables import Lines, Row, Sheet, sheet_of
-from shockpc.show.wording import at_place, count, proof_text, shared_lines, shared_warnings, size_at_place
+from shockpc.show.wording import at_place, count, proof_text, size_at_place
 from shockpc.studies.compare.report import compare_report
 from shockpc.studies.compare.study import STANDARD, WITH_FRICTION, compare
 from shockpc.studies.improve.study import Improvement

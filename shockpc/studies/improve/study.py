@@ -145,6 +145,7 @@ def improve(
             "Question",
             "KEY@PLACES",
             "quantity",
+            holds="quantity",
             default="shock at the points of --at, at the IMU, or at the trunk's centre of mass",
         ),
     ] = (),
@@ -162,10 +163,16 @@ def improve(
     ] = (),
     over: Annotated[
         Vary,
-        Option("Each landing with all of these values, a:b:n or a,b,c, such as strike-angle=-20:20:5.", "Search", "NAME=VALUES"),
+        Option(
+            "Each landing with all of these values, a:b:n or a,b,c, such as strike-angle=-20:20:5.",
+            "Search",
+            "NAME=VALUES",
+            holds="varied",
+        ),
     ] = (),
     keep: Annotated[
-        str | Sequence[str], Option("A constraint, such as 'joint_impulse@*_KFE<=2', or >=.", "Search", "KEY@PLACES<=LIMIT")
+        str | Sequence[str],
+        Option("A constraint, such as 'joint_impulse@*_KFE<=2', or >=.", "Search", "KEY@PLACES<=LIMIT", holds="quantity"),
     ] = (),
     any_ground: Annotated[
         bool, Option("Also allow landings in which flat ground would pull a contact, or meet another link first.", "Search")

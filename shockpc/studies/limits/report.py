@@ -4,9 +4,9 @@ import math
 from typing import Any
 
 from shockpc.evaluation.variation import OF_THE_GROUND
+from shockpc.show.header import header_lines, warning_lines
 from shockpc.show.report import Picture, Report
 from shockpc.show.tables import Lines, Row, Sheet, sheet_of
-from shockpc.show.wording import header_lines, warning_lines
 from shockpc.studies.limits.study import JointLimits
 from shockpc.text.printed import in_degrees
 

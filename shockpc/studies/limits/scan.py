@@ -6,7 +6,7 @@ splines meet the bound.
 
 import functools
 import itertools
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from typing import NamedTuple
 
 import numpy as np
@@ -160,6 +160,11 @@ class LimitScan:
         """Whether (n,) flat ground allows the landing of every posture at all strike angles of a range of the scan [rad]."""
         return np.asarray(self._feasible[:, self._inside(low, high)].all(axis=1))
 
+    def feasible_runs(self, low: float, high: float) -> tuple[tuple[float, float], ...]:
+        """The first and last value of each run of feasible ones. Args: as for `feasible`."""
+        change = np.flatnonzero(np.diff(np.concatenate([[False], self.feasible(low, high), [False]])))
+        return tuple(zip(self.values[change[::2]].tolist(), self.values[change[1::2] - 1].tolist(), strict=True))
+
     @functools.cached_property
     def worst(self) -> tuple[Array, Array]:
         """The worst number (n,) over the range of strike angles, NaN without a result, and the strike angle (n,) of it [rad]."""
@@ -230,11 +235,15 @@ class LimitScan:
     def limited(self, fine: float) -> tuple[Array, list[Array]]:
         """Values (m,) and the worst number (m,) over each of the targets, close enough for limits to `fine`.
 
-        Values are added where the spline of the excess meets the bound, and at extrema that could reach it, until all are known.
+        Values are added where the spline of the excess meets the bound, at extrema that could reach it, and at the best of all
+        values and of those that are feasible, until all are known.
         """
         x, numbers = self.values, self._by_target(self.numbers, self.worst[0])
+        runs = [self.feasible_runs(*strikes) for strikes in self.targets]
         for _ in range(ROUNDS):
-            wanted = np.unique(np.concatenate([_still_to_compute(x, self._bound.violation(y), fine) for y in numbers]))
+            beyond = map(self._bound.violation, numbers)
+            places = (still_to_compute(x, y, within(x, of_target), fine) for y, of_target in zip(beyond, runs, strict=True))
+            wanted = np.unique(np.concatenate(list(places)))
             wanted = wanted[np.diff(wanted, prepend=-np.inf) > fine]
             if not len(wanted):
                 break
@@ -277,25 +286,39 @@ def _vertices(x: Array, y: Array) -> Array:
     return np.clip(np.where(np.isfinite(vertex), vertex, x[:, 1]), x[:, 0], x[:, 2])
 
 
-def _kinks(x: Array, y: Array) -> Array:
-    """Where the minimum of samples y (n,) at x (n,) may lie between two if branches meet there: where lines through two each do."""
-    k = np.argmin(y) + np.array([[-2, -1, 0, 1], [-1, 0, 1, 2]])
-    a, b, c, d = k[(k >= 0).all(axis=1) & (k < len(x)).all(axis=1)].T
+def _kinks(x: Array, y: Array, k: int) -> Array:
+    """Where the minimum beside sample k of y (n,) at x (n,) may lie if branches meet there: where lines through two each meet."""
+    four = k + np.array([[-2, -1, 0, 1], [-1, 0, 1, 2]])
+    a, b, c, d = four[(four >= 0).all(axis=1) & (four < len(x)).all(axis=1)].T
     with np.errstate(all="ignore"):
         left, right = (y[b] - y[a]) / (x[b] - x[a]), (y[d] - y[c]) / (x[d] - x[c])
         at = (y[c] - y[b] + left * x[b] - right * x[c]) / (left - right)
     return np.asarray(at[(at >= x[b]) & (at <= x[c])])
 
 
-def _still_to_compute(x: Array, beyond: Array, fine: float) -> Array:
-    """Where values are still to be computed: at roots of the spline, and at extrema that may reach the bound, or are the best."""
+def within(x: Array, runs: Sequence[tuple[float, float]]) -> np.ndarray:
+    """Which values (n,) are within one of some runs."""
+    return np.any([(x >= low) & (x <= high) for low, high in runs], axis=0) if runs else np.zeros(len(x), dtype=bool)
+
+
+def still_to_compute(x: Array, beyond: Array, feasible: np.ndarray, fine: float) -> Array:
+    """Where values are still to be computed: at roots of the spline, at extrema that may reach the bound, and at the best ones.
+
+    Args:
+        x: (n,) values that are known, ascending.
+        beyond: (n,) how far the number is beyond the bound there.
+        feasible: (n,) which of them are feasible, of which the best is sought too.
+        fine: how near to a known value nothing is computed.
+    """
     # A step changes the number by about as much on one side of an extremum as on the other.
     before, here, after = np.where(beyond[1:-1] > 0.0, 1.0, -1.0) * np.stack([beyond[:-2], beyond[1:-1], beyond[2:]])
     turning = (here <= np.minimum(before, after)) & (here < np.maximum(before, after) - here)
-    turning[np.clip(np.argmin(beyond) - 1, 0, len(turning) - 1)] = True
+    best = [int(np.argmin(beyond)), int(np.argmin(np.where(feasible, beyond, np.inf)))][: 1 + feasible.any()]
+    turning[np.clip(np.array(best) - 1, 0, len(turning) - 1)] = True
     three = np.flatnonzero(turning)[:, None] + np.arange(3)
     roots = CubicSpline(x, beyond).solve(0.0, extrapolate=False)
-    places = np.unique([*roots[np.isfinite(roots)], *_vertices(x[three], beyond[three]), *_kinks(x, beyond)])
+    kinks = (_kinks(x, beyond, k) for k in best)
+    places = np.unique(np.concatenate([roots[np.isfinite(roots)], _vertices(x[three], beyond[three]), *kinks]))
     return np.asarray(places[np.abs(places[:, None] - x).min(axis=1) > fine])
 
 

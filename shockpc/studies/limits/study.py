@@ -28,7 +28,7 @@ from shockpc.profile import ILL_CONDITIONED
 from shockpc.quantities.shock_profile import ShockProfile
 from shockpc.robot.elements import Joint
 from shockpc.robot.robot import Robot
-from shockpc.studies.limits.scan import ANGLES, LEAST, Bound, LimitScan
+from shockpc.studies.limits.scan import ANGLES, LEAST, Bound, LimitScan, within
 from shockpc.text.errors import SolveError, StudyError
 from shockpc.text.printed import UNITS, in_degrees
 from shockpc.text.shown import shown_by
@@ -414,16 +414,10 @@ def _limits(scan: LimitScan, bound: Bound, ends: tuple[End, End], fine: float) -
         edges: list[tuple[float, End]] = [(float(root), "bound") for root in roots]
         edges = [(float(x[0]), ends[0])] * bool(inside[0]) + edges + [(float(x[-1]), ends[1])] * bool(inside[-1])
         allowed = tuple(Interval(a, b, low, high) for (a, low), (b, high) in zip(edges[::2], edges[1::2], strict=True))
-        feasible = tuple(_runs(scan.values, scan.feasible(*strikes)))
-        k = int(np.argmin(np.where([any(low <= value <= high for low, high in feasible) for value in x], beyond, np.inf)))
+        feasible = scan.feasible_runs(*strikes)
+        k = int(np.argmin(np.where(within(x, feasible), beyond, np.inf)))
         known = bool(feasible) and np.isfinite(number[k])
         yield StrikeLimits(strikes, allowed, feasible, *((float(number[k]), float(x[k])) if known else (math.nan, math.nan)))
-
-
-def _runs(values: Array, holds: np.ndarray) -> Iterator[tuple[float, float]]:
-    """First and last value (n,) of each run of those for which something holds (n,)."""
-    change = np.flatnonzero(np.diff(np.concatenate([[False], holds, [False]])))
-    yield from zip(values[change[::2]].tolist(), values[change[1::2] - 1].tolist(), strict=True)
 
 
 def _strike_range(plane: Plane, given: tuple[float, float] | None) -> tuple[float, float]:

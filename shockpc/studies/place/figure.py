@@ -16,7 +16,8 @@ from shockpc.show.figure.picture import GOLD, SIGNS, letter, outlined, sign
 from shockpc.show.figure.silhouette import Edges, projection, silhouette, surface, to_plane
 from shockpc.show.figure.style import INK, shock_levels
 from shockpc.show.figure.view import Window, body_shapes
-from shockpc.show.wording import count, joint_model_text, posture_text, robot_name
+from shockpc.show.header import joint_model_text, posture_text
+from shockpc.show.wording import count, robot_name
 from shockpc.studies.place.study import PlaceStudy
 from shockpc.text.printed import printable
 

@@ -6,9 +6,10 @@ import numpy as np
 
 from shockpc.quantities.shock_profile import ShockProfile
 from shockpc.show.document import record
+from shockpc.show.header import shared_lines, shared_warnings
 from shockpc.show.report import Picture, Report
 from shockpc.show.tables import Column, Lines, Row, Sheet, sheet_of
-from shockpc.show.wording import count, proof_text, robot_name, shared_lines, shared_warnings
+from shockpc.show.wording import count, proof_text, robot_name
 from shockpc.studies.place.study import PlaceStudy
 from shockpc.text.printed import cause_lines, causes, few, listed
 

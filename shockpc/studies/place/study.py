@@ -181,6 +181,7 @@ def place(
             "by name or glob [deg; m if prismatic], and what else of a landing a sweep varies.",
             "Landings",
             "NAME=VALUES",
+            holds="varied",
         ),
     ] = (),
     weights: Annotated[

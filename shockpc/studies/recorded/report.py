@@ -8,9 +8,10 @@ from shockpc.evaluation.columns import Column as Computed
 from shockpc.evaluation.table import Table
 from shockpc.quantities.shock_profile import ShockProfile
 from shockpc.recordings.landings import CLOSED_BY, RATES_BY, RecordedLandings
+from shockpc.show.header import JOINT_MODELS
 from shockpc.show.report import Picture, Report, Section, picture_files
 from shockpc.show.tables import Column, Lines, Row, Sheet
-from shockpc.show.wording import JOINT_MODELS, LEFT_OUT, count, proof_lines, robot_line, shown_as, without_value
+from shockpc.show.wording import LEFT_OUT, count, proof_lines, robot_line, shown_as, without_value
 from shockpc.studies.recorded.study import FEWEST, STATISTICS, Validation
 from shockpc.text.printed import cause_lines, causes, few
 

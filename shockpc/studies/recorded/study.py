@@ -107,7 +107,9 @@ def recorded(
     *,
     robot: Robot | None = None,
     rename: RenameOption = None,
-    rank: Annotated[str | None, Option("Order the landings by a quantity, the worst first.", "Table", "KEY[@PLACE]")] = None,
+    rank: Annotated[
+        str | None, Option("Order the landings by a quantity, the worst first.", "Table", "KEY[@PLACE]", holds="quantity")
+    ] = None,
     prove: Annotated[
         int,
         Option(

@@ -11,9 +11,10 @@ from shockpc.robot.elements import Drive
 from shockpc.robot.feet_and_sensors import feet, sensors
 from shockpc.robot.robot import Robot
 from shockpc.show.document import record
+from shockpc.show.header import base_text
 from shockpc.show.report import Report
 from shockpc.show.tables import Column, Lines, Row, Sheet
-from shockpc.show.wording import base_text, count
+from shockpc.show.wording import count
 from shockpc.text.errors import RobotError
 from shockpc.text.printed import few
 

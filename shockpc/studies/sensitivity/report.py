@@ -7,9 +7,10 @@ from typing import Any
 import numpy as np
 
 from shockpc.show.document import record
+from shockpc.show.header import shared_lines, shared_warnings
 from shockpc.show.report import Picture, Report
 from shockpc.show.tables import Lines, Sheet, sheet_of
-from shockpc.show.wording import count, shared_lines, shared_warnings, shown_as
+from shockpc.show.wording import count, shown_as
 from shockpc.studies.sensitivity.study import Effect, Sensitivity
 from shockpc.text.printed import listed
 

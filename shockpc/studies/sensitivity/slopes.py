@@ -87,9 +87,9 @@ def _parameter(landing: PosedLanding, varied: Variation) -> Parameter:
         elif not varied.factor:
             size = step = own.mass
             lowest = -own.mass if kind in ADDED else 0.0
-    if kind == "armature" and not value:
+    if kind == "armature" and not varied.factor:
         v, H = robot.joint(varied.target).v.start, landing.state.H[0]
-        step = float(H[v, v])  # the inertia that the joint moves; with all others free it resists by less
+        step = value or float(H[v, v])  # the inertia that the joint moves; with all others free it resists by less
         size = 1.0 / float(np.linalg.inv(H)[v, v])
     if kind == "strike-angle" and landing.plane.level:
         value = math.nan
@@ -169,7 +169,8 @@ def slopes_beside(profile: ShockProfile, wanted: Mapping[str, Parameter], number
         left = np.where(one_sided[todo], 0.0, np.abs(2.0 * kink - bend))
         if not k:
             central = np.nan_to_num(left * h)[~one_sided]
-            noise = ROUNDING * float(np.median(central)) if len(central) else ROUNDING * EPSILON * abs(here)
+            # Of one-sided differences alone it is seen where nothing changes: the row of the landing, and its proven number.
+            noise = ROUNDING * (float(np.median(central)) if len(central) else max(EPSILON * abs(here), np.abs(f[3] - here).max()))
         apart = np.maximum(np.abs(whole - half), left) + noise / h
         better = apart < error[todo]
         found = (4.0 * half - whole) / 3.0

@@ -36,6 +36,7 @@ def sweep(
             "shockpc guide vary prints.",
             "What varies",
             "NAME=VALUES",
+            holds="varied",
         ),
     ] = (),
     *,

@@ -1,0 +1,177 @@
+"""What stays the same in a landing on elements of finite stiffness, and what depends on which of these are loaded."""
+
+from dataclasses import dataclass
+from typing import NamedTuple
+
+import numpy as np
+
+from shockpc.core.damped import Damped, damped_modes
+from shockpc.core.memo import memoized
+from shockpc.core.spatial import Array
+from shockpc.core.stiff_motion import Elements
+
+NEGLIGIBLE = 1e-11
+"""Share of the motion that excites the elements, below which what moves or presses counts as rounding."""
+
+DEPENDENT = 1e-13
+"""Share of the largest frequency below which that of a mode is rounding: its rows are dependent, or it moves no spring."""
+
+EASED = 0.01
+"""Share of the largest force and compression of a contact, and of the speed of the impact, below which nothing is noticeable."""
+
+
+class Loaded(NamedTuple):
+    """What depends on which elements are loaded.
+
+    Attributes:
+        fixed: rows that are held.
+        sprung: (r,) rows with a spring that is loaded.
+        still: (d, d) part of u that the held rows stop.
+        to_all, held: (r, r) and (r, d) from z and u to the forces of all elements, of a held row with what dampers press on it.
+        balance: (r,) the same of constant forces.
+        damper: (r, d) from u to the forces of dampers.
+        damped: the modes with the dampers that act; None without one.
+        pull: (d,) rate at which constant forces change u.
+        U, sigma, V: the modes, of the frequencies sigma (m,).
+    """
+
+    fixed: np.ndarray
+    sprung: np.ndarray
+    still: Array
+    to_all: Array
+    held: Array
+    balance: Array
+    damper: Array
+    damped: Damped | None
+    pull: Array
+    U: Array
+    sigma: Array
+    V: Array
+
+
+@dataclass(frozen=True, eq=False)
+class System:
+    """The elements, and the velocity before the impact, in the d coordinates of u along the rows of the elements.
+
+    All forces are scaled: they are those of the elements divided by −slope, √κ.
+
+    Attributes:
+        elements: the springs and dampers.
+        W: (r, d) velocity along each element for unit u.
+        to_velocity, constant, gravity, falling: as in `StiffMotion`.
+        u: (d,) at the impact.
+        pull: (d,) rate at which constant forces change u.
+        length: (r,) of the rows of W.
+        sprung: (r,) which elements have a spring.
+        rigid: (r,) which are held once they are unloaded.
+        grounded: (r,) which are of contacts.
+        lossy: (r,) which are unloaded in another way than they are loaded, or are normals.
+        damping: (r,) of the dampers; zero without one.
+        viscous: (r,) force of each damper for a unit rate, scaled.
+        steady: (r,) constant forces [N, N m].
+        noise: size of z and u that counts as rounding.
+        fastest: largest natural frequency of a single element [rad/s].
+        approaches: (r,) normals of contacts that approach the ground.
+        slowly: (r,) rate up to which an element is slow.
+    """
+
+    elements: Elements
+    W: Array
+    to_velocity: Array
+    constant: Array
+    gravity: Array
+    falling: Array
+    u: Array
+    pull: Array
+    length: Array
+    sprung: np.ndarray
+    rigid: np.ndarray
+    grounded: np.ndarray
+    lossy: np.ndarray
+    damping: Array
+    viscous: Array
+    steady: Array
+    noise: float
+    fastest: float
+    approaches: np.ndarray
+    slowly: Array
+
+    @property
+    def push_noise(self) -> Array:
+        """Scaled forces (r,) of spring and damper that count as rounding."""
+        return np.asarray(self.noise * (1.0 + self.viscous * self.length))
+
+    @memoized(most=64)
+    def loaded(self, held_rows: bytes, sprung_rows: bytes, slopes: bytes, dampers: bool) -> Loaded:
+        """What depends on which elements are loaded; where contacts open and close, the same are loaded again and again.
+
+        Args:
+            held_rows: bytes of a bool array (r,), which rows are held.
+            sprung_rows: the same, which have springs that are loaded.
+            slopes: bytes of the slopes (r,).
+            dampers: whether those act.
+        """
+        sprung, slope = np.frombuffer(sprung_rows, dtype=bool), np.frombuffer(slopes)
+        fixed = np.flatnonzero(np.frombuffer(held_rows, dtype=bool))
+        r, d = self.W.shape
+        F, pull, still = np.where(sprung, slope, 0.0)[:, None] * self.W, self.pull, np.zeros((d, d))
+        acting = sprung & (self.damping > 0.0) & dampers
+        damper, G = np.where(acting, self.viscous, 0.0)[:, None] * self.W, np.sqrt(self.damping[acting])[:, None] * self.W[acting]
+        # The scaled forces of all elements are to_all · z + held · u + balance.
+        to_all, held, balance = np.diag(sprung.astype(float)), np.zeros((r, d)), np.zeros(r)
+        if len(fixed):
+            # From H u̇ = 0 with u̇ = −Fᵀz − GᵀGu − Hᵀm + c follows m = (H Hᵀ)⁻¹ H (c − Fᵀz − GᵀGu); of dependent rows each takes
+            # the smallest share.
+            H, size = self.W[fixed] / self.length[fixed, None], (slope * self.length)[fixed]
+            least = np.linalg.pinv(H.T, rcond=1e-9)
+            still = H.T @ least
+            to_all[fixed], balance[fixed] = -(least @ F.T) / size[:, None], least @ pull / size
+            held[fixed] = -(least @ G.T @ G) / size[:, None]
+            F, G, pull = F - F @ still, G - G @ still, pull - still @ pull
+        U, sigma, Vt = np.linalg.svd(F, full_matrices=False)
+        sigma[sigma < DEPENDENT * sigma.max(initial=0.0)] = 0.0
+        of_dampers = damped_modes(sigma, G @ Vt.T) if len(G) else None
+        return Loaded(fixed, sprung, still, to_all, held, balance, damper, of_dampers, pull, U, sigma, Vt.T)
+
+
+def system_of(elements: Elements, W: Array, to_velocity: Array, from_velocity: Array, velocity: Array, gravity: Array) -> System:
+    """The system of a landing.
+
+    Args:
+        elements: the springs and dampers.
+        W: (r, d) velocity along each element for unit u.
+        to_velocity: (n, d) from u to velocities.
+        from_velocity: (d, n) back.
+        velocity: (n,) before the impact [rad/s, m/s].
+        gravity: (n,) accelerations of free fall [rad/s², m/s²].
+    """
+    u, free = from_velocity @ velocity, from_velocity @ gravity
+    length, slope, sprung = np.linalg.norm(W, axis=1), np.sqrt(elements.stiffness), elements.stiffness > 0.0
+    damping = np.broadcast_to(np.asarray(elements.damping, dtype=float), len(W))
+    steady = np.where(sprung, 0.0, np.asarray(elements.load))
+    pull, speed, single = free + W.T @ steady, float(np.linalg.norm(u)), slope * length
+    rate = W @ u
+    approaches = elements.normal & (rate < -1e-13 * length * speed)
+    return System(
+        elements=elements,
+        W=W,
+        to_velocity=to_velocity,
+        constant=velocity - to_velocity @ u,
+        gravity=gravity,
+        falling=gravity - to_velocity @ free,
+        u=u,
+        pull=pull,
+        length=length,
+        sprung=sprung,
+        rigid=elements.restitution == 0.0,
+        grounded=elements.contact >= 0,
+        lossy=elements.normal | (elements.restitution < 1.0),
+        damping=damping,
+        viscous=damping / np.where(sprung, slope, 1.0),
+        steady=steady,
+        # What single contacts come to rest at counts like the speed.
+        noise=NEGLIGIBLE * (speed + float(np.linalg.norm(pull)) / float(single[elements.normal].min())),
+        fastest=float(single.max()),
+        approaches=approaches,
+        slowly=EASED * float(np.max(-rate[approaches] / length[approaches], initial=0.0)) * length,
+    )
