@@ -142,7 +142,7 @@ def _moved(landing: PosedLanding, more: Sequence[str]) -> Iterator[Joint]:
     """The joints that carry what strikes, or lead one that does, and others by name."""
     robot = landing.robot
     names = {name for pattern in more for name in robot.match_joints(pattern)}
-    carrying = robot.ancestors[[block.body for block in landing.contacts]].any(axis=0)
+    carrying = np.asarray(robot.ancestors[[block.body for block in landing.contacts]].any(axis=0))
     led = {name for mimic in robot.mimics if carrying[robot.joint(mimic.joint).v].any() for name in mimic.leaders}
     for joint in robot.independent_joints:
         if carrying[joint.v].any() or joint.name in led | names:
