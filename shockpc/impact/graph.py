@@ -108,7 +108,7 @@ class Graph(NamedTuple):
         return Compiled(Program.of(arrays), arrays["text"].tobytes().decode())
 
 
-def kept(landing: PosedLanding, label: tuple[Any, ...], make: Callable[[], Mapping[str, np.ndarray]]) -> dict[str, np.ndarray]:
+def kept(landing: PosedLanding, label: tuple[Any, ...], make: Callable[[], Mapping[str, Any]]) -> dict[str, np.ndarray]:
     """Arrays that are made of a landing, or were in an earlier run. Args: label, all that they depend on beside the landing."""
 
     def content() -> bytes:
