@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 from robot_texts import LIMIT, joint, link, urdf
 from trees import known_robot, robot_from
 
-from shockpc import Contact, Joints, Point, Posture, Scene, SceneError, SolveError, Strike, StudyError, shock_maps, shock_profile
+from shockpc import Contact, Joints, Point, Posture, Scene, SceneError, SolveError, Strike, shock_maps, shock_profile
 from shockpc.landing.strike import GRAVITY
 
 pytestmark = pytest.mark.smoke
@@ -248,8 +248,8 @@ def test_a_profile_is_read_only():
 
 
 def test_wrong_calls_are_refused_in_words(tmp_path):
-    """A robot's name is no scene, a path may be a Path, and a configuration holds rotations."""
-    with pytest.raises(StudyError, match="scene is 'anymal_b', of type str; it has to be Scene"):
+    """A robot's name is a scene without contacts, a path may be a Path, and a configuration holds rotations."""
+    with pytest.raises(SceneError, match=r"no contact is defined; .*LF_FOOT"):
         shock_profile("anymal_b")
     file = tmp_path / "r.urdf"
     file.write_text(urdf(link("box")))

@@ -161,7 +161,7 @@ EVERYBODY = frozenset(
 RARE = frozenset({*SceneOptions._fields, *OF_RECORDS} - {"given", *EVERYBODY})
 """Those that --help-all adds."""
 
-RARE_OF_RUN = ("cluster", "wait", "strict", "explain", "spectrum", "save_scene", "force")
+RARE_OF_RUN = ("cluster", "wait", "strict", "explain", "spectrum", "save_scene", "force", "live")
 """Options of a run that --help-all adds."""
 
 PANELS = frozenset(

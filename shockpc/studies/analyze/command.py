@@ -21,7 +21,7 @@ def analyze(
     robot: str = ROBOT,
     options: SceneOptions,
     output: OutputOptions,
-    body: tuple[str, ...] = in_output("Show only these bodies in tables, CSV and JSON.", "BODY"),
+    body: tuple[str, ...] = in_output("Show only these bodies.", "BODY"),
     save_scene: Path | None = in_output(
         "Write the scene that this command line describes, a file for each landing.", "FILE", scene_file
     ),

@@ -53,10 +53,10 @@ For analyze and other commands, budgets.toml:land-front is the landing of that
 case, at the first of its strike angles.
 
 \b
-Where a metric is of points, such as shock or peak_g, the name of a body means
-its centre of mass. Of a vector the length is taken; delta_v.z is a component. A
-number that may be of either sign needs both min and max, and with only a
-baseline_tolerance may change in neither direction.
+Where a metric is of points, such as shock or peak_g, the name of a body
+means its centre of mass. Of a vector the length is taken; delta_v.z is a
+component. A number that may be of either sign needs both min and max, and
+with only a baseline_tolerance may change in neither direction.
 
 \b
 Exit codes: 0 all budgets are met, 1 one of severity error is exceeded,
