@@ -284,6 +284,7 @@ COMMANDS = {
     "identify landings.csv robot.urdf --unknown armature:knee=0.01:1": (0.5, "landings.csv"),
     "improve robot.urdf --contact foot --at body --vary knee=-60:60 --starts 1": (0.5, "robot.urdf"),
     "fall robot.urdf": (1, "robot.urdf part.stl"),
+    "export robot.urdf --contact foot --quantity shock@body --lang js --sample 3": (0.5, "robot.urdf"),
     "guide": (0.1, "robot.urdf"),
     "bench robot.urdf --contact foot": (0.2, "robot.urdf"),
     "paper 1": (0.1, "robot.urdf"),
