@@ -477,7 +477,8 @@ STUDIES = {
 @pytest.mark.parametrize("study", STUDIES)
 def test_every_study_has_a_page(capfd, tmp_path, monkeypatch, study):
     """Figures, tables, warnings and the command in one file, which needs neither Plotly nor a network."""
-    monkeypatch.setattr("shockpc.show.folder.plotly", lambda: None)
+    for module in ("show.folder", "paper.report"):
+        monkeypatch.setattr(f"shockpc.{module}.plotly", lambda: None)
     good(capfd, study, *STUDIES[study], "--out", tmp_path)
     text = (tmp_path / "report.html").read_text(encoding="utf-8")
     page, figures = Page(text), len(list(tmp_path.glob("*.svg")))
