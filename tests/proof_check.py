@@ -103,6 +103,6 @@ def error_of_maps(profile, found):
     assert found.rank[0] == len(profile.choice.rows)
     if not found.prove[0]:
         assert error <= 1e-9
-        # Bodies that hardly move lose more digits than the fastest.
+        # Bodies that move little lose more digits than the fastest.
         assert np.max(off) <= 1e-12 * max(1.0, found.condition[0] / 1e2) * size.max()
     return error

@@ -550,7 +550,7 @@ def test_a_number_that_does_not_depend_on_what_varies(capfd, maximum, words):
 
 
 def test_a_loop_is_followed_to_its_last_digit():
-    """A last step below the tolerance closes what is open by hardly more; the loop is not refused for it."""
+    """A last step below the tolerance closes what is open by little more; the loop is not refused for it."""
     base = dataclasses.replace(scene("five_bar"), posture=Posture(joints_deg={"front_hip": 62.0, "rear_hip": -60.0}))
     landing = resolve(base, robot_of(base))
     joint, held = landing.robot.joint("front_hip"), fixed_joints(landing.robot, base.posture, ())

@@ -24,7 +24,7 @@ def test_named_planes_have_their_letters_for_axes(name, e1, e2):
     assert not np.signbit(np.concatenate(plane))[np.concatenate(plane) == 0.0].any()  # "-0" would reach printed files
 
 
-@example(np.array([1e-7, -2e-7, 1.0]))  # nearly level: the normal leaves "up" hardly a component in the plane
+@example(np.array([1e-7, -2e-7, 1.0]))  # nearly level: the normal leaves "up" almost no component in the plane
 @given(VECTORS.filter(lambda n: np.linalg.norm(n) > 1e-3))
 def test_a_plane_is_a_right_handed_frame_with_e2_up(normal):
     """Its axes are orthonormal with e1 × e2 = n, n is parallel to the given normal, and no direction in it is higher than e2."""
