@@ -69,6 +69,7 @@ def solved(family, variant, value):
     return profile, maximal_jumps(profile.landing, profile.choice.rows)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", FAMILIES)
 def test_hard_cases_get_proven_numbers(name):
     """Those of the benchmark that have an answer: no error is above the bound, and that is rounding; maps agree, or are flagged.
@@ -87,6 +88,7 @@ def test_hard_cases_get_proven_numbers(name):
         assert_maps_are_those_of_the_proof(profile)
 
 
+@pytest.mark.slow
 def test_the_impact_of_500_links_is_proven():
     """The struck point stops, and the impulse is the change of the whole chain's momentum.
 
@@ -109,6 +111,7 @@ def test_the_impact_of_500_links_is_proven():
     np.testing.assert_allclose(robot.masses @ centres, proof.impulse[:, 3], atol=1e-12)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("case", [("mass ratio", "struck heavy, rooted light", "1e+10"), ("links", "struck at the end", "200")])
 def test_the_error_of_double_precision_is_the_true_one(case):
     """Reported error of the solution in double precision; and that of a solution with a known error."""
@@ -166,6 +169,7 @@ def test_inertia_along_the_tree_keeps_its_armature():
     np.testing.assert_array_equal(geared.armature, 0.1)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("base", "joints"),
     [

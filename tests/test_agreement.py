@@ -87,6 +87,7 @@ def places(profile, text):
     return places_at(profile.landing, select(text).quantity)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("study", [of_sweep, of_recorded, of_designs, of_budgets, of_batch])
 @pytest.mark.parametrize(
     ("name", "proven"), [(name, proven) for name in SCENES for proven in (True, False) if proven or name != "finite stiffness"]

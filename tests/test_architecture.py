@@ -4,6 +4,7 @@ import fnmatch
 import json
 from pathlib import Path
 
+import pytest
 from commands import python
 
 import shockpc
@@ -46,6 +47,7 @@ def imported(code: str, *words: str) -> set[str]:
     return set(json.loads(done.stderr.splitlines()[-1])) & HEAVY
 
 
+@pytest.mark.slow
 def test_nothing_is_imported_before_it_is_needed():
     """Importing the package and asking for help load no library; a profile needs no meshes, no drawing and no scene file."""
     computing = {"numpy", "pinocchio", "flint"}

@@ -189,6 +189,7 @@ def _first_failure(batch):
         raise shockpc.StudyError(batch.failures[0].reason)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("study", GROUND)
 @pytest.mark.parametrize(("option", "value"), [("friction", 0.3), ("contact_stiffness", 1e5)])
 def test_what_is_said_of_the_ground_has_an_effect_or_is_refused(study, option, value):

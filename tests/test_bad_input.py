@@ -233,6 +233,7 @@ robots:: dgo => no robot "dgo"; nearest: "go2", "go1"
 SWEEP = "sweep stick.urdf --contact foot --vary knee=10,20"
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("reason", "words"), commands(COMMANDS, STICK="analyze stick.urdf", FOOT="analyze stick.urdf --contact foot", SWEEP=SWEEP)
 )
@@ -401,6 +402,7 @@ def bash(line, folder, **options):
     return subprocess.run(["bash", "-c", line], capture_output=True, text=True, cwd=folder, check=False, **options)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("command", "code", "streams"), [
     *((RESULT, 0, streams) for streams in ("2>&-", "2>/dev/full", ">/dev/null 2>&-", "<&-", "2>&1 | true")),
     *((MISTAKE, 2, streams) for streams in ("2>&-", "2>/dev/full", "2>&1 | true")),
@@ -454,6 +456,7 @@ def test_signals_from_outside(here, number, code):
     assert interrupted(here, number, *LANDING) == Outcome(code, "", STOPPED)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("module", ["shockpc.cli.app", "typer", "pinocchio", "matplotlib.figure"])
 @pytest.mark.parametrize("swallowed", [False, True])
 def test_interrupted_imports(here, module, swallowed):

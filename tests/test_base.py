@@ -43,6 +43,7 @@ def with_postures(text):
     return robot_from(text, srdf=known_robot("quadruped").source.srdf.read_text())
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("change", CHANGES)
 @pytest.mark.parametrize(("kind", "name"), [("floating", "world"), ("floating", "footprint"), ("planar", "world")])
 def test_a_massless_root_that_carries_the_robot_on_a_floating_joint_is_the_world(kind, name, change):

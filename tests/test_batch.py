@@ -102,6 +102,7 @@ def test_rows_are_ranked_by_the_greatest_shock_of_the_trunk(dogs):
     assert shocks == sorted(shocks, reverse=True)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("rank", "sign"), [("friction_needed", -1.0), ("ropc", 1.0), ("delta_v.y@*", -1.0)])
 def test_rows_are_ranked_by_any_quantity_the_worst_first(rank, sign):
     """The largest friction first, the smallest radius, the largest magnitude of what has a sign."""

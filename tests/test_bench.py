@@ -139,6 +139,7 @@ def test_all_peers_do_the_same_work(name):
         np.testing.assert_array_equal(one.read(one.run()), found[peer])
 
 
+@pytest.mark.slow
 def test_symbols_in_numpy_and_in_c_are_the_maps(monkeypatch):
     monkeypatch.setattr("shockpc.bench.many_postures.IN_SYMBOLS", ("anymal_b",))
     monkeypatch.setattr("shockpc.bench.many_postures.BLOCK", 200)
@@ -180,6 +181,7 @@ def test_a_strike_near_the_centre_of_mass_tends_to_translation(rods):
     assert products == pytest.approx([products[-1]] * len(products), rel=1e-6)
 
 
+@pytest.mark.slow
 def test_a_small_suite_from_clock_to_report(tmp_path, monkeypatch):
     monkeypatch.setitem(COSTS, "costs", lambda budget: Sheet("costs", ("what",), [("a command",)]))
     for measured in ("symbols", "measured landings", "measured tosses", "touchdowns in logs"):
@@ -210,6 +212,7 @@ def test_a_small_suite_from_clock_to_report(tmp_path, monkeypatch):
         assert name in chart
 
 
+@pytest.mark.slow
 def test_a_command_that_fails_is_reported(monkeypatch):
     monkeypatch.setattr("shockpc.bench.costs.COMMANDS", {"failing": ("-m", "shockpc", "analyze", "nothing")})
     with pytest.raises(SolveError, match=r"^a process of the benchmark failed .*analyze nothing.*: shockpc: "):

@@ -898,6 +898,7 @@ values = "±0.02"
 )
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("side", ["max", "min"])
 def test_a_percentile_is_met_where_so_many_designs_meet_it(capfd, here, side):
     """The limit lies between two designs in order: just enough meet it, or one too few; numbers are those of single analyses."""

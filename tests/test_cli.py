@@ -146,6 +146,7 @@ PLANES = [
 ]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("plane", "forward"), [*PLANES, ("xy", None), ("0,-1,0.1", None), ("1,1,1", None)])
 def test_a_fall_is_vertical_and_forward_is_world_x_or_world_y(capfd, here, plane, forward):
     """For either sign of the normal a strike of 30 degrees moves to x, or to y in a plane across x; a fall is against world z."""
@@ -307,6 +308,7 @@ LANDINGS = [
 ]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("words", LANDINGS, ids=lambda words: " ".join(words[-4:]))
 def test_saved_scene_gives_the_same_bytes(capfd, here, monkeypatch, words):
     """Whatever was typed: the scene that is saved gives the same document, run anywhere and in Python, and the same scene."""
@@ -350,6 +352,7 @@ OPTIONS = {
 """What each option changes in the scene of EVERY_KEY; None where it takes a key away."""
 
 
+@pytest.mark.slow
 def test_an_option_replaces_what_the_scene_file_says(capfd, here):
     """The keys of the saved scene that each option changes, and no others; later joints take precedence, so they come last."""
     (here / "landing.toml").write_text(re.sub(r'model = "geared"\n|\[\[closure\]\](.|\n)*?(?=\[\[contact)', "", EVERY_KEY))
@@ -519,6 +522,7 @@ def without_folder(words):
 ON_PAGES = [without_folder(words_of(typed.line)) for typed in commands()]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("command", COMMANDS)
 def test_examples_of_the_help_run(capfd, here, command):
     """Every help has one to three, above its options; those that a page shows as well run as its commands."""

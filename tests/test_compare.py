@@ -292,6 +292,7 @@ def test_figure_has_bars_beside_one_robot(dog, other):
         assert f">{text}<" in drawn
 
 
+@pytest.mark.slow
 def test_figure_shows_robots_that_look_different(dog):
     """In one colour scale; partners have one number."""
     drawn = figure_of(dog, design("hyq", "lf_foot"), pairs=PAIRS)

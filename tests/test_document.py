@@ -164,6 +164,7 @@ def test_nulls_stand_where_things_do_not_exist():
     assert [row["friction_needed"] for row in pulled["tables"]["contacts"]] == [0.0, None, None]
 
 
+@pytest.mark.slow
 def test_scene_in_the_document_is_the_whole_scene(profile):
     """Its `scene` alone computes the same bytes again; strike, base and posture are there even if nobody named them."""
     read = json.loads(json_text(document(profile)))

@@ -100,6 +100,7 @@ TIES = (
 )
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("base", [FIXED, FREE], ids=["fixed base", "free base"])
 @pytest.mark.parametrize("tie", TIES)
 def test_loops_are_mujoco_s(tie, base):

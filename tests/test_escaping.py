@@ -129,6 +129,7 @@ def read(path):
     return path.read_text(encoding="utf-8").replace(plotly().read_text(encoding="utf-8"), "")
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("command", "format_"),
     [*((command, "table") for command in COMMANDS), *(("analyze", format_) for format_ in ("markdown", "csv", "json"))],
@@ -149,6 +150,7 @@ def test_names_of_a_robot(capfd, here, command, format_):
             SUFFIXES[path.suffix](text)
 
 
+@pytest.mark.slow
 def test_names_of_budgets(capfd, here):
     """Cases, places and the file of budgets have such names; all formats are of one run."""
     cases = "".join(

@@ -210,6 +210,7 @@ REFUSED = {
 }
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("text", REFUSED, ids=range(len(REFUSED)))
 def test_what_cannot_be_expanded(
     text: str, folder: Path, tmp_path: Path, capfd: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
@@ -376,6 +377,7 @@ ATTACKS = {
 }
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("expression", ATTACKS)
 def test_expressions_run_nothing(expression: str, folder: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch):
     """Each is refused for what it says: no file is opened, made or removed, no process is started, no environment is read."""

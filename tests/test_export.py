@@ -30,6 +30,7 @@ def leg():
 RUN = {"c": ("cc", "make"), "js": ("node",)}
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("before", ["strike", "velocity"])
 @pytest.mark.parametrize("lang", ["c", "js", "casadi"])
 def test_code_is_that_of_proven_landings(leg, lang, before):
@@ -99,6 +100,7 @@ def test_wrong_code_is_not_written(leg, monkeypatch, wrong):
             export(scene, ["shock_com@trunk"], robot=robot, lang="js", sample=2)
 
 
+@pytest.mark.slow
 def test_the_command_writes_code_of_a_sole(capfd, tmp_path):
     """With the point that the refusal of its lowest one names."""
     foot = ("--contact", "left_ankle_roll_link")

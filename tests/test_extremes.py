@@ -208,6 +208,7 @@ def exact_extremes(omega, v, centre, axes):
     return mpmath.hypot(0 if inside else min(distances), along), mpmath.hypot(max(distances), along)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("flat", [None, (1, 1, 1), (1, 1, 0), (1, 1e-5, 1e-9)], ids=["ellipsoid", "sphere", "disc", "needle"])
 @pytest.mark.parametrize("case", range(6))
 def test_extremes_of_an_ellipsoid_are_right_to_1e_15(flat, case):

@@ -293,6 +293,7 @@ def test_urdf_and_mjcf_fall_alike(falls, tmp_path):
         assert same.values == pytest.approx(one.values, rel=1e-6, nan_ok=True)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("friction", [None, 0.5])
 def test_mujoco_agrees(figure, friction):
     """Held at its edge, and on a floor with friction; python tests/falling.py compares twenty falls each."""

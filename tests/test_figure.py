@@ -474,6 +474,7 @@ def outside(figure):
     return [name for name, b in boxes if b.x0 < 0 or b.y0 < 0 or b.x1 > width or b.y1 > height]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("robot", "frames", "angle", "plane"),
     [
@@ -573,6 +574,7 @@ print(hashlib.sha256(b"".join(files.values())).hexdigest(), "matplotlib.pyplot" 
 """
 
 
+@pytest.mark.slow
 def test_settings_of_matplotlib_change_nothing(tmp_path, monkeypatch):
     """Neither a matplotlibrc in the current folder nor a backend; pyplot is not imported."""
     plain = python(SCRIPT)
@@ -608,6 +610,7 @@ def test_importing_figures_changes_neither_folder_nor_environment(tmp_path, monk
     assert outcome.stdout.splitlines() == ["[]", "pdf 40.0"]
 
 
+@pytest.mark.slow
 def test_settings_that_matplotlib_refuses_are_named(tmp_path, monkeypatch):
     """A file that is no text is an error of one line; a backend, which no figure needs, is none of a command."""
     monkeypatch.chdir(tmp_path)
@@ -632,6 +635,7 @@ def paper_figure(number):
     return drawing, figure.profiles, drawing.axes[1 : 1 + len(figure.panels)]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("number", [1, 2, 3, 5])
 def test_labels_of_a_paper_figure_keep_apart(number):
     """No label lies on another or on the number of a body, and no text leaves the page."""

@@ -226,6 +226,7 @@ def test_folder_of_a_landing(tmp_path, profile):
     assert [row[0] for row in rows(folder / "contacts.csv")[1:]] == ["lf_foot"]
 
 
+@pytest.mark.slow
 def test_several_landings_and_then_one(tmp_path, profile):
     """A folder for each and a summary; one landing later, the files of its names are new and the others as they were."""
     write_report_folder(tmp_path, analyze_report({"a": profile, "b": profile}))

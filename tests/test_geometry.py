@@ -76,6 +76,7 @@ def test_collision_geometry_in_a_comment_is_none(tmp_path):
     assert len(shapes) == 1
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", ["anymal_b", "solo12", "talos", "go2"])
 @pytest.mark.parametrize("kind", ["collision", "visual"])
 def test_real_robots_reach_as_far_as_pinocchio_says(name, kind):

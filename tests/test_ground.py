@@ -566,6 +566,7 @@ def test_the_force_over_time_ends_at_zero():
     assert force[-2] > 10.0
 
 
+@pytest.mark.slow
 def test_files_over_time(capfd, here):
     """With a contact stiffness a folder has a figure over time; the spectrum of a point below the pulse's frequency is 2π f Δv."""
     words = ("anymal_b", "--contact", "LF_FOOT", "--slide", "--restitution", 1, "--contact-stiffness", "4e6:1e6", "--no-gravity")
@@ -592,6 +593,7 @@ def test_the_spectrum_of_a_contact_that_lasts_long_is_refused(capfd, here, stiff
 # Refusals, and scenes without either
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("changes", "error", "text"),
     [

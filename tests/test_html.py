@@ -173,6 +173,7 @@ def test_triangles_at_random_are_fewer_and_do_not_vanish():
     assert 0 < len(surface.triangles) <= 1000
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("failure", [MemoryError(), ValueError("Out of range float values are not JSON compliant")])
 def test_a_page_that_cannot_be_made_is_a_warning(capfd, here, monkeypatch, failure):
     """The other files are written, and the results printed."""
@@ -279,6 +280,7 @@ def compare_impulses(page, profile):
         np.testing.assert_allclose(cells(page, "joint-rows")[load.joint], row, rtol=1e-9, atol=1e-11 * size)
 
 
+@pytest.mark.slow
 @BROWSER
 def test_browser_follows_the_controls(moving, here, tmp_path_factory):
     """Angle, heading, speed and joint model give the numbers of an analysis with them; a leaving contact gives none."""
@@ -313,6 +315,7 @@ def test_browser_follows_the_controls(moving, here, tmp_path_factory):
         assert page.faults == []
 
 
+@pytest.mark.slow
 @BROWSER
 def test_browser_draws_anymal(here, tmp_path_factory):
     """Bodies have the colours of their bands; the slider gives the shock; tables fit into 800 px; nothing is requested."""
@@ -363,6 +366,7 @@ OVERLAPS = """(() => {
 })()"""
 
 
+@pytest.mark.slow
 @BROWSER
 def test_browser_follows_the_sliders_of_the_posture(moving, here, tmp_path_factory):
     """They give the numbers of an analysis with them; a singular posture has none, and is grey."""
@@ -445,6 +449,7 @@ def test_a_strike_that_contradicts_the_contacts_is_told_from_others(here):
         shock_profile(replace(profile.scene, strike=Strike(velocity=across)))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("across", [1e-12, 1e-10, 1e-8, 1e-7, 1e-2])
 def test_page_and_analysis_refuse_the_same_strikes(here, across):
     """What `contradicts` of report.js computes of the data decides as the analysis does, with the analysis's number."""
@@ -474,6 +479,7 @@ STUDIES = {
 }
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("study", STUDIES)
 def test_every_study_has_a_page(capfd, tmp_path, monkeypatch, study):
     """Figures, tables, warnings and the command in one file, which needs neither Plotly nor a network."""
@@ -497,6 +503,7 @@ ANSWERS = {
 """Arguments of commands, and what their pages begin with."""
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("command", ANSWERS)
 def test_a_page_begins_with_the_answer_of_its_command(capfd, here, command):
     """Places, changes and outcomes are before the view of the landing."""

@@ -131,6 +131,7 @@ def test_intervals_hold_noisy_values():
     assert found.errors["free impulse"] < found.errors["after"] < found.errors["left out"] * 1.1 < found.errors["before"]
 
 
+@pytest.mark.slow
 def test_a_drive_is_found_from_a_start_that_is_ten_times_off(here, capfd):
     """And drives.toml and scene.toml hold it, for every command."""
     table = leg(rng(), 12, here, noise=0.0)
@@ -172,6 +173,7 @@ def test_velocities_before_that_are_too_small():
     assert found.values == pytest.approx({"friction": 0.3, "restitution": 0.25, "scale:before": 1.0 / 0.9}, abs=1e-3)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("more", [{}, {"gravity": False}, {"torque": {"knee": 4.0}}, {"motors": "none"}])
 def test_a_contact_stiffness_from_velocities_at_a_time(here, more):
     """While the contact still presses; how stiff it is cannot be told from the end alone. What else counts on it may be given."""

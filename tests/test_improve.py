@@ -102,6 +102,7 @@ def test_anymal_against_a_grid_of_maps():
     assert max(one.points[0].shock for one in found.after.values()) == pytest.approx(optimum, rel=1e-14)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("any_ground", [False, True])
 def test_never_worse_than_random_landings_and_the_same_from_another_seed(any_ground):
     """2 000 random landings; on any ground all of them are allowed."""
@@ -245,6 +246,7 @@ def test_twelve_joints_have_the_same_optimum_from_every_seed(monkeypatch):
     assert first.values[0][1] < 5.04e-4
 
 
+@pytest.mark.slow
 def test_a_foot_whose_sole_has_no_shapes_has_the_same_optimum_from_every_seed():
     """Where its geometry reaches too far below the sole, it does not count as the contact: its height above the contact jumps."""
     robot, scene = known_robot("talos"), Scene(robot="talos", contact=(Contact(frame="left_sole_link"),))
@@ -288,6 +290,7 @@ def test_a_cost_can_be_sent_to_other_processes():
     assert (sent(x), sent.names, sent.feasible(x)) == (cost(x), cost.names, cost.feasible(x))
 
 
+@pytest.mark.slow
 def test_a_front_of_two_numbers():
     """Less of one number costs more of the other, and no point is worse in both than another."""
     robot = known_robot("anymal_b")
@@ -309,6 +312,7 @@ def test_a_front_ends_at_the_optimum_of_the_second_number():
     assert last == pytest.approx(improve(scenes, numbers[1], **how).values[0][1], rel=1e-5)
 
 
+@pytest.mark.slow
 def test_no_point_of_a_front_is_beaten_by_another():
     """Also where the first number is best without bound at many points."""
     how = {"vary": LEGS, "robot": known_robot("anymal_b"), "any_ground": True, "starts": 1}
@@ -319,6 +323,7 @@ def test_no_point_of_a_front_is_beaten_by_another():
     assert (np.diff(radius) < 0.0).all()
 
 
+@pytest.mark.slow
 def test_no_point_of_a_grid_beats_that_of_a_front_between_distant_optima():
     """Runs for a low bound of the shock have to begin where it holds: more of the mitigation lies far away, with more shock."""
     scene = Scene(robot="go2", contact=(Contact(frame="FL_foot"),))
@@ -333,6 +338,7 @@ def test_no_point_of_a_grid_beats_that_of_a_front_between_distant_optima():
         assert (mitigation[shock <= bound] <= best * (1.0 + 1e-3)).all()
 
 
+@pytest.mark.slow
 def test_a_front_whose_ends_almost_coincide_has_a_point():
     """Points that differ by about a millionth, which constraints hold at one place."""
     found = improve(
@@ -343,6 +349,7 @@ def test_a_front_whose_ends_almost_coincide_has_a_point():
     assert found.front[0].values[0] == pytest.approx(found.values[0][1], rel=1e-5)
 
 
+@pytest.mark.slow
 def test_a_front_has_one_point_where_a_number_is_zero():
     """Zero in double precision is of either sign and many sizes; of points with it that with the smallest other number counts."""
     scene = Scene(robot="solo12", contact=(Contact(frame="FL_FOOT"),))
@@ -353,6 +360,7 @@ def test_a_front_has_one_point_where_a_number_is_zero():
     assert (np.array([point.values[0] for point in front]) < 1e-9).sum() == 1
 
 
+@pytest.mark.slow
 def test_the_command_writes_the_optimum(tmp_path, capfd):
     words = (
         "improve", "anymal_b", "--contact", "LF_FOOT", "--at", "imu_link", "--vary", "LF_HFE=0:70", "--vary", "LF_KFE=-120:-20",
@@ -374,6 +382,7 @@ def test_the_command_writes_the_optimum(tmp_path, capfd):
     assert [file.name for file in (tmp_path / "out").glob("optimum-*.toml")] == ["optimum-1.toml"]
 
 
+@pytest.mark.slow
 def test_what_cannot_be_improved_says_so(capfd):
     robot = known_robot("anymal_b")
     for quantity, vary, text in (
@@ -445,6 +454,7 @@ def test_joints_of_over_are_no_variables():
         improve(anymal(), vary={"LF_KFE": "-100:-50"}, robot=robot, over={"*_KFE": "-70,-60"})
 
 
+@pytest.mark.slow
 def test_variables_by_default_are_those_of_all_landings():
     found = improve(anymal(), robot=known_robot("anymal_b"), over={"contact": "LF_FOOT,RH_FOOT"}, any_ground=True, starts=1)
     assert {one.subject[:2] for one in found.costs[0].variations} == {"LF", "RH"}

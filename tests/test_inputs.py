@@ -63,6 +63,7 @@ FILES = {
 """What a check reads: the file, the case, and further words of the command."""
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("again", [False, True], ids=["first command", "second command of a process"])
 @pytest.mark.parametrize("form", FILES)
 def test_no_file_of_a_check_is_replaced(capfd, here, form, again):
@@ -118,6 +119,7 @@ COMMANDS = {
 """The input, the output in its place, and the command on the input."""
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("form", COMMANDS)
 def test_no_output_of_a_study_replaces_its_input(capfd, here, form):
     """An output of the study, in the folder of results, is another name of its input."""

@@ -33,6 +33,7 @@ def assert_same_jump(mechanism, found, expected):
 # Step 1 against a second formulation
 
 
+@pytest.mark.slow
 @given(ANY, SEEDS)
 def test_the_jump_is_the_one_of_least_kinetic_energy(landing, seed):
     """Of all jumps that joints and contacts allow (Gauss; Kelvin); and double precision gives the same to the error reported."""
@@ -42,6 +43,7 @@ def test_the_jump_is_the_one_of_least_kinetic_energy(landing, seed):
     assert profile.health.double_error <= CLOSE
 
 
+@pytest.mark.slow
 @given(ANY, SEEDS, st.data())
 def test_the_root_of_the_tree_does_not_matter(landing, seed, data):
     """With another body as base, other link frames and other joint values, the shock is the same at the same places."""
@@ -56,6 +58,7 @@ def test_the_root_of_the_tree_does_not_matter(landing, seed, data):
 # Scaling, moving and turning
 
 
+@pytest.mark.slow
 @given(ANY, st.integers(-20, 20))
 def test_copc_and_ropc_ignore_the_speed(landing, power):
     """A strike 2^k times as fast moves no centre of percussion and changes no radius (powers of two scale without rounding)."""
@@ -66,6 +69,7 @@ def test_copc_and_ropc_ignore_the_speed(landing, power):
     np.testing.assert_array_equal(other.delta_v, one.delta_v * 2.0**power)
 
 
+@pytest.mark.slow
 @given(ANY, SEEDS)
 def test_the_jump_is_linear_in_the_strike(landing, seed):
     """The jump under a sum of strikes is the sum of the jumps, and the maps give it for every strike at once."""
@@ -79,6 +83,7 @@ def test_the_jump_is_linear_in_the_strike(landing, seed):
     np.testing.assert_allclose(jumps[:, 3:], profiles[1].delta_v, rtol=0, atol=1e-13 * scale)
 
 
+@pytest.mark.slow
 @given(st.sampled_from([(1.0, -2.0, 0.5), (1000.0, 0.0, 0.0), (0.0, -3e8, 0.0)]), trees.landings())
 def test_where_the_robot_stands_does_not_matter(away, landing):
     """A base a metre, a kilometre or a light second away moves every place and changes no shock, not in the last digit."""

@@ -63,6 +63,7 @@ def test_what_is_remembered_of_an_object_cannot_go_stale():
     assert other == SLIDING != FOOT
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("call", CALLS)
 def test_a_robot_ends_with_its_last_reference(call: str):
     """Whatever was computed of it."""
@@ -84,6 +85,7 @@ def test_a_robot_of_an_mjcf_ends_with_its_last_reference(tmp_path: Path):
     assert (left(), source()) == (None, None)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("scene", [FOOT, SLIDING, STIFF], ids=["landing", "friction", "stiffness"])
 def test_a_landing_ends_with_its_last_reference(scene: Scene):
     """Though what was solved of it refers to it."""

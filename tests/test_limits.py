@@ -58,6 +58,7 @@ def inside(allowed, value):
     return any(one.low <= value <= one.high for one in allowed)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("bound", [0.0052, 0.02, 0.1])
 def test_intervals_against_a_dense_sweep(bound):
     """Every value of a sweep ten times as dense is allowed where its shock is below the bound, and only there."""
@@ -76,6 +77,7 @@ def test_intervals_against_a_dense_sweep(bound):
         np.testing.assert_array_equal(usable, below & feasible)
 
 
+@pytest.mark.slow
 def test_ends_are_where_the_analysis_meets_the_bound():
     """A hundredth of a degree inside an end the shock is below the bound, as far outside it is above; and so for all strikes."""
     found, joint = hyq(0.05), "lf_kfe_joint"
@@ -113,6 +115,7 @@ def test_the_best_feasible_value_is_found_beside_a_better_one_that_is_not():
     assert number(x[x > 0.5]).min() == pytest.approx(0.5, abs=1e-12)
 
 
+@pytest.mark.slow
 def test_most_severe_strike_of_each_posture():
     """The largest shock over the strike angles against a grid, and so the strikes that keep the bound."""
     found = hyq(0.1)
@@ -153,6 +156,7 @@ def test_statement_of_the_paper_for_hyq():
     assert 5.0 < math.degrees(only.low) < 20.0
 
 
+@pytest.mark.slow
 def test_loops_move_with_the_joint():
     """The other joints close the loop in every posture, as an analysis of that posture does."""
     base = scene("five_bar")
@@ -193,6 +197,7 @@ def test_a_posture_without_a_result_keeps_no_bound():
         limits(base, "hind_knee", Point(frame="hind_lower_leg"), 3.0, joint_range=span, step=1e-9, strikes=(0.0, 0.0))
 
 
+@pytest.mark.slow
 def test_loop_that_cannot_be_closed_ends_the_range():
     """With lower links of the length of the upper ones, the hips cannot be turned apart by any angle."""
     base = scene("five_bar")
@@ -254,6 +259,7 @@ def test_a_ground_that_would_change_nothing_is_refused(study, ground, told):
         study(dataclasses.replace(HYQ, **ground))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     "strike",
     [
@@ -278,6 +284,7 @@ PARTS = dataclasses.replace(
 PULSE, STIFF = {"pulse": "half-sine:5ms"}, {"contact_stiffness": 1e5}
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("base", "target", "bound"),
     [
@@ -500,6 +507,7 @@ def test_a_sweep_beyond_the_limits_of_the_file_says_so(capfd, tmp_path):
     assert "lf_kfe_joint from -150 to -10 deg leaves the limits of the robot file, -140 to -20 deg" in text.out + text.err
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("base", "subject", "span", "target"),
     [
@@ -531,6 +539,7 @@ def test_what_has_no_limits(subject, text):
         limits(HYQ, subject, IMU, 0.1, joint_range=(0.0, 1.0), robot=known_robot("hyq"))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("maximum", "words"),
     [(0.1, "every value keeps the bound"), (1e-4, "no value keeps the bound"), (6e-3, "at some strike angles")],
@@ -592,6 +601,7 @@ def test_a_scan_of_which_a_part_needs_proofs_is_bounded_too(tmp_path):
     assert len(found.scan.angles) == 1
 
 
+@pytest.mark.slow
 def test_a_loop_is_followed_as_in_a_sweep():
     """Limits and sweep have one number for one landing, here of Cassie, whose rods let several joints move with the knee."""
     robot = str(Path(__file__).parents[1] / "robots" / "cassie.xml")

@@ -30,6 +30,7 @@ LANDINGS = {
 }
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", LANDINGS)
 def test_other_postures_are_those_that_are_proven(name):
     scene = LANDINGS[name]

@@ -109,6 +109,7 @@ ROBOTS = [
 """Without those that cannot be landed on their last body, and icub, whose condition of 1e19 shows the last bit of an angle."""
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", [*ROBOTS, "romeo_small", "icub_reduced"])
 def test_three_ways_to_load_a_robot_give_the_same_jumps(name: str):
     """By name, as a yourdfpy.URDF, and as a pinocchio.Model that Pinocchio's parser read."""
@@ -131,6 +132,7 @@ def test_three_ways_to_load_a_robot_give_the_same_jumps(name: str):
         )
 
 
+@pytest.mark.slow
 def test_a_geometry_model_gives_the_shapes_of_the_file():
     """Boxes, cylinders and capsules of the collision model, and meshes by the names of their files."""
     expected, path = outline(load_robot("anymal_b"), "collision"), str(load_robot("anymal_b").source.path)

@@ -575,6 +575,7 @@ REFUSED = {
 }
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("text", REFUSED, ids=range(len(REFUSED)))
 def test_what_cannot_be_computed_is_refused(text: str, tmp_path: Path, capfd: pytest.CaptureFixture[str]):
     """The message names the file, the element and what is wrong with it, in one line; nothing else is printed."""

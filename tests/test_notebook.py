@@ -61,6 +61,7 @@ def test_a_page_opens_in_a_cell(profile, monkeypatch):
     assert html.escape('<div id="view">') in cell
 
 
+@pytest.mark.slow
 def test_names_stand_for_scenes(here):
     """The name of a scene file is that scene, every other text a robot without contacts; as a scene itself."""
     (here / "landing.toml").write_text('robot = "anymal_b"\ncontact = ["LF_FOOT"]\n')

@@ -170,6 +170,7 @@ OUTCOMES = {
 """Whether a claim holds, and the other interpretations that change the outcome. Every other claim holds under all of them."""
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("claim", CLAIMS, ids=lambda claim: claim.statement[:40])
 def test_the_outcome_of_a_claim(claim):
     expected = [outcome for beginning, outcome in OUTCOMES.items() if claim.statement.startswith(beginning)]

@@ -63,6 +63,7 @@ def test_response_of_one_mass(x):
         assert amplification(shape, 1e-3) == pytest.approx(2.0 * math.pi * 1e-3 / ratio, rel=1e-5)
 
 
+@pytest.mark.slow
 def test_largest_response_to_a_half_sine():
     """1.77 A near f T = 0.8."""
     x = np.linspace(0.3, 3.0, 271)
@@ -485,6 +486,7 @@ def test_the_margin_changes_as_the_shock_does(here):
     np.testing.assert_allclose(changes[0], -changes[1], rtol=1e-8, atol=1e-8 * np.nanmax(np.abs(changes[1])))
 
 
+@pytest.mark.slow
 def test_names_of_parts(capfd, here):
     """Names that would be commands, markup or formulas are text in every output."""
     parts = "".join(f'[[part]]\nname = {json.dumps(name)}\nat = "imu_link"\nrating = "{RATING}"\n' for name in NAMES)

@@ -52,6 +52,7 @@ def test_large_robots_are_evaluated_without_data_that_grow_with_the_cube(monkeyp
             np.testing.assert_allclose(getattr(found, part), getattr(expected, part), rtol=0, atol=1e-13 * np.abs(expected.H).max())
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("restitution", [0.0, 0.5])
 @pytest.mark.parametrize("name", FEET)
 def test_the_jump_is_that_of_pinocchio(name, restitution):

@@ -174,6 +174,7 @@ def test_alternatives_are_the_best_places_of_a_fine_grid_at_the_distance(seed):
     assert [one.value for one in ranked] == sorted(one.value for one in ranked)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("seed", range(2))
 @pytest.mark.parametrize(("count", "weighted"), [(2, False), (3, False), (2, True)])
 def test_several_sensors_are_the_best_of_all_partitions(seed, count, weighted):

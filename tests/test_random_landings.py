@@ -41,6 +41,7 @@ def test_maps_are_those_of_the_proof_unless_flagged(profiles):
         assert_maps_are_those_of_the_proof(profile)
 
 
+@pytest.mark.slow
 def test_energy_momentum_and_loads(profiles):
     """Contacts approach as the whole motion makes them; what is lost is the drop of ½ q̇ᵀ (H + armature) q̇.
 

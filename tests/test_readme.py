@@ -135,6 +135,7 @@ def test_python_runs(capfd, here):
         exec(compile(text, "README.md", "exec"), {"__name__": "readme"})
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("library", OPTIONAL)
 def test_python_of_optimal_control_runs(library):
     """Where these libraries are installed, their examples find a landing with a tenth of the shock."""
@@ -201,6 +202,7 @@ def texts(drawing):
     return re.findall(r"<text[^>]*>(.*?)</text>", drawing.read_text(encoding="utf-8"))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("out", "drawn", "shown"), [("go2", "shock", "go2"), *((name, name, name) for name in ("compare", "sensitivity"))]
 )

@@ -958,6 +958,7 @@ def test_measured_cells_that_are_empty_are_left_out_of_figure_and_report(here, c
     assert (here / "out" / "measured.svg").exists()
 
 
+@pytest.mark.slow
 def test_rows_in_parts_are_continued(here, capfd):
     """A part that is missing is computed by --resume; another table is refused."""
     written(here / "log.csv", table())

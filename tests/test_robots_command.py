@@ -3,6 +3,7 @@
 import json
 import re
 
+import pytest
 from commands import ROBOTS, STICK, good
 from robot_texts import body, mjcf
 
@@ -97,6 +98,7 @@ def test_every_link_is_listed(capfd):
     assert {link for body in profile["bodies"] for link in body["links"]} == listed
 
 
+@pytest.mark.slow
 def test_list_of_all(capfd):
     """Every robot that the catalogue knows, in 120 columns; one that cannot be loaded is a row with the command that says why."""
     out = good(capfd, "robots")

@@ -77,6 +77,7 @@ def written(digits):
 SHAPES = list(itertools.product((2, 3), (True, False), (None, "back")))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("digits", [2, 3, 4, 5, 6, 7, 9, 12, 16])
 @pytest.mark.parametrize(("links", "rail", "back"), SHAPES)
 def test_a_leg_with_rounded_angles_lands_as_with_exact_ones(digits, links, rail, back):
@@ -214,6 +215,7 @@ WRITTEN = {
 }
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("rail", [True, False])
 @pytest.mark.parametrize("digits", [4, 5, 6, 7])
 @pytest.mark.parametrize("key", WRITTEN)

@@ -181,6 +181,7 @@ def before(tmp_path_factory):
     return folder, found
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("old", CHANGES | DIGITS)
 def test_every_key_counts(before, old):
     """A change to any line of the scene changes the numbers, or is refused."""
@@ -367,6 +368,7 @@ SCENES = records(
 )
 
 
+@pytest.mark.slow
 @given(SCENES)
 def test_a_written_scene_is_read_back(tmp_path_factory, scene):
     """With any names (quotes, dots, control characters), and joints in their order, which matters."""

@@ -133,6 +133,7 @@ def target_of(profile, study):
     return value
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("target", LANDINGS)
 def test_derivatives_against_landings_beside_the_given_one(target):
     """An effect of each kind: differences of analyses of changed robots and scenes."""
@@ -155,6 +156,7 @@ def test_derivatives_against_landings_beside_the_given_one(target):
         assert effect.derivatives[0] * h == pytest.approx((up - down) / 2.0, rel=1e-8, abs=1e-14 * abs(here))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("number", [10, 12, 17, 18, 23, 26, 63])
 def test_joint_values_against_other_postures(number):
     """Joints of every kind, followers and joint velocities before the impact, in random landings."""
@@ -219,6 +221,7 @@ def test_one_factor_on_all_inertia(target, degree):
     assert total == pytest.approx(degree * study.value, abs=1e-9 * study.value)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("omega", [None, (0.3, 0.5, 0.2)])
 def test_contacts_that_depend_on_one_another_in_one_posture_alone(omega):
     """Two flat feet have one more independent row beside this posture: where the robot turns the result jumps, else it does not."""
@@ -678,6 +681,7 @@ def test_ranges_as_a_mapping():
     assert len(mapped.effects) == 2
 
 
+@pytest.mark.slow
 def test_groups_and_feet_on_the_command_line(capfd, tmp_path):
     """A robot lands on all level feet, on edges and on each foot; the figure has the colours of better and worse."""
     words = ("sensitivity", "hyq", "--at", "trunk_imu", "--group", "*_lowerleg")

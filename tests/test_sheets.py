@@ -102,6 +102,7 @@ def test_every_study_is_among_these():
     assert STUDIES.keys() == REPORTS.keys()
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", REPORTS)
 def test_every_format_of_a_study_has_the_same_cells(name, tmp_path):
     found = STUDIES[name][0](tmp_path)

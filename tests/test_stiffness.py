@@ -90,6 +90,7 @@ def test_two_masses_and_a_rotor_behind_a_spring():
     np.testing.assert_allclose(motion.modes.participation.sum(axis=0), 1.0)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("ratio", [1e-3, 0.05, 0.6, 1.0 - 1e-9, 1.0, 1.0 + 1e-9, 2.0, 30.0])
 def test_a_damper_returns_what_its_mass_has_when_the_force_is_zero(ratio):
     """Integrated in time, m ẍ = −k x − c ẋ from x = 0; and a damper on each of two contacts under one mass is one of 2c and 2k."""
@@ -279,6 +280,7 @@ def test_matrix_exponentials_agree_under_constant_forces(seed, e):
     np.testing.assert_allclose(motion.at(np.zeros(1)).force[0], elements.load, atol=1e-9)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("e", [0.0, 1e-3, 1e-2, 0.1])
 def test_a_contact_that_opens_for_an_instant_is_followed(e):
     """A mass behind a spring presses a foot on the ground for long after the foot is at rest: the rebound depends little on e."""

@@ -123,6 +123,7 @@ def complementary(landing):
     return None
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("number", range(40))
 def test_stops_are_complementary(number):
     """They push or are left, against all sets of stops by trying; the energy lost is that of the motion, and none is gained."""

@@ -79,6 +79,7 @@ def check(made: Evaluation, rows=None, tolerance=1e-12) -> int:
     return done
 
 
+@pytest.mark.slow
 def test_grid_of_everything_equals_the_single_analysis(anymal):
     """Joints by glob, attitude, strike angle and speed, contact, offset, mass, centre of mass, inertia and armature at once."""
     vary = {
@@ -136,6 +137,7 @@ def test_rows_that_doubles_cannot_solve_are_proven():
     assert table(made)[0]["proven"].all()
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("robot", "contact", "changes"),
     [
@@ -168,6 +170,7 @@ def test_sample_within_the_limits_equals_the_single_analysis(robot, contact, cha
             assert np.all((values >= joint.limits[0] - 1e-12) & (values <= joint.limits[1] + 1e-12))
 
 
+@pytest.mark.slow
 @settings(parent=settings(), max_examples=settings().max_examples // 2)
 @given(st.integers(0, 3000))
 def test_sweeps_of_random_landings_equal_the_single_analysis(number):
@@ -200,6 +203,7 @@ INERTIAL = {
 ROTOR = Rotor(inertia=1e-4, gear_ratio=100.0)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("robot", "contact", "changes", "armature"),
     [
@@ -517,6 +521,7 @@ def test_a_change_of_a_link_changes_that_link_alone():
         changed(robot, read_changes("mass:base=2x"))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("vary", "options", "error", "words"),
     [
@@ -584,6 +589,7 @@ def test_values_that_differ_by_rounding_alone_are_counted(values):
     assert extent.span[0] <= min(values) <= max(values) <= extent.span[1]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("feet", "mu", "e", "along", "seed"), [("LF_FOOT", 0.3, 0.7, "normal", 0), ("LF_FOOT+RH_FOOT", 0.8, 0.9, "directions", 2)]
 )

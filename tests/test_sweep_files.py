@@ -229,6 +229,7 @@ def whole(tmp_path_factory):
     return folder / "stick.urdf", folder / "out"
 
 
+@pytest.mark.slow
 def test_killed_run_is_resumed_to_the_same_bytes(whole, tmp_path):
     """Kill -9 in mid-run with two processes, then --resume with one: the files of an uninterrupted run, and no part twice."""
     (stick, whole), killed = whole, tmp_path / "killed"
@@ -256,6 +257,7 @@ def undamaged(request, tmp_path_factory):
     return words, folder / "out", folder / "other"
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("damage", ["truncated", "changed", "of another sweep", "exception added", "without a checksum"])
 def test_damaged_part_is_computed_again(capfd, undamaged, tmp_path, damage):
     """Whatever happened to a part, --resume gives the files of an undamaged run."""
@@ -312,6 +314,7 @@ def test_a_part_without_end_is_computed_again(capfd, undamaged, tmp_path):
         assert files(out) == files(whole)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("format_", ["csv", "parquet"])
 def test_landings_that_the_ground_does_not_allow_are_left_out(capfd, stick, tmp_path, format_):
     """The other rows are those of the whole table; the summary counts what is left out, and --resume keeps the count."""
@@ -333,6 +336,7 @@ def test_landings_that_the_ground_does_not_allow_are_left_out(capfd, stick, tmp_
         assert files(out) == before
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("jobs", [1, 2])
 def test_interrupt_keeps_finished_parts(stick, tmp_path, jobs):
     """Ctrl-C ends with code 130 and one message; what was finished remains, and nothing half written does."""
@@ -346,6 +350,7 @@ def test_interrupt_keeps_finished_parts(stick, tmp_path, jobs):
     assert all(path.name.startswith("part-") for path in (tmp_path / "out" / "rows").iterdir())
 
 
+@pytest.mark.slow
 def test_progress_is_shown_on_a_terminal(stick, tmp_path):
     terminal, end = os.openpty()
     assert done(command(stick, "--contact", "foot", "--vary", "knee=-60:60:20000", "--out", tmp_path / "out", stderr=end))[0] == 0
@@ -447,6 +452,7 @@ entry()
 """Code of a command that waits for half a second until it says that a cluster has no worker."""
 
 
+@pytest.mark.slow
 def test_a_cluster(whole, tmp_path):
     """A scheduler alone, with a worker, with two of which one is killed in mid-run, and with one that is killed in mid-run.
 

@@ -54,6 +54,7 @@ def postures(landing, n, size=0.3):
     return Q
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", LANDINGS)
 def test_every_quantity_is_that_of_balls_or_refused(name):
     landing = landing_of(name)
@@ -84,6 +85,7 @@ def test_every_quantity_is_that_of_balls_or_refused(name):
             np.testing.assert_allclose(here[known], wanted[known], rtol=1e-9, atol=1e-10 * size, err_msg=entry.key)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", LANDINGS)
 def test_gradients_are_those_of_five_point_differences(name):
     landing = landing_of(name)
@@ -101,6 +103,7 @@ def test_gradients_are_those_of_five_point_differences(name):
         np.testing.assert_allclose(np.moveaxis(found, -1, 1), slope, rtol=0, atol=atol, err_msg=key)
 
 
+@pytest.mark.slow
 def test_gradient_in_balls():
     landing = landing_of("two feet, geared")
     found = SymbolicLanding(landing, ["delta_v@RF_SHANK"]).gradient(landing.q[None], (0.0, 0.0, 1.0))["delta_v@RF_SHANK"][0]
@@ -173,6 +176,7 @@ def test_what_no_program_can_say_is_refused_by_name():
         SymbolicLanding(landing, ["peak_g@imu_link"])
 
 
+@pytest.mark.slow
 def test_programs_are_kept_and_made_again_where_a_file_is_wrong(tmp_path, monkeypatch):
     monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path))
     landing = landing_of("sliding")

@@ -160,6 +160,7 @@ def test_every_study_is_among_these():
     assert STUDIES.keys() == declared - {"export"} | {"check_budgets"}  # the result of an export is code
 
 
+@pytest.mark.slow
 @pytest.mark.usefixtures("no_figures")
 @pytest.mark.parametrize("name", STUDIES)
 def test_every_study_has_a_table_with_units(name, tmp_path):

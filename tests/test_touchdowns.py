@@ -150,6 +150,7 @@ def rotation(quaternion):
     return matrix.reshape(3, 3)
 
 
+@pytest.mark.slow
 def test_the_table_is_one_that_landings_takes(here, trotting, dog_scene, capfd):
     """From the log to measured against predicted jumps on the command line; the figure and the table are written."""
     np.savez(here / "walk.npz", **trotting.log(), tau=np.zeros(len(trotting.time)))
