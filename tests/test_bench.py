@@ -16,7 +16,7 @@ from shockpc.bench.measure import OUTCOMES, measure, timed
 from shockpc.bench.methods import DIRECT, PROVEN, UnsuitedError, system_of
 from shockpc.bench.mujoco_peer import MUJOCO
 from shockpc.bench.report import suite_report
-from shockpc.bench.stiff_contacts import STIFFNESSES, stiff_contacts
+from shockpc.bench.soft_and_stiff import STIFFNESSES, stiff_contacts
 from shockpc.landing.scene import Closure, Contact, LoopEnd, Scene
 from shockpc.landing.strike import Strike
 from shockpc.profile import shock_profile

@@ -14,7 +14,7 @@ from robot_texts import body, floating, joint, link, mjcf, urdf
 from shockpc import Contact, Joints, Part, Point, Rotor, Scene, SceneError, SolveError, Strike, load_robot, resolve, shock_profile
 from shockpc.impact.stiffness import CompliantLanding
 from shockpc.landing.strike import GRAVITY
-from shockpc.paper.landings import scene as paper_scene
+from shockpc.paper.panel_landings import scene as paper_scene
 from shockpc.quantities.selection import quantity
 from shockpc.studies.analyze.history import draw_time
 

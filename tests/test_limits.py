@@ -21,7 +21,7 @@ from shockpc.landing.resolve import resolve
 from shockpc.landing.scene import Contact, Part, Point, Posture, Scene
 from shockpc.landing.scene_file import robot_of
 from shockpc.landing.strike import Strike
-from shockpc.paper.landings import scene
+from shockpc.paper.panel_landings import scene
 from shockpc.profile import shock_profile
 from shockpc.quantities.selection import select
 from shockpc.studies.limits.scan import still_to_compute, within

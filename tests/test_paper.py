@@ -11,8 +11,8 @@ from hypothesis import strategies as st
 
 from shockpc.paper.beam import STICKING, beam
 from shockpc.paper.claim import Claim
-from shockpc.paper.landings import land, middle_lines
 from shockpc.paper.leg import cases, reductions
+from shockpc.paper.panel_landings import land, middle_lines
 from shockpc.paper.quadruped import ANGLES, quadruped
 from shockpc.paper.report import paper_picture
 from shockpc.paper.skippy import ASSUMED, above_contact, skippy

@@ -14,7 +14,7 @@ from shockpc.core.most_severe import most_severe_direction
 from shockpc.core.pulse import SHAPES, peak_acceleration, pulse_from
 from shockpc.landing.scene_file import robot_of
 from shockpc.landing.strike import GRAVITY
-from shockpc.paper.landings import land, scene
+from shockpc.paper.panel_landings import land, scene
 
 FEET = {
     "anymal_b": ("LF_FOOT", "RF_FOOT", "LH_FOOT", "RH_FOOT"),

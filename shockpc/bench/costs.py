@@ -21,7 +21,7 @@ from shockpc.bench.many_postures import STRUCK, in_symbols, many_postures
 from shockpc.bench.measure import cost, timed
 from shockpc.bench.measured import measured_landings, measured_tosses
 from shockpc.bench.methods import all_quantities, double_jumps, system_of
-from shockpc.bench.stiff_contacts import stiff_contacts
+from shockpc.bench.soft_and_stiff import stiff_contacts
 from shockpc.core.impulse import solve_impact
 from shockpc.core.percussion import percussion, translation
 from shockpc.core.spatial import Array

@@ -8,7 +8,7 @@ import numpy as np
 
 from shockpc import ShockProfile, Strike
 from shockpc.paper.claim import ROUNDING, Panel, PaperFigure
-from shockpc.paper.landings import along, land
+from shockpc.paper.panel_landings import along, land
 
 BEAM = PaperFigure(
     1,

@@ -7,7 +7,7 @@ from functools import cached_property
 from typing import Any, NamedTuple
 
 from shockpc import ShockProfile
-from shockpc.paper.landings import land
+from shockpc.paper.panel_landings import land
 
 ROUNDING = 1e-11
 """Bound on rounding errors in lengths and shocks of order 1."""

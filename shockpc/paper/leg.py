@@ -10,7 +10,7 @@ import numpy as np
 
 from shockpc import ShockProfile, Strike
 from shockpc.paper.claim import ROUNDING, Options, Panel, PaperFigure
-from shockpc.paper.landings import along, land, largest, middle_lines
+from shockpc.paper.panel_landings import along, land, largest, middle_lines
 from shockpc.paper.quadruped import ANGLES, quadruped
 
 OPEN: Options = {

@@ -9,7 +9,7 @@ import numpy as np
 
 from shockpc import Joints, ShockProfile
 from shockpc.paper.claim import ROUNDING, Options, Panel, PaperFigure
-from shockpc.paper.landings import along, land
+from shockpc.paper.panel_landings import along, land
 
 QUADRUPED = PaperFigure(
     5,

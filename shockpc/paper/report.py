@@ -5,7 +5,7 @@ from collections.abc import Sequence
 from shockpc import Point
 from shockpc.landing.scene_file import scene_text
 from shockpc.paper.claim import Claim, PaperFigure
-from shockpc.paper.landings import land, scene
+from shockpc.paper.panel_landings import land, scene
 from shockpc.paper.study import FIGURES
 from shockpc.show.document import record
 from shockpc.show.html import plotly

@@ -10,7 +10,7 @@ from shockpc import ShockProfile, Strike
 from shockpc.core.spatial import Array
 from shockpc.landing.strike import GRAVITY
 from shockpc.paper.claim import Options, Panel, PaperFigure
-from shockpc.paper.landings import land, largest, middle_lines
+from shockpc.paper.panel_landings import land, largest, middle_lines
 
 SKIPPY = PaperFigure(
     3,

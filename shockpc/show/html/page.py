@@ -26,7 +26,7 @@ from shockpc.show.figure.picture import letter
 from shockpc.show.figure.style import BANDS, EDGES, SHOCK
 from shockpc.show.figure.view import body_shapes, numbered
 from shockpc.show.html.charts import CONFIG, STYLES, history, picture, placed
-from shockpc.show.html.posture import Posture, posture_of
+from shockpc.show.html.posture_sliders import Posture, posture_of
 from shockpc.show.html.surfaces import Surface, surfaces
 from shockpc.show.report import Picture, Report, Section
 from shockpc.show.tables import Cell, Column, Lines, Sheet, numeric

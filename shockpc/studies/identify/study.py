@@ -30,7 +30,7 @@ from shockpc.recordings.prediction import SCALE, Predicted, Predictor, coordinat
 from shockpc.recordings.table_files import columns_of
 from shockpc.robot.robot import Robot
 from shockpc.studies.identify.fit import Fit, Solution, fit_of, solve
-from shockpc.studies.identify.statements import of_model, of_unknowns
+from shockpc.studies.identify.remarks import of_model, of_unknowns
 from shockpc.studies.identify.uncertainty import Unknown, errors_left_out, errors_of_free_impulse, uncertainty
 from shockpc.text.errors import StudyError
 from shockpc.text.printed import listed
