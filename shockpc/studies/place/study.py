@@ -134,7 +134,7 @@ class PlaceStudy:
         """A row for each present sensor, for each place found, and for all of these together if there are several sensors."""
         entries = [(one.name, one.position, one.combined, one.shocks) for one in (*self.today, *self.places)]
         if self.count > 1:
-            together = np.min([one.shocks for one in self.places], axis=0)
+            together = np.stack([one.shocks for one in self.places]).min(axis=0)
             entries.append(("together", np.full(3, np.nan), self.combined, together))
         mean = self.weights is not None
         rows = (
