@@ -311,7 +311,8 @@ def _peak(outputs: Array, segments: Sequence[Segment], least: Array, effort: Eff
         raise ArithmeticError(
             f"the fastest mode oscillates more than {MOST_SAMPLES // 30} times in {lengths[0]:.3g} s; take the stiffest as rigid"
         )
-    effort.spend(int((steps + 1).sum()) * r * (modes + m * k))
+    # A product of matrices takes a small share of the time of what it multiplies, the more rows the smaller.
+    effort.spend(int((steps + 1).sum()) * min(r, 8 + r // 8) * (modes + m * k))
     ends, step = np.cumsum(steps + 1), lengths / steps
     begins, of_segment = ends - steps - 1, np.repeat(np.arange(count), steps + 1)
     # Times after the start of each segment, of samples of all of them one after the other, each with both of its ends.
