@@ -431,7 +431,7 @@ def test_schema_knows_every_key(capfd, here):
     table = tomllib.loads(EVERY_KEY)
     closure = table["closure"][0]
     used = {
-        "Scene": {*table, "friction", "contact_stiffness", "tangential_stiffness", "contact_damping", "gravity"}
+        "Scene": {*table, "friction", "contact_stiffness", "tangential_stiffness", "contact_damping", "contact_law", "gravity"}
         | {"stops", "stop_restitution", "stop_stiffness"},
         "Posture": {*table["posture"], "base_quaternion", "joint_quaternions"},
         "Contact": {*table["contact"][0]},

@@ -153,7 +153,8 @@ class State:
             return None, None
         length, first = first_crossing(rate, signals, horizon, self.effort)
         still = loaded.sigma == 0.0
-        drift, acceleration = (loaded.V @ np.where(still, loaded.V.T @ part, 0.0) for part in (motion.u, loaded.pull))
+        drift = loaded.V @ np.where(still, loaded.V.T @ motion.u, loaded.creep)
+        acceleration = loaded.V @ np.where(still, loaded.V.T @ loaded.pull, 0.0)
         segment = Segment(
             time,
             length,
@@ -189,10 +190,11 @@ class State:
             self.jump = self.jump - loaded.still @ (system.u + self.jump)
         u, z = system.u + self.jump, np.where(loaded.sprung, self.z, 0.0)
         moves = sigma > 0.0
-        inverse = np.divide(1.0, sigma, out=np.zeros_like(sigma), where=moves)
-        # From the deflection in which they are at rest.
+        deflects = moves if loaded.damped is None else loaded.damped.deflects
+        # From the deflection, and the velocity, at which constant forces leave them.
         velocity, pulled = V.T @ u, V.T @ loaded.pull
-        deflection = np.where(moves, U.T @ z - inverse * pulled, 0.0)
+        deflection, drift = np.where(deflects, U.T @ z - loaded.balanced, 0.0), np.where(moves, loaded.creep, velocity)
+        velocity = velocity - loaded.creep
         oscillations = (
             undamped(sigma, deflection, velocity) if loaded.damped is None else damped(loaded.damped, deflection, velocity)
         )
@@ -200,7 +202,7 @@ class State:
         of_u, of_z, of_held, of_damper = system.W @ V, to_all @ U, held @ V, damper @ V
         forces = to_all @ z + held @ u + loaded.balance
         rest = forces - of_z @ deflection - of_held @ np.where(moves, velocity, 0.0)
-        falling, drifting, zero = of_u @ np.where(moves, 0.0, pulled), of_u @ np.where(moves, 0.0, velocity), np.zeros(len(z))
+        falling, drifting, zero = of_u @ np.where(moves, 0.0, pulled), of_u @ drift, np.zeros(len(z))
         path = np.divide(speed, rate, out=np.zeros_like(speed), where=rate != 0.0)
         of_rate, of_force, of_gap = along(of_u, speed), along(of_z, p) + along(of_held, speed), along(of_u, path)
         rates, push = system.W @ u, np.sqrt(system.elements.stiffness)
@@ -238,6 +240,7 @@ class State:
         # Numbers of Python, because those of NumPy take ten times as long one by one.
         deflection, peak, rigid, noise = self.z.tolist(), self.peak.tolist(), system.rigid.tolist(), system.noise
         viscous, gap, rate = system.viscous.tolist(), self.gap.tolist(), (system.W @ (system.u + self.jump)).tolist()
+        relaxes = (system.relaxation > 0.0).tolist()
         for i, (phase, normal, length) in enumerate(
             zip(self.phase.tolist(), system.elements.normal.tolist(), system.length.tolist(), strict=True)
         ):
@@ -246,7 +249,7 @@ class State:
                 either = not normal and deflection[i] == 0.0
                 sign = -1.0 if normal or deflection[i] < 0.0 else 1.0
                 yield Watch(i, EventKind.UNLOADS, noise * length, 0.0, sign, either)
-                if viscous[i] and normal and not self.slow[i]:
+                if (viscous[i] or relaxes[i]) and normal and not self.slow[i]:
                     yield Watch(i, EventKind.SLOWS, 0.0, -float(system.slowly[i]), -1.0)
             elif phase == UNLOADING:
                 loaded = -1.0 if normal or peak[i] < 0.0 else 1.0

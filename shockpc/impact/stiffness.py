@@ -19,7 +19,7 @@ from shockpc.core.impulse import Solution
 from shockpc.core.memo import memoized
 from shockpc.core.spatial import Array, freeze
 from shockpc.core.spectrum import SAMPLES_A_PERIOD, shock_response
-from shockpc.core.stiff_contacts import attach_rotors, damper_restitution, simulate_landing
+from shockpc.core.stiff_contacts import attach_rotors, damper_restitution, series_damping, simulate_landing
 from shockpc.core.stiff_motion import Elements, History
 from shockpc.core.threads import one_thread
 from shockpc.impact.contact_rows import contact_rows
@@ -149,7 +149,7 @@ class CompliantLanding:
         k = np.where(self._strikes, of_stops, np.where(rows.normal, self._k, scene.tangential_stiffness or self._k))
         damping = np.where(self._strikes, 0.0, scene.contact_damping or 0.0)
         held = Elements.joined(
-            Elements.alike(rows.J, k, rows.restitution, rows.number, rows.normal, damping),
+            Elements.alike(rows.J, k, rows.restitution, rows.number, rows.normal, damping, relaxation=self._relaxation(k)),
             Elements.alike(along @ free, of_stops, scene.stop_restitution or 0.0, np.arange(c, c + len(along)), True),
             Elements.alike(free[springs], model.stiffness[springs], load=spring_loads(landing)[springs]),
         )
@@ -164,6 +164,19 @@ class CompliantLanding:
             Elements.alike(turned, 0.0, load=torque[motors]),
         )
         return M, elements, velocity, np.append(gravity, np.zeros(len(M) - len(gravity)))
+
+    def _relaxation(self, k: Array) -> Array:
+        """Rates (n,) at which dampers in series with the springs of the contacts let forces decay [1/s]; zero without such a law.
+
+        A mass then returns with its restitution. Of a robot its frequency ω is that of the mass m that sticking contacts stop,
+        ω² = Σ k s² / Σ m s² of the speeds s.
+        """
+        rows = self._rows
+        if self.landing.scene.contact_law != "damper":
+            return np.zeros(len(k))
+        impulse = np.linalg.lstsq(rows.J @ np.linalg.solve(rows.M, rows.J.T), rows.speeds, rcond=1e-10)[0]
+        omega = np.sqrt((k * rows.speeds) @ rows.speeds / (rows.speeds @ impulse))
+        return np.where(self._strikes, 0.0, 2.0 * omega * series_damping(rows.restitution))
 
     def _coordinates(self, B: Array, speeds: Array) -> Array:
         """Velocities of the coordinates before the impact, with which the rows B of the elements have their speeds.
@@ -306,7 +319,7 @@ class CompliantLanding:
         elements, modes = self.motion.elements, self.motion.modes
         frequency = 2.0 * np.pi * modes.frequency[modes.force[self._normal].argmax(axis=1)]
         c, k = np.asarray(elements.damping)[self._normal], elements.stiffness[self._normal]
-        return np.where(c > 0.0, damper_restitution(c * frequency / (2.0 * k)), elements.restitution[self._normal])
+        return np.where(c > 0.0, damper_restitution(c * frequency / (2.0 * k)), self._rows.restitution[self._rows.normal])
 
     @functools.cached_property
     def _turns(self) -> tuple[list[float], History]:
@@ -355,12 +368,15 @@ class CompliantLanding:
 
     @functools.cached_property
     def _compression(self) -> Array:
-        """Largest compression (c,) of each contact along its normal [m]."""
+        """Largest compression (c,) of each contact along its normal, with what dampers in series give way [m]."""
         # It is largest where the normal is unloaded, or at the end.
         elements, turns = self.motion.elements, self._turns[1]
         damper = np.asarray(elements.damping) * ((self._velocity + turns.jump) @ elements.rows.T)
         force = np.where(turns.force > 0.0, turns.force + damper, 0.0).max(axis=0)
-        return np.asarray(force[self._normal] / elements.stiffness[self._normal])
+        depth = np.where(
+            np.asarray(elements.relaxation) > 0.0, -(turns.displacement @ elements.rows.T).min(axis=0), force / elements.stiffness
+        )
+        return np.asarray(depth[self._normal])
 
     def warnings(self) -> Iterator[Diagnostic]:
         """Warnings where what the model leaves out counts: gravity, the change of geometry, and contacts that open often."""

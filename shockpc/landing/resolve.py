@@ -79,7 +79,11 @@ def _check_ground(scene: Scene, blocks: tuple[ConstraintBlock, ...]) -> None:
     strikes = any(block.kind == "stop" for block in blocks)
     if scene.stop_stiffness is not None and not ((scene.stops or strikes) and k is not None):
         raise SceneError("a stiffness of end stops needs stops = true (--stops) and the stiffness of the contacts; give these too")
-    for value, what in ((scene.tangential_stiffness, "a stiffness along the ground"), (scene.contact_damping, "a contact damping")):
+    for value, what in (
+        (scene.tangential_stiffness, "a stiffness along the ground"),
+        (scene.contact_damping, "a contact damping"),
+        (scene.contact_law, "a contact law"),
+    ):
         if k is None and value is not None:
             raise SceneError(f"{what} is given without the stiffness along the normal; give contact_stiffness too")
     if k is None and (scene.joints.torque or scene.joints.motors):
@@ -100,6 +104,10 @@ def _check_ground(scene: Scene, blocks: tuple[ConstraintBlock, ...]) -> None:
         raise SceneError(f"tangential_stiffness must be > 0 N/m, got {scene.tangential_stiffness:g}")
     if scene.contact_damping is not None and any(contact.restitution for contact in scene.contact):
         raise SceneError("a contact damping and a restitution cannot be combined; keep one of them")
+    if scene.contact_damping is not None and scene.contact_law is not None:
+        raise SceneError(
+            "a contact damping and a contact law are given; the law takes its damping from the restitution, so keep one"
+        )
     for contact, block in zip(scene.contact, blocks, strict=True):
         if block.kind == "stop" and mu is not None:
             raise SceneError(f'contact "{contact.frame}" is an end stop, and friction is for the ground; leave it out')

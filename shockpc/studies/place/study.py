@@ -164,7 +164,7 @@ class PlaceStudy:
         "--pulse and --range-g, also how much of a sensor's range is left along each axis."
     ),
     # What `refuse_ground` refuses, and parts, whose places are given.
-    without=("contact_stiffness", "contact_damping", "no_gravity", "stop_stiffness", "motors", "torque", "part"),
+    without=("contact_stiffness", "contact_damping", "contact_law", "no_gravity", "stop_stiffness", "motors", "torque", "part"),
     uses=("pulse",),
     reads="landings",
     passed=("progress",),
