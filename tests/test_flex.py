@@ -103,7 +103,7 @@ def test_forms(text):
 )  # fmt: skip
 def test_refused_forms(text):
     """Texts that say nothing of a link, or contradict themselves."""
-    with pytest.raises(ValueError, match="EI|tube"):
+    with pytest.raises(ValueError, match=r"EI|tube"):
         flex_from(text)
 
 
