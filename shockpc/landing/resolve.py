@@ -94,7 +94,7 @@ def _check_ground(scene: Scene, blocks: tuple[ConstraintBlock, ...]) -> None:
         )
     if k is None and scene.flex and not scene.part:
         raise SceneError(
-            "flexible links (flex) have an effect only on contacts of finite stiffness; give contact_stiffness too, or leave them out"
+            "flex: links that bend have an effect only on contacts of finite stiffness; give contact_stiffness too, or leave it out"
         )
     if mu is None and k is None:
         return
