@@ -177,13 +177,14 @@ class CompliantLanding:
         """Rates (n,) at which dampers in series with the springs of the contacts let forces decay [1/s]; zero without such a law.
 
         A mass then returns with its restitution. Of a robot its frequency ω is that of the mass m that sticking contacts stop,
-        ω² = Σ k s² / Σ m s² of the speeds s.
+        ω² = Σ k s² / Σ m s² of the speeds s, with links that do not bend.
         """
         rows = self._rows
         if self.landing.scene.contact_law != "damper":
             return np.zeros(len(k))
-        impulse = np.linalg.lstsq(rows.J @ np.linalg.solve(rows.M, rows.J.T), rows.speeds, rcond=1e-10)[0]
-        omega = np.sqrt((k * rows.speeds) @ rows.speeds / (rows.speeds @ impulse))
+        held, speeds = np.vstack([rows.J, self._free[self._hinges]]), np.append(rows.speeds, np.zeros(len(self._hinges)))
+        impulse = np.linalg.lstsq(held @ np.linalg.solve(rows.M, held.T), speeds, rcond=1e-10)[0]
+        omega = np.sqrt((k * rows.speeds) @ rows.speeds / (speeds @ impulse))
         return np.where(self._strikes, 0.0, 2.0 * omega * series_damping(rows.restitution))
 
     def _coordinates(self, B: Array, speeds: Array) -> Array:
