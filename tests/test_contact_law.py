@@ -1,5 +1,7 @@
 """Contacts with a damper in series with each spring: closed forms, steps in time, and forces without steps in flexible links."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
@@ -7,8 +9,11 @@ from test_stiffness import normals, sticking, with_springs
 from trees import known_robot
 
 from shockpc.core.stiff_contacts import series_damping, simulate_landing
-from shockpc.landing.scene import Contact, Scene
+from shockpc.impact.stiffness import CompliantLanding
+from shockpc.landing.resolve import resolve
+from shockpc.landing.scene import Contact, Joints, Scene
 from shockpc.profile import shock_profile
+from shockpc.quantities.of_joints import JOINTS
 from shockpc.text.errors import SceneError
 
 
@@ -114,3 +119,27 @@ def test_of_a_robot():
         landing(contact_law="damper", contact_damping=1.0)
     given = landing(contact_law="hysteresis", e=0.5), landing(e=0.5)
     assert impulse(given[0]) == impulse(given[1])
+
+
+def test_the_torque_of_a_thigh_with_stiff_links():
+    """Go2's thigh on 1e5 N/m: as of rigid links with the damper; by hysteresis of e = 0 it rings, and is nearly twice as large."""
+    rigid = Scene(
+        robot="go2",
+        contact=Contact(frame="FL_foot"),
+        joints=Joints(drives="go2"),
+        contact_stiffness=1e5,
+        contact_law="damper",
+        gravity=False,
+    )
+    tubes = {"FL_calf": "tube:7e13,0.025,0.021", "FL_thigh": "tube:7e13,0.025,0.021"}
+    found = {}
+    for law in ("damper", "hysteresis"):
+        peaks = []
+        for flex in ({}, tubes):
+            landing = CompliantLanding(resolve(replace(rigid, contact_law=law, flex=flex), known_robot("go2")))
+            places = landing.landing.places("joint")
+            (thigh,) = (k for k, place in enumerate(places) if place.name == "FL_thigh_joint")
+            peaks.append(landing.peaks(JOINTS[2].compute, places)[0][thigh])
+        found[law] = peaks[1] / peaks[0]
+    assert found["damper"] == pytest.approx(1.0, abs=0.15)
+    assert found["hysteresis"] > 1.5

@@ -98,7 +98,7 @@ def series_damping(restitution: Array) -> Array:
     e = exp(−πζ / √(1 − ζ²)), and the rate at which the damper lets the force decay is 2 ζ √(k/m). At ζ = 1, e = 0: the force decays
     without an end, and so does the velocity.
     """
-    logarithm = -np.log(np.maximum(restitution, 1e-300))
+    logarithm = 0.0 - np.log(np.maximum(restitution, 1e-300))
     return np.where(restitution > 0.0, logarithm / np.hypot(np.pi, logarithm), 1.0)
 
 

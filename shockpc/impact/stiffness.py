@@ -9,6 +9,7 @@ joint. A fixed base or standing feet hold their robot against gravity, which add
 """
 
 import functools
+import math
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import replace
 from typing import Any
@@ -156,8 +157,11 @@ class CompliantLanding:
         of_stops = scene.stop_stiffness or self._k
         k = np.where(self._strikes, of_stops, np.where(rows.normal, self._k, scene.tangential_stiffness or self._k))
         damping = np.where(self._strikes, 0.0, scene.contact_damping or 0.0)
+        law = scene.contact_law == "damper" and not self._strikes.all()
+        ratio = np.where(self._strikes, 0.0, series_damping(rows.restitution)) if law else np.zeros(len(k))
+        relaxation = 2.0 * ratio * rows.frequency(k, free[self._hinges]) if law else ratio
         held = Elements.joined(
-            Elements.alike(rows.J, k, rows.restitution, rows.number, rows.normal, damping, relaxation=self._relaxation(k)),
+            Elements.alike(rows.J, k, rows.restitution, rows.number, rows.normal, damping, relaxation=relaxation),
             Elements.alike(along @ free, of_stops, scene.stop_restitution or 0.0, np.arange(c, c + len(along)), True),
             Elements.alike(free[springs], model.stiffness[springs], load=spring_loads(landing)[springs]),
         )
@@ -173,19 +177,11 @@ class CompliantLanding:
         )
         return M, elements, velocity, np.append(gravity, np.zeros(len(M) - len(gravity)))
 
-    def _relaxation(self, k: Array) -> Array:
-        """Rates (n,) at which dampers in series with the springs of the contacts let forces decay [1/s]; zero without such a law.
-
-        A mass then returns with its restitution. Of a robot its frequency ω is that of the mass m that sticking contacts stop,
-        ω² = Σ k s² / Σ m s² of the speeds s, with links that do not bend.
-        """
+    @property
+    def contact_time(self) -> float:
+        """Half a period [s] of the robot with rigid links on its contacts, as if all of them were one elastic spring."""
         rows = self._rows
-        if self.landing.scene.contact_law != "damper":
-            return np.zeros(len(k))
-        held, speeds = np.vstack([rows.J, self._free[self._hinges]]), np.append(rows.speeds, np.zeros(len(self._hinges)))
-        impulse = np.linalg.lstsq(held @ np.linalg.solve(rows.M, held.T), speeds, rcond=1e-10)[0]
-        omega = np.sqrt((k * rows.speeds) @ rows.speeds / (speeds @ impulse))
-        return np.where(self._strikes, 0.0, 2.0 * omega * series_damping(rows.restitution))
+        return math.pi / rows.frequency(self.motion.elements.stiffness[: len(rows.J)], self._free[self._hinges])
 
     def _coordinates(self, B: Array, speeds: Array) -> Array:
         """Velocities of the coordinates before the impact, with which the rows B of the elements have their speeds.
