@@ -13,6 +13,7 @@ from shockpc.landing.dynamics import Inertias, dynamics, spatial_inertias
 from shockpc.landing.flexible import flexible_landing
 from shockpc.landing.resolve import resolve
 from shockpc.landing.scene import Contact, Joints, Posture, Scene
+from shockpc.landing.scene_file import read_scene, scene_text
 from shockpc.landing.strike import GRAVITY
 from shockpc.profile import shock_profile
 from shockpc.quantities.of_contacts import IMPULSE
@@ -247,6 +248,16 @@ def test_without_effect():
         resolve(replace(GO2, flex={"FL_calf": "674"}), load_robot("go2"))
     with pytest.raises(StudyError, match="flex:FL_calf"):
         sweep(GO2, {"flex:FL_calf": "0.5x:2x:3"}, quantities=["peak_force"])
+
+
+def test_files(tmp_path):
+    """A scene file has what Python has; an EA that is given goes over that of a tube, wherever it stands."""
+    scene = replace(GO2, flex={"*_calf": "tube:70e9,0.025,0.021,EA:1e6", "FL_thigh": "EI:674"})
+    file = tmp_path / "scene.toml"
+    file.write_text(scene_text(scene, tmp_path))
+    assert read_scene(file).flex == scene.flex
+    assert flex_from("EA:1e6,tube:70e9,0.025,0.021") == flex_from("tube:70e9,0.025,0.021,EA:1e6")
+    assert flex_from("tube:70e9,0.025,0.021,EA:1e6").EA == 1e6
 
 
 def test_variations():
