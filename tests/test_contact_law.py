@@ -163,3 +163,15 @@ def test_four_feet_and_eight_links(stiffness, e, law):
     assert len(landing.number) == 12 + 96
     assert len(landing.motion.events) < 400
     assert np.all(landing.peaks(JOINTS[2].compute, landing.landing.places("joint"))[0] > 0.0)
+
+
+def test_the_end_under_gravity():
+    """Without restitution a mass sinks at m g / c in the end, and the motion ends when 1 % of its speed is left beyond that."""
+    m, k, v, g = 2.0, 1e5, 1.5, 9.81
+    omega = np.sqrt(k / m)
+    contact = relaxing(normals([[1.0]], k), [2.0 * omega])
+    motion = simulate_landing(np.eye(1) * m, contact, np.array([-v]), gravity=np.array([-g]))
+    speed = -v + motion.at([motion.duration]).jump[0, 0]
+    assert not motion.separated
+    assert speed == pytest.approx(-m * g * 2.0 * omega / k, abs=0.011 * v)
+    assert motion.duration < 4.0 * np.pi / omega / 1.5

@@ -98,8 +98,14 @@ class State:
     def _excess(self, motion: "Free") -> Array:
         """Forces (r,) that press beyond what constant forces make; −∞ where they oscillate little."""
         amplitude = np.abs(motion.wave[TOTAL]).sum(axis=1) * self.slope
-        beyond = motion.rest - motion.start[TOTAL]
+        beyond = motion.rest - motion.start[TOTAL] - self._left
         return np.where(amplitude <= EASED * self.largest, -np.inf, beyond)
+
+    @property
+    def _left(self) -> Array:
+        """Scaled forces (r,) that count as none: of contacts with a damper in series, which may decay without end."""
+        slowly, length = self.system.slowly, self.system.length
+        return np.divide(slowly, length, out=np.zeros_like(length), where=(self.system.relaxation > 0.0) & (length > 0.0))
 
     def modes(self) -> Modes:
         """The modes of the elements that are loaded now, without dampers."""
@@ -144,7 +150,10 @@ class State:
         self.largest = np.where(system.viscous > 0.0, np.maximum(self.largest, -self.slope * total), self.largest)
         eases = ((self.phase == UNLOADING) | ((self.phase == LOADING) & self.slow)) & elements.normal & bool(system.pull.any())
         for i in np.flatnonzero(eases & (self._excess(motion) > 4.0 * system.push_noise)).tolist():
-            watched.append(Watch(i, EventKind.EASES, 2.0 * system.push_noise[i], float(motion.rest[i]), -1.0))
+            watched.append(Watch(i, EventKind.EASES, 2.0 * system.push_noise[i], float((motion.rest - self._left)[i]), -1.0))
+        creep = motion.start[RATE] - motion.wave[RATE].real.sum(axis=1)
+        for i in np.flatnonzero((self.phase == LOADING) & elements.normal & ~self.slow & (system.relaxation > 0.0)).tolist():
+            watched.append(Watch(i, EventKind.SLOWS, 0.0, float(creep[i] - system.slowly[i]), -1.0))
         _, signals = self._signals(motion, watched)
         early = np.where(signals.either, np.inf, signals.start + signals.tolerance)
         if early.min(initial=np.inf) < 0.0:
@@ -240,7 +249,6 @@ class State:
         # Numbers of Python, because those of NumPy take ten times as long one by one.
         deflection, peak, rigid, noise = self.z.tolist(), self.peak.tolist(), system.rigid.tolist(), system.noise
         viscous, gap, rate = system.viscous.tolist(), self.gap.tolist(), (system.W @ (system.u + self.jump)).tolist()
-        relaxes = (system.relaxation > 0.0).tolist()
         for i, (phase, normal, length) in enumerate(
             zip(self.phase.tolist(), system.elements.normal.tolist(), system.length.tolist(), strict=True)
         ):
@@ -249,7 +257,7 @@ class State:
                 either = not normal and deflection[i] == 0.0
                 sign = -1.0 if normal or deflection[i] < 0.0 else 1.0
                 yield Watch(i, EventKind.UNLOADS, noise * length, 0.0, sign, either)
-                if (viscous[i] or relaxes[i]) and normal and not self.slow[i]:
+                if viscous[i] and normal and not self.slow[i]:
                     yield Watch(i, EventKind.SLOWS, 0.0, -float(system.slowly[i]), -1.0)
             elif phase == UNLOADING:
                 loaded = -1.0 if normal or peak[i] < 0.0 else 1.0

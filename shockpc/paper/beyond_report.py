@@ -2,6 +2,7 @@
 
 from collections.abc import Callable
 from functools import partial
+from typing import TypeAlias
 
 import numpy as np
 
@@ -10,10 +11,12 @@ from shockpc.paper.beyond_robots import LAWS, Errors, robot_study
 from shockpc.show.report import Picture, Report, picture_files
 from shockpc.show.tables import Column, Lines, Sheet
 
-WORDS = Struck("impulse", "other end", "CoPc")
+Curves: TypeAlias = dict[str, tuple[list[float], list[float]]]
+
+WORDS = ("impulse", "other end", "CoPc")
 """What is compared of the beam."""
 
-OF_ROBOTS = Errors("jump of the base", "peak acceleration of the base", "peak force of the contact", "largest peak of a joint")
+OF_ROBOTS = ("jump of the base", "peak acceleration of the base", "peak force of the contact", "largest peak of a joint")
 """What is compared of robots."""
 
 SHOWN, REST = (1.0, 3.0, 10.0), "further Tc f1, and what the words mean: --out"
@@ -90,7 +93,7 @@ def _robots_sheet() -> Sheet:
 
 
 def _robots_picture() -> Picture:
-    def curves(law: str, index: int) -> dict[str, tuple[list[float], list[float]]]:
+    def curves(law: str, index: int) -> Curves:
         found = [one for one in robot_study() if one.law == law]
         robots = dict.fromkeys(one.robot for one in found)
         return {
@@ -99,6 +102,7 @@ def _robots_picture() -> Picture:
         }
 
     title = "Robots whose legs bend: error of rigid links"
+    no_dots: Curves = {}
     shown = partial(curves, index=Errors._fields.index("torque"))
-    panels = [(f"{OF_ROBOTS.torque}, {law}", shown(law), {}) for law in LAWS]
+    panels = [(f"{OF_ROBOTS[-1]}, {law}", shown(law), no_dots) for law in LAWS]
     return Picture("robots", title, "paper.figure:draw_errors", (title, panels, LIMIT))

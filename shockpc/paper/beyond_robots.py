@@ -3,7 +3,7 @@
 import functools
 import itertools
 from dataclasses import replace
-from typing import NamedTuple
+from typing import Literal, NamedTuple
 
 import numpy as np
 
@@ -19,7 +19,7 @@ from shockpc.quantities.of_points import point_velocity
 LANDINGS = (("go2", "FL_foot", "go2"), ("g1", "left_ankle_roll_link", "g1"), ("talos", "left_sole_link", None))
 """Robots, their feet and their drives."""
 
-LAWS = {
+LAWS: dict[str, tuple[Contact, Literal["hysteresis", "damper"] | None]] = {
     "elastic": (Contact(frame="", restitution=1.0, restitution_along="directions"), None),
     "damper, e = 0.5": (Contact(frame="", restitution=0.5), "damper"),
     "hysteresis, e = 0": (Contact(frame=""), "hysteresis"),
@@ -89,7 +89,7 @@ def _compared(landing: tuple[str, str, str | None], law: str) -> list[Compared]:
         EI = (ratio / (rigid.contact_time * unit)) ** 2
         found = _read(CompliantLanding(resolve(replace(scene, flex=dict.fromkeys(links, f"EI:{EI!r}")), robot)))
         off = np.abs(found - expected)
-        errors = Errors(*(off[:3] / expected[:3]).tolist(), float(off[3:].max() / expected[3:].max()))
+        errors = Errors(*[*(off[:3] / expected[:3]).tolist(), float(off[3:].max() / expected[3:].max())])
         compared.append(Compared(name, law, ratio, EI, errors))
     return compared
 
