@@ -200,6 +200,29 @@ def test_joint_values_where_loops_are_closed_again(name, frame, joint):
     assert effect.derivatives[0] == pytest.approx(slope(values, 0.05), rel=1e-7, abs=1e-8 * study.value)
 
 
+@pytest.mark.slow
+def test_a_ball_joint_in_a_loop_is_set_as_a_whole():
+    """As `joint_quaternions` sets it: the other joints close the loop, where they move 60 times as far.
+
+    If only the angle that turns were held, and the other two closed the loop too, it would be −0.0020 per degree.
+    """
+    robot, name = known_robot("cassie"), "achilles_rod_left"
+    scene = Scene(robot="cassie", contact=(Contact(frame="left-foot"),))
+    study = sensitivity(scene, "shock_com@cassie-pelvis", robot, vary=[(f"turn-y:{name}", "-5:5")])
+    landing, ball = study.profiles[0].landing, robot.joint(name)
+    closed = {joint.name: joint.coordinates(landing.q) for joint in robot.single_joints if joint.kind == "ball"}
+    others = {joint.name: math.degrees(joint.value(landing.q)) for joint in robot.independent_joints}
+    movable = tuple(other for other in robot.joint_names if other != name)
+
+    def value(t):
+        turned = pin.integrate(robot.model, landing.q, math.radians(t) * np.eye(robot.model.nv)[ball.v.start + 1])
+        quaternions = {**closed, name: ball.coordinates(turned)}
+        posture = dataclasses.replace(scene.posture, joints_deg=others, joint_quaternions=quaternions)
+        return target_of(shock_profile(dataclasses.replace(scene, posture=posture, assemble=movable), robot), study)
+
+    assert study.effects[0].derivatives[0] == pytest.approx(slope(value, 1e-3), rel=1e-6)
+
+
 def test_joint_that_a_loop_holds():
     """Both hips are set and the other knee has to follow: a knee cannot be turned by itself."""
     scene, robot = CASES["five-bar"]()
