@@ -245,6 +245,32 @@ def test_one_factor_on_all_inertia(target, degree):
 
 
 @pytest.mark.slow
+@pytest.mark.parametrize("number", [24, 54])
+def test_one_sided_derivatives_are_off_by_no_more_than_their_error(number):
+    """Armatures at zero, in random landings: proven analyses with small armatures (Richardson)."""
+    robot, scene = random_landing(number)
+    body = robot.bodies[int(np.flatnonzero(shock_profile(scene, robot).moved)[0])].name
+    study = sensitivity(scene, Point(frame=body, offset=(0.1, 0.2, 0.3)), robot)
+    inverse = np.linalg.inv(study.profiles[0].landing.state.H[0])
+    effects = [
+        effect for effect in study.effects if effect.parameter.startswith("armature:") and effect.value == 0.0 != effect.step
+    ]
+    assert len(effects) > 5
+    for effect in effects:
+        name = effect.parameter.partition(":")[2]
+        steps = 2.0 ** -np.arange(7, 13) / inverse[robot.joint(name).v.start, robot.joint(name).v.start]
+
+        def value(armature, name=name):
+            joints = dataclasses.replace(scene.joints, armature={**scene.joints.armature, name: armature})
+            return target_of(shock_profile(dataclasses.replace(scene, joints=joints), robot), study)
+
+        slopes = (np.array(list(map(value, steps))) - study.value) / steps
+        for k in range(1, 6):
+            slopes = (2.0**k * slopes[1:] - slopes[:-1]) / (2.0**k - 1.0)
+        assert effect.derivatives[0] == pytest.approx(slopes[0], rel=1e-10, abs=effect.error + 1e-12 * study.value)
+
+
+@pytest.mark.slow
 @pytest.mark.parametrize("omega", [None, (0.3, 0.5, 0.2)])
 def test_contacts_that_depend_on_one_another_in_one_posture_alone(omega):
     """Two flat feet have one more independent row beside this posture: where the robot turns the result jumps, else it does not."""

@@ -31,6 +31,10 @@ SETTLED, SMALL = 1e-3, 1e-4
 ROUNDING = 4.0
 """Rounding of a derivative, at most, relative to the median of what rounding leaves of second differences."""
 
+ONE_SIDED = 22.0 / 3.0
+"""How much more the rounding of its rows counts in a one-sided derivative: they enter by (1, −12, 32, −21) / 3, not by
+(−1, 8, −8, 1) / 6, of which the sums are 22 and 3."""
+
 CENTRAL, FORWARD = np.array([1.0, 0.5, -0.5, -1.0]), np.array([1.0, 0.5, 0.25, 0.0])
 """The rows of a parameter, as shares of the step; the second where less than none would be left on the other side."""
 
@@ -174,11 +178,12 @@ def slopes_beside(profile: ShockProfile, wanted: Mapping[str, Parameter], number
             rounding = float(np.median(central)) if len(central) else np.abs(f[3] - here).max()
             # What is left with the steps of a few parameters may be more than rounding, and is less with finer ones.
             noise = min(noise, ROUNDING * max(EPSILON * abs(here), rounding))
-        apart = np.maximum(np.abs(whole - half), left) + noise / h
+        rounded = noise / h * np.where(one_sided[todo], ONE_SIDED, 1.0)
+        apart = np.maximum(np.abs(whole - half), left) + rounded
         better = apart < error[todo]
         found = (4.0 * half - whole) / 3.0
-        error[todo[better]], value[todo[better]] = apart[better], np.where(np.abs(found) > noise / h, found, 0.0)[better]
-        more = (apart > AGREE * np.abs(found) + 2.0 * noise / h) | (apart > _settled(found, here, size[todo]))
+        error[todo[better]], value[todo[better]] = apart[better], np.where(np.abs(found) > rounded, found, 0.0)[better]
+        more = (apart > AGREE * np.abs(found) + 2.0 * rounded) | (apart > _settled(found, here, size[todo]))
         todo = todo[more & better]
         if not len(todo):
             break
