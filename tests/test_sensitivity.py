@@ -244,30 +244,24 @@ def test_one_factor_on_all_inertia(target, degree):
     assert total == pytest.approx(degree * study.value, abs=1e-9 * study.value)
 
 
-@pytest.mark.slow
-@pytest.mark.parametrize("number", [24, 54])
-def test_one_sided_derivatives_are_off_by_no_more_than_their_error(number):
-    """Armatures at zero, in random landings: proven analyses with small armatures (Richardson)."""
-    robot, scene = random_landing(number)
-    body = robot.bodies[int(np.flatnonzero(shock_profile(scene, robot).moved)[0])].name
-    study = sensitivity(scene, Point(frame=body, offset=(0.1, 0.2, 0.3)), robot)
-    inverse = np.linalg.inv(study.profiles[0].landing.state.H[0])
-    effects = [
-        effect for effect in study.effects if effect.parameter.startswith("armature:") and effect.value == 0.0 != effect.step
-    ]
-    assert len(effects) > 5
-    for effect in effects:
-        name = effect.parameter.partition(":")[2]
-        steps = 2.0 ** -np.arange(7, 13) / inverse[robot.joint(name).v.start, robot.joint(name).v.start]
+def test_a_one_sided_derivative_is_off_by_no_more_than_its_error():
+    """An armature at zero in a landing that rounds much: proven analyses with small armatures (Richardson)."""
+    robot, scene = random_landing(24)
+    target = Point(frame="body0", offset=(0.1, 0.2, 0.3))
+    study = sensitivity(scene, target, robot, vary=[("armature:joint13", "0:1"), ("com-x:body0", "-0.1:0.1")])
+    v = robot.joint("joint13").v.start
+    steps = 2.0 ** -np.arange(7, 13) / np.linalg.inv(study.profiles[0].landing.state.H[0])[v, v]
 
-        def value(armature, name=name):
-            joints = dataclasses.replace(scene.joints, armature={**scene.joints.armature, name: armature})
-            return target_of(shock_profile(dataclasses.replace(scene, joints=joints), robot), study)
+    def value(armature):
+        joints = dataclasses.replace(scene.joints, armature={**scene.joints.armature, "joint13": armature})
+        return target_of(shock_profile(dataclasses.replace(scene, joints=joints), robot), study)
 
-        slopes = (np.array(list(map(value, steps))) - study.value) / steps
-        for k in range(1, 6):
-            slopes = (2.0**k * slopes[1:] - slopes[:-1]) / (2.0**k - 1.0)
-        assert effect.derivatives[0] == pytest.approx(slopes[0], rel=1e-10, abs=effect.error + 1e-12 * study.value)
+    slopes = (np.array(list(map(value, steps))) - study.value) / steps
+    for k in range(1, 6):
+        slopes = (2.0**k * slopes[1:] - slopes[:-1]) / (2.0**k - 1.0)
+    effect = study.effects[0]
+    assert effect.derivatives[0] == pytest.approx(slopes[0], rel=1e-12, abs=effect.error)
+    assert effect.error < 1e-5 * abs(effect.derivatives[0])
 
 
 @pytest.mark.slow
