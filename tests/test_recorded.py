@@ -24,7 +24,7 @@ from trees import known_robot, robot_from
 
 import shockpc
 from shockpc import Contact, Joints, Posture, Scene, load_robot, read_scene, resolve, shock_profile
-from shockpc.bench.measured import LAWS, measured_landings, measured_tosses
+from shockpc.bench.measured import LAWS, measured_landings, measured_steps, measured_tosses
 from shockpc.evaluation.columns import Column, selected
 from shockpc.impact.stiffness import CompliantLanding
 from shockpc.landing.motion import Motion
@@ -832,6 +832,17 @@ def test_measured_tosses_of_two_hinged_blocks():
     errors = [sheet[law, "all velocities"][3].split()[0] for law in LAWS]
     assert list(shown.groups()) == errors
     assert [float(x) for x in errors] == pytest.approx([0.40, 0.376, 0.306], abs=0.01)
+
+
+def test_measured_steps_of_a_compass_gait_biped():
+    """The table of the README is what the benchmark computes; each foot strikes with its own row's contact."""
+    text = (Path(__file__).parents[1] / "robots" / "measured" / "README.md").read_text(encoding="utf-8")
+    lines = re.findall(r"^\| (30|15) ms \| (\S+) \| (\S+) \| (.*) \| (\S+) \|$", text, re.MULTILINE)
+    sheet = statistics_of(measured_steps(), 1)
+    assert len(lines) == 2
+    for time, r, slope, error, skill in lines:
+        found = sheet["free", float(time)]
+        assert [found[0].split()[0], found[1].split()[0], found[2], found[4].split()[0]] == [r, slope, error, skill]
 
 
 # The command
