@@ -114,6 +114,7 @@ def read_log(source: Path | Mapping[str, np.ndarray], robot: Robot, rename: Mapp
         {name: _numbers(name, x)[rows] for name, x in part.items()} for part in (positions, rates, sensors)
     )
     remarks += without_repeats(_measured_together(robot, positions, rates, sensors), time)
+    rates |= _gyro_of_base(robot, sensors, rates)
     period = {name: _period(time, values) for name, values in (positions | rates | sensors).items()}
     if empty := [name for name, between in period.items() if np.isinf(between)]:
         remarks.append(f"fewer than 3 samples, left out: {listed(empty, 8)}")
@@ -170,6 +171,18 @@ def _measured_together(
     for kind, what in (("a", "accelerometer"), ("w", "gyro")):
         for frame in dict.fromkeys(name.partition("@")[2] for name in sensors if name[0] == kind):
             yield f'the {what} at "{visible(frame)}"', sensors, [name for name in sensors if name[0] == kind and name[3:] == frame]
+
+
+def _gyro_of_base(robot: Robot, sensors: Mapping[str, np.ndarray], rates: Mapping[str, np.ndarray]) -> dict[str, np.ndarray]:
+    """Columns of the angular velocity of a free base in its axes, by a gyro at a frame of it; none where the log has them already."""
+    of_base = {column.base for name in rates if (column := column_name(name, robot)) is not None}
+    frames = {name[3:] for name in sensors if name[0] == "w"} if robot.free_base and not of_base & {"wx", "wy", "wz"} else set()
+    for frame in sorted(frames):
+        names = [f"w{axis}@{frame}" for axis in "xyz"]
+        if robot.frame(frame).body == 0 and sensors.keys() >= set(names):
+            turning = np.stack([sensors[name] for name in names], axis=1) @ robot.frame(frame).rotation.T
+            return {f"w{axis}_body": turning[:, k] for k, axis in enumerate("xyz")}
+    return {}
 
 
 def _known(values: np.ndarray) -> np.ndarray:

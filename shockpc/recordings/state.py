@@ -23,7 +23,7 @@ ANGLES, TWIST = ("roll", "pitch", "yaw"), ("vx", "vy", "vz", "wx", "wy", "wz")
 """Of the base."""
 
 UNKNOWN = (
-    "; a velocity of the base that is not known is not the scene's; to strike with that, leave all six columns out (--map vx= …)"
+    "; a velocity of the base that is not known is not the scene's; to strike with that, leave the empty columns out: --map vx= …"
 )
 """What an empty cell of a velocity of the base means."""
 

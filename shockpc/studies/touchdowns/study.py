@@ -282,9 +282,8 @@ class _Finder:
             rows += [] if row is None else [labels | row]
         if unknown:
             self.warnings.append(
-                f"no base velocity before {unknown} of {len(rows)} touchdowns, as the messages say, and shockpc recorded leaves these "
-                "out; to strike them with its scene's velocity, leave all columns out: "
-                + " ".join(f"--map {key}=" for key in TWIST)
+                f"no base velocity before {unknown} of {len(rows)} touchdowns, as the messages say; shockpc recorded leaves them "
+                "out. To strike them with its scene's velocity: " + " ".join(f"--map {key}=" for key in absent)
             )
         robot = self.motion.robot
         columns = {name: np.array([row[name] for row in rows]) for name in (rows[0] if rows else ("name", "time", "contact"))}
