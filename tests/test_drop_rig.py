@@ -18,7 +18,7 @@ CORNERS = {"fl": (0.2, 0.1), "fr": (0.2, -0.1), "rl": (-0.2, 0.1), "rr": (-0.2, 
 """Where accelerometers are on the trunk [m]."""
 
 STEP, EVERY, LASTS, HEIGHT, BENDING = 1e-4, 1, 0.06, 0.1, 3000.0
-"""Of the simulation [s]; every how many samples one is in the log; time and height of a drop [s, m]; of a shank's hinge [N m/rad]."""
+"""Of the simulation [s]; every how many samples one is in the log; time and height of a drop [s, m]; a shank's hinge [N m/rad]."""
 
 
 def rig():

@@ -82,10 +82,10 @@ def read_log(source: Path | Mapping[str, np.ndarray], robot: Robot, rename: Mapp
     Raises:
         StudyError: it cannot be read, has no times or none that rise, or no state of the robot.
     """
-    remarks: list[str] = []
+    remarks, bag = list[str](), False
     if isinstance(source, Path):
         source = usable_path(str(source))
-        if source.suffix.casefold() in BAGS or source.is_dir():
+        if bag := source.suffix.casefold() in BAGS or source.is_dir():
             columns = read_bag(source, topics, remarks)
             topics = ()
         else:
@@ -110,6 +110,9 @@ def read_log(source: Path | Mapping[str, np.ndarray], robot: Robot, rename: Mapp
         raise StudyError("the columns of this log differ in length; each has to have a cell for every sample")
     start, time, rows = _rising(clock, others.pop(clock), remarks)
     sensors = {name: others.pop(name) for name in tuple(others) if SENSOR.fullmatch(name)}
+    if unknown := sorted({name[3:] for name in sensors if bag and name[3:] not in robot.frames}):
+        remarks.append(f"gyro and accelerometer at {listed(unknown)} are left out, because the robot has no such frame")
+        sensors = {name: values for name, values in sensors.items() if name[3:] not in unknown}
     positions, rates, sensors = (
         {name: _numbers(name, x)[rows] for name, x in part.items()} for part in (positions, rates, sensors)
     )
@@ -174,7 +177,7 @@ def _measured_together(
 
 
 def _gyro_of_base(robot: Robot, sensors: Mapping[str, np.ndarray], rates: Mapping[str, np.ndarray]) -> dict[str, np.ndarray]:
-    """Columns of the angular velocity of a free base in its axes, by a gyro at a frame of it; none where the log has them already."""
+    """Columns of the angular velocity of a free base in its axes, by a gyro at a frame of it; none where the log has some."""
     of_base = {column.base for name in rates if (column := column_name(name, robot)) is not None}
     frames = {name[3:] for name in sensors if name[0] == "w"} if robot.free_base and not of_base & {"wx", "wy", "wz"} else set()
     for frame in sorted(frames):
