@@ -10,7 +10,8 @@ from scipy.spatial.transform import Rotation
 from test_touchdowns import STEPPER, scene_of, stepped, stepping
 
 import shockpc
-from shockpc import Contact, Joints, Scene, load_robot
+from shockpc import Contact, Joints, Posture, Scene, load_robot
+from shockpc.bench.found_touchdowns import FEET, _hip_and_knee, quadruped
 from shockpc.landing.resolve import landing_of
 from shockpc.landing.scene import Point
 from shockpc.recordings.repeats import repetitions
@@ -116,6 +117,27 @@ def test_feet_that_slip_are_said():
     columns["q_RL_calf_joint"] = columns["q_RL_calf_joint"] + 3.0 * columns["time"]
     (landing,) = shockpc.touchdowns(columns, SCENE, robot=walk()[0]).landings
     assert "no base velocity: the standing feet move against each other" in landing.message
+
+
+def test_two_feet_tell_how_a_planar_base_moves(here):
+    """Without gyro and attitude: two legs of two joints, whose angles follow from where the base is, in closed form."""
+    (here / "dog.xml").write_text(quadruped())
+    feet = tuple(Contact(frame=f"{foot}_foot", at="frame") for foot in FEET)
+    scene = Scene(robot=str(here / "dog.xml"), base="planar", contact=feet, posture=Posture(base_rpy_deg=(0.0, 0.0, 0.0)))
+    time, columns = np.arange(0.0, 0.2, STEP), {}
+    x, z, pitch = 0.3 * (time - LANDS), 0.32 - 0.2 * (time - LANDS), 0.5 * (time - LANDS)
+    for foot, hip in zip(FEET, (0.2, 0.2, -0.2, -0.2), strict=True):
+        ahead, down = hip - x, -z  # the foot from the base, in axes of the world
+        inside = np.stack(
+            [np.cos(pitch) * ahead - np.sin(pitch) * down - hip, np.sin(pitch) * ahead + np.cos(pitch) * down], axis=1
+        )
+        columns[f"{foot}_hip"], columns[f"{foot}_knee"] = np.array([_hip_and_knee(*at) for at in inside]).T
+        columns[f"{foot}_foot_contact"] = 1.0 * (time > LANDS - 0.5 * STEP) if foot == "RF" else np.full(len(time), foot != "RH")
+    found = shockpc.touchdowns({"time": time} | columns, scene)
+    assert [one.message for one in found.landings] == [""]
+    for prefix in ("", "after6ms_"):
+        values = [found.table.columns[f"{prefix}{key}"][0] for key in ("vx", "vy", "vz", "wx", "wy", "wz")]
+        np.testing.assert_allclose(values, [0.3, 0.0, -0.2, 0.0, 0.5, 0.0], atol=5e-3)
 
 
 JUMP, TURN = np.array([0.3, -0.2, 0.9]), np.array([0.4, -1.5, 0.2])

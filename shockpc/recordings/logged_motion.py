@@ -135,7 +135,8 @@ class LoggedMotion:
         """Angular velocity (3,) of the base, world axes, by a gyro or else its attitude [rad/s]; None where the log has neither."""
         if self._gyro:
             return np.asarray(self._rows.before.omega[begin : end + 1].mean(axis=0))
-        return self.velocities("base", begin, end)[-3:] if self.has("w") and np.isfinite(self.period["base"]) else None
+        # Between samples of a slower clock, the line to the next one is bent by a touchdown.
+        return self.velocities("base", begin, end)[-3:] if self.has("w") and self.period["base"] < 1.5 * self.interval else None
 
     def run(self, sample: int) -> tuple[int, int]:
         """First and last sample of the part without gaps that a sample is in."""

@@ -36,6 +36,7 @@ class RowReader:
     """Reads the rows of touchdowns.
 
     Attributes:
+        known: velocities of the base that the log gives.
         odometry: whether the base's velocity is that of the standing feet, as the log lacks it.
     """
 
@@ -46,7 +47,8 @@ class RowReader:
         plane = motion.landing.plane
         across = np.abs(plane.normal) > 1.0 - 1e-9 if motion.landing.base == "planar" else np.zeros(3, dtype=bool)
         needed = [key for key, fixed in zip(TWIST[:3], across, strict=True) if not fixed]
-        self.odometry = motion.free and not set(needed) <= set(motion.names["base"])
+        self.known = motion.names["base"] if np.isfinite(windows["base"]) else ()
+        self.odometry = motion.free and not set(needed) <= set(self.known)
 
     def __call__(self, touch: Touch, after: tuple[float, ...]) -> tuple[dict[str, Any] | None, str]:
         """The row by names of columns, or None; and what is missing. Args: after, times after the touchdown [s]."""
@@ -105,7 +107,7 @@ class RowReader:
         velocities, doubt = base_velocity(self.motion, standing, begin, end)
         if doubt:
             missing.setdefault(what + doubt, {})[time] = None
-        return {prefix + key: x for key, x in velocities.items() if key not in self.motion.names["base"]}
+        return {prefix + key: x for key, x in velocities.items() if key not in self.known}
 
     def _after(self, row: dict[str, Any], part: StatePart, touch: Touch, time: float, missing: dict[str, dict[str, None]]) -> None:
         """Add the velocities at a time after a touchdown [s] to a row; NaN where the log does not reach so far."""

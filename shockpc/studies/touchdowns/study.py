@@ -249,7 +249,7 @@ class _Finder:
         if np.isfinite(windows["joints"]):
             self.warnings += list(self.motion.lags())
         read = RowReader(self.motion, self.sensors, self.flags, windows)
-        absent = [key for key in TWIST if self.motion.free and key not in self.motion.names["base"]]
+        absent = [key for key in TWIST if self.motion.free and key not in read.known]
         if absent and read.odometry:
             self.warnings.append(
                 f"not in this log: {', '.join(absent)} of the base; they follow from standing feet, if these stay where they are"
