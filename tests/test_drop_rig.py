@@ -96,6 +96,10 @@ def test_the_experiment_of_the_guide(here, capfd):
         for row in measured
         if row["quantity"] == "delta_v" and row["after"] == pytest.approx(6e-3) and row["n"] == 16
     }
+    table = re.findall(r"^\| (geared|free|locked) \| (\S+) \| (\S+) \| (\S+) \|$", GUIDE.read_text("utf-8"), re.MULTILINE)
+    assert [model for model, *_ in table] == ["geared", "free", "locked"]
+    for model, *shown in table:  # contacts differ between versions of MuJoCo
+        assert [found[model, name] for name in ("r", "slope", "error")] == pytest.approx([float(x) for x in shown], rel=0.05)
     assert found["geared", "r"] > 0.95 > 0.9 > max(found["free", "r"], found["locked", "r"])
     assert found["geared", "error"] < 0.3 < 0.6 < min(found["free", "error"], found["locked", "error"])
     assert found["locked", "slope"] < 0.3 < 0.6 < found["geared", "slope"] < 1.2 < found["free", "slope"]

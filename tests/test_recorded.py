@@ -845,6 +845,27 @@ def test_measured_steps_of_a_compass_gait_biped():
         assert [found[0].split()[0], found[1].split()[0], found[2], found[4].split()[0]] == [r, slope, error, skill]
 
 
+def test_legs_of_a_compass_gait_biped():
+    """The README's other table: the leg that strikes and the other one, of whichever name, and all signs of that after 30 ms."""
+    folder = Path(__file__).parents[1] / "robots" / "measured"
+    columns, file = read_table(folder / "sydney" / "landings.csv"), folder / "sydney" / "sydney_compass_gait.urdf"
+    foot = Contact(frame="inner_foot", directions=("x", "z"))
+    scene = Scene(robot=str(file), base="planar", joints=Joints(model="free"), contact=(foot,))
+    found = compare_measured(columns, {"free": scene}, load_robot(str(file))).agreements
+    legs = {(one.name, one.time): one for one in found if not one.group}
+    inner = columns["contact"] == "inner_foot"
+    lines = re.findall(
+        r"^\| the (one that strikes|other) \| (\d+) ms \| (.*) \|$", (folder / "README.md").read_text("utf-8"), re.MULTILINE
+    )
+    assert len(lines) == 4
+    for leg, time, numbers in lines:
+        pair = [legs[f"{name}_joint", float(time)] for name in (("inner", "outer") if leg != "other" else ("outer", "inner"))]
+        y, x = (np.where(inner, *(getattr(one, of)[:, 0] for one in pair)) for of in ("measured", "predicted"))
+        slope, error = np.cov(x, y)[0, 1] / np.var(x, ddof=1), np.median(np.abs(x - y) / np.abs(y))
+        assert [f"{value:.2f}" for value in (np.corrcoef(x, y)[0, 1], slope, error)] == numbers.split(" | ")
+        assert (x * y > 0.0).all() or (leg, time) != ("other", "30")
+
+
 # The command
 
 
