@@ -127,6 +127,23 @@ def test_whole_velocities_before_the_impact():
         np.testing.assert_allclose(found[f"impulse@{place.name}"], impulse[:, k], rtol=0, atol=1e-11 * np.abs(impulse).max())
 
 
+def test_nothing_strikes_at_rest():
+    """Such a motion is refused; where joints move and contacts do not, what is divided by their speed has no value."""
+    landing = landing_of("two feet, geared")
+    Q, nv = postures(landing, 2), landing.robot.model.nv
+    for strike in (np.zeros(3), [1e-200, 0.0, 0.0]):
+        with pytest.raises(SceneError, match="strike is zero"):
+            SymbolicLanding(landing, ["delta_v@imu_link"]).value(Q, strike)
+    moved = np.eye(nv)[landing.robot.joint("LH_KFE").v.start]
+    symbols = SymbolicLanding(landing, ["shock@imu_link", "delta_v@imu_link"], "velocity")
+    with pytest.raises(SceneError, match="velocity is zero in row 1"):
+        symbols.gradient(Q, np.stack([moved, 0.0 * moved]))
+    found, slopes = symbols.value(Q, moved), symbols.gradient(Q, moved)
+    assert np.isnan(found["shock@imu_link"]).all()
+    assert not found["delta_v@imu_link"].any()
+    assert np.isnan(slopes["shock@imu_link"]).any(axis=1).all()
+
+
 @pytest.mark.parametrize("base", ["free", "fixed", "planar"])
 def test_condition_tells_every_posture_that_is_off(base):
     scene = on("anymal_b", "LF_FOOT", at="frame", base=base, **({"directions": ("x", "z")} if base == "planar" else {}))
