@@ -318,7 +318,7 @@ def test_hands_are_at_rest_where_the_ball_hits_their_centre_of_percussion():
     (hands,) = (frame for _, stem, frame in shown if stem == "bat")
     for inertia, h in ((0.05, 0.15), (0.04, 0.1)):
         sweet = 0.57 + inertia / 0.88 / (0.57 - h)
-        for x in (0.3, 0.6, sweet, 0.8):
+        for x in (0.3, sweet):
             xacro = {"inertia": str(inertia), "hands": str(h), "ball": repr(x)}
             found = land("bat", xacro=xacro, point=(Point(frame=hands),))
             shock = abs(1.0 + (x - 0.57) * (h - 0.57) * 0.88 / inertia) / (1.0 + (x - 0.57) ** 2 * 0.88 / inertia)
