@@ -16,6 +16,7 @@ from shockpc.landing.scene import Contact, Joints, Posture, Scene
 from shockpc.landing.scene_file import read_scene, scene_text
 from shockpc.landing.strike import GRAVITY
 from shockpc.profile import shock_profile
+from shockpc.quantities.histories import bent_links
 from shockpc.quantities.of_contacts import IMPULSE
 from shockpc.quantities.of_joints import JOINTS
 from shockpc.quantities.of_points import point_velocity
@@ -248,6 +249,19 @@ def test_without_effect():
         resolve(replace(GO2, flex={"FL_calf": "674"}), load_robot("go2"))
     with pytest.raises(StudyError, match="flex:FL_calf"):
         sweep(GO2, {"flex:FL_calf": "0.5x:2x:3"}, quantities=["peak_force"])
+
+
+def test_the_bent_links_that_are_drawn():
+    """They are straight at first, from joint to joint and to the foot, and deflected across their axes, the more the farther on."""
+    found = CompliantLanding(resolve(replace(GO2, flex=TUBES), load_robot("go2")))
+    (calf, of_calf), (thigh, of_thigh) = bent_links(found)
+    np.testing.assert_allclose(calf[0], thigh[-1], atol=1e-12)
+    for points, off in ((calf, of_calf), (thigh, of_thigh)):
+        axis = (points[-1] - points[0]) / np.linalg.norm(points[-1] - points[0])
+        np.testing.assert_allclose(points, points[0] + np.outer((points - points[0]) @ axis, axis), atol=1e-12)
+        np.testing.assert_allclose(off @ axis, 0.0, atol=1e-15)
+        size = np.linalg.norm(off, axis=1)
+        assert size[1] == 0.0 < size[2] < size[3] < 2e-3
 
 
 def test_files(tmp_path):
