@@ -91,10 +91,7 @@ class CompliantLanding:
     def __init__(self, landing: PosedLanding, until: float | None = None) -> None:
         assert landing.scene.contact_stiffness is not None
         self.landing, self._k = landing, landing.scene.contact_stiffness
-        self._hinges = np.zeros(0, dtype=int)
-        if landing.scene.flex:
-            landing = flexible_landing(landing)
-            self._hinges = landing.flexible.hinges
+        landing = flexible_landing(landing) if landing.scene.flex else landing
         self.moving, self._rows = landing, contact_rows(landing, stands=True)
         self._refuse_turning()
         rows, c = self._rows, len(landing.contact_places)
@@ -347,14 +344,12 @@ class CompliantLanding:
         acting = with_stops(self.landing).acting if self._stops else ()
         named = [(stop.frame, stop.forces.tobytes(), stop.moments.tobytes()) for stop in acting]
         acts = [(stop.frame, stop.forces.tobytes(), stop.moments.tobytes()) in named for stop in self._stops]
-        acting_rows = elements.rows[
-            np.concatenate([np.ones(len(self._rows.normal)), acts, np.zeros(len(self._along))]).astype(bool)
-        ]
-        e = np.concatenate([self._rows.restitution, [stop.restitution for stop in acting]])
-        straight = np.zeros((len(self._hinges), acting_rows.shape[1]))
-        straight[:, : self._free.shape[1]] = self._free[self._hinges]
-        speeds = np.append((1.0 + e) * (acting_rows @ self._velocity), np.zeros(len(straight)))
-        acting_rows = np.vstack([acting_rows, straight])
+        hinges = self.moving.hinges  # which are locked
+        straight = np.isin(np.flatnonzero(self.moving.joint_model.stiffness > 0.0), hinges)
+        others = np.zeros(len(self._along) - len(straight))
+        acting_rows = elements.rows[np.concatenate([np.ones(len(self._rows.normal)), acts, straight, others]).astype(bool)]
+        e = np.concatenate([self._rows.restitution, [stop.restitution for stop in acting], np.zeros(len(hinges))])
+        speeds = (1.0 + e) * (acting_rows @ self._velocity)
         return np.asarray(to_velocity @ np.linalg.lstsq(acting_rows @ to_velocity, -speeds, rcond=1e-9)[0])
 
     @functools.cached_property
