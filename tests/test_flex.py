@@ -209,6 +209,19 @@ def test_peaks_of_go2(flex, force, imu, thigh, calf, share):
     np.testing.assert_allclose([found[name] for name in names], [force, imu, thigh, calf], rtol=share)
 
 
+@pytest.mark.slow
+@pytest.mark.parametrize("restitution", [0.0, 0.5, 1.0])
+@pytest.mark.parametrize("stiffness", [1e4, 1e7])
+def test_four_feet_on_eight_links(stiffness, restitution):
+    """96 springs, from those of stretch to those of bending: the motion is followed to its end, in few events."""
+    links = dict.fromkeys(("*_calf", "*_thigh"), "tube:70e9,0.025,0.021,hinges:4")
+    feet = tuple(Contact(frame=f"{leg}_foot", restitution=restitution) for leg in ("FL", "FR", "RL", "RR"))
+    found = CompliantLanding(resolve(replace(GO2, contact=feet, contact_stiffness=stiffness, flex=links), load_robot("go2")))
+    assert len(found.moving.hinges) == 96
+    assert found.motion.separated
+    assert len(found.motion.events) <= 400
+
+
 def test_stiff_links_are_rigid():
     """The stiffer the links, the nearer are all peaks to those of rigid ones while the foot is pressed: base, IMU and all legs."""
     scene = replace(GO2, contact_stiffness=2e3)
