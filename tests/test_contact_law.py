@@ -146,22 +146,21 @@ def test_the_torque_of_a_thigh_with_stiff_links():
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("law", ["hysteresis", "damper"])
-@pytest.mark.parametrize("e", [0.0, 0.5, 1.0])
+@pytest.mark.parametrize("e", [0.0, 0.5])
 @pytest.mark.parametrize("stiffness", [1e4, 1e7])
-def test_four_feet_and_eight_links(stiffness, e, law):
+def test_four_feet_and_eight_links(stiffness, e):
     """Go2 on 96 springs of links that bend and stretch: followed to the end, and all peaks of joints are found."""
     scene = Scene(
         robot="go2",
         contact=tuple(Contact(frame=f"{side}_foot", restitution=e) for side in ("FL", "FR", "RL", "RR")),
         joints=Joints(drives="go2"),
         contact_stiffness=stiffness,
-        contact_law=law,
+        contact_law="damper",
         flex=dict.fromkeys(("*_calf", "*_thigh"), "tube:70e9,0.025,0.021,hinges:4"),
     )
     landing = CompliantLanding(resolve(scene, known_robot("go2")))
     assert len(landing.number) == 12 + 96
-    assert len(landing.motion.events) < 400
+    assert len(landing.motion.events) < 50
     assert np.all(landing.peaks(JOINTS[2].compute, landing.landing.places("joint"))[0] > 0.0)
 
 

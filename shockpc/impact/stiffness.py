@@ -157,7 +157,7 @@ class CompliantLanding:
         damping = np.where(self._strikes, 0.0, scene.contact_damping or 0.0)
         law = scene.contact_law == "damper" and not self._strikes.all()
         ratio = np.where(self._strikes, 0.0, series_damping(rows.restitution)) if law else np.zeros(len(k))
-        relaxation = 2.0 * ratio * rows.frequency(k, free[self._hinges]) if law else ratio
+        relaxation = 2.0 * ratio * rows.frequency(k, free[self.moving.hinges]) if law else ratio
         held = Elements.joined(
             Elements.alike(rows.J, k, rows.restitution, rows.number, rows.normal, damping, relaxation=relaxation),
             Elements.alike(along @ free, of_stops, scene.stop_restitution or 0.0, np.arange(c, c + len(along)), True),
@@ -179,7 +179,7 @@ class CompliantLanding:
     def contact_time(self) -> float:
         """Half a period [s] of the robot with rigid links on its contacts, as if all of them were one elastic spring."""
         rows = self._rows
-        return math.pi / rows.frequency(self.motion.elements.stiffness[: len(rows.J)], self._free[self._hinges])
+        return math.pi / rows.frequency(self.motion.elements.stiffness[: len(rows.J)], self._free[self.moving.hinges])
 
     def _coordinates(self, B: Array, speeds: Array) -> Array:
         """Velocities of the coordinates before the impact, with which the rows B of the elements have their speeds.
