@@ -131,7 +131,7 @@ def test_the_torque_of_a_thigh_with_stiff_links():
         contact_law="damper",
         gravity=False,
     )
-    tubes = {"FL_calf": "tube:7e13,0.025,0.021", "FL_thigh": "tube:7e13,0.025,0.021"}
+    tubes = dict.fromkeys(("FL_calf", "FL_thigh"), "EI:6.74e5,EA:1e10")
     found = {}
     for law in ("damper", "hysteresis"):
         peaks = []
