@@ -16,11 +16,12 @@ from typing import Any
 import numpy as np
 
 from shockpc.core.impulse import Solution
+from shockpc.core.low_pass import LowPass, filtered
 from shockpc.core.memo import memoized
 from shockpc.core.spatial import Array, freeze
 from shockpc.core.spectrum import SAMPLES_A_PERIOD, shock_response
 from shockpc.core.stiff_contacts import attach_rotors, damper_restitution, simulate_landing
-from shockpc.core.stiff_motion import Elements, History
+from shockpc.core.stiff_motion import Elements, History, StiffMotion
 from shockpc.core.threads import one_thread
 from shockpc.impact.contact_rows import contact_rows
 from shockpc.impact.exact.proof import motion as size_of
@@ -96,14 +97,38 @@ class CompliantLanding:
         # Stops are contacts that are open at first, where their joint does not move towards them.
         self._stops, along, speeds = self._further_stops()
         M, elements, self._velocity, gravity = self._system(along, speeds)
+        self._filtered: dict[LowPass, StiffMotion] = {}
         if self._stops:
             self._rows = replace(rows, equation=replace(landing, acting=self._stops).equation(landing.state))
         self.number, self._normal = elements.contact, elements.normal & (elements.contact < c)
+        self._simulated = lambda until: simulate_landing(M, elements, self._velocity, until, gravity)
+        self.motion = self._simulate(until)
+
+    def _simulate(self, until: float | None) -> StiffMotion:
+        """The motion until a time [s]. Raises: SolveError: it cannot be followed."""
         try:
-            with one_thread(2 * len(M)):
-                self.motion = simulate_landing(M, elements, self._velocity, until, gravity)
+            with one_thread(2 * len(self.number)):
+                return self._simulated(until)
         except (ArithmeticError, np.linalg.LinAlgError) as refusal:
             raise SolveError(f"no verdict for contacts of {self._k:g} N/m: {refusal}") from None
+
+    def filtered(self, low_pass: LowPass | None) -> StiffMotion:
+        """The motion with its forces behind a filter, beyond its end as long as that lags; as it is without one.
+
+        Springs between bodies go on oscillating after the end. Where there are none, the forces end with the motion: the weight
+        that contacts may carry from then on is no part of the impact.
+
+        Raises:
+            SolveError: what springs do after the end cannot be followed.
+        """
+        if low_pass is None:
+            return self.motion
+        if low_pass not in self._filtered:
+            motion, tail = self.motion, low_pass.tail
+            sprung = bool((self.number < 0).any())
+            motion = self._simulate(motion.duration + tail) if sprung else motion
+            self._filtered[low_pass] = filtered(motion, low_pass, 0.0 if sprung else tail)
+        return self._filtered[low_pass]
 
     def _refuse_turning(self) -> None:
         """Refuse flat contacts that turn before the impact."""
@@ -243,28 +268,35 @@ class CompliantLanding:
         """A quantity (1, 3, n, ...) of the jumps beyond free fall until the end of compression and the end, and of the impulse."""
         return np.asarray(compute(self._linear, places))[:, len(self.number) + 1 :]
 
-    def peaks(self, compute: Compute, places: Sequence[Place] = ()) -> tuple[Array, Array]:
-        """The largest lengths (n,) of a quantity, n vectors linear in jumps and impulses, and when (n,) each is reached."""
-        key = compute, tuple((place.name, place.body, place.number, place.r.tobytes()) for place in places)
+    def peaks(self, compute: Compute, places: Sequence[Place] = (), low_pass: LowPass | None = None) -> tuple[Array, Array]:
+        """The largest lengths (n,) of a quantity, n vectors linear in jumps and impulses, and when (n,) each is reached.
+
+        Args:
+            compute: of the quantity.
+            places: where.
+            low_pass: a filter that the quantity goes through.
+        """
+        key = compute, tuple((place.name, place.body, place.number, place.r.tobytes()) for place in places), low_pass
         if key not in self._peaks:
+            motion = self.filtered(low_pass)
             try:
                 with one_thread(len(self.number)):
-                    self._peaks[key] = self.motion.peak(*self.readout(compute, places))
+                    self._peaks[key] = motion.peak(*self.readout(compute, places))
             except ArithmeticError as refusal:
                 raise SolveError(f"no verdict for contacts of {self.landing.scene.contact_stiffness:g} N/m: {refusal}") from None
             freeze(self._peaks[key])
         return self._peaks[key]
 
-    def history(self, compute: Compute, places: Sequence[Place], times: Array) -> Array:
+    def history(self, compute: Compute, places: Sequence[Place], times: Array, low_pass: LowPass | None = None) -> Array:
         """The same quantity (T, n, k) at times (T,)."""
         outputs, constant = self.readout(compute, places)
-        return np.asarray(np.einsum("nkr,tr->tnk", outputs, self.motion.at(times).force) + constant)
+        return np.asarray(np.einsum("nkr,tr->tnk", outputs, self.filtered(low_pass).at(times).force) + constant)
 
-    def spectrum(self, compute: Compute, places: Sequence[Place], damping: float) -> Array:
+    def spectrum(self, compute: Compute, places: Sequence[Place], damping: float, low_pass: LowPass | None = None) -> Array:
         """Largest acceleration (f, n) of oscillators of the frequencies `SPECTRUM` at n points, in the axis in which it is largest.
 
-        The acceleration of the points is that until the end of the motion, less what gravity gives them, which an oscillator
-        carries before the impact.
+        The acceleration of the points, behind a filter where one is given, is that until the end of the motion, less what gravity
+        gives them, which an oscillator carries before the impact.
 
         Raises:
             SolveError: the contact lasts longer than `LONGEST_SPECTRUM`.
@@ -275,9 +307,11 @@ class CompliantLanding:
             lasts = f"on {self.landing.scene.contact_stiffness:g} N/m the contact lasts {self.motion.duration:.3g} s"
             limit = f"a shock response spectrum is computed of up to {LONGEST_SPECTRUM:g} s"
             raise SolveError(f"{lasts}, and {limit}; take stiffer contacts, or leave --spectrum out")
-        count = int(np.ceil(self.motion.duration * SAMPLES_A_PERIOD * SPECTRUM[-1])) + 64
-        times = np.linspace(0.0, self.motion.duration, count + 1)
-        history = (self.history(compute, places, times) - self.readout(compute, places)[1]).reshape(count + 1, -1)
+        duration = self.filtered(low_pass).duration
+        count = int(np.ceil(duration * SAMPLES_A_PERIOD * SPECTRUM[-1])) + 64
+        times = np.linspace(0.0, duration, count + 1)
+        history = self.history(compute, places, times, low_pass) - self.readout(compute, places)[1]
+        history = history.reshape(count + 1, -1)
         response = shock_response(history, float(times[1]), np.array(SPECTRUM), damping)
         return np.asarray(response.reshape(len(SPECTRUM), len(places), -1).max(axis=2))
 
