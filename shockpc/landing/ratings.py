@@ -197,8 +197,8 @@ def check_parts(parts: tuple[Part, ...]) -> None:
             raise SceneError(f'part "{name}" needs a place: at = "FRAME:x,y,z", or joint = "NAME" for the gears of joints')
         if any(value is not None for value in (of_a_joint if part.joint is None else of_a_point)):
             raise SceneError(
-                f'part "{name}": a part at a frame takes rating, critical_velocity_change, natural_frequency and imu_bandwidth, and '
-                "one of joints momentary_torque and torque_duration"
+                f'part "{name}": a part at a frame takes rating, critical_velocity_change, natural_frequency and imu_bandwidth, '
+                "and one of joints momentary_torque and torque_duration"
             )
 
 

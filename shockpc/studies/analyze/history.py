@@ -6,11 +6,13 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
+from shockpc.core.low_pass import LowPass
 from shockpc.core.spatial import Array
 from shockpc.impact.stiffness import DAMPING, SPECTRUM, CompliantLanding
+from shockpc.landing.places import Place
 from shockpc.landing.strike import GRAVITY
 from shockpc.quantities.ground import ALONG
-from shockpc.quantities.of_points import DELTA_V
+from shockpc.quantities.of_points import DELTA_V, low_passes
 from shockpc.quantities.shock_profile import ShockProfile
 from shockpc.show.figure.style import CURVES, INK, new_chart, plain_numbers
 from shockpc.show.wording import contact_name, count, robot_name
@@ -58,6 +60,10 @@ def draw_time(profile: ShockProfile) -> Figure:
     # At the end all contacts are open, and without restitution the force drops to zero in that instant; without springs in joints,
     # all else with it.
     t = np.append(t, t[-1])
+    points = [place for place in profile.places("point") if place.body >= 0]
+    filters = low_passes(profile.landing, points)
+    # What accelerometers read goes on behind the end, as long as their filters lag.
+    end = max([motion.duration, *(compliant.filtered(one).duration for one in filters if one is not None)])
     force = motion.at(t).force
     if motion.separated:
         force[-1] = 0.0
@@ -66,7 +72,6 @@ def draw_time(profile: ShockProfile) -> Figure:
     normal = force[:, motion.elements.normal & (compliant.number < len(profile.landing.contacts))]
     unit = "N, N m" if any(block.kind == "stop" for block in profile.landing.contacts) else "N"
     panels: list[tuple[str, list[str], Array]] = [(f"force [{unit}]", [place.name for place in places], np.array(size))]
-    points = [place for place in profile.places("point") if place.body >= 0]
     for title, entry, where, scale in (
         ("acceleration [g]", DELTA_V, points, GRAVITY),
         ("torque [N m, N]", ALONG, profile.places("joint"), 1.0),
@@ -83,15 +88,27 @@ def draw_time(profile: ShockProfile) -> Figure:
     for axes, (title, names, curves) in zip(rows, panels, strict=True):
         _plot(axes, 1e3 * t, names, curves)
         axes.set_ylabel(title)
+        if title.startswith("acceleration"):
+            _plot_readings(axes, compliant, points, filters)
     for k in range(normal.shape[1]):
         rows[0].plot(1e3 * t, normal[:, k], color=CURVES[k % len(CURVES)], linewidth=0.8, linestyle=(0, (4, 2)))
     rows[-1].set_xlabel("time after touchdown [ms]")
-    rows[-1].set_xlim(0.0, 1e3 * (1.0 + AFTER) * motion.duration)
+    rows[-1].set_xlim(0.0, 1e3 * (1.0 + AFTER) * end)
     left = _write_events(list(rows), _events(profile, compliant))
     words = "dashed: along the normal; dotted: what happens to a contact; frozen geometry, double precision, not proven"
+    words = words.replace("normal;", "normal, or what an accelerometer reads;") if any(filters) else words
     words += f"; {count(left, 'more event')} not written" * bool(left)
     figure.supxlabel(words, fontsize=7.0, x=0.02, ha="left")
     return figure
+
+
+def _plot_readings(axes: Axes, compliant: CompliantLanding, points: Sequence[Place], filters: Sequence[LowPass | None]) -> None:
+    """Draw what accelerometers at points read behind their filters, dashed."""
+    for k, (place, low_pass) in enumerate(zip(points, filters, strict=True)):
+        if low_pass is not None and k < CURVES_SHOWN:
+            t = np.linspace(0.0, compliant.filtered(low_pass).duration, SAMPLES)
+            read = np.linalg.norm(compliant.history(DELTA_V.compute, [place], t, low_pass)[:, 0], axis=1) / GRAVITY
+            axes.plot(1e3 * t, read, color=CURVES[k % len(CURVES)], linewidth=1.0, linestyle=(0, (4, 2)))
 
 
 def _events(profile: ShockProfile, compliant: CompliantLanding) -> list[tuple[float, str]]:
@@ -154,6 +171,9 @@ def draw_spectrum(profile: ShockProfile) -> Figure:
         for k, place in enumerate(points[: len(CURVES)]):
             label = f"{printable(place.name, 40)}, damping {100.0 * damping:g} %"
             axes.plot(SPECTRUM, response[:, k], color=CURVES[k], linestyle=line, linewidth=1.1, label=label)
+            if (low_pass := low_passes(profile.landing, [place])[0]) is not None:
+                read = compliant.spectrum(DELTA_V.compute, [place], damping, low_pass)[:, 0] / GRAVITY
+                axes.plot(SPECTRUM, read, color=CURVES[k], linestyle=line, linewidth=0.6, label=f"{label}, behind {low_pass}")
     axes.margins(x=0.0)
     axes.grid(True, which="both")
     plain_numbers(axes.xaxis)

@@ -25,7 +25,7 @@ from shockpc.show.wording import contact_name, count, proof_text, robot_name, sh
 from shockpc.studies.analyze.landing_document import content
 from shockpc.studies.analyze.several import Reports, landings_sheet, worst_text
 from shockpc.studies.analyze.sheets import OPTIONAL, landing_tables
-from shockpc.studies.analyze.views import shown_tables, stiffness_text, worst_bodies
+from shockpc.studies.analyze.views import readings_text, shown_tables, stiffness_text, worst_bodies
 from shockpc.text.errors import ShockError
 from shockpc.text.printed import cause_lines, causes, few
 
@@ -184,6 +184,10 @@ def _summary(profile: ShockProfile) -> list[tuple[str, str]]:
     known = [f"{point.frame} {rounded(g)} g" for point, g in zip(profile.points, peaks, strict=True) if not math.isnan(g)]
     if known:
         lines.insert(1, ("peak", f"{few(known, 4)} for a pulse {profile.scene.pulse}{with_friction}"))
+    read = zip(profile.places("point"), profile.value("filtered_peak", "point").tolist(), strict=True)
+    readings = [f"{place.name} {rounded(g)} g" for place, g in read if not math.isnan(g)]
+    if readings:
+        lines.insert(1 + bool(known), ("reading", f"{few(readings, 4)} {readings_text(profile)}"))
     if (limit := profile.scene.range_g) is not None:
         moving = [place for place in profile.places("point") if place.body >= 0]
         peaks_of = zip(moving, sensor_peaks(profile, moving), strict=False)
