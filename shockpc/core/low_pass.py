@@ -29,7 +29,7 @@ TOGETHER = 1e-5
 SETTLES = 1.0
 """Times 1/f after the end of a motion until which its filtered peak is looked for: the filter lags by up to 0.2."""
 
-RAMP = 1e-3
+RAMP = 1e-4
 """Angle [rad] of a sine that stands for a ramp, which it is but for a share of RAMP²/6."""
 
 

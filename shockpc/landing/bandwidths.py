@@ -12,7 +12,12 @@ def low_pass_at(scene: Scene, point: str) -> LowPass | None:
         SceneError: it is not a bandwidth.
     """
     own = [one.imu_bandwidth for one in scene.point if one.label == point and one.imu_bandwidth is not None]
-    return _low_pass(own[-1] if own else scene.imu_bandwidth)
+    return _low_pass(own[-1]) if own else scene_low_pass(scene)
+
+
+def scene_low_pass(scene: Scene) -> LowPass | None:
+    """The filter of all sensors that have no other. Raises: SceneError: it is not a bandwidth."""
+    return _low_pass(scene.imu_bandwidth)
 
 
 def low_pass_of_part(scene: Scene, number: int) -> LowPass | None:

@@ -104,11 +104,12 @@ def draw_time(profile: ShockProfile) -> Figure:
 
 def _plot_readings(axes: Axes, compliant: CompliantLanding, points: Sequence[Place], filters: Sequence[LowPass | None]) -> None:
     """Draw what accelerometers at points read behind their filters, dashed."""
-    for k, (place, low_pass) in enumerate(zip(points, filters, strict=True)):
-        if low_pass is not None and k < CURVES_SHOWN:
+    colors = {line.get_label(): line.get_color() for line in axes.get_lines()}
+    for place, low_pass in zip(points, filters, strict=True):
+        if low_pass is not None and (color := colors.get(printable(place.name, 30))):
             t = np.linspace(0.0, compliant.filtered(low_pass).duration, SAMPLES)
             read = np.linalg.norm(compliant.history(DELTA_V.compute, [place], t, low_pass)[:, 0], axis=1) / GRAVITY
-            axes.plot(1e3 * t, read, color=CURVES[k % len(CURVES)], linewidth=1.0, linestyle=(0, (4, 2)))
+            axes.plot(1e3 * t, read, color=color, linewidth=1.0, linestyle=(0, (4, 2)))
 
 
 def _events(profile: ShockProfile, compliant: CompliantLanding) -> list[tuple[float, str]]:
