@@ -14,7 +14,6 @@ from shockpc.core.segments import Flex, elastic_frequencies, flex_from
 from shockpc.core.spatial import Array
 from shockpc.landing.constraints import ConstraintBlock
 from shockpc.landing.dynamics import dynamics
-from shockpc.landing.end_stops import is_stop
 from shockpc.landing.landing import PosedLanding
 from shockpc.landing.places import Place, PlaceKind
 from shockpc.robot.elements import Loop
@@ -35,7 +34,7 @@ class FlexibleLanding(PosedLanding):
     flexible: FlexibleRobot
 
     def carried(self, place: Place) -> Place:
-        """A place of the rigid landing on the segment that it moves with."""
+        """A place of the rigid landing on the segment that it moves with, without change where it is no point."""
         return place._replace(body=self.flexible.body_at(place.body, place.r), centre=False)
 
     @functools.cached_property
@@ -73,33 +72,37 @@ class FlexibleLanding(PosedLanding):
         return elastic_frequencies(basis.T @ equation.H[0] @ basis, rows @ basis, self.flexible.stiffness[hinges])
 
 
-def flexes_of(given: Mapping[str, str]) -> dict[str, Flex]:
-    """How links bend, by pattern. Args: given, of a scene.
+def flexes_of(given: Mapping[str, str]) -> tuple[tuple[str, Flex], ...]:
+    """How links bend, each with its pattern. Args: given, of a scene.
 
     Raises:
         SceneError: a text says nothing of it.
     """
-    flexes = {}
+    flexes = []
     for pattern, text in given.items():
         try:
-            flexes[pattern] = flex_from(text)
+            flexes.append((pattern, flex_from(text)))
         except ValueError as refusal:
             raise SceneError(f'flex of "{pattern}": {refusal}', bodies=[pattern]) from None
-    return flexes
+    return tuple(flexes)
 
 
-def flexible_landing(landing: PosedLanding, flexes: Mapping[str, Flex]) -> FlexibleLanding:
-    """The landing with links that bend. Args: flexes, by name or glob of links.
+def flexible_landing(landing: PosedLanding, flexes: tuple[tuple[str, Flex], ...] | None = None) -> FlexibleLanding:
+    """The landing with links that bend.
+
+    Args:
+        landing: with rigid links.
+        flexes: how links bend, each with its name or a glob; as the scene says by default.
 
     Raises:
+        SceneError: the scene says nothing of how a link bends.
         UnknownName: a pattern fits no link.
         RobotError: a link cannot bend.
     """
     robot, contacts = landing.robot, len(landing.contacts)
-    ends: dict[int, list[Array]] = {}
-    for name in (block.frame for block in (*landing.contacts, *landing.stance) if not is_stop(robot, block.frame)):
-        ends.setdefault(robot.frame(name).body, []).append(robot.frame(name).offset)
-    flexible = flexible_robot(robot, flexes, ends)
+    struck = [robot.frame(block.frame) for block in (*landing.contacts, *landing.stance) if block.kind != "stop"]
+    ends = tuple((frame.body, tuple(frame.offset.tolist())) for frame in struck)
+    flexible = flexible_robot(robot, flexes_of(landing.scene.flex) if flexes is None else flexes, ends)
     blocks = [_on_segments(flexible, block) for block in landing.without_stops.blocks[: contacts + len(landing.stance)]]
     q, zero, joints = flexible.configuration(landing.q), np.zeros(robot.model.nv), landing.joint_model
     whole = flexible.velocities

@@ -15,6 +15,7 @@ from shockpc.landing.constraints import ConstraintBlock
 from shockpc.landing.contact import contact_block
 from shockpc.landing.dynamics import dynamics
 from shockpc.landing.end_stops import is_stop, striking_stop
+from shockpc.landing.flexible import flexible_landing
 from shockpc.landing.joint_model import joint_model
 from shockpc.landing.landing import PosedLanding, contact_velocity
 from shockpc.landing.level_feet import default_landings
@@ -94,6 +95,10 @@ def _check_ground(scene: Scene, blocks: tuple[ConstraintBlock, ...]) -> None:
     if k is None and not scene.gravity and not scene.part:  # of which the stiffness is looked for that breaks one
         raise SceneError(
             "gravity = false (--no-gravity) has an effect only on contacts of finite stiffness; give contact_stiffness too"
+        )
+    if k is None and scene.flex and not scene.part:
+        raise SceneError(
+            "flex: links that bend have an effect only on contacts of finite stiffness; give contact_stiffness too, or leave it out"
         )
     if mu is None and k is None:
         return
@@ -200,6 +205,8 @@ def landing_of(scene: Scene, robot: Robot) -> PosedLanding:
         if place.joint < 0:
             strength(scene.part[place.number])
     _refuse_twice(landing.blocks)
+    if scene.flex:
+        flexible_landing(landing)
     return landing
 
 

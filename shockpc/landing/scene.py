@@ -203,6 +203,8 @@ class Scene(Record):
         stance: frames, or points FRAME:x,y,z, that are already on the ground and stay where they are.
         closure: loops, in addition to those of the robot's file.
         joints: joint model (free, geared or locked).
+        flex: how links bend on contacts of finite stiffness, by name or glob, such as "EI:674" [N m²], "tube:70e9,0.025,0.021" (E
+            [Pa], outer and inner diameter [m]) or "180Hz:clamped".
         point: points at which the shock is computed, in addition to the robot's sensors.
         part: parts and what they withstand.
         tangential_stiffness: of every contact along the ground; by default that along the normal [N/m].
@@ -237,6 +239,7 @@ class Scene(Record):
         (), "The only joints that may move to close loops; by default all that the posture does not set.", POSTURE, "JOINT"
     )
     joints: Joints = field(default_factory=Joints)
+    flex: Mapping[str, str] = field(default_factory=dict)
     point: tuple[Point, ...] = ()
     part: tuple[Part, ...] = ()
     v_in: Literal["contact", "com"] = option(
@@ -354,6 +357,7 @@ class Scene(Record):
             closure: Sequence[Closure] = (),
             assemble: Sequence[str] = (),
             joints: Joints = ...,
+            flex: Mapping[str, str] = ...,
             point: Sequence[Point] = (),
             part: Sequence[Part] = (),
             v_in: Literal["contact", "com"] = "contact",

@@ -10,6 +10,7 @@ import numpy as np
 import pinocchio as pin
 
 from shockpc.core.frozen import frozen
+from shockpc.core.memo import memoized
 from shockpc.core.segments import FINE, Division, Flex, bending_stiffness, divide
 from shockpc.core.spatial import Array, read_only
 from shockpc.robot.feet_and_sensors import feet
@@ -64,7 +65,10 @@ class FlexibleRobot:
         return whole
 
 
-def flexible_robot(robot: Robot, links: Mapping[str, Flex], ends: Mapping[int, Sequence[Array]] | None = None) -> FlexibleRobot:
+@memoized(most=8)
+def flexible_robot(
+    robot: Robot, links: tuple[tuple[str, Flex], ...], ends: tuple[tuple[int, tuple[float, ...]], ...] = ()
+) -> FlexibleRobot:
     """A robot of which some links bend.
 
     A link, with all that is fixed to it, bends between its joint and the farthest joint that it carries, foot, or other end that is
@@ -72,15 +76,15 @@ def flexible_robot(robot: Robot, links: Mapping[str, Flex], ends: Mapping[int, S
 
     Args:
         robot: the robot; it stays as it is.
-        links: how they bend, by name or glob; of two that fit a link the latter.
-        ends: (3,) further places up to which a body bends, in its frame [m], by its index.
+        links: how they bend, each with its name or a glob; of two that fit a link the latter.
+        ends: further places up to which a body bends: its index, and (3,) in its frame [m].
 
     Raises:
         UnknownName: a pattern fits no link.
         RobotError: a link has no mass, or an inertia that no body has.
     """
-    flexes = {body: flex for pattern, flex in links.items() for body in robot.match_bodies(pattern)}
-    lines = {body: _line(robot, body, (ends or {}).get(body, ())) for body in flexes}
+    flexes = {body: flex for pattern, flex in links for body in robot.match_bodies(pattern)}
+    lines = {body: _line(robot, body, [np.array(end) for number, end in ends if number == body]) for body in flexes}
     divisions = {body: _divide(robot, body, lines[body], flex.hinges) for body, flex in flexes.items()}
     old, new, joints, springs = robot.model, pin.Model(), {(-1, 0): 0}, dict[int, Array]()
     new.name = old.name
