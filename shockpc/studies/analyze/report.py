@@ -355,7 +355,18 @@ def _margin_lines(profile: ShockProfile) -> list[str]:
 
 
 def _ground_lines(profile: ShockProfile) -> list[str]:
-    """What friction, or a finite stiffness of the contacts, says of the landing; a line each."""
+    """What friction, or a finite stiffness of the contacts, says of the landing, and when it holds; a line each."""
+    return [*_impact_lines(profile), *_bending_lines(profile)]
+
+
+def _bending_lines(profile: ShockProfile) -> list[str]:
+    """When the links of the landing can be taken as rigid."""
+    if (found := profile.bending) is None:
+        return []
+    return [f"rigid links: when they are right is not known, because {found}"] if isinstance(found, str) else list(found.lines)
+
+
+def _impact_lines(profile: ShockProfile) -> list[str]:
     if stiffness := profile.stiffness:
         percent = max(100.0 * stiffness.difference, 0.1)
         within = f"within {percent:.{0 if percent >= 10.0 else 1}f} % of the finite-stiffness result"
