@@ -106,10 +106,9 @@ def bends(found: Bending | None) -> Iterator[Diagnostic]:
     if found is not None and found.never:
         need, metal = found.lowest(FOR_JUMPS), found.modes.metal
         text = (
-            f"links bend: in {1e3 * found.contact_time:.2g} ms of contact rigid links are right only where the first bending mode of "
-            f"the leg is above {_hertz(need)}, and if its links were bars or tubes of metal with their inertias it would be "
-            f"{_hertz(metal)}: peaks and torques may be wrong by factors; say how links bend with flex (--flex), or take a softer "
-            "contact"
+            f"links bend: in {1e3 * found.contact_time:.2g} ms of contact rigid links are right where the first bending mode of "
+            f"the leg is above {_hertz(need)}, and bars or tubes of metal with the inertias of its links reach {_hertz(metal)}: "
+            "peaks and torques may be wrong by factors; say how links bend with flex (--flex), or take a softer contact"
         )
         yield Diagnostic("contact", "bending", need / metal, text)
 
