@@ -68,7 +68,12 @@ def test_what_a_contact_asks_for_follows_from_its_duration(go2):
 
 
 @pytest.mark.parametrize(
-    ("robot", "contact", "stiffest"), [("go2", "FL_foot", 3.3e5), ("solo12", "FL_FOOT", 3e4), ("g1", "left_ankle_roll_link", 3.5e6)]
+    ("robot", "contact", "stiffest"),
+    [
+        ("go2", "FL_foot", 3.3e5),
+        ("solo12", "FL_FOOT", 3e4),
+        pytest.param("g1", "left_ankle_roll_link", 3.5e6, marks=pytest.mark.slow),
+    ],
 )
 def test_from_where_not_even_metal_is_stiff_enough(robot, contact, stiffest):
     """Known to 25 %; beyond it there is a warning."""
