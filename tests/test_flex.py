@@ -1,17 +1,31 @@
-"""Links that bend: beams of the textbooks, the inertia of the rigid robot, and what must not change."""
+"""Links that bend: beams of the textbooks, frame elements, the inertia of the rigid robot, and what must not change."""
 
+import json
+from dataclasses import replace
+
+import frame_leg
 import numpy as np
 import pytest
 
 from shockpc.core.segments import FINE, Flex, bending_frequency, bending_stiffness, chain_inertia, divide, flex_from
+from shockpc.impact.stiffness import CompliantLanding
 from shockpc.landing.dynamics import Inertias, dynamics, spatial_inertias
 from shockpc.landing.flexible import flexible_landing
 from shockpc.landing.resolve import resolve
-from shockpc.landing.scene import Joints, Scene
+from shockpc.landing.scene import Contact, Joints, Posture, Scene
+from shockpc.landing.strike import GRAVITY
+from shockpc.profile import shock_profile
+from shockpc.quantities.of_contacts import IMPULSE
+from shockpc.quantities.of_joints import JOINTS
+from shockpc.quantities.of_points import point_velocity
+from shockpc.quantities.selection import QUANTITIES
 from shockpc.robot.flexible import flexible_robot
 from shockpc.robot.load import load_robot
-from shockpc.text.errors import RobotError, UnknownName
+from shockpc.studies.analyze.report import document
+from shockpc.studies.sweep.study import sweep
+from shockpc.text.errors import RobotError, SceneError, StudyError, UnknownName
 
+ALONG = JOINTS[2]
 FREE, CLAMPED = 4.730040744862704**2 / (2.0 * np.pi), 1.875104068711961**2 / (2.0 * np.pi)
 """First frequencies of a uniform Euler–Bernoulli beam with EI = m = L = 1 [Hz]."""
 
@@ -120,3 +134,125 @@ def test_refused_links(tmp_path):
     )
     with pytest.raises(RobotError, match="leg"):
         flexible_robot(load_robot(str(point)), (("leg", Flex(EI=1.0)),))
+
+
+# Landings
+
+
+def peaks(scene, until=None):
+    """Peaks of the forces of contacts [N], of the accelerations of points [g], and of torques [N m], by name."""
+    found = CompliantLanding(resolve(scene, load_robot(scene.robot)), until)
+    read = (IMPULSE.compute, "contact", 1.0), (point_velocity, "point", GRAVITY), (ALONG.compute, "joint", 1.0)
+    named = ((found.landing.places(kind), compute, scale) for compute, kind, scale in read)
+    return {
+        place.name: float(value) / scale
+        for places, compute, scale in named
+        if places
+        for place, value in zip(places, found.peaks(compute, places)[0], strict=True)
+    }
+
+
+def tube_leg(folder, stiffness, hinges):
+    """The leg of frame elements, of rigid segments."""
+    file = folder / "leg.urdf"
+    file.write_text(frame_leg.urdf())
+    tube = f"EI:{frame_leg.EI},EA:{frame_leg.EA},hinges:{hinges}"
+    thigh, shank = frame_leg.ANGLES
+    contact = Contact(frame="foot", restitution=1.0, restitution_along="directions", directions=("x", "z"))
+    return Scene(
+        robot=str(file),
+        base="planar",
+        contact=contact,
+        contact_stiffness=stiffness,
+        gravity=False,
+        flex={"thigh": tube, "shank": tube},
+        joints=Joints(armature={"*": frame_leg.ROTOR}),
+        posture=Posture(joints={"hip": thigh, "knee": shank - thigh}),
+    )
+
+
+@pytest.mark.parametrize(("stiffness", "few"), [(1e4, 0.02), (1e5, 0.01), (1e6, 0.05)])
+def test_a_leg_of_tubes(tmp_path, stiffness, few):
+    """Force and torque of the knee's rotor are those of frame elements with many hinges, and nearly so with two."""
+    lifts, force, torque = frame_leg.strike(stiffness)
+    for hinges, share in ((2, few), (12, 2e-3)):
+        found = peaks(tube_leg(tmp_path, stiffness, hinges), lifts)
+        assert found["foot"] == pytest.approx(force, rel=share)
+        assert found["knee"] == pytest.approx(torque, rel=share)
+    free = flexible_landing(
+        resolve(tube_leg(tmp_path, stiffness, 12), load_robot(str(tmp_path / "leg.urdf")))
+    ).elastic_frequencies()
+    assert np.abs(free - frame_leg.first_frequency()).min() < 2e-3 * frame_leg.first_frequency()
+
+
+TUBES = {"FL_calf": "EI:674", "FL_thigh": "EI:674"}
+GO2 = Scene(
+    robot="go2",
+    contact=Contact(frame="FL_foot", restitution=1.0),
+    joints=Joints(drives="go2"),
+    contact_stiffness=1e6,
+    gravity=False,
+)
+
+
+@pytest.mark.parametrize(
+    ("flex", "force", "imu", "thigh", "calf", "share"),
+    [({}, 991.3, 6.07, 19.5, 89.3, 2e-3), (6, 512.9, 3.16, 33.3, 47.1, 2e-3), (2, 512.9, 3.16, 33.3, 47.1, 0.05)],
+)
+def test_peaks_of_go2(flex, force, imu, thigh, calf, share):
+    """Rigid and with the tubes of Go2, as of a second implementation: half the force, and more torque at the thigh."""
+    links = {link: f"{tube},hinges:{flex}" for link, tube in TUBES.items()} if flex else {}
+    found = peaks(replace(GO2, flex=links), 0.012)
+    names = "FL_foot", "imu", "FL_thigh_joint", "FL_calf_joint"
+    np.testing.assert_allclose([found[name] for name in names], [force, imu, thigh, calf], rtol=share)
+
+
+def test_stiff_links_are_rigid():
+    """The stiffer the links, the nearer are all peaks to those of rigid ones while the foot is pressed: base, IMU and all legs."""
+    scene = replace(GO2, contact_stiffness=2e3)
+    rigid, stiff = peaks(scene, 0.03), peaks(replace(scene, flex={"*": "EI:3e5,EA:1e9,GJ:3e5"}), 0.03)
+    assert rigid.keys() == stiff.keys()
+    np.testing.assert_allclose(list(stiff.values()), list(rigid.values()), rtol=5e-3, atol=4e-3)
+
+
+def test_what_stays():
+    """The impulse, names and rows are those of rigid links; a hinge is nobody's joint, whatever patterns mean."""
+    scene = replace(GO2, joints=Joints(armature={"*": 0.01}), posture=Posture(joints={"*_calf_joint": -1.9}), gravity=True)
+    rigid, bent = (
+        shock_profile(scene),
+        shock_profile(replace(scene, flex={"*_calf": "EI:674", "FL_thigh": "tube:70e9,0.025,0.021"})),
+    )
+    for entry in QUANTITIES:
+        one, other = (profile.values(entry, profile.places(entry.of)) for profile in (rigid, bent))
+        assert one.shape == other.shape, entry.key
+        if not (entry.unproven or entry.with_stiffness):
+            np.testing.assert_array_equal(one, other, entry.key)
+    moving = flexible_landing(bent.landing)
+    hinges = moving.flexible.hinges
+    assert len(hinges) == 4 * 2 * 2 + 2 * 3
+    assert not moving.joint_model.armature[hinges].any()
+    assert not moving.joint_model.locked[hinges].any()
+    np.testing.assert_array_equal(moving.q, moving.flexible.configuration(bent.landing.q))
+    assert np.count_nonzero(moving.q) == np.count_nonzero(bent.landing.q)
+    text = json.dumps(document(bent), default=str)
+    assert "*_calf" in text
+    assert "~" not in text
+
+
+def test_without_effect():
+    """On rigid contacts links cannot bend; of links without flex there is nothing to multiply."""
+    with pytest.raises(SceneError, match="contact_stiffness"):
+        shock_profile(replace(GO2, contact_stiffness=None, gravity=True, flex=TUBES))
+    with pytest.raises(SceneError, match=r"calf.*EI"):
+        resolve(replace(GO2, flex={"FL_calf": "674"}), load_robot("go2"))
+    with pytest.raises(StudyError, match="flex:FL_calf"):
+        sweep(GO2, {"flex:FL_calf": "0.5x:2x:3"}, quantities=["peak_force"])
+
+
+def test_variations():
+    """A sweep sets EI of links, or multiplies all stiffnesses of those that bend; a row is the landing with that scene."""
+    vary = {"flex:FL_calf": (300.0,), "flex:*_thigh": "0.5x,1x"}
+    table = sweep(replace(GO2, flex=TUBES), vary, quantities=["peak_force"], prove=0).table()
+    for found, thigh in zip(table.columns["peak_force@FL_foot"], (337.0, 674.0), strict=True):
+        scene = replace(GO2, flex={"FL_calf": "EI:300", "FL_thigh": f"EI:{thigh}"})
+        assert found == pytest.approx(peaks(scene)["FL_foot"], rel=1e-9)

@@ -317,7 +317,7 @@ def _with_flex(scene: Scene, robot: Robot, varied: Variation, value: float) -> S
     bodies, given = robot.match_bodies(varied.target), _flexes(scene, robot)
     if varied.factor and not (bodies := tuple(body for body in bodies if body in given)):
         raise StudyError(
-            f"{varied.subject}: these links have no stiffness to multiply; give values of EI in N m², such as 100:1000"
+            f"{varied.subject}: these links do not bend, so nothing is multiplied; give values in N m², such as 100:1000"
         )
     changed_ones = {
         robot.bodies[body].name: given[body].scaled(value)

@@ -34,7 +34,9 @@ class FlexibleLanding(PosedLanding):
     flexible: FlexibleRobot
 
     def carried(self, place: Place) -> Place:
-        """A place of the rigid landing on the segment that it moves with, without change where it is no point."""
+        """A place of the rigid landing: a point on the segment that it moves with, a joint with its velocities here."""
+        if joint := self._joints.get((place.name, place.body, place.number)):
+            return joint
         return place._replace(body=self.flexible.body_at(place.body, place.r), centre=False)
 
     @functools.cached_property
@@ -47,14 +49,18 @@ class FlexibleLanding(PosedLanding):
         """As of the rigid landing."""
         return tuple(place if place.joint >= 0 else self.carried(place) for place in self.rigid.parts)
 
+    @functools.cached_property
+    def _joints(self) -> dict[tuple[str, int, int], Place]:
+        """The joints of the rigid landing, by name, body and velocity."""
+        velocities, segments = self.flexible.v.tolist(), self.flexible.segments
+        return {
+            (place.name, place.body, place.number): place._replace(body=segments[place.body][0], number=velocities[place.number])
+            for place in self.rigid.places("joint")
+        }
+
     def places(self, kind: PlaceKind) -> tuple[Place, ...]:
         """As of the rigid landing: hinges are no joints, and segments no bodies."""
-        if kind == "body":
-            return tuple(map(self.carried, self.rigid.places(kind)))
-        if kind == "joint":
-            joints, velocities, segments = self.rigid.places(kind), self.flexible.v.tolist(), self.flexible.segments
-            return tuple(place._replace(body=segments[place.body][0], number=velocities[place.number]) for place in joints)
-        return super().places(kind)
+        return tuple(map(self.carried, self.rigid.places(kind))) if kind in ("body", "joint") else super().places(kind)
 
     def elastic_frequencies(self, held: bool = False) -> Array:
         """Frequencies of the robot on the springs of its hinges, from the lowest [Hz].
