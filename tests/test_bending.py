@@ -45,7 +45,7 @@ def test_a_rod_of_metal_has_the_frequency_of_a_beam(tmp_path):
     m = density * math.pi * radius**2 * length
     across, along = m * (radius**2 / 4.0 + length**2 / 12.0), m * radius**2 / 2.0
     (path := tmp_path / "rod.urdf").write_text(ROD.format(m=m, across=across, along=along, half=length / 2.0))
-    modes = leg_modes(shock_profile(Scene(robot=str(path), contact="tip")).landing)
+    modes = leg_modes(shock_profile(Scene(robot=str(path), contact="tip")).landing, 0)
     unit = TWO_HINGES * FREE_BEAM / math.sqrt(m * length**3)
     assert modes.alpha == pytest.approx(unit, rel=5e-3)  # the rod's sections have inertia against turning
     EI = SPECIFIC_STIFFNESS * density * math.pi * radius**4 / 4.0
@@ -56,7 +56,7 @@ def test_a_rod_of_metal_has_the_frequency_of_a_beam(tmp_path):
 def test_what_a_contact_asks_for_follows_from_its_duration(go2):
     """Tc = π √(m/k), or the length of a pulse where that is shorter; f1 = α √EI."""
     (contact,) = go2.contacts
-    Tc, modes = math.pi * math.sqrt(contact.mass_sticking / 1e6), leg_modes(go2.landing)
+    Tc, modes = math.pi * math.sqrt(contact.mass_sticking / 1e6), leg_modes(go2.landing, 0)
     wanted = [3.0 / Tc, 7.0 / Tc, (3.0 / Tc / modes.alpha) ** 2, (7.0 / Tc / modes.alpha) ** 2, modes.metal]
     np.testing.assert_allclose(_numbers(go2), wanted, rtol=1e-9)
     for scene in (replace(GO2, pulse="half-sine:1ms"), replace(GO2, contact_stiffness=None, pulse="half-sine:1ms")):
@@ -91,7 +91,7 @@ def test_a_landing_warns_where_not_even_metal_is_stiff_enough(go2):
 
 def test_rotors_lower_the_first_bending_mode(go2):
     free = shock_profile(replace(GO2, joints=Joints(model="free")))
-    assert leg_modes(free.landing).alpha > 1.2 * leg_modes(go2.landing).alpha
+    assert leg_modes(free.landing, 0).alpha > 1.2 * leg_modes(go2.landing, 0).alpha
 
 
 def test_the_modes_are_those_of_the_links_that_bend(go2):
@@ -99,7 +99,7 @@ def test_the_modes_are_those_of_the_links_that_bend(go2):
     from shockpc.landing.flexible import flexible_landing
     from shockpc.landing.resolve import landing_of
 
-    modes = leg_modes(go2.landing)
+    modes = leg_modes(go2.landing, 0)
     bends = landing_of(replace(GO2, flex=dict.fromkeys(modes.links, "EI:674")), go2.robot)
     assert modes.stiffness(flexible_landing(bends).elastic_frequencies()[0]) == pytest.approx(674.0, rel=1e-9)
 

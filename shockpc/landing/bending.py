@@ -29,10 +29,10 @@ SPECIFIC_STIFFNESS = 26e6
 
 
 class LegModes(NamedTuple):
-    """The first bending mode of the links between contacts and the base.
+    """The first bending mode of the links between a contact and the base.
 
     Attributes:
-        links: their names, from the contacts on.
+        links: their names, from the contact on.
         alpha: its frequency for an EI of 1 N m² [Hz].
         metal: the same of links that are bars of metal with their inertias about their axes [Hz].
     """
@@ -47,21 +47,19 @@ class LegModes(NamedTuple):
 
 
 @memoized()
-def leg_modes(landing: PosedLanding) -> LegModes | None:
-    """The first bending mode of the links between the contacts and the base; None where none of them has an inertia.
+def leg_modes(landing: PosedLanding, contact: int) -> LegModes | None:
+    """The first bending mode of the links between a contact and the base; None where none of them has an inertia.
 
-    A contact on the base bends that.
+    A contact on the base bends that; an end stop bends nothing.
 
     Raises:
         RobotError: a link cannot be divided.
     """
-    robot, links = landing.robot, dict[int, None]()
-    for contact in landing.contacts:
-        if contact.kind != "stop":
-            body = contact.body
-            while body > 0 or (body == 0 and (not links or not robot.free_base)):
-                links[body] = None
-                body = robot.parents[body]
+    robot, block, links = landing.robot, landing.contacts[contact], list[int]()
+    body = -1 if block.kind == "stop" else block.body
+    while body > 0 or (body == 0 and not (links and robot.free_base)):
+        links.append(body)
+        body = robot.parents[body]
     slender = [k for k in links if (one := robot.bodies[k]).mass > 0.0 and inertia_fault(one.mass, one.inertia) is None]
     if not slender:
         return None

@@ -36,7 +36,7 @@ class Bending(NamedTuple):
     Attributes:
         contact_time: Tc [s].
         mass: of the contact with that [kg]; NaN for a pulse.
-        modes: of the links between contacts and base.
+        modes: of the links between its contact and the base.
     """
 
     contact_time: float
@@ -79,7 +79,7 @@ def _hertz(frequency: float) -> str:
 
 
 def bending(landing: PosedLanding, masses: Array, stiffness: float | None) -> Bending | None:
-    """When the links of a landing can be taken as rigid.
+    """When the links of a landing can be taken as rigid: those between the base and the contact with the smallest effective mass.
 
     Args:
         landing: the landing.
@@ -91,13 +91,20 @@ def bending(landing: PosedLanding, masses: Array, stiffness: float | None) -> Be
     Raises:
         RobotError: a link cannot be divided.
     """
-    times = [(math.inf if landing.pulse is None else landing.pulse.length, math.nan)]
-    for mass, contact in zip(masses.tolist(), landing.contacts, strict=False):
-        if stiffness is not None and contact.kind != "stop" and math.isfinite(mass):
-            times.append((math.pi * math.sqrt(mass / stiffness), mass))
-    time, mass = min(times, key=lambda one: one[0])
-    if landing.scene.flex or not 0.0 < time < math.inf or (modes := leg_modes(landing)) is None:
+    yielding = {
+        mass: k
+        for k, (mass, block) in enumerate(zip(masses.tolist(), landing.contacts, strict=False))
+        if block.kind != "stop" and math.isfinite(mass)
+    }
+    if landing.scene.flex or not yielding:
         return None
+    mass = min(yielding)
+    of_pulse = math.inf if landing.pulse is None else landing.pulse.length
+    of_contact = math.inf if stiffness is None else math.pi * math.sqrt(mass / stiffness)
+    time = min(of_pulse, of_contact)
+    if not 0.0 < time < math.inf or (modes := leg_modes(landing, yielding[mass])) is None:
+        return None
+    mass = mass if of_contact <= of_pulse else math.nan
     return Bending(time, mass, modes)
 
 
@@ -120,7 +127,7 @@ def _values(impact: Impact, _: Places) -> Array:
     if landing.scene.flex or (k is None and landing.pulse is None):
         return np.full(5, np.nan)
     try:
-        found = bending(landing, evaluate(MASS_STICKING, impact, places)[0, 0] if k is not None else np.zeros(0), k)
+        found = bending(landing, evaluate(MASS_STICKING, impact, places)[0, 0], k)
     except RobotError:
         found = None
     if found is None:
