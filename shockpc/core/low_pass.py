@@ -95,13 +95,15 @@ def filtered(motion: StiffMotion, low_pass: LowPass, tail: float = 0.0) -> Stiff
     """
     segments = motion.segments
     if tail:
-        last, none = segments[-1], np.zeros((len(motion.elements.rows), 0))
+        last, no_waves = segments[-1], np.zeros((len(motion.elements.rows), 0), dtype=complex)
         jump, displacement = last.after(np.asarray(last.length))
         at_rest = np.zeros_like(last.acceleration)
-        swing = np.zeros((len(jump), 0))
         segments += (
-            Segment(motion.duration, tail, np.zeros(0, complex), 0.0 * last.level, none + 0j, swing + 0j, at_rest, at_rest, jump,
-                displacement),
+            Segment(
+                start=motion.duration, length=tail, rate=np.zeros(0, dtype=complex), level=np.zeros_like(last.level), wave=no_waves,
+                swing=np.zeros((len(jump), 0), dtype=complex), drift=at_rest, acceleration=at_rest, jump=jump,
+                displacement=displacement,
+            ),
         )  # fmt: skip
     at_first = segments[0].forces(np.zeros(()))
     value = np.where(motion.elements.contact < 0, at_first, 0.0)
@@ -145,12 +147,12 @@ def pulse_reading(pulse: Pulse, low_pass: LowPass) -> float:
         "rectangle": (1.0, 0.0j, 0.0j),
         "saw-tooth": (0.0, 1.0j * RAMP / T, -1.0j / math.sin(RAMP)),
     }[pulse.shape]
-    none, one = np.zeros(1), np.ones((1, 1))
-    during = Segment(0.0, T, np.array([rate]), none + level, one * wave, 0.0j * one, none, none, none, none)
+    none, still = np.zeros(1), np.zeros((1, 1), dtype=complex)
+    during = Segment(0.0, T, np.array([rate]), none + level, np.array([[wave]]), still, none, none, none, none)
     first, value, slope = _filtered(during, low_pass, none, none)
-    after = during._replace(start=T, length=low_pass.tail, level=none, wave=0.0j * one)
+    after = during._replace(start=T, length=low_pass.tail, level=none, wave=still)
     pieces = [piece for segment in (first, _filtered(after, low_pass, value, slope)[0]) for piece in segment.pieces()]
-    peak = largest_lengths(one[None], pieces, none, Effort())[0][0]
+    peak = largest_lengths(np.ones((1, 1, 1)), pieces, none, Effort())[0][0]
     return float(peak) * SHAPES[pulse.shape] / T
 
 

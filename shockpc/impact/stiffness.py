@@ -109,14 +109,14 @@ class CompliantLanding:
         if self._stops:
             self._rows = replace(rows, equation=replace(landing, acting=self._stops).equation(landing.state))
         self.number, self._normal = elements.contact, elements.normal & (elements.contact < c)
-        self._simulated = lambda until: simulate_landing(M, elements, self._velocity, until, gravity)
+        self._simulated = functools.partial(simulate_landing, M, elements, self._velocity, gravity=gravity)
         self.motion = self._simulate(until)
 
     def _simulate(self, until: float | None) -> StiffMotion:
         """The motion until a time [s]. Raises: SolveError: it cannot be followed."""
         try:
             with one_thread(2 * len(self.number)):
-                return self._simulated(until)
+                return self._simulated(until=until)
         except (ArithmeticError, np.linalg.LinAlgError) as refusal:
             raise SolveError(f"no verdict for contacts of {self._k:g} N/m: {refusal}") from None
 

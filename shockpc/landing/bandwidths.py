@@ -31,7 +31,7 @@ def low_passes_of(scene: Scene) -> list[LowPass]:
     Raises:
         SceneError: one of them is not a bandwidth.
     """
-    given = [scene.imu_bandwidth, *(one.imu_bandwidth for one in (*scene.point, *scene.part))]
+    given = [scene.imu_bandwidth, *(one.imu_bandwidth for one in scene.point), *(one.imu_bandwidth for one in scene.part)]
     return [low_pass for low_pass in map(_low_pass, given) if low_pass is not None]
 
 

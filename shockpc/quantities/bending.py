@@ -7,7 +7,7 @@ from 4, the largest torque of a joint from 7 and other torques from 15 on.
 """
 
 import math
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from typing import NamedTuple
 
 import numpy as np
@@ -136,14 +136,18 @@ def _values(impact: Impact, _: Places) -> Array:
     return np.array([*lowest, *map(found.modes.stiffness, lowest), found.modes.metal])
 
 
+def _value(k: int) -> Callable[[Impact, Places], Array]:
+    return lambda impact, places: _values(impact, places)[None, None, k : k + 1]
+
+
 BENDING = tuple(
-    Quantity(key, "robot", title, unit, "neither", lambda impact, places, k=k: _values(impact, places)[None, None, k : k + 1],
-        missing=UNKNOWN, needs_posture=True, unproven=True)
+    Quantity(key, "robot", title, unit, "neither", _value(k), missing=UNKNOWN, needs_posture=True,
+        unproven=True)
     for k, (key, title, unit) in enumerate((
-        ("lowest_bending_for_jumps", "lowest first bending mode of the leg with which jumps are those of rigid links", "Hz"),
-        ("lowest_bending_for_torques", "lowest first bending mode of the leg with which torques are those of rigid links", "Hz"),
-        ("bending_stiffness_for_jumps", "the EI of all links of the leg that has the first of these", "N m²"),
-        ("bending_stiffness_for_torques", "the EI of all links of the leg that has the second of these", "N m²"),
+        ("lowest_bending_for_jumps", "first bending mode of the leg above which jumps are those of rigid links", "Hz"),
+        ("lowest_bending_for_torques", "first bending mode of the leg above which torques are those of rigid links", "Hz"),
+        ("bending_stiffness_for_jumps", "EI of the links of the leg above which jumps are those of rigid links", "N m²"),
+        ("bending_stiffness_for_torques", "EI of the links of the leg above which torques are those of rigid links", "N m²"),
         ("bending_of_metal", "first bending mode of the leg if its links were bars or tubes of metal with their inertias", "Hz"),
     ))
 )  # fmt: skip
