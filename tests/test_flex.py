@@ -13,8 +13,10 @@ from shockpc.landing.dynamics import Inertias, dynamics, spatial_inertias
 from shockpc.landing.flexible import flexible_landing
 from shockpc.landing.resolve import resolve
 from shockpc.landing.scene import Contact, Joints, Posture, Scene
+from shockpc.landing.scene_file import read_scene, scene_text
 from shockpc.landing.strike import GRAVITY
 from shockpc.profile import shock_profile
+from shockpc.quantities.histories import bent_links
 from shockpc.quantities.of_contacts import IMPULSE
 from shockpc.quantities.of_joints import JOINTS
 from shockpc.quantities.of_points import point_velocity
@@ -207,6 +209,19 @@ def test_peaks_of_go2(flex, force, imu, thigh, calf, share):
     np.testing.assert_allclose([found[name] for name in names], [force, imu, thigh, calf], rtol=share)
 
 
+@pytest.mark.slow
+@pytest.mark.parametrize("restitution", [0.0, 0.5, 1.0])
+@pytest.mark.parametrize("stiffness", [1e4, 1e7])
+def test_four_feet_on_eight_links(stiffness, restitution):
+    """96 springs, from those of stretch to those of bending: the motion is followed to its end, in few events."""
+    links = dict.fromkeys(("*_calf", "*_thigh"), "tube:70e9,0.025,0.021,hinges:4")
+    feet = tuple(Contact(frame=f"{leg}_foot", restitution=restitution) for leg in ("FL", "FR", "RL", "RR"))
+    found = CompliantLanding(resolve(replace(GO2, contact=feet, contact_stiffness=stiffness, flex=links), load_robot("go2")))
+    assert len(found.moving.hinges) == 96
+    assert found.motion.separated
+    assert len(found.motion.events) <= 400
+
+
 def test_stiff_links_are_rigid():
     """The stiffer the links, the nearer are all peaks to those of rigid ones while the foot is pressed: base, IMU and all legs."""
     scene = replace(GO2, contact_stiffness=2e3)
@@ -247,6 +262,29 @@ def test_without_effect():
         resolve(replace(GO2, flex={"FL_calf": "674"}), load_robot("go2"))
     with pytest.raises(StudyError, match="flex:FL_calf"):
         sweep(GO2, {"flex:FL_calf": "0.5x:2x:3"}, quantities=["peak_force"])
+
+
+def test_the_bent_links_that_are_drawn():
+    """They are straight at first, from joint to joint and to the foot, and deflected across their axes, the more the farther on."""
+    found = CompliantLanding(resolve(replace(GO2, flex=TUBES), load_robot("go2")))
+    (calf, of_calf), (thigh, of_thigh) = bent_links(found)
+    np.testing.assert_allclose(calf[0], thigh[-1], atol=1e-12)
+    for points, off in ((calf, of_calf), (thigh, of_thigh)):
+        axis = (points[-1] - points[0]) / np.linalg.norm(points[-1] - points[0])
+        np.testing.assert_allclose(points, points[0] + np.outer((points - points[0]) @ axis, axis), atol=1e-12)
+        np.testing.assert_allclose(off @ axis, 0.0, atol=1e-15)
+        size = np.linalg.norm(off, axis=1)
+        assert size[1] == 0.0 < size[2] < size[3] < 2e-3
+
+
+def test_files(tmp_path):
+    """A scene file has what Python has; an EA that is given goes over that of a tube, wherever it stands."""
+    scene = replace(GO2, flex={"*_calf": "tube:70e9,0.025,0.021,EA:1e6", "FL_thigh": "EI:674"})
+    file = tmp_path / "scene.toml"
+    file.write_text(scene_text(scene, tmp_path))
+    assert read_scene(file).flex == scene.flex
+    assert flex_from("EA:1e6,tube:70e9,0.025,0.021") == flex_from("tube:70e9,0.025,0.021,EA:1e6")
+    assert flex_from("tube:70e9,0.025,0.021,EA:1e6").EA == 1e6
 
 
 def test_variations():

@@ -431,12 +431,12 @@ def test_schema_knows_every_key(capfd, here):
         assert part["additionalProperties"] is False
         required = [f.name for f in dataclasses.fields(record) if f.default is f.default_factory is dataclasses.MISSING]
         assert part.get("required", []) == required
-    # Neither friction nor a contact stiffness goes with a contact that slides and a pulse: see test_ground; for stops test_stops.
+    # Neither friction nor a contact stiffness goes with a contact that slides and a pulse: see test_ground, test_stops, test_flex.
     table = tomllib.loads(EVERY_KEY)
     closure = table["closure"][0]
     used = {
         "Scene": {*table, "friction", "contact_stiffness", "tangential_stiffness", "contact_damping", "gravity"}
-        | {"stops", "stop_restitution", "stop_stiffness"},
+        | {"stops", "stop_restitution", "stop_stiffness", "flex"},
         "Posture": {*table["posture"], "base_quaternion", "joint_quaternions"},
         "Contact": {*table["contact"][0]},
     }

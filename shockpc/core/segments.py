@@ -8,6 +8,7 @@ segments are alike, so that the inertia of the whole is that of the body.
 
 import itertools
 import math
+import re
 from typing import NamedTuple
 
 import numpy as np
@@ -66,8 +67,8 @@ def flex_from(text: str) -> Flex:
     Raises:
         ValueError: it is not of that form, or its numbers are not those of a link.
     """
-    flex, kinds = Flex(), list[str]()
-    for part in _parts(text):
+    flex, kinds, stiffness = Flex(), list[str](), dict[str, float]()
+    for part in re.split(r",(?=[^,]*:)", text.replace(" ", "")):  # at the commas before a key
         name, _, value = part.partition(":")
         kind = "frequency" if name.endswith("Hz") else name
         if kind in kinds:
@@ -77,11 +78,12 @@ def flex_from(text: str) -> Flex:
             E, outer, inner = (_positive(text, number) for number in value.split(",")) if value.count(",") == 2 else (0.0,) * 3
             if not outer > inner:
                 raise ValueError(f'"{text}": a tube has E [Pa], outer and inner diameter [m], such as tube:70e9,0.025,0.021')
-            flex = flex._replace(EI=math.pi / 64.0 * E * (outer**4 - inner**4), EA=math.pi / 4.0 * E * (outer**2 - inner**2))
+            tube = {"EI": math.pi / 64.0 * E * (outer**4 - inner**4), "EA": math.pi / 4.0 * E * (outer**2 - inner**2)}
+            stiffness = tube | stiffness  # an EA that is given goes over the tube's
         elif kind == "frequency" and value in ("clamped", "free"):
             flex = flex._replace(frequency=_positive(text, name.removesuffix("Hz")), clamped=value == "clamped")
         elif kind in ("EI", "EA", "GJ"):
-            flex = flex._replace(**{kind: _positive(text, value)})
+            stiffness[kind] = _positive(text, value)
         elif kind == "hinges" and value.isdecimal() and 1 <= int(value) <= MOST:
             flex = flex._replace(hinges=int(value))
         else:
@@ -89,17 +91,9 @@ def flex_from(text: str) -> Flex:
             raise ValueError(f'"{part}" says nothing of how a link bends; valid are {FORMS}{limits}')
     given = [kind for kind in kinds if kind in ("EI", "tube", "frequency")]
     if len(given) != 1:
-        found = f"{' and '.join(given)} are given" if given else "neither is given"
+        found = f"{' and '.join(given)} are given" if given else "none is given"
         raise ValueError(f'"{text}": one of EI, tube and frequency says how a link bends, but {found}; valid are {FORMS}')
-    return flex
-
-
-def _parts(text: str) -> list[str]:
-    """The parts of a text, KEY:VALUE, of which a value may have commas in it, as a tube's."""
-    parts: list[str] = []
-    for piece in text.replace(" ", "").split(","):
-        parts[len(parts) - (":" not in piece and bool(parts)) :] = [",".join([*parts[-1:], piece])] if ":" not in piece else [piece]
-    return parts
+    return flex._replace(EI=stiffness.get("EI"), EA=stiffness.get("EA"), GJ=stiffness.get("GJ"))
 
 
 def _positive(text: str, number: str) -> float:

@@ -81,6 +81,7 @@ class CompliantLanding:
 
     Attributes:
         landing: the landing.
+        moving: the same, or that with links that bend.
         motion: until that time.
         number: (r,) contact of each element; −1 for a spring or a motor in a joint.
 
@@ -91,11 +92,8 @@ class CompliantLanding:
     def __init__(self, landing: PosedLanding, until: float | None = None) -> None:
         assert landing.scene.contact_stiffness is not None
         self.landing, self._k = landing, landing.scene.contact_stiffness
-        self._hinges = np.zeros(0, dtype=int)
-        if landing.scene.flex:
-            landing = flexible_landing(landing)
-            self._hinges = landing.flexible.hinges
-        self._moving, self._rows = landing, contact_rows(landing, stands=True)
+        landing = flexible_landing(landing) if landing.scene.flex else landing
+        self.moving, self._rows = landing, contact_rows(landing, stands=True)
         self._refuse_turning()
         rows, c = self._rows, len(landing.contact_places)
         self._strikes = np.isin(rows.number, [i for i, contact in enumerate(landing.contacts) if contact.kind == "stop"])
@@ -150,9 +148,9 @@ class CompliantLanding:
     def _further_stops(self) -> tuple[tuple[ConstraintBlock, ...], Array, Array]:
         """The stops at which joints are that are no contacts of the scene, as `stop_rows`; none where the scene leaves them out."""
         if not self.landing.scene.stops:
-            return (), np.zeros((0, self._moving.robot.model.nv)), np.zeros(0)
-        stops, along, speeds = stop_rows(self._moving)
-        striking = {block.body for block in self._moving.contacts if block.kind == "stop"}
+            return (), np.zeros((0, self.moving.robot.model.nv)), np.zeros(0)
+        stops, along, speeds = stop_rows(self.moving)
+        striking = {block.body for block in self.moving.contacts if block.kind == "stop"}
         kept = [k for k, stop in enumerate(stops) if stop.body not in striking]
         return tuple(stops[k] for k in kept), along[kept], speeds[kept]
 
@@ -166,7 +164,7 @@ class CompliantLanding:
             along: (k, nv) speeds of further stops for unit joint velocities.
             speeds: (k,) of them before the impact.
         """
-        landing, rows, scene, model, free = self._moving, self._rows, self._moving.scene, self._moving.joint_model, self._free
+        landing, rows, scene, model, free = self.moving, self._rows, self.moving.scene, self.moving.joint_model, self._free
         c, width = len(landing.contact_places), free.shape[1]
         springs = np.flatnonzero(model.stiffness > 0.0)
         geared = np.flatnonzero(np.isfinite(model.drive_stiffness) & (model.rotor > 0.0))
@@ -211,7 +209,7 @@ class CompliantLanding:
         Raises:
             SolveError: no motion of the robot has these speeds.
         """
-        landing = self._moving
+        landing = self.moving
         before, moves = landing.before.joint_rates.copy(), np.concatenate([landing.before.omega, landing.before.velocity])
         if landing.robot.free_base:
             before[:6] = np.linalg.solve(landing.state.J[0, :, :6], moves)
@@ -236,8 +234,8 @@ class CompliantLanding:
             impulses[0, :, : impulse.shape[1]] = impulse
         # Of the solution of Eq. 4 only these are read.
         solution = Solution(delta, impulses, np.ones(impulses.shape[:2]), np.array([0]), np.ones(1), {}, {})
-        jumps = jumps_of(self._moving, equation.full(delta), self._moving.state)
-        return ColumnImpact(replace(self._moving, acting=self._stops), equation, solution, jumps)
+        jumps = jumps_of(self.moving, equation.full(delta), self.moving.state)
+        return ColumnImpact(replace(self.moving, acting=self._stops), equation, solution, jumps)
 
     @functools.cached_property
     def _linear(self) -> ColumnImpact:
@@ -247,7 +245,7 @@ class CompliantLanding:
         holds these. All else is linear in the forces. The jumps of `ends` are those beyond this fall.
         """
         rows, equation, response = self._rows, self._rows.equation, self.motion.response
-        landing, free, unstopped_rows = self._moving, self._free.shape[1], len(rows.rigid)
+        landing, free, unstopped_rows = self.moving, self._free.shape[1], len(rows.rigid)
         n, stops, r = len(rows.turn), len(self._stops), len(self.number)
         falling, impulse = self.motion.gravity, np.zeros((len(equation.J_c[0]), r + 1))
         impulse[:unstopped_rows, :n] = rows.turn.T
@@ -268,14 +266,14 @@ class CompliantLanding:
 
     def readout(self, compute: Compute, places: Sequence[Place]) -> tuple[Array, Array]:
         """What gives a quantity, n vectors linear in jumps and impulses, of the forces: (n, k, r), and a constant (n, k)."""
-        carried = tuple(map(self._moving.carried, places))
+        carried = tuple(map(self.moving.carried, places))
         values = np.asarray(compute(self._linear, carried), dtype=float)[0, : len(self.number) + 1]
         values = values.reshape(*values.shape[:2], -1).transpose(1, 2, 0)
         return np.ascontiguousarray(values[..., :-1]), values[..., -1]
 
     def ends(self, compute: Compute, places: Sequence[Place]) -> Array:
         """A quantity (1, 3, n, ...) of the jumps beyond free fall until the end of compression and the end, and of the impulse."""
-        return np.asarray(compute(self._linear, tuple(map(self._moving.carried, places))))[:, len(self.number) + 1 :]
+        return np.asarray(compute(self._linear, tuple(map(self.moving.carried, places))))[:, len(self.number) + 1 :]
 
     def peaks(self, compute: Compute, places: Sequence[Place] = (), low_pass: LowPass | None = None) -> tuple[Array, Array]:
         """The largest lengths (n,) of a quantity, n vectors linear in jumps and impulses, and when (n,) each is reached.
@@ -300,6 +298,10 @@ class CompliantLanding:
         """The same quantity (T, n, k) at times (T,)."""
         outputs, constant = self.readout(compute, places)
         return np.asarray(np.einsum("nkr,tr->tnk", outputs, self.filtered(low_pass).at(times).force) + constant)
+
+    def displacements(self, times: Array) -> Array:
+        """Displacements (T, nv) of the joints and hinges of `moving` since the impact, at times (T,) [rad, m]."""
+        return np.asarray(self.motion.at(times).displacement[:, : self._free.shape[1]] @ self._free.T)
 
     def spectrum(self, compute: Compute, places: Sequence[Place], damping: float, low_pass: LowPass | None = None) -> Array:
         """Largest acceleration (f, n) of oscillators of the frequencies `SPECTRUM` at n points, in the axis in which it is largest.
@@ -333,7 +335,7 @@ class CompliantLanding:
     def stop_peaks(self) -> dict[str, float]:
         """The peak force or torque of the end stops of each joint that is at one [N, N m]."""
         rows, n = np.flatnonzero(self._strikes), len(self._rows.normal)
-        joints, contacts = self._moving.robot.joints, self._moving.contacts
+        joints, contacts = self.moving.robot.joints, self.moving.contacts
         names = [joints[contacts[self.number[row]].body].name for row in rows.tolist()]
         names += [stop.frame for stop in self._stops]
         rows = np.append(rows, np.arange(n, n + len(self._stops)))
@@ -376,20 +378,18 @@ class CompliantLanding:
         acting = with_stops(self.landing).acting if self._stops else ()
         named = [(stop.frame, stop.forces.tobytes(), stop.moments.tobytes()) for stop in acting]
         acts = [(stop.frame, stop.forces.tobytes(), stop.moments.tobytes()) in named for stop in self._stops]
-        acting_rows = elements.rows[
-            np.concatenate([np.ones(len(self._rows.normal)), acts, np.zeros(len(self._along))]).astype(bool)
-        ]
-        e = np.concatenate([self._rows.restitution, [stop.restitution for stop in acting]])
-        straight = np.zeros((len(self._hinges), acting_rows.shape[1]))
-        straight[:, : self._free.shape[1]] = self._free[self._hinges]
-        speeds = np.append((1.0 + e) * (acting_rows @ self._velocity), np.zeros(len(straight)))
-        acting_rows = np.vstack([acting_rows, straight])
+        hinges = self.moving.hinges  # which are locked
+        straight = np.isin(np.flatnonzero(self.moving.joint_model.stiffness > 0.0), hinges)
+        others = np.zeros(len(self._along) - len(straight))
+        acting_rows = elements.rows[np.concatenate([np.ones(len(self._rows.normal)), acts, straight, others]).astype(bool)]
+        e = np.concatenate([self._rows.restitution, [stop.restitution for stop in acting], np.zeros(len(hinges))])
+        speeds = (1.0 + e) * (acting_rows @ self._velocity)
         return np.asarray(to_velocity @ np.linalg.lstsq(acting_rows @ to_velocity, -speeds, rcond=1e-9)[0])
 
     @functools.cached_property
     def difference(self) -> float:
         """Largest difference between the jumps of a body at the end and in the impulse model, relative to its largest jump [1]."""
-        bodies = [self._moving.carried(place).body for place in self.landing.places("body")]
+        bodies = [self.moving.carried(place).body for place in self.landing.places("body")]
         final, impulsive = np.moveaxis(self._linear.jumps[0, bodies, ..., -2:], -1, 0)
         difference, size = size_of(np.stack([final - impulsive, impulsive], axis=-1), self.landing.robot.rotation_lengths).T
         return float(difference.max() / size.max())
@@ -448,10 +448,10 @@ class CompliantLanding:
         Its impulses p = −d Δq, of the deflections Δq until the end, change velocities v by M⁻¹ p, or less where contacts hold the
         robot. Compared are the lengths √(vᵀ M v) of this change and of that by the impact.
         """
-        M, robot, duration, end = self._rows.M, self._moving.robot, self.motion.duration, self._turns[1]
+        M, robot, duration, end = self._rows.M, self.moving.robot, self.motion.duration, self._turns[1]
         jump = (end.jump[-1] - duration * self.motion.gravity)[: len(M)]
-        moved = self._free @ end.displacement[-1, : len(M)]
-        impulse = np.where(self._moving.joint_model.locked, 0.0, -robot.model.damping * moved)
+        moved = self.displacements(np.array([self.motion.duration]))[0]
+        impulse = np.where(self.moving.joint_model.locked, 0.0, -robot.model.damping * moved)
         along = self._free.T @ impulse
         share = float(np.sqrt(along @ np.linalg.solve(M, along) / (jump @ M @ jump)))
         if share > DAMPED_SHARE:

@@ -33,6 +33,11 @@ class FlexibleLanding(PosedLanding):
     rigid: PosedLanding
     flexible: FlexibleRobot
 
+    @property
+    def hinges(self) -> np.ndarray:
+        """The velocities of the hinges."""
+        return self.flexible.hinges
+
     def carried(self, place: Place) -> Place:
         """A place of the rigid landing: a point on the segment that it moves with, a joint with its velocities here."""
         if joint := self._joints.get((place.name, place.body, place.number)):
@@ -70,7 +75,7 @@ class FlexibleLanding(PosedLanding):
         Args:
             held: whether contacts and standing feet hold it; else it is free, but for its loops.
         """
-        equation, hinges = self.equation(self.state), self.flexible.hinges
+        equation, hinges = self.equation(self.state), self.hinges
         kept = np.concatenate([np.full(block.size, held or block.kind == "closure") for block in self.blocks])
         rows = np.eye(len(self.flexible.stiffness))[hinges] if equation.G is None else equation.G[0, hinges]
         _, size, V = np.linalg.svd(equation.J_c[0, kept])
