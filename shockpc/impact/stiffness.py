@@ -19,7 +19,6 @@ from shockpc.core.impulse import Solution
 from shockpc.core.low_pass import LowPass, filtered
 from shockpc.core.memo import memoized
 from shockpc.core.spatial import Array, freeze
-from shockpc.core.spectrum import SAMPLES_A_PERIOD, shock_response
 from shockpc.core.stiff_contacts import attach_rotors, damper_restitution, simulate_landing
 from shockpc.core.stiff_motion import Elements, History, StiffMotion
 from shockpc.core.threads import one_thread
@@ -40,15 +39,6 @@ from shockpc.landing.strike import GRAVITY
 from shockpc.text.diagnostic import Diagnostic
 from shockpc.text.errors import SolveError
 from shockpc.text.printed import few
-
-SPECTRUM = tuple(float(f) for f in np.geomspace(10.0, 2000.0, 93).round(3))
-"""Natural frequencies of the shock response spectrum [Hz]."""
-
-DAMPING = (0.0, 0.05)
-"""Damping ratios of the same."""
-
-LONGEST_SPECTRUM = 2.0
-"""Duration of a contact up to which the spectrum is computed [s]: its samples follow from the largest frequency."""
 
 Compute = Callable[[Impact, Sequence[Place]], Any]
 
@@ -302,29 +292,6 @@ class CompliantLanding:
     def displacements(self, times: Array) -> Array:
         """Displacements (T, nv) of the joints and hinges of `moving` since the impact, at times (T,) [rad, m]."""
         return np.asarray(self.motion.at(times).displacement[:, : self._free.shape[1]] @ self._free.T)
-
-    def spectrum(self, compute: Compute, places: Sequence[Place], damping: float, low_pass: LowPass | None = None) -> Array:
-        """Largest acceleration (f, n) of oscillators of the frequencies `SPECTRUM` at n points, in the axis in which it is largest.
-
-        The acceleration of the points, behind a filter where one is given, is that until the end of the motion, less what gravity
-        gives them, which an oscillator carries before the impact.
-
-        Raises:
-            SolveError: the contact lasts longer than `LONGEST_SPECTRUM`.
-        """
-        if not places:
-            return np.zeros((len(SPECTRUM), 0))
-        if self.motion.duration > LONGEST_SPECTRUM:
-            lasts = f"on {self.landing.scene.contact_stiffness:g} N/m the contact lasts {self.motion.duration:.3g} s"
-            limit = f"a shock response spectrum is computed of up to {LONGEST_SPECTRUM:g} s"
-            raise SolveError(f"{lasts}, and {limit}; take stiffer contacts, or leave --spectrum out")
-        duration = self.filtered(low_pass).duration
-        count = int(np.ceil(duration * SAMPLES_A_PERIOD * SPECTRUM[-1])) + 64
-        times = np.linspace(0.0, duration, count + 1)
-        history = self.history(compute, places, times, low_pass) - self.readout(compute, places)[1]
-        history = history.reshape(count + 1, -1)
-        response = shock_response(history, float(times[1]), np.array(SPECTRUM), damping)
-        return np.asarray(response.reshape(len(SPECTRUM), len(places), -1).max(axis=2))
 
     @functools.cached_property
     def duration(self) -> Array:

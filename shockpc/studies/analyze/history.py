@@ -9,7 +9,8 @@ from matplotlib.figure import Figure
 
 from shockpc.core.low_pass import LowPass
 from shockpc.core.spatial import Array
-from shockpc.impact.stiffness import DAMPING, SPECTRUM, CompliantLanding, compliant_landing
+from shockpc.impact.spectra import DAMPING, SPECTRUM, spectrum
+from shockpc.impact.stiffness import CompliantLanding, compliant_landing
 from shockpc.landing.places import Place
 from shockpc.landing.strike import GRAVITY
 from shockpc.quantities.ground import ALONG
@@ -188,12 +189,12 @@ def draw_spectrum(profile: ShockProfile) -> Figure:
         xscale="log", yscale="log", xlabel="natural frequency [Hz]", ylabel="largest response along an axis [g]"
     )
     for line, damping in zip(("solid", "dashed"), DAMPING, strict=True):
-        response = compliant.spectrum(DELTA_V.compute, points, damping) / GRAVITY
+        response = spectrum(compliant, DELTA_V.compute, points, damping) / GRAVITY
         for k, place in enumerate(points[: len(CURVES)]):
             label = f"{printable(place.name, 40)}, damping {100.0 * damping:g} %"
             axes.plot(SPECTRUM, response[:, k], color=CURVES[k], linestyle=line, linewidth=1.1, label=label)
             if (low_pass := low_passes(profile.landing, [place])[0]) is not None:
-                read = compliant.spectrum(DELTA_V.compute, [place], damping, low_pass)[:, 0] / GRAVITY
+                read = spectrum(compliant, DELTA_V.compute, [place], damping, low_pass)[:, 0] / GRAVITY
                 axes.plot(SPECTRUM, read, color=CURVES[k], linestyle=line, linewidth=0.6, label=f"{label}, behind {low_pass}")
     axes.margins(x=0.0)
     axes.grid(True, which="both")
