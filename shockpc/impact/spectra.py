@@ -18,7 +18,7 @@ DAMPING = (0.0, 0.05)
 """Damping ratios of the same."""
 
 LONGEST_SPECTRUM = 2.0
-"""Duration of a contact, with what a filter lags, up to which the spectrum is computed [s]: its samples follow from the largest frequency."""
+"""Duration of a contact, and of what a filter lags, up to which the spectrum is computed [s]: samples follow from frequencies."""
 
 
 def spectrum(
@@ -44,9 +44,9 @@ def spectrum(
     duration = compliant.filtered(low_pass).duration
     if duration > LONGEST_SPECTRUM:
         k = compliant.landing.scene.contact_stiffness
-        lasts = f"on {k:g} N/m the contact, and what a filter lags, lasts {duration:.3g} s"
+        lasts = f"on {k:g} N/m the contact lasts {duration:.3g} s" + " with what the filter lags" * (low_pass is not None)
         limit = f"a shock response spectrum is computed of up to {LONGEST_SPECTRUM:g} s"
-        raise SolveError(f"{lasts}, and {limit}; take stiffer contacts or a larger bandwidth, or leave --spectrum out")
+        raise SolveError(f"{lasts}, and {limit}; take stiffer contacts, or leave --spectrum out")
     count = int(np.ceil(duration * SAMPLES_A_PERIOD * SPECTRUM[-1])) + 64
     times = np.linspace(0.0, duration, count + 1)
     history = compliant.history(compute, places, times, low_pass) - compliant.readout(compute, places)[1]
