@@ -115,7 +115,8 @@ def test_forms(text):
 @pytest.mark.parametrize(
     "text",
     ["", "674", "EI", "EI:0", "EI:nan", "EI:1,EI:2", "EI:1,180Hz:free", "180Hz", "180Hz:held", "tube:70e9,0.02", "EA:1e7",
-     "EI:1,hinges:0", "tube:70e9,0.021,0.025", "EI:1,hinges:2.5", "EI:1,hinges:99"],
+     "EI:1,hinges:0", "tube:70e9,0.021,0.025", "EI:1,hinges:2.5", "EI:1,hinges:99",
+     "EI:1e13", "tube:70e9"],
 )  # fmt: skip
 def test_refused_forms(text):
     """Texts that say nothing of a link, or contradict themselves."""
@@ -285,6 +286,7 @@ def test_files(tmp_path):
     assert read_scene(file).flex == scene.flex
     assert flex_from("EA:1e6,tube:70e9,0.025,0.021") == flex_from("tube:70e9,0.025,0.021,EA:1e6")
     assert flex_from("tube:70e9,0.025,0.021,EA:1e6").EA == 1e6
+    np.testing.assert_allclose(flex_from("tube:70e9,0.025,0").EI, 70e9 * np.pi * 0.025**4 / 64.0)
 
 
 def test_variations():

@@ -24,6 +24,9 @@ ROUNDING = 1e-15
 FORMS = "EI:674, EA:1e7 and GJ:500, tube:70e9,0.025,0.021 (E, outer and inner diameter), 180Hz:clamped or 180Hz:free, and hinges:4"
 """What a flexible link is given by, as examples."""
 
+LARGEST = 1e12
+"""Largest number of a link, in whatever unit: one that stiff is rigid."""
+
 HINGES, FINE, MOST = 2, 12, 50
 """Hinges of a flexible link by default, those that a frequency is converted with, and the maximum."""
 
@@ -75,7 +78,9 @@ def flex_from(text: str) -> Flex:
             raise ValueError(f'"{text}" gives {name} twice; keep one of them')
         kinds.append(kind)
         if kind == "tube":
-            E, outer, inner = (_positive(text, number) for number in value.split(",")) if value.count(",") == 2 else (0.0,) * 3
+            numbers = value.split(",")
+            E, outer = (_positive(text, number) for number in numbers[:2]) if len(numbers) == 3 else (0.0, 0.0)
+            inner = 0.0 if numbers[-1] in ("0", "0.0") else _positive(text, numbers[-1])
             if not outer > inner:
                 raise ValueError(f'"{text}": a tube has E [Pa], outer and inner diameter [m], such as tube:70e9,0.025,0.021')
             tube = {"EI": math.pi / 64.0 * E * (outer**4 - inner**4), "EA": math.pi / 4.0 * E * (outer**2 - inner**2)}
@@ -101,8 +106,8 @@ def _positive(text: str, number: str) -> float:
         value = float(number)
     except ValueError:
         value = math.nan
-    if not (value > 0.0 and math.isfinite(value)):
-        raise ValueError(f'"{text}": "{number}" is not a number above zero; valid are {FORMS}')
+    if not 0.0 < value <= LARGEST:
+        raise ValueError(f'"{text}": "{number}" is not a number above zero and up to {LARGEST:g}; valid are {FORMS}')
     return value
 
 

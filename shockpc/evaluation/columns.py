@@ -5,9 +5,8 @@ from typing import Any, NamedTuple, cast
 
 import numpy as np
 
-from shockpc.core.bodies import in_body_axes
 from shockpc.core.impulse import Solution
-from shockpc.core.spatial import Array
+from shockpc.core.spatial import Array, in_body_axes
 from shockpc.impact.impact import DoubleImpact
 from shockpc.landing.constraints import Equation
 from shockpc.landing.dynamics import Inertias, dynamics
