@@ -21,6 +21,9 @@ from shockpc.landing.flexible import flexible_landing
 from shockpc.landing.landing import PosedLanding
 from shockpc.robot.tolerances import inertia_fault
 
+THIN, UNKNOWN = 1e-9, 1e9
+"""Share of the moments of inertia below which that about the axis says nothing of the section; the EI that then counts [N m²]."""
+
 HELD = 1e-6
 """Share of the highest frequency below which one is rounding."""
 
@@ -69,7 +72,9 @@ def leg_modes(landing: PosedLanding, contact: int) -> LegModes | None:
     stiffness = np.array(flexible.stiffness)
     for body, division in flexible.divisions.items():
         length = division.spacing * len(division.along)
-        metal = SPECIFIC_STIFFNESS * float(division.axis @ robot.bodies[body].inertia @ division.axis) / (2.0 * length)
+        inertia = robot.bodies[body].inertia
+        about_axis = float(division.axis @ inertia @ division.axis)
+        metal = SPECIFIC_STIFFNESS * about_axis / (2.0 * length) if about_axis > THIN * np.trace(inertia) else UNKNOWN
         for segment in flexible.segments[body][1:]:
             stiffness[flexible.robot.joints[segment].v] *= metal
     of_metal = replace(bending, flexible=replace(flexible, stiffness=stiffness))
