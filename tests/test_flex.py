@@ -174,7 +174,7 @@ def tube_leg(folder, stiffness, hinges):
     )
 
 
-@pytest.mark.parametrize(("stiffness", "few"), [(1e4, 0.02), (1e5, 0.01), (1e6, 0.05)])
+@pytest.mark.parametrize(("stiffness", "few"), [pytest.param(1e4, 0.02, marks=pytest.mark.slow), (1e5, 0.01), (1e6, 0.05)])
 def test_a_leg_of_tubes(tmp_path, stiffness, few):
     """Force and torque of the knee's rotor are those of frame elements with many hinges, and nearly so with two."""
     lifts, force, torque = frame_leg.strike(stiffness)

@@ -37,6 +37,7 @@ assemble = ["*_hip"]
 v_in = "com"
 pulse = "half-sine:5ms"
 range_g = 16
+imu_bandwidth = "400Hz"
 ground_tolerance = 0.01
 [packages]
 dog_description = "dog"
@@ -82,6 +83,7 @@ directions = ["z"]
 [[point]]
 frame = "trunk_imu"
 offset = [0.01, 0, 0]
+imu_bandwidth = "0.2kHz:1"
 [[point]]
 frame = "trunk"
 [[part]]
@@ -89,6 +91,7 @@ name = "IMU"
 at = "trunk_imu:0,0,0.01"
 rating = "half-sine 1500 g 0.5 ms"
 natural_frequency = 300
+imu_bandwidth = "200Hz:2"
 [[part]]
 name = "camera"
 at = "rf_foot"
@@ -126,6 +129,7 @@ def test_every_key_is_read(here):
     for key in ("normal", "velocity"):
         del table["contact"][1][key]
     table["point"] = [as_lists(point | given) for given in table["point"]]
+    del table["point"][1]["imu_bandwidth"]
     assert scene_table(read_scene(write(here, EVERY_KEY))) == table | {"gravity": True}
 
 

@@ -135,8 +135,9 @@ class SceneOptions(NamedTuple):
     )
     at: tuple[str, ...] = _in_results("Points, besides the sensors, whose shock is computed, offset in the frame [m].", FRAME)
     part: tuple[tuple[str, str], ...] = _in_results(
-        "A part at a point and a pulse that it survives, such as imu_link='half-sine 1500 g 0.5 ms', or joints and the torque that "
-        "their gears withstand, such as FL_calf_joint='50 N m' or '50 N m 20 ms' with its duration; a scene takes more.",
+        "A part at a point and a pulse that it survives, such as imu_link='half-sine 1500 g 0.5 ms', behind it the bandwidth of an "
+        "accelerometer, as 200Hz; or joints and the torque that their gears withstand, such as FL_calf_joint='50 N m' or "
+        "'50 N m 20 ms' with its duration; a scene takes more.",
         f"{FRAME}=RATING|JOINT=TORQUE",
         definition,
     )

@@ -264,7 +264,7 @@ class StiffMotion(NamedTuple):
             for piece in segment.pieces()
         ]
         starts = np.array([segment.level + segment.wave.real.sum(axis=1) for segment in segments])
-        largest, when = _peak(P, segments, np.square(P @ starts.T).sum(axis=1).max(axis=1), Effort())
+        largest, when = largest_lengths(P, segments, np.square(P @ starts.T).sum(axis=1).max(axis=1), Effort())
         return np.where(np.isnan(outputs).any(axis=(1, 2)), np.nan, largest), when
 
 
@@ -273,7 +273,7 @@ def _lengths(vectors: Array) -> Array:
     return np.asarray(np.sqrt((vectors * vectors).sum(axis=1)))
 
 
-def _peak(outputs: Array, segments: Sequence[Segment], least: Array, effort: Effort) -> tuple[Array, Array]:
+def largest_lengths(outputs: Array, segments: Sequence[Segment], least: Array, effort: Effort) -> tuple[Array, Array]:
     """The largest lengths of m vectors within some segments, and when they are reached; zero of a vector that stays shorter.
 
     Segments and vectors that cannot exceed what is known are left out by the sums of their amplitudes, and the others are halved
@@ -290,8 +290,8 @@ def _peak(outputs: Array, segments: Sequence[Segment], least: Array, effort: Eff
     (m, k, r), count = outputs.shape, len(segments)
 
     def in_halves() -> tuple[Array, Array]:
-        first, early = _peak(outputs, segments[: count // 2], least, effort)
-        second, late = _peak(outputs, segments[count // 2 :], np.maximum(least, first**2), effort)
+        first, early = largest_lengths(outputs, segments[: count // 2], least, effort)
+        second, late = largest_lengths(outputs, segments[count // 2 :], np.maximum(least, first**2), effort)
         return np.maximum(first, second), np.where(second > first, late, early)
 
     if count > MOST_TOGETHER:
@@ -306,7 +306,7 @@ def _peak(outputs: Array, segments: Sequence[Segment], least: Array, effort: Eff
         largest, when = np.zeros((2, m))
         if kept.any():
             few = [segments[i] for i in np.flatnonzero(kept).tolist()]
-            largest[above], when[above] = _peak(outputs[above], few, least[above], effort)
+            largest[above], when[above] = largest_lengths(outputs[above], few, least[above], effort)
         return largest, when
     start, lengths = np.array([(segment.start, segment.length) for segment in segments]).T
     fastest = np.where(larger[..., None], rate_of_change(rates[:, None, None], size), 0.0).max(axis=(1, 2))

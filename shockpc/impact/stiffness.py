@@ -9,7 +9,6 @@ joint. A fixed base or standing feet hold their robot against gravity, which add
 """
 
 import functools
-import math
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import replace
 from typing import Any
@@ -17,11 +16,11 @@ from typing import Any
 import numpy as np
 
 from shockpc.core.impulse import Solution
+from shockpc.core.low_pass import LowPass, filtered
 from shockpc.core.memo import memoized
 from shockpc.core.spatial import Array, freeze
-from shockpc.core.spectrum import SAMPLES_A_PERIOD, shock_response
 from shockpc.core.stiff_contacts import attach_rotors, damper_restitution, series_damping, simulate_landing
-from shockpc.core.stiff_motion import Elements, History
+from shockpc.core.stiff_motion import Elements, History, StiffMotion
 from shockpc.core.threads import one_thread
 from shockpc.impact.contact_rows import contact_rows
 from shockpc.impact.exact.proof import motion as size_of
@@ -40,15 +39,6 @@ from shockpc.landing.strike import GRAVITY
 from shockpc.text.diagnostic import Diagnostic
 from shockpc.text.errors import SolveError
 from shockpc.text.printed import few
-
-SPECTRUM = tuple(float(f) for f in np.geomspace(10.0, 2000.0, 93).round(3))
-"""Natural frequencies of the shock response spectrum [Hz]."""
-
-DAMPING = (0.0, 0.05)
-"""Damping ratios of the same."""
-
-LONGEST_SPECTRUM = 2.0
-"""Duration of a contact up to which the spectrum is computed [s]: its samples follow from the largest frequency."""
 
 Compute = Callable[[Impact, Sequence[Place]], Any]
 
@@ -103,14 +93,38 @@ class CompliantLanding:
         # Stops are contacts that are open at first, where their joint does not move towards them.
         self._stops, along, speeds = self._further_stops()
         M, elements, self._velocity, gravity = self._system(along, speeds)
+        self._filtered: dict[LowPass, StiffMotion] = {}
         if self._stops:
             self._rows = replace(rows, equation=replace(landing, acting=self._stops).equation(landing.state))
         self.number, self._normal = elements.contact, elements.normal & (elements.contact < c)
+        self._simulated = functools.partial(simulate_landing, M, elements, self._velocity, gravity=gravity)
+        self.motion = self._simulate(until)
+
+    def _simulate(self, until: float | None) -> StiffMotion:
+        """The motion until a time [s]. Raises: SolveError: it cannot be followed."""
         try:
-            with one_thread(2 * len(M)):
-                self.motion = simulate_landing(M, elements, self._velocity, until, gravity)
+            with one_thread(2 * len(self.number)):
+                return self._simulated(until=until)
         except (ArithmeticError, np.linalg.LinAlgError) as refusal:
             raise SolveError(f"no verdict for contacts of {self._k:g} N/m: {refusal}") from None
+
+    def filtered(self, low_pass: LowPass | None) -> StiffMotion:
+        """The motion with its forces behind a filter, beyond its end as long as that lags; as it is without one.
+
+        Springs between bodies go on oscillating after the end. Where there are none, the forces end with the motion: the weight
+        that contacts may carry from then on is no part of the impact.
+
+        Raises:
+            SolveError: what springs do after the end cannot be followed.
+        """
+        if low_pass is None:
+            return self.motion
+        if low_pass not in self._filtered:
+            motion, tail = self.motion, low_pass.tail
+            sprung = bool((self.number < 0).any())
+            motion = self._simulate(motion.duration + tail) if sprung else motion
+            self._filtered[low_pass] = filtered(motion, low_pass, 0.0 if sprung else tail)
+        return self._filtered[low_pass]
 
     def _refuse_turning(self) -> None:
         """Refuse flat contacts that turn before the impact."""
@@ -155,9 +169,8 @@ class CompliantLanding:
         of_stops = scene.stop_stiffness or self._k
         k = np.where(self._strikes, of_stops, np.where(rows.normal, self._k, scene.tangential_stiffness or self._k))
         damping = np.where(self._strikes, 0.0, scene.contact_damping or 0.0)
-        law = scene.contact_law == "damper" and not self._strikes.all()
-        ratio = np.where(self._strikes, 0.0, series_damping(rows.restitution)) if law else np.zeros(len(k))
-        relaxation = 2.0 * ratio * rows.frequency(k, free[self.moving.hinges]) if law else ratio
+        ratio = np.where(self._strikes | (scene.contact_law != "damper"), 0.0, series_damping(rows.restitution))
+        relaxation = 2.0 * ratio * rows.frequency(k, free[self.moving.hinges]) if ratio.any() else ratio
         held = Elements.joined(
             Elements.alike(rows.J, k, rows.restitution, rows.number, rows.normal, damping, relaxation=relaxation),
             Elements.alike(along @ free, of_stops, scene.stop_restitution or 0.0, np.arange(c, c + len(along)), True),
@@ -174,12 +187,6 @@ class CompliantLanding:
             Elements.alike(turned, 0.0, load=torque[motors]),
         )
         return M, elements, velocity, np.append(gravity, np.zeros(len(M) - len(gravity)))
-
-    @property
-    def contact_time(self) -> float:
-        """Half a period [s] of the robot with rigid links on its contacts, as if all of them were one elastic spring."""
-        rows = self._rows
-        return math.pi / rows.frequency(self.motion.elements.stiffness[: len(rows.J)], self._free[self.moving.hinges])
 
     def _coordinates(self, B: Array, speeds: Array) -> Array:
         """Velocities of the coordinates before the impact, with which the rows B of the elements have their speeds.
@@ -260,47 +267,33 @@ class CompliantLanding:
         """A quantity (1, 3, n, ...) of the jumps beyond free fall until the end of compression and the end, and of the impulse."""
         return np.asarray(compute(self._linear, tuple(map(self.moving.carried, places))))[:, len(self.number) + 1 :]
 
-    def peaks(self, compute: Compute, places: Sequence[Place] = ()) -> tuple[Array, Array]:
-        """The largest lengths (n,) of a quantity, n vectors linear in jumps and impulses, and when (n,) each is reached."""
-        key = compute, tuple((place.name, place.body, place.number, place.r.tobytes()) for place in places)
+    def peaks(self, compute: Compute, places: Sequence[Place] = (), low_pass: LowPass | None = None) -> tuple[Array, Array]:
+        """The largest lengths (n,) of a quantity, n vectors linear in jumps and impulses, and when (n,) each is reached.
+
+        Args:
+            compute: of the quantity.
+            places: where.
+            low_pass: a filter that the quantity goes through.
+        """
+        key = compute, tuple((place.name, place.body, place.number, place.r.tobytes()) for place in places), low_pass
         if key not in self._peaks:
+            motion = self.filtered(low_pass)
             try:
                 with one_thread(len(self.number)):
-                    self._peaks[key] = self.motion.peak(*self.readout(compute, places))
+                    self._peaks[key] = motion.peak(*self.readout(compute, places))
             except ArithmeticError as refusal:
                 raise SolveError(f"no verdict for contacts of {self.landing.scene.contact_stiffness:g} N/m: {refusal}") from None
             freeze(self._peaks[key])
         return self._peaks[key]
 
-    def history(self, compute: Compute, places: Sequence[Place], times: Array) -> Array:
+    def history(self, compute: Compute, places: Sequence[Place], times: Array, low_pass: LowPass | None = None) -> Array:
         """The same quantity (T, n, k) at times (T,)."""
         outputs, constant = self.readout(compute, places)
-        return np.asarray(np.einsum("nkr,tr->tnk", outputs, self.motion.at(times).force) + constant)
+        return np.asarray(np.einsum("nkr,tr->tnk", outputs, self.filtered(low_pass).at(times).force) + constant)
 
     def displacements(self, times: Array) -> Array:
         """Displacements (T, nv) of the joints and hinges of `moving` since the impact, at times (T,) [rad, m]."""
         return np.asarray(self.motion.at(times).displacement[:, : self._free.shape[1]] @ self._free.T)
-
-    def spectrum(self, compute: Compute, places: Sequence[Place], damping: float) -> Array:
-        """Largest acceleration (f, n) of oscillators of the frequencies `SPECTRUM` at n points, in the axis in which it is largest.
-
-        The acceleration of the points is that until the end of the motion, less what gravity gives them, which an oscillator
-        carries before the impact.
-
-        Raises:
-            SolveError: the contact lasts longer than `LONGEST_SPECTRUM`.
-        """
-        if not places:
-            return np.zeros((len(SPECTRUM), 0))
-        if self.motion.duration > LONGEST_SPECTRUM:
-            lasts = f"on {self.landing.scene.contact_stiffness:g} N/m the contact lasts {self.motion.duration:.3g} s"
-            limit = f"a shock response spectrum is computed of up to {LONGEST_SPECTRUM:g} s"
-            raise SolveError(f"{lasts}, and {limit}; take stiffer contacts, or leave --spectrum out")
-        count = int(np.ceil(self.motion.duration * SAMPLES_A_PERIOD * SPECTRUM[-1])) + 64
-        times = np.linspace(0.0, self.motion.duration, count + 1)
-        history = (self.history(compute, places, times) - self.readout(compute, places)[1]).reshape(count + 1, -1)
-        response = shock_response(history, float(times[1]), np.array(SPECTRUM), damping)
-        return np.asarray(response.reshape(len(SPECTRUM), len(places), -1).max(axis=2))
 
     @functools.cached_property
     def duration(self) -> Array:

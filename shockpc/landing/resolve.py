@@ -9,6 +9,7 @@ import numpy as np
 
 from shockpc.core.pulse import Pulse, pulse_from
 from shockpc.landing.auto_contact import resolve_contacts
+from shockpc.landing.bandwidths import low_passes_of
 from shockpc.landing.closure import all_loops, assemble, follow
 from shockpc.landing.constraints import ConstraintBlock
 from shockpc.landing.contact import contact_block
@@ -58,12 +59,15 @@ def pulse_of(scene: Scene) -> Pulse | None:
     """The scene's pulse, if it has one.
 
     Raises:
-        SceneError: it has no known shape or no length, or a sensor's range is given without it and without a contact stiffness.
+        SceneError: it has no known shape or no length, or a sensor's range is given without it, without a contact stiffness and
+            without a bandwidth; or a bandwidth is none.
     """
+    measured = bool(low_passes_of(scene))
     if scene.pulse is None:
-        if scene.range_g is not None and scene.contact_stiffness is None:
+        if scene.range_g is not None and scene.contact_stiffness is None and not measured:
             raise SceneError(
-                "a sensor's range is given in g, but no pulse; give one too, such as half-sine:5ms, or a contact stiffness"
+                "a sensor's range is given in g, but no pulse; give one too, such as half-sine:5ms, or a contact stiffness, or the "
+                "bandwidth of the sensor"
             )
         return None
     try:

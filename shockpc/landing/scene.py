@@ -147,10 +147,12 @@ class Point(Record):
     Attributes:
         frame: link, joint or site.
         offset: from the origin of the frame, in its axes [m].
+        imu_bandwidth: of the accelerometer there, in place of the scene's.
     """
 
     frame: str
     offset: tuple[float, float, float] = (0.0, 0.0, 0.0)
+    imu_bandwidth: str | None = None
 
     @property
     def label(self) -> str:
@@ -172,6 +174,7 @@ class Part(Record):
         joint: name or glob of joints, in place of `at`.
         momentary_torque: that the gears of these joints withstand; by default the effort limit of the robot's file [N m, N].
         torque_duration: for which they do [s].
+        imu_bandwidth: of a part that is an accelerometer, as that of a scene.
     """
 
     name: str
@@ -182,6 +185,7 @@ class Part(Record):
     joint: str | None = None
     momentary_torque: float | None = None
     torque_duration: float | None = None
+    imu_bandwidth: str | None = None
 
 
 @documented
@@ -255,6 +259,13 @@ class Scene(Record):
         "G",
         unit="g",
         above=0.0,
+    )
+    imu_bandwidth: str | None = option(
+        None,
+        "Bandwidth of the accelerometers, such as 200Hz: also give the peaks that they read behind a low-pass filter of first "
+        "order, or with :2 of second order (Butterworth); a range is then compared with these.",
+        RESULTS,
+        "F[:1|:2]",
     )
     friction: float | None = option(
         None,
@@ -360,6 +371,7 @@ class Scene(Record):
             v_in: Literal["contact", "com"] = "contact",
             pulse: str | None = None,
             range_g: float | None = None,
+            imu_bandwidth: str | None = None,
             friction: float | None = None,
             stops: bool | None = None,
             stop_restitution: float | None = None,

@@ -2,6 +2,7 @@
 
 import functools
 import itertools
+import math
 from dataclasses import replace
 from typing import Literal, NamedTuple
 
@@ -9,6 +10,7 @@ import numpy as np
 
 from shockpc import Contact, Joints, Point, Scene, load_robot
 from shockpc.core.segments import Flex
+from shockpc.impact.contact_rows import contact_rows
 from shockpc.impact.stiffness import CompliantLanding
 from shockpc.landing.flexible import flexible_landing
 from shockpc.landing.resolve import resolve
@@ -83,10 +85,11 @@ def _compared(landing: tuple[str, str, str | None], law: str) -> list[Compared]:
     )
     posed = resolve(scene, robot)
     unit = float(flexible_landing(posed, tuple((link, Flex(EI=1.0)) for link in links)).elastic_frequencies()[0])
-    rigid = CompliantLanding(posed)
-    compared, expected = [], _read(rigid)
+    rows = contact_rows(posed, stands=True)
+    duration = math.pi / rows.frequency(np.full(len(rows.J), STIFFNESS), np.zeros((0, len(rows.M))))
+    compared, expected = [], _read(CompliantLanding(posed))
     for ratio in RATIOS:
-        EI = (ratio / (rigid.contact_time * unit)) ** 2
+        EI = (ratio / (duration * unit)) ** 2
         found = _read(CompliantLanding(resolve(replace(scene, flex=dict.fromkeys(links, f"EI:{EI!r}")), robot)))
         off = np.abs(found - expected)
         errors = Errors(*[*(off[:3] / expected[:3]).tolist(), float(off[3:].max() / expected[3:].max())])

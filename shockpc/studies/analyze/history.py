@@ -7,11 +7,14 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
+from shockpc.core.low_pass import LowPass
 from shockpc.core.spatial import Array
-from shockpc.impact.stiffness import DAMPING, SPECTRUM, CompliantLanding, compliant_landing
+from shockpc.impact.spectra import DAMPING, SPECTRUM, spectrum
+from shockpc.impact.stiffness import CompliantLanding, compliant_landing
+from shockpc.landing.places import Place
 from shockpc.landing.strike import GRAVITY
 from shockpc.quantities.ground import ALONG
-from shockpc.quantities.of_points import DELTA_V
+from shockpc.quantities.of_points import DELTA_V, low_passes
 from shockpc.quantities.shock_profile import ShockProfile
 from shockpc.show.figure.style import CURVES, INK, new_chart, plain_numbers
 from shockpc.show.wording import contact_name, count, robot_name
@@ -65,16 +68,23 @@ def draw_time(profile: ShockProfile) -> Figure:
     if profile.scene.flex:
         landing = replace(profile.landing, scene=replace(profile.landing.scene, flex={}))
         rigid = [curves for *_, curves in _panels(profile, compliant_landing(landing), t)]
+    points = [place for place in profile.places("point") if place.body >= 0]
+    filters = low_passes(profile.landing, points)
     for axes, (title, names, curves), of_rigid in zip(rows, panels, rigid, strict=True):
         _plot(axes, 1e3 * t, names, curves, of_rigid)
         axes.set_ylabel(title)
+        if title.startswith("acceleration"):
+            _plot_readings(axes, compliant, points, filters)
     normal = _forces(compliant, t)[:, motion.elements.normal & (compliant.number < len(profile.landing.contacts))]
     for k in range(normal.shape[1]):
         rows[0].plot(1e3 * t, normal[:, k], color=CURVES[k % len(CURVES)], linewidth=0.8, linestyle=(0, (4, 2)))
     rows[-1].set_xlabel("time after touchdown [ms]")
-    rows[-1].set_xlim(0.0, 1e3 * (1.0 + AFTER) * motion.duration)
+    # What accelerometers read goes on after the end, as long as their filters lag.
+    end = max([motion.duration, *(compliant.filtered(one).duration for one in filters if one is not None)])
+    rows[-1].set_xlim(0.0, 1e3 * (1.0 + AFTER) * end)
     left = _write_events(list(rows), _events(profile, compliant))
     words = "dashed: along the normal; dotted: what happens to a contact; frozen geometry, double precision, not proven"
+    words = words.replace("normal;", "normal, or what an accelerometer reads;") if any(filters) else words
     words += "; thin: rigid links" * bool(profile.scene.flex)
     words += f"; {count(left, 'more event')} not written" * bool(left)
     figure.supxlabel(words, fontsize=7.0, x=0.02, ha="left")
@@ -111,6 +121,16 @@ def _panels(profile: ShockProfile, compliant: CompliantLanding, t: Array) -> lis
     for _, _, curves in panels:
         curves[:, t > compliant.motion.duration] = np.nan
     return panels
+
+
+def _plot_readings(axes: Axes, compliant: CompliantLanding, points: Sequence[Place], filters: Sequence[LowPass | None]) -> None:
+    """Draw what accelerometers at points read behind their filters, dashed, in the colours of the raw curves."""
+    colors = {line.get_label(): line.get_color() for line in axes.get_lines()}
+    for place, low_pass in zip(points, filters, strict=True):
+        if low_pass is not None and (color := colors.get(printable(place.name, 30))):
+            t = np.linspace(0.0, compliant.filtered(low_pass).duration, SAMPLES)
+            read = np.linalg.norm(compliant.history(DELTA_V.compute, [place], t, low_pass)[:, 0], axis=1) / GRAVITY
+            axes.plot(1e3 * t, read, color=color, linewidth=1.0, linestyle=(0, (4, 2)))
 
 
 def _events(profile: ShockProfile, compliant: CompliantLanding) -> list[tuple[float, str]]:
@@ -169,10 +189,13 @@ def draw_spectrum(profile: ShockProfile) -> Figure:
         xscale="log", yscale="log", xlabel="natural frequency [Hz]", ylabel="largest response along an axis [g]"
     )
     for line, damping in zip(("solid", "dashed"), DAMPING, strict=True):
-        response = compliant.spectrum(DELTA_V.compute, points, damping) / GRAVITY
+        response = spectrum(compliant, DELTA_V.compute, points, damping) / GRAVITY
         for k, place in enumerate(points[: len(CURVES)]):
             label = f"{printable(place.name, 40)}, damping {100.0 * damping:g} %"
             axes.plot(SPECTRUM, response[:, k], color=CURVES[k], linestyle=line, linewidth=1.1, label=label)
+            if (low_pass := low_passes(profile.landing, [place])[0]) is not None:
+                read = spectrum(compliant, DELTA_V.compute, [place], damping, low_pass)[:, 0] / GRAVITY
+                axes.plot(SPECTRUM, read, color=CURVES[k], linestyle=line, linewidth=0.6, label=f"{label}, behind {low_pass}")
     axes.margins(x=0.0)
     axes.grid(True, which="both")
     plain_numbers(axes.xaxis)

@@ -110,7 +110,7 @@ class Identification:
         "predicted and measured jumps differ least, with 95 % intervals; the report names what the data cannot distinguish. --out "
         "writes drives.toml for --drives, and scene.toml with all values, which every command takes."
     ),
-    without=("at", "part", "pulse", "range_g", "v_in", "ground_tolerance"),  # as velocities alone are compared
+    without=("at", "part", "pulse", "range_g", "imu_bandwidth", "v_in", "ground_tolerance"),  # as velocities alone are compared
     reads="table",
 )
 def identify(
