@@ -55,7 +55,6 @@ GRAVITY_SHARE, DEEPEST_SHARE = 0.05, 0.1
 """Share of the approach speed that gravity adds during the contact, and of the robot's size by which a contact is compressed, from
 which on the model without gravity, or with frozen geometry, is doubtful."""
 
-
 DAMPED_SHARE = 0.01
 """Share of the change of velocities from which on the damping of joints counts."""
 
@@ -375,10 +374,8 @@ class CompliantLanding:
         # It is largest where the normal is unloaded, or at the end.
         elements, turns = self.motion.elements, self._turns[1]
         damper = np.asarray(elements.damping) * ((self._velocity + turns.jump) @ elements.rows.T)
-        force = np.where(turns.force > 0.0, turns.force + damper, 0.0).max(axis=0)
-        depth = np.where(
-            np.asarray(elements.relaxation) > 0.0, -(turns.displacement @ elements.rows.T).min(axis=0), force / elements.stiffness
-        )
+        pressed, way = np.where(turns.force > 0.0, turns.force + damper, 0.0).max(axis=0), turns.displacement @ elements.rows.T
+        depth = np.where(np.asarray(elements.relaxation) > 0.0, -way.min(axis=0), pressed / elements.stiffness)
         return np.asarray(depth[self._normal])
 
     def warnings(self) -> Iterator[Diagnostic]:
