@@ -139,7 +139,7 @@ class System:
         V, sigma = np.pad(Vt.T, ((0, 0), (0, U.shape[1] - d))), np.pad(sigma, (0, U.shape[1] - d))
         sigma[sigma < DEPENDENT * sigma.max(initial=0.0)] = 0.0
         moves = sigma > 0.0
-        balanced, creep = np.divide(V.T @ pull, sigma, out=np.zeros_like(sigma), where=moves), np.zeros_like(sigma)
+        balanced, creep = np.divide(1.0, sigma, out=np.zeros_like(sigma), where=moves) * (V.T @ pull), np.zeros_like(sigma)
         if not (len(G) or relaxes.any()):
             return Loaded(fixed, sprung, still, to_all, held, balance, damper, None, pull, U, sigma, V, balanced, creep)
         of_dampers = damped_modes(sigma, G @ V, np.sqrt(self.relaxation[relaxes])[:, None] * U[relaxes])
