@@ -2,6 +2,7 @@
 
 from collections.abc import Sequence
 from dataclasses import replace
+from textwrap import fill
 
 import numpy as np
 from matplotlib.axes import Axes
@@ -33,8 +34,8 @@ AFTER = 0.03
 ROOM = 5.6
 """Width of the panels, about [inches]."""
 
-LETTER, LINE = 4.3, 9.5
-"""Width of a letter and height of a line over the first panel [pt]."""
+LETTER, LINE, LETTERS = 4.3, 9.5, 120
+"""Width of a letter and height of a line over the first panel [pt]; letters of a line below the panels."""
 
 HAPPENS = {
     "unloads": "compression ends",
@@ -83,11 +84,10 @@ def draw_time(profile: ShockProfile) -> Figure:
     end = max([motion.duration, *(compliant.filtered(one).duration for one in filters if one is not None)])
     rows[-1].set_xlim(0.0, 1e3 * (1.0 + AFTER) * end)
     left = _write_events(list(rows), _events(profile, compliant))
-    words = "dashed: along the normal; dotted: what happens to a contact; frozen geometry, double precision, not proven"
-    words = words.replace("normal;", "normal, or what an accelerometer reads;") if any(filters) else words
-    words += "; thin: rigid links" * bool(profile.scene.flex)
-    words += f"; {count(left, 'more event')} not written" * bool(left)
-    figure.supxlabel(words, fontsize=7.0, x=0.02, ha="left")
+    words = "dashed: along the normal; dotted: what happens to a contact"
+    words += "; dash-dotted: what an accelerometer reads" * any(filters) + "; thin: rigid links" * bool(profile.scene.flex)
+    words += f"; {count(left, 'more event')} not written" * bool(left) + "; frozen geometry, double precision, not proven"
+    figure.supxlabel(fill(words, LETTERS), fontsize=7.0, x=0.02, ha="left")
     return figure
 
 
@@ -124,13 +124,13 @@ def _panels(profile: ShockProfile, compliant: CompliantLanding, t: Array) -> lis
 
 
 def _plot_readings(axes: Axes, compliant: CompliantLanding, points: Sequence[Place], filters: Sequence[LowPass | None]) -> None:
-    """Draw what accelerometers at points read behind their filters, dashed, in the colours of the raw curves."""
+    """Draw what accelerometers at points read behind their filters, dash-dotted, in the colours of the raw curves."""
     colors = {line.get_label(): line.get_color() for line in axes.get_lines()}
     for place, low_pass in zip(points, filters, strict=True):
         if low_pass is not None and (color := colors.get(printable(place.name, 30))):
             t = np.linspace(0.0, compliant.filtered(low_pass).duration, SAMPLES)
             read = np.linalg.norm(compliant.history(DELTA_V.compute, [place], t, low_pass)[:, 0], axis=1) / GRAVITY
-            axes.plot(1e3 * t, read, color=color, linewidth=1.0, linestyle=(0, (4, 2)))
+            axes.plot(1e3 * t, read, color=color, linewidth=1.2, linestyle="dashdot")
 
 
 def _events(profile: ShockProfile, compliant: CompliantLanding) -> list[tuple[float, str]]:
