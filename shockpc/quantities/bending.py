@@ -1,9 +1,10 @@
 """When links that are taken as rigid are right: from which frequency on their first bending mode makes no difference.
 
-A contact lasts about Tc = π √(m/k), with its effective mass m and its stiffness k, or as long as the pulse. What counts is Tc f1,
-of the first bending mode f1 of the free robot with its rotors. On legs of quadrupeds and humanoids, from 1e4 to 1e7 N/m, jumps of
-velocity were within 10 % from Tc f1 = 2 on, peaks of accelerometers of up to 200 Hz from 3, raw ones from 5, the contact's force
-from 4, the largest torque of a joint from 7 and other torques from 15 on.
+A contact lasts about Tc = π √(m/k), with its effective mass m and its stiffness k, or as long as the pulse. Several contacts share
+the mass that they stop, so that they last less than each alone. What counts is Tc f1, of the first bending mode f1 of the free
+robot with its rotors. On legs of quadrupeds and humanoids, from 1e4 to 1e7 N/m, jumps of velocity were within 10 % from Tc f1 = 2
+on, peaks of accelerometers of up to 200 Hz from 3, raw ones from 5, the contact's force from 4, the largest torque of a joint from
+7 and other torques from 15 on.
 """
 
 import math
@@ -13,6 +14,7 @@ from typing import NamedTuple
 import numpy as np
 
 from shockpc.core.spatial import Array
+from shockpc.impact.contact_rows import contact_rows
 from shockpc.impact.impact import Impact
 from shockpc.landing.bending import LegModes, leg_modes
 from shockpc.landing.landing import PosedLanding
@@ -25,7 +27,7 @@ from shockpc.text.printed import few
 FOR_JUMPS, FOR_TORQUES = 3.0, 7.0
 """Smallest Tc f1 with which jumps and what an accelerometer reads, and the largest torque of a joint, are within 10 %."""
 
-(MASS_STICKING,) = (entry for entry in CONTACTS if entry.key == "mass_sticking")
+(EFFECTIVE_MASS,) = (entry for entry in CONTACTS if entry.key == "effective_mass")
 
 UNKNOWN = "the scene gives neither a contact stiffness nor a pulse, or its links bend already"
 
@@ -37,11 +39,13 @@ class Bending(NamedTuple):
         contact_time: Tc [s].
         mass: of the contact with that [kg]; NaN for a pulse.
         modes: of the links between its contact and the base.
+        starts: whether the contact's force starts with a step, that of a damper, which rings in links however stiff these are.
     """
 
     contact_time: float
     mass: float
     modes: LegModes
+    starts: bool = False
 
     def lowest(self, product: float) -> float:
         """The lowest frequency of the first bending mode [Hz]. Args: product, smallest Tc f1."""
@@ -62,9 +66,15 @@ class Bending(NamedTuple):
         lowest = [self.lowest(product) for product in (FOR_JUMPS, FOR_TORQUES)]
         EI = [f"{self.modes.stiffness(frequency):.2g}" for frequency in lowest]
         first = (
-            f"rigid links: right to some 10 % where the first bending mode of {few(self.modes.links, 3)} in the robot is above "
-            f"{_hertz(lowest[0])} for jumps and accelerometers, {_hertz(lowest[1])} for torques: EI of {EI[0]} and {EI[1]} N m²"
+            f"rigid links: right to some 10 % if the first bending mode of {few(self.modes.links, 3)}, in the whole robot, is "
+            f"above {_hertz(lowest[0])} for jumps and accelerometers below 200 Hz, {_hertz(lowest[1])} for forces and the largest "
+            f"torque: EI of {EI[0]} and {EI[1]} N m²"
         )
+        if self.starts:
+            first += (
+                "; peaks never, because with the contact damping the force starts with a step, which rings in links however stiff "
+                "these are: compare with --contact-law damper"
+            )
         limits = [f"{self.stiffest(product):.2g}" for product in (FOR_JUMPS, FOR_TORQUES)]
         reach = f"contacts of up to {limits[0]} and {limits[1]} N/m"
         if math.isnan(self.mass):
@@ -83,7 +93,7 @@ def bending(landing: PosedLanding, masses: Array, stiffness: float | None) -> Be
 
     Args:
         landing: the landing.
-        masses: (c,) effective masses of its contacts if they stick [kg].
+        masses: (c,) effective masses of its contacts, each alone [kg].
         stiffness: of the contacts [N/m]; None where only a pulse is given.
 
     Returns: None with neither, where links bend already, and where none bends or no contact yields.
@@ -99,13 +109,17 @@ def bending(landing: PosedLanding, masses: Array, stiffness: float | None) -> Be
     if landing.scene.flex or not yielding:
         return None
     mass = min(yielding)
+    contact = yielding[mass]
+    if stiffness is not None and len(yielding) > 1:
+        rows = contact_rows(landing, stands=True)
+        mass = min(mass, rows.frequency(np.ones(len(rows.speeds)), np.zeros((0, len(rows.M)))) ** -2)  # all together
     of_pulse = math.inf if landing.pulse is None else landing.pulse.length
     of_contact = math.inf if stiffness is None else math.pi * math.sqrt(mass / stiffness)
     time = min(of_pulse, of_contact)
-    if not 0.0 < time < math.inf or (modes := leg_modes(landing, yielding[mass])) is None:
+    if not 0.0 < time < math.inf or (modes := leg_modes(landing, contact)) is None:
         return None
     mass = mass if of_contact <= of_pulse else math.nan
-    return Bending(time, mass, modes)
+    return Bending(time, mass, modes, starts=landing.scene.contact_damping is not None)
 
 
 def bends(found: Bending | None) -> Iterator[Diagnostic]:
@@ -127,7 +141,7 @@ def _values(impact: Impact, _: Places) -> Array:
     if landing.scene.flex or (k is None and landing.pulse is None):
         return np.full(5, np.nan)
     try:
-        found = bending(landing, evaluate(MASS_STICKING, impact, places)[0, 0], k)
+        found = bending(landing, evaluate(EFFECTIVE_MASS, impact, places)[0, 0], k)
     except RobotError:
         found = None
     if found is None:

@@ -75,20 +75,39 @@ def _beyond_the_impulse(profile: "ShockProfile") -> Iterator[Diagnostic]:
         impulse, finite = (profile.values(quantity("point", key), places) for key in ("shock", "shock_separated"))
         differs, texts = np.abs(finite - impulse), set[str]()
         for k in np.flatnonzero((differs > DIFFERS * np.minimum(impulse, finite)) & (differs > LEAST_DIFFERENCE)).tolist():
-            name = places[k].name
+            name, rigid = places[k].name, "has rigid links and which " * bool(profile.scene.flex)
             text = (
                 f"shock at {name} is {finite[k]:.3g} at the end of contact on {profile.scene.contact_stiffness:g} N/m, and "
-                f"{impulse[k]:.3g} in the impulse model, which the other tables show: that model does not hold there"
+                f"{impulse[k]:.3g} in the impulse model, which {rigid}the other tables show: that model does not hold there"
             )
             if text not in texts:  # a part may be at a sensor
                 yield Diagnostic("contact", name, float(differs[k]), text)
             texts.add(text)
         yield from profile.stiffness.warnings()
+        yield from _rings(profile)
     if math.isfinite(profile.spring_time):
         from shockpc.impact.springs import early_springs
 
         duration = None if profile.stiffness is None else profile.impact_length
         yield from early_springs(profile.landing, profile.spring_time, duration)
+
+
+def _rings(profile: "ShockProfile") -> Iterator[Diagnostic]:
+    """A warning where links that bend ring from a step in the force of a contact, which its law has, and no ground."""
+    scene = profile.scene
+    if not scene.flex or scene.contact_law == "damper":
+        return
+    if scene.contact_damping:
+        step = "starts with a step, that of the contact damping"
+    elif any(contact.kind != "stop" and contact.restitution == 0.0 for contact in profile.landing.contacts):
+        step = "falls to zero in a step at restitution 0"
+    else:
+        return
+    text = (
+        f"the force of a contact {step}, from which links ring, however stiff they are: accelerations and torques may be wrong by "
+        "factors; compare with --contact-law damper, or with a restitution of 0.1 or more"
+    )
+    yield Diagnostic("contact", "law", None, text)
 
 
 def _saturated(profile: "ShockProfile") -> Iterator[Diagnostic]:
