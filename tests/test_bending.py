@@ -9,6 +9,7 @@ import pytest
 from shockpc import Scene, shock_profile
 from shockpc.landing.bending import SPECIFIC_STIFFNESS, leg_modes
 from shockpc.landing.joint_options import Joints
+from shockpc.landing.scene import Contact
 from shockpc.quantities.bending import bending, bends
 
 TWO_HINGES = 1.1079
@@ -119,3 +120,39 @@ def test_parts_are_judged_where_their_margin_is_lost():
     profile = shock_profile(scene)
     lost = profile.margin_lost.contact_stiffness
     assert profile.bending.contact_time == pytest.approx(math.pi * math.sqrt(profile.contacts[0].mass_sticking / lost))
+
+
+@pytest.mark.parametrize("scene", [GO2, replace(GO2, contact="*_foot", joints=Joints(model="locked"))])
+def test_the_contact_time_is_that_of_the_landing(scene):
+    """All feet of a robot with locked joints share its mass; a foot that slides has less than one that sticks."""
+    four = scene.contact != GO2.contact
+    contact = (
+        tuple(Contact(frame=f"{leg}_foot") for leg in ("FL", "FR", "RL", "RR"))
+        if four
+        else Contact(frame="FL_foot", directions=("z",))
+    )
+    profile = shock_profile(replace(scene, contact=contact))
+    (alone,) = {contact.mass_frictionless for contact in profile.contacts} if not four else [profile.robot.mass / 4.0]
+    assert profile.bending.mass == pytest.approx(alone, rel=1e-9)
+    assert alone < 0.9 * profile.value("mass_sticking", "contact").min()
+
+
+@pytest.mark.parametrize(
+    ("values", "rings"),
+    [
+        ({}, True),
+        ({"contact": Contact(frame="FL_foot", restitution=0.1)}, False),
+        ({"contact_law": "damper"}, False),
+        ({"contact_damping": 300.0}, True),
+    ],
+)
+def test_links_ring_from_steps_in_the_force(values, rings):
+    """Stiff links are no rigid ones where a force starts or ends in a step, and a warning says so."""
+    bends = replace(GO2, flex={"FL_calf": "EI:1e7", "FL_thigh": "EI:1e7"})
+    rigid, stiff = (shock_profile(replace(scene, **values)) for scene in (GO2, bends))
+    thigh = [profile.value("peak_torque", "joint")[[place.name for place in profile.places("joint")].index("FL_thigh_joint")]
+             for profile in (rigid, stiff)]  # fmt: skip
+    assert (max(thigh) > 1.5 * min(thigh)) == rings
+    assert ("law" in [one.subject for one in stiff.health.warnings]) == rings
+    assert not [one for one in rigid.health.warnings if one.subject == "law"]
+    assert ("damper" in rigid.bending.lines[0]) == ("contact_damping" in values)

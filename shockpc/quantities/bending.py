@@ -72,8 +72,8 @@ class Bending(NamedTuple):
         )
         if self.starts:
             first += (
-                "; peaks never, because with the contact damping the force starts with a step, which rings in links however stiff "
-                "these are: compare with --contact-law damper"
+                "; peaks perhaps not even then: with the contact damping the force starts with a step, which rings in links "
+                "however stiff these are; compare with --contact-law damper"
             )
         limits = [f"{self.stiffest(product):.2g}" for product in (FOR_JUMPS, FOR_TORQUES)]
         reach = f"contacts of up to {limits[0]} and {limits[1]} N/m"
