@@ -61,14 +61,21 @@ class Bending(NamedTuple):
         return self.modes.metal < self.lowest(FOR_JUMPS)
 
     @property
+    def _held(self) -> str:
+        if math.isnan(self.mass):
+            return f"in a pulse of {1e3 * self.contact_time:.2g} ms"
+        stiffness = self.mass * (math.pi / self.contact_time) ** 2
+        return f"on contacts of {stiffness:.3g} N/m ({1e3 * self.contact_time:.2g} ms)"
+
+    @property
     def lines(self) -> tuple[str, str]:
         """What the links have to be, and what metal would reach."""
         lowest = [self.lowest(product) for product in (FOR_JUMPS, FOR_TORQUES)]
         EI = [f"{self.modes.stiffness(frequency):.2g}" for frequency in lowest]
         first = (
-            f"rigid links: right to some 10 % if the first bending mode of {few(self.modes.links, 3)}, in the whole robot, is "
-            f"above {_hertz(lowest[0])} for jumps and accelerometers below 200 Hz, {_hertz(lowest[1])} for forces and the largest "
-            f"torque: EI of {EI[0]} and {EI[1]} N m²"
+            f"rigid links {self._held}: right to some 10 % if the first bending mode of {few(self.modes.links, 3)}, in the whole "
+            f"robot, is above {_hertz(lowest[0])} for jumps and accelerometers below 200 Hz, {_hertz(lowest[1])} for forces and the "
+            f"largest torque: EI of {EI[0]} and {EI[1]} N m²"
         )
         if self.starts:
             first += (
