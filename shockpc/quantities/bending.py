@@ -74,8 +74,8 @@ class Bending(NamedTuple):
         EI = [f"{self.modes.stiffness(frequency):.2g}" for frequency in lowest]
         first = (
             f"rigid links {self._held}: right to some 10 % if the first bending mode of {few(self.modes.links, 3)}, in the whole "
-            f"robot, is above {_hertz(lowest[0])} for jumps and accelerometers below 200 Hz, {_hertz(lowest[1])} for forces and the "
-            f"largest torque: EI of {EI[0]} and {EI[1]} N m²"
+            f"robot, is above {_hertz(lowest[0])} for jumps and accelerometers below 200 Hz, {_hertz(lowest[1])} for forces and "
+            f"the largest torque: EI of {EI[0]} and {EI[1]} N m²"
         )
         if self.starts:
             first += (
