@@ -52,12 +52,7 @@ VIOLATED = 100
 SECONDS, WAIT, MEMORY = 20, 200, 3 * 2**30
 """What a case may take: time of the processor and by the clock [s], and bytes beside those that this process takes already."""
 
-NOBODY = [
-    "--reuid=65534",
-    "--regid=65534",
-    "--clear-groups",
-    *(f"--{kind}-caps=-all,+dac_read_search" for kind in ("inh", "ambient")),
-]
+NOBODY = "--reuid=65534 --regid=65534 --clear-groups --inh-caps=-all,+dac_read_search --ambient-caps=-all,+dac_read_search"
 """Of root's rights only that of reading remains, as an interpreter may be in root's home."""
 
 
@@ -204,7 +199,7 @@ def main(words: list[str] | None = None) -> int:
     options.add_argument("--keep", type=Path, metavar="FOLDER", help="write the files of the first case there, and run nothing")
     given = options.parse_args(words)
     if not os.geteuid() and not given.keep:
-        os.execvp("setpriv", ["setpriv", *NOBODY, sys.executable, *sys.argv])
+        os.execvp("setpriv", ["setpriv", *NOBODY.split(), sys.executable, *sys.argv])
     with tempfile.TemporaryDirectory(prefix="fuzz-") as name:
         os.environ["HOME"] = name
         prepare(Path(name))

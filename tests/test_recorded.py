@@ -3,7 +3,6 @@
 import csv
 import io
 import json
-import os
 import re
 import subprocess
 import sys
@@ -1161,13 +1160,6 @@ def test_a_parquet_file_that_expands_is_refused_by_its_header(tmp_path, monkeypa
     monkeypatch.setattr(pyarrow.parquet.ParquetFile, "read", None)
     with pytest.raises(StudyError, match="it takes 16 MB, and up to 8 MB are read"):
         read_table(tmp_path / "log.parquet")
-
-
-@pytest.mark.parametrize("name", ["log.csv", "log.npz", "log.parquet"])
-def test_a_table_that_is_a_pipe_is_not_waited_for(tmp_path, name):
-    os.mkfifo(tmp_path / name)
-    with pytest.raises(StudyError, match="is a pipe or a device"):
-        read_table(tmp_path / name)
 
 
 def test_missing_texts_of_parquet_are_empty(tmp_path):

@@ -2,8 +2,8 @@
 
 import itertools
 import math
+import os
 from dataclasses import replace
-from pathlib import Path
 
 import numpy as np
 
@@ -48,7 +48,7 @@ def _complete(scene: Scene, robot: Robot) -> Scene:
     if strike.velocity is None and strike.drop_height is None:
         speed = 1.0 if strike.speed is None else strike.speed
         strike = replace(strike, speed=speed, strike_angle_deg=strike.strike_angle_deg or 0.0)
-    scene = with_paths(scene, lambda path: str(Path(path).expanduser().resolve()))
+    scene = with_paths(scene, lambda path: os.path.realpath(os.path.expanduser(path)))
     posture = replace(scene.posture, reference=reference_name(robot, scene.posture.reference))
     return with_plane(replace(scene, robot=robot.label, base=base, strike=strike, posture=posture))
 
