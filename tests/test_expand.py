@@ -128,9 +128,7 @@ REFUSED = {
         'xacro arguments "a", "b", "c" have no value; give: --xacro a:=VALUE --xacro b:=VALUE --xacro c:=VALUE'
     ),
     **{
-        xacro(
-            link("base", mass=text)
-        ): "contains a NUL character or half of a surrogate pair (\\ud800 to \\udfff), which no XML text can"
+        xacro(link("base", mass=text)): "contains a NUL character or half of a surrogate pair (\\ud800 to \\udfff)"
         for text in (
             "${'a\\0'}",
             "${'\\ud800'}",
@@ -165,7 +163,7 @@ REFUSED = {
     xacro('<xacro:macro name="dog"><xacro:dog/></xacro:macro><xacro:dog/>'): ENDLESS,
     included("dog.urdf.xacro"): ENDLESS,
     xacro("<xacro:if value=\"${xacro.fatal('too many legs')}\"/>"): CANNOT + "too many legs",
-    xacro('<xacro:macro name="dog"><link name="base"/></xacro:macro>'): "has no <link>, so there is no robot in it",
+    xacro('<xacro:macro name="dog"><link name="base"/></xacro:macro>'): "has no <link>",
     # A macro that doubles itself would give millions.
     xacro('<xacro:macro name="m0" params="n"><link name="${n}"/></xacro:macro>', DOUBLED, '<xacro:m11 n="l"/>'): (
         CANNOT + "it has 2048 links, more than 2000"
@@ -183,7 +181,7 @@ REFUSED = {
             "${[xacro.message('a' * 10**6) for n in range(99)]}",
         )
     },
-    included("broken.xacro"): "broken.xacro: line 2, column 9: mismatched tag; the file is not well-formed XML",
+    included("broken.xacro"): "broken.xacro: line 2, column 9: mismatched tag",
     included("entity.xacro"): "entity.xacro: line 1: a DOCTYPE can define entities, and those are never expanded here",
     # No include, YAML or glob leads out of the open folders, whether the file exists or not.
     **{

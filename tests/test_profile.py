@@ -180,7 +180,7 @@ def test_a_strike_is_the_velocity_it_says(strike, vector):
 
 
 def test_a_scene_without_a_contact_is_refused():
-    with pytest.raises(SceneError, match=r'^no contact is defined; name a link of robot "leg", such as "heel"$'):
+    with pytest.raises(SceneError, match=r'contact.*"leg".*"heel"'):
         land(known_robot("leg"), [])
 
 

@@ -124,7 +124,7 @@ def test_shock_is_the_same_at_every_speed(capfd, stick, tmp_path):
     rows = pyarrow.dataset.dataset(tmp_path / "out" / "rows").to_table().to_pydict()
     assert rows["shock@body"][1] == pytest.approx(rows["shock@body"][0], rel=1e-14)
     assert rows["delta_v@body"][1] == pytest.approx(3.0 * rows["delta_v@body"][0], rel=1e-14)
-    assert "shock is relative to the strike, and the same at every speed; --quantity delta_v@body gives m/s" in text
+    assert "--quantity delta_v@body" in text
 
 
 def test_springs_that_count_nowhere_are_said(capfd, stick, tmp_path):
