@@ -70,10 +70,11 @@ bench: .venv/.dev
 
 # Measured landings against predicted ones, by joint model; TABLE may be another one with the same columns. Then the tosses of two
 # hinged blocks that struck with one corner, by law of contact: a contact that sticks, friction, friction and restitution; and what
-# these, and all tosses, say of friction and restitution.
+# these, and all tosses, say of friction and restitution. Then the heel strikes of a compass-gait biped.
 TABLE ?= robots/measured/cassie_landings.csv
 VALIDATE = "$(BIN)/shockpc" recorded "$(TABLE)" robots/measured/cassie.toml --map second_foot_later_ms= --map "ankle_spring_joint_*="
 ELBOW = "$(BIN)/shockpc" recorded out/validate/elbow.csv robots/measured/elbow/elbow.urdf --map gap=
+SYDNEY = robots/measured/sydney
 UNKNOWN = robots/measured/elbow/elbow.urdf --map gap= --unknown friction=0:1.5 --unknown restitution=0:1
 validate: .venv/.dev
 	@$(VALIDATE) --joints geared,free --contact-stiffness 1e5 --out out/validate
@@ -85,6 +86,8 @@ validate: .venv/.dev
 	@$(ELBOW) --friction 0.2 --restitution 0.2 --out out/validate/elbow_friction_restitution
 	@"$(BIN)/shockpc" identify out/validate/elbow.csv $(UNKNOWN) --out out/validate/elbow_identified
 	@"$(BIN)/shockpc" identify robots/measured/elbow/elbow_landings.csv $(UNKNOWN) --out out/validate/elbow_all_identified
+	@"$(BIN)/shockpc" recorded $(SYDNEY)/landings.csv $(SYDNEY)/sydney_compass_gait.urdf --base planar --joints free --directions xz \
+		--out out/validate/sydney
 
 # Tests that take longer than the suite has for them.
 slow: .venv/.dev

@@ -15,9 +15,8 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from shockpc.core.bodies import body_jumps, in_body_axes
 from shockpc.core.impulse import Solution
-from shockpc.core.spatial import Array, freeze
+from shockpc.core.spatial import Array, body_jumps, freeze, in_body_axes
 from shockpc.core.threads import one_thread
 from shockpc.impact.solve import solve_exactly, solve_in_doubles
 from shockpc.impact.stops import refuse_missed, with_stops

@@ -184,7 +184,7 @@ def test_a_strike_near_the_centre_of_mass_tends_to_translation(rods):
 @pytest.mark.slow
 def test_a_small_suite_from_clock_to_report(tmp_path, monkeypatch):
     monkeypatch.setitem(COSTS, "costs", lambda budget: Sheet("costs", ("what",), [("a command",)]))
-    for measured in ("symbols", "measured landings", "measured tosses", "touchdowns in logs"):
+    for measured in ("symbols", "measured landings", "measured tosses", "measured steps", "touchdowns in logs"):
         monkeypatch.setitem(COSTS, measured, lambda budget, title=measured: Sheet(title, ("what",), []))
     monkeypatch.setattr("shockpc.bench.costs.ROWS", 32)
     monkeypatch.setattr("shockpc.bench.many_postures.MANY_POSTURES", 16)

@@ -9,7 +9,7 @@ from scipy.linalg import null_space
 from scipy.optimize import minimize
 from scipy.spatial.transform import Rotation
 
-from shockpc.core.extremes import Pieces, greatest_shock, shock_extremes
+from shockpc.core.extremes import Pieces, maximum_shock, shock_extremes
 from shockpc.core.percussion import shock_at
 
 SEEDS = st.integers(0, 2**32 - 1)
@@ -95,7 +95,7 @@ def test_extremes_of_a_cylinder_lie_between_those_of_prisms(seed, case):
     slack = 1e-14 * (np.linalg.norm(v) + np.linalg.norm(omega) * (np.linalg.norm(points) + radius))
     assert outer[0] - slack <= least <= inner[0] + slack
     assert inner[1] - slack <= greatest <= outer[1] + slack
-    assert greatest_shock(omega, v, Pieces.of([[(points, disc)]])) == pytest.approx(greatest, rel=1e-14)
+    assert maximum_shock(omega, v, Pieces.of([[(points, disc)]])) == pytest.approx(greatest, rel=1e-14)
 
 
 @pytest.mark.parametrize(
@@ -232,7 +232,7 @@ def test_extremes_of_an_ellipsoid_are_right_to_1e_15(flat, case):
             exact = exact_extremes(omega, v, centre, axes)
             found = one_piece(omega, v, centre[None], axes, 1.0)
             assert max(abs(x - y) for x, y in zip(exact, found, strict=True)) <= 1e-15 * size
-        assert greatest_shock(omega, v, Pieces.of([[(centre[None], axes)]])) == pytest.approx(found[1], rel=1e-14)
+        assert maximum_shock(omega, v, Pieces.of([[(centre[None], axes)]])) == pytest.approx(found[1], rel=1e-14)
 
 
 def test_an_ellipsoid_is_swept_along_a_segment_only():

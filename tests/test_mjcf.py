@@ -14,7 +14,7 @@ from commands import says
 from robot_texts import BODY, HINGE, body, floating, loaded, mjcf, refusal, refused
 
 from shockpc import Contact, Joints, Posture, Robot, Scene, Strike, configuration_from_mujoco, load_robot, shock_profile
-from shockpc.core.bodies import in_body_axes
+from shockpc.core.spatial import in_body_axes
 from shockpc.impact.impact import DoubleImpact
 from shockpc.landing.scene_file import robot_of
 from shockpc.profile import impact_jumps

@@ -6,17 +6,17 @@ import re
 import numpy as np
 import pytest
 from commands import good, run, says
-from hypothesis import given
-from hypothesis import strategies as st
 
-from shockpc.paper.beam import STICKING, beam
+from shockpc import Point
+from shockpc.paper.beam import beam
 from shockpc.paper.claim import Claim
 from shockpc.paper.leg import cases, reductions
 from shockpc.paper.panel_landings import land, middle_lines
 from shockpc.paper.quadruped import ANGLES, quadruped
-from shockpc.paper.report import paper_picture
+from shockpc.paper.report import LIVE, paper_picture
 from shockpc.paper.skippy import ASSUMED, above_contact, skippy
 from shockpc.paper.study import FIGURES
+from shockpc.quantities.live import live_landing
 from shockpc.robot.catalogue import catalogue, project_robots_folder
 from shockpc.robot.load import load_robot
 
@@ -191,13 +191,6 @@ def test_an_outcome_follows_from_the_value():
     assert (claim.holds, claim.criterion, list(claim.alternatives)) == (True, "between 0.5 and 2", ["bound", "none"])
 
 
-@given(st.floats(-80.0, 80.0))
-def test_a_sticking_end_rotates_about_itself(angle):
-    """A rod that sticks at its end: r_p = 2l / (3 cos θ). ERRATA, Eq. 3: at 45 degrees it says 0.589 l, and 0.943 l is true."""
-    profile = beam(0.0, directions=STICKING, strike_angle_deg=angle)
-    assert profile.ropc[0] == pytest.approx(2.0 / 3.0 / np.cos(np.radians(angle)), rel=1e-10)
-
-
 def test_least_shock_in_space_is_on_the_screw_axis():
     """There it is |Δω·Δv| / |Δω|; no other point has less."""
     profile = beam(1.0, 0.04, 0.04, velocity=(0.3, 0.4, -1.0), directions=("x", "y", "z"))
@@ -277,8 +270,8 @@ def test_skippys_centre_of_mass_is_above_its_toe(profile):
 
 def test_every_panel_has_its_scene_and_every_scene_computes():
     panels = {panel.scene for figure in FIGURES for panel in figure.panels}
-    assert {path.stem for path in (project_robots_folder() / "scenes").glob("*.toml")} == panels | {"five_bar"}
-    for stem in panels | {"five_bar"}:
+    assert {path.stem for path in (project_robots_folder() / "scenes").glob("*.toml")} == panels | {"five_bar", "bat"}
+    for stem in panels | {"five_bar", "bat"}:
         profile = land(stem)
         assert {warning.kind for warning in profile.health.warnings} <= {"height"}, "the beam is no foot, and nothing else is wrong"
         assert profile.health.error_bound < 1e-11
@@ -310,6 +303,26 @@ def test_the_page_of_models_has_their_arguments_and_results():
         assert rows[path].endswith(f"| {found.scene.strike.strike_angle_deg or 0.0:g}° | {shock} |")
 
 
+def test_hands_are_at_rest_where_the_ball_hits_their_centre_of_percussion():
+    """At c + r_g² / (c − h); and Eq. 1 for other hits and bats, and in the program with which a page moves the hit."""
+    shown = [(name, stem, frame) for figure in LIVE.values() for name, stem, frame in figure]
+    (hands,) = (frame for _, stem, frame in shown if stem == "bat")
+    for inertia, h in ((0.05, 0.15), (0.04, 0.1)):
+        sweet = 0.57 + inertia / 0.88 / (0.57 - h)
+        for x in (0.3, sweet):
+            xacro = {"inertia": str(inertia), "hands": str(h), "ball": repr(x)}
+            found = land("bat", xacro=xacro, point=(Point(frame=hands),))
+            shock = abs(1.0 + (x - 0.57) * (h - 0.57) * 0.88 / inertia) / (1.0 + (x - 0.57) ** 2 * 0.88 / inertia)
+            assert found.shock_at(hands, np.zeros(3)) == pytest.approx(shock, abs=1e-12)
+    live = live_landing(found.landing, boxes=np.array([[[0.0, 0.0, -0.1], [0.84, 0.0, 0.1]]]))
+    (where,) = (k for k, one in enumerate(live.sliders) if one.name == "ball x")
+    x = np.array([one.value for one in live.sliders])
+    x[where] = sweet
+    (out,) = live.program(np.array([[*x, *found.landing.before.velocity, *np.eye(3).ravel()]]))
+    omega, v = out[12:15], out[15:18]
+    assert np.linalg.norm(v + np.cross(omega, [h, 0.0, 0.0])) < 1e-12 < np.linalg.norm(v)
+
+
 @pytest.mark.parametrize("figure", FIGURES, ids=lambda figure: str(figure.number))
 def test_a_figure_names_its_panels_and_bodies(figure):
     drawing = paper_picture(figure).draw()
@@ -334,6 +347,8 @@ def test_the_command_writes_what_it_computes(capfd, tmp_path):
     scenes = {f"fig1_{letter}.toml" for letter in "abcd"}
     files = scenes | {"bodies.csv", "claims.csv", "figure1.png", "figure1.svg", "paper.md", "report.html", "paper.json"}
     assert {path.name for path in (tmp_path / "paper").iterdir()} == files
+    page = (tmp_path / "paper" / "report.html").read_text(encoding="utf-8")
+    assert all(name in page for name, *_ in LIVE[1])
     again = run(capfd, "analyze", tmp_path / "paper" / "fig1_c.toml", "--format", "csv").out
     assert again.splitlines()[1].startswith("percussion,beam,1.5")
     assert "![Figure 1: a slender beam on a slider](figure1.svg)" in (tmp_path / "paper" / "paper.md").read_text()

@@ -11,7 +11,7 @@ from random_landings import random_landing
 from robot_texts import link, urdf
 
 from shockpc import Contact, Joints, Point, Scene, Strike, UnknownName, assert_shock, compare, resolve, shock_profile, sweep
-from shockpc.core.bodies import in_body_axes
+from shockpc.core.spatial import in_body_axes
 from shockpc.evaluation.designs import Design
 from shockpc.impact.impact import DoubleImpact
 from shockpc.profile import impact_jumps

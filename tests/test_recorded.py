@@ -23,7 +23,7 @@ from trees import known_robot, robot_from
 
 import shockpc
 from shockpc import Contact, Joints, Posture, Scene, load_robot, read_scene, resolve, shock_profile
-from shockpc.bench.measured import LAWS, measured_landings, measured_tosses
+from shockpc.bench.measured import LAWS, measured_landings, measured_steps, measured_tosses
 from shockpc.evaluation.columns import Column, selected
 from shockpc.impact.stiffness import CompliantLanding
 from shockpc.landing.motion import Motion
@@ -831,6 +831,38 @@ def test_measured_tosses_of_two_hinged_blocks():
     errors = [sheet[law, "all velocities"][3].split()[0] for law in LAWS]
     assert list(shown.groups()) == errors
     assert [float(x) for x in errors] == pytest.approx([0.40, 0.376, 0.306], abs=0.01)
+
+
+def test_measured_steps_of_a_compass_gait_biped():
+    """The table of the README is what the benchmark computes; each foot strikes with its own row's contact."""
+    text = (Path(__file__).parents[1] / "robots" / "measured" / "README.md").read_text(encoding="utf-8")
+    lines = re.findall(r"^\| (30|15) ms \| (\S+) \| (\S+) \| (.*) \| (\S+) \|$", text, re.MULTILINE)
+    sheet = statistics_of(measured_steps(), 1)
+    assert len(lines) == 2
+    for time, r, slope, error, skill in lines:
+        found = sheet["free", float(time)]
+        assert [found[0].split()[0], found[1].split()[0], found[2], found[4].split()[0]] == [r, slope, error, skill]
+
+
+def test_legs_of_a_compass_gait_biped():
+    """The README's other table: the leg that strikes and the other one, of whichever name, and all signs of that after 30 ms."""
+    folder = Path(__file__).parents[1] / "robots" / "measured"
+    columns, file = read_table(folder / "sydney" / "landings.csv"), folder / "sydney" / "sydney_compass_gait.urdf"
+    foot = Contact(frame="inner_foot", directions=("x", "z"))
+    scene = Scene(robot=str(file), base="planar", joints=Joints(model="free"), contact=(foot,))
+    found = compare_measured(columns, {"free": scene}, load_robot(str(file))).agreements
+    legs = {(one.name, one.time): one for one in found if not one.group}
+    inner = columns["contact"] == "inner_foot"
+    lines = re.findall(
+        r"^\| the (one that strikes|other) \| (\d+) ms \| (.*) \|$", (folder / "README.md").read_text("utf-8"), re.MULTILINE
+    )
+    assert len(lines) == 4
+    for leg, time, numbers in lines:
+        pair = [legs[f"{name}_joint", float(time)] for name in (("inner", "outer") if leg != "other" else ("outer", "inner"))]
+        y, x = (np.where(inner, *(getattr(one, of)[:, 0] for one in pair)) for of in ("measured", "predicted"))
+        slope, error = np.cov(x, y)[0, 1] / np.var(x, ddof=1), np.median(np.abs(x - y) / np.abs(y))
+        assert [f"{value:.2f}" for value in (np.corrcoef(x, y)[0, 1], slope, error)] == numbers.split(" | ")
+        assert (x * y > 0.0).all() or (leg, time) != ("other", "30")
 
 
 # The command

@@ -127,6 +127,25 @@ def test_whole_velocities_before_the_impact():
         np.testing.assert_allclose(found[f"impulse@{place.name}"], impulse[:, k], rtol=0, atol=1e-11 * np.abs(impulse).max())
 
 
+def test_nothing_strikes_at_rest():
+    """Such a motion is refused; where joints move and contacts do not, what is divided by their speed has no value."""
+    limbs = (joint(f"to {name}", "trunk", name, more=LIMIT) for name in ("leg", "arm"))
+    robot = robot_from(urdf(*map(link, ("trunk", "leg", "arm")), *limbs))
+    landing = resolve(Scene(robot=robot.label, contact=(Contact(frame="leg", offset=(0.1, 0.0, -0.3)),)), robot)
+    Q = np.tile(landing.q, (2, 1))
+    for strike in (np.zeros(3), [1e-200, 0.0, 0.0]):
+        with pytest.raises(SceneError, match="strike is zero"):
+            SymbolicLanding(landing, ["delta_v@trunk"]).value(Q, strike)
+    moved = np.eye(8)[robot.joint("to arm").v.start]
+    symbols = SymbolicLanding(landing, ["shock@trunk", "delta_v@trunk"], "velocity")
+    with pytest.raises(SceneError, match="velocity is zero in row 1"):
+        symbols.gradient(Q, np.stack([moved, 0.0 * moved]))
+    found, slopes = symbols.value(Q, moved), symbols.gradient(Q, moved)
+    assert np.isnan(found["shock@trunk"]).all()
+    assert not found["delta_v@trunk"].any()
+    assert np.isnan(slopes["shock@trunk"]).any(axis=1).all()
+
+
 @pytest.mark.parametrize("base", ["free", "fixed", "planar"])
 def test_condition_tells_every_posture_that_is_off(base):
     scene = on("anymal_b", "LF_FOOT", at="frame", base=base, **({"directions": ("x", "z")} if base == "planar" else {}))

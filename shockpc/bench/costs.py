@@ -19,7 +19,7 @@ from shockpc.bench.cases import known_robot, landing
 from shockpc.bench.found_touchdowns import found_touchdowns
 from shockpc.bench.many_postures import STRUCK, in_symbols, many_postures
 from shockpc.bench.measure import cost, timed
-from shockpc.bench.measured import measured_landings, measured_tosses
+from shockpc.bench.measured import measured_landings, measured_steps, measured_tosses
 from shockpc.bench.methods import all_quantities, double_jumps, system_of
 from shockpc.bench.soft_and_stiff import stiff_contacts
 from shockpc.core.impulse import solve_impact
@@ -204,6 +204,7 @@ COSTS = {
     "sweeps": _sweeps,
     "measured landings": measured_landings,
     "measured tosses": measured_tosses,
+    "measured steps": measured_steps,
     "touchdowns in logs": found_touchdowns,
 }
 """Tables of what the package costs, and of how far the model is from measurements; the argument is the time for each clock [s]."""

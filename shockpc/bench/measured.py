@@ -65,3 +65,15 @@ def measured_tosses(budget: float = 0.0) -> Sheet:
     sheet = agreement_sheet(compare_measured(columns, scenes, robot))
     title = f"measured impacts of two hinged blocks, {clear.sum()} tosses with one clear corner, by law of contact"
     return sheet._replace(title=title, header=("contact", *sheet.header[1:]))
+
+
+def measured_steps(budget: float = 0.0) -> Sheet:
+    """The jumps of both legs' rates in heel strikes of a compass-gait biped. Args: budget, of clocks; here are none."""
+    del budget
+    folder = project_robots_folder() / "measured" / "sydney"
+    columns, file = read_table(folder / "landings.csv"), str(folder / "sydney_compass_gait.urdf")
+    foot = Contact(frame="inner_foot", directions=("x", "z"))
+    scene = Scene(robot=file, base="planar", joints=Joints(model="free"), contact=(foot,))
+    comparison = compare_measured(columns, {"free": scene}, load_robot(file))
+    title = f"measured heel strikes of a compass-gait biped, rates of both legs in {len(columns['contact'])} strikes"
+    return agreement_sheet(comparison)._replace(title=title)

@@ -11,7 +11,8 @@ from shockpc.cli.progress import progress
 from shockpc.evaluation.evaluate import Evaluation
 from shockpc.evaluation.executor import executor
 from shockpc.evaluation.table import Table
-from shockpc.show.row_files import Format, RowFiles
+from shockpc.show.row_files import RowFiles
+from shockpc.show.row_parts import Format
 from shockpc.text.errors import StudyError
 
 

@@ -9,7 +9,7 @@ class BatchedShock(NamedTuple):
     Attributes:
         shock: (B, p) of the points, |Δv| over the speed of the fastest contact [1].
         impulse: (B, c, d) of the ground along the rows of the contacts [N s].
-        pivot: (B,) least eigenvalue of the Delassus matrix, scaled to a unit diagonal: 1 for rows that do not affect one another,
+        pivot: (B,) minimum eigenvalue of the Delassus matrix, scaled to a unit diagonal: 1 for rows that do not affect one another,
             0 for rows that depend on one another. Where it is below the square root of the type's precision (1e-8 for 64 bits,
             3e-4 for 32), the numbers are not to be trusted.
     """

@@ -243,12 +243,12 @@ class _Problem:
 
     def newton(self, impulse: Array) -> Array:
         """Newton's method from impulses (m, 3), as far as it gets nearer; contacts that do not press take no impulse."""
-        best, least = impulse, np.inf
+        best, minimum = impulse, np.inf
         for _ in range(20):
             R, D = self.residual(impulse)
             error = self.error(R)
-            if error < least:
-                best, least = impulse, error
+            if error < minimum:
+                best, minimum = impulse, error
             if error < 1e-14 or not np.isfinite(error):
                 break
             impulse = impulse - np.linalg.lstsq(D, R, rcond=1e-13)[0].reshape(-1, 3)

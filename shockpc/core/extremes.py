@@ -1,10 +1,10 @@
-"""The minimum and the maximum of |Δv + Δω × r| over the bodies' geometry: of distances of points in a plane from the origin.
+"""The minimum and the maximum of |Δv + Δω × r| over the geometry of bodies.
 
-Geometry is a union of convex pieces, each the hull of some points, or an ellipsoid swept along a segment (a sphere, a capsule; a
-cylinder, whose ellipsoid is flat, a disc). The part of Δv(r) along Δω is the same everywhere. The part perpendicular to it maps a
-piece linearly to a set in the plane: a polygon, or an ellipse swept along a segment. |Δv(r)| is a convex function, so its largest
-value is that of a corner, or of the farthest point of an ellipse at an end; its minimum follows from the distance between the
-origin and the set. All pieces of all bodies are evaluated at once.
+Geometry is a union of convex pieces: the hull of some points, or an ellipsoid swept along a segment (a sphere, a capsule; a
+cylinder, whose ellipsoid is flat, a disc). The part of Δv(r) along Δω is the same at all r; the part across it maps a piece
+linearly to a set in a plane, a polygon or a swept ellipse, so that what is sought are this set's points farthest from the origin
+and nearest to it. The farthest is a corner of the polygon, or on an ellipse at an end; the nearest is found by Wolfe's algorithm
+(`_distances`) or on an ellipse (`_to_ellipses`), for all pieces of all bodies at once.
 """
 
 from typing import NamedTuple
@@ -63,10 +63,7 @@ class Pieces(NamedTuple):
 
 
 def shock_extremes(delta_omega: Array, delta_v: Array, pieces: Pieces, v_in: float) -> tuple[Array, Array]:
-    """Compute the smallest and largest |Δv + Δω × r| / v_in over every body.
-
-    An ellipse swept along a segment is the union of the ellipses at its ends and the parallelogram between the points at which its
-    two sides are tangent to them.
+    """Compute the minimum and the maximum of |Δv + Δω × r| / v_in over every body.
 
     Args:
         delta_omega: (nb, 3) jump of angular velocity, body axes [rad/s].
@@ -74,7 +71,7 @@ def shock_extremes(delta_omega: Array, delta_v: Array, pieces: Pieces, v_in: flo
         pieces: the pieces of the bodies.
         v_in: speed of the strike [m/s].
 
-    Returns: smallest (nb,), largest (nb,) [1], right to 1e-15 of (|Δv| + |Δω| |r|) / v_in at the farthest point r; NaN for a body
+    Returns: minimum (nb,), maximum (nb,) [1], right to 1e-15 of (|Δv| + |Δω| |r|) / v_in at the farthest point r; NaN for a body
     without pieces, and where an input is NaN.
     """
     along, offset, turning = _across(delta_omega, delta_v)
@@ -86,21 +83,16 @@ def shock_extremes(delta_omega: Array, delta_v: Array, pieces: Pieces, v_in: flo
         images = turning[pieces.body[pieces.round]] @ pieces.rounding[pieces.round]
         far, near = _to_ellipses(p[:, corners[:2]], images)
         farthest[pieces.round], nearest[pieces.round] = far.max(axis=0), near.min(axis=0)
-        # The support point of the ellipse M b, |b| ≤ 1, in the direction n is M Mᵀ n / |Mᵀ n|.
-        x, y = p[:, corners[0]] - p[:, corners[1]]
-        normal = x[:, None] * images[:, 1] - y[:, None] * images[:, 0]
-        length = np.sqrt(_inner(normal, normal))
-        tangent = _inner(images, (normal / np.maximum(length, TINY)[:, None])[:, None]).T
-        p[:, corners] += np.array([[1.0], [1.0], [-1.0], [-1.0]]) * tangent[:, None]
+        p[:, corners] += _to_tangents(p[:, corners[0]] - p[:, corners[1]], images)
     nearest = np.minimum(nearest, _distances(p, pieces))
-    least, greatest = np.full(len(along), np.nan), np.full(len(along), np.nan)
+    minimum, maximum = np.full(len(along), np.nan), np.full(len(along), np.nan)
     bodies, first = np.unique(pieces.body, return_index=True)
-    least[bodies] = np.minimum.reduceat(np.hypot(nearest, along[pieces.body]), first) / v_in
-    greatest[bodies] = np.maximum.reduceat(np.hypot(farthest, along[pieces.body]), first) / v_in
-    return least, greatest
+    minimum[bodies] = np.minimum.reduceat(np.hypot(nearest, along[pieces.body]), first) / v_in
+    maximum[bodies] = np.maximum.reduceat(np.hypot(farthest, along[pieces.body]), first) / v_in
+    return minimum, maximum
 
 
-def greatest_shock(delta_omega: Array, delta_v: Array, pieces: Pieces) -> Array:
+def maximum_shock(delta_omega: Array, delta_v: Array, pieces: Pieces) -> Array:
     """The largest |Δv + Δω × r| over one body in many landings [m/s], as in `shock_extremes`.
 
     Args:
@@ -111,7 +103,7 @@ def greatest_shock(delta_omega: Array, delta_v: Array, pieces: Pieces) -> Array:
     Returns: (...); NaN without pieces.
     """
     omega, v = delta_omega.reshape(-1, 3), delta_v.reshape(-1, 3)
-    greatest = np.full(len(omega), np.nan)
+    maximum = np.full(len(omega), np.nan)
     ends = pieces.start[pieces.round] + np.arange(2)[:, None]
     axes = pieces.rounding[pieces.round].swapaxes(0, 1).reshape(3, -1)
     together = max(1, 1_000_000 // max(len(pieces.points), 1))
@@ -123,8 +115,8 @@ def greatest_shock(delta_omega: Array, delta_v: Array, pieces: Pieces) -> Array:
         if pieces.round.size:
             images = (turning @ axes).reshape(len(along), 1, 2, -1, 3).swapaxes(2, 3)
             farthest = np.maximum(farthest, _to_ellipses(p[..., ends], images, nearest=False)[0].max(axis=(1, 2)))
-        greatest[part] = np.hypot(farthest, along)
-    return greatest.reshape(delta_omega.shape[:-1])
+        maximum[part] = np.hypot(farthest, along)
+    return maximum.reshape(delta_omega.shape[:-1])
 
 
 def _across(delta_omega: Array, delta_v: Array) -> tuple[Array, Array, Array]:
@@ -170,6 +162,25 @@ def _to_ellipses(centres: Array, images: Array, nearest: bool = True) -> list[Ar
     if nearest:
         distances.append(np.hypot(np.maximum(x - major * second[1], 0.0), np.maximum(y - minor * first[1], 0.0)))
     return distances
+
+
+def _to_tangents(sides: Array, images: Array) -> Array:
+    """From the ends a, b, a, b of a swept ellipse to the corners of the parallelogram between its two straight sides.
+
+    Such an ellipse is the union of the ellipses at its ends and of this parallelogram, whose corners are where the sides touch
+    them: the support points of the ellipse M b, |b| ≤ 1, in the two directions n perpendicular to the sides, ± M Mᵀ n / |Mᵀ n|.
+
+    Args:
+        sides: (2, m) from b to a.
+        images: (m, 2, 3) M of each ellipse.
+
+    Returns: (2, 4, m).
+    """
+    x, y = sides
+    normal = x[:, None] * images[:, 1] - y[:, None] * images[:, 0]
+    length = np.sqrt(_inner(normal, normal))
+    tangent = _inner(images, (normal / np.maximum(length, TINY)[:, None])[:, None]).T
+    return np.asarray(np.array([[1.0], [1.0], [-1.0], [-1.0]]) * tangent[:, None])
 
 
 def _unit_vector(a: Array, b: Array, delta: Array) -> tuple[Array, Array]:

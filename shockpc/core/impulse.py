@@ -132,7 +132,7 @@ def solve_impact(
         mobility = np.einsum("nii->ni", A)
         scale = np.where(mobility > 0.0, 1.0 / np.sqrt(np.abs(mobility)), 0.0)
         scaled = A * (scale[:, :, None] * scale[:, None, :])
-        pivot = _least_pivot(scaled)
+        pivot = _minimum_pivot(scaled)
         # Unit velocities of single joints say what a mobility is: of a row along which nothing can move, rounding leaves 1e-32.
         natural = np.maximum(mobility.max(axis=-1), 1.0 / np.min(size, axis=-1) ** 2)
         well = (pivot > CLEARLY_INDEPENDENT) & (stiffness < INDISTINCT) & (mobility.min(axis=-1) > 1e-20 * natural)
@@ -178,7 +178,7 @@ def _signs(n: int) -> Array:
     return np.where(np.arange(n) * 2654435761 % 7 < 4, 1.0, -1.0)
 
 
-def _least_pivot(A: Array) -> Array:
+def _minimum_pivot(A: Array) -> Array:
     """The smallest pivot (N,) of symmetric matrices A (N, n, n), eliminated in their order; NaN after one that is zero."""
     S = A.transpose(1, 2, 0).copy()
     for k in range(len(S) - 1):
@@ -291,8 +291,8 @@ def _distribution(J: Array, moves: np.ndarray, size: Array, scale: Array, rows: 
 
 def column_sizes(terms: Array) -> Array:
     """The largest size (nv,) of a term in each column of terms (nc, nv): for a rotation a length [m], for a translation 1."""
-    greatest = terms.max(axis=0, initial=0.0)
-    return np.where(greatest > 0.0, greatest, 1.0)
+    maximum = terms.max(axis=0, initial=0.0)
+    return np.where(maximum > 0.0, maximum, 1.0)
 
 
 def in_terms(J_c: Array, terms: Array, size: Array) -> tuple[Array, Array]:

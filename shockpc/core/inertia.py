@@ -60,8 +60,8 @@ def definite(inertia: Inertia) -> Array:
     H, size = np.array(matrix_of(inertia)), np.sqrt(np.abs(diagonal_of(inertia)))
     idle = size <= 1e-15 * size.max(axis=1, keepdims=True)
     scale = np.where(idle, 0.0, 1.0 / np.where(idle, 1.0, size))
-    least = np.linalg.eigvalsh(H * scale[:, :, None] * scale[:, None, :] + idle[:, :, None] * np.eye(len(scale.T)))[:, 0]
-    H[least < DEFINITE] = np.nan
+    minimum = np.linalg.eigvalsh(H * scale[:, :, None] * scale[:, None, :] + idle[:, :, None] * np.eye(len(scale.T)))[:, 0]
+    H[minimum < DEFINITE] = np.nan
     return H
 
 

@@ -5,9 +5,8 @@ from typing import Any, NamedTuple, cast
 
 import numpy as np
 
-from shockpc.core.bodies import in_body_axes
 from shockpc.core.impulse import Solution
-from shockpc.core.spatial import Array
+from shockpc.core.spatial import Array, in_body_axes
 from shockpc.impact.impact import DoubleImpact
 from shockpc.landing.constraints import Equation
 from shockpc.landing.dynamics import Inertias, dynamics
@@ -21,7 +20,7 @@ from shockpc.profile import impact_jumps, needs_proof
 from shockpc.quantities.quantity import Quantity, evaluate
 from shockpc.quantities.selection import Selection, select, selections
 from shockpc.quantities.shock_profile import ShockProfile
-from shockpc.text.errors import ShockError, SolveError, StudyError
+from shockpc.text.errors import ShockError, SolveError, StudyError, UnknownName
 from shockpc.text.printed import listed
 
 BLOCK = 512
@@ -92,7 +91,13 @@ def selected(landing: PosedLanding, text: str) -> tuple[Selection, tuple[Place, 
     """
     key, _, pattern = text.partition("@")
     selection = select(key)
-    return selection, places_at(landing, selection.quantity, pattern or None)
+    try:
+        return selection, places_at(landing, selection.quantity, pattern or None)
+    except UnknownName:
+        if selection.quantity.vector and pattern[-2:] in (".x", ".y", ".z"):
+            wanted = f"{key}{pattern[-2:]}@{pattern[:-2]}"
+            raise StudyError(f'"{text}": the component of a vector stands before the place; write {wanted}') from None
+        raise
 
 
 def places_at(landing: PosedLanding, quantity: Quantity, pattern: str | None = None) -> tuple[Place, ...]:

@@ -4,8 +4,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from shockpc.core.bodies import in_body_axes
-from shockpc.core.spatial import Array, cross_matrix
+from shockpc.core.spatial import Array, cross_matrix, in_body_axes
 from shockpc.core.threads import one_thread
 from shockpc.evaluation.columns import Column
 from shockpc.impact.derivatives import derivatives

@@ -76,10 +76,11 @@ class SymbolicLanding:
 
         Args:
             Q: (N, nq) configurations, Pinocchio's layout.
-            before: ([N,] 3) strikes or ([N,] nv) velocities before the impact [m/s, rad/s]; the landing's by default.
+            before: ([N,] 3) strikes or ([N,] nv) velocities before the impact [m/s, rad/s]; the landing's by default. Where a
+                velocity moves no contact, what is divided by their speed is NaN.
 
         Raises:
-            SceneError: an argument has another shape, or a rotation another length than 1.
+            SceneError: an argument has another shape, a rotation another length than 1, or a strike or velocity is zero.
         """
         return self._named(self._value(self._inputs(Q, before)), self.names)
 
@@ -136,6 +137,9 @@ class SymbolicLanding:
         v = self._motion() if before is None else doubles(self.before, before)
         if v.shape not in ((given,), (len(Q), given)):
             raise SceneError(f"{self.before} has shape {v.shape}; give ({given},), or ({len(Q)}, {given}) with one row a posture")
+        if (still := np.flatnonzero(~(np.linalg.norm(np.atleast_2d(v), axis=1) > 0.0))).size:
+            row = f"in row {still[0]} " if v.ndim == 2 else ""
+            raise SceneError(f"{self.before} is zero {row}before the impact, so that nothing strikes; give one above zero")
         return inputs_of(self._values, Q, v)
 
     def _motion(self) -> Array:

@@ -297,10 +297,11 @@ class VariedLandings:
         self, landing: PosedLanding, values: dict[Variation, np.ndarray], rows: np.ndarray
     ) -> tuple[Inertias | None, dict[int, ShockError]]:
         """The inertias of some rows of a chunk; None where all have the landing's. And why no robot has those of a row."""
-        varied = [variation for variation in values if variation.kind in INERTIAL]
-        if not varied:
+        x = {variation: of_all[rows, 0].astype(float) for variation, of_all in values.items() if variation.kind in INERTIAL}
+        # Of derivatives by hundreds of masses few are other than the landing's in a group of a single posture.
+        x = {variation: of_rows for variation, of_rows in x.items() if not np.isnan(of_rows).all()}
+        if not x:
             return None, {}
-        x = {variation: values[variation][rows, 0].astype(float) for variation in varied}
         found, possible = inertias(landing, x)
         refused = dict[int, ShockError]()
         for i in np.flatnonzero(~possible).tolist():

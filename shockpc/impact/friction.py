@@ -13,12 +13,11 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from shockpc.core.bodies import body_jumps, in_body_axes
 from shockpc.core.coulomb import FrictionImpact, solve_each, solve_friction
 from shockpc.core.impulse import Solution
 from shockpc.core.inertia import solve_inertia
 from shockpc.core.memo import memoized
-from shockpc.core.spatial import Array, freeze
+from shockpc.core.spatial import Array, body_jumps, freeze, in_body_axes
 from shockpc.impact.contact_rows import ContactRows, contact_rows, row_layout
 from shockpc.impact.impact import DoubleImpact
 from shockpc.impact.solve import solve_in_doubles

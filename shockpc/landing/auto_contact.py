@@ -51,6 +51,7 @@ FAR, HIGH = 10.0, 1e3
 """Distance and height of the auxiliary points with which the search for a face begins [m]."""
 
 
+@memoized()
 def most_inside(robot: Robot) -> float:
     """How far a contact point may lie above the lowest point of its link [m]."""
     return INSIDE + SHARE * robot_size(robot)

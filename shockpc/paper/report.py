@@ -15,7 +15,10 @@ from shockpc.show.tables import Lines, Row, Sheet
 OUTCOMES = ("does not hold", "as interpreted", "holds")
 """Outcome of a claim: under its interpretation or not, and whether an alternative interpretation changes that."""
 
-LIVE = {1: ("the beam, struck anywhere", "fig1_d", "pivot"), 2: ("the leg of two links", "fig2_a", "upper_leg")}
+LIVE = {
+    1: (("the beam, struck anywhere", "fig1_d", "pivot"), ("a bat and its sweet spot", "bat", "hands")),
+    2: (("the leg of two links", "fig2_a", "upper_leg"),),
+}
 """By figure what report.html lets its reader move: its name, scene, and the frame of a point where the shock is read."""
 
 
@@ -57,7 +60,7 @@ def paper_report(figures: Sequence[PaperFigure], verbose: bool = False) -> Repor
 
 
 def _live(figures: Sequence[PaperFigure]) -> list[tuple[str, str, str]]:
-    return [LIVE[figure.number] for figure in figures if figure.number in LIVE]
+    return [shown for figure in figures for shown in LIVE.get(figure.number, ())]
 
 
 def paper_picture(figure: PaperFigure) -> Picture:

@@ -13,7 +13,7 @@ from shockpc.landing.dynamics import Dynamics
 from shockpc.landing.landing import Landing
 from shockpc.landing.places import Place
 from shockpc.quantities.quantity import Quantity
-from shockpc.robot.geometry import body_outline
+from shockpc.robot.geometry import body_outline, shapes_at
 from shockpc.robot.robot import Robot
 
 
@@ -74,9 +74,8 @@ def on_ground(landing: Landing) -> list[int]:
 
 def without_shapes(landing: Landing, number: int) -> bool:
     """Whether the frame of a contact or standing foot on flat ground has no shapes, but its body has. Args: number, its number."""
-    outline, frame = body_outline(landing.robot), landing.robot.frame((*landing.contacts, *landing.stance)[number].frame)
-    carried = outline.shapes[frame.body]
-    return number in on_ground(landing) and bool(carried) and not any(shape.belongs_to(frame) for shape in carried)
+    robot, frame = landing.robot, landing.robot.frame((*landing.contacts, *landing.stance)[number].frame)
+    return number in on_ground(landing) and bool(body_outline(robot).shapes[frame.body]) and not shapes_at(robot, frame.name).any()
 
 
 def levels(landing: Landing, rotation: Array, position: Array, points: Array, every: bool = False) -> Levels:
@@ -95,8 +94,7 @@ def levels(landing: Landing, rotation: Array, position: Array, points: Array, ev
     below = None if every else height.max(axis=1) + LEVEL
     surface = _lowest_of_shapes(landing, rotation, position, {frame.body for frame in frames}, below)
     core = surface + np.linalg.norm(pieces.rounding, axis=1).min(axis=1)
-    shapes, inside = [shape for carried in body_outline(landing.robot).shapes for shape in carried], most_inside(landing.robot)
-    struck = np.array([[shape.belongs_to(frame) for shape in shapes] for frame in frames], dtype=bool)
+    struck, inside = np.stack([shapes_at(landing.robot, frame.name) for frame in frames]), most_inside(landing.robot)
     contacts = height.copy()
     for k, (frame, of_contact) in enumerate(zip(frames, struck, strict=True)):
         if of_contact.any():

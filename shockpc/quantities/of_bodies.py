@@ -4,7 +4,7 @@ from typing import Any
 
 import numpy as np
 
-from shockpc.core.extremes import Pieces, greatest_shock, shock_extremes
+from shockpc.core.extremes import Pieces, maximum_shock, shock_extremes
 from shockpc.core.memo import memoized
 from shockpc.core.percussion import Percussion, off_plane_share, percussion, translation
 from shockpc.core.spatial import Array, velocity_at
@@ -94,7 +94,7 @@ def _greatest(impact: Impact, places: Places) -> Array:
         return np.asarray(_extremes(impact, places)[1])
     omega, v = (part.astype(float) for part in _split(impact, places))
     pieces = [_pieces(impact.landing.robot, place.body) for place in places]
-    speeds = [greatest_shock(omega[:, :, k], v[:, :, k], piece) for k, piece in enumerate(pieces)]
+    speeds = [maximum_shock(omega[:, :, k], v[:, :, k], piece) for k, piece in enumerate(pieces)]
     return np.asarray(np.stack(speeds, axis=-1) / impact.v_in.astype(float)[..., None])
 
 

@@ -102,6 +102,10 @@ def _chosen(connections: Sequence[Any], topics: Sequence[str], remarks: list[str
         order = {topic: _usual(topic, KINDS[msgtype].usual) for topic, msgtype in sorted({(c.topic, c.msgtype) for c in usable})}
         best = [topic for topic, place in order.items() if place == min(order.values())]
         if gives == "attitude" and any(KINDS[c.msgtype].gives == "pose" for c in known):
+            if best:
+                remarks.append(
+                    f"gyro and accelerometer of {listed(best)} are not read beside a pose; name both topics with --topic"
+                )
             continue
         if len(best) > 1:
             raise StudyError(f"several topics give the {gives}: {listed(best, 12)}; name the ones to be read with --topic")
@@ -172,11 +176,19 @@ def _twist(twist: Any, suffix: str = "") -> NamedNumbers:
 
 
 def _imu(message: Any) -> NamedNumbers:
-    q = message.orientation
-    # By convention −1 says that there is no orientation.
-    if message.orientation_covariance[0] == -1.0 or not (q.w or q.x or q.y or q.z):
-        return (), ()
-    return QUATERNION, (q.w, q.x, q.y, q.z)
+    q, frame = message.orientation, message.header.frame_id
+    names, numbers = list[str](), list[float]()
+    # By convention −1 says that there is no such measurement.
+    if message.orientation_covariance[0] != -1.0 and (q.w or q.x or q.y or q.z):
+        names, numbers = [*QUATERNION], [q.w, q.x, q.y, q.z]
+    for kind, vector, covariance in (
+        ("w", message.angular_velocity, message.angular_velocity_covariance),
+        ("a", message.linear_acceleration, message.linear_acceleration_covariance),
+    ):
+        if frame and covariance[0] != -1.0:
+            names += [f"{kind}{axis}@{frame}" for axis in "xyz"]
+            numbers += [vector.x, vector.y, vector.z]
+    return tuple(names), numbers
 
 
 KINDS = {

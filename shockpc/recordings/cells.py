@@ -33,7 +33,7 @@ def empty_cells(cells: np.ndarray) -> np.ndarray:
     return np.isin(texts, ("", "nan", "none", "null", "na", "n/a")).reshape(cells.shape)
 
 
-def numbers(name: str, values: np.ndarray, messages: RowMessages, missing: bool = False) -> Array:
+def numbers(name: str, values: np.ndarray, messages: RowMessages, missing: bool = False, advice: str = "") -> Array:
     """A column of numbers, (n,) or (n, k); zero where there is none, and a row therefore refused.
 
     Args:
@@ -41,6 +41,7 @@ def numbers(name: str, values: np.ndarray, messages: RowMessages, missing: bool 
         values: its cells.
         messages: get the rows that are refused.
         missing: whether a cell may be empty or NaN, and then is NaN.
+        advice: what to do about an empty cell, for its message.
 
     Raises:
         StudyError: the column holds dates.
@@ -54,11 +55,11 @@ def numbers(name: str, values: np.ndarray, messages: RowMessages, missing: bool 
     def reason(i: int) -> str:
         cell = cells[i, int(np.argmin(known[i]))]
         if isinstance(cell, str):
-            return f'column {name}: "{cell}" is not a number' if cell else f"column {name} is empty"
+            return f'column {name}: "{cell}" is not a number' if cell else f"column {name} is empty{advice}"
         if cell is None:
-            return f"column {name} is empty"
+            return f"column {name} is empty{advice}"
         no_number = (cells.dtype.kind != "O" or isinstance(cell, float)) and bool(np.isnan(cell))
-        return f"column {name}: {cell} is not a finite number{EMPTY * no_number}"
+        return f"column {name}: {cell} is not a finite number{EMPTY * no_number}{advice * no_number}"
 
     messages.refuse(~known.all(axis=1), reason)
     far = np.abs(found) > LARGEST_NUMBER

@@ -76,26 +76,30 @@ class LoggedMotion:
         self._whole, self.period = "qpos" in log.positions, dict.fromkeys(PARTS, np.inf)
         named = {name: column_name(name, self.robot) for name in (*log.positions, *log.rates)}
         of_base = {name: one.base for name, one in named.items() if one is not None and one.base and not one.after}
-        self._base = set(of_base.values())
-        for name, period in log.period.items():
+        self._base, self._gyro = set(of_base.values()), {of_base.get(name) for name in log.rates} >= set(TWIST[3:])
+        # What the base's own velocities say counts where there are no positions that say it.
+        direct = [name for name in log.rates if of_base.get(name) in TWIST and not self._from_positions(of_base[name])]
+        for name in (*log.positions, *direct):
             for part in PARTS if self._whole else PARTS[name in of_base :][:1]:
-                self.period[part] = period if np.isinf(self.period[part]) else max(period, self.period[part])
+                self.period[part] = max(log.period[name], self.period[part] if np.isfinite(self.period[part]) else 0.0)
         self.free = self.robot.free_base and landing.base != "fixed"
         self.names = {"joints": self.joints, "base": tuple(key for key in TWIST if self.free and self.has(key))}
         # What the log lacks of the chain that carries a contact has to be stated by the scene: a guess would move its height.
-        chain = np.any([self.robot.ancestors[contact.body] for contact in landing.contacts], axis=0)
         posture = landing.scene.posture
         stated = {
             name
             for pattern in (*posture.joints, *posture.joints_deg, *posture.joint_quaternions)
             for name in self.robot.match_joints(pattern)
         }
-        lacking = (
-            [] if self._whole else [joint for joint in self.robot.single_joints if chain[joint.v].any() and joint.kind != "free"]
-        )
         stated |= {*self.joints, *self.robot.followers}
-        self.unknown = [f'joint "{joint.name}"' for joint in lacking if joint.name not in stated]
-        rails = [joint.name for joint in lacking if joint.name not in stated and joint.kind == "prismatic"]
+        absent = (
+            [] if self._whole else [part for part in self.robot.single_joints if part.kind != "free" and part.name not in stated]
+        )
+        # By contact, which of these joints carry it.
+        self._lacking = [[part for part in absent if self.robot.ancestors[c.body, part.v].any()] for c in landing.contacts]
+        lacking = [part for part in absent if any(part in parts for parts in self._lacking)]
+        self.unknown = [f'joint "{joint.name}"' for joint in lacking]
+        rails = [joint.name for joint in lacking if joint.kind == "prismatic"]
         self.rail = rails[0] if not self.free and len(self.unknown) == len(rails) == 1 else None
         if self.free and not self.has("z"):
             self.unknown.append("the height of the base (z)")
@@ -105,9 +109,34 @@ class LoggedMotion:
     def has(self, key: str) -> bool:
         """Whether the log says where the base is ("x", "y", "z"), how it is turned ("w"), or how it moves, as in `TWIST`."""
         if key in TWIST:
-            return key in self._base or self.has("w" if key[0] == "w" else key[1])
+            return key in self._base or self._from_positions(key)
         turned = key == "w" and ("qw" in self._base or {"roll", "pitch", "yaw"} <= self._base)
         return self._whole or turned or key in self._base
+
+    def carried(self, contact: int) -> bool:
+        """Whether all joints that carry a contact are known. Args: contact, its number."""
+        return not self._lacking[contact]
+
+    def _from_positions(self, key: str) -> bool:
+        """Whether a velocity of the base follows from its position or attitude. Args: key, of `TWIST`."""
+        return self.has("w" if key[0] == "w" else key[1])
+
+    @functools.cached_property
+    def gyro(self) -> Array | None:
+        """Angular velocities (n, 3) of the base that the log has, in its axes [rad/s]; None where it lacks them."""
+        if not (self.free and self._gyro):
+            return None
+        from scipy.spatial.transform import Rotation
+
+        rotation = Rotation.from_quat(self.Q[:, 3:7]).as_matrix() @ self.robot.bodies[0].rotation
+        return np.asarray((rotation.swapaxes(1, 2) @ self._rows.before.omega[..., None])[..., 0])
+
+    def turning(self, begin: int, end: int) -> Array | None:
+        """Angular velocity (3,) of the base, world axes, by a gyro or else its attitude [rad/s]; None where the log has neither."""
+        if self._gyro:
+            return np.asarray(self._rows.before.omega[begin : end + 1].mean(axis=0))
+        # Between samples of a slower clock, the line to the next one is bent by a touchdown.
+        return self.velocities("base", begin, end)[-3:] if self.has("w") and self.period["base"] < 1.5 * self.interval else None
 
     def run(self, sample: int) -> tuple[int, int]:
         """First and last sample of the part without gaps that a sample is in."""

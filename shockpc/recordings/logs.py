@@ -5,7 +5,7 @@ made up over a gap: there the samples are missing, and the log is in several seg
 """
 
 import re
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import NamedTuple
 
@@ -13,7 +13,8 @@ import numpy as np
 
 from shockpc.core.spatial import Array
 from shockpc.recordings.bags import BAGS, QUATERNION, read_bag
-from shockpc.recordings.column_names import LABELS, state_columns
+from shockpc.recordings.column_names import LABELS, column_name, state_columns
+from shockpc.recordings.repeats import without_repeats
 from shockpc.recordings.table_files import columns_of, read_table
 from shockpc.robot.robot import Robot
 from shockpc.text.arguments import LARGEST_NUMBER
@@ -30,6 +31,12 @@ SLOWEST, FASTEST = 20.0, 1e6
 SAME_TIME = 1e-9
 """Time between samples up to which they have the same time, and only the first is kept [s]."""
 
+SENSOR = re.compile(r"[aw][xyz]@.+")
+"""Columns of an accelerometer or a gyro at a frame."""
+
+PARTS = dict.fromkeys((*QUATERNION, "roll", "pitch", "yaw"), "attitude") | dict.fromkeys("xyz", "position")
+"""What of the base a column of positions is of."""
+
 CLOCK = re.compile(rf"({'|'.join(LABELS['time'])})(?:_(s|ms|us|ns))?")
 UNITS = {"s": 1.0, "ms": 1e-3, "us": 1e-6, "ns": 1e-9}
 EPOCH = 1e8
@@ -44,8 +51,9 @@ class Log(NamedTuple):
         time: (n,) since then, rising [s].
         positions: columns (n,) or (n, k) of the joints and the base by the names of recorded tables, finite.
         rates: the same of their rates.
+        sensors: (n,) of accelerometers and gyros, [aw][xyz]@FRAME; NaN where there is no sample [m/s², rad/s].
         others: all other columns.
-        period: median time between samples of each column of positions, as they were recorded [s].
+        period: median time between samples of each column of positions, rates and sensors, as they were recorded [s].
         segment: (n,) number of the segment of each sample; between two of them the clock has a gap.
         remarks: what was left out or assumed.
     """
@@ -54,6 +62,7 @@ class Log(NamedTuple):
     time: Array
     positions: Mapping[str, np.ndarray]
     rates: Mapping[str, np.ndarray]
+    sensors: Mapping[str, np.ndarray]
     others: Mapping[str, np.ndarray]
     period: Mapping[str, float]
     segment: np.ndarray
@@ -73,10 +82,10 @@ def read_log(source: Path | Mapping[str, np.ndarray], robot: Robot, rename: Mapp
     Raises:
         StudyError: it cannot be read, has no times or none that rise, or no state of the robot.
     """
-    remarks: list[str] = []
+    remarks, bag = list[str](), False
     if isinstance(source, Path):
         source = usable_path(str(source))
-        if source.suffix.casefold() in BAGS or source.is_dir():
+        if bag := source.suffix.casefold() in BAGS or source.is_dir():
             columns = read_bag(source, topics, remarks)
             topics = ()
         else:
@@ -100,12 +109,22 @@ def read_log(source: Path | Mapping[str, np.ndarray], robot: Robot, rename: Mapp
     if len({len(values) for values in (*positions.values(), *rates.values(), *others.values())}) > 1:
         raise StudyError("the columns of this log differ in length; each has to have a cell for every sample")
     start, time, rows = _rising(clock, others.pop(clock), remarks)
-    positions, rates = ({name: _numbers(name, x)[rows] for name, x in part.items()} for part in (positions, rates))
-    period = {name: _period(time, values) for name, values in (positions | rates).items()}
+    sensors = {name: others.pop(name) for name in tuple(others) if SENSOR.fullmatch(name)}
+    if unknown := sorted({name[3:] for name in sensors if bag and name[3:] not in robot.frames}):
+        remarks.append(f"gyro and accelerometer at {listed(unknown)} are left out, because the robot has no such frame")
+        sensors = {name: values for name, values in sensors.items() if name[3:] not in unknown}
+    positions, rates, sensors = (
+        {name: _numbers(name, x)[rows] for name, x in part.items()} for part in (positions, rates, sensors)
+    )
+    remarks += without_repeats(_measured_together(robot, positions, rates, sensors), time)
+    rates |= _gyro_of_base(robot, sensors, rates)
+    period = {name: _period(time, values) for name, values in (positions | rates | sensors).items()}
     if empty := [name for name, between in period.items() if np.isinf(between)]:
         remarks.append(f"fewer than 3 samples, left out: {listed(empty, 8)}")
-        positions, rates = ({name: x for name, x in part.items() if name not in empty} for part in (positions, rates))
-    for part in (positions, rates):
+        positions, rates, sensors = (
+            {name: x for name, x in part.items() if name not in empty} for part in (positions, rates, sensors)
+        )
+    for part in (positions, rates, sensors):
         _fill(time, part, period)
     lacking = {name: ~_known(x) for name, x in positions.items() if not _known(x).all()}
     whole = ~np.any([*lacking.values(), np.zeros(len(time), dtype=bool)], axis=0)
@@ -117,7 +136,7 @@ def read_log(source: Path | Mapping[str, np.ndarray], robot: Robot, rename: Mapp
             f"this log has {number} samples with a number for each of {listed(positions or empty, 12)}; at least 3 are needed"
         )
     time, rows = time[whole], rows[whole]
-    positions, rates = ({name: x[whole] for name, x in part.items()} for part in (positions, rates))
+    positions, rates, sensors = ({name: x[whole] for name, x in part.items()} for part in (positions, rates, sensors))
     if broken := [name for name, x in rates.items() if not _known(x).all()]:
         remarks.append(f"rates with gaps, left out: {listed(broken, 8)}")
     if unused := [name for name, values in others.items() if values.dtype.kind in "fiub"]:
@@ -130,11 +149,43 @@ def read_log(source: Path | Mapping[str, np.ndarray], robot: Robot, rename: Mapp
         time - time[0],
         positions,
         rates,
+        sensors,
         others,
-        {name: period[name] for name in positions},
+        {name: period[name] for name in (*positions, *rates, *sensors)},
         segment,
         tuple(remarks),
     )
+
+
+def _measured_together(
+    robot: Robot, positions: dict[str, np.ndarray], rates: dict[str, np.ndarray], sensors: dict[str, np.ndarray]
+) -> Iterator[tuple[str, dict[str, np.ndarray], list[str]]]:
+    """The columns (n,) that one sensor measures, with its name and what they are in."""
+    alike: dict[tuple[bool, str], list[str]] = {}
+    for name, values in (positions | rates).items():
+        column = column_name(name, robot)
+        if values.ndim == 1 and column is not None:
+            alike.setdefault((name in positions, PARTS.get(column.base, column.base[:1])), []).append(name)
+    yield "the encoders of the joints", positions, alike.get((True, ""), [])
+    yield "the attitude of the base", positions, alike.get((True, "attitude"), [])
+    yield "the position of the base", positions, alike.get((True, "position"), [])
+    yield "the velocity of the base", rates, alike.get((False, "v"), [])
+    yield "the gyro", rates, alike.get((False, "w"), [])
+    for kind, what in (("a", "accelerometer"), ("w", "gyro")):
+        for frame in dict.fromkeys(name.partition("@")[2] for name in sensors if name[0] == kind):
+            yield f'the {what} at "{visible(frame)}"', sensors, [name for name in sensors if name[0] == kind and name[3:] == frame]
+
+
+def _gyro_of_base(robot: Robot, sensors: Mapping[str, np.ndarray], rates: Mapping[str, np.ndarray]) -> dict[str, np.ndarray]:
+    """Columns of the angular velocity of a free base in its axes, by a gyro at a frame of it; none where the log has some."""
+    of_base = {column.base for name in rates if (column := column_name(name, robot)) is not None}
+    frames = {name[3:] for name in sensors if name[0] == "w"} if robot.free_base and not of_base & {"wx", "wy", "wz"} else set()
+    for frame in sorted(frames):
+        names = [f"w{axis}@{frame}" for axis in "xyz"]
+        if robot.frame(frame).body == 0 and sensors.keys() >= set(names):
+            turning = np.stack([sensors[name] for name in names], axis=1) @ robot.frame(frame).rotation.T
+            return {f"w{axis}_body": turning[:, k] for k, axis in enumerate("xyz")}
+    return {}
 
 
 def _known(values: np.ndarray) -> np.ndarray:

@@ -134,7 +134,9 @@ def _measured(column: MeasuredColumn, robot: Robot, read: RobotColumns, before: 
     """
     name, key, time = column.meaning.target, column.meaning.base, column.meaning.time
     if "@" in name:
-        return Measured(name, time, name, name, "", column.values)
+        # Components of a vector at all places are compared together, with their signs.
+        quantity, component = name.partition("@")[0], name.partition("@")[0][-2:] in (".x", ".y", ".z")
+        return Measured(name, time, quantity[:-2] if component else name, name, "", column.values)
     if key and key not in TWIST:
         raise StudyError(f"column {column.name}: only velocities change in an impact; leave it out with --map COLUMN=")
     if column.meaning.in_body:

@@ -18,7 +18,7 @@ class Measured(NamedTuple):
         name: of its column, without its beginning.
         time: after the touchdown [ms]; None where no time is given.
         group: quantities of one unit that are compared together: "joint rates", "sliding rates" (of prismatic joints),
-            "base velocity", "base angular velocity", or its name.
+            "base velocity", "base angular velocity", of components of a vector its key, or its name.
         key: quantity of the table that predicts it, KEY@PLACE; of the base its component, "vx" … "wz".
         unit: of the values; empty where it is that of the quantity.
         jump: (n,) after the impact less before it; NaN where it was not measured.

@@ -22,6 +22,11 @@ DEG = np.pi / 180.0
 ANGLES, TWIST = ("roll", "pitch", "yaw"), ("vx", "vy", "vz", "wx", "wy", "wz")
 """Of the base."""
 
+UNKNOWN = (
+    "; a velocity of the base that is not known is not the scene's; to strike with that, leave the empty columns out: --map vx= …"
+)
+"""What an empty cell of a velocity of the base means."""
+
 TURNS = {"roll": np.pi, "pitch": np.pi}
 """Largest angles of the base [rad]; its yaw may be counted over several turns."""
 
@@ -113,7 +118,7 @@ def _read_state(
     key, degrees = meaning.base, meaning.degrees
     if degrees and key and not (key in ANGLES or key.startswith("w")):
         raise StudyError(f"column {name} is neither an angle nor a rate of rotation, so it is not in degrees; leave out _deg")
-    found = numbers(name, values, messages, missing=meaning.after) * (DEG if degrees else 1.0)
+    found = numbers(name, values, messages, missing=meaning.after, advice=UNKNOWN * (key in TWIST)) * (DEG if degrees else 1.0)
     if meaning.after:
         read.after.append(MeasuredColumn(name, meaning, found))
     elif key:

@@ -153,11 +153,13 @@ def feet(robot: Robot) -> tuple[str, ...]:
     return _feet_or_tips(robot)[0]
 
 
+@memoized()
 def recognised(robot: Robot) -> bool:
     """Whether `feet` are named like feet or wheels, or are the low ends of limbs; not where they are tips anywhere."""
     return _feet_or_tips(robot)[1]
 
 
+@memoized()
 def each_foot(robot: Robot) -> tuple[str, ...]:
     """One frame for each foot: its sole if one is named so, else the first."""
     links: dict[int, list[str]] = {}

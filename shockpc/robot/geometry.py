@@ -105,9 +105,18 @@ def outline(robot: Robot, kind: GeometryKind, reduced: bool = True) -> Outline:
     return Outline(tuple(map(tuple, shapes)), pieces, tuple(unread), warnings)
 
 
+@memoized()
 def body_outline(robot: Robot) -> Outline:
     """The collision geometry of every body; the visual one, if the file has no collision geometry."""
     return outline(robot, _outline_kind(robot.source))
+
+
+@memoized()
+def shapes_at(robot: Robot, name: str) -> np.ndarray:
+    """Which shapes (n,) of `body_outline` belong to a frame, in the order of its pieces."""
+    return np.array(
+        [shape.belongs_to(robot.frame(name)) for carried in body_outline(robot).shapes for shape in carried], dtype=bool
+    )
 
 
 @memoized()

@@ -1,9 +1,7 @@
 """A table as files: parts in Parquet or CSV, each complete before it has its name, and what they belong to."""
 
-import csv
 import functools
 import hashlib
-import io
 import json
 import os
 import platform
@@ -12,7 +10,7 @@ from collections.abc import Iterator, Mapping, Sequence
 from concurrent.futures import Executor
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any, Literal
+from typing import Any
 
 import numpy as np
 
@@ -22,15 +20,10 @@ from shockpc.evaluation.table import Table
 from shockpc.landing.dynamics import PINOCCHIO
 from shockpc.landing.scene_file import scene_table
 from shockpc.show.files import destination, write_file
-from shockpc.show.tables import csv_text, exact
+from shockpc.show.row_parts import Format, Part, arrow
 from shockpc.text.errors import OutputError
 from shockpc.text.paths import read_file
 from shockpc.text.printed import json_text
-
-Format = Literal["parquet", "csv"]
-
-LARGEST_PART = 2**30
-"""Bytes above which a file is no part that was written here."""
 
 BYTES_READ_TOGETHER = 2**27
 """Bytes of columns, at most but for one column, that are read together: each file is opened, or parsed, for any of them."""
@@ -58,7 +51,7 @@ class RowFiles:
                 a file of it has to be; it cannot be written; `pyarrow` is not installed.
         """
         if self.format == "parquet":
-            _arrow()
+            arrow()
         noun = self.evaluation.landings.noun
         path, description = self.folder / f"{noun}.json", self._description()
         self._refuse_links(path)
@@ -93,7 +86,7 @@ class RowFiles:
 
     def _refuse_links(self, described: Path) -> None:
         """Refuse what is no file or folder of a study: links, which would be followed, and pipes, which would be waited for."""
-        folders = self._rows, _checksum(self._rows / "part").parent
+        folders = self._folders
         of_rows = (path for folder in folders if not folder.is_symlink() for path in sorted(folder.glob("*part-*")))
         for path in (*folders, described, *of_rows):
             if os.path.lexists(path) and stat.S_IFMT(os.lstat(path).st_mode) != (stat.S_IFDIR if path in folders else stat.S_IFREG):
@@ -108,20 +101,20 @@ class RowFiles:
         Raises:
             OutputError: a part cannot be written; those that are complete remain.
         """
-        landings, rows = self.evaluation.landings, self._rows.resolve()
+        landings = self.evaluation.landings
         description = self._description()
         mark = json.dumps(description).encode()
-        missing = [k for k in range(len(landings.chunks)) if not _complete(_part(rows, self.format, k), mark)]
+        missing = [k for k in range(len(landings.chunks)) if not self._part(k).complete(mark)]
         yield landings.rows - sum((b - a) * landings.strikes for a, b in (landings.chunks[k] for k in missing))
-        for path in (path for k in missing for part in [_part(rows, self.format, k)] for path in (part, _checksum(part))):
+        for path in (path for k in missing for path in (self._part(k).path, self._part(k).checksum)):
             destination(path)  # other processes do not know what this one has read
         # The values of a grid may be as long as all parts; they are in the columns.
         notes = {key: value for key, value in description.items() if key != "vary"}
-        save = functools.partial(_save, rows, self.format, json.dumps(notes, ensure_ascii=False), mark)
+        save = functools.partial(_save, self._rows.resolve(), self.format, json.dumps(notes, ensure_ascii=False), mark)
         try:
             yield from self.evaluation.each(missing, save, executor)
         finally:
-            for unfinished in (*self._rows.glob(".part-*"), *_checksum(self._rows / "part").parent.glob(".part-*")):
+            for unfinished in (path for folder in self._folders for path in folder.glob(".part-*")):
                 unfinished.unlink(missing_ok=True)
 
     def table(self) -> Table:
@@ -130,13 +123,13 @@ class RowFiles:
         Raises:
             OutputError: a part is not as it was written; also when a column is read later.
         """
-        counts = [self._counts(_part(self._rows, self.format, k)) for k in range(len(self.evaluation.landings.chunks))]
-        _, pulled, gained, below = (sum(of_all) for of_all in zip(*counts, strict=True))
+        parts = [self._part(k) for k in range(len(self.evaluation.landings.chunks))]
+        _, pulled, gained, below = (sum(of_all) for of_all in zip(*(part.counts for part in parts), strict=True))
         columns = _Columns(self)
         texts = columns["message"]
         messages = {int(i): str(texts[i]) for i in np.flatnonzero(texts.astype(bool))}
-        noted = [_noted(_part(self._rows, self.format, k))[1] for k in range(len(counts))]
-        return Table(self.evaluation.computed, columns, messages, (pulled, gained, below), tuple(filter(None, noted)))
+        defects = tuple(filter(None, (part.noted[1] for part in parts)))
+        return Table(self.evaluation.computed, columns, messages, (pulled, gained, below), defects)
 
     def read(self, names: Sequence[str]) -> Iterator[list[Any]]:
         """Some columns, part by part: (n,) floats with NaN where there is nothing, or texts with nothing there.
@@ -145,44 +138,19 @@ class RowFiles:
             OutputError: a part is not as it was written.
         """
         for k in range(len(self.evaluation.landings.chunks)):
-            path = _part(self._rows, self.format, k)
-            try:
-                columns = self._read(path, names)
-            except (OSError, ValueError, LookupError, TypeError, NotImplementedError):
-                columns = []
-            if {len(values) for values in columns} != {self._counts(path)[0]}:
-                raise _damaged(path)
-            yield columns
-
-    def _counts(self, part: Path) -> tuple[int, ...]:
-        """Numbers of a part: of its rows, and of those that flat ground does not allow, for three reasons."""
-        try:
-            return tuple(map(int, _noted(part)[0].split()[1:]))
-        except (OSError, ValueError):
-            raise _damaged(part) from None
-
-    def _read(self, path: Path, names: Sequence[str]) -> list[Any]:
-        if self.format == "parquet":
-            with path.open("rb") as content:  # a path with a colon would be read as an address
-                # What reads whole data sets imports pandas where that is installed.
-                table = _arrow().parquet.ParquetFile(content).read(columns=list(names))
-            return [_from_arrow(table[name]) for name in names]
-        headings = (*self.evaluation.headings, "message")
-        with path.open(encoding="utf-8", newline="") as file:
-            lines = list(csv.reader(file))[1:]  # after the header, which may hold headings escaped
-        return [self._column(name, [line[k] for line in lines]) for name, k in ((name, headings.index(name)) for name in names)]
-
-    def _column(self, name: str, cells: Sequence[str]) -> np.ndarray:
-        """A column of a CSV file as an array."""
-        if name == "proven":
-            return np.array([cell == "yes" for cell in cells])
-        if name in (*self.evaluation.landings.headings, "message"):
-            return _texts_or_numbers(cells)
-        return np.array(list(map(float, cells)) if all(cells) else [float(cell or "nan") for cell in cells])
+            yield self._part(k).read(names, (*self.evaluation.headings, "message"), self.evaluation.landings.headings)
 
     @property
     def _rows(self) -> Path:
         return self.folder / "rows"
+
+    @property
+    def _folders(self) -> tuple[Path, Path]:
+        """Of the parts, and of their checksums."""
+        return self._rows, self._part(0).checksum.parent
+
+    def _part(self, k: int) -> Part:
+        return Part.of(self._rows, k, self.format)
 
     def _description(self) -> dict[str, Any]:
         """All that the rows depend on, for their files and to recognise the same sweep again; as JSON holds it."""
@@ -203,104 +171,12 @@ class RowFiles:
         return description
 
 
-def _texts_or_numbers(cells: Sequence[str]) -> np.ndarray:
-    """What tells rows apart: numbers, or texts such as the names of contacts and messages."""
-    try:
-        return np.array([float(cell) for cell in cells])
-    except ValueError:
-        return np.array(cells, dtype=object)
-
-
-def _part(rows: Path, format_: Format, k: int) -> Path:
-    return rows / f"part-{k:05d}.{format_}"
-
-
-def _checksum(part: Path) -> Path:
-    """The file with the checksum and the counts of a part, in a separate folder beside that of the parts."""
-    return part.parent.parent / "checksums" / f"{part.stem}.sha256"
-
-
-def _noted(part: Path) -> tuple[str, str]:
-    """The checksum with the counts of a part, and the descriptions of its unexpected exceptions."""
-    line, _, defects = _checksum(part).read_bytes().decode().partition("\n")
-    return line, defects
-
-
-def _damaged(part: Path) -> OutputError:
-    return OutputError(f'"{part}" is damaged; delete it, and run the same command with --resume')
-
-
-def _digest(content: bytes, mark: bytes, counts: str, defects: str) -> str:
-    """SHA-256 of a part, its counts, the descriptions of its unexpected exceptions and what its sweep is; then the counts.
-
-    A part of another sweep, or one whose descriptions were changed, does not pass.
-    """
-    return f"{hashlib.sha256(mark + counts.encode() + defects.encode() + content).hexdigest()} {counts}"
-
-
-def _complete(part: Path, mark: bytes) -> bool:
-    """Whether a part is there, as it was written for this sweep: its columns, its rows and every byte."""
-    try:
-        if max(part.stat().st_size, _checksum(part).stat().st_size) > LARGEST_PART:
-            return False
-        noted, defects = _noted(part)
-        return noted == _digest(part.read_bytes(), mark, noted.partition(" ")[2], defects)
-    except (OSError, ValueError):
-        return False
-
-
 def _save(rows: Path, format_: Format, description: str, mark: bytes, evaluation: Evaluation[Any], table: Table, k: int) -> int:
     """Write one part where it was computed; the number of its rows, of those left out too."""
-    content = _csv(table).encode("utf-8", "backslashreplace") if format_ == "csv" else _parquet(table, description)
-    part, landings = _part(rows, format_, k), evaluation.landings
-    # A part that has its name has its checksum, whenever the process is killed.
-    counts = " ".join(map(str, (len(table), *table.refused)))
-    defects = "".join(table.defects).encode(errors="backslashreplace").decode()  # may hold names that are not UTF-8
-    write_file(_checksum(part), f"{_digest(content, mark, counts, defects)}\n{defects}", flush=True)
-    write_file(part, content, flush=True)
-    a, b = landings.chunks[k]
-    count: int = (b - a) * landings.strikes
+    Part.of(rows, k, format_).write(table, description, mark)
+    a, b = evaluation.landings.chunks[k]
+    count: int = (b - a) * evaluation.landings.strikes
     return count
-
-
-def _parquet(table: Table, description: str) -> bytes:
-    """A table as a Parquet file; where there is no number there is a null."""
-    out = io.BytesIO()
-    content = table.to_arrow().replace_schema_metadata({"shockpc": description})
-    _arrow().parquet.write_table(content, out, compression="zstd", use_dictionary=["message"])
-    return out.getvalue()
-
-
-def _from_arrow(column: Any) -> np.ndarray:
-    """A column of a Parquet file as an array, as pyarrow converts it, which imports pandas for that where it is installed."""
-    kind, parts = {"double": float, "int64": np.int64, "bool": bool}.get(str(column.type)), []
-    if kind is None or (column.null_count and kind is not float):
-        return np.asarray(column.to_numpy()) if column.null_count < len(column) else np.full(len(column), None)
-    for chunk in column.chunks:
-        known, data = chunk.buffers()
-        block = slice(chunk.offset, chunk.offset + len(chunk))
-        values = (_bits(data) if kind is bool else np.frombuffer(data, kind))[block]
-        parts.append(np.where(_bits(known)[block], values, np.nan) if chunk.null_count else values)
-    return np.concatenate([np.zeros(0, kind), *parts])
-
-
-def _bits(data: Any) -> np.ndarray:
-    return np.unpackbits(np.frombuffer(data, np.uint8), bitorder="little").astype(bool)
-
-
-def _csv(table: Table) -> str:
-    """A table as CSV; where there is no number the cell is empty."""
-    columns = [_cells(x) for x in table.columns.values()]
-    messages = [exact(table.messages.get(i)) for i in range(len(table))]
-    return csv_text([[exact(name) for name in (*table.columns, "message")], *zip(*columns, messages, strict=True)])
-
-
-def _cells(values: np.ndarray) -> list[Any]:
-    """A column as `exact` writes its cells, but for floats, which a CSV file has with the same digits."""
-    if values.dtype.kind == "f":
-        cells: list[Any] = np.where(np.isnan(values), np.array(None), values + 0.0).tolist()
-        return cells
-    return [exact(x) for x in (np.where(values, "yes", "no") if values.dtype.kind == "b" else values).tolist()]
 
 
 class _Columns(Mapping[str, np.ndarray]):
@@ -325,15 +201,3 @@ class _Columns(Mapping[str, np.ndarray]):
 
     def __len__(self) -> int:
         return len(self._files.evaluation.headings)
-
-
-def _arrow() -> Any:
-    """The library that writes Parquet."""
-    try:
-        import pyarrow
-        import pyarrow.parquet
-    except ImportError:
-        raise OutputError(
-            'Parquet files need the package "pyarrow"; install it with: pip install pyarrow, or write CSV files: --rows csv'
-        ) from None
-    return pyarrow

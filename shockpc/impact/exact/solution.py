@@ -12,9 +12,8 @@ from typing import Any
 
 import numpy as np
 
-from shockpc.core.bodies import body_jumps, in_body_axes
 from shockpc.core.impulse import RowChoice
-from shockpc.core.spatial import Array
+from shockpc.core.spatial import Array, body_jumps, in_body_axes
 from shockpc.impact.exact.arithmetic import Arithmetic, Matrix, Numbers, entries, solve
 from shockpc.impact.exact.kinematics import Data, body_coms, body_inertia, data_of, forward_kinematics, joint_inertia, shift
 from shockpc.impact.impact import Impact

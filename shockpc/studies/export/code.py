@@ -41,6 +41,9 @@ C_HEADER = """/*
 /* Where the condition is above this, the posture is singular or nearly so: the numbers are not to be trusted. */
 #define LANDING_MOST_CONDITION {most!r}
 
+#ifdef __cplusplus
+extern "C"
+#endif
 void landing({arrays}, double out[LANDING_OUTPUTS]);
 
 #endif

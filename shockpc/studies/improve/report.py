@@ -82,7 +82,8 @@ def _lines(study: Improvement) -> list[tuple[str, str]]:
     bounds = [f"{one.name} at its {one.bound} value" for one in study.variables if one.bound]
     lines += [("by default", "; ".join(study.chosen))] if study.chosen else []
     lines.append(("held by", few([*bounds, *study.active], 6) or "nothing: it lies inside all ranges and constraints"))
-    runs = f"{count(len(study.runs), 'run')}, {study.agreeing} of them to within 1 % of the optimum; seed {study.seed}"
+    slopes = "exact derivatives" if cost.exact else "differences"
+    runs = f"{count(len(study.runs), 'run')} by {slopes}, {study.agreeing} of them to within 1 % of the optimum; seed {study.seed}"
     lines.append(("runs", f"{runs}; no proof that nothing better exists"))
     profiles = (*study.before.values(), *study.after.values())
     unproven = any(cost.column.selection.quantity.of_ground(profile.scene) for cost in study.costs for profile in profiles)

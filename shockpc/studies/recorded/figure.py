@@ -49,7 +49,9 @@ def draw_validation(study: RecordedLandings, validation: Validation) -> Figure:
     """Draw measured over predicted jumps of the largest group: a column for each joint model, a row for each time."""
     largest = max((each for each in validation.agreements if each.name != ALL), key=lambda agreement: agreement.measured.shape[1])
     shown = [agreement for agreement in validation.agreements if agreement.name == largest.name]
-    quantities = [each.name for each in study.table.measured if each.group == largest.name and each.time == largest.time]
+    quantities = [
+        each.name for each in study.table.measured if largest.name in (each.group, each.name) and each.time == largest.time
+    ]
     models, times = (list(dict.fromkeys(key)) for key in zip(*((each.model, each.time) for each in shown), strict=True))
     title = f"{robot_name(study.robot)}: {printable(largest.name, 40)} in {count(study.rows, 'landing')}"
     figure = new_chart(2.4 + 1.75 * len(models), 0.7 + 2.0 * len(times), title)

@@ -233,7 +233,8 @@ def _agreements(model: str, measured: Sequence[Measured], predicted: Sequence[Ar
 
     for time, group in dict.fromkeys((column.time, column.group) for column in measured):
         members = [k for k, column in enumerate(measured) if (column.time, column.group) == (time, group)]
-        groups.append(agreement(group, members, True))
+        alone = len(members) == 1 and not measured[members[0]].unit  # a component of a vector has its own name then
+        groups.append(agreement(measured[members[0]].name if alone else group, members, True))
         quantities += [agreement(measured[k].name, [k], False) for k in members if len(members) > 1]
     for time in dict.fromkeys(column.time for column in measured):
         members = [k for k, column in enumerate(measured) if column.time == time and coordinates[k] >= 0]

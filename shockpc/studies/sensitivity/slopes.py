@@ -7,6 +7,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from shockpc.core.spatial import Array
 from shockpc.evaluation.columns import Column
 from shockpc.evaluation.evaluate import TRUSTED, Evaluation
 from shockpc.evaluation.variation import COMPONENT, DRIVEN, OF_A_LINK, OF_THE_GROUND, Variation
@@ -29,6 +30,10 @@ SETTLED, SMALL = 1e-3, 1e-4
 
 ROUNDING = 4.0
 """Rounding of a derivative, at most, relative to the median of what rounding leaves of second differences."""
+
+ONE_SIDED = 22.0 / 3.0
+"""How much more the rounding of its rows counts in a one-sided derivative: they enter by (1, −12, 32, −21) / 3, not by
+(−1, 8, −8, 1) / 6, of which the sums are 22 and 3."""
 
 CENTRAL, FORWARD = np.array([1.0, 0.5, -0.5, -1.0]), np.array([1.0, 0.5, 0.25, 0.0])
 """The rows of a parameter, as shares of the step; the second where less than none would be left on the other side."""
@@ -154,7 +159,7 @@ def slopes_beside(profile: ShockProfile, wanted: Mapping[str, Parameter], number
     evaluation = Evaluation(source, (number,), prove=0, trusted=TRUSTED)
     step = 2.0 ** np.round(np.log2(STEP * size))  # so that a value and its step are added without rounding
     one_sided = present - step < lowest
-    value, error, noise, todo, messages = np.full(n, np.nan), np.full(n, np.inf), 0.0, np.arange(n), dict[int, str]()
+    value, error, noise, todo, messages = np.full(n, np.nan), np.full(n, np.inf), math.inf, np.arange(n), dict[int, str]()
     for k in range(ROUNDS):
         h, given = step[todo] / FINER**k, np.full((len(todo), 4, n), np.nan)
         shares = np.where(one_sided[todo, None], FORWARD, CENTRAL)
@@ -167,25 +172,34 @@ def slopes_beside(profile: ShockProfile, wanted: Mapping[str, Parameter], number
         forward = (4.0 * f[1] - f[0] - 3.0 * f[3]) / h, 2.0 * (4.0 * f[2] - f[1] - 3.0 * f[3]) / h
         whole, half = (np.where(one_sided[todo], *pair) for pair in zip(forward, (whole, half), strict=True))
         left = np.where(one_sided[todo], 0.0, np.abs(2.0 * kink - bend))
-        if not k:
-            central = np.nan_to_num(left * h)[~one_sided]
+        central = np.nan_to_num(left * h)[~one_sided[todo]]
+        if not k or len(central):
             # Of one-sided differences alone it is seen where nothing changes: the row of the landing, and its proven number.
-            noise = ROUNDING * (float(np.median(central)) if len(central) else max(EPSILON * abs(here), np.abs(f[3] - here).max()))
-        apart = np.maximum(np.abs(whole - half), left) + noise / h
+            rounding = float(np.median(central)) if len(central) else np.abs(f[3] - here).max()
+            # What is left with the steps of a few parameters may be more than rounding, and is less with finer ones.
+            noise = min(noise, ROUNDING * max(EPSILON * abs(here), rounding))
+        rounded = noise / h * np.where(one_sided[todo], ONE_SIDED, 1.0)
+        apart = np.maximum(np.abs(whole - half), left) + rounded
         better = apart < error[todo]
         found = (4.0 * half - whole) / 3.0
-        error[todo[better]], value[todo[better]] = apart[better], np.where(np.abs(found) > noise / h, found, 0.0)[better]
-        todo = todo[(apart > AGREE * np.abs(found) + 2.0 * noise / h) & better]
+        error[todo[better]], value[todo[better]] = apart[better], np.where(np.abs(found) > rounded, found, 0.0)[better]
+        more = (apart > AGREE * np.abs(found) + 2.0 * rounded) | (apart > _settled(found, here, size[todo]))
+        todo = todo[more & better]
         if not len(todo):
             break
     for i, name in enumerate(names):
         if i in messages:
             slopes[name] = Slope(np.nan, reason=f"beside this value there is no such number: {messages[i]}")
-        elif not error[i] <= max(SETTLED * abs(value[i]), SMALL * abs(here) / size[i]):
+        elif not error[i] <= _settled(value[i], here, size[i]):
             slopes[name] = Slope(np.nan, float(error[i]), UNSETTLED)
         else:
             slopes[name] = Slope(float(value[i]), float(error[i]))
     return slopes
+
+
+def _settled(slope: Array, number: float, size: Array) -> Array:
+    """Largest error with which differences are derivatives. Args: slope, them; number, of the landing; size, of the parameters."""
+    return np.maximum(SETTLED * np.abs(slope), SMALL * abs(number) / size)
 
 
 def number_of(profile: ShockProfile, number: Column) -> float:

@@ -21,11 +21,14 @@ from shockpc.landing.record import JOINT_MODEL, RESULTS, STRIKE, Option
 from shockpc.landing.scene import Scene
 from shockpc.landing.scene_file import robot_of, scene_of
 from shockpc.landing.strike import GRAVITY
+from shockpc.quantities.selection import select
 from shockpc.recordings.detection import FEWEST, foot_landings
 from shockpc.recordings.logged_motion import PARTS, TWIST, LoggedMotion, StatePart, watched_motion
 from shockpc.recordings.logs import Log, read_log
+from shockpc.recordings.sensors import Sensors
 from shockpc.robot.robot import Robot
 from shockpc.studies.touchdowns.flags import OFF, flags_of
+from shockpc.studies.touchdowns.row import RowReader, Touch
 from shockpc.text.errors import StudyError
 from shockpc.text.printed import few, listed
 from shockpc.text.shown import shown_by
@@ -108,8 +111,10 @@ class Touchdowns:
         "A log is a time series: CSV, Parquet or NPZ with a column time [s] (or time_ms, time_us, time_ns) and columns of joints "
         "and base as in shockpc recorded; or a bag of ROS 1, ROS 2 or MCAP (pip install rosbags) with JointState, and Odometry, "
         "PoseStamped, TwistStamped or Imu. All feet are looked at, or those of --contact. A foot lands where its height has a "
-        "kink, or where its column of flags or forces begins. Velocities are slopes of straight lines through positions. The "
-        "table, touchdowns.csv, is what shockpc recorded takes."
+        "kink, or where its column of flags or forces begins. Velocities are slopes of straight lines through positions. Where the "
+        "log lacks that of the base, it follows from the feet that stand and a gyro (wx_body wy_body wz_body, or wx@FRAME …). "
+        "Jumps follow from accelerometers, ax@FRAME ay@FRAME az@FRAME, and gyros. The table, touchdowns.csv, is what shockpc "
+        "recorded takes."
     ),
     # Of the robot, where it touches and what the log lacks of its posture is all that is used of a landing.
     without=(
@@ -232,11 +237,8 @@ class _Finder:
                     "forces: --flag FRAME=COLUMN"
                 )
             self.warnings.append(f"{lacking}; no touchdowns of {listed(unseen, 8)} are looked for")
-        if motion.free and len(motion.names["base"]) < len(TWIST):
-            absent = ", ".join(key for key in TWIST if key not in motion.names["base"])
-            self.warnings.append(
-                f"base motion is not in this log: the table has no {absent} of the base, and shockpc recorded takes its scene's"
-            )
+        self.sensors = Sensors(log, motion)
+        self.warnings += self.sensors.warnings
         self.points = None if motion.unknown else motion.points()
         self.heights = None if self.points is None else np.asarray(self.points @ motion.landing.up)
         self.landed: dict[int, list[int]] = {}
@@ -246,6 +248,17 @@ class _Finder:
         windows = {part: self._window(part, window) for part in PARTS}
         if np.isfinite(windows["joints"]):
             self.warnings += list(self.motion.lags())
+        read = RowReader(self.motion, self.sensors, self.flags, windows)
+        absent = [key for key in TWIST if self.motion.free and key not in read.known]
+        if absent and read.odometry:
+            self.warnings.append(
+                f"not in this log: {', '.join(absent)} of the base; they follow from standing feet, if these stay where they are"
+            )
+        elif absent:
+            self.warnings.append(
+                f"base motion is not in this log: the table has no {', '.join(absent)} of the base, and shockpc recorded takes its "
+                "scene's"
+            )
         groups: list[list[tuple[int, int, float]]] = []
         for touch in sorted(self._touches(together)):
             self.landed.setdefault(touch[1], []).append(touch[0])
@@ -253,15 +266,15 @@ class _Finder:
                 groups[-1].append(touch)
             else:
                 groups.append([touch])
-        landings, rows = list[Touchdown](), list[dict[str, Any]]()
+        landings, rows, unknown = list[Touchdown](), list[dict[str, Any]](), 0
         for k, group in enumerate(groups):
-            speeds, first = {c: speed for _, c, speed in sorted(group, key=lambda touch: touch[1])}, group[0][0]
-            stance = tuple(frame for c, frame in enumerate(self.frames) if c not in speeds and self._stands(c, first))
-            contacts = tuple(self.frames[c] for c in speeds)
-            row, message = self._row(first, group[-1][0], windows, after)
-            landings.append(
-                Touchdown(str(k + 1), first, group[-1][0], contacts, stance, tuple(speeds.values()), row is not None, message)
-            )
+            speeds, first, last = {c: speed for _, c, speed in sorted(group, key=lambda touch: touch[1])}, group[0][0], group[-1][0]
+            standing = [c for c in range(len(self.frames)) if c not in speeds and self._stands(c, first)]
+            since = max(self.motion.run(first)[0], groups[k - 1][-1][0] + 1 if k else 0)
+            row, message = read(Touch(since, first, last, tuple(speeds), standing), after)
+            contacts, stance = (tuple(self.frames[c] for c in numbers) for numbers in (speeds, standing))
+            landings.append(Touchdown(str(k + 1), first, last, contacts, stance, tuple(speeds.values()), row is not None, message))
+            unknown += row is not None and any(np.isnan(row.get(key, 0.0)) for key in TWIST)
             labels = {
                 "name": str(k + 1),
                 "time": self.log.start + self.time[first],
@@ -269,6 +282,11 @@ class _Finder:
                 "stance": "+".join(stance),
             }
             rows += [] if row is None else [labels | row]
+        if unknown:
+            self.warnings.append(
+                f"no base velocity before {unknown} of {len(rows)} touchdowns, as the messages say; shockpc recorded leaves them "
+                "out. To strike them with its scene's velocity: " + " ".join(f"--map {key}=" for key in absent)
+            )
         robot = self.motion.robot
         columns = {name: np.array([row[name] for row in rows]) for name in (rows[0] if rows else ("name", "time", "contact"))}
         if not any(landing.stance for landing in landings):
@@ -356,62 +374,12 @@ class _Finder:
         still = moved <= STILL * (self.time[sample] - self.time[start])
         return bool(start < sample and still and self.heights[sample, c] <= level + LEVEL)
 
-    def _row(
-        self, first: int, last: int, windows: Mapping[StatePart, float], after: tuple[float, ...]
-    ) -> tuple[dict[str, Any] | None, str]:
-        """The posture and the velocities of a landing, or None; and what is missing.
-
-        Args:
-            first: sample before the first of its feet touches.
-            last: the same of its last foot.
-            windows: for velocities of joints and base [s].
-            after: times after the touchdown [s].
-        """
-        motion, t, row, missing = self.motion, self.time, dict[str, Any](), dict[str, dict[str, None]]()
-        if motion.free:
-            row |= {key: motion.Q[first, k] for k, key in enumerate("xyz") if motion.has(key)}
-            row |= {key: motion.Q[first, 3 + k] for k, key in enumerate(("qx", "qy", "qz", "qw")) if motion.has("w")}
-        row |= {f"q_{name}": x for name, x in zip(motion.joints, motion.positions["joints"][first], strict=True)}
-        for part, window in windows.items():
-            names, period, run = motion.names[part], motion.period[part], motion.run(first)
-            if not (names and np.isfinite(window)):
-                continue
-            # Between samples of a slower clock, the line to the next one is bent by the touchdown.
-            end = first if period < 1.5 * motion.interval else int(np.searchsorted(t, t[first] - period))
-            begin = max(min(int(np.searchsorted(t, t[end] - window - 1e-9)), end - FEWEST + 1), run[0])
-            if t[end] - t[run[0]] < (FEWEST - 1) * period * (1.0 - 1e-3) or end - begin < FEWEST - 1:
-                return None, "the log, or a part of it without gaps, begins too soon before it for velocities"
-            prefix = "before_" if part == "joints" else ""
-            row |= {prefix + name: x for name, x in zip(names, motion.velocities(part, begin, end), strict=True)}
-            if motion.rail is not None:
-                row[f"before_{motion.rail}"] = rate = self._rail_before(first, begin, end)
-                if np.isnan(rate):
-                    return None, f'how fast "{motion.rail}" slides is not known: no flight before it that begins upwards'
-            for time in after:
-                begin, end = motion.around(t[last] + time, window)
-                values = np.full(len(names), np.nan)
-                if end > run[1] or t[last] + time + 0.5 * window > t[run[1]] + 1e-9:
-                    missing.setdefault("where the log ends or has a gap", {})[f"{1e3 * time:g}"] = None
-                elif begin <= last:
-                    missing.setdefault("as their samples begin before it", {})[f"{1e3 * time:g}"] = None
-                else:
-                    values = motion.velocities(part, begin, end)
-                row |= {f"after{1e3 * time:g}ms_{name}": x for name, x in zip(names, values, strict=True)}
-        return row, "; ".join(f"no velocities {', '.join(times)} ms after it, {why}" for why, times in missing.items())
-
-    def _rail_before(self, touch: int, begin: int, end: int) -> float:
-        """Rate of a rail that the log lacks, by the flight since the last contact; NaN without one [m/s]."""
-        lifts = [(int(on[-1]), c) for c, flag in self.flags.items() if len(on := np.flatnonzero(flag.signal[: touch + 1] > 1.0))]
-        lift, c = max(lifts, default=(-1, 0))
-        if lift < self.motion.run(touch)[0]:
-            return np.nan
-        landed = next(c for c, flag in self.flags.items() if flag.signal[touch + 1] > 1.0)
-        return self.motion.rail_before(lift, touch, (c, landed), begin, end)
-
 
 def _unit(robot: Robot, name: str) -> str:
-    """The unit of a column of the table: of q_JOINT, before_JOINT, after6ms_JOINT or after6ms_vx, or as in `UNITS`."""
+    """The unit of a column: of q_JOINT, before_JOINT, after6ms_JOINT, after6ms_vx, after6ms_KEY@PLACE, or as in `UNITS`."""
     kind, _, subject = name.partition("_")
+    if "@" in subject:
+        return select(subject.partition("@")[0]).quantity.unit
     if (subject or name) in UNITS:
         return UNITS[subject or name]
     if subject not in robot.joint_names:
