@@ -6,6 +6,7 @@ from pathlib import Path
 
 import pytest
 import xacro as library
+from commands import says
 from robot_texts import arm, joint, link, read, refusal, refused, written, xacro
 
 import shockpc.robot.xacro
@@ -49,10 +50,8 @@ def test_xacro_by_content(tmp_path: Path):
 def test_xacro_elements_left_in_a_urdf(text: str, tmp_path: Path):
     """They are ignored with a warning where the links are complete without them."""
     source = read(tmp_path, text.replace("</robot>", '<xacro:include filename="none.xacro"/><xacro:wheel r="${2*r}"/></robot>'))
-    assert source.warnings == (
-        "dog.urdf: <xacro:include>, <xacro:wheel> ignored, because the links are complete without xacro; "
-        "if not, name the file .xacro",
-    )
+    (warning,) = source.warnings
+    assert says(warning, "dog.urdf", "<xacro:include>, <xacro:wheel> ignored", ".xacro")
 
 
 def test_xacro_elements_left_in_a_shape(tmp_path: Path):

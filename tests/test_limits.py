@@ -391,7 +391,7 @@ def test_postures_that_level_ground_does_not_allow_are_named(capfd):
     assert inside == expected
     words = ("limits", "hyq", "--contact", "lf_foot", "--joint", "lf_kfe_joint", "--at", "trunk_imu", "--max", 0.1)
     text = good(capfd, *words, "--range", "-150:0", "--strikes", "0:0", "--step", 5)
-    assert f"flat ground does not allow {expected.count(False)} of {len(expected)} postures at the scene's strike" in text
+    assert f"not allow {expected.count(False)} of {len(expected)} postures" in text
 
 
 def test_command(capfd, tmp_path):
@@ -548,7 +548,7 @@ def test_a_number_that_does_not_depend_on_what_varies(capfd, maximum, words):
     """The report says so, calls friction no joint, and names quantities that depend on it."""
     given = ("--joint", "friction", "--range", "0.1:0.8", "--step", 0.1, "--at", "trunk_imu", "--max", maximum, "--strikes", "0:30")
     text = good(capfd, "limits", "hyq", "--contact", "lf_foot", *given)
-    assert f"shock@trunk_imu does not depend on friction in this range: {words}" in text
+    assert says(text, "shock@trunk_imu does not depend on friction", words)
     assert "such as shock_friction or peak_force" in text
     assert says(text, "friction", "0.1 to 0.8", "steps of 0.1")
     assert "file's limits" not in text

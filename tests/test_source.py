@@ -7,6 +7,7 @@ from pathlib import Path
 from unittest.mock import Mock
 
 import pytest
+from commands import says
 from robot_texts import arm, body, floating, link, loaded, mjcf, read, refusal, refused, urdf, written
 
 from shockpc import RobotError, UnknownName, load_robot
@@ -117,24 +118,17 @@ def test_srdf(tmp_path: Path):
     assert read(folder, arm()).srdf is None
     given = written(folder, SRDF, "poses.xml")
     assert read(folder, arm(), srdf=given).srdf == folder / "poses.xml"
-    assert refusal(folder, arm(), srdf=written(folder, arm(), "other.urdf")) == (
-        "dog.urdf: other.urdf is not an SRDF: an SRDF begins with <robot> and holds <group_state> postures, no links"
-    )
+    assert "dog.urdf: other.urdf is not an SRDF" in refusal(folder, arm(), srdf=written(folder, arm(), "other.urdf"))
     assert refusal(folder, arm(), srdf=str(folder / "none.srdf")) == f'dog.urdf: no SRDF file "{folder / "none.srdf"}"'
 
 
 def test_arguments_without_effect_are_refused(tmp_path: Path):
     """Arguments of xacro for a plain URDF; an SRDF for an MJCF, beside which one is ignored."""
-    assert refusal(tmp_path, arm(), xacro={"payload": "1"}) == (
-        "dog.urdf is not a xacro file, so --xacro payload=… has no effect; leave it out"
-    )
+    assert says(refusal(tmp_path, arm(), xacro={"payload": "1"}), "dog.urdf is not a xacro file", "--xacro payload=…")
     srdf = written(tmp_path, SRDF, "dog.srdf")
     robot = mjcf(floating(body("b")))
     assert read(tmp_path, robot, "dog.xml").srdf is None
-    assert refusal(tmp_path, robot, "dog.xml", srdf=srdf) == (
-        "dog.xml is an MJCF, so the SRDF dog.srdf has no effect; leave it out, or write its "
-        "postures as <key> elements of a <keyframe>"
-    )
+    assert says(refusal(tmp_path, robot, "dog.xml", srdf=srdf), "dog.xml is an MJCF", "dog.srdf", "<keyframe>")
 
 
 SLOW = ("numpy", "pinocchio", "matplotlib", "scipy", "trimesh", "xacro", "importlib.metadata")
