@@ -348,6 +348,7 @@ OPTIONS = {
     "--lock rh_hip": {"joints.locked": ["lh_hip", "rh_hip"]},
     "--pulse rectangle:1ms": {"pulse": "rectangle:1ms"},
     "--range-g 8": {"range_g": 8},
+    "--imu-bandwidth 50Hz:2": {"imu_bandwidth": "50Hz:2"},
 }
 """What each option changes in the scene of EVERY_KEY; None where it takes a key away."""
 

@@ -8,8 +8,8 @@ import trees
 from hypothesis import given
 from trees import MJCF_KINDS, known_robot
 
-from shockpc import Contact, Joints, Scene, Strike, shock_profile
-from shockpc.landing.dynamics import dynamics
+from shockpc import Contact, Joints, Scene, Strike, load_robot, shock_profile
+from shockpc.landing.dynamics import Inertias, dynamics, spatial_inertias
 
 FEET = {
     "a1": ("FL_foot", "RR_foot"),
@@ -50,6 +50,22 @@ def test_large_robots_are_evaluated_without_data_that_grow_with_the_cube(monkeyp
             found = dynamics(robot, Q, armature)
         for part in ("H", "J", "rotation", "position"):
             np.testing.assert_allclose(getattr(found, part), getattr(expected, part), rtol=0, atol=1e-13 * np.abs(expected.H).max())
+
+
+def test_order_of_the_joints():
+    """A model that is built in another order than that of its tree has the kinetic energy of its bodies, unlike in Pinocchio."""
+    model, inertia = pin.Model(), pin.Inertia(1.0, np.array([0.1, 0.2, 0.3]), np.eye(3))
+    for parent, name in ((0, "base"), (1, "left"), (1, "right"), (2, "left_foot")):
+        joint = pin.JointModelRX() if parent else pin.JointModelFreeFlyer()
+        place = pin.SE3(np.eye(3), np.array([0.0, 0.1, 0.2]) * bool(parent))
+        model.appendBodyToJoint(model.addJoint(parent, joint, place, name), inertia, pin.SE3.Identity())
+    robot = load_robot(model)
+    assert not robot.depth_first
+    assert known_robot("cassie").depth_first
+    state = dynamics(robot, robot.start[None])
+    moving = np.where(state.ancestors[:, None], state.J[0], 0.0)
+    bodies = spatial_inertias(state, Inertias.of(robot, np.zeros(model.nv)))[0]
+    np.testing.assert_allclose(state.H[0], (np.swapaxes(moving, 1, 2) @ bodies @ moving).sum(axis=0), atol=1e-14)
 
 
 @pytest.mark.slow

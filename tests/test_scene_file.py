@@ -37,6 +37,7 @@ assemble = ["*_hip"]
 v_in = "com"
 pulse = "half-sine:5ms"
 range_g = 16
+imu_bandwidth = "400Hz"
 ground_tolerance = 0.01
 [packages]
 dog_description = "dog"
@@ -82,6 +83,7 @@ directions = ["z"]
 [[point]]
 frame = "trunk_imu"
 offset = [0.01, 0, 0]
+imu_bandwidth = "0.2kHz:1"
 [[point]]
 frame = "trunk"
 [[part]]
@@ -89,6 +91,7 @@ name = "IMU"
 at = "trunk_imu:0,0,0.01"
 rating = "half-sine 1500 g 0.5 ms"
 natural_frequency = 300
+imu_bandwidth = "200Hz:2"
 [[part]]
 name = "camera"
 at = "rf_foot"
@@ -126,6 +129,7 @@ def test_every_key_is_read(here):
     for key in ("normal", "velocity"):
         del table["contact"][1][key]
     table["point"] = [as_lists(point | given) for given in table["point"]]
+    del table["point"][1]["imu_bandwidth"]
     assert scene_table(read_scene(write(here, EVERY_KEY))) == table | {"gravity": True}
 
 
@@ -427,12 +431,12 @@ def test_schema_knows_every_key(capfd, here):
         assert part["additionalProperties"] is False
         required = [f.name for f in dataclasses.fields(record) if f.default is f.default_factory is dataclasses.MISSING]
         assert part.get("required", []) == required
-    # Neither friction nor a contact stiffness goes with a contact that slides and a pulse: see test_ground; for stops test_stops.
+    # Neither friction nor a contact stiffness goes with a contact that slides and a pulse: see test_ground, test_stops, test_flex.
     table = tomllib.loads(EVERY_KEY)
     closure = table["closure"][0]
     used = {
-        "Scene": {*table, "friction", "contact_stiffness", "tangential_stiffness", "contact_damping", "gravity"}
-        | {"stops", "stop_restitution", "stop_stiffness"},
+        "Scene": {*table, "friction", "contact_stiffness", "tangential_stiffness", "contact_damping", "contact_law", "gravity"}
+        | {"stops", "stop_restitution", "stop_stiffness", "flex"},
         "Posture": {*table["posture"], "base_quaternion", "joint_quaternions"},
         "Contact": {*table["contact"][0]},
     }

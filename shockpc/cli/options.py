@@ -126,10 +126,18 @@ class SceneOptions(NamedTuple):
         "Constant torque of motors on contacts of finite stiffness [N m; N if prismatic].", "JOINT=TORQUE", setting
     )
     lock: tuple[str, ...] = _in_joints("Locked joints, which keep the rate that they have.", "JOINT")
+    flex: tuple[tuple[str, str], ...] = _in_results(
+        "Links that bend on contacts of finite stiffness: EI:674 [N m²], tube:70e9,0.025,0.021 (E [Pa], outer and inner diameter "
+        "[m]), or the link's first bending frequency, 180Hz:clamped or 180Hz:free. Behind it, as in EI:674,hinges:4, may stand the "
+        "number of hinges, and the stiffness against stretch, EA:1e7 [N], and torsion, GJ:500 [N m²].",
+        "LINK=FLEX",
+        definition,
+    )
     at: tuple[str, ...] = _in_results("Points, besides the sensors, whose shock is computed, offset in the frame [m].", FRAME)
     part: tuple[tuple[str, str], ...] = _in_results(
-        "A part at a point and a pulse that it survives, such as imu_link='half-sine 1500 g 0.5 ms', or joints and the torque that "
-        "their gears withstand, such as FL_calf_joint='50 N m' or '50 N m 20 ms' with its duration; a scene takes more.",
+        "A part at a point and a pulse that it survives, such as imu_link='half-sine 1500 g 0.5 ms', behind it the bandwidth of an "
+        "accelerometer, as 200Hz; or joints and the torque that their gears withstand, such as FL_calf_joint='50 N m' or "
+        "'50 N m 20 ms' with its duration; a scene takes more.",
         f"{FRAME}=RATING|JOINT=TORQUE",
         definition,
     )

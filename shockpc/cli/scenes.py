@@ -51,6 +51,7 @@ def scenes_from(robot: str, options: SceneOptions, trace: Trace | None = None) -
         strike=_strike(scene.strike, options),
         stance=tuple(dict.fromkeys(frame for text in options.stance for frame in match_contacts(loaded, text))) or None,
         joints=_joints(scene.joints, options),
+        flex=_replaced(scene.flex, options.flex),
         part=scene.part + tuple(part_from(loaded, at, rating) for at, rating in options.part),
         point=scene.point + tuple(point for text in options.at for point in points_at(loaded, text)),
     )

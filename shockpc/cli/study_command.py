@@ -168,7 +168,9 @@ def refuse_varied(options: SceneOptions, robot: Robot, varied: Iterable[tuple[st
 def refuse_unasked(
     study: Callable[..., Any], options: SceneOptions, typed: Mapping[str, Any], quantities: Iterable[str] = ()
 ) -> None:
-    """Refuse a pulse and parts on which no number of a study depends. In a scene's file they may stand: they are of the robot.
+    """Refuse a pulse, a bandwidth and parts on which no number of a study depends.
+
+    In a scene's file they may stand: they are of the robot.
 
     Args:
         study: the study.
@@ -185,12 +187,14 @@ def refuse_unasked(
         if parameter.option.holds == "quantity" and (value := typed.get(name)):
             texts += [value] if isinstance(value, str) else value
     entries = [select(re.split("@|<=|>=", text)[0].strip()).quantity for text in texts]
+    of_sensors = any(entry.key.startswith(("filtered_peak", "range_share")) for entry in entries)
     wanted = {
+        "imu-bandwidth": of_sensors,
         "pulse": any(entry.with_stiffness or entry.key.startswith("peak_g") for entry in entries),
         "part": any(entry.of == "part" or entry.key == "joint_torque_share" for entry in entries),
     }
-    given = {"pulse": options.given.get("pulse"), "part": options.part}
-    for name, example in {"pulse": "peak_g", "part": "part_margin"}.items():
+    given = {name: options.given.get(name.replace("-", "_")) for name in ("pulse", "imu-bandwidth")} | {"part": options.part}
+    for name, example in {"pulse": "peak_g", "imu-bandwidth": "filtered_peak", "part": "part_margin"}.items():
         if given[name] and not wanted[name] and name not in declaration(study).uses:
             raise StudyError(f"no number here depends on --{name}; ask for one that does, such as {example}, or leave it out")
 

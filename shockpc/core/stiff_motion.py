@@ -44,6 +44,8 @@ class Elements(NamedTuple):
         damping: (r,) c of a viscous damper beside the spring [N s/m, N m s/rad]; zero for none. With one, e has no effect.
         load: (r,) force on the robot along the row at the impact [N, N m]: of a spring between bodies that is deflected already, or
             constant where the stiffness is zero. Contacts have none.
+        relaxation: (r,) rate k / c at which a viscous damper c in series with the spring lets its force decay [1/s]; zero for none.
+            With one, e has no effect.
     """
 
     rows: Array
@@ -53,6 +55,7 @@ class Elements(NamedTuple):
     normal: np.ndarray
     damping: Array | float = 0.0
     load: Array | float = 0.0
+    relaxation: Array | float = 0.0
 
     @staticmethod
     def alike(
@@ -63,9 +66,12 @@ class Elements(NamedTuple):
         normal: np.ndarray | bool = False,
         damping: Array | float = 0.0,
         load: Array | float = 0.0,
+        relaxation: Array | float = 0.0,
     ) -> "Elements":
         """Elements along some rows, with one value for all of them or one for each; by default springs between bodies."""
-        values = (np.broadcast_to(value, len(rows)) for value in (stiffness, restitution, contact, normal, damping, load))
+        values = (
+            np.broadcast_to(value, len(rows)) for value in (stiffness, restitution, contact, normal, damping, load, relaxation)
+        )
         return Elements(rows, *values)
 
     @staticmethod
@@ -258,7 +264,7 @@ class StiffMotion(NamedTuple):
             for piece in segment.pieces()
         ]
         starts = np.array([segment.level + segment.wave.real.sum(axis=1) for segment in segments])
-        largest, when = _peak(P, segments, np.square(P @ starts.T).sum(axis=1).max(axis=1), Effort())
+        largest, when = largest_lengths(P, segments, np.square(P @ starts.T).sum(axis=1).max(axis=1), Effort())
         return np.where(np.isnan(outputs).any(axis=(1, 2)), np.nan, largest), when
 
 
@@ -267,7 +273,7 @@ def _lengths(vectors: Array) -> Array:
     return np.asarray(np.sqrt((vectors * vectors).sum(axis=1)))
 
 
-def _peak(outputs: Array, segments: Sequence[Segment], least: Array, effort: Effort) -> tuple[Array, Array]:
+def largest_lengths(outputs: Array, segments: Sequence[Segment], least: Array, effort: Effort) -> tuple[Array, Array]:
     """The largest lengths of m vectors within some segments, and when they are reached; zero of a vector that stays shorter.
 
     Segments and vectors that cannot exceed what is known are left out by the sums of their amplitudes, and the others are halved
@@ -284,8 +290,8 @@ def _peak(outputs: Array, segments: Sequence[Segment], least: Array, effort: Eff
     (m, k, r), count = outputs.shape, len(segments)
 
     def in_halves() -> tuple[Array, Array]:
-        first, early = _peak(outputs, segments[: count // 2], least, effort)
-        second, late = _peak(outputs, segments[count // 2 :], np.maximum(least, first**2), effort)
+        first, early = largest_lengths(outputs, segments[: count // 2], least, effort)
+        second, late = largest_lengths(outputs, segments[count // 2 :], np.maximum(least, first**2), effort)
         return np.maximum(first, second), np.where(second > first, late, early)
 
     if count > MOST_TOGETHER:
@@ -300,7 +306,7 @@ def _peak(outputs: Array, segments: Sequence[Segment], least: Array, effort: Eff
         largest, when = np.zeros((2, m))
         if kept.any():
             few = [segments[i] for i in np.flatnonzero(kept).tolist()]
-            largest[above], when[above] = _peak(outputs[above], few, least[above], effort)
+            largest[above], when[above] = largest_lengths(outputs[above], few, least[above], effort)
         return largest, when
     start, lengths = np.array([(segment.start, segment.length) for segment in segments]).T
     fastest = np.where(larger[..., None], rate_of_change(rates[:, None, None], size), 0.0).max(axis=(1, 2))
@@ -311,7 +317,8 @@ def _peak(outputs: Array, segments: Sequence[Segment], least: Array, effort: Eff
         raise ArithmeticError(
             f"the fastest mode oscillates more than {MOST_SAMPLES // 30} times in {lengths[0]:.3g} s; take the stiffest as rigid"
         )
-    effort.spend(int((steps + 1).sum()) * r * (modes + m * k))
+    # A product of matrices takes a small share of the time of what it multiplies, the more rows the smaller.
+    effort.spend(int((steps + 1).sum()) * min(r, 8 + r // 8) * (modes + m * k))
     ends, step = np.cumsum(steps + 1), lengths / steps
     begins, of_segment = ends - steps - 1, np.repeat(np.arange(count), steps + 1)
     # Times after the start of each segment, of samples of all of them one after the other, each with both of its ends.

@@ -79,7 +79,7 @@ class Column(NamedTuple):
         if kind == "part":
             return next((place for place in landing.parts if place.name == self.place.name), None)
         if kind != "contact" or number < len(landing.contacts):
-            return self.place
+            return landing.carried(self.place)
         return next((self.place for place in landing.contact_places[number : number + 1] if place.name == self.place.name), None)
 
 

@@ -37,7 +37,7 @@ OF_THE_GROUND = {
 }
 INERTIAL = (*OF_A_LINK, "armature")
 OF_A_JOINT = ("armature", "rotor", "joint-stiffness", "place")
-OF_A_PART = (*OF_A_LINK, *OF_A_JOINT, *COMPONENT)
+OF_A_PART = (*OF_A_LINK, "flex", *OF_A_JOINT, *COMPONENT)
 DRIVEN = {
     "armature": ("reflected inertia", "kg m²", "kg"),
     "rotor": ("rotor inertia", "kg m²", "kg m²"),
@@ -47,7 +47,7 @@ DRIVEN = {
 
 WORDS = (
     *(*STRIKE, *ATTITUDE, *OFFSET, *OF_THE_GROUND, "contact"),
-    *(f"{kind}:LINK" for kind in OF_A_LINK),
+    *(f"{kind}:LINK" for kind in (*OF_A_LINK, "flex")),
     *(f"{kind}:JOINT" for kind in (*OF_A_JOINT, *COMPONENT)),
 )
 FORM = (
@@ -138,7 +138,7 @@ class Variation:
     @property
     def uncertain(self) -> bool:
         """Whether it is of the robot or of the ground, rather than of how the robot lands."""
-        return self.kind in (*OF_A_LINK, *OF_A_JOINT, *OF_THE_GROUND)
+        return self.kind in (*OF_A_LINK, "flex", *OF_A_JOINT, *OF_THE_GROUND)
 
     def joints(self, robot: Robot) -> tuple[Joint, ...]:
         """The joints that a joint's variation sets: what follows another joint is not among them."""
@@ -176,7 +176,7 @@ def variation(robot: Robot, subject: str, values: "str | float | Iterable[float 
     Args:
         robot: the robot.
         subject: "*_KFE", "joint:speed", "strike-angle", "speed", "base-pitch", "contact", "offset-x", "friction", "mass:LINK",
-            "point-mass:LINK", "com-z:LINK", "inertia:LINK", "inertia-xx:LINK", "armature:JOINTS", "rotor:JOINTS",
+            "point-mass:LINK", "com-z:LINK", "inertia:LINK", "inertia-xx:LINK", "flex:LINK", "armature:JOINTS", "rotor:JOINTS",
             "joint-stiffness:JOINTS", "place:JOINTS", "turn-x:JOINTS" of ball joints, and so on; a name that is none of these words
             is a joint, or a pattern of joints.
         values: numbers or names; or a text: "a:b:n" for n values from a to b, "a,b,c" for these, "a:b" for a range to draw from,
@@ -194,12 +194,12 @@ def variation(robot: Robot, subject: str, values: "str | float | Iterable[float 
     numbers, span, law, factor = _numbers(subject, values)
     if values is None and kind != "joint":
         raise StudyError(f"{subject}: no values are given; valid are {FORM}")
-    unit = {**STRIKE, **ATTITUDE, **OFFSET, **OF_THE_GROUND, **OF_A_LINK, **COMPONENT}.get(kind, "")
+    unit = {**STRIKE, **ATTITUDE, **OFFSET, **OF_THE_GROUND, **OF_A_LINK, **COMPONENT, "flex": "N m²"}.get(kind, "")
     least = min(numbers + (span or ()), default=0.0)
-    if factor and (kind == "rotor" or kind not in ("mass", "inertia", *OF_A_JOINT)):
+    if factor and (kind == "rotor" or kind not in ("mass", "inertia", "flex", *OF_A_JOINT)):
         raise StudyError(
-            f"{subject}: a factor such as 0.8x or ±5% applies to mass:LINK, inertia:LINK, armature:JOINT, joint-stiffness:JOINT "
-            f"and place:JOINT only; give values in {unit or 'SI units'}"
+            f"{subject}: a factor such as 0.8x or ±5% applies to mass:LINK, inertia:LINK, flex:LINK, armature:JOINT, "
+            f"joint-stiffness:JOINT and place:JOINT only; give values in {unit or 'SI units'}"
         )
     if (
         law == "normal"
@@ -222,13 +222,17 @@ def variation(robot: Robot, subject: str, values: "str | float | Iterable[float 
             raise StudyError(f"{subject}: {least:g} kg would leave no mass of a link of {min(masses.values()):g} kg")
         if kind in ("mass", "inertia") and not least > 0.0:
             raise StudyError(f"{subject}: {least:g} is not above zero, but a link has to keep some {kind}")
+    if kind == "flex":
+        robot.match_bodies(target)
+        if not least > 0.0:
+            raise StudyError(f"{subject}: a bending stiffness of {least:g} is not above zero")
     if kind in DRIVEN:
         what, *units = DRIVEN[kind]
         unit = _unit(robot, subject, target, dict(zip(("rad", "m"), units, strict=True)))
         if least < 0.0 or (least == 0.0 and kind != "armature"):
             raise StudyError(f"{subject}: a {what} of {least:g} is {'below' if least < 0.0 else 'not above'} zero")
-        if factor and law == "uniform" and span is not None:
-            law = "log-uniform"
+    if factor and law == "uniform" and span is not None and kind in (*DRIVEN, "flex"):
+        law = "log-uniform"
     if law == "log-uniform" and not least > 0.0:
         raise StudyError(f"{subject}: {least:g} has no logarithm; give a range above zero, or leave :log out")
     if kind == "joint":
@@ -256,10 +260,14 @@ def each_of(robot: Robot, varied: Variation) -> tuple[Variation, ...]:
         single = (replace(varied, subject=joint.name, target=joint.name) for joint in varied.joints(robot))
         return tuple(_within_limits(robot, each) for each in single)
     if varied.kind in OF_A_PART:
-        names: Iterable[str] = (
-            links_with_mass(robot, varied.target) if varied.kind in OF_A_LINK else robot.match_joints(varied.target)
-        )
-        if varied.kind in COMPONENT:
+        names: Iterable[str] = ()
+        if varied.kind in OF_A_LINK:
+            names = links_with_mass(robot, varied.target)
+        elif varied.kind == "flex":
+            names = [robot.bodies[k].name for k in robot.match_bodies(varied.target)]
+        elif varied.kind in OF_A_JOINT:
+            names = robot.match_joints(varied.target)
+        else:
             names = [joint.name for joint, _ in several_joints(robot, varied.subject, varied.kind, varied.target)]
         return tuple(replace(varied, subject=f"{varied.kind}:{name}", target=name) for name in names)
     return (varied,)
@@ -307,17 +315,21 @@ def kind_of(robot: Robot, subject: str) -> tuple[str, str]:
         return "joint", target
     if colon and word in OF_A_PART:
         if not target:
-            raise StudyError(f"{subject} names nothing; write {word}:{'LINK' if word in OF_A_LINK else 'JOINT'}")
+            raise StudyError(f"{subject} names nothing; write {word}:{_target(word)}")
         return word, target
     if subject in STRIKE or subject in ATTITUDE or subject in OFFSET or subject in OF_THE_GROUND or subject == "contact":
         if subject in ATTITUDE and not robot.free_base:
             raise StudyError(f'{subject}: the base of robot "{robot.name}" is fixed in its file, so it cannot be turned')
         return subject, ""
     if subject in OF_A_PART:
-        kind = "LINK" if subject in OF_A_LINK else "JOINT"
-        raise StudyError(f"{subject} names no {kind.lower()}; write {subject}:{kind}=VALUES")
+        raise StudyError(f"{subject} names no {_target(subject).lower()}; write {subject}:{_target(subject)}=VALUES")
     robot.match("joint or quantity", subject, robot.joint_names, WORDS)
     return "joint", subject
+
+
+def _target(kind: str) -> str:
+    """What a kind applies to, as it is typed."""
+    return "JOINT" if kind in (*OF_A_JOINT, *COMPONENT) else "LINK"
 
 
 def _contacts(robot: Robot, subject: str, values: object) -> Variation:

@@ -422,7 +422,7 @@ def varied_landings(
             applied(scene, robot, varied, value)[0].strike.vector(plane)
         if varied.kind == "armature":
             armature_set(scene, robot, varied)
-        if varied.kind == "joint-stiffness":
+        if varied.kind in ("joint-stiffness", "flex"):
             applied(scene, robot, varied, 1.0)
     return source
 

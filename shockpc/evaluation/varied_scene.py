@@ -7,6 +7,7 @@ from typing import Any, TypeVar, cast
 
 import numpy as np
 
+from shockpc.core.segments import Flex
 from shockpc.evaluation.variation import (
     ATTITUDE,
     COMPONENT,
@@ -21,6 +22,7 @@ from shockpc.evaluation.variation import (
     variation,
 )
 from shockpc.landing.contact import contact_name, contacts_like
+from shockpc.landing.flexible import flexes_of
 from shockpc.landing.joint_model import JointModel, joint_model
 from shockpc.landing.joint_options import Joints, Rotor
 from shockpc.landing.landing import PosedLanding
@@ -125,6 +127,8 @@ def applied(scene: Scene, robot: Robot, varied: Variation, value: Any) -> tuple[
         return replace(scene, joints=_with_armature(scene, robot, varied, float(value))), robot
     if varied.kind == "joint-stiffness":
         return replace(scene, joints=_with_stiffness(scene, robot, varied, float(value))), robot
+    if varied.kind == "flex":
+        return _with_flex(scene, robot, varied, float(value)), robot
     return scene, changed(robot, robot_changes(robot, varied, value))
 
 
@@ -151,6 +155,9 @@ def present_value(landing: PosedLanding, varied: Variation) -> float:
         values = [getattr(scene, OF_THE_SCENE[kind])]
     elif kind == "mass":
         values = links_with_mass(robot, varied.target).values()
+    elif kind == "flex":
+        flexes = _flexes(scene, robot)
+        values = [flexes.get(body, Flex()).EI for body in robot.match_bodies(varied.target)]
     elif kind in DRIVEN:
         chosen = robot.velocities(robot.match_joints(varied.target)) & ~model.locked
         values = (model.armature if kind == "armature" else np.where(model.stiffness > 0.0, model.stiffness, np.nan))[
@@ -294,6 +301,31 @@ def _with_stiffness(scene: Scene, robot: Robot, varied: Variation, value: float)
             k = value * float(model.drive_stiffness[v] if varied.factor else 1.0)
             rotor[name] = Rotor(inertia=float(model.rotor[v]), gear_ratio=1.0, stiffness=k)
     return replace(joints, stiffness=_set_last(joints.stiffness, stiffness), rotor=_set_last(joints.rotor, rotor))
+
+
+def _flexes(scene: Scene, robot: Robot) -> dict[int, Flex]:
+    """How the bodies bend that do."""
+    return {body: flex for pattern, flex in flexes_of(scene.flex) for body in robot.match_bodies(pattern)}
+
+
+def _with_flex(scene: Scene, robot: Robot, varied: Variation, value: float) -> Scene:
+    """The scene with the bending stiffness of some links replaced, or all stiffnesses of those multiplied that bend.
+
+    Raises:
+        ShockError: none of them bends.
+    """
+    bodies, given = robot.match_bodies(varied.target), _flexes(scene, robot)
+    if varied.factor and not (bodies := tuple(body for body in bodies if body in given)):
+        raise StudyError(
+            f"{varied.subject}: these links do not bend, so nothing is multiplied; give values in N m², such as 100:1000"
+        )
+    changed_ones = {
+        robot.bodies[body].name: given[body].scaled(value)
+        if varied.factor
+        else given.get(body, Flex())._replace(EI=value, frequency=None)
+        for body in bodies
+    }
+    return replace(scene, flex=_set_last(scene.flex, {name: str(flex) for name, flex in changed_ones.items()}))
 
 
 def _first_velocities(robot: Robot, chosen: np.ndarray) -> Iterator[tuple[str, int]]:

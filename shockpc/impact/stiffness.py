@@ -16,11 +16,11 @@ from typing import Any
 import numpy as np
 
 from shockpc.core.impulse import Solution
+from shockpc.core.low_pass import LowPass, filtered
 from shockpc.core.memo import memoized
 from shockpc.core.spatial import Array, freeze
-from shockpc.core.spectrum import SAMPLES_A_PERIOD, shock_response
-from shockpc.core.stiff_contacts import attach_rotors, damper_restitution, simulate_landing
-from shockpc.core.stiff_motion import Elements, History
+from shockpc.core.stiff_contacts import attach_rotors, damper_restitution, series_damping, simulate_landing
+from shockpc.core.stiff_motion import Elements, History, StiffMotion
 from shockpc.core.threads import one_thread
 from shockpc.impact.contact_rows import contact_rows
 from shockpc.impact.exact.proof import motion as size_of
@@ -29,6 +29,7 @@ from shockpc.impact.impact import ColumnImpact, DoubleImpact, Impact
 from shockpc.impact.loads import free_fall, motor_torques, spring_loads
 from shockpc.impact.stops import stop_rows, with_stops
 from shockpc.landing.constraints import ConstraintBlock, block_point
+from shockpc.landing.flexible import flexible_landing
 from shockpc.landing.landing import PosedLanding
 from shockpc.landing.motion import mass_lifted
 from shockpc.landing.places import Place
@@ -38,15 +39,6 @@ from shockpc.landing.strike import GRAVITY
 from shockpc.text.diagnostic import Diagnostic
 from shockpc.text.errors import SolveError
 from shockpc.text.printed import few
-
-SPECTRUM = tuple(float(f) for f in np.geomspace(10.0, 2000.0, 93).round(3))
-"""Natural frequencies of the shock response spectrum [Hz]."""
-
-DAMPING = (0.0, 0.05)
-"""Damping ratios of the same."""
-
-LONGEST_SPECTRUM = 2.0
-"""Duration of a contact up to which the spectrum is computed [s]: its samples follow from the largest frequency."""
 
 Compute = Callable[[Impact, Sequence[Place]], Any]
 
@@ -63,7 +55,6 @@ GRAVITY_SHARE, DEEPEST_SHARE = 0.05, 0.1
 """Share of the approach speed that gravity adds during the contact, and of the robot's size by which a contact is compressed, from
 which on the model without gravity, or with frozen geometry, is doubtful."""
 
-
 DAMPED_SHARE = 0.01
 """Share of the change of velocities from which on the damping of joints counts."""
 
@@ -71,12 +62,15 @@ DAMPED_SHARE = 0.01
 class CompliantLanding:
     """A landing on contacts, and on springs and rotors in its joints, of finite stiffness; computed when it is read.
 
+    Links that bend have hinges, which are springs like those of joints, and move only here.
+
     Args:
         landing: the landing.
         until: time at which the motion ends [s]; by default, when all contacts are open and stay so.
 
     Attributes:
         landing: the landing.
+        moving: the same, or that with links that bend.
         motion: until that time.
         number: (r,) contact of each element; −1 for a spring or a motor in a joint.
 
@@ -86,7 +80,9 @@ class CompliantLanding:
 
     def __init__(self, landing: PosedLanding, until: float | None = None) -> None:
         assert landing.scene.contact_stiffness is not None
-        self.landing, self._rows, self._k = landing, contact_rows(landing, stands=True), landing.scene.contact_stiffness
+        self.landing, self._k = landing, landing.scene.contact_stiffness
+        landing = flexible_landing(landing) if landing.scene.flex else landing
+        self.moving, self._rows = landing, contact_rows(landing, stands=True)
         self._refuse_turning()
         rows, c = self._rows, len(landing.contact_places)
         self._strikes = np.isin(rows.number, [i for i, contact in enumerate(landing.contacts) if contact.kind == "stop"])
@@ -96,14 +92,38 @@ class CompliantLanding:
         # Stops are contacts that are open at first, where their joint does not move towards them.
         self._stops, along, speeds = self._further_stops()
         M, elements, self._velocity, gravity = self._system(along, speeds)
+        self._filtered: dict[LowPass, StiffMotion] = {}
         if self._stops:
             self._rows = replace(rows, equation=replace(landing, acting=self._stops).equation(landing.state))
         self.number, self._normal = elements.contact, elements.normal & (elements.contact < c)
+        self._simulated = functools.partial(simulate_landing, M, elements, self._velocity, gravity=gravity)
+        self.motion = self._simulate(until)
+
+    def _simulate(self, until: float | None) -> StiffMotion:
+        """The motion until a time [s]. Raises: SolveError: it cannot be followed."""
         try:
-            with one_thread(2 * len(M)):
-                self.motion = simulate_landing(M, elements, self._velocity, until, gravity)
+            with one_thread(2 * len(self.number)):
+                return self._simulated(until=until)
         except (ArithmeticError, np.linalg.LinAlgError) as refusal:
             raise SolveError(f"no verdict for contacts of {self._k:g} N/m: {refusal}") from None
+
+    def filtered(self, low_pass: LowPass | None) -> StiffMotion:
+        """The motion with its forces behind a filter, beyond its end as long as that lags; as it is without one.
+
+        Springs between bodies go on oscillating after the end. Where there are none, the forces end with the motion: the weight
+        that contacts may carry from then on is no part of the impact.
+
+        Raises:
+            SolveError: what springs do after the end cannot be followed.
+        """
+        if low_pass is None:
+            return self.motion
+        if low_pass not in self._filtered:
+            motion, tail = self.motion, low_pass.tail
+            sprung = bool((self.number < 0).any())
+            motion = self._simulate(motion.duration + tail) if sprung else motion
+            self._filtered[low_pass] = filtered(motion, low_pass, 0.0 if sprung else tail)
+        return self._filtered[low_pass]
 
     def _refuse_turning(self) -> None:
         """Refuse flat contacts that turn before the impact."""
@@ -117,9 +137,9 @@ class CompliantLanding:
     def _further_stops(self) -> tuple[tuple[ConstraintBlock, ...], Array, Array]:
         """The stops at which joints are that are no contacts of the scene, as `stop_rows`; none where the scene leaves them out."""
         if not self.landing.scene.stops:
-            return (), np.zeros((0, self.landing.robot.model.nv)), np.zeros(0)
-        stops, along, speeds = stop_rows(self.landing)
-        striking = {block.body for block in self.landing.contacts if block.kind == "stop"}
+            return (), np.zeros((0, self.moving.robot.model.nv)), np.zeros(0)
+        stops, along, speeds = stop_rows(self.moving)
+        striking = {block.body for block in self.moving.contacts if block.kind == "stop"}
         kept = [k for k, stop in enumerate(stops) if stop.body not in striking]
         return tuple(stops[k] for k in kept), along[kept], speeds[kept]
 
@@ -133,7 +153,7 @@ class CompliantLanding:
             along: (k, nv) speeds of further stops for unit joint velocities.
             speeds: (k,) of them before the impact.
         """
-        landing, rows, scene, model, free = self.landing, self._rows, self.landing.scene, self.landing.joint_model, self._free
+        landing, rows, scene, model, free = self.moving, self._rows, self.moving.scene, self.moving.joint_model, self._free
         c, width = len(landing.contact_places), free.shape[1]
         springs = np.flatnonzero(model.stiffness > 0.0)
         geared = np.flatnonzero(np.isfinite(model.drive_stiffness) & (model.rotor > 0.0))
@@ -148,8 +168,10 @@ class CompliantLanding:
         of_stops = scene.stop_stiffness or self._k
         k = np.where(self._strikes, of_stops, np.where(rows.normal, self._k, scene.tangential_stiffness or self._k))
         damping = np.where(self._strikes, 0.0, scene.contact_damping or 0.0)
+        ratio = np.where(self._strikes | (scene.contact_law != "damper"), 0.0, series_damping(rows.restitution))
+        relaxation = 2.0 * ratio * rows.frequency(k, free[self.moving.hinges]) if ratio.any() else ratio
         held = Elements.joined(
-            Elements.alike(rows.J, k, rows.restitution, rows.number, rows.normal, damping),
+            Elements.alike(rows.J, k, rows.restitution, rows.number, rows.normal, damping, relaxation=relaxation),
             Elements.alike(along @ free, of_stops, scene.stop_restitution or 0.0, np.arange(c, c + len(along)), True),
             Elements.alike(free[springs], model.stiffness[springs], load=spring_loads(landing)[springs]),
         )
@@ -178,7 +200,7 @@ class CompliantLanding:
         Raises:
             SolveError: no motion of the robot has these speeds.
         """
-        landing = self.landing
+        landing = self.moving
         before, moves = landing.before.joint_rates.copy(), np.concatenate([landing.before.omega, landing.before.velocity])
         if landing.robot.free_base:
             before[:6] = np.linalg.solve(landing.state.J[0, :, :6], moves)
@@ -203,8 +225,8 @@ class CompliantLanding:
             impulses[0, :, : impulse.shape[1]] = impulse
         # Of the solution of Eq. 4 only these are read.
         solution = Solution(delta, impulses, np.ones(impulses.shape[:2]), np.array([0]), np.ones(1), {}, {})
-        jumps = jumps_of(self.landing, equation.full(delta), self.landing.state)
-        return ColumnImpact(replace(self.landing, acting=self._stops), equation, solution, jumps)
+        jumps = jumps_of(self.moving, equation.full(delta), self.moving.state)
+        return ColumnImpact(replace(self.moving, acting=self._stops), equation, solution, jumps)
 
     @functools.cached_property
     def _linear(self) -> ColumnImpact:
@@ -214,7 +236,7 @@ class CompliantLanding:
         holds these. All else is linear in the forces. The jumps of `ends` are those beyond this fall.
         """
         rows, equation, response = self._rows, self._rows.equation, self.motion.response
-        landing, free, unstopped_rows = self.landing, self._free.shape[1], len(rows.rigid)
+        landing, free, unstopped_rows = self.moving, self._free.shape[1], len(rows.rigid)
         n, stops, r = len(rows.turn), len(self._stops), len(self.number)
         falling, impulse = self.motion.gravity, np.zeros((len(equation.J_c[0]), r + 1))
         impulse[:unstopped_rows, :n] = rows.turn.T
@@ -235,51 +257,42 @@ class CompliantLanding:
 
     def readout(self, compute: Compute, places: Sequence[Place]) -> tuple[Array, Array]:
         """What gives a quantity, n vectors linear in jumps and impulses, of the forces: (n, k, r), and a constant (n, k)."""
-        values = np.asarray(compute(self._linear, places), dtype=float)[0, : len(self.number) + 1]
+        carried = tuple(map(self.moving.carried, places))
+        values = np.asarray(compute(self._linear, carried), dtype=float)[0, : len(self.number) + 1]
         values = values.reshape(*values.shape[:2], -1).transpose(1, 2, 0)
         return np.ascontiguousarray(values[..., :-1]), values[..., -1]
 
     def ends(self, compute: Compute, places: Sequence[Place]) -> Array:
         """A quantity (1, 3, n, ...) of the jumps beyond free fall until the end of compression and the end, and of the impulse."""
-        return np.asarray(compute(self._linear, places))[:, len(self.number) + 1 :]
+        return np.asarray(compute(self._linear, tuple(map(self.moving.carried, places))))[:, len(self.number) + 1 :]
 
-    def peaks(self, compute: Compute, places: Sequence[Place] = ()) -> tuple[Array, Array]:
-        """The largest lengths (n,) of a quantity, n vectors linear in jumps and impulses, and when (n,) each is reached."""
-        key = compute, tuple((place.name, place.body, place.number, place.r.tobytes()) for place in places)
+    def peaks(self, compute: Compute, places: Sequence[Place] = (), low_pass: LowPass | None = None) -> tuple[Array, Array]:
+        """The largest lengths (n,) of a quantity, n vectors linear in jumps and impulses, and when (n,) each is reached.
+
+        Args:
+            compute: of the quantity.
+            places: where.
+            low_pass: a filter that the quantity goes through.
+        """
+        key = compute, tuple((place.name, place.body, place.number, place.r.tobytes()) for place in places), low_pass
         if key not in self._peaks:
+            motion = self.filtered(low_pass)
             try:
                 with one_thread(len(self.number)):
-                    self._peaks[key] = self.motion.peak(*self.readout(compute, places))
+                    self._peaks[key] = motion.peak(*self.readout(compute, places))
             except ArithmeticError as refusal:
                 raise SolveError(f"no verdict for contacts of {self.landing.scene.contact_stiffness:g} N/m: {refusal}") from None
             freeze(self._peaks[key])
         return self._peaks[key]
 
-    def history(self, compute: Compute, places: Sequence[Place], times: Array) -> Array:
+    def history(self, compute: Compute, places: Sequence[Place], times: Array, low_pass: LowPass | None = None) -> Array:
         """The same quantity (T, n, k) at times (T,)."""
         outputs, constant = self.readout(compute, places)
-        return np.asarray(np.einsum("nkr,tr->tnk", outputs, self.motion.at(times).force) + constant)
+        return np.asarray(np.einsum("nkr,tr->tnk", outputs, self.filtered(low_pass).at(times).force) + constant)
 
-    def spectrum(self, compute: Compute, places: Sequence[Place], damping: float) -> Array:
-        """Largest acceleration (f, n) of oscillators of the frequencies `SPECTRUM` at n points, in the axis in which it is largest.
-
-        The acceleration of the points is that until the end of the motion, less what gravity gives them, which an oscillator
-        carries before the impact.
-
-        Raises:
-            SolveError: the contact lasts longer than `LONGEST_SPECTRUM`.
-        """
-        if not places:
-            return np.zeros((len(SPECTRUM), 0))
-        if self.motion.duration > LONGEST_SPECTRUM:
-            lasts = f"on {self.landing.scene.contact_stiffness:g} N/m the contact lasts {self.motion.duration:.3g} s"
-            limit = f"a shock response spectrum is computed of up to {LONGEST_SPECTRUM:g} s"
-            raise SolveError(f"{lasts}, and {limit}; take stiffer contacts, or leave --spectrum out")
-        count = int(np.ceil(self.motion.duration * SAMPLES_A_PERIOD * SPECTRUM[-1])) + 64
-        times = np.linspace(0.0, self.motion.duration, count + 1)
-        history = (self.history(compute, places, times) - self.readout(compute, places)[1]).reshape(count + 1, -1)
-        response = shock_response(history, float(times[1]), np.array(SPECTRUM), damping)
-        return np.asarray(response.reshape(len(SPECTRUM), len(places), -1).max(axis=2))
+    def displacements(self, times: Array) -> Array:
+        """Displacements (T, nv) of the joints and hinges of `moving` since the impact, at times (T,) [rad, m]."""
+        return np.asarray(self.motion.at(times).displacement[:, : self._free.shape[1]] @ self._free.T)
 
     @functools.cached_property
     def duration(self) -> Array:
@@ -290,7 +303,7 @@ class CompliantLanding:
     def stop_peaks(self) -> dict[str, float]:
         """The peak force or torque of the end stops of each joint that is at one [N, N m]."""
         rows, n = np.flatnonzero(self._strikes), len(self._rows.normal)
-        joints, contacts = self.landing.robot.joints, self.landing.contacts
+        joints, contacts = self.moving.robot.joints, self.moving.contacts
         names = [joints[contacts[self.number[row]].body].name for row in rows.tolist()]
         names += [stop.frame for stop in self._stops]
         rows = np.append(rows, np.arange(n, n + len(self._stops)))
@@ -306,7 +319,7 @@ class CompliantLanding:
         elements, modes = self.motion.elements, self.motion.modes
         frequency = 2.0 * np.pi * modes.frequency[modes.force[self._normal].argmax(axis=1)]
         c, k = np.asarray(elements.damping)[self._normal], elements.stiffness[self._normal]
-        return np.where(c > 0.0, damper_restitution(c * frequency / (2.0 * k)), elements.restitution[self._normal])
+        return np.where(c > 0.0, damper_restitution(c * frequency / (2.0 * k)), self._rows.restitution[self._rows.normal])
 
     @functools.cached_property
     def _turns(self) -> tuple[list[float], History]:
@@ -333,17 +346,19 @@ class CompliantLanding:
         acting = with_stops(self.landing).acting if self._stops else ()
         named = [(stop.frame, stop.forces.tobytes(), stop.moments.tobytes()) for stop in acting]
         acts = [(stop.frame, stop.forces.tobytes(), stop.moments.tobytes()) in named for stop in self._stops]
-        acting_rows = elements.rows[
-            np.concatenate([np.ones(len(self._rows.normal)), acts, np.zeros(len(self._along))]).astype(bool)
-        ]
-        e = np.concatenate([self._rows.restitution, [stop.restitution for stop in acting]])
+        hinges = self.moving.hinges  # which are locked
+        straight = np.isin(np.flatnonzero(self.moving.joint_model.stiffness > 0.0), hinges)
+        others = np.zeros(len(self._along) - len(straight))
+        acting_rows = elements.rows[np.concatenate([np.ones(len(self._rows.normal)), acts, straight, others]).astype(bool)]
+        e = np.concatenate([self._rows.restitution, [stop.restitution for stop in acting], np.zeros(len(hinges))])
         speeds = (1.0 + e) * (acting_rows @ self._velocity)
         return np.asarray(to_velocity @ np.linalg.lstsq(acting_rows @ to_velocity, -speeds, rcond=1e-9)[0])
 
     @functools.cached_property
     def difference(self) -> float:
         """Largest difference between the jumps of a body at the end and in the impulse model, relative to its largest jump [1]."""
-        final, impulsive = np.moveaxis(self._linear.jumps[0, ..., -2:], -1, 0)
+        bodies = [self.moving.carried(place).body for place in self.landing.places("body")]
+        final, impulsive = np.moveaxis(self._linear.jumps[0, bodies, ..., -2:], -1, 0)
         difference, size = size_of(np.stack([final - impulsive, impulsive], axis=-1), self.landing.robot.rotation_lengths).T
         return float(difference.max() / size.max())
 
@@ -355,12 +370,13 @@ class CompliantLanding:
 
     @functools.cached_property
     def _compression(self) -> Array:
-        """Largest compression (c,) of each contact along its normal [m]."""
+        """Largest compression (c,) of each contact along its normal, with what dampers in series give way [m]."""
         # It is largest where the normal is unloaded, or at the end.
         elements, turns = self.motion.elements, self._turns[1]
         damper = np.asarray(elements.damping) * ((self._velocity + turns.jump) @ elements.rows.T)
-        force = np.where(turns.force > 0.0, turns.force + damper, 0.0).max(axis=0)
-        return np.asarray(force[self._normal] / elements.stiffness[self._normal])
+        pressed, way = np.where(turns.force > 0.0, turns.force + damper, 0.0).max(axis=0), turns.displacement @ elements.rows.T
+        depth = np.where(np.asarray(elements.relaxation) > 0.0, -way.min(axis=0), pressed / elements.stiffness)
+        return np.asarray(depth[self._normal])
 
     def warnings(self) -> Iterator[Diagnostic]:
         """Warnings where what the model leaves out counts: gravity, the change of geometry, and contacts that open often."""
@@ -401,10 +417,10 @@ class CompliantLanding:
         Its impulses p = −d Δq, of the deflections Δq until the end, change velocities v by M⁻¹ p, or less where contacts hold the
         robot. Compared are the lengths √(vᵀ M v) of this change and of that by the impact.
         """
-        M, robot, duration, end = self._rows.M, self.landing.robot, self.motion.duration, self._turns[1]
+        M, robot, duration, end = self._rows.M, self.moving.robot, self.motion.duration, self._turns[1]
         jump = (end.jump[-1] - duration * self.motion.gravity)[: len(M)]
-        moved = self._free @ end.displacement[-1, : len(M)]
-        impulse = np.where(self.landing.joint_model.locked, 0.0, -robot.model.damping * moved)
+        moved = self.displacements(np.array([self.motion.duration]))[0]
+        impulse = np.where(self.moving.joint_model.locked, 0.0, -robot.model.damping * moved)
         along = self._free.T @ impulse
         share = float(np.sqrt(along @ np.linalg.solve(M, along) / (jump @ M @ jump)))
         if share > DAMPED_SHARE:

@@ -94,7 +94,7 @@ def dynamics(robot: Robot, Q: Array, armature: Array | None = None, inertias: In
     """Evaluate a robot in N postures.
 
     Args:
-        robot: the robot.
+        robot: the robot; of one whose bodies are not in the order of the tree, Pinocchio's algorithms give a wrong inertia.
         Q: (N, nq) configurations in Pinocchio's layout.
         armature: (nv,) reflected inertia of the joints, added to H's diagonal [kg m², kg]; none by default.
         inertias: the inertias in each posture, instead of the robot's and of `armature`.
@@ -107,7 +107,7 @@ def dynamics(robot: Robot, Q: Array, armature: Array | None = None, inertias: In
         origin = Q[:, :3].copy()
         Q[:, :3] = 0.0
     inertia: Inertia
-    if nv > LARGEST_DATA:
+    if nv > LARGEST_DATA or not robot.depth_first:
         inertias = Inertias.of(robot, armature) if inertias is None else inertias
         before = _place_joints(robot.model, Q, J, placed)
     else:

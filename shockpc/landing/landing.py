@@ -246,6 +246,15 @@ class PosedLanding(Landing):
             case "part":
                 return self.parts
 
+    @property
+    def hinges(self) -> np.ndarray:
+        """The joint velocities of hinges in links that bend."""
+        return np.zeros(0, dtype=int)
+
+    def carried(self, place: Place) -> Place:
+        """A place of the robot on the body that it moves with; links that bend have several."""
+        return place
+
     @functools.cached_property
     def fastest_approach(self) -> float:
         """Speed of the fastest contact before the impact [m/s]."""

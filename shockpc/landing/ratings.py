@@ -127,13 +127,16 @@ def torque_strength(robot: Robot, part: Part, joint: str) -> TorqueStrength:
 def part_from(robot: Robot, at: str, rating: str) -> Part:
     """A part as it is typed: a frame and a pulse, or joints and the torque that they withstand, such as "50 N m" or "50 N m 20 ms".
 
+    Behind a pulse may stand the bandwidth of a part that is an accelerometer, as in "half-sine 1500 g 0.5 ms 200Hz:2".
+
     Raises:
         UnknownName: a torque is given, and the robot has no such joint.
         SceneError: the torque is no number above zero, or has the unit of another kind of joint.
     """
     matched = re.fullmatch(r"(\S+?)\s*(N\s*m|N)(?:\s+(\S+?)\s*(us|µs|ms|s))?", rating.strip())
     if matched is None:
-        return Part(name=at, at=at, rating=rating)
+        pulse, _, last = rating.strip().rpartition(" ")
+        return Part(name=at, at=at, rating=pulse, imu_bandwidth=last) if "Hz" in last else Part(name=at, at=at, rating=rating)
     torque, unit, length, of_time = matched.groups()
     try:
         values = float(torque), None if length is None else float(length) * UNITS[of_time]
@@ -188,14 +191,14 @@ def check_parts(parts: tuple[Part, ...]) -> None:
         name = printable(part.name)
         if names.count(part.name) > 1:
             raise SceneError(f'two parts are called "{name}"; rename one of them')
-        of_a_point = [part.rating, part.critical_velocity_change, part.natural_frequency]
+        of_a_point = [part.rating, part.critical_velocity_change, part.natural_frequency, part.imu_bandwidth]
         of_a_joint = [part.momentary_torque, part.torque_duration]
         if (part.at is None) == (part.joint is None):
             raise SceneError(f'part "{name}" needs a place: at = "FRAME:x,y,z", or joint = "NAME" for the gears of joints')
         if any(value is not None for value in (of_a_joint if part.joint is None else of_a_point)):
             raise SceneError(
-                f'part "{name}": a part at a frame takes rating, critical_velocity_change and natural_frequency, and one of joints '
-                "momentary_torque and torque_duration"
+                f'part "{name}": a part at a frame takes rating, critical_velocity_change, natural_frequency and imu_bandwidth, '
+                "and one of joints momentary_torque and torque_duration"
             )
 
 

@@ -9,11 +9,13 @@ import numpy as np
 
 from shockpc.core.pulse import Pulse, pulse_from
 from shockpc.landing.auto_contact import resolve_contacts
+from shockpc.landing.bandwidths import low_passes_of
 from shockpc.landing.closure import all_loops, assemble, follow
 from shockpc.landing.constraints import ConstraintBlock
 from shockpc.landing.contact import contact_block
 from shockpc.landing.dynamics import dynamics
 from shockpc.landing.end_stops import is_stop, striking_stop
+from shockpc.landing.flexible import flexible_landing
 from shockpc.landing.joint_model import joint_model
 from shockpc.landing.landing import PosedLanding, contact_velocity
 from shockpc.landing.level_feet import default_landings
@@ -57,12 +59,15 @@ def pulse_of(scene: Scene) -> Pulse | None:
     """The scene's pulse, if it has one.
 
     Raises:
-        SceneError: it has no known shape or no length, or a sensor's range is given without it and without a contact stiffness.
+        SceneError: it has no known shape or no length, or a sensor's range is given without it, without a contact stiffness and
+            without a bandwidth; or a bandwidth is none.
     """
+    measured = bool(low_passes_of(scene))
     if scene.pulse is None:
-        if scene.range_g is not None and scene.contact_stiffness is None:
+        if scene.range_g is not None and scene.contact_stiffness is None and not measured:
             raise SceneError(
-                "a sensor's range is given in g, but no pulse; give one too, such as half-sine:5ms, or a contact stiffness"
+                "a sensor's range is given in g, but no pulse; give one too, such as half-sine:5ms, or a contact stiffness, or the "
+                "bandwidth of the sensor"
             )
         return None
     try:
@@ -79,7 +84,11 @@ def _check_ground(scene: Scene, blocks: tuple[ConstraintBlock, ...]) -> None:
     strikes = any(block.kind == "stop" for block in blocks)
     if scene.stop_stiffness is not None and not ((scene.stops or strikes) and k is not None):
         raise SceneError("a stiffness of end stops needs stops = true (--stops) and the stiffness of the contacts; give these too")
-    for value, what in ((scene.tangential_stiffness, "a stiffness along the ground"), (scene.contact_damping, "a contact damping")):
+    for value, what in (
+        (scene.tangential_stiffness, "a stiffness along the ground"),
+        (scene.contact_damping, "a contact damping"),
+        (scene.contact_law, "a contact law"),
+    ):
         if k is None and value is not None:
             raise SceneError(f"{what} is given without the stiffness along the normal; give contact_stiffness too")
     if k is None and (scene.joints.torque or scene.joints.motors):
@@ -91,6 +100,10 @@ def _check_ground(scene: Scene, blocks: tuple[ConstraintBlock, ...]) -> None:
         raise SceneError(
             "gravity = false (--no-gravity) has an effect only on contacts of finite stiffness; give contact_stiffness too"
         )
+    if k is None and scene.flex and not scene.part:
+        raise SceneError(
+            "flex: links that bend have an effect only on contacts of finite stiffness; give contact_stiffness too, or leave it out"
+        )
     if mu is None and k is None:
         return
     if mu is not None and k is not None:
@@ -100,6 +113,10 @@ def _check_ground(scene: Scene, blocks: tuple[ConstraintBlock, ...]) -> None:
         raise SceneError(f"tangential_stiffness must be > 0 N/m, got {scene.tangential_stiffness:g}")
     if scene.contact_damping is not None and any(contact.restitution for contact in scene.contact):
         raise SceneError("a contact damping and a restitution cannot be combined; keep one of them")
+    if scene.contact_damping is not None and scene.contact_law is not None:
+        raise SceneError(
+            "a contact damping and a contact law are given; the law takes its damping from the restitution, so keep one"
+        )
     for contact, block in zip(scene.contact, blocks, strict=True):
         if block.kind == "stop" and mu is not None:
             raise SceneError(f'contact "{contact.frame}" is an end stop, and friction is for the ground; leave it out')
@@ -196,6 +213,8 @@ def landing_of(scene: Scene, robot: Robot) -> PosedLanding:
         if place.joint < 0:
             strength(scene.part[place.number])
     _refuse_twice(landing.blocks)
+    if scene.flex:
+        flexible_landing(landing)
     return landing
 
 

@@ -147,10 +147,12 @@ class Point(Record):
     Attributes:
         frame: link, joint or site.
         offset: from the origin of the frame, in its axes [m].
+        imu_bandwidth: of the accelerometer there, in place of the scene's.
     """
 
     frame: str
     offset: tuple[float, float, float] = (0.0, 0.0, 0.0)
+    imu_bandwidth: str | None = None
 
     @property
     def label(self) -> str:
@@ -172,6 +174,7 @@ class Part(Record):
         joint: name or glob of joints, in place of `at`.
         momentary_torque: that the gears of these joints withstand; by default the effort limit of the robot's file [N m, N].
         torque_duration: for which they do [s].
+        imu_bandwidth: of a part that is an accelerometer, as that of a scene.
     """
 
     name: str
@@ -182,6 +185,7 @@ class Part(Record):
     joint: str | None = None
     momentary_torque: float | None = None
     torque_duration: float | None = None
+    imu_bandwidth: str | None = None
 
 
 @documented
@@ -199,6 +203,8 @@ class Scene(Record):
         stance: frames, or points FRAME:x,y,z, that are already on the ground and stay where they are.
         closure: loops, in addition to those of the robot's file.
         joints: joint model (free, geared or locked).
+        flex: how links bend on contacts of finite stiffness, by name or glob, such as "EI:674" [N m²], "tube:70e9,0.025,0.021" (E
+            [Pa], outer and inner diameter [m]) or "180Hz:clamped".
         point: points at which the shock is computed, in addition to the robot's sensors.
         part: parts and what they withstand.
         tangential_stiffness: of every contact along the ground; by default that along the normal [N/m].
@@ -233,6 +239,7 @@ class Scene(Record):
         (), "The only joints that may move to close loops; by default all that the posture does not set.", POSTURE, "JOINT"
     )
     joints: Joints = field(default_factory=Joints)
+    flex: Mapping[str, str] = field(default_factory=dict)
     point: tuple[Point, ...] = ()
     part: tuple[Part, ...] = ()
     v_in: Literal["contact", "com"] = option(
@@ -252,6 +259,13 @@ class Scene(Record):
         "G",
         unit="g",
         above=0.0,
+    )
+    imu_bandwidth: str | None = option(
+        None,
+        "Bandwidth of the accelerometers, such as 200Hz: also give the peaks that they read behind a low-pass filter of first "
+        "order, or with :2 of second order (Butterworth); a range is then compared with these.",
+        RESULTS,
+        "F[:1|:2]",
     )
     friction: float | None = option(
         None,
@@ -310,6 +324,14 @@ class Scene(Record):
         above=0.0,
         varies=True,
     )
+    contact_law: Literal["hysteresis", "damper"] | None = option(
+        None,
+        "How these contacts lose what --restitution says: hysteresis, by default, unloads them with a larger stiffness, and at a "
+        "restitution of zero at once, a step of force which rings in links and springs; damper has a viscous damper in series with "
+        "each spring, whose force starts and ends without a step, and is smaller, the less they return.",
+        RESULTS,
+        "LAW",
+    )
     gravity: bool = option(
         True,
         "Gravity acts while the robot is on contacts of finite stiffness; --no-gravity, or gravity = false, leaves it out.",
@@ -343,11 +365,13 @@ class Scene(Record):
             closure: Sequence[Closure] = (),
             assemble: Sequence[str] = (),
             joints: Joints = ...,
+            flex: Mapping[str, str] = ...,
             point: Sequence[Point] = (),
             part: Sequence[Part] = (),
             v_in: Literal["contact", "com"] = "contact",
             pulse: str | None = None,
             range_g: float | None = None,
+            imu_bandwidth: str | None = None,
             friction: float | None = None,
             stops: bool | None = None,
             stop_restitution: float | None = None,
@@ -355,6 +379,7 @@ class Scene(Record):
             contact_stiffness: float | None = None,
             tangential_stiffness: float | None = None,
             contact_damping: float | None = None,
+            contact_law: Literal["hysteresis", "damper"] | None = None,
             gravity: bool = True,
             ground_tolerance: float = 0.005,
         ) -> None: ...

@@ -1,6 +1,7 @@
 """Landings side by side in the plane, on one scale."""
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
+from typing import TypeAlias
 
 from matplotlib.figure import Figure
 
@@ -8,9 +9,15 @@ from shockpc.quantities.shock_profile import ShockProfile
 from shockpc.show.figure.layout import LEFT, Page, TableRows
 from shockpc.show.figure.picture import letter
 from shockpc.show.figure.plane import FOOT, draw_row
+from shockpc.show.figure.style import CURVES, INK, new_chart
 from shockpc.show.figure.view import View, Window, view_of, windows_of
 from shockpc.show.header import angle_text, joint_model_text
 from shockpc.text.printed import printable
+
+Curves: TypeAlias = Mapping[str, tuple[Sequence[float], Sequence[float]]]
+
+TICKS = 0.3, 0.5, 1.0, 2.0, 3.0, 5.0, 10.0
+"""Of durations of contact, in first bending periods."""
 
 GAP, BAR = 0.15, 4.6
 """Room between panels, and smallest width of the bar under them [inches]."""
@@ -74,3 +81,30 @@ def _outside(profile: ShockProfile, view: View, window: Window) -> list[str]:
         if i in view.centres and not window.holds(view.centres[i], 0.05):
             lines.append("CoPc {} at ({:.2f}, {:.2f}) m".format(number, *view.centres[i].round(2) + 0.0))
     return lines
+
+
+def draw_errors(title: str, panels: Sequence[tuple[str, Curves, Curves]], limit: float) -> Figure:
+    """Draw errors over the duration of contact times the first bending frequency, in panels side by side.
+
+    Args:
+        title: of the figure.
+        panels: a title, what is drawn as lines, and what as dots; abscissas and ordinates by name.
+        limit: error up to which an answer counts as right.
+    """
+    figure = new_chart(3.4 * len(panels) + 3.0, 3.8, title)
+    for number, (text, lines, dots) in enumerate(panels, start=1):
+        axes = figure.add_subplot(1, len(panels), number, xscale="log", yscale="log", xlabel="Tc f1 = Tc/T1 [-]")
+        axes.set_title(text, fontsize=8.0)
+        axes.axhline(limit, color=INK, linewidth=0.8, linestyle="--", label=f"{100.0 * limit:g} %")
+        for colour, (name, values) in zip(CURVES, lines.items(), strict=False):
+            axes.plot(*values, color=colour, label=name)
+        for colour, (name, values) in zip(CURVES, dots.items(), strict=False):
+            axes.plot(*values, "o", color=colour, markersize=3.5, label=name)
+        axes.set_ylim(1e-3, 2.0)
+        axes.set_xticks(TICKS, [f"{tick:g}" for tick in TICKS])
+        axes.minorticks_off()
+        axes.yaxis.set_major_formatter("{x:g}")
+        axes.grid(True)
+    figure.axes[0].set_ylabel("error [-]")
+    figure.legend(*figure.axes[0].get_legend_handles_labels(), loc="outside right upper")
+    return figure

@@ -6,15 +6,43 @@ import numpy as np
 
 from shockpc.core.spatial import Array
 from shockpc.impact.stiffness import CompliantLanding
+from shockpc.landing.flexible import FlexibleLanding
 from shockpc.landing.places import Place
 from shockpc.landing.strike import GRAVITY
 from shockpc.quantities.of_points import point_velocity
+
+SAMPLES = 400
+"""Times at which the largest deflection is sought."""
 
 
 def contact_forces(compliant: CompliantLanding, times: Array) -> Array:
     """Sizes (nc, T) of the forces of the contacts at times (T,) [N; of the end stop of a hinge N m]."""
     force = compliant.motion.at(times).force
     return np.stack([np.linalg.norm(force[:, compliant.number == c], axis=1) for c in range(len(compliant.landing.contacts))])
+
+
+def bent_links(compliant: CompliantLanding) -> list[tuple[Array, Array]]:
+    """Axes of the links that bend, when they do most: points (k, 3), world axes, and how far these are from a straight link [m].
+
+    The points are from the base: where the link begins, its hinges, and where it ends.
+    """
+    landing = compliant.moving
+    if not isinstance(landing, FlexibleLanding):
+        return []
+    moved, links = compliant.displacements(np.linspace(0.0, compliant.motion.duration, SAMPLES)), []
+    for body, division in landing.flexible.divisions.items():
+        first, *segments = landing.flexible.segments[body]
+        half = 0.5 * division.spacing * division.axis
+        points = np.vstack([division.places[0] - half, division.places, division.places[-1] + half])
+        off = np.zeros((len(moved), *points.shape))
+        for segment, place in zip(segments, division.places, strict=True):
+            start, beyond = landing.robot.joints[segment].v.start, np.maximum((points - place) @ division.axis, 0.0)
+            arms = np.cross(division.across[:, None], beyond[:, None] * division.axis)
+            off += np.einsum("ta,aki->tki", moved[:, start : start + 2], arms)
+        R = landing.state.rotation[0, first]
+        links.append((landing.state.position[0, first] + points @ R.T, off @ R.T))
+    most = int(np.argmax(np.max([np.linalg.norm(off[:, -1], axis=1) for _, off in links], axis=0)))
+    return [(points, off[most]) for points, off in links]
 
 
 def point_accelerations(compliant: CompliantLanding, points: Sequence[Place], times: Array) -> Array:

@@ -19,7 +19,7 @@ from shockpc.landing.resolve import landing_of
 from shockpc.landing.strike import GRAVITY
 from shockpc.quantities.ground import ALONG, PEAK_TORQUE, point_peaks
 from shockpc.quantities.of_joints import MULTIAXIAL, REDUNDANT
-from shockpc.quantities.of_points import DELTA_V, NEEDS_PULSE, SHOCK, point_velocity
+from shockpc.quantities.of_points import DELTA_V, NEEDS_PULSE, SHOCK, lacks_bandwidth, largest_reading, point_velocity, readings
 from shockpc.quantities.quantity import Places, Quantity, largest_jump
 from shockpc.text.errors import SceneError, SolveError
 
@@ -301,6 +301,9 @@ PARTS = (
     Quantity("peak_g", "part", "peak acceleration", "g", "greater", _of_points(_peak), _largest_peak,
         f"{NO_PULSE}; or {OF_A_JOINT}", with_stiffness=True, carried="point",
         lacks=lambda landing: "" if landing.pulse or landing.scene.contact_stiffness else f"{NEEDS_PULSE}, or a contact stiffness"),
+    Quantity("filtered_peak", "part", "peak acceleration behind the filter of an accelerometer", "g", "greater",
+        _of_points(lambda impact, places: readings(impact, places, parts=True)), largest_reading,
+        with_stiffness=True, carried="point", missing=f"the part has no bandwidth; or {OF_A_JOINT}", lacks=lacks_bandwidth),
     Quantity("acceleration_margin", "part", "critical acceleration, of the peak at the part", "1", "less",
         _of_points(_acceleration_margin), missing=f"{NO_PULSE}, or the part no critical acceleration; or {OF_A_JOINT}",
         with_stiffness=True, carried="point"),

@@ -4,14 +4,21 @@ from typing import Any
 
 import numpy as np
 
+from shockpc.core.low_pass import LowPass, peak_of
 from shockpc.core.most_severe import ExtremeDirections, extreme_directions, most_severe_direction
 from shockpc.core.percussion import norm
 from shockpc.core.pulse import peak_acceleration
 from shockpc.core.spatial import Array, jump_at, velocity_at
 from shockpc.impact.impact import Impact
+from shockpc.landing.bandwidths import low_pass_at, low_pass_of_part, low_passes_of
+from shockpc.landing.landing import PosedLanding
 from shockpc.landing.strike import GRAVITY
 from shockpc.quantities.quantity import Places, Quantity, cached, largest_jump, largest_shock, reach
 
+NEEDS_BANDWIDTH = (
+    "what an accelerometer reads follows from its bandwidth, and the scene has none; give it an imu_bandwidth, such as 200Hz"
+)
+NO_BANDWIDTH = "the scene gives no bandwidth of the accelerometer there"
 NEEDS_PULSE = 'peak_g needs the duration of the impact, and the scene has none; give it a pulse = "half-sine:5ms"'
 
 
@@ -40,6 +47,58 @@ def shock(impact: Impact, places: Places) -> Any:
 def _peak(impact: Impact, places: Places) -> Any:
     speed, pulse = norm(point_velocity(impact, places)), impact.landing.pulse
     return np.full(speed.shape, np.nan) if pulse is None else peak_acceleration(speed, pulse) / GRAVITY
+
+
+def low_passes(landing: PosedLanding, places: Places, parts: bool = False) -> list[LowPass | None]:
+    """The filters of the sensors at some points; None where none is known. Args: parts, whether these are parts of the scene."""
+    scene = landing.scene
+    return [low_pass_of_part(scene, place.number) if parts else low_pass_at(scene, place.name) for place in places]
+
+
+def axis_jumps(impact: Impact, places: Places) -> Any:
+    """Jumps along each axis of points, as vectors of one component (N, S, 3 n, 1) [m/s]."""
+    values = np.asarray(_delta_v(impact, places))
+    return values.reshape(*values.shape[:2], -1, 1)
+
+
+def readings(impact: Impact, places: Places, parts: bool = False, along: bool = False) -> Any:
+    """Peaks that accelerometers at points read behind their filters, NaN without one [g].
+
+    On contacts of finite stiffness they are those of the motion, else of the pulse, else the bound for a pulse of any length.
+
+    Args:
+        impact: the impact.
+        places: where.
+        parts: whether these are parts of the scene.
+        along: whether along each axis of a place (N, S, n, 3), else of the whole vector (N, S, n).
+    """
+    landing = impact.landing
+    every = low_passes(landing, places, parts)
+    if landing.scene.contact_stiffness is None:
+        jumps = np.abs(_delta_v(impact, places)) if along else norm(point_velocity(impact, places))
+        scale = np.array([np.nan if one is None else peak_of(landing.pulse, one) / GRAVITY for one in every])
+        scale = scale[:, None] if along else scale
+        return np.where(np.isnan(scale), np.nan, jumps * impact.exact(np.nan_to_num(scale)))
+    from shockpc.impact.stiffness import compliant_landing
+
+    peaks, shape = np.full((len(places), 3 if along else 1), np.nan), (3,) * along
+    for low_pass in {one for one in every if one is not None}:
+        chosen = [k for k, one in enumerate(every) if one == low_pass]
+        compute = axis_jumps if along else point_velocity
+        found = compliant_landing(landing).peaks(compute, [places[k] for k in chosen], low_pass)[0]
+        peaks[chosen] = found.reshape(len(chosen), -1) / GRAVITY
+    return peaks.reshape(1, 1, len(places), *shape)
+
+
+def largest_reading(impact: Impact, values: Array) -> float:
+    """The largest component of a jump of a body as a reading [g]."""
+    scales = [peak_of(impact.landing.pulse, one) for one in low_passes_of(impact.landing.scene)]
+    return largest_jump(impact, values) * max(scales, default=0.0) / GRAVITY
+
+
+def lacks_bandwidth(landing: PosedLanding) -> str:
+    """What a landing lacks for readings of accelerometers; nothing where it gives the bandwidth of one."""
+    return "" if low_passes_of(landing.scene) else NEEDS_BANDWIDTH
 
 
 def world_position(impact: Impact, places: Places) -> Any:
@@ -100,6 +159,11 @@ POINTS = (
     *AT_CENTRE,
     Quantity("position", "point", "position in the world", "m", "neither", world_position, reach, vector=True,
         fixed=lambda place: place.r),
+    Quantity("filtered_peak", "point", "peak acceleration behind the filter of an accelerometer", "g", "greater", readings,
+        largest_reading, missing=NO_BANDWIDTH, lacks=lacks_bandwidth, also=("friction",), with_stiffness=True),
+    Quantity("filtered_peak_axes", "point", "the same along each axis of the frame", "g", "greater",
+        lambda i, p: readings(i, p, along=True), largest_reading, missing=NO_BANDWIDTH, vector=True, lacks=lacks_bandwidth,
+        also=("friction",), with_stiffness=True),
     Quantity("shock_free", "point", "shock with free joints", "1", "greater", shock, largest_shock,
         "not solvable with free joints", needs_posture=True, on="free"),
     Quantity("shock_locked", "point", "shock with locked joints", "1", "greater", shock, largest_shock,

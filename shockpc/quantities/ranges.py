@@ -5,14 +5,14 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
-from shockpc.core.pulse import peak_acceleration
+from shockpc.core.low_pass import peak_of
 from shockpc.core.spatial import Array
 from shockpc.impact.impact import Impact
 from shockpc.landing.places import Place
 from shockpc.landing.scene import Scene
 from shockpc.landing.strike import GRAVITY
 from shockpc.quantities.ground import solved_on
-from shockpc.quantities.of_points import DELTA_V
+from shockpc.quantities.of_points import DELTA_V, axis_jumps, low_passes, readings
 from shockpc.quantities.quantity import Places, Quantity, evaluate
 
 if TYPE_CHECKING:
@@ -43,50 +43,49 @@ def _axes_known(scene: Scene, place: Place) -> bool:
     return not any(any(point.offset) for point in scene.point if point.label == place.name)
 
 
-def _components(impact: Impact, places: Places) -> Array:
-    """Jumps along each axis as vectors of one component (N, S, 3 n, 1)."""
-    values = np.asarray(DELTA_V.compute(impact, places))
-    return values.reshape(*values.shape[:2], -1, 1)
-
-
 def _peaks(impact: Impact, places: Places) -> Iterator[tuple[str, Array]]:
     """What gives peaks, and these along the axes of each point (n, 3), or equal ones where the axes are not known [g]."""
     landing = impact.landing
-    scene, pulse = landing.scene, landing.pulse
+    scene, pulse, filters = landing.scene, landing.pulse, low_passes(landing, places)
+    stiff, behind = scene.contact_stiffness is not None, np.array([one is not None for one in filters])[:, None]
 
     def along(components: Array, lengths: Array) -> Array:
         known = np.array([_axes_known(scene, place) for place in places])
-        return np.where(known[:, None], np.abs(components), lengths[:, None]) / GRAVITY
+        return np.where(known[:, None], np.abs(components), lengths[:, None])
 
-    if pulse is not None:
+    if pulse is not None or (behind.any() and not stiff):
+        scale = np.array([peak_of(pulse, one) for one in filters])[:, None] / GRAVITY
         jumps = [("", impact)]
         if scene.friction is not None and (sliding := solved_on(landing, "friction").impact) is not None:
             jumps.append((f" with friction {scene.friction:g}", sliding))
+        what = "at most, for a pulse of any length" if pulse is None else f"for a pulse {scene.pulse}"
         for how, of in jumps:
             components = evaluate(DELTA_V, of, places)[0, 0]
-            values = along(components, np.linalg.norm(components, axis=1)) * peak_acceleration(1.0, pulse)
-            yield f"for a pulse {scene.pulse}{how}", values
-    if scene.contact_stiffness is not None:
+            yield f"{what}{how}", along(components, np.linalg.norm(components, axis=1)) * scale
+    if stiff:
         compliant = solved_on(landing, "contact_stiffness")
-        components = compliant.peaks(_components, places)[0].reshape(-1, 3)
-        yield f"on contacts of {scene.contact_stiffness:g} N/m", along(components, compliant.peaks(DELTA_V.compute, places)[0])
+        components = compliant.peaks(axis_jumps, places)[0].reshape(-1, 3)
+        raw = along(components, compliant.peaks(DELTA_V.compute, places)[0]) / GRAVITY
+        read = along(readings(impact, places, along=True)[0, 0], readings(impact, places)[0, 0]) if behind.any() else raw
+        yield f"on contacts of {scene.contact_stiffness:g} N/m", np.where(behind, read, raw)
 
 
 def _shares(impact: Impact, places: Places) -> Array:
     """The largest of these peaks (1, 1, n), of the range."""
     if impact.landing.scene.range_g is None:
         return np.full((1, 1, len(places)), np.nan)
-    largest = np.max([peaks.max(axis=1) for _, peaks in _peaks(impact, places)], axis=0)
+    largest = np.fmax.reduce([peaks.max(axis=1) for _, peaks in _peaks(impact, places)])
     return np.asarray(largest[None, None] / impact.landing.scene.range_g)
 
 
 def sensor_peaks(profile: "ShockProfile", places: Sequence[Place]) -> list[SensorPeak]:
-    """The largest peak at each point, of all that the scene lets compute; none without a pulse and a contact stiffness."""
+    """The largest peak at each point, of all that the scene lets compute; none without a pulse, a stiffness and a bandwidth."""
     named = profile.proof.read(lambda impact: list(_peaks(impact, places))) if places else []
     largest = []
-    for k in range(len(places) if named else 0):
-        cause, peaks = max(((cause, peaks[k]) for cause, peaks in named), key=lambda one: float(one[1].max()))
+    for k, low_pass in enumerate(low_passes(profile.landing, places) if named else ()):
+        cause, peaks = max(((cause, peaks[k]) for cause, peaks in named), key=lambda one: float(np.nan_to_num(one[1]).max()))
         axis = AXES[int(peaks.argmax())] if _axes_known(profile.scene, places[k]) else ""
+        cause += f", behind a filter of {low_pass}" if low_pass is not None else ""
         largest.append(SensorPeak(float(peaks.max()), axis, cause))
     return largest
 

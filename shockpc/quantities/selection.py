@@ -8,6 +8,7 @@ import numpy as np
 
 from shockpc.core.percussion import norm
 from shockpc.landing.places import PlaceKind
+from shockpc.quantities.bending import BENDING
 from shockpc.quantities.ground import GROUND
 from shockpc.quantities.of_bodies import BODIES
 from shockpc.quantities.of_contacts import CONTACTS
@@ -20,7 +21,7 @@ from shockpc.quantities.ranges import RANGES
 from shockpc.text.arguments import checked
 from shockpc.text.errors import UnknownName
 
-QUANTITIES: tuple[Quantity, ...] = (*POINTS, *BODIES, *JOINTS, *CONTACTS, *ROBOT, *GROUND, *RANGES, *PARTS)
+QUANTITIES: tuple[Quantity, ...] = (*POINTS, *BODIES, *JOINTS, *CONTACTS, *ROBOT, *GROUND, *RANGES, *PARTS, *BENDING)
 """All quantities. Of those that share a key the first is meant unless the kind is named."""
 
 _BY_KEY = {(quantity.of, quantity.key): quantity for quantity in QUANTITIES}

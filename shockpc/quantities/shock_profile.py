@@ -26,12 +26,13 @@ from shockpc.landing.places import Place, PlaceKind, body_places
 from shockpc.landing.posture import spelled_out
 from shockpc.landing.ratings import strength, torque_strength
 from shockpc.landing.scene import Scene
+from shockpc.quantities.bending import Bending, bending
 from shockpc.quantities.health import Health, health_of
 from shockpc.quantities.of_parts import MarginLost, margin_lost, not_judged
 from shockpc.quantities.quantity import Quantity
 from shockpc.quantities.records import Bracket, ContactImpulse, JointLoad, PartMargin, PointShock, StanceImpulse, records
 from shockpc.quantities.selection import Selection, quantity
-from shockpc.text.errors import SceneError, SolveError
+from shockpc.text.errors import RobotError, SceneError, SolveError
 from shockpc.text.shown import show_page, shown_by
 from shockpc.text.trace import Trace
 
@@ -368,6 +369,22 @@ class ShockProfile(OfLanding):
         from shockpc.impact.springs import spring_times
 
         return float(spring_times(self.landing).min())
+
+    @cached_property
+    def bending(self) -> Bending | str | None:
+        """When links can be taken as rigid, on the contact stiffness, for the pulse, or where a margin of a part is lost.
+
+        Returns: why that is not known, as a text; None where it makes no difference.
+        """
+        k, lost = self.scene.contact_stiffness, None
+        if k is None and self.landing.pulse is None and self.landing.parts and (lost := self.margin_lost) is not None:
+            k = lost.contact_stiffness if 0.0 < lost.contact_stiffness < math.inf else None
+        if k is None and self.landing.pulse is None:
+            return None
+        try:
+            return bending(self.landing, self.value("mass_sticking", "contact"), k)
+        except RobotError as refusal:
+            return str(refusal)
 
     @property
     def friction(self) -> "FrictionResult | None":

@@ -284,6 +284,12 @@ class Robot:
         """Index of the body that carries each body's joint; −1 for the world."""
         return tuple(joint.parent for joint in self.joints)
 
+    @cached_property
+    def depth_first(self) -> bool:
+        """Whether all that a body carries follows it without others between, as in all files; a model that is built may differ."""
+        moves, joints = self.ancestors, self.joints
+        return all(parent < 0 or moves[i - 1, joints[parent].v.start] for i, parent in enumerate(self.parents))
+
     def limb(self, body: int) -> list[int]:
         """The bodies from one to the base, which is not among them."""
         limb: list[int] = []

@@ -155,6 +155,7 @@ def _drive_texts(profile: ShockProfile, among: Collection[ShockProfile]) -> list
         behind = "" if motor.stiffness is None else f", behind a spring of {motor.stiffness:g} N m/rad"
         texts.append(f"rotor of {printable(name)}: {motor.inertia:g} kg m², {ratio}{behind}")
     texts += [f"locked: {', '.join(joints.locked)}"] if joints.locked else []
+    texts += [f"{printable(pattern)} bends ({text})" for pattern, text in profile.scene.flex.items()]
     if model.drives and joints.drives is None and model.armature.any():
         texts.append("--joints free for free joints")
     single = [joint for joint in robot.single_joints if joint.kind != "free"]

@@ -1,16 +1,21 @@
 """A landing on contacts of finite stiffness over time: forces, accelerations and torques; and shock response spectra of points."""
 
 from collections.abc import Sequence
+from dataclasses import replace
+from textwrap import fill
 
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
+from shockpc.core.low_pass import LowPass
 from shockpc.core.spatial import Array
-from shockpc.impact.stiffness import DAMPING, SPECTRUM, CompliantLanding
+from shockpc.impact.spectra import DAMPING, SPECTRUM, spectrum
+from shockpc.impact.stiffness import CompliantLanding, compliant_landing
+from shockpc.landing.places import Place
 from shockpc.landing.strike import GRAVITY
 from shockpc.quantities.ground import ALONG
-from shockpc.quantities.of_points import DELTA_V
+from shockpc.quantities.of_points import DELTA_V, low_passes
 from shockpc.quantities.shock_profile import ShockProfile
 from shockpc.show.figure.style import CURVES, INK, new_chart, plain_numbers
 from shockpc.show.wording import contact_name, count, robot_name
@@ -29,8 +34,8 @@ AFTER = 0.03
 ROOM = 5.6
 """Width of the panels, about [inches]."""
 
-LETTER, LINE = 4.3, 9.5
-"""Width of a letter and height of a line over the first panel [pt]."""
+LETTER, LINE, LETTERS = 4.3, 9.5, 120
+"""Width of a letter and height of a line over the first panel [pt]; letters of a line below the panels."""
 
 HAPPENS = {
     "unloads": "compression ends",
@@ -47,10 +52,10 @@ SAMPLES = 600
 
 
 def draw_time(profile: ShockProfile) -> Figure:
-    """Draw forces of the contacts, accelerations of points and torques along the axes of joints."""
+    """Draw forces of the contacts, accelerations of points and torques along the axes of joints, also of rigid links."""
     compliant = _compliant(profile)
     figure = new_chart(7.2, 5.4, f"{_landing_text(profile)}, over time")
-    motion, places = compliant.motion, profile.places("contact")
+    motion = compliant.motion
     ends = sorted({0.0, motion.duration, *(event.time for event in motion.events)})
     t = np.unique(
         np.concatenate([np.linspace(0.0, motion.duration, SAMPLES), ends, np.nextafter(ends, np.inf)]).clip(0.0, ends[-1])
@@ -58,14 +63,48 @@ def draw_time(profile: ShockProfile) -> Figure:
     # At the end all contacts are open, and without restitution the force drops to zero in that instant; without springs in joints,
     # all else with it.
     t = np.append(t, t[-1])
-    force = motion.at(t).force
-    if motion.separated:
-        force[-1] = 0.0
-    at_rest = motion.separated and bool((compliant.number >= 0).all())
-    size = [np.linalg.norm(force[:, compliant.number == c], axis=1) for c in range(len(profile.landing.contacts))]
-    normal = force[:, motion.elements.normal & (compliant.number < len(profile.landing.contacts))]
-    unit = "N, N m" if any(block.kind == "stop" for block in profile.landing.contacts) else "N"
-    panels: list[tuple[str, list[str], Array]] = [(f"force [{unit}]", [place.name for place in places], np.array(size))]
+    panels = _panels(profile, compliant, t)
+    rows = figure.subplots(len(panels), 1, sharex=True, squeeze=False)[:, 0]
+    rigid: list[Array | None] = [None] * len(panels)
+    if profile.scene.flex:
+        landing = replace(profile.landing, scene=replace(profile.landing.scene, flex={}))
+        rigid = [curves for *_, curves in _panels(profile, compliant_landing(landing), t)]
+    points = [place for place in profile.places("point") if place.body >= 0]
+    filters = low_passes(profile.landing, points)
+    for axes, (title, names, curves), of_rigid in zip(rows, panels, rigid, strict=True):
+        _plot(axes, 1e3 * t, names, curves, of_rigid)
+        axes.set_ylabel(title)
+        if title.startswith("acceleration"):
+            _plot_readings(axes, compliant, points, filters)
+    normal = _forces(compliant, t)[:, motion.elements.normal & (compliant.number < len(profile.landing.contacts))]
+    for k in range(normal.shape[1]):
+        rows[0].plot(1e3 * t, normal[:, k], color=CURVES[k % len(CURVES)], linewidth=0.8, linestyle=(0, (4, 2)))
+    rows[-1].set_xlabel("time after touchdown [ms]")
+    # What accelerometers read goes on after the end, as long as their filters lag.
+    end = max([motion.duration, *(compliant.filtered(one).duration for one in filters if one is not None)])
+    rows[-1].set_xlim(0.0, 1e3 * (1.0 + AFTER) * end)
+    left = _write_events(list(rows), _events(profile, compliant))
+    words = "dashed: along the normal; dotted: what happens to a contact"
+    words += "; dash-dotted: what an accelerometer reads" * any(filters) + "; thin: rigid links" * bool(profile.scene.flex)
+    words += f"; {count(left, 'more event')} not written" * bool(left) + "; frozen geometry, double precision, not proven"
+    figure.supxlabel(fill(words, LETTERS), fontsize=7.0, x=0.02, ha="left")
+    return figure
+
+
+def _forces(compliant: CompliantLanding, t: Array) -> Array:
+    """Forces (T, r) of the elements at times (T,), of which the last is after the end."""
+    force = compliant.motion.at(t).force
+    force[-1] *= not compliant.motion.separated
+    return force
+
+
+def _panels(profile: ShockProfile, compliant: CompliantLanding, t: Array) -> list[tuple[str, list[str], Array]]:
+    """Heading, names and curves (n, T) of each panel, at times (T,); NaN after the end, of which the last time is the instant."""
+    force, contacts = _forces(compliant, t), profile.landing.contacts
+    at_rest = compliant.motion.separated and bool((compliant.number >= 0).all())
+    size = [np.linalg.norm(force[:, compliant.number == c], axis=1) for c in range(len(contacts))]
+    unit = "N, N m" if any(block.kind == "stop" for block in contacts) else "N"
+    panels = [(f"force [{unit}]", [place.name for place in profile.places("contact")], np.array(size))]
     points = [place for place in profile.places("point") if place.body >= 0]
     for title, entry, where, scale in (
         ("acceleration [g]", DELTA_V, points, GRAVITY),
@@ -79,19 +118,19 @@ def draw_time(profile: ShockProfile) -> Figure:
             values, where = values[:, peaks > 0.0], [place for place, peak in zip(where, peaks, strict=True) if peak > 0.0]
         if where:
             panels.append((title, [place.name for place in where], values.T))
-    rows = figure.subplots(len(panels), 1, sharex=True, squeeze=False)[:, 0]
-    for axes, (title, names, curves) in zip(rows, panels, strict=True):
-        _plot(axes, 1e3 * t, names, curves)
-        axes.set_ylabel(title)
-    for k in range(normal.shape[1]):
-        rows[0].plot(1e3 * t, normal[:, k], color=CURVES[k % len(CURVES)], linewidth=0.8, linestyle=(0, (4, 2)))
-    rows[-1].set_xlabel("time after touchdown [ms]")
-    rows[-1].set_xlim(0.0, 1e3 * (1.0 + AFTER) * motion.duration)
-    left = _write_events(list(rows), _events(profile, compliant))
-    words = "dashed: along the normal; dotted: what happens to a contact; frozen geometry, double precision, not proven"
-    words += f"; {count(left, 'more event')} not written" * bool(left)
-    figure.supxlabel(words, fontsize=7.0, x=0.02, ha="left")
-    return figure
+    for _, _, curves in panels:
+        curves[:, t > compliant.motion.duration] = np.nan
+    return panels
+
+
+def _plot_readings(axes: Axes, compliant: CompliantLanding, points: Sequence[Place], filters: Sequence[LowPass | None]) -> None:
+    """Draw what accelerometers at points read behind their filters, dash-dotted, in the colours of the raw curves."""
+    colors = {line.get_label(): line.get_color() for line in axes.get_lines()}
+    for place, low_pass in zip(points, filters, strict=True):
+        if low_pass is not None and (color := colors.get(printable(place.name, 30))):
+            t = np.linspace(0.0, compliant.filtered(low_pass).duration, SAMPLES)
+            read = np.linalg.norm(compliant.history(DELTA_V.compute, [place], t, low_pass)[:, 0], axis=1) / GRAVITY
+            axes.plot(1e3 * t, read, color=color, linewidth=1.2, linestyle="dashdot")
 
 
 def _events(profile: ShockProfile, compliant: CompliantLanding) -> list[tuple[float, str]]:
@@ -150,10 +189,13 @@ def draw_spectrum(profile: ShockProfile) -> Figure:
         xscale="log", yscale="log", xlabel="natural frequency [Hz]", ylabel="largest response along an axis [g]"
     )
     for line, damping in zip(("solid", "dashed"), DAMPING, strict=True):
-        response = compliant.spectrum(DELTA_V.compute, points, damping) / GRAVITY
+        response = spectrum(compliant, DELTA_V.compute, points, damping) / GRAVITY
         for k, place in enumerate(points[: len(CURVES)]):
             label = f"{printable(place.name, 40)}, damping {100.0 * damping:g} %"
             axes.plot(SPECTRUM, response[:, k], color=CURVES[k], linestyle=line, linewidth=1.1, label=label)
+            if (low_pass := low_passes(profile.landing, [place])[0]) is not None:
+                read = spectrum(compliant, DELTA_V.compute, [place], damping, low_pass)[:, 0] / GRAVITY
+                axes.plot(SPECTRUM, read, color=CURVES[k], linestyle=line, linewidth=0.6, label=f"{label}, behind {low_pass}")
     axes.margins(x=0.0)
     axes.grid(True, which="both")
     plain_numbers(axes.xaxis)
@@ -173,12 +215,17 @@ def _compliant(profile: ShockProfile) -> CompliantLanding:
     return profile.stiffness
 
 
-def _plot(axes: Axes, t: Array, names: Sequence[str], curves: Array) -> None:
-    """Draw the curves (n, T) of the largest peaks, each with its name beside the panel, so that equal ones are all seen."""
+def _plot(axes: Axes, t: Array, names: Sequence[str], curves: Array, rigid: Array | None) -> None:
+    """Draw the curves (n, T) of the largest peaks, each with its name beside the panel, so that equal ones are all seen.
+
+    Args: rigid, the same of rigid links, where some bend; they are thin.
+    """
     peaks = np.abs(curves).max(axis=1, initial=0.0)
     order = np.argsort(-peaks, kind="stable")[: min(CURVES_SHOWN, np.sum(peaks >= SMALL * peaks.max()))]
     for k, i in enumerate(sorted(order.tolist())):
         axes.plot(t, curves[i], color=CURVES[k % len(CURVES)], linewidth=2.2 - 0.22 * k, label=printable(names[i], 30))
+        if rigid is not None:
+            axes.plot(t, rigid[i], color=CURVES[k % len(CURVES)], linewidth=0.7, alpha=0.8)
     left = len(names) - len(order)
     axes.legend(
         loc="center left", bbox_to_anchor=(1.0, 0.5), title=f"{left} smaller not drawn" if left else None, title_fontsize=6.5

@@ -4,6 +4,7 @@ import math
 from typing import TYPE_CHECKING, Any
 
 from shockpc.landing.strike import GRAVITY
+from shockpc.quantities.of_points import low_passes
 from shockpc.quantities.selection import quantity
 from shockpc.quantities.shock_profile import ShockProfile
 from shockpc.show.document import record
@@ -61,13 +62,16 @@ def _drives(profile: ShockProfile) -> dict[str, Any]:
 
 def _spectra(profile: ShockProfile, stiffness: "CompliantLanding") -> dict[str, Any]:
     """The shock response spectra of the points [g]."""
-    from shockpc.impact.stiffness import DAMPING, SPECTRUM
+    from shockpc.impact.spectra import DAMPING, SPECTRUM, spectrum
 
     points = [place for place in profile.places("point") if place.body >= 0]
     compute = quantity("point", "delta_v").compute
-    spectra = [stiffness.spectrum(compute, points, damping) / GRAVITY for damping in DAMPING]
-    return {
-        "frequencies": list(SPECTRUM),
-        "damping": list(DAMPING),
-        "points": [{"frame": place.name, "response": [one[:, k] for one in spectra]} for k, place in enumerate(points)],
-    }
+    spectra = [spectrum(stiffness, compute, points, damping) / GRAVITY for damping in DAMPING]
+    of_points = []
+    for k, (place, low_pass) in enumerate(zip(points, low_passes(profile.landing, points), strict=True)):
+        found = {"frame": place.name, "response": [one[:, k] for one in spectra]}
+        if low_pass is not None:
+            behind = [spectrum(stiffness, compute, [place], damping, low_pass)[:, 0] / GRAVITY for damping in DAMPING]
+            found |= {"filtered_response": behind}
+        of_points.append(found)
+    return {"frequencies": list(SPECTRUM), "damping": list(DAMPING), "points": of_points}

@@ -25,7 +25,7 @@ from shockpc.show.wording import contact_name, count, proof_text, robot_name, sh
 from shockpc.studies.analyze.landing_document import content
 from shockpc.studies.analyze.several import Reports, landings_sheet, worst_text
 from shockpc.studies.analyze.sheets import OPTIONAL, landing_tables
-from shockpc.studies.analyze.views import shown_tables, stiffness_text, worst_bodies
+from shockpc.studies.analyze.views import readings_text, shown_tables, stiffness_text, worst_bodies
 from shockpc.text.errors import ShockError
 from shockpc.text.printed import cause_lines, causes, few
 
@@ -184,6 +184,10 @@ def _summary(profile: ShockProfile) -> list[tuple[str, str]]:
     known = [f"{point.frame} {rounded(g)} g" for point, g in zip(profile.points, peaks, strict=True) if not math.isnan(g)]
     if known:
         lines.insert(1, ("peak", f"{few(known, 4)} for a pulse {profile.scene.pulse}{with_friction}"))
+    read = zip(profile.places("point"), profile.value("filtered_peak", "point").tolist(), strict=True)
+    readings = [f"{place.name} {rounded(g)} g" for place, g in read if not math.isnan(g)]
+    if readings:
+        lines.insert(1 + bool(known), ("reading", f"{few(readings, 4)} {readings_text(profile)}"))
     if (limit := profile.scene.range_g) is not None:
         moving = [place for place in profile.places("point") if place.body >= 0]
         peaks_of = zip(moving, sensor_peaks(profile, moving), strict=False)
@@ -351,7 +355,18 @@ def _margin_lines(profile: ShockProfile) -> list[str]:
 
 
 def _ground_lines(profile: ShockProfile) -> list[str]:
-    """What friction, or a finite stiffness of the contacts, says of the landing; a line each."""
+    """What friction, or a finite stiffness of the contacts, says of the landing, and when it holds; a line each."""
+    return [*_impact_lines(profile), *_bending_lines(profile)]
+
+
+def _bending_lines(profile: ShockProfile) -> list[str]:
+    """When the links of the landing can be taken as rigid."""
+    if (found := profile.bending) is None:
+        return []
+    return [f"rigid links: when they are right is not known, because {found}"] if isinstance(found, str) else list(found.lines)
+
+
+def _impact_lines(profile: ShockProfile) -> list[str]:
     if stiffness := profile.stiffness:
         percent = max(100.0 * stiffness.difference, 0.1)
         within = f"within {percent:.{0 if percent >= 10.0 else 1}f} % of the finite-stiffness result"

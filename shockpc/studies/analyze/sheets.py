@@ -31,6 +31,8 @@ TITLES: dict[PlaceKind, dict[str, str]] = {
         "range_share": "largest peak along an axis, of the range [%]",
         "peak_acceleration": "peak with this stiffness [g]",
         "peak_acceleration_time": "at [ms]",
+        "filtered_peak": "reading [g]",
+        "filtered_peak_axes": "reading {} [g]",
     },
     "contact": {
         "impulse": "impulse {} [N s]",
@@ -44,6 +46,7 @@ TITLES: dict[PlaceKind, dict[str, str]] = {
     "part": {
         "velocity_margin": "margin [-]",
         "peak_g": "peak [g]",
+        "filtered_peak": "reading [g]",
         "acceleration_margin": "margin by peak [-]",
         "along": "impulse along the axis [N m s, N s]",
         "part_margin": "governing [-]",

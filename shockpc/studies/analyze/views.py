@@ -6,6 +6,7 @@ from typing import Any
 
 import numpy as np
 
+from shockpc.quantities.of_points import low_passes
 from shockpc.quantities.shock_profile import ShockProfile
 from shockpc.show.tables import Column, Sheet
 from shockpc.show.wording import BRACKETED, count, vector_text
@@ -21,6 +22,9 @@ from shockpc.studies.analyze.sheets import (
     shocks_sheet,
 )
 from shockpc.text.printed import few
+
+READINGS = {"filtered_peak": "", **{f"filtered_peak_axes_{axis}": "" for axis in "xyz"}}
+"""Columns of what accelerometers read."""
 
 OUT_OF_PLANE = 0.25
 """Share of a body's motion out of the plane above which a note says what its CoPc and RoPc describe."""
@@ -123,7 +127,23 @@ def points_view(profile: ShockProfile) -> Sheet:
     of_pulse += ", of the impulse model" if pulse and profile.stiffness is not None else ""
     headings = {"point": "", "body": "", **_vector("delta_v", "Δv {} [m/s]"), "shock": "", "peak_g": ""}
     headings |= {"range_share": f"largest peak along an axis of {range_g:g} g [%]"} if range_g is not None else {}
-    return _view(points_sheet(profile), f"sensors and points (Δv in the frame's axes{of_pulse})", headings)
+    notes = []
+    if profile.stiffness is None:
+        headings, notes = headings | READINGS, _readings_notes(profile)
+    return _view(points_sheet(profile), f"sensors and points (Δv in the frame's axes{of_pulse})", headings, notes)
+
+
+def readings_text(profile: ShockProfile) -> str:
+    """What the readings of accelerometers are, behind their filters; empty without one."""
+    places = profile.places("point")
+    filters = dict.fromkeys(str(one) for one in low_passes(profile.landing, places) if one is not None)
+    bound = ", at most, however stiff the contacts are, while the acceleration keeps its sign"
+    at_most = "" if profile.stiffness is not None or profile.landing.pulse else bound
+    return f"behind a low-pass filter of {few(list(filters), 3)}{at_most}" if filters else ""
+
+
+def _readings_notes(profile: ShockProfile) -> list[str]:
+    return [f"reading: the largest acceleration {text}"] if (text := readings_text(profile)) else []
 
 
 def parts_view(profile: ShockProfile) -> Sheet:
@@ -138,8 +158,9 @@ def parts_view(profile: ShockProfile) -> Sheet:
         notes.append("margins by velocity change only, because a peak needs a pulse or a contact stiffness")
     if profile.stiffness is None and any(one.torque is not None for one in parts):
         notes.append(_torque_note(profile).replace("of the torque limit", "torque"))
-    keys = ("part", "speed_change", "critical_velocity_change", "velocity_margin", "peak_g", "critical_acceleration",
-        "acceleration_margin", "along", "torque", "momentary_torque", "part_margin", "governed_by", "missing")  # fmt: skip
+    keys = ("part", "speed_change", "critical_velocity_change", "velocity_margin", "peak_g", "filtered_peak",
+        "critical_acceleration", "acceleration_margin", "along", "torque", "momentary_torque", "part_margin", "governed_by",
+        "missing")  # fmt: skip
     sheet = parts_sheet(profile)
     return _view(sheet, sheet.title, dict.fromkeys(keys, ""), notes)
 
@@ -218,8 +239,8 @@ def stiffness_contacts(profile: ShockProfile) -> Sheet:
 
 def stiffness_points(profile: ShockProfile) -> Sheet:
     """Peak accelerations on contacts of finite stiffness."""
-    headings = {"point": "", "peak_acceleration": "peak [g]", "peak_acceleration_time": ""}
-    return _view(points_sheet(profile), "peak accelerations on these contacts", headings)
+    headings = {"point": "", "peak_acceleration": "peak [g]", "peak_acceleration_time": "", **READINGS}
+    return _view(points_sheet(profile), "peak accelerations on these contacts", headings, _readings_notes(profile))
 
 
 def stiffness_shocks(profile: ShockProfile) -> Sheet:
@@ -237,10 +258,12 @@ def _forces(profile: ShockProfile) -> str:
 
 
 def stiffness_text(profile: ShockProfile) -> str:
-    """The stiffness of contacts and end stops, and the damping, as the scene gives them."""
+    """The stiffness of contacts and end stops, and their damping, as the scene gives them."""
     scene = profile.scene
     along = "" if scene.tangential_stiffness is None else f" ({scene.tangential_stiffness:g} N/m along the ground)"
     stops = "" if scene.stop_stiffness is None else f", end stops of {scene.stop_stiffness:g} N m/rad or N/m"
-    return f"{scene.contact_stiffness:g} N/m{along}{stops}" + (
-        "" if scene.contact_damping is None else f", {scene.contact_damping:g} N s/m"
+    return (
+        f"{scene.contact_stiffness:g} N/m{along}{stops}"
+        + ("" if scene.contact_damping is None else f", {scene.contact_damping:g} N s/m")
+        + (", dampers in series" if scene.contact_law == "damper" else "")
     )

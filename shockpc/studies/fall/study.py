@@ -18,6 +18,7 @@ from shockpc.evaluation.source import common_robot, named_scenes
 from shockpc.evaluation.table import Table
 from shockpc.evaluation.variation import Vary, pairs
 from shockpc.evaluation.varied_scene import scene_grid
+from shockpc.landing.bandwidths import low_passes_of
 from shockpc.landing.joint_options import Joints
 from shockpc.landing.ratings import TorqueStrength, torque_limits
 from shockpc.landing.record import CONTACT, STRIKE, Option
@@ -135,10 +136,11 @@ class Falls:
     more=(
         "The robot tips as one rigid body, its joints held, over an edge of its support until it rests: on an edge that sticks,"
         " slides or leaves the ground, strike after strike. Each strike is a landing with the drives of the joints. With a pulse or"
-        " a contact stiffness all joints are judged by their torque or effort limits."
+        " a contact stiffness all joints are judged by their torque or effort limits, and with a bandwidth every strike has what"
+        " its accelerometers read."
     ),
     without=(CONTACT, STRIKE),  # which a fall computes
-    uses=("part", "pulse"),
+    uses=("part", "pulse", "imu-bandwidth"),
     reads="postures",
     passed=("trace",),
     fails=True,
@@ -240,7 +242,10 @@ def fall(
     parts, efforts = (any(of) for of in zip(*judged, strict=True))
     slides = any(scene.friction is not None for scene in scenes.values())
     rank = rank or ("part_margin" if parts else "body.delta_v_friction" if slides else "delta_v_max")
-    texts = tuple(dict.fromkeys([rank, *(WITH_FRICTION if slides else STANDARD), *[EFFORTS] * efforts, *quantities]))
+    standard = [*(WITH_FRICTION if slides else STANDARD), *[EFFORTS] * efforts]
+    if any(low_passes_of(scene) for scene in scenes.values()):
+        standard.append("filtered_peak_friction" if slides else "filtered_peak")
+    texts = tuple(dict.fromkeys([rank, *standard, *quantities]))
     ranked, *others = [select(text.partition("@")[0]) for text in texts]
     tips, strikes, failures, notes = list[Tip](), list[FallStrike](), dict[str, ShockError](), list[str]()
     for posture, scene in scenes.items():

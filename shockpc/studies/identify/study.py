@@ -110,7 +110,7 @@ class Identification:
         "predicted and measured jumps differ least, with 95 % intervals; the report names what the data cannot distinguish. --out "
         "writes drives.toml for --drives, and scene.toml with all values, which every command takes."
     ),
-    without=("at", "part", "pulse", "range_g", "v_in", "ground_tolerance"),  # as velocities alone are compared
+    without=("at", "part", "pulse", "range_g", "imu_bandwidth", "v_in", "ground_tolerance"),  # as velocities alone are compared
     reads="table",
 )
 def identify(
@@ -121,8 +121,8 @@ def identify(
         Option(
             "What is unknown, and its range, of which :log searches the logarithm: friction, restitution, contact-stiffness [N/m], "
             "contact-damping [N s/m], armature:JOINTS [kg m²], rotor:JOINTS (of the rotor itself) [kg m²], joint-stiffness:JOINTS "
-            "[N m/rad], mass:LINKS [kg], com-x:LINKS [m], inertia:LINKS (a factor), or scale:before, a factor on the velocities "
-            "before the impact.",
+            "[N m/rad], mass:LINKS [kg], com-x:LINKS [m], inertia:LINKS (a factor), flex:LINKS (EI [N m²]), or scale:before, a "
+            "factor on the velocities before the impact.",
             "What is unknown",
             "NAME=LOW:HIGH[:log]",
         ),
@@ -211,7 +211,7 @@ def _unknown(robot: Robot, subject: str, values: Any) -> Variation:
     if not one.uncertain and subject != SCALE:
         raise StudyError(
             f"{subject} is of how the robot lands, which the table gives; unknown may be friction, restitution, contact-stiffness, "
-            f"armature:JOINTS, rotor:JOINTS, joint-stiffness:JOINTS, mass:LINK, com-x:LINK, inertia:LINK and {SCALE}"
+            f"armature:JOINTS, rotor:JOINTS, joint-stiffness:JOINTS, mass:LINK, com-x:LINK, inertia:LINK, flex:LINK and {SCALE}"
         )
     return one
 

@@ -130,7 +130,9 @@ def _margins(study: PlaceStudy) -> Sheet:
             along.append((one.name, *one.margin.peak_g, *((None,) * 3 if one.margin.left is None else one.margin.left)))
     header = ("place", *(f"peak {axis} [g]" for axis in "xyz"), *(f"left {axis} [%]" for axis in "xyz"))
     note = "axes: those of the present sensors; for new places those of the body"
-    title = f"peak acceleration along each axis (pulse {scene.pulse}{span}; left: share of the range)"
+    given = [f"pulse {scene.pulse}"] * (scene.pulse is not None)
+    given += [f"behind a filter of {scene.imu_bandwidth}"] * (scene.imu_bandwidth is not None)
+    title = f"peak acceleration along each axis ({', '.join(given)}{span}; left: share of the range)"
     return Sheet(title, header, along, [note]).known()
 
 

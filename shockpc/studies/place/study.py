@@ -8,7 +8,7 @@ from typing import Annotated, NamedTuple
 
 import numpy as np
 
-from shockpc.core.pulse import peak_acceleration
+from shockpc.core.low_pass import peak_of
 from shockpc.core.spatial import Array
 from shockpc.evaluation.declare import study
 from shockpc.evaluation.evaluate import proven
@@ -16,6 +16,7 @@ from shockpc.evaluation.source import common_robot, named_scenes, refuse_ground,
 from shockpc.evaluation.table import Table
 from shockpc.evaluation.variation import Vary, pairs
 from shockpc.evaluation.varied_scene import scene_grid
+from shockpc.landing.bandwidths import scene_low_pass
 from shockpc.landing.places import Place, point_place, point_places
 from shockpc.landing.record import Option
 from shockpc.landing.resolve import pulse_of
@@ -161,11 +162,11 @@ class PlaceStudy:
         "Without --contact the landings are those on all level feet together, on each edge of their support, and on each "
         "foot. Places are compared by the maximum shock over all "
         "landings. The optimum over the body is exact, with its gap stated; the shock at the places is proven. With "
-        "--pulse and --range-g, also how much of a sensor's range is left along each axis."
+        "--pulse (or --imu-bandwidth) and --range-g, also how much of a sensor's range is left along each axis."
     ),
     # What `refuse_ground` refuses, and parts, whose places are given.
-    without=("contact_stiffness", "contact_damping", "no_gravity", "stop_stiffness", "motors", "torque", "part"),
-    uses=("pulse",),
+    without=("contact_stiffness", "contact_damping", "contact_law", "no_gravity", "stop_stiffness", "motors", "torque", "part"),
+    uses=("pulse", "imu-bandwidth"),
     reads="landings",
     passed=("progress",),
     fails=True,
@@ -400,13 +401,13 @@ def _proven(profiles: tuple[ShockProfile, ...], every: list[Place], new: tuple[P
 
 
 def _margin(delta_v: Array, profiles: tuple[ShockProfile, ...]) -> Margin | None:
-    """What the scenes' pulses mean for the axes of a sensor; None if a scene has no pulse."""
-    pulses = [pulse for profile in profiles if (pulse := pulse_of(profile.scene)) is not None]
-    if len(pulses) < len(profiles):
+    """What the scenes' pulses and bandwidths mean for the axes of a sensor; None if a scene has neither."""
+    scales = np.array([peak_of(pulse_of(profile.scene), scene_low_pass(profile.scene)) for profile in profiles])
+    if np.isnan(scales).any():
         if any(profile.scene.range_g is not None for profile in profiles):
-            raise StudyError("a sensor's range is given in g, but no pulse; give one too, such as half-sine:5ms")
+            raise StudyError("a sensor's range is given in g, but no pulse; give one too, such as half-sine:5ms, or a bandwidth")
         return None
-    peaks = delta_v * np.array([peak_acceleration(1.0, pulse) / GRAVITY for pulse in pulses])[:, None]
+    peaks = delta_v * (scales / GRAVITY)[:, None]
     ranges = [profile.scene.range_g for profile in profiles if profile.scene.range_g is not None]
     greatest = np.abs(peaks).max(axis=0)
     return Margin(greatest, 1.0 - greatest / min(ranges) if ranges else None)

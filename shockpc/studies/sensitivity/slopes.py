@@ -79,7 +79,7 @@ def _parameter(landing: PosedLanding, varied: Variation) -> Parameter:
     """
     refuse_given_otherwise(landing.scene, varied.kind)
     robot, kind, value = landing.robot, varied.kind, present_value(landing, varied)
-    of_zero, lowest, away = kind in ("mass", "place", *DRIVEN, *OF_THE_GROUND) or varied.factor, -math.inf, value
+    of_zero, lowest, away = kind in ("mass", "place", "flex", *DRIVEN, *OF_THE_GROUND) or varied.factor, -math.inf, value
     relative = varied.unit not in ("deg", "m")
     size = step = landing.length if varied.unit == "m" else RADIAN if varied.unit == "deg" else abs(value) or 1.0
     if kind in OF_A_LINK:

@@ -128,7 +128,7 @@ def _lines(summary: Summary[VariedLandings]) -> Iterator[str]:
     if not stiff or not any(
         (entry := column.selection.quantity).unproven or entry.with_stiffness for column in summary.evaluation.computed
     ):
-        for varied in (varied for varied in sweep.variations if varied.kind.endswith("-stiffness")):
+        for varied in (varied for varied in sweep.variations if varied.kind.endswith("-stiffness") or varied.kind == "flex"):
             asked = "--quantity peak_acceleration or peak_force" + ("" if stiff else ", with --contact-stiffness,")
             yield f"warning: nothing computed here depends on {varied.subject}; {asked} does"
     slides = sweep.scene.friction is not None or any(varied.kind == "friction" for varied in sweep.variations)
@@ -162,6 +162,8 @@ def _options(made: VariedLandings, row: int) -> tuple[str, str]:
             options.append(("--armature", f"{one.target}={float(value)!r}"))
         elif one.kind == "joint-stiffness" and not one.factor and scene.joints.rotor == made.scene.joints.rotor:
             options.append(("--joint-stiffness", f"{one.target}={float(value)!r}"))
+        elif one.kind == "flex":
+            options += [("--flex", f"{name}={text}") for name, text in scene.flex.items() if made.scene.flex.get(name) != text]
         elif one.kind in (*STRIKE, *OF_THE_GROUND):
             options.append((f"--{one.kind}", repr(float(value))))
         elif one.kind == "contact":

@@ -1,0 +1,54 @@
+"""Shock response spectra of points of a landing on contacts of finite stiffness."""
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from shockpc.core.low_pass import LowPass
+from shockpc.core.spatial import Array
+from shockpc.core.spectrum import SAMPLES_A_PERIOD, shock_response
+from shockpc.impact.stiffness import CompliantLanding, Compute
+from shockpc.landing.places import Place
+from shockpc.text.errors import SolveError
+
+SPECTRUM = tuple(float(f) for f in np.geomspace(10.0, 2000.0, 93).round(3))
+"""Natural frequencies of the shock response spectrum [Hz]."""
+
+DAMPING = (0.0, 0.05)
+"""Damping ratios of the same."""
+
+LONGEST_SPECTRUM = 2.0
+"""Duration of a contact, and of what a filter lags, up to which the spectrum is computed [s]: samples follow from frequencies."""
+
+
+def spectrum(
+    compliant: CompliantLanding, compute: Compute, places: Sequence[Place], damping: float, low_pass: LowPass | None = None
+) -> Array:
+    """Largest acceleration (f, n) of oscillators of the frequencies `SPECTRUM` at n points, in the axis in which it is largest.
+
+    The acceleration of the points is that until the end of the motion, less what gravity gives them, which an oscillator carries
+    before the impact.
+
+    Args:
+        compliant: the landing.
+        compute: of a quantity that is linear in jumps, as velocities of points.
+        places: the points.
+        damping: ratio of the oscillators.
+        low_pass: a filter that the acceleration goes through before.
+
+    Raises:
+        SolveError: the contact lasts longer than `LONGEST_SPECTRUM`.
+    """
+    if not places:
+        return np.zeros((len(SPECTRUM), 0))
+    duration = compliant.filtered(low_pass).duration
+    if duration > LONGEST_SPECTRUM:
+        k = compliant.landing.scene.contact_stiffness
+        lasts = f"on {k:g} N/m the contact lasts {duration:.3g} s" + " with what the filter lags" * (low_pass is not None)
+        limit = f"a shock response spectrum is computed of up to {LONGEST_SPECTRUM:g} s"
+        raise SolveError(f"{lasts}, and {limit}; take stiffer contacts, or leave --spectrum out")
+    count = int(np.ceil(duration * SAMPLES_A_PERIOD * SPECTRUM[-1])) + 64
+    times = np.linspace(0.0, duration, count + 1)
+    history = compliant.history(compute, places, times, low_pass) - compliant.readout(compute, places)[1]
+    response = shock_response(history.reshape(count + 1, -1), float(times[1]), np.array(SPECTRUM), damping)
+    return np.asarray(response.reshape(len(SPECTRUM), len(places), -1).max(axis=2))

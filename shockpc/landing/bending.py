@@ -1,0 +1,84 @@
+"""The first bending mode of the links between a contact and the base: what it would be with links of a bending stiffness.
+
+Frequencies are those of the free robot, its joints as in the impact: a rotor behind a gear ties links together, so that a leg with
+drives swings far slower than one without. They follow from masses and geometry alone, f = α √EI for links of one EI.
+
+Of a straight bar of one metal the moment of inertia about its axis and its bending stiffness both come from the second moments of
+its section: J = ρ (I₁ + I₂) L and, of the mean of both planes, EI = (E/ρ) J / 2L, whatever the section is, solid or a tube. E/ρ is
+26e6 m²/s² of steel, aluminium, titanium and magnesium alike. A link of which all is such a bar, with no motor, bearing or cover in
+its inertia, is as stiff as its inertia lets metal be.
+"""
+
+from dataclasses import replace
+from typing import NamedTuple
+
+import numpy as np
+
+from shockpc.core.memo import memoized
+from shockpc.core.segments import Flex
+from shockpc.core.threads import one_thread
+from shockpc.landing.flexible import flexible_landing
+from shockpc.landing.landing import PosedLanding
+from shockpc.robot.tolerances import inertia_fault
+
+THIN, UNKNOWN = 1e-9, 1e9
+"""Share of the moments of inertia below which that about the axis says nothing of the section; the EI that then counts [N m²]."""
+
+HELD = 1e-6
+"""Share of the highest frequency below which one is rounding."""
+
+SPECIFIC_STIFFNESS = 26e6
+"""E/ρ of steel, aluminium, titanium and magnesium [m²/s²]."""
+
+
+class LegModes(NamedTuple):
+    """The first bending mode of the links between a contact and the base.
+
+    Attributes:
+        links: their names, from the contact on.
+        alpha: its frequency for an EI of 1 N m² [Hz].
+        metal: the same of links that are bars of metal with their inertias about their axes [Hz].
+    """
+
+    links: tuple[str, ...]
+    alpha: float
+    metal: float
+
+    def stiffness(self, frequency: float) -> float:
+        """The EI of all links with which the first bending mode has a frequency [N m²]."""
+        return (frequency / self.alpha) ** 2
+
+
+@memoized()
+def leg_modes(landing: PosedLanding, contact: int) -> LegModes | None:
+    """The first bending mode of the links between a contact and the base; None where none of them has an inertia.
+
+    A contact on the base bends that; an end stop bends nothing.
+
+    Raises:
+        RobotError: a link cannot be divided.
+    """
+    robot, block, links = landing.robot, landing.contacts[contact], list[int]()
+    body = -1 if block.kind == "stop" else block.body
+    while body > 0 or (body == 0 and not (links and robot.free_base)):
+        links.append(body)
+        body = robot.parents[body]
+    slender = [k for k in links if (one := robot.bodies[k]).mass > 0.0 and inertia_fault(one.mass, one.inertia) is None]
+    if not slender:
+        return None
+    names = tuple(robot.bodies[k].name for k in slender)
+    bending = flexible_landing(landing.without_stops, tuple((name, Flex(EI=1.0)) for name in names))
+    flexible = bending.flexible
+    stiffness = np.array(flexible.stiffness)
+    for body, division in flexible.divisions.items():
+        length = division.spacing * len(division.along)
+        inertia = robot.bodies[body].inertia
+        about_axis = float(division.axis @ inertia @ division.axis)
+        metal = SPECIFIC_STIFFNESS * about_axis / (2.0 * length) if about_axis > THIN * np.trace(inertia) else UNKNOWN
+        for segment in flexible.segments[body][1:]:
+            stiffness[flexible.robot.joints[segment].v] *= metal
+    of_metal = replace(bending, flexible=replace(flexible, stiffness=stiffness))
+    with one_thread(flexible.robot.model.nv):
+        swings = [one.elastic_frequencies() for one in (bending, of_metal)]
+    # Loops may hold links against bending.
+    return LegModes(names, *(float(f[f > HELD * f[-1]][0]) for f in swings))

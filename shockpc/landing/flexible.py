@@ -1,0 +1,155 @@
+"""A landing whose links bend: the same scene on a robot with a body for each segment of a link, of which hinges swing on springs.
+
+Joint model, posture and motion are those of the rigid robot, so that nothing that the scene says of joints reaches a hinge.
+"""
+
+import functools
+from collections.abc import Mapping
+from dataclasses import fields
+
+import numpy as np
+
+from shockpc.core.frozen import frozen
+from shockpc.core.segments import Flex, elastic_frequencies, flex_from
+from shockpc.core.spatial import Array
+from shockpc.landing.constraints import ConstraintBlock
+from shockpc.landing.dynamics import dynamics
+from shockpc.landing.landing import PosedLanding
+from shockpc.landing.places import Place, PlaceKind
+from shockpc.robot.elements import Loop
+from shockpc.robot.flexible import FlexibleRobot, flexible_robot
+from shockpc.text.errors import SceneError
+
+
+@frozen(kw_only=True)
+class FlexibleLanding(PosedLanding):
+    """A landing in one posture, with straight links that bend.
+
+    Attributes:
+        rigid: the landing with rigid links.
+        flexible: the robot and its segments.
+    """
+
+    rigid: PosedLanding
+    flexible: FlexibleRobot
+
+    @property
+    def hinges(self) -> np.ndarray:
+        """The velocities of the hinges."""
+        return self.flexible.hinges
+
+    def carried(self, place: Place) -> Place:
+        """A place of the rigid landing: a point on the segment that it moves with, a joint with its velocities here."""
+        if joint := self._joints.get((place.name, place.body, place.number)):
+            return joint
+        return place._replace(body=self.flexible.body_at(place.body, place.r), centre=False)
+
+    @functools.cached_property
+    def points(self) -> tuple[Place, ...]:
+        """As of the rigid landing."""
+        return tuple(map(self.carried, self.rigid.points))
+
+    @functools.cached_property
+    def parts(self) -> tuple[Place, ...]:
+        """As of the rigid landing."""
+        return tuple(place if place.joint >= 0 else self.carried(place) for place in self.rigid.parts)
+
+    @functools.cached_property
+    def _joints(self) -> dict[tuple[str, int, int], Place]:
+        """The joints of the rigid landing, by name, body and velocity."""
+        velocities, segments = self.flexible.v.tolist(), self.flexible.segments
+        return {
+            (place.name, place.body, place.number): place._replace(body=segments[place.body][0], number=velocities[place.number])
+            for place in self.rigid.places("joint")
+        }
+
+    def places(self, kind: PlaceKind) -> tuple[Place, ...]:
+        """As of the rigid landing: hinges are no joints, and segments no bodies."""
+        return tuple(map(self.carried, self.rigid.places(kind))) if kind in ("body", "joint") else super().places(kind)
+
+    def elastic_frequencies(self, held: bool = False) -> Array:
+        """Frequencies of the robot on the springs of its hinges, from the lowest [Hz].
+
+        Its joints are as in the impact: free, with the inertia of their rotors, or locked.
+
+        Args:
+            held: whether contacts and standing feet hold it; else it is free, but for its loops.
+        """
+        equation, hinges = self.equation(self.state), self.hinges
+        kept = np.concatenate([np.full(block.size, held or block.kind == "closure") for block in self.blocks])
+        rows = np.eye(len(self.flexible.stiffness))[hinges] if equation.G is None else equation.G[0, hinges]
+        _, size, V = np.linalg.svd(equation.J_c[0, kept])
+        basis = V[int(np.count_nonzero(size > 1e-9 * size.max(initial=0.0))) :].T
+        return elastic_frequencies(basis.T @ equation.H[0] @ basis, rows @ basis, self.flexible.stiffness[hinges])
+
+
+def flexes_of(given: Mapping[str, str]) -> tuple[tuple[str, Flex], ...]:
+    """How links bend, each with its pattern. Args: given, of a scene.
+
+    Raises:
+        SceneError: a text says nothing of it.
+    """
+    flexes = []
+    for pattern, text in given.items():
+        try:
+            flexes.append((pattern, flex_from(text)))
+        except ValueError as refusal:
+            raise SceneError(f'flex of "{pattern}": {refusal}', bodies=[pattern]) from None
+    return tuple(flexes)
+
+
+def flexible_landing(landing: PosedLanding, flexes: tuple[tuple[str, Flex], ...] | None = None) -> FlexibleLanding:
+    """The landing with links that bend.
+
+    Args:
+        landing: with rigid links.
+        flexes: how links bend, each with its name or a glob; as the scene says by default.
+
+    Raises:
+        SceneError: the scene says nothing of how a link bends.
+        UnknownName: a pattern fits no link.
+        RobotError: a link cannot bend.
+    """
+    robot, contacts = landing.robot, len(landing.contacts)
+    struck = [robot.frame(block.frame) for block in (*landing.contacts, *landing.stance) if block.kind != "stop"]
+    ends = tuple((frame.body, tuple(frame.offset.tolist())) for frame in struck)
+    flexible = flexible_robot(robot, flexes_of(landing.scene.flex) if flexes is None else flexes, ends)
+    blocks = [_on_segments(flexible, block) for block in landing.without_stops.blocks[: contacts + len(landing.stance)]]
+    q, zero, joints = flexible.configuration(landing.q), np.zeros(robot.model.nv), landing.joint_model
+    whole = flexible.velocities
+    model = joints._replace(
+        armature=whole(joints.armature),
+        locked=whole(joints.locked),
+        stiffness=whole(joints.stiffness) + flexible.stiffness,
+        drive_stiffness=whole(joints.drive_stiffness, np.inf),
+        rotor=whole(joints.rotor),
+        unknown=whole(joints.unknown),
+        torque=whole(joints.torque, np.nan),
+    )
+    values = {part.name: getattr(landing, part.name) for part in fields(PosedLanding)}
+    values |= {
+        "robot": flexible.robot,
+        "contacts": tuple(blocks[:contacts]),
+        "stance": tuple(blocks[contacts:]),
+        "loops": tuple(_loop_on_segments(flexible, loop) for loop in landing.loops),
+        "joint_model": model,
+        "before": landing.before._replace(joint_rates=whole(landing.before.joint_rates + zero)),
+        "q": q,
+        "state": dynamics(flexible.robot, q[None], model.armature),
+        "acting": (),
+    }
+    return FlexibleLanding(**values, rigid=landing, flexible=flexible)
+
+
+def _on_segments(flexible: FlexibleRobot, block: ConstraintBlock) -> ConstraintBlock:
+    """The rows of a contact or of an end stop on the segments that they act on; each contact is where it is in this posture."""
+    if block.kind == "stop":
+        body = flexible.segments[block.body][0]
+        return block._replace(body=body, other=flexible.robot.parents[body], axes_body=body)
+    return block._replace(body=flexible.body_at(block.body, block.point), lowest=())
+
+
+def _loop_on_segments(flexible: FlexibleRobot, loop: Loop) -> Loop:
+    """A loop whose ends are on the segments that they are on."""
+    first, second = (flexible.body_at(body, point) for body, point in zip(loop.bodies, loop.points, strict=True))
+    return loop._replace(bodies=(first, second))

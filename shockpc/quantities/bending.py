@@ -1,0 +1,154 @@
+"""When links that are taken as rigid are right: from which frequency on their first bending mode makes no difference.
+
+A contact lasts about Tc = π √(m/k), with its effective mass m and its stiffness k, or as long as the pulse. What counts is Tc f1,
+of the first bending mode f1 of the free robot with its rotors. On legs of quadrupeds and humanoids, from 1e4 to 1e7 N/m, jumps of
+velocity were within 10 % from Tc f1 = 2 on, peaks of accelerometers of up to 200 Hz from 3, raw ones from 5, the contact's force
+from 4, the largest torque of a joint from 7 and other torques from 15 on.
+"""
+
+import math
+from collections.abc import Callable, Iterator
+from typing import NamedTuple
+
+import numpy as np
+
+from shockpc.core.spatial import Array
+from shockpc.impact.impact import Impact
+from shockpc.landing.bending import LegModes, leg_modes
+from shockpc.landing.landing import PosedLanding
+from shockpc.quantities.of_contacts import CONTACTS
+from shockpc.quantities.quantity import Places, Quantity, evaluate
+from shockpc.text.diagnostic import Diagnostic
+from shockpc.text.errors import RobotError
+from shockpc.text.printed import few
+
+FOR_JUMPS, FOR_TORQUES = 3.0, 7.0
+"""Smallest Tc f1 with which jumps and what an accelerometer reads, and the largest torque of a joint, are within 10 %."""
+
+(MASS_STICKING,) = (entry for entry in CONTACTS if entry.key == "mass_sticking")
+
+UNKNOWN = "the scene gives neither a contact stiffness nor a pulse, or its links bend already"
+
+
+class Bending(NamedTuple):
+    """What the first bending mode of links has to be, so that they can be taken as rigid.
+
+    Attributes:
+        contact_time: Tc [s].
+        mass: of the contact with that [kg]; NaN for a pulse.
+        modes: of the links between its contact and the base.
+    """
+
+    contact_time: float
+    mass: float
+    modes: LegModes
+
+    def lowest(self, product: float) -> float:
+        """The lowest frequency of the first bending mode [Hz]. Args: product, smallest Tc f1."""
+        return product / self.contact_time
+
+    def stiffest(self, product: float) -> float:
+        """Largest stiffness of a contact [N/m] with which links of metal with these inertias are stiff enough."""
+        return self.mass * (math.pi * self.modes.metal / product) ** 2
+
+    @property
+    def never(self) -> bool:
+        """Whether not even links of metal are stiff enough for jumps."""
+        return self.modes.metal < self.lowest(FOR_JUMPS)
+
+    @property
+    def lines(self) -> tuple[str, str]:
+        """What the links have to be, and what metal would reach."""
+        lowest = [self.lowest(product) for product in (FOR_JUMPS, FOR_TORQUES)]
+        EI = [f"{self.modes.stiffness(frequency):.2g}" for frequency in lowest]
+        first = (
+            f"rigid links: right to some 10 % where the first bending mode of {few(self.modes.links, 3)} in the robot is above "
+            f"{_hertz(lowest[0])} for jumps and accelerometers, {_hertz(lowest[1])} for torques: EI of {EI[0]} and {EI[1]} N m²"
+        )
+        limits = [f"{self.stiffest(product):.2g}" for product in (FOR_JUMPS, FOR_TORQUES)]
+        reach = f"contacts of up to {limits[0]} and {limits[1]} N/m"
+        if math.isnan(self.mass):
+            limits = [f"{1e3 * product / self.modes.metal:.2g}" for product in (FOR_JUMPS, FOR_TORQUES)]
+            reach = f"pulses of {limits[0]} and {limits[1]} ms or longer"
+        metal = f"bars or tubes of metal with these inertias reach {_hertz(self.modes.metal)}, right on {reach}"
+        return first, f"{metal}; real links are softer: shockpc guide bending"
+
+
+def _hertz(frequency: float) -> str:
+    return f"{float(f'{frequency:.3g}'):g} Hz"
+
+
+def bending(landing: PosedLanding, masses: Array, stiffness: float | None) -> Bending | None:
+    """When the links of a landing can be taken as rigid: those between the base and the contact with the smallest effective mass.
+
+    Args:
+        landing: the landing.
+        masses: (c,) effective masses of its contacts if they stick [kg].
+        stiffness: of the contacts [N/m]; None where only a pulse is given.
+
+    Returns: None with neither, where links bend already, and where none bends or no contact yields.
+
+    Raises:
+        RobotError: a link cannot be divided.
+    """
+    yielding = {
+        mass: k
+        for k, (mass, block) in enumerate(zip(masses.tolist(), landing.contacts, strict=False))
+        if block.kind != "stop" and math.isfinite(mass)
+    }
+    if landing.scene.flex or not yielding:
+        return None
+    mass = min(yielding)
+    of_pulse = math.inf if landing.pulse is None else landing.pulse.length
+    of_contact = math.inf if stiffness is None else math.pi * math.sqrt(mass / stiffness)
+    time = min(of_pulse, of_contact)
+    if not 0.0 < time < math.inf or (modes := leg_modes(landing, yielding[mass])) is None:
+        return None
+    mass = mass if of_contact <= of_pulse else math.nan
+    return Bending(time, mass, modes)
+
+
+def bends(found: Bending | None) -> Iterator[Diagnostic]:
+    """A warning where not even links of metal are stiff enough."""
+    if found is not None and found.never:
+        need, metal = found.lowest(FOR_JUMPS), found.modes.metal
+        text = (
+            f"links bend: in {1e3 * found.contact_time:.2g} ms of contact rigid links are right where the first bending mode of "
+            f"the leg is above {_hertz(need)}, and bars or tubes of metal with the inertias of its links reach {_hertz(metal)}: "
+            "peaks and torques may be wrong by factors; say how links bend with flex (--flex), or take a softer contact"
+        )
+        yield Diagnostic("contact", "bending", need / metal, text)
+
+
+def _values(impact: Impact, _: Places) -> Array:
+    """The numbers of `BENDING` (5,); NaN where there are none."""
+    landing, places = impact.landing, impact.landing.places("contact")
+    k = landing.scene.contact_stiffness
+    if landing.scene.flex or (k is None and landing.pulse is None):
+        return np.full(5, np.nan)
+    try:
+        found = bending(landing, evaluate(MASS_STICKING, impact, places)[0, 0], k)
+    except RobotError:
+        found = None
+    if found is None:
+        return np.full(5, np.nan)
+    lowest = [found.lowest(product) for product in (FOR_JUMPS, FOR_TORQUES)]
+    return np.array([*lowest, *map(found.modes.stiffness, lowest), found.modes.metal])
+
+
+def _value(k: int) -> Callable[[Impact, Places], Array]:
+    return lambda impact, places: _values(impact, places)[None, None, k : k + 1]
+
+
+BENDING = tuple(
+    Quantity(key, "robot", title, unit, "neither", _value(k), missing=UNKNOWN, needs_posture=True,
+        unproven=True)
+    for k, (key, title, unit) in enumerate((
+        ("lowest_bending_for_jumps", "first bending mode of the leg above which jumps are those of rigid links", "Hz"),
+        ("lowest_bending_for_torques", "first bending mode of the leg above which torques are those of rigid links", "Hz"),
+        ("bending_stiffness_for_jumps", "EI of the links of the leg above which jumps are those of rigid links", "N m²"),
+        ("bending_stiffness_for_torques", "EI of the links of the leg above which torques are those of rigid links", "N m²"),
+        ("bending_of_metal", "first bending mode of the leg if its links were bars or tubes of metal with their inertias", "Hz"),
+    ))
+)  # fmt: skip
+"""What the first bending mode of the links between contacts and base has to be."""

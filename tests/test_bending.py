@@ -1,0 +1,121 @@
+"""When links may be taken as rigid: against exact beams, and against what was measured on legs."""
+
+import math
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from shockpc import Scene, shock_profile
+from shockpc.landing.bending import SPECIFIC_STIFFNESS, leg_modes
+from shockpc.landing.joint_options import Joints
+from shockpc.quantities.bending import bending, bends
+
+TWO_HINGES = 1.1079
+"""First frequency of a uniform beam, free at both ends, on two hinges, over the exact one."""
+
+FREE_BEAM = 4.730041**2 / (2.0 * math.pi)
+"""The exact one for EI = m = L = 1 [Hz]."""
+
+GO2 = Scene(robot="go2", contact="FL_foot", contact_stiffness=1e6)
+KEYS = (
+    "lowest_bending_for_jumps",
+    "lowest_bending_for_torques",
+    "bending_stiffness_for_jumps",
+    "bending_stiffness_for_torques",
+    "bending_of_metal",
+)
+ROD = """<robot name="rod"><link name="rod"><inertial><mass value="{m}"/><inertia ixx="{across}" iyy="{across}" izz="{along}"
+ixy="0" ixz="0" iyz="0"/></inertial></link><link name="tip"/><joint name="end" type="fixed"><parent link="rod"/><child link="tip"/>
+<origin xyz="0 0 {half}"/></joint></robot>"""
+
+
+@pytest.fixture(scope="module")
+def go2():
+    return shock_profile(GO2)
+
+
+def _numbers(profile):
+    return np.array([profile.value(key, "robot")[0] for key in KEYS])
+
+
+def test_a_rod_of_metal_has_the_frequency_of_a_beam(tmp_path):
+    """A solid rod of steel, E = 26e6 m²/s² times its density, 0.8 m long and 3 cm thick."""
+    density, radius, length = 7850.0, 0.015, 0.8
+    m = density * math.pi * radius**2 * length
+    across, along = m * (radius**2 / 4.0 + length**2 / 12.0), m * radius**2 / 2.0
+    (path := tmp_path / "rod.urdf").write_text(ROD.format(m=m, across=across, along=along, half=length / 2.0))
+    modes = leg_modes(shock_profile(Scene(robot=str(path), contact="tip")).landing, 0)
+    unit = TWO_HINGES * FREE_BEAM / math.sqrt(m * length**3)
+    assert modes.alpha == pytest.approx(unit, rel=5e-3)  # the rod's sections have inertia against turning
+    EI = SPECIFIC_STIFFNESS * density * math.pi * radius**4 / 4.0
+    assert modes.metal == pytest.approx(modes.alpha * math.sqrt(EI), rel=2e-3)
+    assert modes.stiffness(modes.alpha * 5.0) == pytest.approx(25.0)
+
+
+def test_what_a_contact_asks_for_follows_from_its_duration(go2):
+    """Tc = π √(m/k), or the length of a pulse where that is shorter; f1 = α √EI."""
+    (contact,) = go2.contacts
+    Tc, modes = math.pi * math.sqrt(contact.mass_sticking / 1e6), leg_modes(go2.landing, 0)
+    wanted = [3.0 / Tc, 7.0 / Tc, (3.0 / Tc / modes.alpha) ** 2, (7.0 / Tc / modes.alpha) ** 2, modes.metal]
+    np.testing.assert_allclose(_numbers(go2), wanted, rtol=1e-9)
+    for scene in (replace(GO2, pulse="half-sine:1ms"), replace(GO2, contact_stiffness=None, pulse="half-sine:1ms")):
+        np.testing.assert_allclose(_numbers(shock_profile(scene))[:2], [3e3, 7e3], rtol=1e-9)
+    for scene in (replace(GO2, contact_stiffness=None), replace(GO2, flex={"FL_calf": "EI:674"})):
+        profile = shock_profile(scene)
+        assert profile.bending is None
+        assert np.isnan(_numbers(profile)).all()
+
+
+@pytest.mark.parametrize(
+    ("robot", "contact", "stiffest"),
+    [
+        ("go2", "FL_foot", 3.3e5),
+        ("solo12", "FL_FOOT", 3e4),
+        pytest.param("g1", "left_ankle_roll_link", 3.5e6, marks=pytest.mark.slow),
+    ],
+)
+def test_from_where_not_even_metal_is_stiff_enough(robot, contact, stiffest):
+    """Known to 25 %; beyond it there is a warning."""
+    profile = shock_profile(Scene(robot=robot, contact=contact))
+    masses = profile.value("mass_sticking", "contact")
+    assert bending(profile.landing, masses, 1e5).stiffest(3.0) == pytest.approx(stiffest, rel=0.25)
+    warned = [list(bends(bending(profile.landing, masses, factor * stiffest))) for factor in (0.7, 1.4)]
+    assert list(map(len, warned)) == [0, 1]
+
+
+def test_a_landing_warns_where_not_even_metal_is_stiff_enough(go2):
+    assert [one.subject for one in go2.health.warnings] == ["bending"]
+    assert not shock_profile(replace(GO2, contact_stiffness=1e5)).health.warnings
+
+
+def test_rotors_lower_the_first_bending_mode(go2):
+    free = shock_profile(replace(GO2, joints=Joints(model="free")))
+    assert leg_modes(free.landing, 0).alpha > 1.2 * leg_modes(go2.landing, 0).alpha
+
+
+def test_the_modes_are_those_of_the_links_that_bend(go2):
+    """The same frequency as of the landing whose scene lets these links bend."""
+    from shockpc.landing.flexible import flexible_landing
+    from shockpc.landing.resolve import landing_of
+
+    modes = leg_modes(go2.landing, 0)
+    bends = landing_of(replace(GO2, flex=dict.fromkeys(modes.links, "EI:674")), go2.robot)
+    assert modes.stiffness(flexible_landing(bends).elastic_frequencies()[0]) == pytest.approx(674.0, rel=1e-9)
+
+
+def test_an_answer_never_says_how_near_rigid_links_are_without_saying_when_they_hold(go2):
+    from shockpc.studies.analyze.report import landing_report
+
+    closing = landing_report(go2).closing
+    (k,) = [k for k, line in enumerate(closing) if "of the finite-stiffness result" in line]
+    assert list(closing[k + 1 : k + 3]) == list(go2.bending.lines)
+
+
+def test_parts_are_judged_where_their_margin_is_lost():
+    from shockpc.landing.scene import Part
+
+    scene = replace(GO2, contact_stiffness=None, part=(Part(name="gear", joint="FL_calf_joint", momentary_torque=45.0),))
+    profile = shock_profile(scene)
+    lost = profile.margin_lost.contact_stiffness
+    assert profile.bending.contact_time == pytest.approx(math.pi * math.sqrt(profile.contacts[0].mass_sticking / lost))

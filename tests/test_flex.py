@@ -1,0 +1,298 @@
+"""Links that bend: beams of the textbooks, frame elements, the inertia of the rigid robot, and what must not change."""
+
+import json
+from dataclasses import replace
+
+import frame_leg
+import numpy as np
+import pytest
+
+from shockpc.core.segments import FINE, Flex, bending_frequency, bending_stiffness, chain_inertia, divide, flex_from
+from shockpc.impact.stiffness import CompliantLanding
+from shockpc.landing.dynamics import Inertias, dynamics, spatial_inertias
+from shockpc.landing.flexible import flexible_landing
+from shockpc.landing.resolve import resolve
+from shockpc.landing.scene import Contact, Joints, Posture, Scene
+from shockpc.landing.scene_file import read_scene, scene_text
+from shockpc.landing.strike import GRAVITY
+from shockpc.profile import shock_profile
+from shockpc.quantities.histories import bent_links
+from shockpc.quantities.of_contacts import IMPULSE
+from shockpc.quantities.of_joints import JOINTS
+from shockpc.quantities.of_points import point_velocity
+from shockpc.quantities.selection import QUANTITIES
+from shockpc.robot.flexible import flexible_robot
+from shockpc.robot.load import load_robot
+from shockpc.studies.analyze.report import document
+from shockpc.studies.sweep.study import sweep
+from shockpc.text.errors import RobotError, SceneError, StudyError, UnknownName
+
+ALONG = JOINTS[2]
+FREE, CLAMPED = 4.730040744862704**2 / (2.0 * np.pi), 1.875104068711961**2 / (2.0 * np.pi)
+"""First frequencies of a uniform Euler–Bernoulli beam with EI = m = L = 1 [Hz]."""
+
+
+def beam(hinges, mass=1.0, length=1.0, tip=0.0):
+    """A slender beam with a lump at its far end."""
+    whole = mass + tip
+    centre = (mass / 2.0 + tip) * length / whole
+    moment = mass * length**2 / 3.0 + tip * length**2 - whole * centre**2
+    return divide(
+        whole, np.array([0.0, 0.0, -centre]), np.diag([moment, moment, 0.0]), np.zeros(3), np.array([0, 0, -length]), hinges
+    )
+
+
+@pytest.mark.parametrize(("hinges", "share"), [(1, 0.6193), (2, 1.1079), (3, 1.0022), (4, 0.9998)])
+def test_first_frequency_of_a_beam(hinges, share):
+    """Few hinges come near the first frequency of a free beam, and many to that of a clamped one too."""
+    assert bending_frequency(beam(hinges), 1.0, clamped=False) == pytest.approx(share * FREE, rel=1e-4)
+    assert bending_frequency(beam(40), 1.0, clamped=True) == pytest.approx(CLAMPED, rel=5e-4)
+
+
+@pytest.mark.parametrize(
+    ("tip", "frequency", "clamped", "EI"),
+    [(0.0, 3699.8, False, 674.0), (0.0, 581.4, True, 671.8), (0.05, 2770.4, False, 674.0), (0.05, 305.6, True, 672.6)],
+)
+def test_a_frequency_gives_the_stiffness(tip, frequency, clamped, EI):
+    """Exact frequencies of an aluminium tube 25/21 mm give its EI, 674, with a lump at its end too."""
+    found = bending_stiffness(frequency, clamped, beam(FINE, 2700.0 * np.pi / 4.0 * (0.025**2 - 0.021**2) * 0.2, 0.2, tip))
+    assert found == pytest.approx(EI, abs=0.3)
+    assert pytest.approx(674.0, abs=0.1) == flex_from("tube:70e9,0.025,0.021").EI
+
+
+@pytest.mark.parametrize("seed", range(8))
+def test_segments_keep_the_body(seed):
+    """Mass, centre of mass and inertia are those of the body, whatever these are, and each segment is a body."""
+    rng = np.random.default_rng(seed)
+    points, mass = rng.normal(size=(6, 3)) * rng.uniform(0.05, 1.0, 3) + rng.normal(size=3), rng.dirichlet(np.ones(6))
+    com = mass @ points
+    arms = points - com
+    inertia = sum(m * (r @ r * np.eye(3) - np.outer(r, r)) for m, r in zip(mass, arms, strict=True))
+    parts = divide(1.0, com, inertia, np.zeros(3), rng.normal(size=3), int(rng.integers(1, 6)))
+    arms = parts.com - com
+    shifts = (m * (r @ r * np.eye(3) - np.outer(r, r)) for m, r in zip(parts.mass, arms, strict=True))
+    whole = parts.inertia.sum(axis=0) + sum(shifts)
+    np.testing.assert_allclose(parts.mass @ parts.com, com, atol=1e-14)
+    np.testing.assert_allclose(whole, inertia, atol=1e-13 * np.abs(inertia).max())
+    assert parts.mass.min() > 0.0
+    assert np.linalg.eigvalsh(chain_inertia(parts))[0] > 0.0
+
+
+@pytest.mark.parametrize("name", ["go2", "g1", "anymal_b", "solo12"])
+def test_inertia_of_the_joints(name):
+    """All links bend, the base and those whose mass is beside their axis too: the block of the old joints is that of the robot."""
+    robot = load_robot(name)
+    found = flexible_robot(robot, (("*", Flex(EI=674.0)),))
+    q = found.configuration(robot.start)[None]
+    state, rigid = dynamics(found.robot, q), dynamics(robot, robot.start[None]).H[0]
+    np.testing.assert_allclose(state.H[0][np.ix_(found.v, found.v)], rigid, atol=1e-15 * np.abs(rigid).max())
+    # Kinetic energy, body by body: Pinocchio's algorithm needs the order of the joints that the segments have.
+    moving = np.where(state.ancestors[:, None], state.J[0], 0.0)
+    bodies = spatial_inertias(state, Inertias.of(found.robot, np.zeros(len(found.stiffness))))[0]
+    energy = (np.swapaxes(moving, 1, 2) @ bodies @ moving).sum(axis=0)
+    np.testing.assert_allclose(state.H[0], energy, atol=1e-13 * np.abs(rigid).max())
+    assert np.linalg.eigvalsh(energy)[0] > 0.0
+
+
+def test_first_frequency_of_go2():
+    """With rotors of its drives, free and with its foot held, as of a second implementation; it grows with √EI."""
+    landing = resolve(Scene(robot="go2", contact="FL_foot", joints=Joints(drives="go2")), load_robot("go2"))
+    links = ("FL_calf", Flex(EI=674.0)), ("FL_thigh", Flex(EI=674.0))
+    found = flexible_landing(landing, links)
+    assert found.elastic_frequencies()[0] == pytest.approx(164.18, abs=0.01)
+    assert found.elastic_frequencies(held=True)[0] == pytest.approx(84.19, abs=0.01)
+    softer = flexible_landing(landing, tuple((link, flex.scaled(0.25)) for link, flex in links))
+    assert softer.elastic_frequencies()[0] == pytest.approx(164.18 / 2.0, abs=0.01)
+    assert [place.name for place in found.places("joint")] == [place.name for place in landing.places("joint")]
+
+
+@pytest.mark.parametrize("text", ["EI:674,EA:1e7,GJ:500,hinges:4", "180.0Hz:clamped", "95.5Hz:free,hinges:3"])
+def test_forms(text):
+    """What is read is written as it was typed, but for the form of numbers."""
+    assert flex_from(str(flex_from(text))) == flex_from(text)
+
+
+@pytest.mark.parametrize(
+    "text",
+    ["", "674", "EI", "EI:0", "EI:nan", "EI:1,EI:2", "EI:1,180Hz:free", "180Hz", "180Hz:held", "tube:70e9,0.02", "EA:1e7",
+     "EI:1,hinges:0", "tube:70e9,0.021,0.025", "EI:1,hinges:2.5", "EI:1,hinges:99",
+     "EI:1e13", "tube:70e9"],
+)  # fmt: skip
+def test_refused_forms(text):
+    """Texts that say nothing of a link, or contradict themselves."""
+    with pytest.raises(ValueError, match=r"EI|tube"):
+        flex_from(text)
+
+
+def test_refused_links(tmp_path):
+    """No link of that name, and one without inertia."""
+    robot = load_robot("go2")
+    with pytest.raises(UnknownName, match="FL_claf"):
+        flexible_robot(robot, (("FL_claf", Flex(EI=1.0)),))
+    point = tmp_path / "point.urdf"
+    inertial = '<inertial><mass value="1"/><inertia ixx="{0}" iyy="{0}" izz="{0}" ixy="0" ixz="0" iyz="0"/></inertial>'
+    point.write_text(
+        f'<robot name="point"><link name="trunk">{inertial.format(1)}</link><link name="leg">{inertial.format(0)}</link>'
+        '<joint name="hip" type="continuous"><parent link="trunk"/><child link="leg"/></joint></robot>'
+    )
+    with pytest.raises(RobotError, match="leg"):
+        flexible_robot(load_robot(str(point)), (("leg", Flex(EI=1.0)),))
+
+
+# Landings
+
+
+def peaks(scene, until=None):
+    """Peaks of the forces of contacts [N], of the accelerations of points [g], and of torques [N m], by name."""
+    found = CompliantLanding(resolve(scene, load_robot(scene.robot)), until)
+    read = (IMPULSE.compute, "contact", 1.0), (point_velocity, "point", GRAVITY), (ALONG.compute, "joint", 1.0)
+    named = ((found.landing.places(kind), compute, scale) for compute, kind, scale in read)
+    return {
+        place.name: float(value) / scale
+        for places, compute, scale in named
+        if places
+        for place, value in zip(places, found.peaks(compute, places)[0], strict=True)
+    }
+
+
+def tube_leg(folder, stiffness, hinges):
+    """The leg of frame elements, of rigid segments."""
+    file = folder / "leg.urdf"
+    file.write_text(frame_leg.urdf())
+    tube = f"EI:{frame_leg.EI},EA:{frame_leg.EA},hinges:{hinges}"
+    thigh, shank = frame_leg.ANGLES
+    contact = Contact(frame="foot", restitution=1.0, restitution_along="directions", directions=("x", "z"))
+    return Scene(
+        robot=str(file),
+        base="planar",
+        contact=contact,
+        contact_stiffness=stiffness,
+        gravity=False,
+        flex={"thigh": tube, "shank": tube},
+        joints=Joints(armature={"*": frame_leg.ROTOR}),
+        posture=Posture(joints={"hip": thigh, "knee": shank - thigh}),
+    )
+
+
+@pytest.mark.parametrize(("stiffness", "few"), [pytest.param(1e4, 0.02, marks=pytest.mark.slow), (1e5, 0.01), (1e6, 0.05)])
+def test_a_leg_of_tubes(tmp_path, stiffness, few):
+    """Force and torque of the knee's rotor are those of frame elements with many hinges, and nearly so with two."""
+    lifts, force, torque = frame_leg.strike(stiffness)
+    for hinges, share in ((2, few), (12, 2e-3)):
+        found = peaks(tube_leg(tmp_path, stiffness, hinges), lifts)
+        assert found["foot"] == pytest.approx(force, rel=share)
+        assert found["knee"] == pytest.approx(torque, rel=share)
+    free = flexible_landing(
+        resolve(tube_leg(tmp_path, stiffness, 12), load_robot(str(tmp_path / "leg.urdf")))
+    ).elastic_frequencies()
+    assert np.abs(free - frame_leg.first_frequency()).min() < 2e-3 * frame_leg.first_frequency()
+
+
+TUBES = {"FL_calf": "EI:674", "FL_thigh": "EI:674"}
+GO2 = Scene(
+    robot="go2",
+    contact=Contact(frame="FL_foot", restitution=1.0),
+    joints=Joints(drives="go2"),
+    contact_stiffness=1e6,
+    gravity=False,
+)
+
+
+@pytest.mark.parametrize(
+    ("flex", "force", "imu", "thigh", "calf", "share"),
+    [({}, 991.3, 6.07, 19.5, 89.3, 2e-3), (6, 512.9, 3.16, 33.3, 47.1, 2e-3), (2, 512.9, 3.16, 33.3, 47.1, 0.05)],
+)
+def test_peaks_of_go2(flex, force, imu, thigh, calf, share):
+    """Rigid and with the tubes of Go2, as of a second implementation: half the force, and more torque at the thigh."""
+    links = {link: f"{tube},hinges:{flex}" for link, tube in TUBES.items()} if flex else {}
+    found = peaks(replace(GO2, flex=links), 0.012)
+    names = "FL_foot", "imu", "FL_thigh_joint", "FL_calf_joint"
+    np.testing.assert_allclose([found[name] for name in names], [force, imu, thigh, calf], rtol=share)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("restitution", [0.0, 0.5, 1.0])
+@pytest.mark.parametrize("stiffness", [1e4, 1e7])
+def test_four_feet_on_eight_links(stiffness, restitution):
+    """96 springs, from those of stretch to those of bending: the motion is followed to its end, in few events."""
+    links = dict.fromkeys(("*_calf", "*_thigh"), "tube:70e9,0.025,0.021,hinges:4")
+    feet = tuple(Contact(frame=f"{leg}_foot", restitution=restitution) for leg in ("FL", "FR", "RL", "RR"))
+    found = CompliantLanding(resolve(replace(GO2, contact=feet, contact_stiffness=stiffness, flex=links), load_robot("go2")))
+    assert len(found.moving.hinges) == 96
+    assert found.motion.separated
+    assert len(found.motion.events) <= 400
+
+
+def test_stiff_links_are_rigid():
+    """The stiffer the links, the nearer are all peaks to those of rigid ones while the foot is pressed: base, IMU and all legs."""
+    scene = replace(GO2, contact_stiffness=2e3)
+    rigid, stiff = peaks(scene, 0.03), peaks(replace(scene, flex={"*": "EI:3e5,EA:1e9,GJ:3e5"}), 0.03)
+    assert rigid.keys() == stiff.keys()
+    np.testing.assert_allclose(list(stiff.values()), list(rigid.values()), rtol=5e-3, atol=4e-3)
+
+
+def test_what_stays():
+    """The impulse, names and rows are those of rigid links; a hinge is nobody's joint, whatever patterns mean."""
+    scene = replace(GO2, joints=Joints(armature={"*": 0.01}), posture=Posture(joints={"*_calf_joint": -1.9}), gravity=True)
+    rigid, bent = (
+        shock_profile(scene),
+        shock_profile(replace(scene, flex={"*_calf": "EI:674", "FL_thigh": "tube:70e9,0.025,0.021"})),
+    )
+    for entry in QUANTITIES:
+        one, other = (profile.values(entry, profile.places(entry.of)) for profile in (rigid, bent))
+        assert one.shape == other.shape, entry.key
+        if not (entry.unproven or entry.with_stiffness):
+            np.testing.assert_array_equal(one, other, entry.key)
+    moving = flexible_landing(bent.landing)
+    hinges = moving.flexible.hinges
+    assert len(hinges) == 4 * 2 * 2 + 2 * 3
+    assert not moving.joint_model.armature[hinges].any()
+    assert not moving.joint_model.locked[hinges].any()
+    np.testing.assert_array_equal(moving.q, moving.flexible.configuration(bent.landing.q))
+    assert np.count_nonzero(moving.q) == np.count_nonzero(bent.landing.q)
+    text = json.dumps(document(bent), default=str)
+    assert "*_calf" in text
+    assert "~" not in text
+
+
+def test_without_effect():
+    """On rigid contacts links cannot bend; of links without flex there is nothing to multiply."""
+    with pytest.raises(SceneError, match="contact_stiffness"):
+        shock_profile(replace(GO2, contact_stiffness=None, gravity=True, flex=TUBES))
+    with pytest.raises(SceneError, match=r"calf.*EI"):
+        resolve(replace(GO2, flex={"FL_calf": "674"}), load_robot("go2"))
+    with pytest.raises(StudyError, match="flex:FL_calf"):
+        sweep(GO2, {"flex:FL_calf": "0.5x:2x:3"}, quantities=["peak_force"])
+
+
+def test_the_bent_links_that_are_drawn():
+    """They are straight at first, from joint to joint and to the foot, and deflected across their axes, the more the farther on."""
+    found = CompliantLanding(resolve(replace(GO2, flex=TUBES), load_robot("go2")))
+    (calf, of_calf), (thigh, of_thigh) = bent_links(found)
+    np.testing.assert_allclose(calf[0], thigh[-1], atol=1e-12)
+    for points, off in ((calf, of_calf), (thigh, of_thigh)):
+        axis = (points[-1] - points[0]) / np.linalg.norm(points[-1] - points[0])
+        np.testing.assert_allclose(points, points[0] + np.outer((points - points[0]) @ axis, axis), atol=1e-12)
+        np.testing.assert_allclose(off @ axis, 0.0, atol=1e-15)
+        size = np.linalg.norm(off, axis=1)
+        assert size[1] == 0.0 < size[2] < size[3] < 2e-3
+
+
+def test_files(tmp_path):
+    """A scene file has what Python has; an EA that is given goes over that of a tube, wherever it stands."""
+    scene = replace(GO2, flex={"*_calf": "tube:70e9,0.025,0.021,EA:1e6", "FL_thigh": "EI:674"})
+    file = tmp_path / "scene.toml"
+    file.write_text(scene_text(scene, tmp_path))
+    assert read_scene(file).flex == scene.flex
+    assert flex_from("EA:1e6,tube:70e9,0.025,0.021") == flex_from("tube:70e9,0.025,0.021,EA:1e6")
+    assert flex_from("tube:70e9,0.025,0.021,EA:1e6").EA == 1e6
+    np.testing.assert_allclose(flex_from("tube:70e9,0.025,0").EI, 70e9 * np.pi * 0.025**4 / 64.0)
+
+
+def test_variations():
+    """A sweep sets EI of links, or multiplies all stiffnesses of those that bend; a row is the landing with that scene."""
+    vary = {"flex:FL_calf": (300.0,), "flex:*_thigh": "0.5x,1x"}
+    table = sweep(replace(GO2, flex=TUBES), vary, quantities=["peak_force"], prove=0).table()
+    for found, thigh in zip(table.columns["peak_force@FL_foot"], (337.0, 674.0), strict=True):
+        scene = replace(GO2, flex={"FL_calf": "EI:300", "FL_thigh": f"EI:{thigh}"})
+        assert found == pytest.approx(peaks(scene)["FL_foot"], rel=1e-9)
