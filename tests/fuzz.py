@@ -49,7 +49,7 @@ AGAIN = 50
 VIOLATED = 100
 """What a case adds to the exit code of its command where something does not hold."""
 
-SECONDS, WAIT, MEMORY = 20, 200, 3 * 2**30
+SECONDS, WAIT, MEMORY = 40, 400, 3 * 2**30
 """What a case may take: time of the processor and by the clock [s], and bytes beside those that this process takes already."""
 
 NOBODY = "--reuid=65534 --regid=65534 --clear-groups --inh-caps=-all,+dac_read_search --ambient-caps=-all,+dac_read_search"
