@@ -15,7 +15,6 @@ from shockpc.landing.constraints import ConstraintBlock
 from shockpc.landing.contact import contact_block
 from shockpc.landing.dynamics import dynamics
 from shockpc.landing.end_stops import is_stop, striking_stop
-from shockpc.landing.flexible import flexible_landing
 from shockpc.landing.joint_model import joint_model
 from shockpc.landing.landing import PosedLanding, contact_velocity
 from shockpc.landing.level_feet import default_landings
@@ -214,6 +213,8 @@ def landing_of(scene: Scene, robot: Robot) -> PosedLanding:
             strength(scene.part[place.number])
     _refuse_twice(landing.blocks)
     if scene.flex:
+        from shockpc.landing.flexible import flexible_landing
+
         flexible_landing(landing)
     return landing
 
