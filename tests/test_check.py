@@ -121,8 +121,8 @@ def in_document(document, outcome):
 def test_every_quantity_is_that_of_an_analysis(capfd, here):
     """Each number of the table at each place is that of the document of the same landing; a missing one has a reason."""
     gear = '[joints.armature]\nknee = 0.01\n[[part]]\nname = "gear"\njoint = "knee"\n'
-    sensor = '[[part]]\nname = "IMU"\nat = "imu_link"\nrating = "half-sine 1500 g 0.5 ms"\n'
-    (here / "landing.toml").write_text(SCENE + gear + sensor)
+    sensor = '[[part]]\nname = "IMU"\nat = "imu_link"\nrating = "half-sine 1500 g 0.5 ms"\nimu_bandwidth = "200Hz:2"\n'
+    (here / "landing.toml").write_text('imu_bandwidth = "200Hz"\n' + SCENE + gear + sensor)
     write(here, CASE, *every_quantity())
     analysis = json.loads(good(capfd, "analyze", "landing.toml", "--format", "json"))
     outcomes = document(capfd, code=3)["tables"]["check"]
