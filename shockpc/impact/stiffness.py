@@ -376,7 +376,7 @@ class CompliantLanding:
         damper = np.asarray(elements.damping) * ((self._velocity + turns.jump) @ elements.rows.T)
         pressed = np.where(turns.force > 0.0, turns.force + damper, 0.0).max(axis=0)[normal] / elements.stiffness[normal]
         way = -(turns.displacement @ elements.rows[normal].T).min(axis=0)
-        return np.where(np.asarray(elements.relaxation)[normal] > 0.0, way, pressed)
+        return np.asarray(np.where(np.asarray(elements.relaxation)[normal] > 0.0, way, pressed))
 
     def warnings(self) -> Iterator[Diagnostic]:
         """Warnings where what the model leaves out counts: gravity, the change of geometry, and contacts that open often."""
