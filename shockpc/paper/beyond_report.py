@@ -127,9 +127,9 @@ def _robots_sheet() -> Sheet:
     notes = (
         "one foot strikes, the links from it to the base bend alike; Tc: duration of contact with rigid links; f1: first bending "
         "frequency of the free robot, with rotors where their drives are known (go2, g1)",
-        "elastic: without loss; damper: in series, of restitution 0, whose force is largest by 2 Tc/π at half its time; by "
-        "hysteresis of restitution 0 forces end in a step: joints ring, and contacts open before the foot has stopped along the "
-        "ground, however stiff links are, so that errors do not fall",
+        "elastic: without loss; damper: in series, its force is largest at Tc/π, not at Tc/2, so that errors fall from a longer Tc "
+        "on; hysteresis of restitution 0 ends forces in a step: joints ring, and contacts open before the foot has stopped along "
+        "the ground, however stiff links are, so that errors do not fall",
         "joints: over the largest peak along any",
     )
     rows = [(one.robot, one.law, one.ratio, one.EI, *one.errors) for one in robot_study()]

@@ -114,7 +114,7 @@ def draw_errors(title: str, panels: Sequence[tuple[str, Curves, Curves]], limit:
         axes.set_xticks(ticks := [tick for tick in TICKS if low <= tick <= high], [f"{tick:g}" for tick in ticks])
         axes.minorticks_off()
         axes.yaxis.set_major_formatter("{x:g}")
-    figure.supxlabel("duration of contact over the period of the first bending mode, Tc f1 = Tc/T1 [-]", fontsize=9.0)
-    figure.supylabel("error [-]", fontsize=9.0)
+    figure.supxlabel("duration of contact over the period of the first bending mode, Tc f1 = Tc/T1 [-]", fontsize=8.0)
+    figure.supylabel("error [-]", fontsize=8.0)
     figure.legend(named.values(), named, loc="outside right upper")
     return figure
