@@ -19,8 +19,6 @@ from typing import NamedTuple
 import numpy as np
 
 from shockpc.core.spatial import Array
-from shockpc.core.stiff_contacts import rise, series_damping
-from shockpc.impact.contact_rows import row_layout
 from shockpc.impact.impact import Impact
 from shockpc.landing.bending import LegModes, leg_modes
 from shockpc.landing.landing import PosedLanding
@@ -82,7 +80,8 @@ class Bending(NamedTuple):
         EI = [f"{self.modes.stiffness(frequency):.2g}" for frequency in lowest]
         first = (
             f"rigid links: right to some 10 % where the first bending mode of {few(self.modes.links, 3)} in the robot is above "
-            f"{_hertz(lowest[0])} for jumps and accelerometers, {_hertz(lowest[1])} for torques: EI of {EI[0]} and {EI[1]} N m²"
+            f"{_hertz(lowest[0])} for jumps and accelerometers below 200 Hz, {_hertz(lowest[1])} for torques: EI of {EI[0]} and "
+            f"{EI[1]} N m²"
         )
         if self.step:
             first += f", by a force without steps; {self.step}"
@@ -124,6 +123,8 @@ def bending(landing: PosedLanding, masses: Array, stiffness: float | None) -> Be
     of_pulse = math.inf if landing.pulse is None else landing.pulse.length
     of_contact = math.inf if stiffness is None else math.pi * math.sqrt(mass / stiffness)
     if landing.scene.contact_law == "damper":
+        from shockpc.core.stiff_contacts import rise, series_damping
+
         restitution = np.array(landing.contacts[contact].restitution)
         shortened = float(rise(series_damping(restitution))) * 2.0 / math.pi
         mass, of_contact = mass * shortened**2, of_contact * shortened
@@ -138,6 +139,8 @@ def bending(landing: PosedLanding, masses: Array, stiffness: float | None) -> Be
 
 def step_of_force(landing: PosedLanding) -> str:
     """Where the force of contacts of finite stiffness has a step, and how to be without; empty if it has none."""
+    from shockpc.impact.contact_rows import row_layout
+
     remedy = f"one: {RINGS}; take --contact-law damper"
     if landing.scene.contact_damping is not None:
         return f"that of --contact-damping starts with {remedy}"
