@@ -4,6 +4,7 @@ import math
 from collections.abc import Mapping, Sequence
 from typing import TypeAlias
 
+from matplotlib.artist import Artist
 from matplotlib.figure import Figure
 
 from shockpc.quantities.shock_profile import ShockProfile
@@ -98,7 +99,7 @@ def draw_errors(title: str, panels: Sequence[tuple[str, Curves, Curves]], limit:
     columns = min(len(panels), 2 if len(panels) == 4 else 3)
     figure = new_chart(3.2 * columns + 2.6, 3.0 * math.ceil(len(panels) / columns) + 0.8, title)
     grid = figure.subplots(math.ceil(len(panels) / columns), columns, sharex=True, sharey=True, squeeze=False)
-    named = {}
+    named: dict[str, Artist] = {}
     for axes, (text, lines, dots) in zip(grid.flat, panels, strict=True):
         axes.set(xscale="log", yscale="log", ylim=(1e-3, 2.0))
         axes.set_title(text, fontsize=8.0)
@@ -109,12 +110,12 @@ def draw_errors(title: str, panels: Sequence[tuple[str, Curves, Curves]], limit:
             axes.plot(*values, mark, color=colour, markersize=4.0, markerfacecolor="none", label=name)
         named |= dict(zip(*reversed(axes.get_legend_handles_labels()), strict=True))
         axes.grid(True)
-    low, high = (at(x for _, *both in panels for curves in both for xs, _ in curves.values() for x in xs) for at in (min, max))
+    low, high = grid[0, 0].get_xbound()
     for axes in grid.flat:
         axes.set_xticks(ticks := [tick for tick in TICKS if low <= tick <= high], [f"{tick:g}" for tick in ticks])
         axes.minorticks_off()
         axes.yaxis.set_major_formatter("{x:g}")
     figure.supxlabel("duration of contact over the period of the first bending mode, Tc f1 = Tc/T1 [-]", fontsize=8.0)
     figure.supylabel("error [-]", fontsize=8.0)
-    figure.legend(named.values(), named, loc="outside right upper")
+    figure.legend(list(named.values()), list(named), loc="outside right upper")
     return figure
